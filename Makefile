@@ -1,0 +1,45 @@
+# Two commands do everything from a bare Debian or Ubuntu with Python 3.11: `make check` and `make test`.
+# PYTHON=python3.13 picks another interpreter; VENV=dir another environment.
+
+VENV ?= .venv
+BIN  := $(VENV)/bin
+
+.PHONY: check test lint types layers unit bench soak mutants docs clean
+
+check:            ## the main job: the virtual Pioneer against its conformance suites
+	@.ci/setup $(VENV)
+	$(BIN)/hilbench check pioneer
+
+test: dev lint types layers unit   ## everything a change must pass
+
+.PHONY: dev
+dev:
+	@.ci/setup $(VENV) dev
+
+lint: dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: dev
+	$(BIN)/mypy
+
+layers: dev
+	$(BIN)/lint-imports
+
+unit: dev
+	$(BIN)/python -m pytest
+
+bench: dev        ## speed, as ratios against something run beside it
+	$(BIN)/python -m pytest tests/benchmarks -s
+
+soak: dev         ## ten million bytes into both roles, whole and byte by byte
+	$(BIN)/python -m pytest tests/soak -s
+
+mutants: dev      ## the matrix clause x mutant (docs/mutants.md)
+	$(BIN)/python -m tests.mutants
+
+docs: dev         ## regenerate what the docs take from the code
+	$(BIN)/python docs/generate.py
+
+clean:
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
