@@ -1,1 +1,1 @@
-"""Serial protocol stacks, sans-IO: bytes and a time in, frozen events out. Nothing here opens a port or reads a clock."""
+"""Serial protocol stacks, sans-IO: bytes and a time in, frozen events out; no port and no clock."""
