@@ -1,0 +1,144 @@
+"""What every end of a link has in common: the line it speaks, its counters, and how it tells its owner what happens."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from hilbench.clock import ClockDomain
+from hilbench.errors import PortClosedError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """How bytes stand on the wire.
+
+    Attributes:
+        baud: Bits per second; 0 for a line without pace, where bytes arrive at once (in the next entry).
+        data_bits: Data bits of a byte.
+        parity: "N", "E" or "O".
+        stop_bits: 1 or 2.
+    """
+
+    baud: int = 9600
+    data_bits: int = 8
+    parity: str = "N"
+    stop_bits: int = 1
+
+    def __post_init__(self) -> None:
+        if self.baud < 0:
+            raise ValueError(f"a line has 0 (no pace) or more baud, not {self.baud}")
+
+    @property
+    def bits_per_byte(self) -> int:
+        """Bit times from the start bit to the end of the last stop bit: 10 for 8N1."""
+        return 1 + self.data_bits + (self.parity != "N") + self.stop_bits
+
+    def bytes_ns(self, count: int) -> int:
+        """Return the time `count` bytes without gaps take, in ns; 0 on a line without pace."""
+        return ClockDomain(self.baud).ns(count * self.bits_per_byte) if self.baud else 0
+
+
+@dataclass(slots=True, kw_only=True)
+class LinkCounters:
+    """What one end of a link has seen.
+
+    Attributes:
+        sent: Bytes handed to the line.
+        received: Bytes that came off the line.
+        lost: Bytes handed over that could not be delivered: line down, nobody reads, buffer full.
+        overruns: Bytes refused because the transmit queue was full.
+        framing_errors: Bytes received without a stop bit where one was due.
+        breaks: Break conditions received.
+        refused: Clients turned away.
+    """
+
+    sent: int = 0
+    received: int = 0
+    lost: int = 0
+    overruns: int = 0
+    framing_errors: int = 0
+    breaks: int = 0
+    refused: int = 0
+
+
+class Port(Protocol):
+    """One end of a link. Everything it reports, it reports from an entry of the scheduler.
+
+    Attributes:
+        name: For the journal and for messages.
+        baud: Bits per second this end sends and listens with, 0 for no pace; may be set at any time and holds from
+            the next byte on.
+        line_is_up: Whether somebody is at the other end.
+        counters: What this end has seen.
+        on_receive: Called with bytes as they come off the line and the bench time in ns of the last one's end.
+        on_line: Called with True when the line comes up and False when it goes down, and the bench time in ns.
+        on_break: Called when a break condition ends, with the bench time in ns.
+        on_sent: Called with bytes when they are handed to the line, and the bench time in ns.
+    """
+
+    name: str
+    baud: int
+    line_is_up: bool
+    counters: LinkCounters
+    on_receive: Callable[[bytes, int], None]
+    on_line: Callable[[bool, int], None]
+    on_break: Callable[[int], None]
+    on_sent: Callable[[bytes, int], None]
+
+    def write(self, data: bytes) -> None:
+        """Hand bytes to the line; never blocks. PortClosedError after `close`."""
+
+    def send_break(self, duration_ns: int) -> None:
+        """Hold the line low for `duration_ns`, after the bytes handed over so far."""
+
+    def close(self) -> None:
+        """Hang up and release everything; a second call does nothing."""
+
+
+def _ignore_bytes(_data: bytes, _at_ns: int) -> None:
+    """Stand in for a callback that nobody has set."""
+
+
+def _ignore_line(_up: bool, _at_ns: int) -> None:
+    """Stand in for a callback that nobody has set."""
+
+
+def _ignore_break(_at_ns: int) -> None:
+    """Stand in for a callback that nobody has set."""
+
+
+class PortBase:
+    """The part of a port that is the same everywhere."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.line_is_up = False
+        self.closed = False
+        self.counters = LinkCounters()
+        self.on_receive: Callable[[bytes, int], None] = _ignore_bytes
+        self.on_line: Callable[[bool, int], None] = _ignore_line
+        self.on_break: Callable[[int], None] = _ignore_break
+        self.on_sent: Callable[[bytes, int], None] = _ignore_bytes
+
+    def _take_to_send(self, data: bytes, at_ns: int) -> None:
+        """Count and report bytes that the owner writes."""
+        if self.closed:
+            raise PortClosedError("written to after it was closed", where=self.name)
+        self.counters.sent += len(data)
+        self.on_sent(data, at_ns)
+
+    def _deliver(self, data: bytes, at_ns: int) -> None:
+        """Count and report bytes that came off the line."""
+        if self.closed:
+            return
+        self.counters.received += len(data)
+        self.on_receive(data, at_ns)
+
+    def _set_line(self, up: bool, at_ns: int) -> None:
+        """Report a change of the line, once."""
+        if up != self.line_is_up:
+            self.line_is_up = up
+            if not self.closed:
+                self.on_line(up, at_ns)

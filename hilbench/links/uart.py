@@ -1,0 +1,295 @@
+"""A UART's two halves: the transmitter that lets bytes out at the baud rate, and what a receiver makes of them."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from hilbench.clock import NS_PER_S, ClockDomain, EventClass, Scheduler
+from hilbench.links.port import Line
+
+_BYTES = tuple(bytes((value,)) for value in range(256))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fate:
+    """What becomes of one byte on a faulty line.
+
+    Attributes:
+        values: The bytes that go out in its stead; none for a byte that is lost (its time passes all the same).
+        pause_ns: How long the line idles before them.
+        cut: Whether what waits behind it is lost.
+    """
+
+    values: tuple[int, ...]
+    pause_ns: int = 0
+    cut: bool = False
+
+
+class Injector(Protocol):
+    """Decides what becomes of bytes."""
+
+    def fate(self, value: int, at_ns: int) -> Fate | None:
+        """Return what becomes of the byte that starts to shift out at `at_ns`; None if nothing happens to it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Gap:
+    """A time without bytes on the line: silence, or a break."""
+
+    duration_ns: int
+    is_break: bool
+
+
+class Transmitter:
+    """Lets bytes out one behind the other, each at the instant its last stop bit ends.
+
+    Byte k of a busy period ends at floor((k + 1) * bits / baud) after the period's start: the rounding does not add
+    up. Without pace (baud 0) everything waiting goes out in the next entry.
+
+    Args:
+        scheduler: Owner of bench time.
+        source: Name for the scheduler's order.
+        line: Baud rate and bits per byte.
+        emit: Called with bytes that are out, and the bench time in ns.
+        on_break: Called when a break ends.
+        on_idle: Called when the last byte is out.
+        depth: Bytes the queue holds, including the one that shifts out; None for no limit.
+        group_ns: Bytes that end within this span are let out together, when the last of them is out. For ports where
+            every write costs a system call; 0 lets out every byte by itself.
+        injector: Decides what becomes of each byte.
+    """
+
+    def __init__(
+        self,
+        scheduler: Scheduler,
+        source: str,
+        line: Line,
+        emit: Callable[[bytes, int], None],
+        *,
+        on_break: Callable[[int], None] | None = None,
+        on_idle: Callable[[int], None] | None = None,
+        depth: int | None = None,
+        group_ns: int = 0,
+        injector: Injector | None = None,
+    ) -> None:
+        self._scheduler = scheduler
+        self._source = source
+        self._bits = line.bits_per_byte
+        self._emit = emit
+        self._on_break = on_break
+        self._on_idle = on_idle
+        self._depth = depth
+        self._group_ns = group_ns
+        self._injector = injector
+        self._queue: deque[int | _Gap] = deque()
+        self._shifting = 0  # items at the head of the queue that are on the line
+        self._judged = 0  # items at the head of the queue whose fate is settled
+        self._epoch_ns = 0
+        self._bytes_since_epoch = 0
+        self._generation = 0
+        self.baud = line.baud
+
+    @property
+    def baud(self) -> int:
+        """Bits per second, 0 for no pace; a change holds from the next byte on."""
+        return self._baud
+
+    @baud.setter
+    def baud(self, baud: int) -> None:
+        self._baud = baud
+        self._domain = ClockDomain(baud) if baud else None
+        self._new_epoch = True
+        self._group = max(1, self._group_ns // max(1, self.byte_ns)) if baud and self._injector is None else 1
+
+    @property
+    def byte_ns(self) -> int:
+        """Duration of one byte in ns, rounded down; 0 without pace."""
+        return self._domain.ns(self._bits) if self._domain else 0
+
+    @property
+    def pending(self) -> int:
+        """Bytes and gaps that are not out yet."""
+        return len(self._queue)
+
+    @property
+    def idle(self) -> bool:
+        """True if nothing is on the line or waits for it."""
+        return not self._queue
+
+    def write(self, data: bytes) -> int:
+        """Queue bytes; return how many found room."""
+        if self._depth is not None:
+            data = data[: max(0, self._depth - len(self._queue))]
+        if data:
+            self._append(data)
+        return len(data)
+
+    def send_break(self, duration_ns: int) -> None:
+        """Queue a break of `duration_ns`."""
+        self._append((_Gap(duration_ns=duration_ns, is_break=True),))
+
+    def clear(self) -> int:
+        """Forget everything that is not out yet; return how many bytes that were."""
+        lost = sum(1 for item in self._queue if isinstance(item, int))
+        self._queue.clear()
+        self._shifting = self._judged = 0
+        self._generation += 1
+        return lost
+
+    def _append(self, items: bytes | tuple[_Gap]) -> None:
+        was_idle = not self._queue
+        self._queue.extend(items)
+        if was_idle:
+            self._new_epoch = True
+            self._start_next()
+
+    def _start_next(self) -> None:
+        now_ns = self._scheduler.now_ns
+        if self._new_epoch:
+            self._epoch_ns = now_ns
+            self._bytes_since_epoch = 0
+            self._new_epoch = False
+        if self._injector is not None and not self._judged:
+            self._judge(self._injector, now_ns)
+        head = self._queue[0]
+        if isinstance(head, _Gap):
+            self._shifting = 1
+            self._new_epoch = True
+            end_ns = now_ns + head.duration_ns
+        else:
+            self._shifting = self._bytes_to_shift()
+            self._bytes_since_epoch += self._shifting
+            end_ns = now_ns
+            if self._domain is not None:
+                end_ns = self._epoch_ns + self._domain.ns(self._bytes_since_epoch * self._bits)
+        generation = self._generation
+        self._scheduler.at(end_ns, lambda: self._end(generation), order=EventClass.BYTE, source=self._source)
+
+    def _bytes_to_shift(self) -> int:
+        if self._injector is not None or (self._domain is not None and self._group == 1):
+            return 1
+        limit = len(self._queue) if self._domain is None else self._group
+        count = 0
+        for item in self._queue:
+            if count == limit or isinstance(item, _Gap):
+                break
+            count += 1
+        return count
+
+    def _judge(self, injector: Injector, now_ns: int) -> None:
+        head = self._queue[0]
+        fate = injector.fate(head, now_ns) if isinstance(head, int) else None
+        if fate is None:
+            self._judged = 1
+            return
+        self._queue.popleft()
+        if fate.cut:
+            self._queue.clear()
+        items: list[int | _Gap] = list(fate.values) or [_Gap(duration_ns=self.byte_ns, is_break=False)]
+        if fate.pause_ns:
+            items.insert(0, _Gap(duration_ns=fate.pause_ns, is_break=False))
+        self._queue.extendleft(reversed(items))
+        self._judged = len(items)
+
+    def _end(self, generation: int) -> None:
+        if generation != self._generation:
+            return  # cleared since
+        out = [self._queue.popleft() for _ in range(self._shifting)]
+        self._judged = max(0, self._judged - self._shifting)
+        self._shifting = 0
+        now_ns = self._scheduler.now_ns
+        if self._queue:
+            self._start_next()
+        self._let_out(out, now_ns)
+        if self._on_idle is not None and not self._queue:
+            self._on_idle(now_ns)
+
+    def _let_out(self, out: list[int | _Gap], now_ns: int) -> None:
+        head = out[0]
+        if not isinstance(head, _Gap):
+            self._emit(_BYTES[head] if len(out) == 1 else bytes(item for item in out if isinstance(item, int)), now_ns)
+        elif head.is_break and self._on_break is not None:
+            self._on_break(now_ns)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sampled:
+    """A byte as a receiver sampled it; `framing_error` if the line was low where the stop bit was due."""
+
+    value: int
+    framing_error: bool
+
+
+class Sampler:
+    """A receiver listening at one rate to a line sent at another (8N1).
+
+    It does what a UART does: it takes a falling edge for a start bit, samples the middle of each of the following
+    bits at its own rate, and looks for the next falling edge once it has sampled the stop bit. Within some 5 % of the
+    right rate that gives the bytes that were sent; beyond, the garbage a real line gives.
+
+    Args:
+        sent_baud: Rate of the transmitter, bit/s.
+        own_baud: Rate of the receiver, bit/s.
+    """
+
+    def __init__(self, sent_baud: int, own_baud: int) -> None:
+        self.sent_baud = sent_baud
+        self.own_baud = own_baud
+        self.wake_ns: int | None = None
+        """When the byte that is being received will be complete; None between bytes."""
+        self._bytes: deque[tuple[int, int]] = deque()  # start in ns, frame of ten bits, first bit lowest
+        self._free_ns = 0
+
+    def feed(self, start_ns: int, value: int) -> None:
+        """Take note of a byte whose start bit began at `start_ns`; bytes must come in order."""
+        self._bytes.append((start_ns, 0x200 | value << 1))
+
+    def take(self, known_ns: int) -> list[Sampled]:
+        """Return the bytes sampled by `known_ns`, the time up to which all that is on the line was fed."""
+        out: list[Sampled] = []
+        self.wake_ns = None
+        while (edge_ns := self._next_edge_ns()) is not None:
+            stop_ns = self._sample_ns(edge_ns, 9)
+            if stop_ns >= known_ns:
+                self.wake_ns = stop_ns + 1
+                break
+            value = sum(self._level(self._sample_ns(edge_ns, bit + 1)) << bit for bit in range(8))
+            out.append(Sampled(value=value, framing_error=not self._level(stop_ns)))
+            self._free_ns = stop_ns
+        while self._bytes and self._bytes[0][0] + self._bit_start_ns(10) <= min(self._free_ns, known_ns):
+            self._bytes.popleft()
+        return out
+
+    def _sample_ns(self, edge_ns: int, bit: int) -> int:
+        return edge_ns + (2 * bit + 1) * NS_PER_S // (2 * self.own_baud)
+
+    def _bit_start_ns(self, bit: int) -> int:
+        return bit * NS_PER_S // self.sent_baud
+
+    def _level(self, at_ns: int) -> int:
+        for start_ns, frame in reversed(self._bytes):
+            if start_ns <= at_ns:
+                bit = ((at_ns - start_ns + 1) * self.sent_baud - 1) // NS_PER_S
+                return frame >> bit & 1 if bit < 10 else 1
+        return 1
+
+    def _next_edge_ns(self) -> int | None:
+        for start_ns, frame in self._bytes:
+            falls = ~frame & (frame << 1 | 1)
+            for bit in range(9):
+                if falls >> bit & 1 and start_ns + self._bit_start_ns(bit) >= self._free_ns:
+                    return start_ns + self._bit_start_ns(bit)
+        return None
+
+
+def resample(data: bytes, sent_baud: int, own_baud: int) -> list[Sampled]:
+    """Return what a receiver at `own_baud` gets of `data` sent without gaps at `sent_baud`."""
+    if sent_baud == own_baud or not sent_baud or not own_baud:
+        return [Sampled(value=value, framing_error=False) for value in data]
+    sampler = Sampler(sent_baud, own_baud)
+    for index, value in enumerate(data):
+        sampler.feed(index * 10 * NS_PER_S // sent_baud, value)
+    return sampler.take((len(data) + 1) * 10 * NS_PER_S // sent_baud + 11 * NS_PER_S // own_baud)
