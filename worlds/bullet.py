@@ -1,0 +1,357 @@
+"""PyBullet behind the `worlds.world.World` interface; no id or type of the library leaves this file.
+
+Settings that decide whether the motion is right, each tested:
+
+- All damping 0. The default of 0.04 limits a fall to 15 m/s.
+- Wheels are implicit cylinders. The default is a faceted hull, on which a vehicle hops.
+- Every joint's motor is zeroed first. The default motor holds joints still.
+- The floor's friction is 1.0, because the library multiplies the two surfaces' coefficients.
+- ``deterministicOverlappingPairs`` on and a fixed loading order (floor, boxes, vehicle): the same run bit for bit.
+- Rays on one thread, ``physicsClientId`` on every call.
+
+A client costs tens of milliseconds and 28 MB, so closed worlds leave theirs for the next one, which resets it: the
+same bits as in a new client.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from typing import Any
+
+from worlds.errors import PhysicsMissingError, UnknownNameError, WorldError
+from worlds.geometry import Matrix, Vector, add, cross, rotation, subtract, turn, turn_back
+from worlds.quiet import captured_output
+from worlds.scenes import Box, Scene
+from worlds.vehicles import Vehicle
+from worlds.vehicles.urdf import to_urdf
+from worlds.world import CONTACTS, GRAVITY, RAYS, Contact, JointState, Pose, Velocity
+
+GRAVITY_M_S2 = 9.81
+SOLVER_ITERATIONS = 50
+
+# Collision groups. The library itself uses the low six bits: 1 for what moves (and for rays), 2 for what does not.
+_MOVING_GROUP = 1
+_BOX_GROUP = 2
+_FLOOR_GROUP = 1 << 6
+_VEHICLE_GROUP = 1 << 7
+
+_idle_clients: list[int] = []
+
+
+def open_world(scene: Scene, vehicle: Vehicle, step_hz: int) -> BulletWorld:
+    """Open a world on PyBullet; see `worlds.world.open_world`."""
+    return BulletWorld(scene, vehicle, step_hz)
+
+
+class BulletWorld:
+    """A scene and a vehicle in a PyBullet client of their own. Use `worlds.world.open_world`."""
+
+    name = "bullet"
+    capabilities = frozenset({RAYS, CONTACTS, GRAVITY})
+
+    _commands: dict[str, tuple[float, float]]
+    _commands_changed: bool
+    # What was read since the last step; None is not read yet.
+    _touched: tuple[Contact, ...] | None
+    _joint_states: dict[str, JointState] | None
+    _pose: Pose | None
+    _frame_now: tuple[Vector, Matrix] | None
+
+    def __init__(self, scene: Scene, vehicle: Vehicle, step_hz: int) -> None:
+        self.scene = scene
+        self.vehicle = vehicle
+        self.step_hz = step_hz
+        self.step_index = 0
+        self._com_m = vehicle.parts[0].center_of_mass_m
+        self._frictions_nm = {part.name: part.axle.friction_nm for part in vehicle.parts if part.axle}
+        with captured_output():
+            self._bullet: Any = _import()
+            self._client = _idle_clients.pop() if _idle_clients else _connect(self._bullet)
+            built = _Builder(self._bullet, self._client).build(scene, vehicle, step_hz)
+        self._body, self._other_names, self._links = built
+        self._part_names = {link: part for part, link in self._links.items()}
+        self._joint_links = [self._links[joint] for joint in vehicle.joints]
+        self.place(scene.start.x_m, scene.start.y_m, scene.start.yaw_rad, scene.start.z_m)
+
+    def step(self) -> None:
+        """Advance by one step."""
+        if self._commands_changed:
+            self._send_commands()
+        self._bullet.stepSimulation(physicsClientId=self._client)
+        self.step_index += 1
+        self._touched = None
+        self._forget()
+
+    def command(self, joint: str, speed_rad_s: float, torque_limit_nm: float) -> None:
+        """Drive a joint towards a speed with at most this torque."""
+        if not (math.isfinite(speed_rad_s) and 0 <= torque_limit_nm < math.inf):
+            raise WorldError(f"{joint}: cannot command {speed_rad_s!r} rad/s with {torque_limit_nm!r} N·m")
+        self._set_command(joint, (speed_rad_s, torque_limit_nm))
+
+    def release(self, joint: str) -> None:
+        """Let a joint turn freely but for its dry friction."""
+        # A motor that aims at speed 0 with a limited torque is dry friction.
+        self._set_command(joint, (0.0, self._frictions_nm.get(joint, 0.0)))
+
+    def joint(self, joint: str) -> JointState:
+        """Return a joint's state."""
+        if self._joint_states is None:
+            self._joint_states = self._read_joints()
+        try:
+            return self._joint_states[joint]
+        except KeyError:
+            raise self._no_joint(joint) from None
+
+    def pose(self) -> Pose:
+        """Return where the vehicle is."""
+        if self._pose is None:
+            position, frame = self._frame()
+            self._pose = Pose(
+                position_m=position,
+                yaw_rad=math.atan2(frame[1][0], frame[0][0]),
+                pitch_rad=math.asin(max(-1.0, min(1.0, -frame[2][0]))),
+                roll_rad=math.atan2(frame[2][1], frame[2][2]),
+            )
+        return self._pose
+
+    def velocity(self) -> Velocity:
+        """Return how the vehicle moves."""
+        linear, angular = self._bullet.getBaseVelocity(self._body, physicsClientId=self._client)
+        _, frame = self._frame()
+        # The library speaks of the centre of mass; the reference point is off it.
+        return Velocity(
+            linear_m_s=subtract(linear, cross(angular, turn(frame, self._com_m))), angular_rad_s=tuple(angular)
+        )
+
+    def cast(self, starts_m: Sequence[Vector], ends_m: Sequence[Vector], *, floor: bool = False) -> list[float]:
+        """Cast rays; the vehicle never stops one."""
+        if len(starts_m) == 0:
+            return []
+        hits = self._bullet.rayTestBatch(
+            starts_m,
+            ends_m,
+            numThreads=1,
+            collisionFilterMask=_MOVING_GROUP | _BOX_GROUP | (_FLOOR_GROUP if floor else 0),
+            physicsClientId=self._client,
+        )
+        return [hit[2] for hit in hits]
+
+    def contacts(self, part: str | None = None) -> tuple[Contact, ...]:
+        """Return where the vehicle touched something in the last step."""
+        if part is not None and part not in self._links:
+            raise UnknownNameError("part", part, self._links)
+        if self._touched is None:
+            self._touched = self._read_contacts()
+        return self._touched if part is None else tuple(touch for touch in self._touched if touch.part == part)
+
+    def place(self, x_m: float, y_m: float, yaw_rad: float, z_m: float = 0.0) -> None:
+        """Put the vehicle down at rest, joints released."""
+        where = add((x_m, y_m, z_m), turn(rotation(yaw_rad), self._com_m))
+        quaternion = (0.0, 0.0, math.sin(yaw_rad / 2), math.cos(yaw_rad / 2))
+        at = {"physicsClientId": self._client}
+        angles = {
+            joint: self._bullet.getJointState(self._body, self._links[joint], **at)[0] for joint in self._frictions_nm
+        }
+        self._bullet.resetBasePositionAndOrientation(self._body, where, quaternion, **at)
+        self._bullet.resetBaseVelocity(self._body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), **at)
+        for joint, angle in angles.items():
+            self._bullet.resetJointState(self._body, self._links[joint], angle, 0.0, **at)
+        self._commands = {joint: (0.0, friction) for joint, friction in self._frictions_nm.items()}
+        self._commands_changed = bool(self._commands)
+        self._touched = ()
+        self._forget()
+
+    def close(self) -> None:
+        """Give the world up; its client serves the next one."""
+        if not isinstance(self._bullet, _Closed):
+            _idle_clients.append(self._client)
+            self._bullet = _Closed()
+            self._commands = {}
+            self._touched = None
+            self._forget()
+
+    def _forget(self) -> None:
+        self._joint_states = None
+        self._pose = None
+        self._frame_now = None
+
+    def _set_command(self, joint: str, command: tuple[float, float]) -> None:
+        if joint not in self._commands:
+            raise self._no_joint(joint)
+        if self._commands[joint] != command:
+            self._commands[joint] = command
+            self._commands_changed = True
+
+    def _no_joint(self, joint: str) -> WorldError:
+        if isinstance(self._bullet, _Closed):
+            return WorldError(_Closed.TEXT)
+        return UnknownNameError("joint", joint, self.vehicle.joints)
+
+    def _send_commands(self) -> None:
+        self._bullet.setJointMotorControlArray(
+            self._body,
+            self._joint_links,
+            self._bullet.VELOCITY_CONTROL,
+            targetVelocities=[speed for speed, _ in self._commands.values()],
+            forces=[torque for _, torque in self._commands.values()],
+            physicsClientId=self._client,
+        )
+        self._commands_changed = False
+
+    def _read_joints(self) -> dict[str, JointState]:
+        states = self._bullet.getJointStates(self._body, self._joint_links, physicsClientId=self._client)
+        return {
+            joint: JointState(angle_rad=state[0], speed_rad_s=state[1], torque_nm=state[3])
+            for joint, state in zip(self._frictions_nm, states, strict=True)
+        }
+
+    def _frame(self) -> tuple[Vector, Matrix]:
+        """Reference point and rotation matrix of the vehicle."""
+        if self._frame_now is None:
+            center, quaternion = self._bullet.getBasePositionAndOrientation(self._body, physicsClientId=self._client)
+            frame = _matrix(*quaternion)
+            self._frame_now = subtract(center, turn(frame, self._com_m)), frame
+        return self._frame_now
+
+    def _read_contacts(self) -> tuple[Contact, ...]:
+        points = self._bullet.getContactPoints(bodyA=self._body, physicsClientId=self._client)
+        origin, frame = self._frame()
+        # The library lists points up to 2 cm before surfaces meet; only those that carry load or overlap touch.
+        return tuple(
+            Contact(
+                part=self._part_names[point[3]],
+                other=self._other_names[point[2]],
+                position_m=turn_back(frame, subtract(point[5], origin)),
+                normal_force_n=point[9],
+            )
+            for point in points
+            if point[9] > 0.0 or point[8] <= 0.0
+        )
+
+
+class _Closed:
+    """Stands where the library was once a world is closed, so that stepping needs no check."""
+
+    TEXT = "the world is closed"
+
+    def __getattr__(self, name: str) -> Any:
+        raise WorldError(self.TEXT)
+
+
+class _Builder:
+    """Fills a client with a scene and a vehicle, always in the same order."""
+
+    def __init__(self, bullet: Any, client: int) -> None:
+        self._bullet = bullet
+        self._at = {"physicsClientId": client}
+
+    def build(self, scene: Scene, vehicle: Vehicle, step_hz: int) -> tuple[int, dict[int, str], dict[str, int]]:
+        """Return the vehicle's id, the names of the other bodies by id, and the links by part name."""
+        self._bullet.resetSimulation(**self._at)
+        self._bullet.setGravity(0.0, 0.0, -GRAVITY_M_S2, **self._at)
+        self._bullet.setPhysicsEngineParameter(
+            fixedTimeStep=1 / step_hz,
+            numSolverIterations=SOLVER_ITERATIONS,
+            deterministicOverlappingPairs=1,
+            enableFileCaching=0,
+            **self._at,
+        )
+        names = {self._floor(scene.floor_friction): "floor"}
+        names.update((self._box(box), box.name) for box in scene.boxes)
+        try:
+            body, links = self._vehicle(vehicle)
+        except self._bullet.error as problem:
+            raise WorldError(f"the physics refused the vehicle {vehicle.name!r}: {problem}") from problem
+        return body, names, links
+
+    def _floor(self, friction: float) -> int:
+        shape = self._bullet.createCollisionShape(self._bullet.GEOM_PLANE, planeNormal=(0.0, 0.0, 1.0), **self._at)
+        floor: int = self._bullet.createMultiBody(0, shape, **self._at)
+        self._surface(floor, -1, friction)
+        # A group of its own, so that a sonar can look past the floor.
+        self._bullet.setCollisionFilterGroupMask(floor, -1, _FLOOR_GROUP, _VEHICLE_GROUP | _MOVING_GROUP, **self._at)
+        return floor
+
+    def _box(self, box: Box) -> int:
+        length, width, height = box.size_m
+        shape = self._bullet.createCollisionShape(
+            self._bullet.GEOM_BOX, halfExtents=(length / 2, width / 2, height / 2), **self._at
+        )
+        sin_yaw, cos_yaw = math.sin(box.yaw_rad / 2), math.cos(box.yaw_rad / 2)
+        sin_pitch, cos_pitch = math.sin(box.pitch_rad / 2), math.cos(box.pitch_rad / 2)
+        turned = (-sin_yaw * sin_pitch, cos_yaw * sin_pitch, sin_yaw * cos_pitch, cos_yaw * cos_pitch)
+        body: int = self._bullet.createMultiBody(
+            0, shape, basePosition=box.center_m, baseOrientation=turned, **self._at
+        )
+        self._surface(body, -1, box.friction)
+        return body
+
+    def _vehicle(self, vehicle: Vehicle) -> tuple[int, dict[str, int]]:
+        body = self._load(to_urdf(vehicle), fixed=vehicle.parts[0].mass_kg == 0)
+        links = {vehicle.parts[0].name: -1}
+        for index in range(self._bullet.getNumJoints(body, **self._at)):
+            links[self._bullet.getJointInfo(body, index, **self._at)[12].decode()] = index
+        for part in vehicle.parts:
+            self._surface(body, links[part.name], part.friction)
+            self._bullet.setCollisionFilterGroupMask(body, links[part.name], _VEHICLE_GROUP, -1, **self._at)
+            if part.axle:
+                self._bullet.setJointMotorControl2(
+                    body, links[part.name], self._bullet.VELOCITY_CONTROL, targetVelocity=0, force=0, **self._at
+                )
+        return body, links
+
+    def _load(self, urdf: str, *, fixed: bool) -> int:
+        file = os.memfd_create("vehicle.urdf")
+        try:
+            os.write(file, urdf.encode())
+            body: int = self._bullet.loadURDF(
+                f"/proc/self/fd/{file}",
+                useFixedBase=fixed,
+                flags=self._bullet.URDF_USE_INERTIA_FROM_FILE | self._bullet.URDF_USE_IMPLICIT_CYLINDER,
+                **self._at,
+            )
+        finally:
+            os.close(file)
+        return body
+
+    def _surface(self, body: int, link: int, friction: float) -> None:
+        self._bullet.changeDynamics(
+            body,
+            link,
+            lateralFriction=friction,
+            rollingFriction=0.0,
+            spinningFriction=0.0,
+            restitution=0.0,
+            linearDamping=0.0,
+            angularDamping=0.0,
+            jointDamping=0.0,
+            **self._at,
+        )
+
+
+def _import() -> Any:
+    try:
+        import pybullet
+    except ImportError as problem:
+        raise PhysicsMissingError(
+            "PyBullet is not installed for this Python: run `pip install pybullet==3.2.7` (ready-made for CPython 3.11 "
+            'and older on x86-64; elsewhere it compiles for ten minutes), or choose physics = "plane"'
+        ) from problem
+    return pybullet
+
+
+def _connect(bullet: Any) -> int:
+    client: int = bullet.connect(bullet.DIRECT)
+    if client < 0:
+        raise WorldError("PyBullet cannot open another simulation in this process")
+    return client
+
+
+def _matrix(x: float, y: float, z: float, w: float) -> Matrix:
+    return (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )

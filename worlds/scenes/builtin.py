@@ -1,0 +1,127 @@
+"""The scenes that come with hilbench. All sizes are our choice; nothing here is measured from a real place."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from types import MappingProxyType
+
+from worlds.scenes.model import Box, Scene, Start
+
+ROOM_SIDE_M = 10.0
+ROOM_BOXES = 12
+ROOM_CLEAR_RADIUS_M = 1.5
+CORRIDOR_WIDTH_M = 2.0
+CORRIDOR_LENGTH_M = 20.0
+RAMP_FOOT_M = 1.5
+RAMP_LENGTH_M = 3.0
+RAMP_SLOPE_RAD = math.radians(8)
+
+_WALL_HEIGHT_M = 0.5
+_WALL_THICKNESS_M = 0.1
+
+
+def empty(seed: int) -> Scene:
+    """A floor and nothing else."""
+    del seed
+    return Scene(name="empty")
+
+
+def wall(seed: int) -> Scene:
+    """A wall across the way whose face is 2 m ahead of the start."""
+    del seed
+    return Scene(name="wall", boxes=(_wall("wall", 2.0 + _WALL_THICKNESS_M / 2, 0.0, _WALL_THICKNESS_M, 4.0),))
+
+
+def room_with_boxes(seed: int) -> Scene:
+    """A room of 10 x 10 m with twelve seeded boxes, none within 1.5 m of the start in the middle.
+
+    Boxes never overlap and leave 0.7 m between them, so that a Pioneer (0.425 m wide) can pass anywhere.
+    """
+    rng = random.Random(seed)
+    boxes: list[Box] = []
+    while len(boxes) < ROOM_BOXES:
+        candidate = _random_box(rng, f"box_{len(boxes) + 1}")
+        if _distance_m(candidate, 0.0, 0.0) < ROOM_CLEAR_RADIUS_M + _radius_m(candidate):
+            continue
+        if all(_gap_m(candidate, other) >= 0.7 for other in boxes):
+            boxes.append(candidate)
+    return Scene(name="room-with-boxes", boxes=(*_room_walls(), *boxes))
+
+
+def corridor(seed: int) -> Scene:
+    """A corridor 2 m wide and 20 m long, closed at both ends; the start is on its middle line, 1 m from one end."""
+    del seed
+    middle, side, t = CORRIDOR_LENGTH_M / 2 - 1.0, CORRIDOR_WIDTH_M / 2, _WALL_THICKNESS_M
+    return Scene(
+        name="corridor",
+        boxes=(
+            _wall("wall_left", middle, side + t / 2, CORRIDOR_LENGTH_M, t),
+            _wall("wall_right", middle, -side - t / 2, CORRIDOR_LENGTH_M, t),
+            _wall("end_far", CORRIDOR_LENGTH_M - 1.0 + t / 2, 0.0, t, CORRIDOR_WIDTH_M),
+            _wall("end_near", -1.0 - t / 2, 0.0, t, CORRIDOR_WIDTH_M),
+        ),
+    )
+
+
+def ramp(seed: int) -> Scene:
+    """A slope of 8 degrees, 3 m long, whose foot is 1.5 m ahead of the start, with a flat top of 2 m behind it."""
+    del seed
+    thickness, width, top_m = 0.5, 2.0, 2.0
+    cos, sin = math.cos(RAMP_SLOPE_RAD), math.sin(RAMP_SLOPE_RAD)
+    rise, end_x = RAMP_LENGTH_M * sin, RAMP_FOOT_M + RAMP_LENGTH_M * cos
+    slope = Box(
+        name="slope",
+        center_m=(
+            RAMP_FOOT_M + RAMP_LENGTH_M / 2 * cos + thickness / 2 * sin,
+            0.0,
+            RAMP_LENGTH_M / 2 * sin - thickness / 2 * cos,
+        ),
+        size_m=(RAMP_LENGTH_M, width, thickness),
+        pitch_rad=-RAMP_SLOPE_RAD,
+    )
+    top = Box(name="top", center_m=(end_x + top_m / 2, 0.0, rise / 2), size_m=(top_m, width, rise))
+    return Scene(name="ramp", start=Start(), boxes=(slope, top))
+
+
+BUILTIN: MappingProxyType[str, Callable[[int], Scene]] = MappingProxyType(
+    {"empty": empty, "wall": wall, "room-with-boxes": room_with_boxes, "corridor": corridor, "ramp": ramp}
+)
+"""Scene by name; each is made from a seed, which only the room uses."""
+
+
+def _wall(name: str, x_m: float, y_m: float, length_m: float, width_m: float) -> Box:
+    return Box(name=name, center_m=(x_m, y_m, _WALL_HEIGHT_M / 2), size_m=(length_m, width_m, _WALL_HEIGHT_M))
+
+
+def _room_walls() -> tuple[Box, ...]:
+    middle, span, t = (ROOM_SIDE_M + _WALL_THICKNESS_M) / 2, ROOM_SIDE_M + 2 * _WALL_THICKNESS_M, _WALL_THICKNESS_M
+    return (
+        _wall("wall_front", middle, 0.0, t, span),
+        _wall("wall_back", -middle, 0.0, t, span),
+        _wall("wall_left", 0.0, middle, span, t),
+        _wall("wall_right", 0.0, -middle, span, t),
+    )
+
+
+def _random_box(rng: random.Random, name: str) -> Box:
+    reach = ROOM_SIDE_M / 2 - 0.6
+    return Box(
+        name=name,
+        center_m=(rng.uniform(-reach, reach), rng.uniform(-reach, reach), 0.2),
+        size_m=(rng.uniform(0.3, 0.6), rng.uniform(0.3, 0.6), 0.4),
+        yaw_rad=rng.uniform(-math.pi, math.pi),
+    )
+
+
+def _distance_m(box: Box, x_m: float, y_m: float) -> float:
+    return math.hypot(box.center_m[0] - x_m, box.center_m[1] - y_m)
+
+
+def _radius_m(box: Box) -> float:
+    return math.hypot(box.size_m[0], box.size_m[1]) / 2
+
+
+def _gap_m(one: Box, other: Box) -> float:
+    return _distance_m(one, other.center_m[0], other.center_m[1]) - _radius_m(one) - _radius_m(other)

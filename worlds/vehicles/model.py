@@ -1,0 +1,153 @@
+"""What a vehicle is to the physics: rigid parts, joints and the figures they are made of, each with its source.
+
+A vehicle is a star: the first part is the body, every other part hangs on it by a fixed joint or by one axle. Lengths
+are in the vehicle's own frame, whose origin is the vehicle's reference point at floor level (for a differential drive
+the middle between its wheels), x forward, y left, z up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import Field, dataclass, field, fields
+from typing import Any
+
+Vector = tuple[float, float, float]
+
+ASSUMED = "assumed"
+"""The source of a figure that nobody measured or published; reports print these."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """One figure of a vehicle: its name, its value in ``unit`` and where it comes from (or ``assumed: why``)."""
+
+    name: str
+    value: float
+    unit: str
+    source: str
+
+
+def parameter(value: float, unit: str, source: str) -> Any:
+    """Declare a dataclass field that knows its unit and its source."""
+    return field(default=value, metadata={"unit": unit, "source": source})
+
+
+def parameter_table(parameters: Any) -> tuple[Parameter, ...]:
+    """Return the figures of a parameter dataclass as rows, in the order they are declared."""
+    return tuple(_row(parameters, item) for item in fields(parameters))
+
+
+def _row(parameters: Any, item: Field[Any]) -> Parameter:
+    default = item.default
+    value = getattr(parameters, item.name)
+    source = item.metadata["source"] if value == default else f"set by the user, instead of {default:g}"
+    return Parameter(name=item.name, value=value, unit=item.metadata["unit"], source=source)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoxShape:
+    """A box: full edge lengths and middle in metres, turned about z by ``yaw_rad``."""
+
+    size_m: Vector
+    center_m: Vector
+    yaw_rad: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SphereShape:
+    """A sphere: radius and middle in metres."""
+
+    radius_m: float
+    center_m: Vector
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WheelShape:
+    """A true cylinder (no facets) whose axis is the y axis: radius, width and middle in metres."""
+
+    radius_m: float
+    width_m: float
+    center_m: Vector
+
+
+Shape = BoxShape | SphereShape | WheelShape
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Axle:
+    """A joint that turns without end.
+
+    Attributes:
+        origin_m: a point on the axis, vehicle frame.
+        axis: unit vector; a wheel's is (0, 1, 0), so that positive angles roll forward.
+        friction_nm: dry friction of the released joint, N·m.
+    """
+
+    origin_m: Vector
+    axis: Vector = (0.0, 1.0, 0.0)
+    friction_nm: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """A rigid part.
+
+    Attributes:
+        name: unique; contacts report it, and a part with an axle gives its name to the joint.
+        mass_kg: 0 only for a body that stays where it is put.
+        center_of_mass_m: vehicle frame.
+        inertia_kg_m2: principal moments about the centre of mass, axes along the vehicle's.
+        shapes: what it collides with.
+        friction: Coulomb coefficient against a surface of 1.0.
+        axle: None for a part fixed to the body (and for the body itself).
+    """
+
+    name: str
+    mass_kg: float
+    center_of_mass_m: Vector
+    inertia_kg_m2: Vector
+    shapes: tuple[Shape, ...] = ()
+    friction: float = 0.5
+    axle: Axle | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DifferentialDrive:
+    """Two wheels side by side: the names of their parts, their radius and their effective track in metres."""
+
+    left: str
+    right: str
+    wheel_radius_m: float
+    track_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Vehicle:
+    """A vehicle: its parts, body first, how it is driven, and the figures it was made from."""
+
+    name: str
+    parts: tuple[Part, ...]
+    drive: DifferentialDrive | None = None
+    parameters: tuple[Parameter, ...] = ()
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The names of the joints that turn."""
+        return tuple(part.name for part in self.parts if part.axle is not None)
+
+
+def box_inertia(mass_kg: float, size_m: Vector) -> Vector:
+    """Return the principal moments of a homogeneous box about its middle, kg·m²."""
+    x, y, z = (length * length for length in size_m)
+    return mass_kg * (y + z) / 12, mass_kg * (x + z) / 12, mass_kg * (x + y) / 12
+
+
+def wheel_inertia(mass_kg: float, radius_m: float, width_m: float) -> Vector:
+    """Return the principal moments of a homogeneous cylinder along y about its middle, kg·m²."""
+    across = mass_kg * (3 * radius_m**2 + width_m**2) / 12
+    return across, mass_kg * radius_m**2 / 2, across
+
+
+def sphere_inertia(mass_kg: float, radius_m: float) -> Vector:
+    """Return the principal moments of a homogeneous sphere about its middle, kg·m²."""
+    moment = 0.4 * mass_kg * radius_m**2
+    return moment, moment, moment
