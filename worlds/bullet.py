@@ -26,7 +26,7 @@ from worlds.quiet import captured_output
 from worlds.scenes import Box, Scene
 from worlds.vehicles import Vehicle
 from worlds.vehicles.urdf import to_urdf
-from worlds.world import CONTACTS, GRAVITY, RAYS, Contact, JointState, Pose, Velocity
+from worlds.world import CONTACTS, GRAVITY, RAYS, Contact, JointState, Pose, Velocity, World
 
 GRAVITY_M_S2 = 9.81
 SOLVER_ITERATIONS = 50
@@ -40,7 +40,7 @@ _VEHICLE_GROUP = 1 << 7
 _idle_clients: list[int] = []
 
 
-def open_world(scene: Scene, vehicle: Vehicle, step_hz: int) -> BulletWorld:
+def open_world(scene: Scene, vehicle: Vehicle, step_hz: int) -> World:
     """Open a world on PyBullet; see `worlds.world.open_world`."""
     return BulletWorld(scene, vehicle, step_hz)
 

@@ -16,10 +16,10 @@ from collections.abc import Sequence
 from worlds.errors import CapabilityError, UnknownNameError, WorldError
 from worlds.scenes import Scene
 from worlds.vehicles import Vehicle
-from worlds.world import Contact, JointState, Pose, Vector, Velocity
+from worlds.world import Contact, JointState, Pose, Vector, Velocity, World
 
 
-def open_world(scene: Scene, vehicle: Vehicle, step_hz: int) -> PlaneWorld:
+def open_world(scene: Scene, vehicle: Vehicle, step_hz: int) -> World:
     """Open a world on the plane; see `worlds.world.open_world`."""
     return PlaneWorld(scene, vehicle, step_hz)
 
