@@ -246,13 +246,25 @@ class _Pace:
         """Return the bench time the host has reached, slipping first if it is far beyond `due_ns`."""
         reached_ns = self.host.monotonic_ns() - self._epoch_ns
         if due_ns is not None and reached_ns - due_ns > self._slip_threshold_ns:
-            slip_ns = reached_ns - due_ns
-            self.lateness.record(slip_ns, due_ns)
-            self.slips += 1
-            self.slipped_ns += slip_ns
-            self._epoch_ns += slip_ns
+            self.lateness.record(reached_ns - due_ns, due_ns)
+            self._slip(reached_ns - due_ns)
             return due_ns
         return reached_ns
+
+    def resume(self, now_ns: int) -> None:
+        """Begin to run: a long pause since the last run was not bench time.
+
+        It counts as lateness just before `now_ns`. A span measured from now on, after the pause, is not spoilt by it.
+        """
+        pause_ns = self.host.monotonic_ns() - self._epoch_ns - now_ns
+        if pause_ns > self._slip_threshold_ns:
+            self.lateness.record(pause_ns, now_ns - 1)
+            self._slip(pause_ns)
+
+    def _slip(self, slip_ns: int) -> None:
+        self.slips += 1
+        self.slipped_ns += slip_ns
+        self._epoch_ns += slip_ns
 
     def wait(self, until_ns: int | None) -> Sequence[InputSource]:
         """Wait until bench time `until_ns` or for an input."""
@@ -376,6 +388,7 @@ class Scheduler:
                 return True
             if self._pace is None:
                 return self._run_free(condition, deadline_ns)
+            self._pace.resume(self.now_ns)
             return self._run_locked(self._pace, condition, deadline_ns)
         finally:
             self._running = False
