@@ -269,10 +269,10 @@ class Pioneer2dxBody:
         """Fire one disc and return the distance from its face to the nearest echo in its cone, metres.
 
         The cone is sampled by nine rays: its axis and four each at half and at the whole of its half-angle of 15
-        degrees, left, right, up and down. Against the exact cone the result is never short. For an upright wall wider
-        than the cone it is at most 0.22 % long (a wall's nearest point lies within 3.75 degrees of a ray), but what is
-        narrower than 0.13 of its distance can stand unseen between two rays. The floor gives no echo, as a real one
-        does not at such a flat angle.
+        degrees, left, right, up and down. Against the exact cone the result is never short (but for a few millimetres
+        where a ray grazes an edge). For an upright wall wider than the cone it is at most 0.22 % long, as a wall's
+        nearest point lies within 3.75 degrees of a ray; but what is narrower than 0.13 of its distance can stand unseen
+        between two rays. The floor gives no echo, as a real one does not at such a flat angle.
 
         Args:
             number: the disc, from 0.

@@ -1,0 +1,52 @@
+"""What is loaded when, and what is said when the physics is not there."""
+
+from __future__ import annotations
+
+import textwrap
+
+import pytest
+
+LIGHT = ["worlds", "worlds.world", "worlds.plane", "worlds.bullet", "worlds.vehicles.pioneer_2dx", "worlds.selfcheck"]
+
+
+@pytest.mark.parametrize("module", LIGHT)
+def test_importing_loads_neither_numpy_nor_pybullet(python, module):
+    run = python(f"import sys, {module}; print(sorted({{'numpy', 'pybullet'}} & set(sys.modules)))")
+    assert (run.returncode, run.stdout) == (0, "[]\n")
+
+
+def test_names_and_the_plane_need_no_physics(python):
+    run = python(
+        textwrap.dedent("""
+            import sys
+            sys.modules["pybullet"] = sys.modules["numpy"] = None
+            import worlds
+            print(worlds.scene_names(), worlds.vehicle_names(), worlds.physics_names())
+            world = worlds.open_world("empty", "pioneer-2dx", "plane")
+            world.step()
+            print(world.step_index)
+        """)
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.splitlines() == [
+        "('empty', 'wall', 'room-with-boxes', 'corridor', 'ramp') ('pioneer-2dx',) ('bullet', 'plane')",
+        "1",
+    ]
+
+
+def test_without_pybullet_one_line_says_what_to_do(python):
+    run = python(
+        textwrap.dedent("""
+            import sys
+            sys.modules["pybullet"] = None
+            from worlds import PhysicsMissingError, open_world
+            try:
+                open_world("empty", "pioneer-2dx")
+            except PhysicsMissingError as problem:
+                print(problem)
+        """)
+    )
+    assert run.returncode == 0, run.stderr
+    (line,) = run.stdout.splitlines()
+    assert "pip install pybullet" in line
+    assert 'physics = "plane"' in line
