@@ -1,0 +1,57 @@
+"""Packets a client asks for: once, as a stream, or not at all.
+
+A request is a flag, not a counter: asked twice within one SIP cycle, a packet is sent once (choice). Packets go out
+after the SIP of the cycle, in the order of `Extra`. Nothing here knows how full the UART is: at 9600 bit/s a SIP with
+sixteen sonar readings takes 81 of the 100 ms, so a stream of long packets makes the line fall behind, as it would on
+the real robot; the link queues and shows it.
+"""
+
+from __future__ import annotations
+
+import enum
+
+
+class Extra(enum.Enum):
+    """Packets besides the SIP, in sending order."""
+
+    CONFIG = "CONFIG"
+    ENCODER = "ENCODER"
+    IO = "IO"
+    GRIPPER = "GRIPPER"
+    GYRO = "GYRO"
+    JOYSTICK = "JOYSTICK"
+    TCM2 = "TCM2"
+    PLAYLIST = "PLAYLIST"
+    BATTERY = "BATTERY"
+
+
+class RequestBook:
+    """Who asked for what."""
+
+    def __init__(self) -> None:
+        self._once: set[Extra] = set()
+        self._streams: set[Extra] = set()
+
+    def ask(self, extra: Extra, argument: int) -> None:
+        """0 stops the stream, 1 asks once (and leaves a stream running), 2 or more starts a stream.
+
+        Source: Pioneer 2 / PeopleBot Operations Manual, ENCODER, IOREQUEST and GRIPREQUEST.
+        """
+        if argument <= 0:
+            self._once.discard(extra)
+            self._streams.discard(extra)
+        elif argument == 1:
+            self._once.add(extra)
+        else:
+            self._streams.add(extra)
+
+    def take_due(self) -> tuple[Extra, ...]:
+        """Return what the present cycle sends; single requests are then done."""
+        due = tuple(extra for extra in Extra if extra in self._once or extra in self._streams)
+        self._once.clear()
+        return due
+
+    def clear(self) -> None:
+        """Cancel everything (end of a session)."""
+        self._once.clear()
+        self._streams.clear()
