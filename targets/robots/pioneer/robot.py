@@ -1,0 +1,183 @@
+"""The robot as the line sees it: bytes and a time in, bytes out.
+
+One queue of timers decides what happens when: the connection's watchdog, the HOSTBAUD trial, the sonar, the SIP, in
+this order at equal times. SIPs leave at OPEN + n cycles exactly; a bench that comes late gets every one of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from protocols.p2os import (
+    CommandReceived,
+    Connection,
+    Event,
+    Identification,
+    Role,
+    SerAuxPacket,
+    ServerOptions,
+    ServerPacket,
+    SessionClosed,
+    SessionOpened,
+    Transmit,
+    WatchdogExpired,
+    WatchdogRevived,
+)
+from targets.robots.pioneer.chassis import Chassis
+from targets.robots.pioneer.commands import CommandTable
+from targets.robots.pioneer.controller import Controller
+from targets.robots.pioneer.events import HostBaudChanged, RobotEvent
+from targets.robots.pioneer.reports import make_extra, make_sip
+from targets.robots.pioneer.settings import RobotSettings
+
+Timer = tuple[int, int, Callable[[int], None]]
+"""(when in ns, rank among equals, what to do at that time)."""
+
+
+class PioneerRobot:
+    """A P2OS robot controller at the far end of a serial line.
+
+    Args:
+        settings: What is in its FLASH and what is fitted.
+        chassis: Its body.
+        seed: Of everything random in it.
+        connection: The protocol machine, when it is not to be the standard one (mutated tables).
+    """
+
+    def __init__(
+        self, settings: RobotSettings, chassis: Chassis, *, seed: int, connection: Connection | None = None
+    ) -> None:
+        self.settings = settings
+        self.connection = connection or Connection(Role.SERVER, server_options(settings))
+        self._events: list[RobotEvent] = []
+        self.controller = Controller(settings, chassis, seed=seed, tell=self._events.append)
+        self._commands = CommandTable(self.controller)
+        self._cycle_ns = settings.sip_cycle_ms * 1_000_000
+        self._opened_ns: int | None = None
+        self._sips = 0
+        self._out = bytearray()
+
+    # --- the line --------------------------------------------------------------------------------------------------
+
+    def receive(self, data: bytes, now_ns: int) -> bytes:
+        """Take bytes from the line; return bytes to transmit."""
+        self._run_timers(now_ns - 1)
+        self._handle(self.connection.receive(data, now_ns), now_ns)
+        return self._take_out()
+
+    def line_down(self, now_ns: int) -> bytes:
+        """End of file, hang-up: like CLOSE."""
+        self._run_timers(now_ns - 1)
+        self._handle(self.connection.line_down(now_ns), now_ns)
+        return self._take_out()
+
+    @property
+    def host_baud(self) -> int:
+        """Rate of the robot's own UART now, bit/s."""
+        return self.controller.host_baud.baud
+
+    # --- time ------------------------------------------------------------------------------------------------------
+
+    def advance(self, now_ns: int) -> bytes:
+        """Do what is due up to and at `now_ns`; return bytes to transmit."""
+        self._run_timers(now_ns)
+        return self._take_out()
+
+    def next_deadline_ns(self) -> int | None:
+        """When `advance` has something to do next, None when nothing is planned."""
+        timers = self._timers()
+        return min(timers)[0] if timers else None
+
+    def control_step(self, now_ns: int, dt_s: float) -> None:
+        """One turn of the control loop: senses the body at `now_ns`, drives it for the coming `dt_s` seconds."""
+        self.controller.control_step(now_ns, dt_s)
+
+    def take_events(self) -> list[RobotEvent]:
+        """Take what happened since the last call, in order."""
+        taken = list(self._events)
+        self._events.clear()
+        return taken
+
+    # --- inside ----------------------------------------------------------------------------------------------------
+
+    def _take_out(self) -> bytes:
+        out = bytes(self._out)
+        self._out.clear()
+        return out
+
+    def _timers(self) -> list[Timer]:
+        sip_ns = None if self._opened_ns is None else self._opened_ns + (self._sips + 1) * self._cycle_ns
+        candidates: list[tuple[int | None, Callable[[int], None]]] = [
+            (self.connection.next_deadline_ns(), self._advance_connection),
+            (self.controller.host_baud.next_deadline_ns(), self._revert_baud),
+            (self.controller.sonar.next_deadline_ns(), self._fire_sonar),
+            (sip_ns, self._send_cycle),
+        ]
+        return [(when_ns, rank, act) for rank, (when_ns, act) in enumerate(candidates) if when_ns is not None]
+
+    def _run_timers(self, until_ns: int) -> None:
+        while timers := self._timers():
+            when_ns, _, act = min(timers)
+            if when_ns > until_ns:
+                return
+            act(when_ns)
+
+    def _advance_connection(self, now_ns: int) -> None:
+        self._handle(self.connection.advance(now_ns), now_ns)
+
+    def _revert_baud(self, _now_ns: int) -> None:
+        self.controller.host_baud.revert()
+        self._events.append(HostBaudChanged(baud=self.host_baud, reverted=True))
+
+    def _fire_sonar(self, _now_ns: int) -> None:
+        self.controller.sonar.advance()
+
+    def _send_cycle(self, now_ns: int) -> None:
+        """The SIP, then what was asked for."""
+        self._sips += 1
+        self._send(make_sip(self.controller, now_ns), now_ns)
+        for extra in self.controller.requests.take_due():
+            self._send(make_extra(self.controller, extra, now_ns), now_ns)
+        for number, port in enumerate(self.controller.aux_ports, start=1):
+            if data := port.take_due():
+                self._send(SerAuxPacket(port=number, data=data), now_ns)
+
+    def _send(self, packet: ServerPacket, now_ns: int) -> None:
+        self._out += self.connection.send(packet, now_ns)
+
+    def _handle(self, events: list[Event], now_ns: int) -> None:
+        for event in events:
+            match event:
+                case Transmit():
+                    self._out += event.data
+                case CommandReceived():
+                    self.controller.host_baud.confirm()
+                    self._commands.obey(event.command, now_ns)
+                case _:
+                    self._events.append(event)
+                    self._follow_session(event, now_ns)
+
+    def _follow_session(self, event: Event, now_ns: int) -> None:
+        match event:
+            case SessionOpened():
+                self._opened_ns, self._sips = now_ns, 0
+                self.controller.start_session(now_ns)
+            case SessionClosed():
+                self._opened_ns = None
+                self.controller.end_session(now_ns)
+                if self.controller.host_baud.reset():
+                    self._events.append(HostBaudChanged(baud=self.host_baud, reverted=True))
+            case WatchdogExpired():
+                self.controller.motion.hold()
+            case WatchdogRevived():
+                self.controller.motion.release()
+            case _:
+                pass
+
+
+def server_options(settings: RobotSettings) -> ServerOptions:
+    """The protocol options that follow from a robot's settings."""
+    return ServerOptions(
+        identification=Identification(name=settings.name, robot_class=settings.robot_class, subclass=settings.subclass),
+        watchdog_s=settings.watchdog_ms / 1000,
+    )
