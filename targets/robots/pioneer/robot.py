@@ -17,6 +17,7 @@ from protocols.p2os import (
     SerAuxPacket,
     ServerOptions,
     ServerPacket,
+    ServerState,
     SessionClosed,
     SessionOpened,
     Transmit,
@@ -133,8 +134,10 @@ class PioneerRobot:
         self.controller.sonar.advance()
 
     def _send_cycle(self, now_ns: int) -> None:
-        """The SIP, then what was asked for."""
+        """The SIP, then what was asked for; nothing where a faulty state table has lost the session meanwhile."""
         self._sips += 1
+        if self.connection.state is not ServerState.OPEN:
+            return
         self._send(make_sip(self.controller, now_ns), now_ns)
         for extra in self.controller.requests.take_due():
             self._send(make_extra(self.controller, extra, now_ns), now_ns)
