@@ -1,0 +1,52 @@
+"""A clause: one rule that a peer follows or violates, and where it is written."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+__all__ = ["Clause"]
+
+MANUAL = "Pioneer 2 Operations Manual"
+H8 = "Pioneer 2/3 H8 Operations Manual"
+ARIA = "AriaCoda ArRobot.cpp"
+PLAYER = "Player p2os driver"
+AMRISIM = "AMRISim EmulatePioneer.cc"
+ROS = "allenh1/p2os p2os_driver"
+ARDUINO = "qemu-gazebo-sim/p2os-arduino"
+THESIS = "Seixas and Santos, Embedded systems simulator for robotics applications (USP, 2025)"
+SERIAL = "the nature of a serial line, which keeps no packet boundaries"
+FRAMING = "the packet format: Pioneer 2 Operations Manual, client-server chapter"
+MECHANICS = "rigid-body kinematics"
+GEOMETRY = "the exact geometry of the scene"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Clause:
+    """One rule.
+
+    Attributes:
+        id: short name, unique in the catalogue.
+        suite: the suite whose cases cite it.
+        level: how binding it is.
+        title: a few words.
+        text: the rule.
+        sources: where it is written.
+        needs: names of what a bench must be able to do for it to be checked: `server` or `client` under test, `hangup`
+            (cut the line), `baud` (change its rate), `aux-loopback`, `truth` (the robot's true pose), `scene` (put it
+            before walls), `rays`, `contacts`, `bumpers`, `gravity`, `client.commands` (make the client send),
+            `client.report` (ask what it understood), `client.disconnect` (make it leave).
+    """
+
+    id: str
+    suite: str
+    level: Literal["must", "should"]
+    title: str
+    text: str
+    sources: tuple[str, ...]
+    needs: tuple[str, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """The sources in one line."""
+        return "; ".join(self.sources)

@@ -1,0 +1,663 @@
+"""What a robot must do: stimulus and required response.
+
+Hexadecimal bytes without further words stand as on the wire.
+"""
+
+from __future__ import annotations
+
+from protocols.p2os.clause import AMRISIM, ARIA, FRAMING, H8, MANUAL, PLAYER, ROS, SERIAL, THESIS, Clause
+
+__all__ = ["SERVER_CLAUSES"]
+
+_SUITE = "p2os-server"
+
+SERVER_CLAUSES: tuple[Clause, ...] = (
+    Clause(
+        id="S01",
+        suite=_SUITE,
+        level="must",
+        title="SYNC0 is echoed",
+        text="Before a session, SYNC0 (FA FB 03 00 00 00) is answered with the same six bytes within 200 ms.",
+        sources=(
+            MANUAL,
+            ARIA,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S02",
+        suite=_SUITE,
+        level="must",
+        title="SYNC1 is echoed",
+        text="After SYNC0, SYNC1 (FA FB 03 01 00 01) is answered with the same six bytes.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S03",
+        suite=_SUITE,
+        level="must",
+        title="SYNC2 is answered with the identification",
+        text=(
+            "After SYNC1, SYNC2 (FA FB 03 02 00 02) is answered with a packet of type 02 that holds three NUL- "
+            "terminated strings: the name, the class Pioneer, a known subclass; count and checksum are right."
+        ),
+        sources=(
+            MANUAL,
+            PLAYER,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S04",
+        suite=_SUITE,
+        level="must",
+        title="Silent unless spoken to",
+        text=(
+            "Before the session, with nothing sent for 3 s, also after SYNC0 and after the identification, not one "
+            "byte comes."
+        ),
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S05",
+        suite=_SUITE,
+        level="must",
+        title="OPEN without argument opens",
+        text="After the identification, OPEN without an argument starts the SIPs within 200 ms.",
+        sources=(
+            MANUAL,
+            PLAYER,
+            ROS,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S06",
+        suite=_SUITE,
+        level="must",
+        title="OPEN 1 opens",
+        text="After the identification, OPEN with the integer 1, as ARIA sends it, starts the SIPs within 200 ms.",
+        sources=(ARIA,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S07",
+        suite=_SUITE,
+        level="must",
+        title="No commands before the session",
+        text="Before the handshake VEL 200 or OPEN has no answer and starts no SIP.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S08",
+        suite=_SUITE,
+        level="must",
+        title="The modem preamble is skipped",
+        text=(
+            "WMS2 and a carriage return (57 4D 53 32 0D), which ARIA sends first on a serial line, do not keep the "
+            "SYNC0 behind them from being echoed."
+        ),
+        sources=(ARIA,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S09",
+        suite=_SUITE,
+        level="must",
+        title="A SYNC0 with a wrong checksum is not answered",
+        text="SYNC0 with its last byte 01 has no answer; the next good SYNC0 is echoed.",
+        sources=(
+            MANUAL,
+            AMRISIM,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S10",
+        suite=_SUITE,
+        level="should",
+        title="A stray FA before a header does no harm",
+        text="FA FA FB 03 00 00 00 is taken for SYNC0.",
+        sources=(PLAYER,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S11",
+        suite=_SUITE,
+        level="must",
+        title="Single bytes make a packet",
+        text="SYNC0 sent byte by byte, 20 ms apart, is echoed.",
+        sources=(SERIAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S12",
+        suite=_SUITE,
+        level="must",
+        title="A repeated SYNC0 is echoed again",
+        text="Two SYNC0 have two echoes, so that a client that missed one can go on.",
+        sources=(
+            ARIA,
+            PLAYER,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S13",
+        suite=_SUITE,
+        level="must",
+        title="SYNC0 restarts the handshake",
+        text="SYNC0, SYNC1, SYNC0: the third is echoed as SYNC0, and the handshake can be walked anew.",
+        sources=(ARIA,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S14",
+        suite=_SUITE,
+        level="should",
+        title="SYNCs out of order do not block",
+        text=(
+            "SYNC0 and then SYNC2 is answered with the identification, with type FF, or with the SYNC that was "
+            "expected; a full handshake works afterwards."
+        ),
+        sources=(
+            AMRISIM,
+            ARIA,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S15",
+        suite=_SUITE,
+        level="must",
+        title="Counts below three are ignored",
+        text="A header with a count of 2, 1 or 0 is ignored; the good packet behind it works.",
+        sources=(FRAMING,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S16",
+        suite=_SUITE,
+        level="must",
+        title="An overlong packet is ignored",
+        text="A packet with a count of 250 and its 250 bytes is ignored; the SYNC0 behind it is answered.",
+        sources=(
+            MANUAL,
+            THESIS,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S17",
+        suite=_SUITE,
+        level="should",
+        title="The longest packet does not desynchronise",
+        text=(
+            "A SAY string of 195 bytes 01 (count exactly 200) is swallowed whole; the CONFIG request behind it is "
+            "answered."
+        ),
+        sources=(
+            MANUAL,
+            THESIS,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S18",
+        suite=_SUITE,
+        level="must",
+        title="SIPs come every cycle",
+        text=(
+            "In session, over 10 s, SIPs come every 100 ms (or 50 ms), each within 10 ms of its time, type 32 for a "
+            "robot that stands, with right checksums and a count of 27 and 3 for each sonar reading."
+        ),
+        sources=(
+            MANUAL,
+            AMRISIM,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S19",
+        suite=_SUITE,
+        level="must",
+        title="A session begins with motors off and sonar on",
+        text="The first SIP has flag bit 0 (motors) clear and bit 1 (sonar) set.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S20",
+        suite=_SUITE,
+        level="must",
+        title="No motion with motors off",
+        text="VEL 200 with motors off leaves position and speeds at 0 and the type at 32.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S21",
+        suite=_SUITE,
+        level="must",
+        title="ENABLE 1 turns the motors on",
+        text="After ENABLE 1 flag bit 0 is set within two SIPs.",
+        sources=(
+            MANUAL,
+            ARIA,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S22",
+        suite=_SUITE,
+        level="must",
+        title="VEL drives forward",
+        text=(
+            "ENABLE 1 and VEL 200: type 33, both wheel speeds rise to 200 mm/s within 5 mm/s with the slope of SETA, "
+            "the heading stays."
+        ),
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S23",
+        suite=_SUITE,
+        level="must",
+        title="A negative VEL drives backward",
+        text=(
+            "VEL -200 as sign and magnitude (1B C8 00): both wheels at -200 mm/s, x falls and wraps at 15 bits below 0."
+        ),
+        sources=(
+            MANUAL,
+            ARIA,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S24",
+        suite=_SUITE,
+        level="must",
+        title="RVEL turns both ways",
+        text="RVEL 30 raises the heading with the right wheel faster, RVEL -30 lowers it with the left wheel faster.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S25",
+        suite=_SUITE,
+        level="must",
+        title="VEL and RVEL act together",
+        text="VEL 100 and then RVEL 20: the mean wheel speed stays 100 mm/s while the robot turns.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S26",
+        suite=_SUITE,
+        level="must",
+        title="VEL2 sets each wheel",
+        text="VEL2 with the bytes 0A 05 (right 200, left 100 mm/s) gives these wheel speeds.",
+        sources=(
+            ARIA,
+            PLAYER,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S27",
+        suite=_SUITE,
+        level="must",
+        title="VEL2 is read alike from both senders",
+        text=(
+            "VEL2 for -100 mm/s on both wheels gives the same motion as ARIA packs it (1B 05 04) and as Player does "
+            "(3B FB FB)."
+        ),
+        sources=(
+            ARIA,
+            PLAYER,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S28",
+        suite=_SUITE,
+        level="must",
+        title="HEAD turns to a heading",
+        text="HEAD 90 from 0 settles at 1024 units within 12, then HEAD -90 at -1024.",
+        sources=(
+            MANUAL,
+            ARIA,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S29",
+        suite=_SUITE,
+        level="should",
+        title="DHEAD and DCHEAD turn by an angle",
+        text="DHEAD -45 changes the heading by -512 units; DCHEAD 30 by 341 from the heading last asked for.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S30",
+        suite=_SUITE,
+        level="should",
+        title="MOVE travels a distance",
+        text="MOVE 1000 raises x by 1000 mm within 1 %, then the type is 32.",
+        sources=(
+            MANUAL,
+            ARIA,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S31",
+        suite=_SUITE,
+        level="should",
+        title="SETV limits MOVE",
+        text="SETV 100 and MOVE 1000: no wheel is ever faster than 100 mm/s.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S32",
+        suite=_SUITE,
+        level="should",
+        title="SETA sets the slope",
+        text="With SETA 1000 and -1000, VEL 500 is reached and left with that slope.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S33",
+        suite=_SUITE,
+        level="must",
+        title="SETO makes here the origin",
+        text=(
+            "SETO without an argument, and with a type byte only as Player sends it (07 3B): x, y and heading are 0 "
+            "in the next SIP."
+        ),
+        sources=(
+            PLAYER,
+            ROS,
+            MANUAL,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S34",
+        suite=_SUITE,
+        level="must",
+        title="STOP stops with the normal deceleration",
+        text="STOP while moving: speeds fall with the slope of SETA, the motors stay enabled, the type becomes 32.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S35",
+        suite=_SUITE,
+        level="must",
+        title="E_STOP stops at once",
+        text="E_STOP while moving stops several times faster than STOP.",
+        sources=(
+            MANUAL,
+            AMRISIM,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S36",
+        suite=_SUITE,
+        level="must",
+        title="The watchdog stops the robot",
+        text="VEL 200 and then silence: the robot stands after 2.0 s and the deceleration; the SIPs never pause.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S37",
+        suite=_SUITE,
+        level="must",
+        title="The next packet revives",
+        text="PULSE after the watchdog stop: the speed returns to 200 mm/s.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S38",
+        suite=_SUITE,
+        level="must",
+        title="Any packet feeds the watchdog",
+        text="VEL 200 and SONAR 1, no PULSE, every 1.9 s: the robot never stops.",
+        sources=(
+            MANUAL,
+            ROS,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S39",
+        suite=_SUITE,
+        level="must",
+        title="PULSE is not echoed in session",
+        text="FA FB 03 00 00 00 in session has no echo, and the session goes on.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S40",
+        suite=_SUITE,
+        level="must",
+        title="CLOSE ends the session",
+        text="CLOSE without an argument: no SIP after 200 ms, and SYNC0 is echoed again.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S41",
+        suite=_SUITE,
+        level="must",
+        title="A new session starts stopped",
+        text="CLOSE 1 while moving, then a new session: motors off, type 32, no motion.",
+        sources=(ARIA,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S42",
+        suite=_SUITE,
+        level="should",
+        title="CONFIG is answered",
+        text=(
+            "CONFIG with the integer 1 and without argument: one packet of type 20 each, readable to the last P2OS "
+            "field."
+        ),
+        sources=(
+            MANUAL,
+            ARIA,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S43",
+        suite=_SUITE,
+        level="should",
+        title="ENCODER sends one, a stream, none",
+        text="ENCODER 1 brings one packet of type 90, 2 a stream, 0 ends it.",
+        sources=(
+            MANUAL,
+            ARIA,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S44",
+        suite=_SUITE,
+        level="should",
+        title="IOREQUEST sends one, a stream, none",
+        text="IOREQUEST 1 brings one packet of type F0, 2 a stream, 0 ends it.",
+        sources=(ARIA,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S45",
+        suite=_SUITE,
+        level="must",
+        title="SONAR switches the sonar",
+        text="SONAR 0 clears flag bit 1 and ends the readings; SONAR 1 brings both back.",
+        sources=(
+            MANUAL,
+            PLAYER,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S46",
+        suite=_SUITE,
+        level="should",
+        title="POLLING picks the discs",
+        text="POLLING with the bytes 1 and 5: only discs 0 and 4 are reported.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S47",
+        suite=_SUITE,
+        level="should",
+        title="DIGOUT sets the outputs",
+        text="DIGOUT with mask FF and value 0F, packed as ARIA does (1B F1 00), shows as 0F in the SIP.",
+        sources=(ARIA,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S48",
+        suite=_SUITE,
+        level="must",
+        title="Unknown commands do no harm",
+        text="BATTERYINFO 1 and the commands 200, 63 and 64 leave the session as it is.",
+        sources=(ARIA,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S49",
+        suite=_SUITE,
+        level="must",
+        title="A command with a wrong checksum is not obeyed",
+        text="VEL 100 with a wrong checksum does not move the robot.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S50",
+        suite=_SUITE,
+        level="must",
+        title="A burst is obeyed in order",
+        text="Ten commands in one write are all obeyed, in their order.",
+        sources=(ARIA,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S51",
+        suite=_SUITE,
+        level="must",
+        title="Strings with and without NUL",
+        text="SAY is accepted with ARIA's uncounted NUL behind the string and without it.",
+        sources=(
+            MANUAL,
+            ARIA,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S52",
+        suite=_SUITE,
+        level="must",
+        title="The position counter wraps cleanly",
+        text="Over 40 m in a line x wraps at 32768 (or 65536) and no step between two SIPs exceeds 100 mm.",
+        sources=(
+            ARIA,
+            PLAYER,
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S53",
+        suite=_SUITE,
+        level="must",
+        title="The heading wraps cleanly",
+        text="Over five turns the heading stays within -2048..2047 and wraps.",
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S54",
+        suite=_SUITE,
+        level="must",
+        title="Sonar readings are numbered from 0 and scaled",
+        text=(
+            "Before a wall the readings carry disc numbers from 0, ranges of the distance divided by the range unit "
+            "within 1, at most 16 in a SIP."
+        ),
+        sources=(ARIA,),
+        needs=(
+            "server",
+            "scene",
+            "rays",
+        ),
+    ),
+    Clause(
+        id="S55",
+        suite=_SUITE,
+        level="must",
+        title="A vanished client does not lock the robot",
+        text="When the line is cut without CLOSE the robot stops, and a new handshake works.",
+        sources=(AMRISIM,),
+        needs=(
+            "server",
+            "hangup",
+        ),
+    ),
+    Clause(
+        id="S56",
+        suite=_SUITE,
+        level="should",
+        title="BUMPSTALL stops at a contact",
+        text="BUMPSTALL 3 and a bumper contact: the wheels stand and the stall bits are set.",
+        sources=(MANUAL,),
+        needs=(
+            "server",
+            "scene",
+            "bumpers",
+        ),
+    ),
+    Clause(
+        id="S57",
+        suite=_SUITE,
+        level="should",
+        title="HOSTBAUD falls back",
+        text="HOSTBAUD 2 and then silence for more than 500 ms: the old rate is back.",
+        sources=(H8,),
+        needs=(
+            "server",
+            "baud",
+        ),
+    ),
+    Clause(
+        id="S58",
+        suite=_SUITE,
+        level="should",
+        title="AUX data come back on request",
+        text="TTY2 AT with the AUX port looped back and GETAUX 2: one packet B0 with 41 54 when both bytes are in.",
+        sources=(
+            MANUAL,
+            PLAYER,
+        ),
+        needs=(
+            "server",
+            "aux-loopback",
+        ),
+    ),
+)
