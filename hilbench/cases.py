@@ -1,0 +1,193 @@
+"""The bench of one case, as its suite sees it.
+
+A case asks for parts by name, and only what it asks for is built. With a server under test there is ``peer``, the
+checker's end of the line; with a client under test ``client`` and the scripted ``server`` it talks to. On a virtual
+bench there are also ``pioneer`` and ``world``, the truth to hold against what the line says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+from hilbench.bench import Bench
+from hilbench.check.provider import CaseInfo
+from hilbench.client_under_test import ClientUnderTest, OwnClient
+from hilbench.clock import Scheduler
+from hilbench.errors import InternalError
+from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink, Port
+from hilbench.p2os_client import P2osClient
+from hilbench.peer import Peer
+from hilbench.pioneer import PioneerPlan, VirtualPioneer
+from hilbench.scripted_server import ScriptedServer
+from protocols.p2os import ClientOptions
+from worlds.world import World
+
+ClientFactory = Callable[[Bench, Port, ClientOptions], P2osClient]
+Tap = Callable[[Scheduler, Port], Port]
+"""Puts something between the checker and the device on a port; what a frame-altering mutant does."""
+
+
+def make_client(bench: Bench, port: Port, options: ClientOptions) -> P2osClient:
+    """Make our client as it is meant to be."""
+    return P2osClient(bench, port, options)
+
+
+def no_tap(_scheduler: Scheduler, port: Port) -> Port:
+    """Put nothing in between."""
+    return port
+
+
+class CaseBase:
+    """What is the same for every kind of target."""
+
+    def __init__(self, bench: Bench, case: CaseInfo) -> None:
+        self.bench = bench
+        self.case = case
+        self._hash = ""
+        bench.journal.begin_case(case.id, bench.now_ns)
+
+    @property
+    def now_ns(self) -> int:
+        """Bench time in nanoseconds."""
+        return self.bench.now_ns
+
+    @property
+    def journal(self) -> Journal:
+        """The journal of the run."""
+        return self.bench.journal
+
+    def finish(self, verdict: str, cause: str) -> None:
+        """Take the verdict into the journal and close the case's part of it."""
+        self.bench.record("verdict", "checker", verdict=verdict, cause=cause)
+        self._hash = self.bench.journal.end_case(self.bench.now_ns)
+
+    def case_hash(self) -> str:
+        """Return the hash over the canonical events of this case."""
+        return self._hash
+
+
+class VirtualCase(CaseBase):
+    """A case on a bench of its own, where nothing is real and time runs free.
+
+    Args:
+        bench: made for this case alone.
+        case: what is known of it.
+        plan: the robot to build; a scene the case asks for replaces the plan's.
+        line: the host line.
+        make_client: makes the client under test.
+        tap: what stands between the checker and the device.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        case: CaseInfo,
+        plan: PioneerPlan,
+        line: Line,
+        *,
+        make_client: ClientFactory = make_client,
+        tap: Tap = no_tap,
+    ) -> None:
+        super().__init__(bench, case)
+        self.plan = replace(plan, scene=case.scene) if case.scene else plan
+        self._make_client = make_client
+        self._link = MemoryLink(bench.scheduler, line, name="host")
+        self._tap = tap
+
+    @cached_property
+    def pioneer(self) -> VirtualPioneer:
+        """The virtual robot with its world, on the far end of the line."""
+        port = self._tap(self.bench.scheduler, self._link.b)
+        return VirtualPioneer(self.bench, port, self.plan, seed=self.case.seed)
+
+    @cached_property
+    def peer(self) -> Peer:
+        """The checker's end of the robot's line."""
+        peer = Peer(self.bench, self._link.a)
+        self.pioneer  # noqa: B018 - brings the robot to life at the far end
+        return peer
+
+    @property
+    def world(self) -> World:
+        """The world the robot stands in: the truth."""
+        return self.pioneer.world
+
+    @cached_property
+    def server(self) -> ScriptedServer:
+        """The scripted server that a client under test talks to."""
+        return ScriptedServer(self.bench, self._link.a)
+
+    @cached_property
+    def client(self) -> ClientUnderTest:
+        """The client under test."""
+        return self.client_with(ClientOptions())
+
+    def client_with(self, options: ClientOptions) -> ClientUnderTest:
+        """Make the client under test with options of the case's choosing; only once in a case."""
+        if "client" in self.__dict__:
+            raise InternalError("the case has its client already")
+        self.server  # noqa: B018 - the far end is there before the client speaks
+        port = self._tap(self.bench.scheduler, self._link.b)
+        client = OwnClient(self._make_client(self.bench, port, options))
+        self.__dict__["client"] = client
+        return client
+
+    def hang_up(self) -> None:
+        """Cut the line, as a TCP client that dies does."""
+        self.peer.line_expected = False
+        self._link.hang_up()
+
+    def reconnect(self) -> None:
+        """Bring the line back."""
+        self._link.restore()
+        self.bench.run_until(lambda: self._link.a.line_is_up, 1.0)
+        self.peer.line_expected = True
+
+    def evidence(self) -> Sequence[str]:
+        """Return the latest packets."""
+        if "peer" in self.__dict__:
+            return self.peer.evidence()
+        return self.server.evidence() if "server" in self.__dict__ else ()
+
+    def close(self) -> None:
+        """Give the world back."""
+        if "pioneer" in self.__dict__:
+            self.pioneer.close()
+
+
+class AttachedCase(CaseBase):
+    """A case on a server that somebody else runs: a real robot, or a program behind a pty or a socket."""
+
+    def __init__(self, bench: Bench, case: CaseInfo, peer: Peer, reopen: Callable[[], Port]) -> None:
+        super().__init__(bench, case)
+        self.peer = peer
+        self._reopen = reopen
+
+    def hang_up(self) -> None:
+        """Close our end of the line."""
+        self.peer.line_expected = False
+        self.peer.port.close()
+
+    def reconnect(self) -> None:
+        """Open the line again."""
+        self.peer.attach(self._reopen())
+
+    def evidence(self) -> Sequence[str]:
+        """Return the latest packets."""
+        return self.peer.evidence()
+
+
+class ForeignClientCase(CaseBase):
+    """A case on a client that somebody else wrote."""
+
+    def __init__(self, bench: Bench, case: CaseInfo, server: ScriptedServer, client: ClientUnderTest) -> None:
+        super().__init__(bench, case)
+        self.server = server
+        self.client = client
+
+    def evidence(self) -> Sequence[str]:
+        """Return the latest packets."""
+        return self.server.evidence()

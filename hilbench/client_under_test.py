@@ -1,0 +1,153 @@
+"""The client that the suite ``p2os-client`` puts to the test: ours, a program we start, or whoever comes.
+
+What can be asked of a client depends on which it is. Ours tells what it understood and does what it is told; of a
+foreign program only its bytes are seen, so cases that need more are not applicable to it.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import subprocess
+from typing import Protocol
+
+from hilbench.bench import Bench
+from hilbench.errors import UnavailableError
+from hilbench.links import Port
+from hilbench.p2os_client import P2osClient
+
+OWN_CAPABILITIES = frozenset({"client", "client.restart", "client.disconnect", "client.commands", "client.report"})
+EXEC_CAPABILITIES = frozenset({"client", "client.restart", "client.disconnect"})
+LISTEN_CAPABILITIES = frozenset({"client"})
+
+WAIT_FOR_CLIENT_S = 30.0
+"""How long a case waits for a foreign client to come, in seconds. A choice: long enough to start one by hand."""
+
+_TERMINATE_WITHIN_S = 3.0
+
+
+class ClientUnderTest(Protocol):
+    """A client that can be made to connect."""
+
+    @property
+    def own(self) -> P2osClient | None:
+        """Our own client, which can be commanded and asked; None if it is a foreign one."""
+
+    def start(self) -> None:
+        """Have the client connect, from scratch.
+
+        Raises:
+            UnavailableError: it cannot be started, or nobody came.
+        """
+
+    def disconnect(self) -> None:
+        """Have the user of the client end the session."""
+
+    def close(self) -> None:
+        """Make sure the client is gone."""
+
+
+class OwnClient:
+    """The client of this package."""
+
+    def __init__(self, client: P2osClient) -> None:
+        self._client = client
+
+    @property
+    def own(self) -> P2osClient:
+        """The client itself."""
+        return self._client
+
+    def start(self) -> None:
+        """Begin to connect."""
+        self._client.connect()
+
+    def disconnect(self) -> None:
+        """Begin to take leave."""
+        self._client.disconnect()
+
+    def close(self) -> None:
+        """Nothing to do: it lives and dies with its bench."""
+
+
+class ExecClient:
+    """A program that we start for each case, with the pty or the TCP port it is to connect to.
+
+    Args:
+        command: its command line, split as a shell would; ``{pty}`` and ``{port}`` are filled in by ``names``.
+        names: what to fill in.
+    """
+
+    own = None
+
+    def __init__(self, command: str, names: dict[str, str]) -> None:
+        self._words = [_fill_in(word, names) for word in shlex.split(command)]
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def start(self) -> None:
+        """Start the program, in a session of its own so that all of it can be ended."""
+        try:
+            self._process = subprocess.Popen(
+                self._words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, start_new_session=True
+            )
+        except OSError as error:
+            raise UnavailableError(
+                f"the client cannot be started: {error.strerror}", where=f"exec:{self._words[0]}"
+            ) from None
+
+    def disconnect(self) -> None:
+        """Interrupt the program, as Ctrl-C would."""
+        self._signal(signal.SIGINT)
+
+    def close(self) -> None:
+        """End the program: politely first."""
+        if self._process is None:
+            return
+        self._signal(signal.SIGTERM)
+        try:
+            self._process.wait(_TERMINATE_WITHIN_S)
+        except subprocess.TimeoutExpired:
+            self._signal(signal.SIGKILL)
+            self._process.wait()
+        self._process = None
+
+    def _signal(self, number: signal.Signals) -> None:
+        if self._process is not None and self._process.poll() is None:
+            os.killpg(self._process.pid, number)
+
+
+class ListenClient:
+    """Whoever connects to our door.
+
+    Args:
+        bench: whose time passes while we wait.
+        port: the door.
+    """
+
+    own = None
+
+    def __init__(self, bench: Bench, port: Port) -> None:
+        self._bench = bench
+        self._port = port
+
+    def start(self) -> None:
+        """Wait until somebody is there."""
+        if not self._bench.run_until(lambda: self._port.line_is_up, WAIT_FOR_CLIENT_S):
+            raise UnavailableError(
+                f"no client came within {WAIT_FOR_CLIENT_S * self._bench.timeout_scale:g} s",
+                where=self._port.name,
+                hint="start it, or raise --timeout-scale",
+            )
+
+    def disconnect(self) -> None:
+        """Nothing can be done to a stranger."""
+
+    def close(self) -> None:
+        """Nothing to end."""
+
+
+def _fill_in(word: str, names: dict[str, str]) -> str:
+    for name, value in names.items():
+        word = word.replace("{" + name + "}", value)
+    return word

@@ -1,0 +1,107 @@
+"""Puts a sans-IO device on a port of the bench.
+
+A device (a robot's controller, one side of a protocol) knows nothing of ports and clocks: it is given bytes and a time,
+gives bytes back, and names the time at which it wants to be called again. The actor here does the calling.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Protocol
+
+from hilbench.bench import Bench
+from hilbench.clock import Entry, EventClass
+from hilbench.links import Port
+
+
+class SerialDevice(Protocol):
+    """Something that talks over a serial line, without I/O."""
+
+    def receive(self, data: bytes, now_ns: int) -> bytes:
+        """Take bytes off the line; return what to put on it."""
+
+    def advance(self, now_ns: int) -> bytes:
+        """Do what is due at ``now_ns``; return what to put on the line."""
+
+    def next_deadline_ns(self) -> int | None:
+        """Return the time at which `advance` must be called, or None."""
+
+    def line_down(self, now_ns: int) -> bytes:
+        """Take note that the line was hung up; return what to put on it."""
+
+    def take_events(self) -> Iterable[object]:
+        """Return what happened since the last call."""
+
+
+class DeviceActor:
+    """Calls a device when bytes arrive, when it is due, and when the line goes down.
+
+    Args:
+        bench: whose time and journal are used.
+        device: what to call.
+        port: the device's end of its link.
+        name: the source name in the journal.
+        on_event: called for each event the device reports, after it is recorded.
+        after: called whenever the device has been called.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        device: SerialDevice,
+        port: Port,
+        *,
+        name: str,
+        on_event: Callable[[object], None] = lambda _event: None,
+        after: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._bench = bench
+        self._device = device
+        self._port = port
+        self._name = name
+        self._on_event = on_event
+        self._after = after
+        self._entry: Entry | None = None
+        self._entry_ns: int | None = None
+        port.on_receive = self._received
+        port.on_line = self._line_changed
+        self.settle()
+
+    def settle(self) -> None:
+        """Record what the device reports and book its next call; call this after touching the device directly."""
+        for event in self._device.take_events():
+            self._bench.record_event(self._name, event)
+            self._on_event(event)
+        self._after()
+        self._book()
+
+    def transmit(self, data: bytes) -> None:
+        """Put bytes of the device on its line, and settle."""
+        if data:
+            self._bench.record("tx", self._name, data=data)
+            self._port.write(data)
+        self.settle()
+
+    def _received(self, data: bytes, at_ns: int) -> None:
+        self.transmit(self._device.receive(data, at_ns))
+
+    def _due(self) -> None:
+        self._entry = None
+        self.transmit(self._device.advance(self._bench.now_ns))
+
+    def _line_changed(self, up: bool, at_ns: int) -> None:
+        self._bench.record("line", self._name, up=up)
+        if not up:
+            self.transmit(self._device.line_down(at_ns))
+
+    def _book(self) -> None:
+        deadline_ns = self._device.next_deadline_ns()
+        if self._entry is not None and deadline_ns == self._entry_ns:
+            return
+        if self._entry is not None:
+            self._bench.scheduler.cancel(self._entry)
+            self._entry = None
+        if deadline_ns is not None:
+            when_ns = max(deadline_ns, self._bench.now_ns)
+            self._entry = self._bench.scheduler.at(when_ns, self._due, order=EventClass.TIMER, source=self._name)
+            self._entry_ns = deadline_ns
