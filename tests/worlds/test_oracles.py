@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from worlds import Box, PhysicsOutputError, Scene, Start, Vehicle
+from worlds import Box, PhysicsOutputError, Scene, Start, Vehicle, bullet
 from worlds.scenes.builtin import RAMP_SLOPE_RAD
 from worlds.selfcheck import GRAVITY_M_S2, free_fall, self_check
 from worlds.vehicles.model import Axle, BoxShape, Part, SphereShape, box_inertia, sphere_inertia
@@ -170,7 +170,10 @@ def test_an_impossible_inertia_is_an_error_not_a_zero(open_it):
 
 def test_a_refused_vehicle_leaves_the_next_one_unharmed(open_it):
     broken = Part(name="flat", mass_kg=1.0, center_of_mass_m=(0, 0, 0), inertia_kg_m2=(1.0, 1.0, 9.0))
+    open_it("empty", ball()).close()
+    spare = len(bullet._idle_clients)
     for _ in range(3):
         with pytest.raises(PhysicsOutputError):
             open_it("empty", Vehicle(name="flat", parts=(broken,)))
+    assert len(bullet._idle_clients) == spare
     assert free_fall().passed
