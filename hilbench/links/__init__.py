@@ -2,5 +2,19 @@
 
 from hilbench.links.memory import MemoryLink, MemoryPort
 from hilbench.links.port import Line, LinkCounters, Port
+from hilbench.links.pty import PtyDoor
+from hilbench.links.serialport import SerialPort, SerialTarget, parse_serial_target
+from hilbench.links.tcp import TcpDoor
 
-__all__ = ["Line", "LinkCounters", "MemoryLink", "MemoryPort", "Port"]
+__all__ = [
+    "Line",
+    "LinkCounters",
+    "MemoryLink",
+    "MemoryPort",
+    "Port",
+    "PtyDoor",
+    "SerialPort",
+    "SerialTarget",
+    "TcpDoor",
+    "parse_serial_target",
+]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 
 from hilbench.clock import NS_PER_S, EventClass, Scheduler
+from hilbench.links.faults import Direction, FaultPlan
 from hilbench.links.port import Line, PortBase
 from hilbench.links.uart import Injector, Sampler, Transmitter
 
@@ -137,8 +138,7 @@ class MemoryLink:
         line: Baud rate of both ends (each may change its own) and bits per byte.
         name: For the journal; the ends are called NAME.a and NAME.b.
         tx_depth: Bytes each end's transmit queue holds; None for no limit.
-        faults_a_to_b: Decides what becomes of the bytes from a to b.
-        faults_b_to_a: Decides what becomes of the bytes from b to a.
+        faults: What goes wrong on it, and when.
     """
 
     def __init__(
@@ -148,16 +148,25 @@ class MemoryLink:
         *,
         name: str = "link",
         tx_depth: int | None = None,
-        faults_a_to_b: Injector | None = None,
-        faults_b_to_a: Injector | None = None,
+        faults: FaultPlan | None = None,
     ) -> None:
         self.name = name
         self.line = line or Line()
         self._scheduler = scheduler
-        self.a = MemoryPort(scheduler, f"{name}.a", self.line, tx_depth=tx_depth, injector=faults_a_to_b)
-        self.b = MemoryPort(scheduler, f"{name}.b", self.line, tx_depth=tx_depth, injector=faults_b_to_a)
+        self.a, self.b = (
+            MemoryPort(
+                scheduler,
+                f"{name}.{end}",
+                self.line,
+                tx_depth=tx_depth,
+                injector=faults.injector(direction) if faults else None,
+            )
+            for end, direction in (("a", Direction.A_TO_B), ("b", Direction.B_TO_A))
+        )
         self.a.join(self.b)
         self.b.join(self.a)
+        if faults:
+            faults.arm(scheduler, self)
 
     def hang_up(self) -> None:
         """Interrupt the line; both ends are told, in an entry of their own, and what was under way is lost."""
@@ -166,6 +175,18 @@ class MemoryLink:
     def restore(self) -> None:
         """Bring the line up again; both ends are told, in an entry of their own."""
         self._change(up=True)
+
+    def break_line(self, direction: Direction, duration_ns: int) -> None:
+        """Hold one wire low for `duration_ns`, after the bytes written so far."""
+        self._sender(direction).send_break(duration_ns)
+
+    def set_wire_baud(self, direction: Direction, baud: int | None) -> None:
+        """Let one end send at another rate than its own, in bit/s; None for its own again."""
+        sender = self._sender(direction)
+        sender.wire_baud = sender.baud if baud is None else baud
+
+    def _sender(self, direction: Direction) -> MemoryPort:
+        return self.a if direction is Direction.A_TO_B else self.b
 
     def close(self) -> None:
         """Close both ends."""

@@ -1,0 +1,149 @@
+"""What the doors for foreign programs share: a line of its own between the program and the bench.
+
+A program behind a pty or a socket writes whole chunks at once; a wire would not. So a door is two wires: what comes in
+is let through at the baud rate from the moment it was seen, and what goes out leaves at the baud rate. A client that
+leaves has hung up once its last byte is through.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+from hilbench.clock import NS_PER_MS, EventClass, Scheduler
+from hilbench.links.port import Line, PortBase
+from hilbench.links.uart import Transmitter
+
+READ_BYTES = 4096
+# Bytes that wait for the wire: beyond them the client is not read from (it feels that as flow control) and what the
+# bench writes is refused and counted.
+_WAITING_BYTES = 16 * 1024
+# One system call for all bytes that end within a millisecond: one byte at 9600 baud, eleven at 115200.
+_GROUP_NS = NS_PER_MS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Input:
+    """A descriptor and what to do when it is readable."""
+
+    descriptor: int
+    read: Callable[[int], None]
+
+    def fileno(self) -> int:
+        """Return the descriptor."""
+        return self.descriptor
+
+    def on_readable(self, at_ns: int) -> None:
+        """Read it; `at_ns` is the bench time in ns."""
+        self.read(at_ns)
+
+
+class Door(PortBase):
+    """A port whose other end is a program outside; see the subclasses.
+
+    Args:
+        scheduler: Owner of bench time, locked to the host's clock before it runs.
+        name: For the journal and for messages.
+        line: Baud rate of the wire, 0 for no pace.
+    """
+
+    def __init__(self, scheduler: Scheduler, name: str, line: Line) -> None:
+        super().__init__(name)
+        self._scheduler = scheduler
+        self._hung_up = False
+        self._held: Input | None = None
+        self._incoming = Transmitter(scheduler, f"{name}.in", line, self._deliver, on_idle=self._drained)
+        self._outgoing = Transmitter(
+            scheduler, f"{name}.out", line, self._put, group_ns=_GROUP_NS, depth=_WAITING_BYTES
+        )
+
+    @property
+    def baud(self) -> int:
+        """Bits per second of the wire, 0 for no pace."""
+        return self._outgoing.baud
+
+    @baud.setter
+    def baud(self, baud: int) -> None:
+        self._outgoing.baud = baud
+        self._incoming.baud = baud
+
+    def write(self, data: bytes) -> None:
+        """Hand bytes to the wire. What finds nobody, or a client that does not read, is lost and counted."""
+        self._take_to_send(data, self._scheduler.now_ns)
+        self.counters.overruns += len(data) - self._outgoing.write(data)
+
+    def send_break(self, duration_ns: int) -> None:
+        """Keep the wire busy for `duration_ns`; a pty or a socket cannot carry a break to the client."""
+        self._take_to_send(b"", self._scheduler.now_ns)
+        self._outgoing.send_break(duration_ns)
+
+    def close(self) -> None:
+        """Hang up and release everything; a second call does nothing."""
+        if self.closed:
+            return
+        self.closed = True
+        self.line_is_up = False
+        self._incoming.clear()
+        self.counters.lost += self._outgoing.clear()
+        self._release()
+
+    # --- for the subclass
+
+    def _put(self, data: bytes, at_ns: int) -> None:
+        """Give bytes that left the wire to the client; count what it does not take."""
+        raise NotImplementedError
+
+    def _release(self) -> None:
+        """Close descriptors."""
+        raise NotImplementedError
+
+    def _client_gone(self) -> None:
+        """Learn that the client's last byte is through and the line is down."""
+
+    def _in_order(self, at_ns: int, action: Callable[[], None]) -> None:
+        """Have `action` happen at `at_ns`, after whatever was seen before."""
+        self._scheduler.at(at_ns, action, order=EventClass.INPUT, source=self.name)
+
+    def _came_in(self, source: Input, data: bytes, at_ns: int) -> None:
+        """Take a chunk from the client that was seen at `at_ns`."""
+        self._in_order(at_ns, partial(self._let_in, source, data))
+
+    def _client_came(self) -> None:
+        """Put the line up; a former client whose bytes are still under way hangs up now."""
+        if self._hung_up:
+            self.counters.lost += self._incoming.clear()
+            self._hang_up()
+        self._set_line(True, self._scheduler.now_ns)
+
+    def _client_left(self) -> None:
+        """Put the line down as soon as the client's bytes are through."""
+        self._hung_up = self.line_is_up
+        if self._hung_up and self._incoming.idle:
+            self._hang_up()
+
+    # --- the wire in
+
+    def _let_in(self, source: Input, data: bytes) -> None:
+        if self.closed:
+            return
+        self._incoming.write(data)
+        if self._held is None and self._incoming.pending > _WAITING_BYTES:
+            self._held = source
+            self._scheduler.remove_source(source)
+
+    def _drained(self, _at_ns: int) -> None:
+        self._read_on()
+        if self._hung_up:
+            self._hang_up()
+
+    def _read_on(self) -> None:
+        if self._held is not None:
+            self._scheduler.add_source(self._held)
+            self._held = None
+
+    def _hang_up(self) -> None:
+        self._hung_up = False
+        self._read_on()
+        self._set_line(False, self._scheduler.now_ns)
+        self._client_gone()

@@ -1,0 +1,225 @@
+"""A door for programs that want a serial port: a pseudo-terminal under a stable name.
+
+The bench holds the master side, and one descriptor of the slave side for the whole run: without it the master would
+report an error whenever no client is there, and the settings would be lost (pty(7)). Clients are noticed by inotify on
+the slave. Settings are made with the termios2 ioctls of Linux, which know every baud rate (ioctl_tty(2)).
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import re
+import select
+import struct
+import termios
+from pathlib import Path
+
+from hilbench.clock import Scheduler
+from hilbench.errors import HilbenchError, UnavailableError, UsageError
+from hilbench.links.door import READ_BYTES, Door, Input
+from hilbench.links.inotify import OpenCloseWatch
+from hilbench.links.port import Line
+from hilbench.links.uart import resample
+
+_TERMIOS2 = struct.Struct("=IIIIB19sII")  # iflag, oflag, cflag, lflag, line, cc, ispeed, ospeed
+_TCGETS2 = 0x802C542A
+_TCSETS2 = 0x402C542B
+_BAUD_BITS = 0o010017  # CBAUD
+_BAUD_IN_SPEED_FIELDS = 0o010000  # BOTHER
+_UNPACED_BAUD = 115_200  # what the slave says on a line without pace; some rate it must have
+_PTS = re.compile(r"/dev/pts/\d+")
+
+
+class PtyDoor(Door):
+    """A pseudo-terminal with a symbolic link to it.
+
+    The line is up while a client has the slave open. What is written while none has, or while one does not read, is
+    lost and counted, as on a UART. On a real line both ends must have the same rate: unless `any_baud`, a client that
+    has set another one receives and sends what that makes of the bytes.
+
+    Args:
+        scheduler: Owner of bench time, locked to the host's clock before it runs.
+        path: Where the symbolic link is put; None for none. What is there already is left alone, except a link to a
+            pseudo-terminal that no longer exists.
+        line: Baud rate of the line, and of the slave before a client sets it; 0 for no pace.
+        any_baud: Understand a client whatever rate it has set.
+        name: For the journal and for messages.
+
+    Raises:
+        UsageError: something else is at `path`, or its folder does not exist.
+        UnavailableError: another bench serves `path`, or no pseudo-terminal is to be had.
+
+    Attributes:
+        slave_name: The slave's own name, /dev/pts/N.
+    """
+
+    def __init__(
+        self,
+        scheduler: Scheduler,
+        path: Path | str | None,
+        line: Line | None = None,
+        *,
+        any_baud: bool = False,
+        name: str = "pty",
+    ) -> None:
+        super().__init__(scheduler, name, line or Line())
+        self.path = None if path is None else Path(path)
+        self.any_baud = any_baud
+        self._clients = 0
+        try:
+            self._master, self._slave = os.openpty()
+        except OSError as error:
+            raise UnavailableError(f"no pseudo-terminal: {error.strerror}", where=name) from error
+        os.set_blocking(self._master, False)
+        self.slave_name = os.ttyname(self._slave)
+        self._reset_slave()
+        try:
+            self._watch = OpenCloseWatch(self.slave_name)
+            self._put_link()
+        except HilbenchError:
+            os.close(self._master)
+            os.close(self._slave)
+            raise
+        self._input = Input(descriptor=self._master, read=self._look)
+        self._comings = Input(descriptor=self._watch.fileno(), read=self._look)
+        scheduler.add_source(self._comings)
+        scheduler.add_source(self._input)
+
+    @property
+    def client_baud(self) -> int:
+        """The rate the slave is set to, bit/s: the client's, or ours before a client sets it."""
+        return int(_TERMIOS2.unpack(fcntl.ioctl(self._slave, _TCGETS2, bytes(_TERMIOS2.size)))[7])
+
+    # --- bytes
+
+    def _look(self, at_ns: int) -> None:
+        """Take what clients did and wrote.
+
+        The notices do not say when the bytes came in between. Bytes belong to the client that opened last: a client
+        that comes on the heels of another must not lose its first words.
+        """
+        happened = self._watch.read()
+        leaving = _trailing_closings(happened)
+        for opened in happened[: len(happened) - leaving]:
+            self._count(self._clients + (1 if opened else -1), at_ns)
+        if self._held is None or leaving:
+            self._read(at_ns, everything=leaving > 0)
+        if not all(happened):
+            # Notices may have been merged: the count is only a guess, but whether anybody is there can be found out.
+            somebody = self._somebody_there()
+            self._count(max(1, self._clients - leaving) if somebody else 0, at_ns)
+            if not somebody:
+                self._reset_slave()
+
+    def _count(self, clients: int, at_ns: int) -> None:
+        before, self._clients = self._clients, max(0, clients)
+        if self._clients and not before:
+            termios.tcflush(self._slave, termios.TCIFLUSH)  # what a former client left unread
+            self._in_order(at_ns, self._client_came)
+        elif before and not self._clients:
+            self._in_order(at_ns, self._client_left)
+
+    def _read(self, at_ns: int, *, everything: bool) -> None:
+        while True:
+            try:
+                data = os.read(self._master, READ_BYTES)
+            except OSError:
+                return  # nothing there
+            if not self._clients:
+                self._count(1, at_ns)  # who writes has opened; the notice of it was merged with our own
+            self._came_in(self._input, self._across(data, self.client_baud, self.baud), at_ns)
+            if not everything:
+                return
+
+    def _put(self, data: bytes, _at_ns: int) -> None:
+        if not self._clients:
+            self.counters.lost += len(data)
+            return
+        heard = self._across(data, self.baud, self.client_baud)
+        try:
+            self.counters.lost += len(heard) - os.write(self._master, heard)
+        except BlockingIOError:
+            self.counters.lost += len(heard)
+
+    def _across(self, data: bytes, sent_baud: int, own_baud: int) -> bytes:
+        """Return what an end at `own_baud` gets of `data` sent at `sent_baud`."""
+        if self.any_baud or sent_baud == own_baud or not sent_baud or not own_baud:
+            return data
+        sampled = resample(data, sent_baud, own_baud)
+        self.counters.framing_errors += sum(byte.framing_error for byte in sampled)
+        return bytes(byte.value for byte in sampled)
+
+    # --- clients
+
+    def _somebody_there(self) -> bool:
+        """Let go of our own slave descriptor for a moment: the master hangs up only if no other is left."""
+        poll = select.poll()
+        poll.register(self._master, 0)
+        os.close(self._slave)
+        hung_up = any(events & select.POLLHUP for _, events in poll.poll(0))
+        self._slave = os.open(self.slave_name, os.O_RDWR | os.O_NOCTTY)
+        self._watch.read()  # our own closing and opening
+        return not hung_up
+
+    def _reset_slave(self) -> None:
+        """Make the slave raw, at the line's rate, with nothing unread in it."""
+        baud = self.baud or _UNPACED_BAUD
+        attributes = termios.tcgetattr(self._slave)
+        attributes[0] = attributes[1] = attributes[3] = 0
+        attributes[2] = termios.CS8 | termios.CREAD | termios.CLOCAL
+        attributes[6][termios.VMIN], attributes[6][termios.VTIME] = 1, 0
+        termios.tcsetattr(self._slave, termios.TCSANOW, attributes)
+        iflag, oflag, cflag, lflag, discipline, characters, _, _ = _TERMIOS2.unpack(
+            fcntl.ioctl(self._slave, _TCGETS2, bytes(_TERMIOS2.size))
+        )
+        cflag = cflag & ~_BAUD_BITS | _BAUD_IN_SPEED_FIELDS
+        packed = _TERMIOS2.pack(iflag, oflag, cflag, lflag, discipline, characters, baud, baud)
+        fcntl.ioctl(self._slave, _TCSETS2, packed)
+        termios.tcflush(self._slave, termios.TCIFLUSH)
+
+    # --- the name
+
+    def _put_link(self) -> None:
+        if self.path is None:
+            return
+        if self.path.is_symlink():
+            self._drop_stale_link(self.path)
+        try:
+            self.path.symlink_to(self.slave_name)
+        except FileExistsError as error:
+            raise UsageError(
+                "something is there already", where=str(self.path), hint="remove it or choose another path"
+            ) from error
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise UsageError(
+                f"no link can be made: {reason}", where=str(self.path), hint="choose another path"
+            ) from error
+
+    def _drop_stale_link(self, path: Path) -> None:
+        target = str(path.readlink())
+        if not _PTS.fullmatch(target):
+            raise UsageError(f"is a link to {target}", where=str(path), hint="remove it or choose another path")
+        # The number of a pseudo-terminal that died is given out again, perhaps to the one just made.
+        if target != self.slave_name and Path(target).exists():
+            raise UnavailableError(
+                f"leads to {target}, which is in use",
+                where=str(path),
+                hint="stop the other bench or choose another path",
+            )
+        path.unlink()
+
+    def _release(self) -> None:
+        for source in (self._input, self._comings):
+            self._scheduler.remove_source(source)
+        if self.path is not None and self.path.is_symlink() and str(self.path.readlink()) == self.slave_name:
+            self.path.unlink()
+        self._watch.close()
+        os.close(self._master)
+        os.close(self._slave)
+
+
+def _trailing_closings(happened: list[bool]) -> int:
+    """Return how many closings follow the last opening."""
+    return happened[::-1].index(True) if True in happened else len(happened)
