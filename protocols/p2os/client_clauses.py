@@ -22,10 +22,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
             "Nothing answers: SYNC0 is repeated several times, then the client stops and reports the failure within a "
             "set time (ARIA: 6.4 s)."
         ),
-        sources=(
-            ARIA,
-            PLAYER,
-        ),
+        sources=(ARIA, PLAYER),
         needs=("client",),
     ),
     Clause(
@@ -34,10 +31,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Walks the handshake in order",
         text="SYNC0, SYNC1, SYNC2, OPEN are sent in this order, each only after the answer to the one before.",
-        sources=(
-            MANUAL,
-            THESIS,
-        ),
+        sources=(MANUAL, THESIS),
         needs=("client",),
     ),
     Clause(
@@ -82,10 +76,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Takes over an old session at rest",
         text="SIPs of type 32 instead of an echo: the client sends CLOSE, waits, sends SYNC0, and succeeds.",
-        sources=(
-            ARIA,
-            PLAYER,
-        ),
+        sources=(ARIA, PLAYER),
         needs=("client",),
     ),
     Clause(
@@ -97,10 +88,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
             "SIPs of type 33 instead of an echo: the client sends CLOSE, waits, sends SYNC0, and succeeds. ARIA fails "
             "here, hence no more than advice."
         ),
-        sources=(
-            PLAYER,
-            ARIA,
-        ),
+        sources=(PLAYER, ARIA),
         needs=("client",),
     ),
     Clause(
@@ -120,10 +108,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Survives an unknown robot",
         text="An unknown subclass is reported or replaced by a default, without a crash.",
-        sources=(
-            ARIA,
-            PLAYER,
-        ),
+        sources=(ARIA, PLAYER),
         needs=("client",),
     ),
     Clause(
@@ -142,10 +127,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         title="Drops damaged SIPs",
         text="SIPs with a wrong checksum are dropped silently, the good ones between them are kept.",
         sources=(MANUAL,),
-        needs=(
-            "client",
-            "client.report",
-        ),
+        needs=("client", "client.report"),
     ),
     Clause(
         id="C13",
@@ -157,10 +139,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
             "FB, hence advice."
         ),
         sources=(PLAYER,),
-        needs=(
-            "client",
-            "client.report",
-        ),
+        needs=("client", "client.report"),
     ),
     Clause(
         id="C14",
@@ -180,14 +159,8 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
             "A SIP with no reading, with 16 readings, or with the tail of late firmware is read up to the digital "
             "outputs, the rest ignored."
         ),
-        sources=(
-            ARIA,
-            ARDUINO,
-        ),
-        needs=(
-            "client",
-            "client.report",
-        ),
+        sources=(ARIA, ARDUINO),
+        needs=("client", "client.report"),
     ),
     Clause(
         id="C16",
@@ -214,10 +187,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         title="Takes a short CONFIG",
         text="A CONFIG packet that ends after the watchdog field is used as far as it goes.",
         sources=(ARIA,),
-        needs=(
-            "client",
-            "client.report",
-        ),
+        needs=("client", "client.report"),
     ),
     Clause(
         id="C19",
@@ -244,10 +214,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         title="The pose does not jump at a wrap",
         text="x from 32767 or 65535 to 0 and the heading from 2047 to -2048 are steps of one unit.",
         sources=(ARIA,),
-        needs=(
-            "client",
-            "client.report",
-        ),
+        needs=("client", "client.report"),
     ),
     Clause(
         id="C22",
@@ -255,10 +222,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Keeps the session alive",
         text="While its user is silent the client sends some packet at least every 1 s; the robot allows 2 s.",
-        sources=(
-            MANUAL,
-            THESIS,
-        ),
+        sources=(MANUAL, THESIS),
         needs=("client",),
     ),
     Clause(
@@ -267,14 +231,8 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Negative arguments are sign and magnitude",
         text="-200 goes out as 1B C8 00.",
-        sources=(
-            MANUAL,
-            ARIA,
-        ),
-        needs=(
-            "client",
-            "client.commands",
-        ),
+        sources=(MANUAL, ARIA),
+        needs=("client", "client.commands"),
     ),
     Clause(
         id="C24",
@@ -285,14 +243,8 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
             "Right wheel in the low byte, left in the high byte, in units of 20 mm/s, rounded toward zero or to the "
             "nearest, within -127..127."
         ),
-        sources=(
-            ARIA,
-            PLAYER,
-        ),
-        needs=(
-            "client",
-            "client.commands",
-        ),
+        sources=(ARIA, PLAYER),
+        needs=("client", "client.commands"),
     ),
     Clause(
         id="C25",
@@ -301,10 +253,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         title="Packets keep to their limits",
         text="No count exceeds 200, and a string has its length byte.",
         sources=(MANUAL,),
-        needs=(
-            "client",
-            "client.commands",
-        ),
+        needs=("client", "client.commands"),
     ),
     Clause(
         id="C26",
@@ -315,14 +264,8 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
             "When its user disconnects the client sets the speed or the motors to 0, sends CLOSE, and then closes the "
             "port."
         ),
-        sources=(
-            ARIA,
-            PLAYER,
-        ),
-        needs=(
-            "client",
-            "client.disconnect",
-        ),
+        sources=(ARIA, PLAYER),
+        needs=("client", "client.disconnect"),
     ),
     Clause(
         id="C27",
@@ -333,14 +276,8 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
             "Silence at the first rate, answers at 38400: the scan succeeds and sends no burst of CLOSE into the "
             "session. A client with a fixed rate is no worse for it, hence advice."
         ),
-        sources=(
-            ARIA,
-            PLAYER,
-        ),
-        needs=(
-            "client",
-            "baud",
-        ),
+        sources=(ARIA, PLAYER),
+        needs=("client", "baud"),
     ),
     Clause(
         id="C28",
@@ -352,10 +289,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
             "and 7 at 8576 mm."
         ),
         sources=(ARDUINO,),
-        needs=(
-            "client",
-            "client.report",
-        ),
+        needs=("client", "client.report"),
     ),
     Clause(
         id="C29",
@@ -366,14 +300,8 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
             "A SIP with all fields in use is read to its values: position, heading, wheel speeds, battery, stall, "
             "bumper, sonars, analog and digital inputs."
         ),
-        sources=(
-            ARIA,
-            PLAYER,
-        ),
-        needs=(
-            "client",
-            "client.report",
-        ),
+        sources=(ARIA, PLAYER),
+        needs=("client", "client.report"),
     ),
     Clause(
         id="C30",
@@ -381,13 +309,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Tells the stalled wheel",
         text="Bit 0 of byte 15 is a stall of the left wheel, bit 0 of byte 16 of the right.",
-        sources=(
-            MANUAL,
-            ARIA,
-        ),
-        needs=(
-            "client",
-            "client.report",
-        ),
+        sources=(MANUAL, ARIA),
+        needs=("client", "client.report"),
     ),
 )

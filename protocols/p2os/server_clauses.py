@@ -18,10 +18,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="SYNC0 is echoed",
         text="Before a session, SYNC0 (FA FB 03 00 00 00) is answered with the same six bytes within 200 ms.",
-        sources=(
-            MANUAL,
-            ARIA,
-        ),
+        sources=(MANUAL, ARIA),
         needs=("server",),
     ),
     Clause(
@@ -39,13 +36,10 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="SYNC2 is answered with the identification",
         text=(
-            "After SYNC1, SYNC2 (FA FB 03 02 00 02) is answered with a packet of type 02 that holds three NUL- "
-            "terminated strings: the name, the class Pioneer, a known subclass; count and checksum are right."
+            "After SYNC1, SYNC2 (FA FB 03 02 00 02) is answered with a packet of type 02 that holds three "
+            "NUL-terminated strings: the name, the class Pioneer, a known subclass; count and checksum are right."
         ),
-        sources=(
-            MANUAL,
-            PLAYER,
-        ),
+        sources=(MANUAL, PLAYER),
         needs=("server",),
     ),
     Clause(
@@ -66,11 +60,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="OPEN without argument opens",
         text="After the identification, OPEN without an argument starts the SIPs within 200 ms.",
-        sources=(
-            MANUAL,
-            PLAYER,
-            ROS,
-        ),
+        sources=(MANUAL, PLAYER, ROS),
         needs=("server",),
     ),
     Clause(
@@ -109,10 +99,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="A SYNC0 with a wrong checksum is not answered",
         text="SYNC0 with its last byte 01 has no answer; the next good SYNC0 is echoed.",
-        sources=(
-            MANUAL,
-            AMRISIM,
-        ),
+        sources=(MANUAL, AMRISIM),
         needs=("server",),
     ),
     Clause(
@@ -139,10 +126,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="A repeated SYNC0 is echoed again",
         text="Two SYNC0 have two echoes, so that a client that missed one can go on.",
-        sources=(
-            ARIA,
-            PLAYER,
-        ),
+        sources=(ARIA, PLAYER),
         needs=("server",),
     ),
     Clause(
@@ -163,10 +147,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
             "SYNC0 and then SYNC2 is answered with the identification, with type FF, or with the SYNC that was "
             "expected; a full handshake works afterwards."
         ),
-        sources=(
-            AMRISIM,
-            ARIA,
-        ),
+        sources=(AMRISIM, ARIA),
         needs=("server",),
     ),
     Clause(
@@ -184,10 +165,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="An overlong packet is ignored",
         text="A packet with a count of 250 and its 250 bytes is ignored; the SYNC0 behind it is answered.",
-        sources=(
-            MANUAL,
-            THESIS,
-        ),
+        sources=(MANUAL, THESIS),
         needs=("server",),
     ),
     Clause(
@@ -199,10 +177,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
             "A SAY string of 195 bytes 01 (count exactly 200) is swallowed whole; the CONFIG request behind it is "
             "answered."
         ),
-        sources=(
-            MANUAL,
-            THESIS,
-        ),
+        sources=(MANUAL, THESIS),
         needs=("server",),
     ),
     Clause(
@@ -214,10 +189,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
             "In session, over 10 s, SIPs come every 100 ms (or 50 ms), each within 10 ms of its time, type 32 for a "
             "robot that stands, with right checksums and a count of 27 and 3 for each sonar reading."
         ),
-        sources=(
-            MANUAL,
-            AMRISIM,
-        ),
+        sources=(MANUAL, AMRISIM),
         needs=("server",),
     ),
     Clause(
@@ -244,10 +216,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="ENABLE 1 turns the motors on",
         text="After ENABLE 1 flag bit 0 is set within two SIPs.",
-        sources=(
-            MANUAL,
-            ARIA,
-        ),
+        sources=(MANUAL, ARIA),
         needs=("server",),
     ),
     Clause(
@@ -270,10 +239,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         text=(
             "VEL -200 as sign and magnitude (1B C8 00): both wheels at -200 mm/s, x falls and wraps at 15 bits below 0."
         ),
-        sources=(
-            MANUAL,
-            ARIA,
-        ),
+        sources=(MANUAL, ARIA),
         needs=("server",),
     ),
     Clause(
@@ -300,10 +266,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="VEL2 sets each wheel",
         text="VEL2 with the bytes 0A 05 (right 200, left 100 mm/s) gives these wheel speeds.",
-        sources=(
-            ARIA,
-            PLAYER,
-        ),
+        sources=(ARIA, PLAYER),
         needs=("server",),
     ),
     Clause(
@@ -315,10 +278,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
             "VEL2 for -100 mm/s on both wheels gives the same motion as ARIA packs it (1B 05 04) and as Player does "
             "(3B FB FB)."
         ),
-        sources=(
-            ARIA,
-            PLAYER,
-        ),
+        sources=(ARIA, PLAYER),
         needs=("server",),
     ),
     Clause(
@@ -327,10 +287,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="HEAD turns to a heading",
         text="HEAD 90 from 0 settles at 1024 units within 12, then HEAD -90 at -1024.",
-        sources=(
-            MANUAL,
-            ARIA,
-        ),
+        sources=(MANUAL, ARIA),
         needs=("server",),
     ),
     Clause(
@@ -348,10 +305,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="should",
         title="MOVE travels a distance",
         text="MOVE 1000 raises x by 1000 mm within 1 %, then the type is 32.",
-        sources=(
-            MANUAL,
-            ARIA,
-        ),
+        sources=(MANUAL, ARIA),
         needs=("server",),
     ),
     Clause(
@@ -381,11 +335,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
             "SETO without an argument, and with a type byte only as Player sends it (07 3B): x, y and heading are 0 "
             "in the next SIP."
         ),
-        sources=(
-            PLAYER,
-            ROS,
-            MANUAL,
-        ),
+        sources=(PLAYER, ROS, MANUAL),
         needs=("server",),
     ),
     Clause(
@@ -403,10 +353,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="E_STOP stops at once",
         text="E_STOP while moving stops several times faster than STOP.",
-        sources=(
-            MANUAL,
-            AMRISIM,
-        ),
+        sources=(MANUAL, AMRISIM),
         needs=("server",),
     ),
     Clause(
@@ -433,10 +380,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Any packet feeds the watchdog",
         text="VEL 200 and SONAR 1, no PULSE, every 1.9 s: the robot never stops.",
-        sources=(
-            MANUAL,
-            ROS,
-        ),
+        sources=(MANUAL, ROS),
         needs=("server",),
     ),
     Clause(
@@ -475,10 +419,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
             "CONFIG with the integer 1 and without argument: one packet of type 20 each, readable to the last P2OS "
             "field."
         ),
-        sources=(
-            MANUAL,
-            ARIA,
-        ),
+        sources=(MANUAL, ARIA),
         needs=("server",),
     ),
     Clause(
@@ -487,10 +428,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="should",
         title="ENCODER sends one, a stream, none",
         text="ENCODER 1 brings one packet of type 90, 2 a stream, 0 ends it.",
-        sources=(
-            MANUAL,
-            ARIA,
-        ),
+        sources=(MANUAL, ARIA),
         needs=("server",),
     ),
     Clause(
@@ -508,10 +446,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="SONAR switches the sonar",
         text="SONAR 0 clears flag bit 1 and ends the readings; SONAR 1 brings both back.",
-        sources=(
-            MANUAL,
-            PLAYER,
-        ),
+        sources=(MANUAL, PLAYER),
         needs=("server",),
     ),
     Clause(
@@ -565,10 +500,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Strings with and without NUL",
         text="SAY is accepted with ARIA's uncounted NUL behind the string and without it.",
-        sources=(
-            MANUAL,
-            ARIA,
-        ),
+        sources=(MANUAL, ARIA),
         needs=("server",),
     ),
     Clause(
@@ -577,10 +509,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="The position counter wraps cleanly",
         text="Over 40 m in a line x wraps at 32768 (or 65536) and no step between two SIPs exceeds 100 mm.",
-        sources=(
-            ARIA,
-            PLAYER,
-        ),
+        sources=(ARIA, PLAYER),
         needs=("server",),
     ),
     Clause(
@@ -602,11 +531,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
             "within 1, at most 16 in a SIP."
         ),
         sources=(ARIA,),
-        needs=(
-            "server",
-            "scene",
-            "rays",
-        ),
+        needs=("server", "scene", "rays"),
     ),
     Clause(
         id="S55",
@@ -615,10 +540,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         title="A vanished client does not lock the robot",
         text="When the line is cut without CLOSE the robot stops, and a new handshake works.",
         sources=(AMRISIM,),
-        needs=(
-            "server",
-            "hangup",
-        ),
+        needs=("server", "hangup"),
     ),
     Clause(
         id="S56",
@@ -627,11 +549,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         title="BUMPSTALL stops at a contact",
         text="BUMPSTALL 3 and a bumper contact: the wheels stand and the stall bits are set.",
         sources=(MANUAL,),
-        needs=(
-            "server",
-            "scene",
-            "bumpers",
-        ),
+        needs=("server", "scene", "bumpers"),
     ),
     Clause(
         id="S57",
@@ -640,10 +558,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         title="HOSTBAUD falls back",
         text="HOSTBAUD 2 and then silence for more than 500 ms: the old rate is back.",
         sources=(H8,),
-        needs=(
-            "server",
-            "baud",
-        ),
+        needs=("server", "baud"),
     ),
     Clause(
         id="S58",
@@ -651,13 +566,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="should",
         title="AUX data come back on request",
         text="TTY2 AT with the AUX port looped back and GETAUX 2: one packet B0 with 41 54 when both bytes are in.",
-        sources=(
-            MANUAL,
-            PLAYER,
-        ),
-        needs=(
-            "server",
-            "aux-loopback",
-        ),
+        sources=(MANUAL, PLAYER),
+        needs=("server", "aux-loopback"),
     ),
 )
