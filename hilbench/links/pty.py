@@ -7,6 +7,7 @@ the slave. Settings are made with the termios2 ioctls of Linux, which know every
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
 import re
@@ -16,7 +17,7 @@ import termios
 from pathlib import Path
 
 from hilbench.clock import Scheduler
-from hilbench.errors import HilbenchError, UnavailableError, UsageError
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.links.door import READ_BYTES, Door, Input
 from hilbench.links.inotify import OpenCloseWatch
 from hilbench.links.port import Line
@@ -74,13 +75,13 @@ class PtyDoor(Door):
         os.set_blocking(self._master, False)
         self.slave_name = os.ttyname(self._slave)
         self._reset_slave()
-        try:
+        with contextlib.ExitStack() as undo:
+            undo.callback(os.close, self._master)
+            undo.callback(os.close, self._slave)
             self._watch = OpenCloseWatch(self.slave_name)
+            undo.callback(self._watch.close)
             self._put_link()
-        except HilbenchError:
-            os.close(self._master)
-            os.close(self._slave)
-            raise
+            undo.pop_all()
         self._input = Input(descriptor=self._master, read=self._look)
         self._comings = Input(descriptor=self._watch.fileno(), read=self._look)
         scheduler.add_source(self._comings)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import select
 import socket
 
 from hilbench.clock import Scheduler
@@ -59,6 +60,9 @@ class TcpDoor(Door):
         scheduler.add_source(self._listening)
 
     def _accept(self, at_ns: int) -> None:
+        if self._client is not None and _has_hung_up(self._client):
+            self._scheduler.remove_source(self._listening)  # it is leaving: who comes now waits until it is gone
+            return
         try:
             client, _ = self._listener.accept()
         except OSError:
@@ -114,6 +118,13 @@ class TcpDoor(Door):
         self._drop_client()
         self._scheduler.remove_source(self._listening)
         self._listener.close()
+
+
+def _has_hung_up(client: socket.socket) -> bool:
+    """Say whether the far end has closed, even if bytes of it are still to be read."""
+    poll = select.poll()
+    poll.register(client, select.POLLRDHUP)
+    return bool(poll.poll(0))
 
 
 def _listen(address: str) -> socket.socket:

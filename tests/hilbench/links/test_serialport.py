@@ -1,0 +1,112 @@
+from __future__ import annotations
+
+import errno
+import os
+import threading
+
+import pytest
+import serial
+
+from hilbench.errors import UnavailableError, UsageError
+from hilbench.links import Line, PtyDoor, SerialPort, SerialTarget, parse_serial_target
+from hilbench.links.serialport import _cannot_open
+
+S = 10**9
+
+
+def until(scheduler, condition):
+    assert scheduler.run_until(condition, scheduler.now_ns + 30 * S), "it never happened"
+
+
+@pytest.mark.parametrize(
+    ("text", "url", "baud"),
+    [
+        ("serial:/dev/ttyUSB0@115200", "/dev/ttyUSB0", 115_200),
+        ("/dev/ttyUSB0", "/dev/ttyUSB0", 9600),
+        ("socket://host:8101", "socket://host:8101", 9600),
+        ("rfc2217://host:4000@57600", "rfc2217://host:4000", 57_600),
+        ("serial:/dev/serial/by-id/a@b", "/dev/serial/by-id/a@b", 9600),
+    ],
+)
+def test_targets(text, url, baud):
+    assert parse_serial_target(text) == SerialTarget(url=url, baud=baud)
+
+
+@pytest.mark.parametrize("text", ["", "serial:", "@9600", "/dev/ttyUSB0@0"])
+def test_not_targets(text):
+    with pytest.raises(UsageError):
+        parse_serial_target(text)
+
+
+def test_a_port_without_a_descriptor_is_read_by_a_thread(locked):
+    before = threading.active_count()
+    port = SerialPort(locked, "loop://@115200")
+    got = bytearray()
+    port.on_receive = lambda data, at_ns: got.extend(data)
+    data = os.urandom(3000)
+    port.write(data)
+    until(locked, lambda: len(got) == len(data))
+    assert got == data
+    port.close()
+    port.close()
+    assert threading.active_count() == before
+
+
+def test_a_disappearing_port_takes_the_line_down(locked):
+    master, slave = os.openpty()
+    port = SerialPort(locked, os.ttyname(slave))
+    lines = []
+    port.on_line = lambda up, at_ns: lines.append(up)
+    os.close(slave)
+    os.close(master)
+    until(locked, lambda: not port.line_is_up)
+    assert lines == [False]
+    port.write(b"lost")
+    assert port.counters.lost == 4
+    port.close()
+
+
+def test_a_line_that_takes_nothing_never_blocks_the_bench(locked):
+    master, slave = os.openpty()
+    port = SerialPort(locked, os.ttyname(slave), write_timeout_s=0.02)
+    port.write(bytes(100_000))
+    until(locked, lambda: port.counters.lost > 0)
+    assert 50_000 < port.counters.lost < 100_000
+    port.close()
+    os.close(slave)
+    os.close(master)
+
+
+def test_a_port_belongs_to_one_program(locked, tmp_path):
+    door = PtyDoor(locked, tmp_path / "port", Line(baud=9600))
+    port = SerialPort(locked, str(tmp_path / "port"))
+    with pytest.raises(UnavailableError, match="another program uses the port") as caught:
+        SerialPort(locked, str(tmp_path / "port"))
+    assert "\n" not in str(caught.value)
+    port.baud = 19_200
+    assert door.client_baud == port.baud == 19_200
+    port.send_break(1000)
+    locked.run_for(2000)
+    port.close()
+    door.close()
+
+
+def test_errors_are_one_line_and_say_what_to_do(locked):
+    with pytest.raises(UnavailableError, match=r"no such port.*hilbench ports"):
+        SerialPort(locked, "/dev/ttyNONE")
+    with pytest.raises(UsageError, match="pyserial does not know"):
+        SerialPort(locked, "nonsense://x")
+    with pytest.raises(UnavailableError) as caught:
+        SerialPort(locked, "socket://127.0.0.1:1")
+    assert "\n" not in str(caught.value)
+
+
+def test_permission_denied_names_the_group(tmp_path):
+    path = tmp_path / "port"
+    path.touch()
+    target = SerialTarget(url=str(path), baud=9600)
+    error = serial.SerialException(errno.EACCES, "could not open port")
+    group = __import__("grp").getgrgid(path.stat().st_gid).gr_name
+    assert f"usermod -aG {group} " in str(_cannot_open(target, error))
+    missing = SerialTarget(url="/dev/ttyNONE", baud=9600)
+    assert "dialout" in str(_cannot_open(missing, error))
