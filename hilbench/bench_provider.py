@@ -33,9 +33,8 @@ from hilbench.pioneer import PioneerPlan, plan_of
 from hilbench.scripted_server import ScriptedServer
 from worlds.errors import WorldError
 
-VIRTUAL_CAPABILITIES = frozenset({"server", "hangup", "baud", "aux-loopback"}) | OWN_CAPABILITIES
-BULLET_CAPABILITIES = frozenset({"truth", "scene", "rays", "contacts", "bumpers", "gravity"})
-PLANE_CAPABILITIES = frozenset({"truth"})
+VIRTUAL_CAPABILITIES = frozenset({"server", "hangup", "baud", "truth"}) | OWN_CAPABILITIES
+BULLET_CAPABILITIES = frozenset({"scene", "rays", "contacts", "gravity"})
 
 _TARGET_KINDS = (
     "pioneer",
@@ -124,8 +123,16 @@ class VirtualProvider:
 
     @property
     def capabilities(self) -> frozenset[str]:
-        """Everything, but for what a world without contacts and rays cannot show."""
-        return VIRTUAL_CAPABILITIES | (PLANE_CAPABILITIES if self._plan.physics == "plane" else BULLET_CAPABILITIES)
+        """Everything, but for what a world without contacts and rays cannot show and what is not fitted."""
+        settings, real_physics = self._plan.settings, self._plan.physics != "plane"
+        capabilities = VIRTUAL_CAPABILITIES
+        if real_physics:
+            capabilities |= BULLET_CAPABILITIES
+        if real_physics and settings.bumpers_fitted:
+            capabilities |= {"bumpers"}
+        if settings.aux_loop_back:
+            capabilities |= {"aux-loopback"}
+        return capabilities
 
     def describe(self) -> Mapping[str, str]:
         """Name the bench, its target and its physics."""
