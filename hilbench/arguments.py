@@ -1,0 +1,77 @@
+"""Reads the values of options: one small function for each form a value can have.
+
+They raise `ValueError` with what is wrong; whoever calls them knows which option it was.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+from hilbench.options import PtyDoor, TargetChoice, TcpDoor
+
+_NAME = re.compile(r"(?P<name>[A-Za-z_][\w-]*)=(?P<rest>.*)", re.DOTALL)
+_HIGHEST_PORT = 65_535
+_HIGHEST_SEED = 2**63 - 1
+_SLOWEST_BAUD, _FASTEST_BAUD = 300, 4_000_000
+
+
+def target_choice(text: str) -> TargetChoice:
+    """Read ``[NAME=]T``."""
+    name, spec = _named(text)
+    if not spec:
+        raise ValueError(f"'{text}' names no target")
+    return TargetChoice(name=name, spec=spec)
+
+
+def pty_door(text: str) -> PtyDoor:
+    """Read ``[LINK=]PATH``."""
+    link, path = _named(text)
+    if not path:
+        raise ValueError(f"'{text}' names no path")
+    return PtyDoor(link=link, path=Path(path))
+
+
+def tcp_door(text: str) -> TcpDoor:
+    """Read ``[LINK=][HOST:]PORT``; an IPv6 address stands in brackets."""
+    link, address = _named(text)
+    host, _, port = address.rpartition(":")
+    if not port.isascii() or not port.isdigit() or int(port) > _HIGHEST_PORT:
+        raise ValueError(f"'{address}' does not end in a port from 0 to {_HIGHEST_PORT}")
+    return TcpDoor(link=link, host=host.strip("[]") or "127.0.0.1", port=int(port))
+
+
+def seed(text: str) -> int:
+    """Read a seed: a whole number, 0 to 2**63 - 1."""
+    return _whole_number(text, 0, _HIGHEST_SEED)
+
+
+def baud(text: str) -> int:
+    """Read the speed of a line in bit/s, 300 to 4000000."""
+    return _whole_number(text, _SLOWEST_BAUD, _FASTEST_BAUD)
+
+
+def timeout_scale(text: str) -> float:
+    """Read a factor of at least 1."""
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = math.nan
+    if not 1 <= factor < math.inf:
+        raise ValueError(f"'{text}' is not a factor of at least 1")
+    return factor
+
+
+def _named(text: str) -> tuple[str, str]:
+    match = _NAME.fullmatch(text)
+    return (match["name"], match["rest"]) if match else ("", text)
+
+
+def _whole_number(text: str, low: int, high: int) -> int:
+    digits = text.removeprefix("-")
+    if not digits.isascii() or not digits.isdigit():
+        raise ValueError(f"'{text}' is not a whole number")
+    if not low <= int(text) <= high:
+        raise ValueError(f"{text} is not between {low} and {high}")
+    return int(text)

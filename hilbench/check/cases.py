@@ -1,0 +1,102 @@
+"""How a suite declares its cases.
+
+A suite is a pytest file; a case is a test function with the clause it checks written above it::
+
+    @case("S01", bench_time_s=0.4)
+    def test_sync0_is_echoed(peer): ...
+
+The text, the level and the source of a clause come from the catalogue of the protocol. A suite of your own may cite
+those, or bring its clauses along::
+
+    @case("MY01", text="The status lamp is lit while a session is open.", level="must", source="our panel, rev. C")
+    def test_lamp(peer): ...
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from hilbench.check.catalogue import Clause
+from hilbench.check.verdicts import Level
+
+FunctionT = TypeVar("FunctionT", bound=Callable[..., object])
+
+_ATTRIBUTE = "hilbench_case"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CaseSpec:
+    """What the decorator says of a case.
+
+    Attributes:
+        clause_ids: the clauses it checks, at least one.
+        bench_time_s: about how long it takes, in seconds of bench time; what ``--list`` adds up.
+        needs: the capabilities without which it is not applicable, on top of those its clauses need.
+        scene: the scene its bench is to be opened with; empty for that of the bench file.
+        clause: the clause it brings along, if it is not in a catalogue.
+    """
+
+    clause_ids: tuple[str, ...]
+    bench_time_s: float = 0.0
+    needs: frozenset[str] = frozenset()
+    scene: str = ""
+    clause: Clause | None = None
+
+
+def case(
+    *clause_ids: str,
+    bench_time_s: float = 0.0,
+    needs: Iterable[str] = (),
+    scene: str = "",
+    text: str = "",
+    title: str = "",
+    level: Level = "must",
+    source: str = "",
+) -> Callable[[FunctionT], FunctionT]:
+    """Declare that a test function checks the given clauses.
+
+    Args:
+        clause_ids: ids as in the catalogue of the protocol, or one of your own together with ``text``.
+        bench_time_s: about how long the case takes, in seconds of bench time, for each set of parameters.
+        needs: capabilities of the bench without which the case is not applicable, such as ``"world"``.
+        scene: scene to open the bench with; the default is that of the bench file.
+        text: defines the clause in place: what the target has to do.
+        title: short form of ``text``; the default is its first sentence.
+        level: ``"must"`` or ``"should"``, of a clause defined in place.
+        source: where a clause defined in place is written.
+
+    Raises:
+        ValueError: no clause id, or several together with ``text``.
+        TypeError: ``needs`` is a single text.
+    """
+    if not clause_ids:
+        raise ValueError("a case cites at least one clause")
+    if text and len(clause_ids) != 1:
+        raise ValueError(f"text= defines one clause, not {len(clause_ids)}: {', '.join(clause_ids)}")
+    if isinstance(needs, str):
+        raise TypeError(f'needs= is a collection of names: write needs=("{needs}",)')
+    own = None
+    if text:
+        own = Clause(
+            id=clause_ids[0],
+            suite="",
+            level=level,
+            title=title or text.split(". ", maxsplit=1)[0].rstrip("."),
+            text=text,
+            source=source,
+        )
+    spec = CaseSpec(clause_ids=clause_ids, bench_time_s=bench_time_s, needs=frozenset(needs), scene=scene, clause=own)
+
+    def declare(function: FunctionT) -> FunctionT:
+        setattr(function, _ATTRIBUTE, spec)
+        return function
+
+    return declare
+
+
+def spec_of(function: object) -> CaseSpec | None:
+    """Return what `case` said of a test function, or None if it was not declared."""
+    spec = getattr(function, _ATTRIBUTE, None)
+    return spec if isinstance(spec, CaseSpec) else None

@@ -1,0 +1,106 @@
+"""Gathers what a run says, case by case, as the pytest plugin tells it; knows nothing of pytest.
+
+A run is complete at any moment: a case is entered as not run when it is planned, and its result replaces that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from hilbench.check.catalogue import Clause
+from hilbench.check.results import CaseResult
+from hilbench.check.verdicts import Verdict
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedCase:
+    """A case that was selected.
+
+    Attributes:
+        id: suite, function and parameters.
+        suite: the suite it is in.
+        suite_argument: what ``--suite`` has to be given to find it again.
+        clauses: the clauses it checks.
+        bench_time_s: about how long it takes, in seconds of bench time.
+        needs: the capabilities it needs, those of its clauses included.
+        missing: those of them that the bench lacks.
+        scene: the scene it asks for.
+        seed: its seed.
+    """
+
+    id: str
+    suite: str
+    suite_argument: str
+    clauses: tuple[Clause, ...]
+    bench_time_s: float
+    needs: frozenset[str]
+    missing: tuple[str, ...]
+    scene: str
+    seed: int
+
+    @property
+    def clause_ids(self) -> tuple[str, ...]:
+        """The ids of its clauses, in the order cited."""
+        return tuple(clause.id for clause in self.clauses)
+
+    def result(self, verdict: Verdict, cause: str) -> CaseResult:
+        """Return the result of this case as long as nothing was measured."""
+        return CaseResult(
+            id=self.id,
+            suite=self.suite,
+            clause_ids=self.clause_ids,
+            verdict=verdict,
+            cause=cause,
+            missing=self.missing,
+            seed=self.seed,
+            bench_time_s=self.bench_time_s,
+        )
+
+
+@dataclass(slots=True)
+class Collector:
+    """Everything known about a run so far.
+
+    Attributes:
+        planned: the selected cases in the order in which they are to run.
+        results: the result of each so far, by case id.
+        stopped: why the run ended early; empty if it did not.
+        interrupted: whether a person or a CI job ended it.
+        defects: what went wrong in the engine itself, outside any case.
+    """
+
+    planned: list[PlannedCase] = field(default_factory=list)
+    results: dict[str, CaseResult] = field(default_factory=dict)
+    stopped: str = ""
+    interrupted: bool = False
+    defects: list[str] = field(default_factory=list)
+
+    def plan(self, cases: Iterable[PlannedCase]) -> None:
+        """Enter the selected cases."""
+        for planned in cases:
+            self.planned.append(planned)
+            if planned.missing:
+                cause = f"the bench has no {' and no '.join(planned.missing)}"
+                self.results[planned.id] = planned.result(Verdict.NOT_APPLICABLE, cause)
+            else:
+                self.results[planned.id] = planned.result(Verdict.NOT_RUN, "not reached")
+
+    def enter(self, result: CaseResult) -> None:
+        """Enter the result of a case, in the place of what was known of it."""
+        self.results[result.id] = result
+
+    def stop(self, reason: str, *, interrupted: bool = False) -> None:
+        """Take note that the run ends early; the first reason given stands."""
+        self.stopped = self.stopped or reason
+        self.interrupted = self.interrupted or interrupted
+
+    def cases(self) -> tuple[CaseResult, ...]:
+        """Return the results in the order of the plan, naming why what did not run did not."""
+        return tuple(self._known(planned) for planned in self.planned)
+
+    def _known(self, planned: PlannedCase) -> CaseResult:
+        result = self.results[planned.id]
+        if result.verdict is Verdict.NOT_RUN and self.stopped:
+            return planned.result(Verdict.NOT_RUN, f"not run: {self.stopped}")
+        return result

@@ -1,0 +1,142 @@
+"""Makes the report of a run out of the results of its cases."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from hilbench import __version__
+from hilbench.check.catalogue import Clause
+from hilbench.check.collector import Collector, PlannedCase
+from hilbench.check.results import (
+    FORMAT,
+    CaseResult,
+    ClauseResult,
+    Report,
+    count,
+    run_hash,
+    verdict_for,
+    worst_case,
+    worst_margin,
+)
+from hilbench.check.verdicts import Verdict
+from hilbench.exit_codes import ExitCode, worst
+from hilbench.options import CheckOptions
+
+EXIT_MEANINGS = {
+    ExitCode.OK: "all checks passed",
+    ExitCode.VIOLATION: "the target violates a clause",
+    ExitCode.UNAVAILABLE: "bench or target not available",
+    ExitCode.INCONCLUSIVE: "inconclusive",
+    ExitCode.DEFECT: "defect in hilbench",
+    ExitCode.INTERRUPTED: "interrupted; this report is complete for what was run",
+}
+
+NOTHING_JUDGED = "inconclusive: nothing that was selected applies to this bench"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _ClauseCases:
+    clause: Clause
+    planned: list[PlannedCase]
+    results: list[CaseResult]
+
+
+def make_report(
+    collector: Collector, options: CheckOptions, bench: Mapping[str, str], host_time_s: float = 0.0
+) -> Report:
+    """Return the report of a run, complete for what was run, whenever and however it ended."""
+    cases = collector.cases()
+    clauses = tuple(_clause_result(group, options) for group in _by_clause(collector.planned, cases))
+    code = _exit_code(collector, cases, clauses)
+    return Report(
+        format=FORMAT,
+        hilbench=__version__,
+        bench=dict(bench),
+        seed=options.seed,
+        strict=options.strict,
+        select=options.select,
+        exit_code=int(code),
+        exit_meaning=_meaning(code, clauses),
+        stopped=collector.stopped or "; ".join(collector.defects),
+        run_hash=run_hash(cases),
+        bench_time_s=sum(case.bench_time_s for case in cases if _ran(case)),
+        host_time_s=host_time_s,
+        counts=count(clauses),
+        clauses=clauses,
+        cases=cases,
+    )
+
+
+def _by_clause(planned: Iterable[PlannedCase], results: Iterable[CaseResult]) -> list[_ClauseCases]:
+    groups: dict[tuple[str, str], _ClauseCases] = {}
+    for plan, result in zip(planned, results, strict=True):
+        for clause in plan.clauses:
+            group = groups.setdefault((plan.suite, clause.id), _ClauseCases(clause=clause, planned=[], results=[]))
+            group.planned.append(plan)
+            group.results.append(result)
+    return list(groups.values())
+
+
+def _clause_result(group: _ClauseCases, options: CheckOptions) -> ClauseResult:
+    clause = group.clause
+    worst_one = worst_case(group.results, clause.id)
+    verdict = verdict_for(worst_one, clause.id)
+    elsewhere = verdict is not worst_one.verdict
+    return ClauseResult(
+        id=clause.id,
+        suite=group.planned[0].suite,
+        level=clause.level,
+        title=clause.title,
+        text=clause.text,
+        source=clause.source,
+        verdict=verdict,
+        counts=options.strict or clause.level == "must",
+        cause=f"not judged to the end: {worst_one.cause}" if elsewhere else worst_one.cause,
+        evidence=worst_one.evidence,
+        worst_margin=worst_margin(group.results),
+        bench_time_s=sum(result.bench_time_s for result in group.results if _ran(result)),
+        case_ids=tuple(result.id for result in group.results),
+        reproduce=_reproduce(group, options),
+    )
+
+
+def _reproduce(group: _ClauseCases, options: CheckOptions) -> str:
+    words = ["hilbench", "check"]
+    if options.bench is not None:
+        words.append(options.bench)
+    for target in options.targets:
+        words += ["--target", f"{target.name}={target.spec}" if target.name else target.spec]
+    words += ["--suite", group.planned[0].suite_argument, "-k", group.clause.id, "--seed", str(options.seed)]
+    if options.timeout_scale != 1:
+        words += ["--timeout-scale", f"{options.timeout_scale:g}"]
+    return shlex.join(words)
+
+
+def _ran(result: CaseResult) -> bool:
+    return result.verdict not in {Verdict.NOT_RUN, Verdict.NOT_APPLICABLE}
+
+
+def _exit_code(collector: Collector, cases: Iterable[CaseResult], clauses: Iterable[ClauseResult]) -> ExitCode:
+    codes = [ExitCode.INTERRUPTED] if collector.interrupted else []
+    codes += [ExitCode.DEFECT] if collector.defects else []
+    codes += [
+        ExitCode.DEFECT if case.defect else ExitCode.UNAVAILABLE for case in cases if case.verdict is Verdict.ERROR
+    ]
+    judged = [clause.verdict for clause in clauses if clause.counts]
+    if Verdict.FAIL in judged:
+        codes.append(ExitCode.VIOLATION)
+    if Verdict.INCONCLUSIVE in judged or not _anything_judged(clauses):
+        codes.append(ExitCode.INCONCLUSIVE)
+    return worst(codes)
+
+
+def _anything_judged(clauses: Iterable[ClauseResult]) -> bool:
+    return any(clause.verdict not in {Verdict.NOT_APPLICABLE, Verdict.NOT_RUN} for clause in clauses)
+
+
+def _meaning(code: ExitCode, clauses: Iterable[ClauseResult]) -> str:
+    if code is ExitCode.INCONCLUSIVE and not _anything_judged(clauses):
+        return NOTHING_JUDGED
+    return EXIT_MEANINGS[code]

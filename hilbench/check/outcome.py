@@ -1,0 +1,75 @@
+"""Turns the exception that ended a case into a verdict."""
+
+from __future__ import annotations
+
+import traceback
+from dataclasses import dataclass
+from pathlib import Path
+
+from hilbench.check.verdicts import CaseOutcome, Inconclusive, NotApplicable, Verdict, Violation
+from hilbench.errors import UnavailableError
+
+_TRACEBACK_LINES = 12
+
+_VERDICTS: dict[type[CaseOutcome], Verdict] = {
+    Violation: Verdict.FAIL,
+    Inconclusive: Verdict.INCONCLUSIVE,
+    NotApplicable: Verdict.NOT_APPLICABLE,
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """How a case, or a phase of it, ended.
+
+    Attributes:
+        verdict: what it says.
+        cause: why, in one line; empty for a pass.
+        evidence: lines that show it.
+        clause: the one clause it is about, if the case told.
+        defect: whether an error is ours.
+        lost: whether the bench or the target is gone, so that nothing further can run.
+    """
+
+    verdict: Verdict
+    cause: str = ""
+    evidence: tuple[str, ...] = ()
+    clause: str = ""
+    defect: bool = False
+    lost: bool = False
+
+
+PASSED = Outcome(verdict=Verdict.PASS)
+
+
+def outcome_of(error: BaseException | None) -> Outcome:
+    """Return the outcome of a case that ended with this exception, or with none."""
+    if error is None:
+        return PASSED
+    if isinstance(error, CaseOutcome):
+        verdict = next(_VERDICTS[kind] for kind in type(error).__mro__ if kind in _VERDICTS)
+        return Outcome(verdict=verdict, cause=_one_line(str(error)), evidence=error.evidence, clause=error.clause)
+    if isinstance(error, AssertionError):
+        return _of_assertion(error)
+    if isinstance(error, UnavailableError):
+        return Outcome(verdict=Verdict.ERROR, cause=_one_line(str(error)), lost=True)
+    cause = f"defect: {type(error).__name__}: {error}"
+    return Outcome(verdict=Verdict.ERROR, cause=_one_line(cause), evidence=_traceback(error), defect=True)
+
+
+def _of_assertion(error: AssertionError) -> Outcome:
+    lines = str(error).strip().splitlines() or ["an assertion without text failed"]
+    evidence = [line for line in lines[1:] if line.strip()]
+    where = traceback.extract_tb(error.__traceback__)
+    if where:
+        evidence.append(f"{Path(where[-1].filename).name}:{where[-1].lineno}: {where[-1].line}")
+    return Outcome(verdict=Verdict.FAIL, cause=_one_line(lines[0]), evidence=tuple(evidence))
+
+
+def _traceback(error: BaseException) -> tuple[str, ...]:
+    text = "".join(traceback.format_exception(error))
+    return tuple(line for line in text.splitlines() if line.strip())[-_TRACEBACK_LINES:]
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())

@@ -1,0 +1,63 @@
+"""Makes planned cases of declared ones: looks up their clauses, names them, derives their seeds."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from hilbench.check.cases import CaseSpec
+from hilbench.check.catalogue import Clause, find_clause
+from hilbench.check.collector import PlannedCase
+from hilbench.check.provider import case_seed
+from hilbench.errors import UsageError
+
+
+def plan_case(
+    spec: CaseSpec,
+    *,
+    suite: str,
+    suite_argument: str,
+    name: str,
+    run_seed: int,
+    capabilities: Collection[str],
+) -> PlannedCase:
+    """Return the plan for one case.
+
+    Args:
+        spec: what its decorator says.
+        suite: name of its suite.
+        suite_argument: what ``--suite`` has to be given to find it.
+        name: function and parameters.
+        run_seed: seed of the run.
+        capabilities: what the bench can do.
+
+    Raises:
+        UsageError: it cites a clause that nobody defines.
+    """
+    case_id = f"{suite}/{name}"
+    clauses = tuple(_clause(clause_id, spec, case_id, suite) for clause_id in spec.clause_ids)
+    needs = spec.needs.union(*(clause.needs for clause in clauses))
+    return PlannedCase(
+        id=case_id,
+        suite=suite,
+        suite_argument=suite_argument,
+        clauses=clauses,
+        bench_time_s=spec.bench_time_s,
+        needs=needs,
+        missing=tuple(sorted(needs.difference(capabilities))),
+        scene=spec.scene,
+        seed=case_seed(run_seed, case_id),
+    )
+
+
+def _clause(clause_id: str, spec: CaseSpec, case_id: str, suite: str) -> Clause:
+    if spec.clause is not None:
+        own = spec.clause
+        return Clause(id=own.id, suite=suite, level=own.level, title=own.title, text=own.text, source=own.source)
+    found = find_clause(clause_id)
+    if found is None:
+        raise UsageError(
+            f"cites the clause '{clause_id}', which no catalogue holds",
+            where=case_id,
+            hint="give @case its text=, level= and source=",
+        )
+    return found

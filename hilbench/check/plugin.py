@@ -1,0 +1,317 @@
+"""The pytest plugin behind ``hilbench check`` and behind plain ``pytest -p hilbench.pytest_plugin``.
+
+It gives cases their bench, decides what applies, and turns what happens into results. Everything that knows pytest is
+here and in `hilbench.check.pytest_run`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator
+from pathlib import Path
+
+import pytest
+
+from hilbench.check.cases import spec_of
+from hilbench.check.collector import Collector, PlannedCase
+from hilbench.check.outcome import PASSED, Outcome, outcome_of
+from hilbench.check.planning import plan_case
+from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo
+from hilbench.check.recorder import recording
+from hilbench.check.results import CaseResult
+from hilbench.check.selection import Candidate, compile_selection
+from hilbench.check.suites import SHIPPED_FOLDER, suite_name
+from hilbench.check.verdicts import Measure, Verdict
+from hilbench.errors import HilbenchError, UsageError
+
+NS_PER_S = 1_000_000_000
+
+_PLAN = pytest.StashKey[PlannedCase]()
+_RUN = pytest.StashKey["_CaseRun"]()
+
+ProgressCallback = Callable[[PlannedCase, int, int], None]
+
+
+class _CaseRun:
+    """What is known of the case that is running."""
+
+    def __init__(self, planned: PlannedCase) -> None:
+        self.planned = planned
+        self.outcome: Outcome = PASSED
+        self.measures: list[Measure] = []
+        self.bench: CaseBench | None = None
+        self.began_ns = 0
+        self.bench_time_s = 0.0
+        self.case_hash = ""
+        self.judged = False
+
+    def opened(self, bench: CaseBench) -> None:
+        self.bench = bench
+        self.began_ns = bench.now_ns
+
+    def judge(self, outcome: Outcome) -> None:
+        """Take the outcome of the case proper, and what the bench says of it while it is still open."""
+        self.judged = True
+        self.outcome = outcome
+        if self.bench is None:
+            return
+        try:
+            self._ask(self.bench)
+        except Exception as error:  # noqa: BLE001 - whatever a provider raises must become a result
+            self.worsen(outcome_of(error))
+
+    def _ask(self, bench: CaseBench) -> None:
+        self.bench_time_s = (bench.now_ns - self.began_ns) / NS_PER_S
+        if self.outcome.verdict is not Verdict.PASS:
+            self.outcome = _with_evidence(self.outcome, tuple(bench.evidence()))
+        bench.finish(self.outcome.verdict.value, self.outcome.cause)
+        self.case_hash = bench.case_hash()
+
+    def worsen(self, outcome: Outcome) -> None:
+        """Take the outcome of tearing down: a failure there is never the target's, and outranks what was said."""
+        if outcome.verdict is Verdict.PASS:
+            return
+        before = (f"before that: {self.outcome.cause}",) if self.outcome.cause else ()
+        self.outcome = Outcome(
+            verdict=Verdict.ERROR,
+            cause=outcome.cause,
+            evidence=(*outcome.evidence, *before),
+            defect=not outcome.lost,
+            lost=outcome.lost,
+        )
+
+    def result(self) -> CaseResult:
+        planned = self.planned
+        about = (self.outcome.clause,) if self.outcome.clause in planned.clause_ids else ()
+        return CaseResult(
+            id=planned.id,
+            suite=planned.suite,
+            clause_ids=planned.clause_ids,
+            verdict=self.outcome.verdict,
+            cause=self.outcome.cause,
+            failed_clause_ids=about,
+            evidence=self.outcome.evidence,
+            measures=tuple(self.measures),
+            defect=self.outcome.defect,
+            seed=planned.seed,
+            bench_time_s=self.bench_time_s,
+            case_hash=self.case_hash,
+        )
+
+
+def _with_evidence(outcome: Outcome, more: tuple[str, ...]) -> Outcome:
+    return Outcome(
+        verdict=outcome.verdict,
+        cause=outcome.cause,
+        evidence=(*outcome.evidence, *more),
+        clause=outcome.clause,
+        defect=outcome.defect,
+        lost=outcome.lost,
+    )
+
+
+class CheckPlugin:
+    """One run's plugin.
+
+    Args:
+        collector: where plans and results go.
+        provider: opens the benches.
+        seed: seed of the run.
+        select: the expression of ``-k``.
+        only_cases: whether a test without ``@case`` is refused, and what does not apply is taken out; under plain
+            pytest such a test is the user's own business, and what does not apply is skipped.
+        on_case: called before each case with the case, its number from 1, and how many there are.
+    """
+
+    def __init__(
+        self,
+        collector: Collector,
+        provider: BenchProvider,
+        *,
+        seed: int,
+        select: str = "",
+        only_cases: bool = True,
+        on_case: ProgressCallback | None = None,
+    ) -> None:
+        self.collector = collector
+        self.refusal: HilbenchError | None = None
+        self.unreadable: list[tuple[Path, BaseException]] = []
+        self._provider = provider
+        self._seed = seed
+        self._select = select
+        self._only_cases = only_cases
+        self._on_case = on_case
+        self._started = 0
+        self._to_run = 0
+
+    # What a case can ask for.
+
+    @pytest.fixture
+    def bench(self, request: pytest.FixtureRequest) -> Iterator[CaseBench]:
+        """The bench of this case: a fresh one on a virtual target, a settled one on a real target."""
+        run = request.node.stash.get(_RUN, None)
+        if run is None:
+            raise UsageError("has no @case, so there is no bench for it", where=request.node.nodeid)
+        planned = run.planned
+        info = CaseInfo(
+            id=planned.id, clause_ids=planned.clause_ids, seed=planned.seed, scene=planned.scene, needs=planned.needs
+        )
+        with self._provider.open_case(info) as bench:
+            run.opened(bench)
+            yield bench
+
+    @pytest.fixture
+    def peer(self, bench: CaseBench) -> object:
+        """The checker's own end of the line."""
+        return getattr(bench, "peer")  # noqa: B009 - the attributes are the provider's business
+
+    @pytest.fixture
+    def wire(self, bench: CaseBench) -> object:
+        """The line itself: its bytes and its faults."""
+        return getattr(bench, "wire")  # noqa: B009
+
+    @pytest.fixture
+    def world(self, bench: CaseBench) -> object:
+        """The world around the target."""
+        return getattr(bench, "world")  # noqa: B009
+
+    @pytest.fixture
+    def journal(self, bench: CaseBench) -> object:
+        """The journal of this case."""
+        return getattr(bench, "journal")  # noqa: B009
+
+    @pytest.fixture
+    def client(self, bench: CaseBench) -> object:
+        """The client under test."""
+        return getattr(bench, "client")  # noqa: B009
+
+    # Which cases there are, and which of them run.
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Plan, select, and set apart what does not apply."""
+        if self.unreadable:
+            return
+        try:
+            self._plan(items)
+        except HilbenchError as error:
+            self.refusal = error
+            items.clear()
+
+    def _plan(self, items: list[pytest.Item]) -> None:
+        for item in items:
+            self._plan_item(item)
+        plans = [item.stash[_PLAN] for item in items if _PLAN in item.stash]
+        _refuse_twins(plans)
+        wanted = compile_selection(self._select, {clause for plan in plans for clause in plan.clause_ids})
+        items[:] = [item for item in items if _PLAN not in item.stash or wanted(_candidate(item.stash[_PLAN]))]
+        self.collector.plan(item.stash[_PLAN] for item in items if _PLAN in item.stash)
+        if self._only_cases:
+            items[:] = [item for item in items if not item.stash[_PLAN].missing]
+        self._to_run = len(items)
+
+    def _plan_item(self, item: pytest.Item) -> None:
+        spec = spec_of(getattr(item, "function", None))
+        if spec is None:
+            if self._only_cases:
+                raise UsageError("has no @case", where=item.nodeid, hint="say which clause it checks")
+            return
+        plan = plan_case(
+            spec,
+            suite=suite_name(item.path),
+            suite_argument=_suite_argument(item.path),
+            name=_case_name(item),
+            run_seed=self._seed,
+            capabilities=self._provider.capabilities,
+        )
+        item.stash[_PLAN] = plan
+        if plan.missing:
+            item.add_marker(pytest.mark.skip(reason=f"not applicable: no {', '.join(plan.missing)}"))
+
+    @pytest.hookimpl
+    def pytest_exception_interact(self, node: pytest.Item | pytest.Collector, call: pytest.CallInfo[object]) -> None:
+        """Keep why a suite could not be read."""
+        if isinstance(node, pytest.Collector) and call.excinfo is not None:
+            self.unreadable.append((node.path, call.excinfo.value))
+
+    # Running them.
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
+        """Run one case from opening its bench to closing it, and enter its result."""
+        planned = item.stash.get(_PLAN, None)
+        if planned is None or planned.missing:
+            return (yield)
+        self._started += 1
+        if self._on_case is not None:
+            self._on_case(planned, self._started, self._to_run)
+        run = item.stash[_RUN] = _CaseRun(planned)
+        with recording() as run.measures:
+            handled = yield
+        self.collector.enter(run.result())
+        if run.outcome.lost:
+            reason = f"target lost: {run.outcome.cause}"
+            self.collector.stop(reason)
+            item.session.shouldstop = reason
+        return handled
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        """Judge what a phase of the case ended with."""
+        run = item.stash.get(_RUN, None)
+        if run is not None:
+            outcome = _outcome(call.excinfo.value if call.excinfo is not None else None)
+            if call.when == "teardown":
+                run.worsen(outcome)
+            elif call.when == "call" or outcome is not PASSED:
+                run.judge(outcome)
+        return (yield)
+
+    def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
+        """Tell an interruption from our own stopping."""
+        if isinstance(excinfo.value, pytest.Session.Interrupted):
+            return
+        if isinstance(excinfo.value, KeyboardInterrupt):
+            self.collector.stop("interrupted", interrupted=True)
+        else:
+            self.collector.defects.append(f"a case ended the run: {excinfo.value}")
+            self.collector.stop(self.collector.defects[-1])
+
+    def pytest_internalerror(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
+        """Keep what went wrong inside pytest or this plugin."""
+        self.collector.defects.append(f"{excinfo.typename}: {excinfo.value}")
+        self.collector.stop("a defect in hilbench")
+
+
+def _outcome(error: BaseException | None) -> Outcome:
+    if isinstance(error, pytest.skip.Exception):
+        return Outcome(verdict=Verdict.NOT_APPLICABLE, cause=str(error.msg))
+    if isinstance(error, pytest.fail.Exception):
+        return Outcome(verdict=Verdict.FAIL, cause=str(error.msg))
+    return outcome_of(error)
+
+
+def _case_name(item: pytest.Item) -> str:
+    """Return class, function and parameters: ``test_sync[2]`` in class ``TestOpen`` is ``TestOpen.sync[2]``."""
+    classes = [node.name for node in item.listchain() if isinstance(node, pytest.Class)]
+    return ".".join([*classes, item.name.removeprefix("test_")])
+
+
+def _suite_argument(path: Path) -> str:
+    return suite_name(path) if path.parent == SHIPPED_FOLDER else str(path)
+
+
+def _candidate(planned: PlannedCase) -> Candidate:
+    titles = [clause.title for clause in planned.clauses]
+    return Candidate.of(planned.clause_ids, [planned.id, planned.suite, *titles])
+
+
+def _refuse_twins(plans: list[PlannedCase]) -> None:
+    seen: dict[str, str] = {}
+    for plan in plans:
+        if plan.id in seen:
+            raise UsageError(
+                f"is in {seen[plan.id]} and in {plan.suite_argument}", where=plan.id, hint="rename one suite"
+            )
+        seen[plan.id] = plan.suite_argument

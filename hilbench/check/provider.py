@@ -1,0 +1,86 @@
+"""What the check engine needs of a bench: the seam between judging and running.
+
+The engine knows cases, clauses and verdicts; a provider knows targets, links and worlds. It gives each case a bench
+and says beforehand what its benches can do.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Protocol
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CaseInfo:
+    """What a provider is told about a case.
+
+    Attributes:
+        id: suite, function and parameters, as in ``p2os-server/sync0_is_echoed[2]``; the same wherever it runs.
+        clause_ids: the clauses it checks.
+        seed: of this case alone, so that selection and order change nothing; 0 to 2**63 - 1.
+        scene: the scene it asks for; empty for that of the bench file.
+        needs: the capabilities it was declared to need; all of them are there.
+    """
+
+    id: str
+    clause_ids: tuple[str, ...]
+    seed: int
+    scene: str = ""
+    needs: frozenset[str] = frozenset()
+
+
+def case_seed(run_seed: int, case_id: str) -> int:
+    """Derive the seed of a case from that of the run: the first 63 bits of a SHA-256 over both."""
+    digest = hashlib.sha256(f"{run_seed}\n{case_id}".encode()).digest()
+    return int.from_bytes(digest[:8], "big") >> 1
+
+
+class CaseBench(Protocol):
+    """The bench of one case, from just before it to just after.
+
+    Whatever else a suite asks for by a fixture (``peer``, ``wire``, ``world``, ``journal``, ``client``) is an attribute
+    of this object. A capability that the provider names must have its attribute.
+    """
+
+    @property
+    def now_ns(self) -> int:
+        """Bench time in nanoseconds; the engine takes differences only."""
+
+    def evidence(self) -> Sequence[str]:
+        """Return lines that show what happened last, such as the latest frames; asked for when a case does not pass."""
+
+    def finish(self, verdict: str, cause: str) -> None:
+        """Take the verdict into the journal; called once, before `case_hash` and before the bench closes."""
+
+    def case_hash(self) -> str:
+        """Return the hash over the canonical events of this case, in hex."""
+
+
+class BenchProvider(Protocol):
+    """Opens benches for cases.
+
+    Making one must be cheap: ``--list`` makes one and opens nothing.
+    """
+
+    @property
+    def capabilities(self) -> frozenset[str]:
+        """What its benches can do, to be compared with the needs of the cases."""
+
+    def describe(self) -> Mapping[str, str]:
+        """Name the parts of the bench for the first line of the report, in order.
+
+        The keys ``bench``, ``target`` and ``physics`` are expected; others may follow.
+        """
+
+    def open_case(self, case: CaseInfo) -> AbstractContextManager[CaseBench]:
+        """Open the bench of one case; leaving the context closes it.
+
+        Raises:
+            UnavailableError: the target is not there, or no longer there. Nothing further is then run.
+        """
+
+    def close(self) -> None:
+        """Give everything back. Called once, also after an error."""

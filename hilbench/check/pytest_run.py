@@ -1,0 +1,73 @@
+"""Runs pytest as an engine: our configuration, our root, our plugin, and nothing of the user's around it."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pytest
+
+from hilbench.check.plugin import CheckPlugin
+
+_INI = Path(__file__).with_name("pytest.ini")
+
+# Each of these lets the surroundings change what pytest does.
+_FOREIGN_VARIABLES = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_DEBUG", "PYTEST_THEME", "PYTEST_THEME_MODE")
+
+_ARGUMENTS = (
+    "-c",
+    str(_INI),
+    "--rootdir",
+    str(_INI.parent),
+    "--noconftest",
+    "--import-mode=importlib",
+    "--assert=rewrite",
+    "--capture=fd",
+    "--color=no",
+    "--no-header",
+    "--no-summary",
+    "-q",
+    "-p",
+    "no:cacheprovider",
+    "-p",
+    "no:faulthandler",
+    "-p",
+    "no:warnings",
+    "-p",
+    "no:unraisableexception",
+    "-p",
+    "no:doctest",
+    "-p",
+    "no:junitxml",
+    "-p",
+    "no:pastebin",
+)
+
+
+def run_pytest(files: Sequence[Path], plugin: CheckPlugin, *, collect_only: bool = False) -> str:
+    """Run the suites in the given files or folders; the plugin's collector holds what came of it.
+
+    Pytest's own exit code means nothing here: whatever happened has reached the plugin.
+
+    Returns:
+        What pytest printed, for the account of a defect.
+    """
+    arguments = [*_ARGUMENTS, *(["--collect-only"] if collect_only else []), *(str(file) for file in files)]
+    printed = io.StringIO()
+    with _own_environment(), contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+        pytest.main(arguments, plugins=[plugin])
+    return printed.getvalue()
+
+
+@contextlib.contextmanager
+def _own_environment() -> Iterator[None]:
+    before = {name: os.environ.pop(name, None) for name in (*_FOREIGN_VARIABLES, "PYTEST_DISABLE_PLUGIN_AUTOLOAD")}
+    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
+    try:
+        yield
+    finally:
+        del os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"]
+        os.environ.update({name: value for name, value in before.items() if value is not None})

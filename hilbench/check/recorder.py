@@ -1,0 +1,70 @@
+"""Where the figures measured by the running case go.
+
+The judge and the suites call `record_measure`; the plugin hangs a list under it for as long as a case runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+from hilbench.check.verdicts import Measure
+
+_measures: ContextVar[list[Measure] | None] = ContextVar("measures of the running case", default=None)
+
+
+@contextmanager
+def recording() -> Iterator[list[Measure]]:
+    """Collect what is measured inside the ``with`` block."""
+    measures: list[Measure] = []
+    token = _measures.set(measures)
+    try:
+        yield measures
+    finally:
+        _measures.reset(token)
+
+
+def record_measure(
+    name: str,
+    value: float,
+    unit: str,
+    *,
+    low: float | None = None,
+    high: float | None = None,
+    uncertainty: float = 0.0,
+) -> Measure:
+    """Keep a figure with the verdict of the running case, without judging it.
+
+    Outside a case the measure is only returned.
+
+    Args:
+        name: what was measured, in a few words.
+        value: the figure.
+        unit: its unit.
+        low: the lowest value allowed, if there is one.
+        high: the highest value allowed, if there is one.
+        uncertainty: half the width of the interval in which the true value lies.
+    """
+    distances = [distance for distance in (_above(value, low), _below(value, high)) if distance is not None]
+    measure = Measure(
+        name=name,
+        value=value,
+        unit=unit,
+        low=low,
+        high=high,
+        uncertainty=uncertainty,
+        margin=min(distances) if distances else None,
+    )
+    measures = _measures.get()
+    if measures is not None:
+        measures.append(measure)
+    return measure
+
+
+def _above(value: float, low: float | None) -> float | None:
+    return None if low is None else value - low
+
+
+def _below(value: float, high: float | None) -> float | None:
+    return None if high is None else high - value

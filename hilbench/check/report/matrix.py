@@ -1,0 +1,152 @@
+"""The report for a person: a matrix of clauses, an account of what went wrong, a summary."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+
+from hilbench.check.results import ClauseResult, Counts, Report, relative_margin
+from hilbench.check.verdicts import Measure, Verdict
+from hilbench.exit_codes import ExitCode
+
+_EVIDENCE_LINES = 12
+_PLAIN_WIDTH = 10_000
+
+_STYLES = {
+    "pass": "green",
+    "fail": "bold red",
+    "warn": "yellow",
+    "inconclusive": "magenta",
+    "error": "bold red",
+    "n/a": "dim",
+    "not run": "dim",
+}
+
+
+def render(report: Report, *, colours: bool, width: int | None) -> str:
+    """Return the whole report as text.
+
+    Args:
+        report: what to show.
+        colours: whether to mark verdicts with terminal colours.
+        width: columns to cut titles to; None does not cut.
+    """
+    lines = [headline(report.bench, report.seed, report.hilbench), ""]
+    for suite, clauses in groupby(report.clauses, key=lambda clause: clause.suite):
+        lines += [*_suite(suite, list(clauses), colours, width or _PLAIN_WIDTH), ""]
+    for clause in report.clauses:
+        if clause.verdict in {Verdict.FAIL, Verdict.ERROR, Verdict.INCONCLUSIVE}:
+            lines += [*_account(clause, colours), ""]
+    return "\n".join([*lines, *_summary(report, colours)])
+
+
+def headline(bench: dict[str, str], seed: int, version: str) -> str:
+    """Return the first line: what was checked, on what, and with which seed."""
+    parts = [f"{key} {value}" for key, value in bench.items() if value]
+    return " · ".join([f"hilbench {version}", *parts, f"seed {seed}"])
+
+
+def word_for(clause: ClauseResult) -> str:
+    """Return the verdict in the words of the matrix: a failing *should* only warns unless it counts."""
+    if clause.verdict is Verdict.FAIL and not clause.counts:
+        return "warn"
+    short = {Verdict.NOT_APPLICABLE: "n/a", Verdict.NOT_RUN: "not run"}
+    return short.get(clause.verdict, clause.verdict.value)
+
+
+def margin_text(measure: Measure | None) -> str:
+    """Return the worst figure as its distance to the limit, in its unit and as a share of the tolerance."""
+    if measure is None or measure.margin is None:
+        return ""
+    return f"{measure.margin:.3g} {measure.unit} ({relative_margin(measure):.0%})"
+
+
+def _suite(suite: str, clauses: Sequence[ClauseResult], colours: bool, width: int) -> list[str]:
+    rows = [_row(clause) for clause in clauses]
+    head = ("clause", "level", "verdict", "margin", "time", suite)
+    widths = [max(len(row[column]) for row in [head, *rows]) for column in range(5)]
+    lines = [_painted(_joined(head, widths, width), "bold", colours)]
+    for clause, row in zip(clauses, rows, strict=True):
+        text = _joined(row, widths, width)
+        word = word_for(clause)
+        start = sum(widths[:2]) + 6
+        lines.append(
+            text[:start] + _painted(text[start : start + len(word)], _STYLES[word], colours) + text[start + len(word) :]
+        )
+    return lines
+
+
+def _row(clause: ClauseResult) -> tuple[str, ...]:
+    note = ""
+    if clause.verdict in {Verdict.NOT_APPLICABLE, Verdict.NOT_RUN}:
+        note = f" [{clause.cause}]"
+    return (
+        clause.id,
+        clause.level,
+        word_for(clause),
+        margin_text(clause.worst_margin),
+        f"{clause.bench_time_s:.1f} s",
+        clause.title + note,
+    )
+
+
+def _joined(row: Sequence[str], widths: Sequence[int], width: int) -> str:
+    *cells, title = row
+    padded = [cell.ljust(size) for cell, size in zip(cells, widths, strict=True)]
+    padded[-1] = cells[-1].rjust(widths[-1])
+    line = "  " + "  ".join([*padded, title])
+    return line if len(line) <= width else f"{line[: width - 1]}…"
+
+
+def _account(clause: ClauseResult, colours: bool) -> list[str]:
+    word = word_for(clause)
+    more = len(clause.evidence) - _EVIDENCE_LINES
+    evidence = list(clause.evidence[:_EVIDENCE_LINES]) + ([f"and {more} lines more (--json FILE)"] if more > 0 else [])
+    return [
+        f"{_painted(word.upper(), _STYLES[word], colours)} {clause.id} ({clause.level}) {clause.title}",
+        f"  cause      {clause.cause}",
+        f"  clause     {clause.text}",
+        f"  source     {clause.source}",
+        *_labelled("evidence", evidence),
+        f"  reproduce  {clause.reproduce}",
+    ]
+
+
+def _labelled(label: str, lines: Iterable[str]) -> list[str]:
+    return [f"  {label if number == 0 else '':<9}  {line}" for number, line in enumerate(lines)]
+
+
+def _summary(report: Report, colours: bool) -> list[str]:
+    speed = f", {report.bench_time_s / report.host_time_s:.1f} times real time" if report.host_time_s else ""
+    code = ExitCode(report.exit_code)
+    lines = [
+        f"{report.counts.clauses} clauses: {_counted(report.counts)}",
+        f"{len(report.cases)} cases, {report.bench_time_s:.1f} s of bench time in {report.host_time_s:.1f} s{speed}",
+        f"run hash {report.run_hash or 'none'}",
+    ]
+    if report.stopped:
+        not_run = sum(case.verdict is Verdict.NOT_RUN for case in report.cases)
+        lines.append(f"stopped: {report.stopped}; {not_run} cases not run")
+    style = "green" if code is ExitCode.OK else "bold red"
+    return [*lines, _painted(f"exit {report.exit_code}: {report.exit_meaning}", style, colours)]
+
+
+def _counted(counts: Counts) -> str:
+    words = [
+        (counts.passed, "pass"),
+        (counts.failed, "fail"),
+        (counts.warned, "warn"),
+        (counts.inconclusive, "inconclusive"),
+        (counts.error, "error"),
+        (counts.not_applicable, "not applicable"),
+        (counts.not_run, "not run"),
+    ]
+    return ", ".join(f"{number} {word}" for number, word in words if number) or "none"
+
+
+def _painted(text: str, style: str, colours: bool) -> str:
+    if not colours:
+        return text
+    from rich.style import Style
+
+    return Style.parse(style).render(text)

@@ -1,0 +1,195 @@
+"""The report of a run as data, and how verdicts of cases become verdicts of clauses.
+
+These structures are what ``--json`` writes; the published schema is generated from them. Whatever is added here is
+added for the readers of reports: names and meanings stay.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Sequence
+
+import msgspec
+
+from hilbench.check.verdicts import WORST_FIRST, Level, Measure, Verdict
+
+FORMAT = "hilbench-report/1"
+
+
+class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What came of one case.
+
+    Attributes:
+        id: suite, function and parameters; stable.
+        suite: the suite it is in.
+        clause_ids: the clauses it checks.
+        verdict: its outcome.
+        cause: why it is not a pass; empty for a pass.
+        failed_clause_ids: the clauses the outcome is about; empty unless the case told them apart.
+        evidence: lines that show what happened.
+        measures: figures it measured.
+        missing: capabilities that are missing, for a case that is not applicable.
+        defect: whether an error is hilbench's own (exit code 5) and not the target's absence (3).
+        seed: seed of the case.
+        bench_time_s: how much bench time it took; what was declared, for a case that did not run.
+        case_hash: hash over its canonical events; empty if it opened no bench.
+    """
+
+    id: str
+    suite: str
+    clause_ids: tuple[str, ...]
+    verdict: Verdict
+    cause: str = ""
+    failed_clause_ids: tuple[str, ...] = ()
+    evidence: tuple[str, ...] = ()
+    measures: tuple[Measure, ...] = ()
+    missing: tuple[str, ...] = ()
+    defect: bool = False
+    seed: int = 0
+    bench_time_s: float = 0.0
+    case_hash: str = ""
+
+
+class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What came of one clause, over all the cases that check it.
+
+    Attributes:
+        id: the clause.
+        suite: the suite that checks it.
+        level: ``must`` or ``should``.
+        title: a few words.
+        text: the rule.
+        source: where it is written.
+        verdict: the worst of its cases.
+        counts: whether the verdict counts towards the exit code; a *should* does only with ``--strict``.
+        cause: that of the worst case.
+        evidence: that of the worst case.
+        worst_margin: the figure that came nearest to its limit, relative to the limit.
+        bench_time_s: of all its cases.
+        case_ids: its cases.
+        reproduce: the command that runs it again.
+    """
+
+    id: str
+    suite: str
+    level: Level
+    title: str
+    text: str
+    source: str
+    verdict: Verdict
+    counts: bool
+    cause: str = ""
+    evidence: tuple[str, ...] = ()
+    worst_margin: Measure | None = None
+    bench_time_s: float = 0.0
+    case_ids: tuple[str, ...] = ()
+    reproduce: str = ""
+
+
+class Counts(msgspec.Struct, frozen=True, kw_only=True):
+    """How many clauses have which verdict."""
+
+    clauses: int
+    passed: int
+    failed: int
+    warned: int
+    inconclusive: int
+    error: int
+    not_applicable: int
+    not_run: int
+
+
+class Report(msgspec.Struct, frozen=True, kw_only=True):
+    """Everything there is to say about a run.
+
+    Attributes:
+        format: name and version of this format.
+        hilbench: version of hilbench.
+        bench: the parts of the bench: ``bench``, ``target``, ``physics`` and whatever else the bench names.
+        seed: seed of the run.
+        strict: whether a *should* counts like a *must*.
+        select: the expression of ``-k``.
+        exit_code: what the command returns.
+        exit_meaning: what that says, in words.
+        stopped: why the run ended early; empty if it did not.
+        run_hash: hash over the hashes of the cases that ran, in the order of their ids.
+        bench_time_s: sum over the cases.
+        host_time_s: what that took on the host's clock; no part of the run hash.
+        counts: clauses by verdict.
+        clauses: in the order of their suites.
+        cases: in the order in which they were to run.
+    """
+
+    format: str
+    hilbench: str
+    bench: dict[str, str]
+    seed: int
+    strict: bool
+    select: str
+    exit_code: int
+    exit_meaning: str
+    stopped: str
+    run_hash: str
+    bench_time_s: float
+    host_time_s: float
+    counts: Counts
+    clauses: tuple[ClauseResult, ...]
+    cases: tuple[CaseResult, ...]
+
+
+def run_hash(cases: Iterable[CaseResult]) -> str:
+    """Hash the ``id:hash`` lines of the cases that ran, sorted by id; empty if none did."""
+    lines = sorted(f"{result.id}:{result.case_hash}\n" for result in cases if result.case_hash)
+    return hashlib.sha256("".join(lines).encode()).hexdigest() if lines else ""
+
+
+def verdict_for(result: CaseResult, clause_id: str) -> Verdict:
+    """Return what a case says about one of its clauses.
+
+    A case that cites several and failed at one of them has not finished judging the others.
+    """
+    if result.failed_clause_ids and clause_id not in result.failed_clause_ids:
+        return Verdict.INCONCLUSIVE
+    return result.verdict
+
+
+def worst_case(results: Sequence[CaseResult], clause_id: str) -> CaseResult:
+    """Return the first case with the worst verdict about a clause."""
+    return min(results, key=lambda result: WORST_FIRST.index(verdict_for(result, clause_id)))
+
+
+def worst_margin(results: Iterable[CaseResult]) -> Measure | None:
+    """Return the measure that came nearest to its limit, relative to that limit, or None if none has a limit."""
+    measures = [measure for result in results for measure in result.measures if measure.margin is not None]
+    return min(measures, key=relative_margin, default=None)
+
+
+def relative_margin(measure: Measure) -> float:
+    """Return the margin as a share of the tolerance: 1 is in the middle or at zero, 0 at a limit, negative outside."""
+    return (measure.margin or 0.0) / _tolerance(measure)
+
+
+def _tolerance(measure: Measure) -> float:
+    if measure.low is not None and measure.high is not None:
+        return (measure.high - measure.low) / 2 or 1.0
+    limit = measure.high if measure.high is not None else measure.low
+    return abs(limit or 0.0) or 1.0
+
+
+def count(clauses: Sequence[ClauseResult]) -> Counts:
+    """Count clauses by verdict; a *should* that fails without ``--strict`` is a warning."""
+
+    def having(verdict: Verdict) -> int:
+        return sum(clause.verdict is verdict for clause in clauses)
+
+    warned = sum(clause.verdict is Verdict.FAIL and not clause.counts for clause in clauses)
+    return Counts(
+        clauses=len(clauses),
+        passed=having(Verdict.PASS),
+        failed=having(Verdict.FAIL) - warned,
+        warned=warned,
+        inconclusive=having(Verdict.INCONCLUSIVE),
+        error=having(Verdict.ERROR),
+        not_applicable=having(Verdict.NOT_APPLICABLE),
+        not_run=having(Verdict.NOT_RUN),
+    )

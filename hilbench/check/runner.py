@@ -1,0 +1,143 @@
+"""Runs suites on a bench: from options and a provider to a report.
+
+`run_suites` returns the report and prints nothing; it is the way in for programs. `run_check` is ``hilbench check``.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hilbench.check.collector import Collector, PlannedCase
+from hilbench.check.evaluate import make_report
+from hilbench.check.provider import BenchProvider
+from hilbench.check.report import listing, write_report
+from hilbench.check.results import Report
+from hilbench.check.suites import SHIPPED_FOLDER, find_suites
+from hilbench.clock import Stopwatch
+from hilbench.console import Console
+from hilbench.errors import HilbenchError, InternalError, UsageError
+from hilbench.exit_codes import ExitCode
+from hilbench.options import CheckOptions
+
+if TYPE_CHECKING:
+    from hilbench.check.plugin import CheckPlugin, ProgressCallback
+
+ProviderFactory = Callable[[CheckOptions], BenchProvider]
+
+
+def run_suites(options: CheckOptions, provider: BenchProvider, *, on_case: ProgressCallback | None = None) -> Report:
+    """Run the suites that the options select on the benches of a provider.
+
+    Args:
+        options: what to run; where to write reports is not looked at.
+        provider: opens the benches; it stays the caller's to close.
+        on_case: called before each case with the case, its number from 1, and how many there are.
+
+    Returns:
+        The report, complete for what was run also after Ctrl-C or after the target was lost.
+
+    Raises:
+        UsageError: a suite does not exist or cannot be read, or nothing is selected.
+        InternalError: a shipped suite cannot be read.
+    """
+    watch = Stopwatch()
+    collector = _pytest(options, provider, on_case=on_case, collect_only=False)
+    return make_report(collector, options, provider.describe(), watch.elapsed_s())
+
+
+def list_cases(options: CheckOptions, provider: BenchProvider) -> list[PlannedCase]:
+    """Return the cases that the options select, in the order in which they would run; see `run_suites`."""
+    return _pytest(options, provider, on_case=None, collect_only=True).planned
+
+
+def run_check(options: CheckOptions, provider_factory: ProviderFactory, console: Console | None = None) -> int:
+    """Do what ``hilbench check`` does: run, write the reports, print the matrix.
+
+    Args:
+        options: what the command line says.
+        provider_factory: makes the provider; `hilbench.bench_provider` has the one of the product.
+        console: where to print; the standard streams by default.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        HilbenchError: nothing could be run.
+    """
+    console = console or Console()
+    provider = provider_factory(options)
+    try:
+        if options.list_only:
+            listing.show(list_cases(options, provider), options, console)
+            return ExitCode.OK
+        with console.progress() as show:
+            report = run_suites(options, provider, on_case=_teller(show))
+        with _no_interruption():
+            write_report(report, options, console)
+        return report.exit_code
+    finally:
+        provider.close()
+
+
+def _teller(show: Callable[[str], None]) -> ProgressCallback:
+    def tell(planned: PlannedCase, number: int, total: int) -> None:
+        show(f"{number}/{total} {', '.join(planned.clause_ids)} {planned.id}")
+
+    return tell
+
+
+def _pytest(
+    options: CheckOptions, provider: BenchProvider, *, on_case: ProgressCallback | None, collect_only: bool
+) -> Collector:
+    from hilbench.check.plugin import CheckPlugin
+    from hilbench.check.pytest_run import run_pytest
+
+    files = find_suites(options.suites)
+    collector = Collector()
+    plugin = CheckPlugin(collector, provider, seed=options.seed, select=options.select, on_case=on_case)
+    printed = run_pytest(files, plugin, collect_only=collect_only) if files else ""
+    _raise_refusals(plugin)
+    if not collector.planned and not collector.stopped:
+        if collector.defects:
+            raise InternalError(f"{collector.defects[0]} ({printed[-500:]})")
+        raise UsageError("nothing is selected", where=_selection(options), hint="see 'hilbench check --list'")
+    return collector
+
+
+def _raise_refusals(plugin: CheckPlugin) -> None:
+    if plugin.refusal is not None:
+        raise plugin.refusal
+    for path, error in plugin.unreadable:
+        raise _unreadable(path, error)
+
+
+def _unreadable(path: Path, error: BaseException) -> HilbenchError:
+    lines = [line for line in str(error).splitlines() if line.strip()] or [type(error).__name__]
+    message = f"the suite cannot be read: {lines[-1].removeprefix('E').strip()}"
+    if path.parent == SHIPPED_FOLDER:
+        return InternalError(message, where=str(path))
+    return UsageError(message, where=str(path))
+
+
+def _selection(options: CheckOptions) -> str:
+    words = [f"--suite {suite}" for suite in options.suites]
+    words += [f"-k '{options.select}'"] if options.select else []
+    return " ".join(words) or "check"
+
+
+@contextmanager
+def _no_interruption() -> Iterator[None]:
+    """Let a second Ctrl-C not tear the report apart that the first one asked for."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

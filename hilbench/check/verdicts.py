@@ -1,0 +1,106 @@
+"""What a check can say, and the exceptions by which a case says it.
+
+A case passes by returning. Otherwise it raises::
+
+    AssertionError      the target violates the clause; the cause is the text of the assertion
+    Violation           the same, with the cause and the evidence in the case's own words
+    Inconclusive        the bench cannot tell: it is too imprecise, or something needed is not modelled
+    NotApplicable       the target turned out to lack something the case needs
+    UnavailableError    the bench or the target is gone; nothing further is run (see `hilbench.errors`)
+
+Anything else that escapes from a case is a defect in the case or in hilbench, never the target's fault.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+from typing import Literal
+
+import msgspec
+
+Level = Literal["must", "should"]
+
+
+class Verdict(Enum):
+    """The outcome of a case, and of a clause."""
+
+    PASS = "pass"  # noqa: S105 - a verdict, not a password
+    FAIL = "fail"
+    INCONCLUSIVE = "inconclusive"
+    ERROR = "error"
+    NOT_APPLICABLE = "not-applicable"
+    NOT_RUN = "not-run"
+
+
+WORST_FIRST = (
+    Verdict.ERROR,
+    Verdict.FAIL,
+    Verdict.INCONCLUSIVE,
+    Verdict.NOT_RUN,
+    Verdict.PASS,
+    Verdict.NOT_APPLICABLE,
+)
+"""The verdict of a clause is the first of these that one of its cases has."""
+
+
+class CaseOutcome(Exception):  # noqa: N818 - an outcome, not an error
+    """What a case raises to end with something other than a pass. Raise one of the classes below.
+
+    Args:
+        cause: one line for a person: what was seen, and what should have been.
+        evidence: further lines that show it: frames in hex, times, a pose.
+        clause: the id of the clause this is about, for a case that cites several; the others are then inconclusive
+            and not failed. Empty means all of them.
+    """
+
+    def __init__(self, cause: str, evidence: Sequence[str] = (), *, clause: str = "") -> None:
+        super().__init__(cause)
+        self.cause = cause
+        self.evidence = tuple(evidence)
+        self.clause = clause
+
+
+class Violation(CaseOutcome):
+    """The target does not do what the clause says.
+
+    Example scenarios: the wrong answer came; an answer came too late by more than the uncertainty of the bench.
+    """
+
+
+class Inconclusive(CaseOutcome):
+    """The bench cannot tell whether the target does what the clause says.
+
+    Example scenarios: the measured time is nearer to the limit than it is certain; the host was late by more than the
+    tolerance.
+    """
+
+
+class NotApplicable(CaseOutcome):
+    """The clause does not concern this target, as only the running case could find out.
+
+    Example scenarios: the clause is about bumpers and the robot's configuration packet says that it has none. What is
+    known beforehand belongs into the ``needs`` of the case.
+    """
+
+
+class Measure(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """One figure that a case measured, with the limits it was held against.
+
+    Attributes:
+        name: what was measured.
+        value: the figure.
+        unit: its unit, as in ``s``, ``mm/s`` or ``deg``.
+        low: the lowest value allowed, if there is one.
+        high: the highest value allowed, if there is one.
+        uncertainty: half the width of the interval, around the value, in which the true one lies.
+        margin: distance to the nearest limit, in the same unit; negative outside. None where there is no limit.
+    """
+
+    name: str
+    value: float
+    unit: str
+    low: float | None = None
+    high: float | None = None
+    uncertainty: float = 0.0
+    margin: float | None = None

@@ -1,0 +1,155 @@
+"""The command line: finds the command, runs it, and turns what goes wrong into one line and an exit code.
+
+A command is a module in `hilbench.commands` with ``SUMMARY``, ``parser()`` and ``run(arguments)``. Only the one that is
+asked for is imported, and nothing heavy before it is known what to do: ``hilbench --help`` is there at once.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import os
+import signal
+import sys
+from collections.abc import Sequence
+
+from hilbench import __version__
+from hilbench.errors import HilbenchError, InternalError, UsageError
+from hilbench.exit_codes import ExitCode
+
+COMMANDS = {
+    "check": "run conformance suites on a target and report clause by clause",
+    "serve": "offer a virtual target on a pty or a TCP port, in real time",
+    "validate": "read a bench file and say whether it is right",
+}
+
+_HELP = """\
+usage: hilbench COMMAND [options]
+
+A hardware-in-the-loop bench for serial protocol stacks.
+
+commands:
+{commands}
+
+options:
+  -h, --help  show this help; 'hilbench COMMAND --help' shows that of a command
+  --version   show the version
+
+examples:
+  hilbench check pioneer
+  hilbench check --target serial:/dev/ttyUSB0@9600 --suite p2os-server
+  hilbench serve pioneer --pty ./p2
+
+exit codes:
+    0  all checks passed
+    1  the target violates a clause
+    2  wrong usage or bench file, nothing selected
+    3  bench or target not available
+    4  inconclusive
+    5  defect in hilbench
+  130  interrupted; what was recorded is complete and readable"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        argv: the words after ``hilbench``; those of the process by default.
+
+    Returns:
+        The exit code.
+    """
+    _fill_closed_descriptors()
+    _let_termination_interrupt()
+    try:
+        return int(_dispatch(list(sys.argv[1:] if argv is None else argv)))
+    except KeyboardInterrupt:
+        return _end("interrupted", ExitCode.INTERRUPTED)
+    except InternalError as error:
+        return _defect(error)
+    except HilbenchError as error:
+        return _end(str(error), error.exit_code)
+    except BrokenPipeError:
+        return ExitCode.OK
+    except SystemExit as done:
+        return done.code if isinstance(done.code, int) else ExitCode.OK
+    except Exception as error:  # noqa: BLE001 - the last line of defence: whatever it is, it is ours
+        return _defect(error)
+    finally:
+        _flush()
+
+
+def _dispatch(words: list[str]) -> int:
+    if not words:
+        raise UsageError("no command", hint="try 'hilbench check' or 'hilbench --help'")
+    first = words[0]
+    if first in {"-h", "--help", "help"}:
+        print(_HELP.format(commands="\n".join(f"  {name:<10}{what}" for name, what in COMMANDS.items())))
+        return ExitCode.OK
+    if first == "--version":
+        print(f"hilbench {__version__}")
+        return ExitCode.OK
+    if first not in COMMANDS:
+        raise _unknown_command(first)
+    command = importlib.import_module(f"hilbench.commands.{first}")
+    arguments = command.parser().parse_args(words[1:])
+
+    from hilbench.siblings import check_siblings
+
+    check_siblings()
+    return int(command.run(arguments))
+
+
+def _unknown_command(word: str) -> UsageError:
+    from hilbench.nearest import did_you_mean
+
+    kind = "option" if word.startswith("-") else "command"
+    known = ["--help", "--version"] if kind == "option" else list(COMMANDS)
+    return UsageError(f"unknown {kind} '{word}'", hint=did_you_mean(word, known, f"{kind}s"))
+
+
+def _end(line: str, code: ExitCode) -> ExitCode:
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        print(f"hilbench: {line}", file=sys.stderr)
+    return code
+
+
+def _defect(error: BaseException) -> ExitCode:
+    import tempfile
+    import traceback
+
+    what = " ".join(f"{type(error).__name__}: {error}".split())
+    try:
+        descriptor, path = tempfile.mkstemp(prefix="hilbench-defect-", suffix=".txt")
+        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+            traceback.print_exception(error, file=file)
+    except OSError:
+        path = "no file: it could not be written"
+    return _end(f"defect in hilbench: {what} (traceback in {path})", ExitCode.DEFECT)
+
+
+def _fill_closed_descriptors() -> None:
+    """Open what is closed of 0, 1 and 2, so that no file or port of ours gets one of these numbers."""
+    for descriptor in (0, 1, 2):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+
+
+def _let_termination_interrupt() -> None:
+    """Have SIGTERM, by which a CI system cancels a job, end a run as Ctrl-C does: with its report."""
+    with contextlib.suppress(ValueError):  # not in the main thread: an embedding program's business
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+
+def _flush() -> None:
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            if stream is not None:
+                stream.flush()
+        except (OSError, ValueError):
+            with contextlib.suppress(OSError, ValueError):
+                nowhere = os.open(os.devnull, os.O_WRONLY)
+                os.dup2(nowhere, stream.fileno())
+                os.close(nowhere)

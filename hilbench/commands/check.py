@@ -1,0 +1,73 @@
+"""``hilbench check``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from hilbench import arguments
+from hilbench.options import CheckOptions
+from hilbench.parser import Parser, typed
+
+_EXAMPLES = """
+hilbench check                                   the bench in ./hilbench.toml, or else the virtual Pioneer
+hilbench check pioneer --suite p2os-server -k 'S36 or watchdog'
+hilbench check --target serial:/dev/ttyUSB0@9600 --suite p2os-server --junit report.xml
+hilbench check --list --json -
+"""
+
+_NOTES = """
+-k takes words joined by and, or, not and parentheses. The id of a clause means that clause; any other word, every case
+with that text in its name, its suite, or the id or title of its clauses.
+Precedence of exit codes: 130, 5, 3, 1, 4, 0.
+"""
+
+
+def parser() -> Parser:
+    """Return the parser of this command."""
+    made = Parser(
+        "hilbench check", "Run conformance suites on a target and report clause by clause.", _EXAMPLES, _NOTES
+    )
+    add = made.add_argument
+    add(
+        "bench",
+        metavar="BENCH",
+        nargs="?",
+        help="built-in bench or bench file (default: ./hilbench.toml, else pioneer)",
+    )
+    add("--target", metavar="[NAME=]T", action="append", default=[], type=typed(arguments.target_choice),
+        help="what to check instead of the bench file's target: pioneer, serial:PORT@BAUD, any pyserial URL; for a "
+        "client under test listen:pty:PATH, listen:tcp:PORT or exec:COMMAND")  # fmt: skip
+    add("--suite", metavar="S", action="append", default=[],
+        help="shipped suite, or a .py file or folder of your own (default: all shipped suites)")  # fmt: skip
+    add("-k", dest="select", metavar="EXPR", default="", help="run only what matches")
+    add("--list", action="store_true", help="list the cases with their bench time, and run nothing")
+    add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
+    add("--strict", action="store_true", help="a failing 'should' counts like a 'must'")
+    add("--timeout-scale", metavar="X", type=typed(arguments.timeout_scale), default=1.0,
+        help="wait X times longer for a slow target or host; limits that are judged stay (default: 1)")  # fmt: skip
+    add("--junit", metavar="FILE", type=Path, help="write JUnit XML")
+    add("--json", metavar="FILE", help="write the report, or with --list the list, as JSON; - is standard output")
+    add("--journal", metavar="FILE", type=Path, help="write the journal of the run")
+    return made
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Run the command; see `hilbench.check.runner.run_check`."""
+    from hilbench.bench_provider import make_provider
+    from hilbench.check.runner import run_check
+
+    options = CheckOptions(
+        bench=parsed.bench,
+        targets=tuple(parsed.target),
+        suites=tuple(parsed.suite),
+        select=parsed.select,
+        seed=parsed.seed,
+        strict=parsed.strict,
+        timeout_scale=parsed.timeout_scale,
+        junit=parsed.junit,
+        json=parsed.json,
+        journal=parsed.journal,
+        list_only=parsed.list,
+    )
+    return run_check(options, make_provider)

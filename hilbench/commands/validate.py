@@ -1,0 +1,29 @@
+"""``hilbench validate``."""
+
+from __future__ import annotations
+
+import argparse
+
+from hilbench.exit_codes import ExitCode
+from hilbench.parser import Parser
+
+_EXAMPLES = """
+hilbench validate my-bench.toml
+"""
+
+
+def parser() -> Parser:
+    """Return the parser of this command."""
+    made = Parser("hilbench validate", "Read a bench file and say whether it is right.", _EXAMPLES)
+    made.add_argument("bench", metavar="BENCH", help="bench file, or the name of a built-in bench")
+    return made
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Print ``ok``, or raise the error that names the line."""
+    from hilbench.config import open_bench
+    from hilbench.console import Console
+
+    bench = open_bench(parsed.bench)
+    Console().data(f"{bench.path}: ok")
+    return ExitCode.OK

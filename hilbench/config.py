@@ -1,0 +1,228 @@
+"""The bench file: which targets stand in which world, and how they are wired.
+
+TOML, versioned and strict. The published schema (``hilbench/data/bench.schema.json``, for completion in editors) is
+generated from the model below.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+
+from hilbench.errors import UsageError
+from hilbench.nearest import did_you_mean
+from hilbench.strict import Strict
+from hilbench.toml_lines import find_line
+from targets.robots.pioneer import RobotSettings
+from worlds.scenes import scene_names
+
+BUILT_IN_FOLDER = Path(__file__).parent / "benches"
+DEFAULT_FILE = Path("hilbench.toml")
+DEFAULT_BENCH = "pioneer"
+CHECKER_END = "peer"
+
+LATER = {
+    ("targets", "*", "board"): "emulated boards are",
+    ("targets", "*", "firmware"): "emulated boards are",
+    ("targets", "*", "timing"): "emulated boards are",
+    ("faults",): "faults in a bench file are",
+}
+
+
+class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Where the robot stands.
+
+    Attributes:
+        scene: name of a built-in scene, or the path of a scene file, seen from the bench file.
+        vehicle: the body in it.
+        physics: ``bullet``, or ``plane`` for an endless floor without rays and contacts.
+        step_hz: physics steps per second.
+    """
+
+    scene: str = "empty"
+    vehicle: Literal["pioneer-2dx"] = "pioneer-2dx"
+    physics: Literal["bullet", "plane"] = "bullet"
+    step_hz: Annotated[int, msgspec.Meta(ge=50, le=10_000)] = 240
+
+
+class Target(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What answers at the far end of a link.
+
+    Attributes:
+        model: the behavioural model of it.
+        settings: what differs from a standard one, by the names of `targets.robots.pioneer.RobotSettings`.
+    """
+
+    model: Literal["pioneer-2dx"]
+    settings: RobotSettings = RobotSettings()
+
+
+class Link(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A serial line between two ends.
+
+    Attributes:
+        ends: ``peer``, where the checker or a served client sits, and ``NAME.host`` of a target.
+        baud: speed in bit/s.
+    """
+
+    ends: tuple[str, str]
+    baud: Annotated[int, msgspec.Meta(ge=300, le=4_000_000)] = 9600
+
+
+class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A bench file as it is written."""
+
+    version: Literal[1]
+    targets: dict[str, Target]
+    world: World = World()
+    links: tuple[Link, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BenchFile:
+    """A bench file that was read and understood.
+
+    Attributes:
+        name: of a built-in bench, or the file's name.
+        path: where it was read.
+        digest: SHA-256 of the file, in hex.
+        world: where the robot stands.
+        targets: what answers, by name.
+        links: the lines between them.
+    """
+
+    name: str
+    path: Path
+    digest: str
+    world: World
+    targets: Mapping[str, Target]
+    links: tuple[Link, ...]
+
+
+def built_in_benches() -> tuple[str, ...]:
+    """Return the names of the benches that come with hilbench."""
+    return tuple(sorted(file.stem for file in BUILT_IN_FOLDER.glob("*.toml")))
+
+
+def open_bench(bench: str | None = None) -> BenchFile:
+    """Read a bench file.
+
+    Args:
+        bench: name of a built-in bench or path of a file; None for ``./hilbench.toml`` if there is one and else
+            ``pioneer``.
+
+    Raises:
+        UsageError: there is no such bench, or its file is wrong; the line is named.
+    """
+    if bench is None:
+        return read_bench(DEFAULT_FILE) if DEFAULT_FILE.is_file() else open_bench(DEFAULT_BENCH)
+    if bench in built_in_benches():
+        return read_bench(BUILT_IN_FOLDER / f"{bench}.toml", name=bench)
+    if "/" in bench or bench.endswith(".toml") or Path(bench).exists():
+        return read_bench(Path(bench))
+    raise UsageError("no such bench", where=bench, hint=did_you_mean(bench, built_in_benches(), "built-in benches"))
+
+
+def read_bench(path: Path, name: str = "") -> BenchFile:
+    """Read a bench file from a path; see `open_bench`."""
+    text = _text(path)
+    model = _Reader(path, text).read()
+    return BenchFile(
+        name=name or path.name,
+        path=path,
+        digest=hashlib.sha256(text.encode()).hexdigest(),
+        world=model.world,
+        targets=model.targets,
+        links=model.links,
+    )
+
+
+def bench_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of bench files."""
+    schema = msgspec.json.schema(BenchModel)
+    for definition in schema["$defs"].values():
+        # msgspec leaves this out for dataclasses; the reader refuses their unknown keys all the same.
+        definition.setdefault("additionalProperties", False)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "hilbench bench file", **schema}
+
+
+class _Reader:
+    """Reads one file, and knows where in it everything is."""
+
+    def __init__(self, path: Path, text: str) -> None:
+        self._path = path
+        self._text = text
+        self._strict = Strict(self._place, LATER)
+
+    def read(self) -> BenchModel:
+        try:
+            data = tomllib.loads(self._text)
+        except tomllib.TOMLDecodeError as error:
+            raise _syntax_error(self._path, str(error)) from None
+        model = self._strict.convert(data, BenchModel)
+        self._check_targets(model)
+        self._check_links(model)
+        return self._with_scene(model)
+
+    def _place(self, path: tuple[str | int, ...]) -> str:
+        line = find_line(self._text, path)
+        return f"{self._path}:{line}" if line is not None else str(self._path)
+
+    def _check_targets(self, model: BenchModel) -> None:
+        if not model.targets:
+            raise self._strict.error("[targets] names no target", ("targets",), "add [targets.robot]")
+        if len(model.targets) > 1:
+            second = list(model.targets)[1]
+            message = f"'{second}': more than one target is not available in this version of hilbench"
+            raise self._strict.error(message, ("targets", second))
+
+    def _check_links(self, model: BenchModel) -> None:
+        if len(model.links) > 1:
+            raise self._strict.error("a second link: this bench has one line", ("links", 1))
+        known = [CHECKER_END, *(f"{name}.host" for name in model.targets)]
+        for number, link in enumerate(model.links):
+            for end in link.ends:
+                if end not in known:
+                    hint = did_you_mean(end, known, "ends")
+                    raise self._strict.error(f"'{end}' is not the end of a link", ("links", number, "ends"), hint)
+            if link.ends[0] == link.ends[1]:
+                raise self._strict.error(f"both ends are '{link.ends[0]}'", ("links", number, "ends"))
+
+    def _with_scene(self, model: BenchModel) -> BenchModel:
+        scene = model.world.scene
+        if scene in scene_names():
+            return model
+        where = ("world", "scene")
+        if not scene.endswith(".toml"):
+            hint = did_you_mean(scene, scene_names(), "built-in scenes")
+            raise self._strict.error(f"no scene '{scene}'", where, hint)
+        file = self._path.parent / scene
+        if not file.is_file():
+            raise self._strict.error(f"no scene file '{file}'", where)
+        return msgspec.structs.replace(model, world=msgspec.structs.replace(model.world, scene=str(file)))
+
+
+def _syntax_error(path: Path, message: str) -> UsageError:
+    place = re.search(r" \(at line (\d+), column \d+\)$", message)
+    if place is None:
+        return UsageError(f"is not TOML: {message}", where=str(path))
+    return UsageError(f"is not TOML: {message[: place.start()]}", where=f"{path}:{place[1]}")
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise UsageError(f"is not UTF-8 text: {error.reason} at byte {error.start}", where=str(path)) from None
+    except FileNotFoundError:
+        hint = did_you_mean(path.stem, built_in_benches(), "built-in benches")
+        raise UsageError("no such bench file", where=str(path), hint=hint) from None
+    except OSError as error:
+        raise UsageError(f"cannot be read: {error.strerror}", where=str(path)) from None

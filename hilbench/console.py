@@ -1,0 +1,86 @@
+"""The process's own standard streams: data on one, narration on the other.
+
+A reader that goes away (``hilbench check | head``) and a stream that was closed are nobody's error: what is left is
+dropped.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Callable, Iterator
+from typing import TextIO
+
+_DEFAULT_WIDTH = 100
+
+
+class Console:
+    """Where to print. The streams are those of the moment it is made; a capture begun later does not get its lines.
+
+    Args:
+        out: for data; the standard output by default.
+        err: for narration; the standard error by default.
+    """
+
+    def __init__(self, out: TextIO | None = None, err: TextIO | None = None) -> None:
+        self._out = out or sys.stdout or _nowhere()
+        self._err = err or sys.stderr or _nowhere()
+
+    def data(self, text: str) -> None:
+        """Print lines of data."""
+        _write(self._out, f"{text}\n")
+
+    def narrate(self, text: str) -> None:
+        """Print lines for a person."""
+        _write(self._err, f"{text}\n")
+
+    @property
+    def colours(self) -> bool:
+        """Whether data may be coloured: on a terminal only, and not if ``NO_COLOR`` is set."""
+        return self.terminal and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+    @property
+    def terminal(self) -> bool:
+        """Whether data goes to a terminal."""
+        return self._out.isatty()
+
+    @property
+    def width(self) -> int:
+        """Columns of the terminal; 100 where it is not known."""
+        try:
+            return os.get_terminal_size(self._out.fileno()).columns or _DEFAULT_WIDTH
+        except (OSError, ValueError):
+            return _DEFAULT_WIDTH
+
+    @contextlib.contextmanager
+    def progress(self) -> Iterator[Callable[[str], None]]:
+        """Give a function that shows one line of progress; it shows nothing where nobody watches."""
+        if not self._err.isatty():
+            yield lambda _: None
+            return
+        columns = self.width - 1
+        try:
+            yield lambda text: _write(self._err, f"\r\x1b[K{text[:columns]}")
+        finally:
+            _write(self._err, "\r\x1b[K")
+
+
+def _write(stream: TextIO, text: str) -> None:
+    try:
+        stream.write(text)
+        stream.flush()
+    except (BrokenPipeError, ValueError):
+        _point_nowhere(stream)
+
+
+def _nowhere() -> TextIO:
+    return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123 - stays open as long as the process
+
+
+def _point_nowhere(stream: TextIO) -> None:
+    """Have the rest of what is buffered go nowhere, so that closing the stream does not raise again."""
+    with contextlib.suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)

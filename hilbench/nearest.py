@@ -1,0 +1,24 @@
+"""The hint after a wrong name: the nearest right one, or all of them."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+def did_you_mean(name: str, known: Iterable[str], these: str = "known") -> str | None:
+    """Return a hint for somebody who wrote a name that does not exist.
+
+    Args:
+        name: what was written.
+        known: the names that exist.
+        these: what to call them where none is near, as in ``shipped suites``.
+
+    Returns:
+        ``did you mean 'x'?`` where one is near, else the list of them; None if there are none.
+    """
+    names = list(known)
+    nearest = difflib.get_close_matches(name, names, n=1, cutoff=0.55)
+    if nearest:
+        return f"did you mean '{nearest[0]}'?"
+    return f"{these}: {', '.join(names)}" if names else None

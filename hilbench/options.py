@@ -1,0 +1,104 @@
+"""What the command line hands to the bench: plain values, understood but not yet looked up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TargetChoice:
+    """One ``--target [NAME=]T``.
+
+    Attributes:
+        spec: the TARGET, such as ``pioneer`` or ``serial:/dev/ttyUSB0@9600``.
+        name: the target of the bench file that it replaces; empty for the only one.
+    """
+
+    spec: str
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckOptions:
+    """What ``hilbench check`` was asked to do.
+
+    Attributes:
+        bench: name of a built-in bench or path of a bench file; None for ``./hilbench.toml`` if there is one and
+            else ``pioneer``.
+        targets: what to put in the place of the targets of the bench file.
+        suites: names of shipped suites, or paths of suite files or folders; empty for all shipped ones.
+        select: the expression of ``-k``; empty selects everything.
+        seed: seed of the run.
+        strict: whether a *should* counts like a *must*.
+        timeout_scale: how much longer than usual to wait, at least 1.
+        junit: where to write JUnit XML.
+        json: where to write the JSON report; ``-`` is standard output.
+        journal: where to write the journal.
+        list_only: list the cases and run nothing.
+    """
+
+    bench: str | None = None
+    targets: tuple[TargetChoice, ...] = ()
+    suites: tuple[str, ...] = ()
+    select: str = ""
+    seed: int = 0
+    strict: bool = False
+    timeout_scale: float = 1.0
+    junit: Path | None = None
+    json: str | None = None
+    journal: Path | None = None
+    list_only: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PtyDoor:
+    """One ``--pty [LINK=]PATH``: a pseudo-terminal with a stable name.
+
+    Attributes:
+        path: the symbolic link to make.
+        link: the link of the bench it opens; empty for the only one.
+    """
+
+    path: Path
+    link: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TcpDoor:
+    """One ``--tcp [LINK=][HOST:]PORT``: a listening socket.
+
+    Attributes:
+        port: TCP port, 0 to 65535; 0 lets the system choose.
+        host: address to listen at.
+        link: the link of the bench it opens; empty for the only one.
+    """
+
+    port: int
+    host: str = "127.0.0.1"
+    link: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServeOptions:
+    """What ``hilbench serve`` was asked to do.
+
+    Attributes:
+        what: a TARGET, the name of a built-in bench, or the path of a bench file.
+        ptys: pseudo-terminals to offer.
+        tcps: sockets to listen at.
+        scene: scene to use instead of that of the bench file; None keeps it.
+        seed: seed of the run.
+        baud: speed of the line in bit/s instead of that of the bench file; None keeps it.
+        any_baud: take clients at any speed, without the garbage a wrong speed makes on a real line.
+        journal: where to write the journal.
+    """
+
+    what: str
+    ptys: tuple[PtyDoor, ...] = ()
+    tcps: tuple[TcpDoor, ...] = ()
+    scene: str | None = None
+    seed: int = 0
+    baud: int | None = None
+    any_baud: bool = False
+    journal: Path | None = None

@@ -1,0 +1,239 @@
+"""What a case does, and what the report then says."""
+
+from __future__ import annotations
+
+import pytest
+
+from hilbench.check import Verdict
+
+
+def only(report):
+    (clause,) = report.clauses
+    return clause
+
+
+def test_a_case_that_returns_passes(check, provider):
+    report = check(
+        """
+        @my("A1")
+        def test_it(bench, peer):
+            peer.send(3)
+            bench.pass_time(0.25)
+        """
+    )
+    assert only(report).verdict is Verdict.PASS
+    assert only(report).bench_time_s == 0.25
+    assert report.exit_code == 0
+    assert provider.opened[0].verdicts == [("pass", "")]
+    assert provider.closed_cases == 1
+
+
+def test_an_assertion_is_a_violation_and_says_what_was_compared(check, provider):
+    report = check(
+        """
+        @my("A1")
+        def test_it(peer):
+            peer.send("hello")
+            answer = [1, 2, 3]
+            assert answer == [1, 2, 4]
+        """
+    )
+    clause = only(report)
+    assert (clause.verdict, report.exit_code) == (Verdict.FAIL, 1)
+    assert clause.cause == "assert [1, 2, 3] == [1, 2, 4]"
+    assert any("At index 2 diff" in line for line in clause.evidence)
+    assert any(line.startswith("test_panel.py:") for line in clause.evidence)
+    assert clause.evidence[-1] == "sent hello"
+    assert provider.opened[0].verdicts == [("fail", clause.cause)]
+
+
+@pytest.mark.parametrize(
+    ("statement", "verdict", "code", "cause"),
+    [
+        ("raise Violation('too late', ['at 3 s'])", Verdict.FAIL, 1, "too late"),
+        ("raise Inconclusive('host was late')", Verdict.INCONCLUSIVE, 4, "host was late"),
+        ("raise NotApplicable('no bumpers')", Verdict.NOT_APPLICABLE, 4, "no bumpers"),
+        ("pytest.skip('no bumpers')", Verdict.NOT_APPLICABLE, 4, "no bumpers"),
+        ("pytest.fail('no')", Verdict.FAIL, 1, "no"),
+        ("pytest.xfail('no')", Verdict.FAIL, 1, "no"),
+        ("1 / 0", Verdict.ERROR, 5, "defect: ZeroDivisionError: division by zero"),
+        ("raise SystemExit(0)", Verdict.ERROR, 5, "defect: SystemExit: 0"),
+        ("raise UnavailableError('gone', where='/dev/ttyX')", Verdict.ERROR, 3, "/dev/ttyX: gone"),
+    ],
+)
+def test_what_a_case_raises(check, statement, verdict, code, cause):
+    report = check(
+        f"""
+        @my("A1")
+        def test_it(bench):
+            {statement}
+        """
+    )
+    assert (only(report).verdict, report.exit_code, only(report).cause) == (verdict, code, cause)
+
+
+def test_a_should_that_fails_warns_and_fails_when_strict(check):
+    body = """
+        @my("A1", level="should")
+        def test_it(bench):
+            assert False, "untidy"
+
+        @my("A2")
+        def test_other(bench):
+            pass
+        """
+    lenient, strict = check(body), check(body, strict=True)
+    assert (lenient.exit_code, lenient.counts.warned, lenient.counts.failed) == (0, 1, 0)
+    assert (strict.exit_code, strict.counts.warned, strict.counts.failed) == (1, 0, 1)
+
+
+def test_an_inconclusive_should_counts_only_when_strict(check):
+    body = """
+        @my("A1", level="should")
+        def test_it(bench):
+            raise Inconclusive("host was late")
+
+        @my("A2")
+        def test_other(bench):
+            pass
+        """
+    assert check(body).exit_code == 0
+    assert check(body, strict=True).exit_code == 4
+
+
+def test_what_the_bench_lacks_is_not_applicable_and_named(check, make_provider):
+    provider = make_provider(capabilities=())
+    report = check(
+        """
+        @my("A1", needs=("world", "gravity"))
+        def test_it(bench):
+            assert False
+
+        @my("A2")
+        def test_other(bench):
+            pass
+        """,
+        provider=provider,
+    )
+    first, second = report.clauses
+    assert (first.verdict, first.cause) == (Verdict.NOT_APPLICABLE, "the bench has no gravity and no world")
+    assert report.cases[0].missing == ("gravity", "world")
+    assert second.verdict is Verdict.PASS
+    assert report.exit_code == 0
+    assert len(provider.opened) == 1
+
+
+def test_nothing_that_applies_is_not_a_pass(check, make_provider):
+    report = check('@my("A1", needs=("gravity",))\ndef test_it(bench): pass\n', provider=make_provider())
+    assert report.exit_code == 4
+    assert "nothing that was selected applies" in report.exit_meaning
+
+
+def test_a_clause_counts_once_however_many_parameters_it_sweeps(check):
+    report = check(
+        """
+        @pytest.mark.parametrize("speed", [1, 2, 3])
+        @my("A1")
+        def test_it(bench, speed):
+            assert speed != 2
+        """
+    )
+    assert report.counts.clauses == 1
+    assert only(report).verdict is Verdict.FAIL
+    assert only(report).case_ids == ("panel/it[1]", "panel/it[2]", "panel/it[3]")
+    assert [case.verdict for case in report.cases] == [Verdict.PASS, Verdict.FAIL, Verdict.PASS]
+
+
+def test_a_case_that_names_the_clause_it_failed_leaves_the_others_open(check, monkeypatch):
+    clauses = {
+        name: type("C", (), {"id": name, "suite": "p", "level": "must", "title": name, "text": name, "source": "s"})()
+        for name in ("B1", "B2")
+    }
+    monkeypatch.setattr("hilbench.check.planning.find_clause", lambda clause_id: _clause(clauses[clause_id]))
+    report = check(
+        """
+        @case("B1", "B2")
+        def test_it(bench):
+            raise Violation("wrong", clause="B2")
+        """
+    )
+    assert [clause.verdict for clause in report.clauses] == [Verdict.INCONCLUSIVE, Verdict.FAIL]
+
+
+def _clause(like):
+    from hilbench.check.catalogue import Clause
+
+    return Clause(id=like.id, suite="p", level="must", title=like.id, text=like.id, source="s")
+
+
+def test_a_lost_target_ends_the_run_and_lists_what_was_not_run(check, provider):
+    report = check(
+        """
+        @my("A1")
+        def test_a(bench): pass
+
+        @my("A2")
+        def test_b(bench): raise UnavailableError("unplugged", where="/dev/ttyX")
+
+        @my("A3")
+        def test_c(bench): pass
+
+        @my("A4", needs=("gravity",))
+        def test_d(bench): pass
+        """
+    )
+    assert [case.verdict.value for case in report.cases] == ["pass", "error", "not-run", "not-applicable"]
+    assert report.exit_code == 3
+    assert report.stopped == "target lost: /dev/ttyX: unplugged"
+    assert report.cases[2].cause == "not run: target lost: /dev/ttyX: unplugged"
+    assert len(provider.opened) == 2
+
+
+def test_a_target_that_cannot_be_opened_is_lost(check, make_provider):
+    from hilbench.errors import UnavailableError
+
+    report = check('@my("A1")\ndef test_a(bench): pass\n', provider=make_provider(fail_open=UnavailableError("busy")))
+    assert (report.exit_code, report.stopped) == (3, "target lost: busy")
+
+
+def test_an_interruption_keeps_what_was_run(check, provider):
+    report = check(
+        """
+        @my("A1")
+        def test_a(bench): assert False
+
+        @my("A2")
+        def test_b(bench): raise KeyboardInterrupt
+
+        @my("A3")
+        def test_c(bench): pass
+        """
+    )
+    assert [case.verdict.value for case in report.cases] == ["fail", "not-run", "not-run"]
+    assert (report.exit_code, report.stopped) == (130, "interrupted")
+    assert provider.closed_cases == 2
+
+
+def test_a_bench_that_breaks_is_a_defect_and_does_not_hide_the_cause(check):
+    report = check(
+        """
+        @my("A1")
+        def test_a(bench):
+            bench.finish = lambda verdict, cause: 1 / 0
+            assert False, "wrong"
+        """
+    )
+    clause = only(report)
+    assert (clause.verdict, report.exit_code) == (Verdict.ERROR, 5)
+    assert clause.cause == "defect: ZeroDivisionError: division by zero"
+    assert "before that: wrong" in " ".join(clause.evidence)
+
+
+def test_a_case_that_ends_the_run_is_a_defect(check):
+    report = check('@my("A1")\ndef test_a(bench): pytest.exit("enough")\n')
+    assert (report.exit_code, report.stopped) == (5, "a case ended the run: enough")
+
+
+def test_what_a_case_prints_stays_out_of_the_way(check, capfd):
+    check('@my("A1")\ndef test_a(bench):\n    import os\n    print("chatter")\n    os.write(1, b"C chatter")\n')
+    assert capfd.readouterr() == ("", "")
