@@ -4,7 +4,7 @@ Settings that decide whether the motion is right, each tested:
 
 - All damping 0. The default of 0.04 limits a fall to 15 m/s.
 - Wheels are implicit cylinders. The default is a faceted hull, on which a vehicle hops.
-- Every joint's motor is zeroed first. The default motor holds joints still.
+- Every joint is commanded before the first step. The library's own default is a motor that holds joints still.
 - The floor's friction is 1.0, because the library multiplies the two surfaces' coefficients.
 - ``deterministicOverlappingPairs`` on and a fixed loading order (floor, boxes, vehicle): the same run bit for bit.
 - Rays on one thread, ``physicsClientId`` on every call.
@@ -226,7 +226,7 @@ class BulletWorld:
 
     def _read_contacts(self, points: Sequence[Any]) -> tuple[Contact, ...]:
         origin, frame, _ = self._frame()
-        # The library lists points up to 2 cm before surfaces meet; only those that carry load or overlap touch.
+        # The library also lists points a fraction of a millimetre apart that carry nothing: those do not touch.
         return tuple(
             Contact(
                 part=self._part_names[point[3]],
@@ -304,10 +304,6 @@ class _Builder:
         for part in vehicle.parts:
             self._surface(body, links[part.name], part.friction)
             self._bullet.setCollisionFilterGroupMask(body, links[part.name], _VEHICLE_GROUP, -1, **self._at)
-            if part.axle:
-                self._bullet.setJointMotorControl2(
-                    body, links[part.name], self._bullet.VELOCITY_CONTROL, targetVelocity=0, force=0, **self._at
-                )
         return body, links
 
     def _load(self, urdf: str, *, fixed: bool) -> int:

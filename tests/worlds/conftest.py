@@ -3,6 +3,7 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import math
+import os
 import struct
 import subprocess
 import sys
@@ -122,7 +123,10 @@ def run_hash(state_bits):
 def python():
     """Run a program in a fresh interpreter of its own."""
 
-    def runner(source, **options):
-        return subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, timeout=60, **options)
+    def runner(source, **variables):
+        # PYTHONUNBUFFERED would switch off C's buffers too, and hide what a pipe does to them.
+        environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"} | variables
+        command = [sys.executable, "-c", source]
+        return subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment)
 
     return runner

@@ -26,7 +26,7 @@ PROGRAM = textwrap.dedent("""
 
 
 def test_two_processes_agree_bit_for_bit(python):
-    runs = [python(PROGRAM, env={"PYTHONHASHSEED": seed, "PYTHONPATH": "."}) for seed in ("1", "2")]
+    runs = [python(PROGRAM, PYTHONHASHSEED=seed) for seed in ("1", "2")]
     assert [run.returncode for run in runs] == [0, 0], runs
     assert len(runs[0].stdout) == 65
     assert runs[0].stdout == runs[1].stdout

@@ -66,6 +66,14 @@ def test_free_fall_is_undamped(open_it, step_hz):
     assert world.velocity().linear_m_s[2] == pytest.approx(-2 * GRAVITY_M_S2, abs=1e-9)
 
 
+def test_a_spin_is_undamped(open_it):
+    def spin(world):
+        world._bullet.resetBaseVelocity(world._body, (0, 0, 0), (0, 0, 5.0), physicsClientId=world._client)
+
+    world = fall_from_100_m(open_it, 240, spin)
+    assert world.velocity().angular_rad_s == pytest.approx((0, 0, 5.0), abs=1e-9)
+
+
 def test_the_default_damping_would_be_seen(open_it):
     def damp(world):
         world._bullet.changeDynamics(

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from worlds import Box, Scene
+from worlds import Box, Contact, Scene
 from worlds.vehicles.pioneer_2dx import BODY, DEFAULTS, FRONT_BUMPER, LEFT, REAR_BUMPER, RIGHT
 
 pytestmark = pytest.mark.needs_bullet
@@ -52,6 +52,20 @@ def test_the_turn_rate_is_the_one_aria_reckons_with(pioneer):
     assert body.world.velocity().angular_rad_s[2] == pytest.approx(100 * 0.0056, rel=2e-3)
 
 
+def test_on_the_spot_the_reference_point_stands_still(pioneer):
+    body = pioneer()
+    push(body, -2.0, 2.0, 1.0)
+    assert math.hypot(*body.world.velocity().linear_m_s) < 2e-3
+
+
+@pytest.mark.parametrize("gap_m", [0.001, 0.005, 0.015])
+def test_near_is_not_touching(pioneer, gap_m):
+    body = pioneer("wall")
+    body.world.place(2.0 - 0.210 - gap_m, 0.0, 0.0)
+    push(body, 0.0, 0.0, 0.1)
+    assert body.bumpers() == (0, 0)
+
+
 def test_at_a_wall_the_wheels_stop_dead_under_full_load(pioneer):
     body = pioneer("wall")
     push(body, 0.3 / 0.0825, 0.3 / 0.0825, 8.0)
@@ -86,6 +100,26 @@ def test_backing_off_frees_the_bumper(pioneer):
     push(body, 4.0, 4.0, 8.0)
     push(body, -2.0, -2.0, 1.0)
     assert body.bumpers() == (0, 0)
+
+
+def test_after_place_nothing_is_touched_until_the_next_step(pioneer):
+    body = pioneer("wall")
+    push(body, 4.0, 4.0, 8.0)
+    body.world.place(0.0, 0.0, 0.0)
+    assert body.world.contacts() == ()
+    assert body.bumpers() == (0, 0)
+    body.world.step()
+    assert {contact.other for contact in body.world.contacts()} == {"floor"}
+
+
+@pytest.mark.parametrize(
+    ("y", "x_behind", "mask"), [(0.2125, 0.1, 0b00001), (-0.2125, 0.1, 0b10000), (0.0, -0.2125, 0b00100)]
+)
+def test_the_ends_of_a_ring_belong_to_the_outer_segments(pioneer, monkeypatch, y, x_behind, mask):
+    body = pioneer()
+    touch = Contact(part=FRONT_BUMPER, other="post", position_m=(-0.0025 - x_behind, y, 0.1), normal_force_n=1.0)
+    monkeypatch.setattr(body.world, "contacts", lambda part: (touch,) if part == FRONT_BUMPER else ())
+    assert body.bumpers() == (mask, 0)
 
 
 def post_at(bearing_rad, center_x_m):
