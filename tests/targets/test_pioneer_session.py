@@ -130,6 +130,12 @@ def test_a_late_bench_gets_every_sip(rig) -> None:
     assert rig.robot.next_deadline_ns() > rig.now_ns + 1_050 * MS
 
 
+def test_what_was_due_before_a_byte_goes_out_before_it_counts(rig) -> None:
+    rig.open()
+    data = rig.robot.receive(bytes.fromhex(CLOSE_1), rig.now_ns + 250 * MS)
+    assert data.count(b"\xfa\xfb") == 2
+
+
 def test_the_first_sip(rig) -> None:  # S19
     rig.open()
     sip = rig.next_sip()
@@ -216,7 +222,9 @@ def test_close_while_moving_and_reconnect(ready, closing: str) -> None:  # S40 S
     ready.say(VEL_200, 1.0)
     ready.send(closing)
     ready.connected = False
+    fired = len(ready.chassis.fired)
     assert ready.run(1.0) == []
+    assert len(ready.chassis.fired) == fired
     assert [r.packet for r in ready.say(SYNC0, 0.1)] == [SyncEcho(number=0)]
     ready.open()
     sip = ready.next_sip()
@@ -243,6 +251,7 @@ def test_what_a_client_set_ends_with_its_session(ready) -> None:
     ready.send(Command(CommandNumber.GETAUX, 3))
     ready.send(CLOSE_1)
     ready.open()
+    ready.robot.controller.aux_ports[0].feed(b"late")
     received = ready.say(CONFIG_1, 0.35)
     (config,) = [r.packet for r in received if not isinstance(r.packet, Sip)]
     assert isinstance(config, ConfigPacket)
