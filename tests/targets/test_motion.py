@@ -92,3 +92,11 @@ def test_tops_hold_for_each_wheel() -> None:
     motion.rotate(360.0)
     fastest = max(abs(speed) for _ in range(600) for speed in motion.step(0.02))
     assert fastest == 1600.0
+
+
+def test_turning_on_the_spot_holds_the_place(motion: Motion) -> None:
+    motion.rotate(20.0)
+    motion.step(0.1)
+    motion.observe(travel(3.0, 3.0))
+    left, right = motion.step(0.1)
+    assert left + right < 0
