@@ -1,0 +1,155 @@
+"""Writes the pages of the documentation that are made from the code, or checks that they are up to date.
+
+``python docs/generate.py`` writes them; with ``--check`` it writes nothing and exits 1 if a page differs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from protocols.p2os.clauses import CLAUSES
+from protocols.p2os.command_table import COMMANDS
+from protocols.p2os.states import CLIENT_TABLE, SERVER_TABLE, State, Table
+from targets.robots.pioneer.ledger import LEDGER
+from targets.robots.pioneer.settings import RobotSettings, describe
+from worlds.vehicles.pioneer_2dx import vehicle
+
+FOLDER = Path(__file__).parent
+NOTE = "<!-- Made from the code by docs/generate.py; change the code, then run `make docs`. -->\n\n"
+
+
+def pages() -> Mapping[str, str]:
+    """Return every generated page: file name below ``docs`` to text."""
+    return {
+        "p2os/states.md": states_page(),
+        "p2os/commands.md": commands_page(),
+        "p2os/clauses.md": clauses_page(),
+        "fidelity.md": fidelity_page(),
+    }
+
+
+def states_page() -> str:
+    """The state machines of both roles, as diagrams and as tables."""
+    return (
+        "# The state machines of P2OS\n\n"
+        "Both are data in `protocols/p2os/states.py`; these diagrams, the coverage figures and the generated "
+        "mutants are made from it. A pair of state and trigger without an edge changes nothing and answers nothing.\n\n"
+        + _machine("The server: the robot's controller", SERVER_TABLE)
+        + "\n"
+        + _machine("The client: the computer", CLIENT_TABLE)
+    )
+
+
+def _machine(title: str, table: Table) -> str:
+    return f"## {title}\n\n{_diagram(table)}\n{_states(table)}\n{_edges(table)}"
+
+
+def _diagram(table: Table) -> str:
+    labels: dict[tuple[State, State], list[str]] = {}
+    for (state, trigger), transition in table.items():
+        labels.setdefault((state, transition.next_state), []).append(trigger.name)
+    lines = [f"    {a.name} --> {b.name}: {', '.join(names)}" for (a, b), names in labels.items()]
+    return "\n".join(["```mermaid", "stateDiagram-v2", f"    [*] --> {next(iter(table))[0].name}", *lines, "```", ""])
+
+
+def _states(table: Table) -> str:
+    kind = type(next(iter(table))[0])
+    return _table(("State", "Meaning"), [(f"`{state.name}`", state.value) for state in kind])
+
+
+def _edges(table: Table) -> str:
+    rows = [
+        (
+            f"`{state.name}`",
+            f"`{trigger.name}`: {trigger.value}",
+            "; ".join(action.value for action in transition.actions) or "nothing",
+            f"`{transition.next_state.name}`",
+        )
+        for (state, trigger), transition in table.items()
+    ]
+    return _table(("State", "Trigger", "What is done", "Next"), rows)
+
+
+def commands_page() -> str:
+    """Every command of the protocol."""
+    rows = [
+        (str(int(spec.number)), spec.name, spec.argument.value, spec.unit or "", spec.since, spec.summary, spec.source)
+        for spec in COMMANDS.values()
+    ]
+    head = ("#", "Name", "Argument", "Unit", "Since", "Meaning", "Source")
+    return "# The commands of P2OS\n\nEvery command that the stack knows, with where the fact is written.\n\n" + _table(
+        head, rows
+    )
+
+
+def clauses_page() -> str:
+    """Every clause that the shipped suites check."""
+    text = (
+        "# What the shipped suites check\n\n"
+        "A *must* that fails makes `hilbench check` exit 1; a *should* warns, and fails with `--strict`. A clause that "
+        "needs something a bench does not have is not applicable there.\n\n"
+    )
+    for suite in dict.fromkeys(clause.suite for clause in CLAUSES):
+        rows = [
+            (clause.id, clause.level, clause.text, ", ".join(clause.needs), clause.source)
+            for clause in CLAUSES
+            if clause.suite == suite
+        ]
+        text += f"## {suite}: {len(rows)} clauses\n\n" + _table(("Id", "Level", "Text", "Needs", "Source"), rows) + "\n"
+    return text
+
+
+def fidelity_page() -> str:
+    """What is modelled and what every figure rests on."""
+    ledger = [
+        (entry.feature, ", ".join(map(str, entry.commands)), entry.fidelity.value, entry.note) for entry in LEDGER
+    ]
+    settings = [(row.name, str(row.value), row.unit, row.source) for row in describe(RobotSettings())]
+    figures = [(row.name, f"{row.value:g}", row.unit, row.source) for row in vehicle().parameters]
+    head = ("Name", "Value", "Unit", "Source")
+    return (
+        "# What the virtual Pioneer is, and is not\n\n"
+        "Nothing here was measured on a robot of ours. *Assumed* marks a physical value nobody published, *choice* a "
+        "decision of this model; change them in the bench file, under `[targets.NAME.settings]`.\n\n"
+        "## The controller: what is modelled\n\n"
+        + _table(("Feature", "Commands", "Modelled", "Note"), ledger)
+        + "\n## The controller: what is in its FLASH\n\n"
+        + _table(head, settings)
+        + "\n## The body\n\n"
+        + _table(head, figures)
+    )
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "".join("| " + " | ".join(_cell(cell) for cell in line) + " |\n" for line in lines)
+
+
+def _cell(text: str) -> str:
+    return " ".join(text.replace("|", "\\|").split())
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Write or check the pages; return 1 if ``--check`` found a difference."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a page is out of date")
+    check = parser.parse_args(words).check
+    stale = [name for name, text in pages().items() if _read(FOLDER / name) != NOTE + text]
+    for name in stale:
+        if check:
+            sys.stderr.write(f"docs/{name} is out of date: run make docs\n")
+        else:
+            (FOLDER / name).parent.mkdir(parents=True, exist_ok=True)
+            (FOLDER / name).write_text(NOTE + pages()[name], encoding="utf-8")
+    return 1 if check and stale else 0
+
+
+def _read(path: Path) -> str:
+    return path.read_text(encoding="utf-8") if path.is_file() else ""
+
+
+if __name__ == "__main__":
+    sys.exit(main())
