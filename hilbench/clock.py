@@ -295,6 +295,7 @@ class Scheduler:
         self._sequence = itertools.count()
         self._cancelled = 0
         self._sources: list[InputSource] = []
+        self._last_input_ns = 0
         self._pace: _Pace | None = None
         self._heartbeat_ns: int | None = None
         self._heartbeat: Entry | None = None
@@ -443,9 +444,11 @@ class Scheduler:
             reached_ns = pace.look(target_ns)
         elif self._interrupted:
             self.interrupt()
-        for source in ready:
-            source.on_readable(max(self.now_ns, reached_ns))
         if ready:
+            # A slip sets the host's bench time back, but what comes in later must not overtake what came in before.
+            self._last_input_ns = max(self._last_input_ns, self.now_ns, reached_ns)
+            for source in ready:
+                source.on_readable(self._last_input_ns)
             return True
         if target_ns is not None:
             pace.lateness.record(max(0, reached_ns - target_ns), target_ns)

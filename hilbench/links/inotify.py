@@ -33,9 +33,12 @@ class OpenCloseWatch:
         if not hasattr(self._libc, "inotify_init1"):
             raise UnavailableError("this system has no inotify", where=path, hint="use a TCP door instead of a pty")
         self._descriptor = self._libc.inotify_init1(os.O_NONBLOCK | os.O_CLOEXEC)
-        self._require(self._descriptor, path)
-        watch = self._libc.inotify_add_watch(self._descriptor, os.fsencode(path), _IN_OPEN | _IN_CLOSE)
-        self._require(watch, path)
+        if self._descriptor < 0:
+            raise _cannot_watch(path)
+        if self._libc.inotify_add_watch(self._descriptor, os.fsencode(path), _IN_OPEN | _IN_CLOSE) < 0:
+            error = _cannot_watch(path)
+            self.close()
+            raise error
 
     def fileno(self) -> int:
         """Return the descriptor, readable when there is something to tell."""
@@ -59,7 +62,7 @@ class OpenCloseWatch:
         """Stop watching."""
         os.close(self._descriptor)
 
-    def _require(self, result: int, path: str) -> None:
-        if result < 0:
-            reason = os.strerror(ctypes.get_errno())
-            raise UnavailableError(f"cannot watch for clients: {reason}", where=path, hint="see fs.inotify in sysctl")
+
+def _cannot_watch(path: str) -> UnavailableError:
+    reason = os.strerror(ctypes.get_errno())
+    return UnavailableError(f"cannot watch for clients: {reason}", where=path, hint="see fs.inotify in sysctl")

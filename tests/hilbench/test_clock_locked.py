@@ -5,7 +5,7 @@ import signal
 import threading
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from hilbench.clock import EventClass, MonotonicHostClock, Scheduler, Stopwatch, deferred_interrupts
@@ -126,6 +126,7 @@ def test_inputs_are_looked_at_while_running_late(scheduler, host):
     assert 10 * MS <= source.stamps_ns[0] <= 13 * MS
 
 
+@example(work=[(0, 5 * MS + 1), (0, 50 * MS)], arrivals=[0, 5 * MS + 2], stalls=[])
 @settings(deadline=None, max_examples=60)
 @given(
     work=st.lists(st.tuples(st.integers(0, 200 * MS), st.integers(0, 80 * MS)), max_size=25),

@@ -9,6 +9,7 @@ import pytest
 from hilbench.clock import Scheduler
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
 from hilbench.links import Line, PtyDoor
+from hilbench.links.inotify import OpenCloseWatch
 from hilbench.links.uart import resample
 
 S = 10**9
@@ -286,3 +287,10 @@ class TestLink:
 
     def test_without_a_path(self, make_door):
         assert make_door(None).slave_name.startswith("/dev/pts/")
+
+
+def test_what_does_not_exist_cannot_be_watched(tmp_path):
+    before = len(os.listdir("/proc/self/fd"))
+    with pytest.raises(UnavailableError, match="No such file"):
+        OpenCloseWatch(str(tmp_path / "missing"))
+    assert len(os.listdir("/proc/self/fd")) == before
