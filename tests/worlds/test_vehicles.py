@@ -17,7 +17,7 @@ def test_every_figure_has_a_unit_and_a_source():
     assert [row.name for row in rows] == [field.name for field in dataclasses.fields(DEFAULTS)]
     for row in rows:
         assert row.unit
-        assert row.source.startswith(("assumed", "reedhedges/AriaCoda", "Pioneer 2"))
+        assert row.source.startswith(("assumed", "reedhedges/AriaCoda params/p2dx.p"))
 
 
 def test_a_figure_the_user_sets_says_so():

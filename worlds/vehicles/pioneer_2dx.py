@@ -44,7 +44,7 @@ REAR_BUMPER = "bumper_rear"
 BUMPER_SEGMENTS = 5
 _SEGMENT_ANGLE_RAD = math.radians(30)
 
-_MANUAL = "Pioneer 2 Mobile Robot Operation Manual (ActivMedia, 1999), specifications"
+_QUOTED = f"{ASSUMED}: commonly quoted for the type, not checked against a data sheet"
 _ARIA = "reedhedges/AriaCoda params/p2dx.p"
 
 
@@ -52,7 +52,7 @@ _ARIA = "reedhedges/AriaCoda params/p2dx.p"
 class Pioneer2dxParameters:
     """The figures of a Pioneer 2-DX; `worlds.vehicles.model.parameter_table` lists them with unit and source."""
 
-    wheel_radius_m: float = parameter(0.0825, "m", f"{_MANUAL}: drive wheels of 16.5 cm diameter")
+    wheel_radius_m: float = parameter(0.0825, "m", _QUOTED)
     track_m: float = parameter(
         2 / 0.0056 / 1000, "m", f"{_ARIA}: DiffConvFactor 0.0056 rad/s per mm/s of half the wheels' difference"
     )
@@ -62,13 +62,13 @@ class Pioneer2dxParameters:
         f"{ASSUMED}: width that touches the floor; a crowned tyre stands on its middle, and a wide flat one "
         "would turn about either edge and move the turning point by centimetres",
     )
-    mass_kg: float = parameter(9.0, "kg", f"{_MANUAL}: weight")
+    mass_kg: float = parameter(9.0, "kg", _QUOTED)
     wheel_mass_kg: float = parameter(0.5, "kg", f"{ASSUMED}: of the 9 kg, each")
     length_front_m: float = parameter(0.210, "m", f"{_ARIA}: RobotLengthFront, taken as the face of the front bumpers")
     length_rear_m: float = parameter(0.301, "m", f"{_ARIA}: RobotLengthRear, taken as the face of the rear bumpers")
     width_m: float = parameter(0.425, "m", f"{_ARIA}: RobotWidth, taken as the width over the bumpers")
-    body_height_m: float = parameter(0.22, "m", f"{_MANUAL}: body height")
-    ground_clearance_m: float = parameter(0.051, "m", f"{ASSUMED}: figure commonly quoted for the type")
+    body_height_m: float = parameter(0.22, "m", _QUOTED)
+    ground_clearance_m: float = parameter(0.051, "m", _QUOTED)
     bumper_protrusion_m: float = parameter(0.015, "m", f"{ASSUMED}: how far bumpers stand out from the hull")
     bumper_bottom_m: float = parameter(0.06, "m", ASSUMED)
     bumper_top_m: float = parameter(0.16, "m", ASSUMED)
