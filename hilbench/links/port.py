@@ -71,6 +71,7 @@ class Port(Protocol):
         baud: Bits per second this end sends and listens with, 0 for no pace; may be set at any time and holds from
             the next byte on.
         line_is_up: Whether somebody is at the other end.
+        closed: Whether `close` was called.
         counters: What this end has seen.
         on_receive: Called with bytes as they come off the line and the bench time in ns of the last one's end.
         on_line: Called with True when the line comes up and False when it goes down, and the bench time in ns.
@@ -81,6 +82,7 @@ class Port(Protocol):
     name: str
     baud: int
     line_is_up: bool
+    closed: bool
     counters: LinkCounters
     on_receive: Callable[[bytes, int], None]
     on_line: Callable[[bool, int], None]
