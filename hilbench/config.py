@@ -6,6 +6,7 @@ generated from the model below.
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import re
 import tomllib
@@ -18,6 +19,7 @@ import msgspec
 
 from hilbench.errors import UsageError
 from hilbench.nearest import did_you_mean
+from hilbench.schema import json_schema
 from hilbench.strict import Strict
 from hilbench.toml_lines import find_line
 from targets.robots.pioneer import RobotSettings
@@ -145,12 +147,13 @@ def read_bench(path: Path, name: str = "") -> BenchFile:
 
 
 def bench_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of bench files."""
-    schema = msgspec.json.schema(BenchModel)
-    for definition in schema["$defs"].values():
-        # msgspec leaves this out for dataclasses; the reader refuses their unknown keys all the same.
-        definition.setdefault("additionalProperties", False)
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "hilbench bench file", **schema}
+    """Return the JSON Schema of bench files."""
+    schema = json_schema(BenchModel, "hilbench bench file")
+    settings = schema["$defs"][RobotSettings.__name__]["properties"]
+    for item in dataclasses.fields(RobotSettings):
+        unit, source = item.metadata["unit"], item.metadata["source"]
+        settings[item.name]["description"] = f"{unit}; {source}" if unit else source
+    return schema
 
 
 class _Reader:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import traceback
 from dataclasses import dataclass
 from pathlib import Path
+from types import TracebackType
 
 from hilbench.check.verdicts import CaseOutcome, Inconclusive, NotApplicable, Verdict, Violation
 from hilbench.errors import UnavailableError
 
 _TRACEBACK_LINES = 12
+_PYTEST_PACKAGES = frozenset({"_pytest", "pluggy"})
 
 _VERDICTS: dict[type[CaseOutcome], Verdict] = {
     Violation: Verdict.FAIL,
@@ -66,9 +68,22 @@ def _of_assertion(error: AssertionError) -> Outcome:
     return Outcome(verdict=Verdict.FAIL, cause=_one_line(lines[0]), evidence=tuple(evidence))
 
 
+def printable(line: str) -> str:
+    """Return a line with control characters spelled out: what a target sent must not steer the reader's terminal."""
+    return "".join(letter if letter.isprintable() else f"\\x{ord(letter):02x}" for letter in line.expandtabs())
+
+
 def _traceback(error: BaseException) -> tuple[str, ...]:
-    text = "".join(traceback.format_exception(error))
+    """Return the last lines of the traceback, from the suite on: how pytest got there says nothing."""
+    frames = error.__traceback__
+    while frames is not None and frames.tb_next is not None and _in_pytest(frames):
+        frames = frames.tb_next
+    text = "".join(traceback.format_exception(type(error), error, frames))
     return tuple(line for line in text.splitlines() if line.strip())[-_TRACEBACK_LINES:]
+
+
+def _in_pytest(frame: TracebackType) -> bool:
+    return not _PYTEST_PACKAGES.isdisjoint(Path(frame.tb_frame.f_code.co_filename).parts)
 
 
 def _one_line(text: str) -> str:

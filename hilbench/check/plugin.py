@@ -13,7 +13,7 @@ import pytest
 
 from hilbench.check.cases import spec_of
 from hilbench.check.collector import Collector, PlannedCase
-from hilbench.check.outcome import PASSED, Outcome, outcome_of
+from hilbench.check.outcome import PASSED, Outcome, outcome_of, printable
 from hilbench.check.planning import plan_case
 from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo
 from hilbench.check.recorder import recording
@@ -87,9 +87,9 @@ class _CaseRun:
             suite=planned.suite,
             clause_ids=planned.clause_ids,
             verdict=self.outcome.verdict,
-            cause=self.outcome.cause,
+            cause=printable(self.outcome.cause),
             failed_clause_ids=about,
-            evidence=self.outcome.evidence,
+            evidence=tuple(printable(line) for line in self.outcome.evidence),
             measures=tuple(self.measures),
             defect=self.outcome.defect,
             seed=planned.seed,
@@ -165,9 +165,9 @@ class CheckPlugin:
         return getattr(bench, "peer")  # noqa: B009 - the attributes are the provider's business
 
     @pytest.fixture
-    def wire(self, bench: CaseBench) -> object:
-        """The line itself: its bytes and its faults."""
-        return getattr(bench, "wire")  # noqa: B009
+    def server(self, bench: CaseBench) -> object:
+        """The scripted server that a client under test talks to."""
+        return getattr(bench, "server")  # noqa: B009
 
     @pytest.fixture
     def world(self, bench: CaseBench) -> object:
@@ -213,7 +213,7 @@ class CheckPlugin:
         spec = spec_of(getattr(item, "function", None))
         if spec is None:
             if self._only_cases:
-                raise UsageError("has no @case", where=item.nodeid, hint="say which clause it checks")
+                raise UsageError("has no @case", where=f"{item.path}: {item.name}", hint="say which clause it checks")
             return
         plan = plan_case(
             spec,

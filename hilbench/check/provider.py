@@ -41,8 +41,8 @@ def case_seed(run_seed: int, case_id: str) -> int:
 class CaseBench(Protocol):
     """The bench of one case, from just before it to just after.
 
-    Whatever else a suite asks for by a fixture (``peer``, ``wire``, ``world``, ``journal``, ``client``) is an attribute
-    of this object. A capability that the provider names must have its attribute.
+    Whatever else a suite asks for by a fixture (``peer``, ``world``, ``journal``, ``client``, ``server``) is an
+    attribute of this object. A capability that the provider names must have its attribute.
     """
 
     @property

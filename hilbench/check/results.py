@@ -87,7 +87,18 @@ class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Counts(msgspec.Struct, frozen=True, kw_only=True):
-    """How many clauses have which verdict."""
+    """How many clauses have which verdict.
+
+    Attributes:
+        clauses: all of them.
+        passed: pass.
+        failed: fail, and it counts.
+        warned: a *should* that fails without ``--strict``.
+        inconclusive: inconclusive.
+        error: error.
+        not_applicable: not applicable to this bench.
+        not_run: selected and applicable, but the run ended before.
+    """
 
     clauses: int
     passed: int

@@ -79,7 +79,7 @@ def _suite(suite: str, clauses: Sequence[ClauseResult], colours: bool, width: in
 def _row(clause: ClauseResult) -> tuple[str, ...]:
     note = ""
     if clause.verdict in {Verdict.NOT_APPLICABLE, Verdict.NOT_RUN}:
-        note = f" [{clause.cause}]"
+        note = f" [{clause.cause.removeprefix('not run: ')}]"
     return (
         clause.id,
         clause.level,

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import msgspec
 
 from hilbench.check.results import FORMAT, Report
-
-SCHEMA_FILE = "report.schema.json"
+from hilbench.schema import json_schema
 
 
 def report_json(report: Report) -> str:
@@ -18,11 +16,5 @@ def report_json(report: Report) -> str:
 
 
 def report_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of the report."""
-    schema = msgspec.json.schema(Report)
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": FORMAT, **schema}
-
-
-def schema_text(schema: dict[str, Any]) -> str:
-    """Return a schema as it is committed: indented, with a line end."""
-    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+    """Return the JSON Schema of the report."""
+    return json_schema(Report, FORMAT)

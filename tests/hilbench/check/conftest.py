@@ -21,7 +21,7 @@ class FakeBench:
         self.sent = []
         self.verdicts = []
         self.peer = SimpleNamespace(send=self.sent.append)
-        self.world = self.wire = self.client = None
+        self.world = self.server = self.client = None
         self.journal = provider.journal
 
     def pass_time(self, seconds):

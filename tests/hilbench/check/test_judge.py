@@ -1,0 +1,81 @@
+"""A measured figure against a limit: the interval decides."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hilbench.check import Inconclusive, Violation, at_least, at_most, near, within
+from hilbench.check.recorder import recording
+
+figures = st.floats(-1e6, 1e6)
+doubts = st.floats(0, 1e6)
+
+
+def verdict(judge, *args, **more):
+    try:
+        judge(*args, unit="s", what="stop", **more)
+    except Violation:
+        return "fail"
+    except Inconclusive:
+        return "inconclusive"
+    return "pass"
+
+
+@given(figures, figures, doubts)
+def test_at_most_agrees_with_every_true_value_the_interval_allows(value, limit, doubt):
+    lowest, highest = value - doubt, value + doubt
+    expected = "pass" if highest <= limit else "fail" if lowest > limit else "inconclusive"
+    assert verdict(at_most, value, limit, uncertainty=doubt) == expected
+
+
+@given(figures, figures, doubts)
+def test_at_least_is_the_mirror_image(value, limit, doubt):
+    assert verdict(at_least, value, limit, uncertainty=doubt) == verdict(at_most, -value, -limit, uncertainty=doubt)
+
+
+@given(figures, figures, st.floats(0, 1e6), doubts)
+def test_within_is_the_worse_of_both_sides(value, low, width, doubt):
+    high = low + width
+    both = {verdict(at_least, value, low, uncertainty=doubt), verdict(at_most, value, high, uncertainty=doubt)}
+    worst = next(word for word in ("fail", "inconclusive", "pass") if word in both)
+    assert verdict(within, value, low, high, uncertainty=doubt) == worst
+
+
+@given(figures, figures)
+def test_without_uncertainty_nothing_is_inconclusive(value, limit):
+    assert verdict(at_most, value, limit) == ("pass" if value <= limit else "fail")
+
+
+def test_the_sentence_has_figure_uncertainty_unit_and_limit():
+    with pytest.raises(Violation, match=r"^stop: 2\.31 ± 0\.01 s, required at most 2\.1 s$"):
+        at_most(2.31, 2.1, uncertainty=0.01, unit="s", what="stop")
+
+
+def test_a_bench_coarser_than_the_tolerance_says_so():
+    with pytest.raises(Inconclusive, match=r"cannot resolve a tolerance of ± 0\.1 s"):
+        near(2.0, 2.0, 0.1, uncertainty=0.2, unit="s", what="stop")
+
+
+@pytest.mark.parametrize(("value", "doubt"), [(math.nan, 0.0), (1.0, math.nan), (1.0, -0.1)])
+def test_what_is_no_measurement_is_refused(value, doubt):
+    with pytest.raises(ValueError, match="not a measurement"):
+        at_most(value, 1.0, uncertainty=doubt, unit="s", what="stop")
+
+
+def test_limits_the_wrong_way_round_are_refused():
+    with pytest.raises(ValueError, match="above the upper limit"):
+        within(1.0, 2.0, 1.0, unit="s", what="stop")
+
+
+def test_every_figure_is_recorded_with_its_margin_also_when_it_fails():
+    with recording() as measures:
+        within(3.0, 1.0, 4.0, unit="s", what="a")
+        with pytest.raises(Violation):
+            at_most(3.0, 2.0, unit="s", what="b", clause="X1")
+    assert [(measure.name, measure.margin) for measure in measures] == [("a", 1.0), ("b", -1.0)]
+    assert not at_most(1.0, 2.0, unit="s", what="outside a case").margin < 0
+    assert len(measures) == 2

@@ -1,0 +1,189 @@
+"""What a person, a CI system and a program get to read."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import msgspec
+import pytest
+
+from hilbench.check import CheckOptions, Report, list_cases, run_check
+from hilbench.check.report import junit, listing, matrix
+from hilbench.check.report.schema import report_json, report_schema
+from hilbench.console import Console
+from hilbench.schema import DATA_FOLDER, schema_text
+
+EVERYTHING = """
+    @my("A1")
+    def test_answers(bench):
+        bench.pass_time(0.5)
+        at_most(0.18, 0.2, unit="s", what="answer")
+
+    @my("A2")
+    def test_stops(peer, bench):
+        peer.send("stop")
+        bench.pass_time(2.31)
+        at_most(2.31, 2.1, uncertainty=0.01, unit="s", what="stop")
+
+    @my("A3", level="should")
+    def test_tidy(bench):
+        raise Violation("untidy \\x00 \\x1b[31m")
+
+    @my("A4")
+    def test_late(bench):
+        raise Inconclusive("host was late")
+
+    @my("A5", needs=("gravity",))
+    def test_falls(bench): pass
+
+    @my("A6")
+    def test_broken(bench): 1 / 0
+
+    @my("A7")
+    def test_goes(bench): raise UnavailableError("unplugged")
+
+    @my("A8")
+    def test_never(bench): pass
+    """
+
+SNAPSHOT = Path(__file__).with_name("matrix.txt")
+
+
+@pytest.fixture
+def report(check):
+    return msgspec.structs.replace(check(EVERYTHING), host_time_s=0.5)
+
+
+def test_the_matrix_is_as_it_was(report, tmp_path):
+    text = matrix.render(report, colours=False, width=None).replace(str(tmp_path), "DIR")
+    text = text.replace(report.run_hash, "HASH")
+    assert text == SNAPSHOT.read_text(encoding="utf-8")
+
+
+def test_colours_change_nothing_but_colours(report):
+    plain = matrix.render(report, colours=False, width=None)
+    coloured = matrix.render(report, colours=True, width=None)
+    own = re.compile(
+        r"\x1b\[[0-9;]+m(pass|fail|warn|inconclusive|error|n/a|not run|[A-Z]{4,}|  clause .*|exit .*)\x1b\[0m"
+    )
+    assert own.sub(r"\1", coloured) == plain
+    assert len(own.findall(coloured)) > 10
+
+
+def test_long_titles_are_cut_to_the_width_of_a_terminal(report):
+    lines = matrix.render(report, colours=False, width=60).splitlines()
+    rows = lines[2 : lines.index("", 2)]
+    assert max(map(len, rows)) == 60
+
+
+def test_junit_says_what_the_table_in_its_docstring_says(report):
+    root = ElementTree.fromstring(junit.junit_xml(report).encode())
+    (suite,) = root
+    found = {}
+    for case in suite.findall("testcase"):
+        verdict = next((child for child in case if child.tag != "properties"), None)
+        found[case.get("name").split()[0]] = None if verdict is None else (verdict.tag, verdict.get("type"))
+    assert found == {
+        "A1": None,
+        "A2": ("failure", "fail"),
+        "A3": ("skipped", "fail"),
+        "A4": ("error", "inconclusive"),
+        "A5": ("skipped", "not-applicable"),
+        "A6": ("error", "error"),
+        "A7": ("error", "error"),
+        "A8": ("error", "not-run"),
+    }
+    assert {name: suite.get(name) for name in ("tests", "failures", "errors", "skipped")} == {
+        "tests": "8",
+        "failures": "1",
+        "errors": "4",
+        "skipped": "2",
+    }
+    assert root.get("tests") == "8"
+
+
+def test_junit_has_clause_level_source_and_cause_of_each(report):
+    root = ElementTree.fromstring(junit.junit_xml(report).encode())
+    case = root.find("./testsuite/testcase[2]")
+    facts = {entry.get("name"): entry.get("value") for entry in case.find("properties")}
+    assert facts["clause"] == "A2"
+    assert facts["level"] == "must"
+    assert facts["source"] == "our panel, rev. C"
+    assert facts["cause"] == "stop: 2.31 ± 0.01 s, required at most 2.1 s"
+    assert "-k A2 --seed 0" in facts["reproduce"]
+    assert "sent stop" in case.find("failure").text
+
+
+def test_junit_counts_a_failing_should_when_strict(check):
+    report = check('@my("A1", level="should")\ndef test_a(bench): assert False\n', strict=True)
+    root = ElementTree.fromstring(junit.junit_xml(report).encode())
+    assert root.get("failures") == "1"
+
+
+def test_json_is_the_report_and_can_be_read_back(report):
+    assert msgspec.json.decode(report_json(report), type=Report) == report
+
+
+def test_the_published_schema_is_that_of_the_report():
+    published = (DATA_FOLDER / "report.schema.json").read_text()
+    assert published == schema_text(report_schema()), (
+        "write schema_text(report_schema()) to hilbench/data/report.schema.json"
+    )
+
+
+def test_every_key_of_the_report_is_explained_in_its_schema():
+    for definition in report_schema()["$defs"].values():
+        assert all("description" in entry or "$ref" in entry for entry in definition.get("properties", {}).values()), (
+            definition["title"]
+        )
+
+
+def test_the_files_are_written_and_the_provider_closed(write_suite, provider, tmp_path, capsys):
+    suite = write_suite(EVERYTHING)
+    options = CheckOptions(suites=(str(suite),), junit=tmp_path / "r.xml", json=str(tmp_path / "r.json"))
+    assert run_check(options, lambda _: provider) == 5
+    assert provider.closed
+    assert json.loads((tmp_path / "r.json").read_text())["exit_code"] == 5
+    assert ElementTree.parse(tmp_path / "r.xml").getroot().get("tests") == "8"
+    assert sorted(path.suffix for path in tmp_path.iterdir() if path.is_file()) == [".json", ".py", ".xml"]
+    assert capsys.readouterr().out.startswith("hilbench 0.1.0 · bench fake")
+
+
+def test_json_on_standard_output_is_alone_there(write_suite, provider, capsys):
+    suite = write_suite(EVERYTHING)
+    run_check(CheckOptions(suites=(str(suite),), json="-"), lambda _: provider)
+    out, err = capsys.readouterr()
+    assert json.loads(out)["format"] == "hilbench-report/1"
+    assert err.startswith("hilbench 0.1.0 · bench fake")
+
+
+def test_the_list_for_a_person(write_suite, provider):
+    suite = write_suite(
+        """
+        @my("A1", bench_time_s=1.5, needs=("world",))
+        def test_a(bench): pass
+
+        @my("A2", bench_time_s=20, needs=("gravity",), level="should")
+        def test_longer(bench): pass
+        """
+    )
+    text = listing.as_text(list_cases(CheckOptions(suites=(str(suite),)), provider))
+    assert text.splitlines() == [
+        "panel",
+        "  A1  must     1.5 s  a       needs world",
+        "  A2  should  20.0 s  longer  not applicable: no gravity",
+        "",
+        "1 of 2 cases apply: 1 clauses, about 2 s of bench time",
+    ]
+
+
+def test_the_list_as_json(write_suite, provider, capsys):
+    suite = write_suite('@my("A1", bench_time_s=1.5, needs=("gravity",))\ndef test_a(bench): pass\n')
+    options = CheckOptions(suites=(str(suite),), json="-", list_only=True)
+    assert run_check(options, lambda _: provider, Console()) == 0
+    (entry,) = json.loads(capsys.readouterr().out)
+    assert (entry["id"], entry["levels"], entry["missing"]) == ("panel/a", ["must"], ["gravity"])
+    assert provider.closed
