@@ -79,7 +79,14 @@ class Link(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A bench file as it is written."""
+    """A bench file as it is written.
+
+    Attributes:
+        version: version of this format.
+        targets: what answers at the far end, by names of your choosing.
+        world: where it stands.
+        links: how it is connected.
+    """
 
     version: Literal[1]
     targets: dict[str, Target]
@@ -146,6 +153,26 @@ def read_bench(path: Path, name: str = "") -> BenchFile:
     )
 
 
+def resolve_scene(scene: str, folder: Path, where: str) -> str:
+    """Return a built-in scene as it is, and a scene file by a path that leads to it from here.
+
+    Args:
+        scene: name of a built-in scene, or a path that ends in ``.toml``.
+        folder: what the path is relative to.
+        where: who names the scene, for the error.
+
+    Raises:
+        UsageError: there is no such scene or file.
+    """
+    if scene in scene_names():
+        return scene
+    if not scene.endswith(".toml"):
+        raise UsageError(f"no scene '{scene}'", where=where, hint=did_you_mean(scene, scene_names(), "built-in scenes"))
+    if not (folder / scene).is_file():
+        raise UsageError(f"no scene file '{folder / scene}'", where=where)
+    return str(folder / scene)
+
+
 def bench_schema() -> dict[str, Any]:
     """Return the JSON Schema of bench files."""
     schema = json_schema(BenchModel, "hilbench bench file")
@@ -199,17 +226,9 @@ class _Reader:
                 raise self._strict.error(f"both ends are '{link.ends[0]}'", ("links", number, "ends"))
 
     def _with_scene(self, model: BenchModel) -> BenchModel:
-        scene = model.world.scene
-        if scene in scene_names():
-            return model
-        where = ("world", "scene")
-        if not scene.endswith(".toml"):
-            hint = did_you_mean(scene, scene_names(), "built-in scenes")
-            raise self._strict.error(f"no scene '{scene}'", where, hint)
-        file = self._path.parent / scene
-        if not file.is_file():
-            raise self._strict.error(f"no scene file '{file}'", where)
-        return msgspec.structs.replace(model, world=msgspec.structs.replace(model.world, scene=str(file)))
+        place = self._place(("world", "scene"))
+        scene = resolve_scene(model.world.scene, self._path.parent, place)
+        return msgspec.structs.replace(model, world=msgspec.structs.replace(model.world, scene=scene))
 
 
 def _syntax_error(path: Path, message: str) -> UsageError:

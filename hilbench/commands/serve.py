@@ -39,7 +39,7 @@ def parser() -> Parser:
 
 def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.serve.serve`."""
-    from hilbench.config import open_bench
+    from hilbench.config import open_bench, resolve_scene
     from hilbench.console import Console
     from hilbench.serve import serve
 
@@ -47,7 +47,7 @@ def run(parsed: argparse.Namespace) -> int:
         what=parsed.what,
         ptys=tuple(parsed.pty),
         tcps=tuple(parsed.tcp),
-        scene=parsed.scene,
+        scene=None if parsed.scene is None else resolve_scene(parsed.scene, Path(), "--scene"),
         seed=parsed.seed,
         baud=parsed.baud,
         any_baud=parsed.any_baud,
