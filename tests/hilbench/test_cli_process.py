@@ -1,0 +1,256 @@
+"""The command as a process: what it imports, what it does without its streams, and how it ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+HILBENCH = [sys.executable, "-c", "import sys; from hilbench.cli import main; sys.exit(main())"]
+HEAVY = {"numpy", "pytest", "_pytest", "pybullet", "rich", "textual", "serial", "msgspec", "asyncio", "pydoc"}
+
+SUITE = """\
+from hilbench.check import case
+
+def my(clause):
+    return case(clause, text=f"It does {clause}.", source="rev. C")
+"""
+
+
+@pytest.fixture
+def run(tmp_path):
+    def process(words, *, command=HILBENCH, cwd=tmp_path, env=(), **more):
+        surroundings = {**os.environ, "PYTHONPATH": "", **dict(env)}
+        return subprocess.run(
+            [*command, *words], cwd=cwd, env=surroundings, capture_output=True, text=True, timeout=60, **more
+        )
+
+    return process
+
+
+def panel(folder, body="", name="test_panel.py"):
+    file = folder / name
+    file.write_text(f'{SUITE}\n@my("A1")\ndef test_a(): pass\n{body}')
+    return str(file)
+
+
+@pytest.mark.parametrize(
+    ("words", "allowed"),
+    [
+        ("--help", set()),
+        ("--version", set()),
+        ("check --help", set()),
+        ("serve --help", set()),
+        ("validate --help", set()),
+        ("nonsense", set()),
+        ("validate pioneer", {"msgspec", "numpy"}),
+        ("check pioneer --list", {"msgspec", "numpy", "pytest", "_pytest", "serial"}),
+    ],
+)
+def test_no_command_imports_what_it_does_not_need(run, words, allowed):
+    program = (
+        "import sys; from hilbench.cli import main; main(); "
+        "sys.stderr.write('loaded:' + ' '.join({name.partition('.')[0] for name in sys.modules}))"
+    )
+    done = run(words.split(), command=[sys.executable, "-c", program])
+    loaded = set(done.stderr.partition("loaded:")[2].split())
+    assert "hilbench" in loaded
+    assert loaded & HEAVY <= allowed
+
+
+def test_a_reader_that_goes_away_is_no_error(tmp_path):
+    read, write = os.pipe()
+    os.close(read)
+    for words in (["--help"], ["check", "pioneer", "--suite", panel(tmp_path)], ["check", "pioneer", "--list"]):
+        done = subprocess.run([*HILBENCH, *words], stdout=write, stderr=subprocess.PIPE, timeout=60)
+        assert (done.returncode, done.stderr) == (0, b"")
+    os.close(write)
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+def test_closed_streams_are_no_error_and_get_no_file(run, tmp_path, closed):
+    suite = panel(tmp_path)
+    script = f'"$@" check pioneer --suite {suite} --journal j --json r.json {closed}'
+    done = run([], command=["sh", "-c", script, "sh", *HILBENCH])
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads((tmp_path / "r.json").read_text())["exit_code"] == 0
+    for line in (tmp_path / "j").read_text().splitlines():
+        assert line.startswith("{")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_reports_what_was_run_and_what_was_not(tmp_path, number):
+    os.mkfifo(tmp_path / "reached")
+    slow = f"""
+@my("A2")
+def test_b():
+    import signal
+    with open({str(tmp_path / "reached")!r}, "w") as fifo:
+        fifo.write("here")
+    signal.pause()
+
+@my("A3")
+def test_c(): pass
+"""
+    words = ["check", "pioneer", "--suite", panel(tmp_path, slow), "--json", "r.json", "--junit", "r.xml"]
+    process = subprocess.Popen([*HILBENCH, *words], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+    with (tmp_path / "reached").open() as fifo:
+        fifo.read()
+    process.send_signal(number)
+    out, _ = process.communicate(timeout=60)
+    report = json.loads((tmp_path / "r.json").read_text())
+    assert process.returncode == report["exit_code"] == 130
+    assert [case["verdict"] for case in report["cases"]] == ["pass", "not-run", "not-run"]
+    assert "stopped: interrupted; 2 cases not run" in out
+    assert ElementTree.parse(tmp_path / "r.xml").getroot().get("tests") == "3"
+
+
+def test_piped_output_has_no_colours_and_no_progress(run, tmp_path):
+    done = run(["check", "pioneer", "--suite", panel(tmp_path)], env={"FORCE_COLOR": "1", "CLICOLOR_FORCE": "1"})
+    assert done.returncode == 0
+    assert "\x1b" not in done.stdout
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize(("no_color", "coloured"), [("", True), ("1", False)])
+def test_a_terminal_has_colours_unless_told_otherwise(tmp_path, no_color, coloured):
+    controller, terminal = os.openpty()
+    environment = {**os.environ, "TERM": "xterm", "NO_COLOR": no_color}
+    words = ["check", "pioneer", "--suite", panel(tmp_path)]
+    with subprocess.Popen([*HILBENCH, *words], env=environment, stdout=terminal, stderr=terminal) as process:
+        os.close(terminal)
+        text = b""
+        while chunk := _read(controller):
+            text += chunk
+    os.close(controller)
+    assert process.returncode == 0
+    assert (b"\x1b[32mpass\x1b[0m" in text) is coloured
+    assert b"\r\x1b[K1/1 A1 panel/a" in text
+
+
+def _read(descriptor):
+    try:
+        return os.read(descriptor, 4096)
+    except OSError:  # the other end is closed: EIO on Linux
+        return b""
+
+
+# A project that gets in the way.
+
+
+@pytest.fixture
+def hostile(tmp_path):
+    """Everything a user's project can have that reaches a pytest run, all of it harmful."""
+    folder = tmp_path / "hostile"
+    bad = "raise SystemExit('the project reached into the check')\n"
+    for name in ("protocols", "targets", "worlds", "tests"):
+        (folder / name).mkdir(parents=True)
+        (folder / name / "__init__.py").write_text(bad)
+    (folder / "conftest.py").write_text(bad)
+    (folder / "tests" / "conftest.py").write_text(bad)
+    (folder / "pytest.ini").write_text("[pytest]\naddopts = --no-such-option -p no:python\ntestpaths = nowhere\n")
+    (folder / "tox.ini").write_text("[pytest]\naddopts = --no-such-option\n")
+    (folder / "pyproject.toml").write_text('[tool.pytest.ini_options]\naddopts = "--no-such-option"\n')
+    (folder / "random_order.py").write_text(
+        "import pytest\n"
+        "@pytest.hookimpl(trylast=True)\n"
+        "def pytest_collection_modifyitems(items):\n    items.reverse()\n"
+    )
+    return folder
+
+
+HOSTILE_ENVIRONMENT = {
+    "PYTEST_PLUGINS": "random_order",
+    "PYTEST_ADDOPTS": "--no-such-option -p random_order --maxfail=1",
+    "PYTEST_THEME": "no-such-theme",
+}
+
+
+def hashes(report):
+    return [(case["id"], case["verdict"], case["case_hash"]) for case in report["cases"]]
+
+
+@pytest.mark.parametrize("command", [HILBENCH, [sys.executable, "-m", "hilbench"]], ids=["script", "python -m"])
+def test_a_hostile_project_does_not_disturb_a_check(run, hostile, tmp_path, command):
+    words = ["check", "pioneer", "--suite", "p2os-server", "-k", "S01 or S02 or S03", "--json", "-"]
+    expected = run(words)
+    assert expected.returncode == 0
+    # the plugin is importable for pytest, the packages are not shadowed: that is the next test
+    (tmp_path / "plugins").mkdir()
+    (hostile / "random_order.py").rename(tmp_path / "plugins" / "random_order.py")
+    found = run(
+        words,
+        command=_without_safe_path(command),
+        cwd=hostile,
+        env={**HOSTILE_ENVIRONMENT, "PYTHONPATH": str(tmp_path / "plugins")},
+    )
+    assert found.returncode == 0, found.stderr
+    assert hashes(json.loads(found.stdout)) == hashes(json.loads(expected.stdout))
+
+
+def _without_safe_path(command):
+    """Return the command as an installed script behaves: without the working folder on ``sys.path``."""
+    return [command[0], "-P", *command[1:]] if "-c" in command else command
+
+
+@pytest.mark.parametrize("command", [HILBENCH, [sys.executable, "-m", "hilbench"]], ids=["script", "python -m"])
+def test_a_package_that_takes_the_place_of_ours_is_named(run, hostile, command):
+    done = run(["check", "pioneer"], command=_without_safe_path(command), cwd=hostile, env={"PYTHONPATH": str(hostile)})
+    assert done.returncode == 3
+    assert done.stdout == ""
+    assert done.stderr.startswith(f"hilbench: {hostile}/protocols: shadows the package 'protocols' of hilbench")
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_user_s_own_suite_finds_its_way_in_from_a_hostile_project(run, hostile):
+    suite = panel(hostile)
+    done = run(["check", "pioneer", "--suite", suite], command=[sys.executable, "-m", "hilbench"], cwd=hostile)
+    assert done.returncode == 0, done.stderr
+
+
+# Plain pytest.
+
+OWN = """
+import pytest
+from hilbench.check import case
+
+@case("S01")
+def test_sync0(peer):
+    peer.write(bytes.fromhex("FAFB03000000"))
+
+@case("X1", text="It flies.", needs=("wings",))
+def test_flies(bench): pass
+
+def test_plain(): pass
+
+@case("X2", text="It fails.")
+def test_fails(bench):
+    assert 1 == 2
+"""
+
+
+def test_plain_pytest_has_the_fixtures(run, tmp_path):
+    (tmp_path / "test_own.py").write_text(OWN)
+    words = ["-q", "-rs", "-p", "no:cacheprovider", "-p", "hilbench.pytest_plugin", "--hilbench-bench", "pioneer"]
+    done = run(words, command=[sys.executable, "-m", "pytest"])
+    assert "1 failed, 2 passed, 1 skipped" in done.stdout, done.stdout + done.stderr
+    assert "not applicable: no wings" in done.stdout
+    assert done.returncode == 1
+
+
+def test_plain_pytest_in_a_folder_with_packages_of_our_names_stops_in_one_line(run, hostile):
+    for file in (*hostile.glob("*.*"), hostile / "tests" / "conftest.py"):
+        file.unlink()
+    (hostile / "test_own.py").write_text(OWN)
+    done = run(["-q", "-p", "hilbench.pytest_plugin"], command=[sys.executable, "-m", "pytest"], cwd=hostile)
+    assert done.returncode == 3
+    lines = [line for line in (done.stdout + done.stderr).splitlines() if line]
+    assert len(lines) == 1
+    assert f"{hostile}/protocols: shadows the package 'protocols' of hilbench" in lines[0]

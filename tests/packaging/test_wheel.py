@@ -1,0 +1,70 @@
+"""What gets installed: four packages with generic names, and nothing beside them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from hilbench import __version__
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = {"hilbench", "protocols", "targets", "worlds"}
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """The wheel, built as a release is, from the sources as they are; without a network."""
+    folder = tmp_path_factory.mktemp("wheel")
+    builder = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
+    subprocess.run(builder, cwd=ROOT, check=True, capture_output=True, timeout=120)
+    (file,) = folder.glob("*.whl")
+    return file
+
+
+@pytest.fixture(scope="module")
+def names(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        return archive.namelist()
+
+
+def test_it_holds_the_four_packages_and_its_own_description(names):
+    assert {name.partition("/")[0] for name in names} == {*PACKAGES, f"hilbench-{__version__}.dist-info"}
+
+
+@pytest.mark.parametrize("package", sorted(PACKAGES))
+def test_each_package_is_typed(names, package):
+    assert f"{package}/py.typed" in names
+
+
+def test_it_holds_every_file_of_the_packages_and_no_test(names):
+    tracked = subprocess.run(
+        ["git", "ls-files", *PACKAGES], cwd=ROOT, check=True, capture_output=True, text=True, timeout=60
+    ).stdout.split()
+    assert set(tracked) <= set(names)
+    assert not [name for name in names if Path(name).name.startswith(("test_", "conftest"))]
+
+
+def test_the_licence_comes_along(names):
+    assert f"hilbench-{__version__}.dist-info/licenses/LICENSE" in names
+
+
+def test_an_installed_wheel_has_its_command_and_its_data(wheel, tmp_path):
+    """Unpacked like an installer does it, with the dependencies of this environment."""
+    home = tmp_path / "site"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(home)
+    program = (
+        f"import sys; sys.path.insert(0, {str(home)!r}); "
+        "from hilbench.cli import main; import hilbench; "
+        f"assert hilbench.__file__.startswith({str(home)!r}); "
+        "sys.exit(main(['check', 'pioneer', '--suite', 'p2os-server', '-k', 'S01']))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "S01     must   pass" in done.stdout
