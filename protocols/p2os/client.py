@@ -89,6 +89,7 @@ class ClientMachine(Machine):
         self._parameters: RobotParameters = options.fallback
         self._config: ConfigPacket | None = None
         self._config_until_ns = 0
+        self._sip_seen = False
 
     def take_frame(self, frame: Frame) -> None:
         """Reads the packet in the frame and fires what it means."""
@@ -112,10 +113,9 @@ class ClientMachine(Machine):
             return ClientTrigger.SIP_LOST
         if self.state in (ClientState.SYNC0_SENT, ClientState.SYNC1_SENT, ClientState.SYNC2_SENT):
             return self._trigger_of_miss()
-        if self.state is ClientState.RESTARTING:
-            over = self._attempt.restarts >= self._options.max_restarts
-        else:
-            over = self.state is ClientState.CONFIGURING and self.now_ns >= self._config_until_ns
+        if self.state is ClientState.CONFIGURING:
+            return self._trigger_of_configuring()
+        over = self.state is ClientState.RESTARTING and self._attempt.restarts >= self._options.max_restarts
         return ClientTrigger.GAVE_UP if over else ClientTrigger.TIMEOUT
 
     def act(self, action: Action, trigger: Trigger) -> None:
@@ -151,7 +151,10 @@ class ClientMachine(Machine):
                 self.start(Timer.STEP, self._options.open_delay_s)
             case Action.SEND_OPEN:
                 self._config_until_ns = self.now_ns + round(self._options.config_wait_s * 1e9)
+                self._sip_seen = False
                 self.start(Timer.SIP, self._options.sip_timeout_s)
+                self._send(CommandNumber.OPEN, self._options.session_argument)
+            case Action.REPEAT_OPEN:
                 self._send(CommandNumber.OPEN, self._options.session_argument)
             case Action.REQUEST_CONFIG:
                 self._send(CommandNumber.CONFIG, 1)
@@ -160,6 +163,7 @@ class ClientMachine(Machine):
             case Action.REPORT_CONNECTED:
                 self._report_connected()
             case Action.FEED_SIP_TIMER:
+                self._sip_seen = True
                 self.start(Timer.SIP, self._options.sip_timeout_s)
             case Action.DELIVER_PACKET:
                 self._deliver()
@@ -227,6 +231,12 @@ class ClientMachine(Machine):
         return (
             ClientTrigger.TIMEOUT if first or attempt.step_misses < options.step_attempts else ClientTrigger.STEP_BACK
         )
+
+    def _trigger_of_configuring(self) -> ClientTrigger:
+        """No CONFIG came: what now."""
+        if self.now_ns >= self._config_until_ns:
+            return ClientTrigger.GAVE_UP
+        return ClientTrigger.TIMEOUT if self._sip_seen else ClientTrigger.UNOPENED
 
     def _send_sync(self, number: int, trigger: Trigger) -> None:
         if trigger is not ClientTrigger.TIMEOUT:

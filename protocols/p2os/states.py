@@ -26,7 +26,9 @@ repeat of the last SYNC is answered again, or the retry of a client that missed 
 The client. It walks SYNC0, SYNC1, SYNC2, pauses, opens, asks for the configuration, and is then in session. A wrong
 answer leads to a short pause and back to SYNC0; a SIP where an echo is due tells of an old session, which is closed
 and must fall silent first, whether its robot stands (32 hex) or moves (33 hex, which ARIA cannot take over). It does
-better than ARIA there, and where a step stays unanswered: it goes back to SYNC0 (AriaCoda ArRobot.cpp; Player p2os.cc).
+better than ARIA there, where a step stays unanswered (it goes back to SYNC0), and where OPEN is lost on the way (it is
+sent again until SIPs come, which a session takes for a command without a meaning). (AriaCoda ArRobot.cpp; Player
+p2os.cc.)
 """
 
 from __future__ import annotations
@@ -127,6 +129,7 @@ class ClientTrigger(enum.Enum):
     RESET = "controller reset"
     TIMEOUT = "time is up, tries left"
     STEP_BACK = "time is up, tries of this step used"
+    UNOPENED = "time is up, no SIP yet"
     NEXT_BAUD = "time is up, tries at this rate used"
     GAVE_UP = "time is up, no tries left"
     KEEPALIVE = "nothing sent for a while"
@@ -159,6 +162,7 @@ class Action(enum.Enum):
     CHANGE_BAUD = "ask for the next rate"
     ACCEPT = "start the pause before OPEN"
     SEND_OPEN = "send OPEN, start the SIP timer"
+    REPEAT_OPEN = "send OPEN again"
     REQUEST_CONFIG = "send CONFIG"
     REPORT_CONNECTED = "report the connection"
     FEED_SIP_TIMER = "restart the SIP timer"
@@ -176,7 +180,7 @@ class Timer(enum.Enum):
 
     HANDSHAKE = "the handshake must end: HANDSHAKE_LIMIT"
     WATCHDOG = "the client must speak: WATCHDOG"
-    STEP = "this step of the client must end: TIMEOUT, STEP_BACK, NEXT_BAUD or GAVE_UP"
+    STEP = "this step of the client must end: TIMEOUT, STEP_BACK, NEXT_BAUD, UNOPENED or GAVE_UP"
     KEEPALIVE = "the client must speak: KEEPALIVE"
     SIP = "the server must send a SIP: SIP_LOST"
 
@@ -309,6 +313,7 @@ _CLIENT: dict[tuple[State, Trigger], Transition] = {
     # the session begins
     (_C.OPENING, _CT.TIMEOUT): Transition(_C.CONFIGURING, (_A.SEND_OPEN, _A.REQUEST_CONFIG)),
     (_C.CONFIGURING, _CT.TIMEOUT): Transition(_C.CONFIGURING, (_A.REQUEST_CONFIG,)),
+    (_C.CONFIGURING, _CT.UNOPENED): Transition(_C.CONFIGURING, (_A.REPEAT_OPEN, _A.REQUEST_CONFIG)),
     (_C.CONFIGURING, _CT.CONFIG): Transition(_C.OPEN, (_A.DELIVER_PACKET, _A.REPORT_CONNECTED)),
     (_C.CONFIGURING, _CT.GAVE_UP): Transition(_C.OPEN, (_A.REPORT_CONNECTED,)),
     # the session

@@ -1,0 +1,57 @@
+"""The catalogue of clauses, and the package around it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections import Counter
+
+import pytest
+
+import protocols.p2os
+from protocols.p2os.clauses import CLAUSES
+
+NEEDS = {
+    *("server", "hangup", "baud", "aux-loopback", "truth", "scene", "rays", "contacts", "bumpers", "gravity"),
+    *("client", "client.commands", "client.report", "client.disconnect"),
+}
+
+
+def test_catalogue_is_complete():
+    expected = [f"{letter}{n:02}" for letter, last in (("S", 58), ("C", 30), ("M", 24)) for n in range(1, last + 1)]
+    assert [clause.id for clause in CLAUSES] == expected
+    assert Counter(clause.suite for clause in CLAUSES) == {"p2os-server": 58, "p2os-client": 30, "pioneer-motion": 24}
+
+
+@pytest.mark.parametrize("clause", CLAUSES, ids=lambda clause: clause.id)
+def test_a_clause_is_whole(clause):
+    assert clause.level in ("must", "should")
+    assert clause.title
+    assert not clause.title.endswith(".")
+    assert clause.text.endswith(".")
+    assert clause.source
+    assert all(clause.sources)
+    assert set(clause.needs) <= NEEDS
+    assert {"server", "client"} & set(clause.needs)
+
+
+def test_levels_of_the_server_clauses():
+    should = {clause.id for clause in CLAUSES if clause.suite == "p2os-server" and clause.level == "should"}
+    assert should == {
+        *("S10", "S14", "S17", "S29", "S30", "S31", "S32", "S42", "S43", "S44"),
+        *("S46", "S47", "S56", "S57", "S58"),
+    }
+
+
+def test_the_package_exports_what_it_says():
+    assert sorted(set(protocols.p2os.__all__)) == sorted(protocols.p2os.__all__)
+    for name in protocols.p2os.__all__:
+        assert getattr(protocols.p2os, name) is not None
+
+
+def test_importing_it_brings_nothing_heavy():
+    code = "import sys, protocols.p2os; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split())
+    assert not loaded & {"numpy", "pybullet", "serial", "asyncio", "socket", "threading", "hilbench", "msgspec", "rich"}
+    assert loaded >= {"protocols"}
