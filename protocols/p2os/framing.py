@@ -126,7 +126,7 @@ class FrameReader:
             figure; see `ServerOptions.frame_timeout_s`.
     """
 
-    __slots__ = ("_deadline_ns", "_held", "_max_count", "_timeout_ns")
+    __slots__ = ("_deadline_ns", "_held", "_max_count", "_need", "_timeout_ns")
 
     def __init__(self, *, max_count: int = MAX_COUNT_STRICT, timeout_ns: int | None = None) -> None:
         if not MIN_COUNT <= max_count < _BYTES_OF_COUNT:
@@ -134,6 +134,7 @@ class FrameReader:
         self._max_count = max_count
         self._timeout_ns = timeout_ns
         self._held = b""
+        self._need = 0  # bytes held before which looking at them again is in vain
         self._deadline_ns: int | None = None
 
     @property
@@ -149,7 +150,9 @@ class FrameReader:
         """Takes the bytes that came at `now_ns`, in ns of bench time, and returns what they complete."""
         found = self.expire(now_ns)
         if data:
-            self._held = self._scan(self._held + data, found)
+            self._held += data
+            if len(self._held) >= self._need:
+                self._held = self._scan(self._held, found)
             self._deadline_ns = now_ns + self._timeout_ns if self._held and self._timeout_ns is not None else None
         return found
 
@@ -178,11 +181,13 @@ class FrameReader:
                 found.append(Dropped(reason=DropReason.TIMED_OUT, data=data[start:end]))
             data = self._scan(data[end:], found)
         self._held = b""
+        self._need = 0
         self._deadline_ns = None
 
     def _scan(self, data: bytes, found: list[Frame | Dropped]) -> bytes:
         """Reports all that `data` decides and returns the undecided rest."""
         at, size = 0, len(data)
+        self._need = 0
         while True:
             start = data.find(HEADER, at)
             if start < 0:
@@ -199,6 +204,7 @@ class FrameReader:
                 continue
             at = start + _OVERHEAD + count
             if at > size:
+                self._need = at - start
                 return data[start:]
             if checksum(data[start + _OVERHEAD : at - 2]) == data[at - 2] << 8 | data[at - 1]:
                 found.append(Frame(raw=data[start:at]))

@@ -1,0 +1,126 @@
+"""Ten million bytes into each role, whole chunks beside single bytes: same events, no exception, bounded memory.
+
+Run by `make soak`. P2OS_SOAK_BYTES sets another amount, P2OS_SOAK_SEED another seed.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import tracemalloc
+
+import pytest
+
+from protocols.p2os import (
+    ClientOptions,
+    Command,
+    CommandNumber,
+    ConfigPacket,
+    Connection,
+    EncoderPacket,
+    Identification,
+    LocalProtocolError,
+    Role,
+    ServerOptions,
+    Sip,
+    SonarReading,
+    SyncEcho,
+    SyncError,
+    encode_command,
+    encode_frame,
+    encode_packet,
+)
+
+BYTES = int(os.environ.get("P2OS_SOAK_BYTES", "10_000_000"))
+SEED = int(os.environ.get("P2OS_SOAK_SEED", "1"))
+CHUNK = 4096
+MAX_HELD = 256
+MAX_GROWTH = 2_000_000
+
+CLIENT_SAYS = [
+    *(encode_frame(bytes((number,))) for number in (0, 1, 2)),
+    encode_command(Command(CommandNumber.OPEN, 1)),
+    encode_command(Command(CommandNumber.VEL, -200)),
+    encode_command(Command(CommandNumber.SAY, b"\xfa\xfb\x06\xfa\xfb\x03\x00\x00\x00")),
+    encode_command(Command(200, 1)),
+]
+SERVER_SAYS = [
+    encode_packet(SyncEcho(number=0)),
+    encode_packet(SyncEcho(number=1)),
+    encode_packet(Identification(name="soak", subclass="p2dx")),
+    encode_packet(SyncError()),
+    encode_packet(ConfigPacket(name="soak")),
+    encode_packet(EncoderPacket(left_ticks=-1, right_ticks=0xFBFA)),
+    encode_packet(Sip(moving=True, sonars=(SonarReading(number=1, range_raw=0xFBFA),) * 8)),
+]
+
+
+def chunks(chance, frames):
+    """Chunks of noise, of good frames, of damaged frames, and of headers that promise too much."""
+    while True:
+        kind = chance.random()
+        if kind < 0.2:
+            yield chance.randbytes(CHUNK)
+        elif kind < 0.3:
+            yield bytes(chance.choices(b"\xfa\xfb\x03\x00\xc8\xff", k=CHUNK))
+        else:
+            chunk = bytearray(b"".join(chance.choices(frames, k=CHUNK // 30)))
+            for _ in range(chance.choice((0, 5, 100))):
+                chunk[chance.randrange(len(chunk))] = chance.randrange(256)
+            yield bytes(chunk)
+
+
+def server():
+    return Connection(Role.SERVER, ServerOptions(handshake_limit_s=5))
+
+
+def client():
+    return Connection(Role.CLIENT, ClientOptions(max_restarts=1000))
+
+
+def start_again(connections, now_ns):
+    """A client that is idle is made to connect again."""
+    results = []
+    for connection in connections:
+        try:
+            results.append(connection.connect(now_ns))
+        except LocalProtocolError:
+            results.append([])
+    assert results[0] == results[1]
+
+
+@pytest.mark.parametrize(("make", "frames"), [(server, CLIENT_SAYS), (client, SERVER_SAYS)], ids=["server", "client"])
+def test_ten_million_bytes(make, frames, capsys):
+    chance = random.Random(SEED)
+    whole, single = make(), make()
+    now_ns = received = events_seen = longest_held = 0
+    tracemalloc.start()
+    baseline = None
+    for chunk in chunks(chance, frames):
+        now_ns += chance.choice((0, 10_000_000, 700_000_000, 3_000_000_000))
+        if whole.role is Role.CLIENT:
+            start_again((whole, single), now_ns)
+        expected = whole.receive(chunk, now_ns)
+        got = single.advance(now_ns)
+        for byte in chunk:
+            got += single.receive(bytes((byte,)), now_ns)
+        assert got == expected
+        assert single.state is whole.state
+        longest_held = max(longest_held, whole.held, single.held)
+        events_seen += len(expected)
+        received += len(chunk)
+        if baseline is None and received > BYTES // 10:
+            baseline = tracemalloc.get_traced_memory()[0]
+        if received >= BYTES:
+            break
+    growth = tracemalloc.get_traced_memory()[0] - (baseline or 0)
+    tracemalloc.stop()
+    assert whole.counters == single.counters
+    assert longest_held <= MAX_HELD
+    assert growth < MAX_GROWTH
+    figures = (
+        f"{whole.role.value}: {received} bytes, {events_seen} events, {len(whole.visits)} edges, seed {SEED}; at most "
+        f"{longest_held} bytes held, memory grew by {growth} bytes after the first tenth; {whole.counters}"
+    )
+    with capsys.disabled():
+        print(f"\n{figures}")  # noqa: T201 - the figures are what one runs it for
