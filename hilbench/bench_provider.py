@@ -251,6 +251,7 @@ class _ClientProvider(_LockedProvider):
             yield ForeignClientCase(self._bench, case, server, client)
         finally:
             client.close()
+            server.close()
 
     def close(self) -> None:
         """Close the door, the clock and the journal."""

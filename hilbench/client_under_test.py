@@ -17,7 +17,9 @@ from hilbench.errors import UnavailableError
 from hilbench.links import Port
 from hilbench.p2os_client import P2osClient
 
-OWN_CAPABILITIES = frozenset({"client", "client.restart", "client.disconnect", "client.commands", "client.report"})
+OWN_CAPABILITIES = frozenset(
+    {"client", "client.restart", "client.disconnect", "client.commands", "client.report", "client.options"}
+)
 EXEC_CAPABILITIES = frozenset({"client", "client.restart", "client.disconnect"})
 LISTEN_CAPABILITIES = frozenset({"client"})
 
@@ -118,7 +120,7 @@ class ExecClient:
 
 
 class ListenClient:
-    """Whoever connects to our door.
+    """Whoever connects to our door: a fresh client for each case, as one has that is started again when it ends.
 
     Args:
         bench: whose time passes while we wait.
@@ -130,9 +132,16 @@ class ListenClient:
     def __init__(self, bench: Bench, port: Port) -> None:
         self._bench = bench
         self._port = port
+        self._is_used = port.line_is_up and port.counters.received > 0
 
     def start(self) -> None:
-        """Wait until somebody is there."""
+        """Wait until the client of the case before has gone, and another has come."""
+        if self._is_used and not self._bench.run_until(lambda: not self._port.line_is_up, WAIT_FOR_CLIENT_S):
+            raise UnavailableError(
+                f"the client has not left within {WAIT_FOR_CLIENT_S * self._bench.timeout_scale:g} s",
+                where=self._port.name,
+                hint="each case needs a fresh client: start it anew",
+            )
         if not self._bench.run_until(lambda: self._port.line_is_up, WAIT_FOR_CLIENT_S):
             raise UnavailableError(
                 f"no client came within {WAIT_FOR_CLIENT_S * self._bench.timeout_scale:g} s",

@@ -14,6 +14,8 @@ from protocols.p2os import (
     ClientOptions,
     ClientState,
     Command,
+    CommandNumber,
+    ConfigPacket,
     Connected,
     ConnectFailed,
     Connection,
@@ -22,20 +24,27 @@ from protocols.p2os import (
     Identification,
     PacketReceived,
     PoseTracker,
+    RobotParameters,
     Role,
     ServerPacket,
     Sip,
+    SipReading,
     Table,
     Transmit,
-    robot_parameters,
+    read_sip,
+    vel2,
 )
 
 
 class _ClientDevice:
-    """Makes a serial device of the client role: its events, less the bytes, are what it reports."""
+    """Makes a serial device of the client role: its events, less the bytes, are what it reports.
 
-    def __init__(self, connection: Connection) -> None:
+    A change of rate is made at once: the bytes of the same call are meant for the new one.
+    """
+
+    def __init__(self, connection: Connection, port: Port) -> None:
         self.connection = connection
+        self._port = port
         self._events: list[Event] = []
 
     def receive(self, data: bytes, now_ns: int) -> bytes:
@@ -55,6 +64,9 @@ class _ClientDevice:
         return events
 
     def take(self, events: list[Event]) -> bytes:
+        for event in events:
+            if isinstance(event, BaudWanted):
+                self._port.baud = event.baud
         self._events += [event for event in events if not isinstance(event, Transmit)]
         return b"".join(event.data for event in events if isinstance(event, Transmit))
 
@@ -71,22 +83,27 @@ class P2osClient:
     Attributes:
         packets: every packet received in a session, oldest first.
         identification: what the robot said it is; None before that.
+        robot: the parameters that go with it, or those fallen back on; None before that.
+        config: the robot's configuration; None if it did not tell.
         failure: why connecting failed, or why the connection was lost; empty if neither happened.
-        pose: where the robot is by its own odometry, unwrapped; None before the first SIP.
+        pose: where the robot is by its own odometry, unwrapped; None before the session.
     """
 
     def __init__(
         self, bench: Bench, port: Port, options: ClientOptions | None = None, *, table: Table | None = None
     ) -> None:
         self._bench = bench
-        self._port = port
         self.connection = Connection(Role.CLIENT, options or ClientOptions(), table=table)
         self.packets: list[ServerPacket] = []
         self.identification: Identification | None = None
+        self.robot: RobotParameters | None = None
+        self.config: ConfigPacket | None = None
         self.failure = ""
         self.pose: PoseTracker | None = None
-        self._device = _ClientDevice(self.connection)
+        self._device = _ClientDevice(self.connection, port)
         self._actor = DeviceActor(bench, self._device, port, name="client", on_event=self._take)
+
+    # --- what it knows
 
     @property
     def state(self) -> ClientState:
@@ -100,13 +117,32 @@ class P2osClient:
         """The SIPs received, oldest first."""
         return [packet for packet in self.packets if isinstance(packet, Sip)]
 
+    @property
+    def reading(self) -> SipReading | None:
+        """The newest SIP in physical units; None before the session."""
+        sips = self.sips
+        return read_sip(sips[-1], self.robot) if sips and self.robot is not None else None
+
+    # --- the session
+
     def connect(self) -> None:
-        """Begin to connect; time must pass for it to succeed."""
+        """Begin to connect; time must pass for it to succeed.
+
+        Raises:
+            LocalProtocolError: it is connected, or connecting already.
+        """
+        data = self._device.take(self.connection.connect(self._bench.now_ns))
+        self.packets.clear()
+        self.identification = self.robot = self.config = self.pose = None
         self.failure = ""
-        self._actor.transmit(self._device.take(self.connection.connect(self._bench.now_ns)))
+        self._actor.transmit(data)
 
     def disconnect(self) -> None:
-        """Begin to take leave of the robot; time must pass for it to be done."""
+        """Begin to take leave of the robot; time must pass for it to be done.
+
+        Raises:
+            LocalProtocolError: it is neither connected nor connecting.
+        """
         self._actor.transmit(self._device.take(self.connection.disconnect(self._bench.now_ns)))
 
     def send(self, number: int, argument: int | bytes | None = None) -> None:
@@ -115,22 +151,52 @@ class P2osClient:
         Raises:
             LocalProtocolError: there is no session, or the command cannot be encoded.
         """
-        command = Command(number=number, argument=argument)
+        self._send(Command(number=number, argument=argument))
+
+    # --- driving; each raises LocalProtocolError where there is no session
+
+    def enable(self, *, motors: bool = True) -> None:
+        """Give the motors power, or take it from them; without it the robot does not move."""
+        self.send(CommandNumber.ENABLE, int(motors))
+
+    def drive(self, speed_mm_s: float, turn_deg_s: float = 0.0) -> None:
+        """Drive at a speed in mm/s (+ forward) while turning in degrees/s (+ counter-clockwise), both rounded."""
+        self.send(CommandNumber.VEL, round(speed_mm_s))
+        self.send(CommandNumber.RVEL, round(turn_deg_s))
+
+    def drive_wheels(self, left_mm_s: float, right_mm_s: float) -> None:
+        """Drive each wheel at a speed in mm/s, in steps of 20 up to 2540."""
+        self._send(vel2(left_mm_s, right_mm_s))
+
+    def stop(self) -> None:
+        """Stop with normal deceleration; the motors stay enabled."""
+        self.send(CommandNumber.STOP)
+
+    def _send(self, command: Command) -> None:
         self._actor.transmit(self.connection.send(command, self._bench.now_ns))
+
+    # --- what it learns
 
     def _take(self, event: object) -> None:
         match event:
             case PacketReceived(packet=packet):
                 self._keep(packet)
-            case Connected(identification=identification):
-                self.identification = identification
-                self.pose = PoseTracker(robot_parameters(identification.subclass))
+            case Connected():
+                self._begin(event)
             case ConnectFailed(reason=reason) | ConnectionLost(reason=reason):
                 self.failure = str(reason)
-            case BaudWanted(baud=baud):
-                self._port.baud = baud
+
+    def _begin(self, connected: Connected) -> None:
+        self.identification = connected.identification
+        self.robot = connected.parameters
+        self.config = connected.config
+        self.pose = PoseTracker(connected.parameters)
+        for sip in self.sips:  # they begin with OPEN, before the configuration is there
+            self.pose.update(sip)
 
     def _keep(self, packet: ServerPacket) -> None:
         self.packets.append(packet)
+        if isinstance(packet, ConfigPacket):
+            self.config = packet
         if isinstance(packet, Sip) and self.pose is not None:
             self.pose.update(packet)
