@@ -42,6 +42,13 @@ def tcp_door(text: str) -> TcpDoor:
     return TcpDoor(link=link, host=host.strip("[]") or "127.0.0.1", port=int(port))
 
 
+def output_file(text: str) -> Path:
+    """Read the name of a file to write."""
+    if text in {"", "-"}:
+        raise ValueError(f"'{text}' is not a file")
+    return Path(text)
+
+
 def seed(text: str) -> int:
     """Read a seed: a whole number, 0 to 2**63 - 1."""
     return _whole_number(text, 0, _HIGHEST_SEED)

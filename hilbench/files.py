@@ -7,7 +7,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from hilbench.errors import UsageError
+from hilbench.errors import UnavailableError, UsageError
 
 _DEFAULT_MODE = 0o666
 
@@ -18,7 +18,7 @@ def write_atomically(path: Path, text: str) -> None:
     A path that is not a regular file, such as ``/dev/stdout`` or a fifo, is written to as it stands.
 
     Raises:
-        UsageError: the file cannot be written there.
+        UnavailableError: the file cannot be written, by now; `check_writable` says so beforehand.
     """
     try:
         if path.exists() and not path.is_file():
@@ -26,7 +26,27 @@ def write_atomically(path: Path, text: str) -> None:
         else:
             _replace(path.resolve(), text)
     except OSError as error:
-        raise UsageError(f"cannot be written: {error.strerror or error}", where=str(path)) from error
+        raise UnavailableError(f"cannot be written: {error.strerror or error}", where=str(path)) from error
+
+
+def check_writable(path: Path, option: str) -> None:
+    """Make sure, before a run and not after it, that a file can be written.
+
+    Args:
+        path: the file that will be written.
+        option: the option that named it.
+
+    Raises:
+        UsageError: it cannot.
+    """
+    folder = path.resolve().parent
+    where = f"{option} {path}"
+    if path.is_dir():
+        raise UsageError("is a folder", where=where)
+    if not folder.is_dir():
+        raise UsageError(f"there is no folder {folder}", where=where)
+    if not os.access(path if path.exists() else folder, os.W_OK):
+        raise UsageError("cannot be written: permission denied", where=where)
 
 
 def _replace(path: Path, text: str) -> None:

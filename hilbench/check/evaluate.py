@@ -70,10 +70,11 @@ def make_report(
 
 
 def _by_clause(planned: Iterable[PlannedCase], results: Iterable[CaseResult]) -> list[_ClauseCases]:
-    groups: dict[tuple[str, str], _ClauseCases] = {}
+    """Group by clause: one that several suites check counts once, in the suite that came first."""
+    groups: dict[str, _ClauseCases] = {}
     for plan, result in zip(planned, results, strict=True):
         for clause in plan.clauses:
-            group = groups.setdefault((plan.suite, clause.id), _ClauseCases(clause=clause, planned=[], results=[]))
+            group = groups.setdefault(clause.id, _ClauseCases(clause=clause, planned=[], results=[]))
             group.planned.append(plan)
             group.results.append(result)
     return list(groups.values())
@@ -108,7 +109,9 @@ def _reproduce(group: _ClauseCases, options: CheckOptions) -> str:
         words.append(options.bench)
     for target in options.targets:
         words += ["--target", f"{target.name}={target.spec}" if target.name else target.spec]
-    words += ["--suite", group.planned[0].suite_argument, "-k", group.clause.id, "--seed", str(options.seed)]
+    for suite in dict.fromkeys(plan.suite_argument for plan in group.planned):
+        words += ["--suite", suite]
+    words += ["-k", group.clause.id, "--seed", str(options.seed)]
     if options.timeout_scale != 1:
         words += ["--timeout-scale", f"{options.timeout_scale:g}"]
     return shlex.join(words)

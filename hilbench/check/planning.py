@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 
 from hilbench.check.cases import CaseSpec
 from hilbench.check.catalogue import Clause, find_clause
@@ -47,6 +47,26 @@ def plan_case(
         scene=spec.scene,
         seed=case_seed(run_seed, case_id),
     )
+
+
+def refuse_conflicts(plans: Iterable[PlannedCase]) -> None:
+    """Make sure that each id means one thing.
+
+    Raises:
+        UsageError: two cases have one id, or two clauses.
+    """
+    suites: dict[str, str] = {}
+    clauses: dict[str, Clause] = {}
+    for plan in plans:
+        if plan.id in suites:
+            both = f"is in {suites[plan.id]} and in {plan.suite_argument}"
+            raise UsageError(both, where=plan.id, hint="rename one suite")
+        suites[plan.id] = plan.suite_argument
+        for clause in plan.clauses:
+            known = clauses.setdefault(clause.id, clause)
+            if (known.text, known.level) != (clause.text, clause.level):
+                message = f"defines the clause '{clause.id}', which is already '{known.text}' ({known.level})"
+                raise UsageError(message, where=plan.id, hint="use an id of its own")
 
 
 def _clause(clause_id: str, spec: CaseSpec, case_id: str, suite: str) -> Clause:

@@ -14,7 +14,7 @@ import pytest
 from hilbench.check.cases import spec_of
 from hilbench.check.collector import Collector, PlannedCase
 from hilbench.check.outcome import PASSED, Outcome, outcome_of, printable
-from hilbench.check.planning import plan_case
+from hilbench.check.planning import plan_case, refuse_conflicts
 from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo
 from hilbench.check.recorder import recording
 from hilbench.check.results import CaseResult
@@ -201,7 +201,7 @@ class CheckPlugin:
         for item in items:
             self._plan_item(item)
         plans = [item.stash[_PLAN] for item in items if _PLAN in item.stash]
-        _refuse_twins(plans)
+        refuse_conflicts(plans)
         wanted = compile_selection(self._select, {clause for plan in plans for clause in plan.clause_ids})
         items[:] = [item for item in items if _PLAN not in item.stash or wanted(_candidate(item.stash[_PLAN]))]
         self.collector.plan(item.stash[_PLAN] for item in items if _PLAN in item.stash)
@@ -305,13 +305,3 @@ def _suite_argument(path: Path) -> str:
 def _candidate(planned: PlannedCase) -> Candidate:
     titles = [clause.title for clause in planned.clauses]
     return Candidate.of(planned.clause_ids, [planned.id, planned.suite, *titles])
-
-
-def _refuse_twins(plans: list[PlannedCase]) -> None:
-    seen: dict[str, str] = {}
-    for plan in plans:
-        if plan.id in seen:
-            raise UsageError(
-                f"is in {seen[plan.id]} and in {plan.suite_argument}", where=plan.id, hint="rename one suite"
-            )
-        seen[plan.id] = plan.suite_argument

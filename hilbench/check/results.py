@@ -55,7 +55,7 @@ class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         id: the clause.
-        suite: the suite that checks it.
+        suite: the suite that checks it; the first, if several do.
         level: ``must`` or ``should``.
         title: a few words.
         text: the rule.

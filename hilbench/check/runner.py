@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from hilbench.check.collector import Collector, PlannedCase
 from hilbench.check.evaluate import make_report
 from hilbench.check.provider import BenchProvider
-from hilbench.check.report import listing, write_report
+from hilbench.check.report import check_outputs, listing, write_report
 from hilbench.check.results import Report
 from hilbench.check.suites import SHIPPED_FOLDER, find_suites
 from hilbench.clock import Stopwatch
@@ -69,6 +69,7 @@ def run_check(options: CheckOptions, provider_factory: ProviderFactory, console:
     Raises:
         HilbenchError: nothing could be run.
     """
+    check_outputs(options)
     console = console or Console()
     provider = provider_factory(options)
     try:

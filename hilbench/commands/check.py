@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from hilbench import arguments
 from hilbench.options import CheckOptions
@@ -46,9 +45,9 @@ def parser() -> Parser:
     add("--strict", action="store_true", help="a failing 'should' counts like a 'must'")
     add("--timeout-scale", metavar="X", type=typed(arguments.timeout_scale), default=1.0,
         help="wait X times longer for a slow target or host; limits that are judged stay (default: 1)")  # fmt: skip
-    add("--junit", metavar="FILE", type=Path, help="write JUnit XML")
+    add("--junit", metavar="FILE", type=typed(arguments.output_file), help="write JUnit XML")
     add("--json", metavar="FILE", help="write the report, or with --list the list, as JSON; - is standard output")
-    add("--journal", metavar="FILE", type=Path, help="write the journal of the run")
+    add("--journal", metavar="FILE", type=typed(arguments.output_file), help="write the journal of the run")
     return made
 
 

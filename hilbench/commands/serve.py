@@ -33,7 +33,7 @@ def parser() -> Parser:
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
     add("--baud", metavar="B", type=typed(arguments.baud), help="speed of the line in bit/s")
     add("--any-baud", action="store_true", help="take a client at any speed, without garbage at a wrong one")
-    add("--journal", metavar="FILE", type=Path, help="write the journal of the run")
+    add("--journal", metavar="FILE", type=typed(arguments.output_file), help="write the journal of the run")
     return made
 
 

@@ -37,6 +37,8 @@ WRONG = [
     ("check pioneer -k nosuchcase", "-k 'nosuchcase': nothing is selected; see 'hilbench check --list'"),
     ("check pioneer --target robot=", "--target: 'robot=' names no target"),
     ("check pioneer --target pionere", "--target pionere: not a target; did you mean 'pioneer'?"),
+    ("check pioneer --junit -", "--junit: '-' is not a file"),
+    ("check pioneer --json none/r.json", "--json none/r.json: there is no folder"),
     ("serve", "serve: TARGET|BENCH is missing; see 'hilbench serve --help'"),
     ("serve pioneer", "no door; add --pty PATH or --tcp PORT"),
     ("serve pioneer --tcp 70000", "--tcp: '70000' does not end in a port from 0 to 65535"),

@@ -8,26 +8,37 @@ from hilbench.check.report import junit, matrix
 from hilbench.check.report.schema import report_json
 from hilbench.check.results import Report
 from hilbench.console import Console
-from hilbench.files import write_atomically
+from hilbench.files import check_writable, write_atomically
 from hilbench.options import CheckOptions
 
 
+def check_outputs(options: CheckOptions) -> None:
+    """Make sure that the files asked for can be written.
+
+    Raises:
+        UsageError: one cannot.
+    """
+    json = None if options.json in {None, "-"} else Path(str(options.json))
+    for option, path in (("--junit", options.junit), ("--json", json), ("--journal", options.journal)):
+        if path is not None:
+            check_writable(path, option)
+
+
 def write_report(report: Report, options: CheckOptions, console: Console) -> None:
-    """Write the files that were asked for, then print the matrix.
+    """Print the matrix and write the files that were asked for.
 
     The matrix goes to standard error when the JSON report takes standard output.
 
     Raises:
-        UsageError: a file cannot be written.
+        UnavailableError: a file cannot be written.
     """
-    if options.junit is not None:
-        write_atomically(options.junit, junit.junit_xml(report))
-    if options.json is None:
-        console.data(matrix.render(report, colours=console.colours, width=console.width if console.terminal else None))
-        return
     if options.json == "-":
         console.data(report_json(report))
         console.narrate(matrix.render(report, colours=False, width=None))
     else:
-        write_atomically(Path(options.json), f"{report_json(report)}\n")
-        console.data(matrix.render(report, colours=console.colours, width=console.width if console.terminal else None))
+        width = console.width if console.terminal else None
+        console.data(matrix.render(report, colours=console.colours, width=width))
+    if options.json not in {None, "-"}:
+        write_atomically(Path(str(options.json)), f"{report_json(report)}\n")
+    if options.junit is not None:
+        write_atomically(options.junit, junit.junit_xml(report))

@@ -146,3 +146,31 @@ def test_the_worst_margin_is_the_one_nearest_to_its_limit(check):
     assert report.clauses[0].worst_margin.name == "distance"
     assert [measure.margin for measure in report.cases[0].measures] == [0.1, 10.0, None]
     assert report.clauses[0].verdict is Verdict.PASS
+
+
+def test_a_clause_that_two_suites_check_counts_once(write_suite, tmp_path, provider):
+    write_suite('@my("A1")\ndef test_a(bench): pass\n', "test_one.py")
+    write_suite('@my("A1")\ndef test_b(bench): assert False\n@my("A2")\ndef test_c(bench): pass\n', "test_two.py")
+    report = run_suites(CheckOptions(suites=(str(tmp_path),)), provider)
+    assert [(clause.id, clause.suite, clause.verdict.value) for clause in report.clauses] == [
+        ("A1", "one", "fail"),
+        ("A2", "two", "pass"),
+    ]
+    assert report.clauses[0].reproduce.count("--suite") == 2
+
+
+def test_one_id_for_two_clauses_is_refused(check):
+    with pytest.raises(UsageError, match="defines the clause 'A1', which is already"):
+        check('@my("A1")\ndef test_a(bench): pass\n@my("A1", level="should")\ndef test_b(bench): pass\n')
+
+
+@pytest.mark.parametrize("option", ["junit", "json", "journal"])
+def test_a_file_that_cannot_be_written_is_found_out_before_the_run(write_suite, provider, tmp_path, option):
+    from hilbench.check import run_check
+
+    suite = write_suite('@my("A1")\ndef test_a(bench): pass\n')
+    file = tmp_path / "none" / "file"
+    options = CheckOptions(suites=(str(suite),), **{option: str(file) if option == "json" else file})
+    with pytest.raises(UsageError, match=f"^--{option} {file}: there is no folder"):
+        run_check(options, lambda _: provider)
+    assert provider.opened == []
