@@ -249,12 +249,18 @@ def test_a_count_too_small_is_ignored(peer: Peer, count: int) -> None:
     assert len(peer.received) - mark == 1, f"{len(peer.received) - mark} answers where one is due"
 
 
-@case("S16", bench_time_s=0.5)
+@case("S16", bench_time_s=1.2)
 def test_a_packet_too_long_is_ignored(peer: Peer) -> None:
-    """It is a SYNC0 with 247 bytes behind it and a right checksum: a server that took it would answer."""
-    peer.write(encode_frame(b"\0" + b"\x55" * 247, max_count=250))
-    peer.expect_silence(0.5, why="a count of 250 is more than a packet may have")
-    require_echo(peer, SYNC0)
+    """Two of them, sound but for their length: a SYNC0, and an OPEN 1 where OPEN is due; who takes them answers."""
+    for body in (b"\0", bytes.fromhex("013B0100")):
+        peer.write(encode_frame(body.ljust(TOO_LONG - 2, b"\x55"), max_count=TOO_LONG))
+        peer.expect_silence(0.5, why=f"a count of {TOO_LONG} is more than a packet may have")
+        require_echo(peer, SYNC0)
+        peer.sync(1)
+        peer.sync(2)
+
+
+TOO_LONG = 250
 
 
 @case("S17", bench_time_s=0.6)
@@ -729,15 +735,16 @@ def test_the_next_packet_revives_the_robot(peer: Peer) -> None:
 
 @case("S38", bench_time_s=4.9)
 def test_any_packet_feeds_the_watchdog(peer: Peer) -> None:
-    """Floor: 1 m ahead."""
+    """With ramps on which even a short stop would show in several SIPs. Floor: 1 m ahead."""
     session = Session(peer, motors=True)
     since_ns = session.now_ns
+    session.set_ramps(up=200, down=1000)
     session.send(_C.VEL, 200)
     seen = session.watch(1.9)
     for silence_s in (1.9, 0.8):
         session.send(_C.SONAR, 1)
         seen += session.watch(silence_s)
-    driving = [s for s in seen if s.after_s(since_ns) > 1.2]
+    driving = [s for s in seen if s.after_s(since_ns) > 1.0 + STOP_SEEN_S]
     slowest = min(s.speed_mm_s for s in driving)
     if slowest < 200 - 2 * SPEED_MM_S and 1.9 + session.uncertainty_s(since_ns) >= 2.0:
         raise Inconclusive("the host was late: more than 2 s may have passed without a packet", peer.evidence())
@@ -973,6 +980,8 @@ def drive_until(session: Session, mark: int, there: Callable[[Pose], bool], with
     while session.now_ns < end_ns:
         session.watch_alive(0.5)
         seen = session.seen(mark)
+        if session.peer.dropped:
+            raise Inconclusive("bytes were lost, so a step may be two; S18 judges checksums", session.peer.evidence())
         if there(poses(seen, session.robot)[-1]):
             return seen
     raise Violation(f"the robot does not get there within {within_s:.0f} s", session.peer.evidence())
@@ -1016,7 +1025,7 @@ def test_heading_wraps_at_half_a_turn(peer: Peer) -> None:
     least, most = min(s.sip.th_raw for s in seen), max(s.sip.th_raw for s in seen)
     assert -half <= least <= most < half, f"Th goes from {least} to {most}, beyond {-half} to {half - 1}"
     steps_deg = [b.heading_deg - a.heading_deg for a, b in pairwise(poses(seen, session.robot))]
-    at_most(max(map(abs, steps_deg)), 2 * TURN_DEG_S * CYCLE_S, unit="deg", what="greatest step of the heading")
+    at_most(max(map(abs, steps_deg)), 1.25 * TURN_DEG_S * CYCLE_S, unit="deg", what="greatest step of the heading")
     wraps = sum(a.sip.th_raw - b.sip.th_raw > half for a, b in pairwise(seen))
     assert wraps >= turns, f"Th wrapped {wraps} times in {turns} turns"
     session.leave()
@@ -1075,9 +1084,9 @@ def test_a_client_that_vanishes_leaves_a_robot_at_rest(peer: Peer, bench: Virtua
     again.leave()
 
 
-@case("S56", bench_time_s=2.6, scene="wall", needs=("truth",))
+@case("S56", bench_time_s=3.1, scene="wall", needs=("truth",))
 def test_a_bumper_stops_the_robot(peer: Peer, world: World) -> None:
-    """Puts the robot 0.25 m before the wall and drives at it."""
+    """Drives at the wall, then is taken off it: a robot that only stood because it was blocked drives on."""
     session = Session(peer)
     world.place((WALL_MM - 250) / 1000 - DEFAULTS.length_front_m, 0.0, 0.0)
     session.motors_on()
@@ -1092,8 +1101,10 @@ def test_a_bumper_stops_the_robot(peer: Peer, world: World) -> None:
     seen = session.watch_alive(0.5)
     if not all(s.sip.left_stall and s.sip.right_stall for s in seen):
         raise Violation("bit 0 of bytes 15 and 16 is not set after the contact", peer.evidence())
+    world.place(1.0, 0.0, 0.0)
+    seen += session.watch_alive(0.5)
     if not all(s.at_rest for s in seen):
-        raise Violation("the robot still moves after the contact", peer.evidence())
+        raise Violation("the robot still drives after the contact", peer.evidence())
     session.leave()
 
 
