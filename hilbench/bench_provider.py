@@ -36,6 +36,9 @@ from worlds.errors import WorldError
 VIRTUAL_CAPABILITIES = frozenset({"server", "hangup", "baud", "truth"}) | OWN_CAPABILITIES
 BULLET_CAPABILITIES = frozenset({"scene", "rays", "contacts", "gravity"})
 
+_LAST_WORDS_S = 0.5
+"""How long a client's last bytes may take to pass the wire, so that the next case does not hear them. A choice."""
+
 _TARGET_KINDS = (
     "pioneer",
     "serial:PORT@BAUD",
@@ -252,6 +255,7 @@ class _ClientProvider(_LockedProvider):
         finally:
             client.close()
             server.close()
+            self._bench.run_until(lambda: not server.port.line_is_up, _LAST_WORDS_S)
 
     def close(self) -> None:
         """Close the door, the clock and the journal."""

@@ -221,7 +221,7 @@ class ScriptedServer:
                 self.bench.scheduler.after(delay_ns, partial(self._put, part), source="server")
 
     def close(self) -> None:
-        """Leave the port to another; whatever was still to be sent is not."""
+        """Leave the port to another: nothing more is sent, and nothing more is heard."""
         self._closed = True
         self.end_session()
 
@@ -338,6 +338,8 @@ class ScriptedServer:
     # --- what it does
 
     def _take(self, data: bytes, at_ns: int) -> None:
+        if self._closed:
+            return
         # One byte at a time, so that each frame knows when its first byte came.
         for index in range(len(data)):
             self.bytes_received += 1
