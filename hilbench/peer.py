@@ -13,6 +13,7 @@ from typing import TypeVar
 
 from hilbench.bench import Bench
 from hilbench.check.judge import at_most
+from hilbench.check.recorder import unrecorded
 from hilbench.check.verdicts import Violation
 from hilbench.clock import NS_PER_S
 from hilbench.errors import UnavailableError
@@ -234,9 +235,10 @@ class Peer:
         Raises:
             Violation: an answer is missing.
         """
-        self.sync(SYNC0)
-        self.sync(SYNC1)
-        identification = self.sync(SYNC2)
+        with unrecorded():
+            self.sync(SYNC0)
+            self.sync(SYNC1)
+            identification = self.sync(SYNC2)
         assert isinstance(identification, Identification)
         return identification
 
@@ -244,13 +246,15 @@ class Peer:
         """Open a session and wait for its first SIP."""
         self.handshake()
         self.send(CommandNumber.OPEN)
-        return self.expect(Sip, what="first SIP")
+        with unrecorded():
+            return self.expect(Sip, what="first SIP")
 
     def start_with_motors(self) -> Sip:
         """Open a session, enable the motors and wait until a SIP says so."""
         self.start()
         self.send(CommandNumber.ENABLE, 1)
-        return self.expect(Sip, 0.3, where=lambda sip: sip.motors_enabled, what="SIP with motors enabled")
+        with unrecorded():
+            return self.expect(Sip, 0.3, where=lambda sip: sip.motors_enabled, what="SIP with motors enabled")
 
     def settle(self) -> None:
         """Bring a real target back to where a case may begin: stopped, session closed, line quiet, input discarded."""

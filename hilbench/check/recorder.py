@@ -25,6 +25,13 @@ def recording() -> Iterator[list[Measure]]:
         _measures.reset(token)
 
 
+@contextmanager
+def unrecorded() -> Iterator[None]:
+    """Judge without keeping the figures: for the steps that only bring a case to where it begins."""
+    with recording():
+        yield
+
+
 def record_measure(
     name: str,
     value: float,
