@@ -5,6 +5,7 @@ Run by `make soak`. P2OS_SOAK_BYTES sets another amount, P2OS_SOAK_SEED another 
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import random
 import tracemalloc
@@ -55,14 +56,19 @@ SERVER_SAYS = [
 ]
 
 
-def chunks(chance, frames):
-    """Chunks of noise, of good frames, of damaged frames, and of headers that promise too much."""
+HANDSHAKES = {Role.SERVER: [*CLIENT_SAYS[:4], *[CLIENT_SAYS[4]] * 3], Role.CLIENT: [*SERVER_SAYS[:3], SERVER_SAYS[4]]}
+
+
+def chunks(chance, frames, handshake):
+    """Chunks of noise, of good frames, of damaged frames, of headers that promise too much, and whole handshakes."""
     while True:
         kind = chance.random()
         if kind < 0.2:
             yield chance.randbytes(CHUNK)
         elif kind < 0.3:
             yield bytes(chance.choices(b"\xfa\xfb\x03\x00\xc8\xff", k=CHUNK))
+        elif kind < 0.6:
+            yield from handshake
         else:
             chunk = bytearray(b"".join(chance.choices(frames, k=CHUNK // 30)))
             for _ in range(chance.choice((0, 5, 100))):
@@ -96,7 +102,8 @@ def test_ten_million_bytes(make, frames, capsys):
     now_ns = received = events_seen = longest_held = 0
     tracemalloc.start()
     baseline = None
-    for chunk in chunks(chance, frames):
+    faulthandler.cancel_dump_traceback_later()  # it takes minutes, and is not stuck
+    for chunk in chunks(chance, frames, HANDSHAKES[whole.role]):
         now_ns += chance.choice((0, 10_000_000, 700_000_000, 3_000_000_000))
         if whole.role is Role.CLIENT:
             start_again((whole, single), now_ns)
