@@ -114,7 +114,8 @@ class Session:
     def motors_on(self) -> None:
         """Enable the motors and wait until a SIP says so; S21 judges how soon."""
         self.send(CommandNumber.ENABLE, 1)
-        self._wait(lambda seen: seen.sip.motors_enabled, "SIP with motors enabled")
+        mark = self.peer.mark()
+        self._wait(mark, lambda: any(s.sip.motors_enabled for s in self.seen(mark)), "SIP with motors enabled")
 
     def set_ramps(self, *, up: int = 0, down: int = 0, turn: int = 0) -> None:
         """Set acceleration and deceleration in mm/s² (SETA), and both of the turn in deg/s² (SETRA); 0 leaves one."""
@@ -161,7 +162,9 @@ class Session:
 
     def next(self) -> Seen:
         """Wait for a SIP; afterwards there is time for a command before the next one."""
-        return self._wait(lambda _seen: True, "SIP")
+        mark = self.peer.mark()
+        self._wait(mark, lambda: bool(self.seen(mark)), "SIP")
+        return self.seen(mark)[0]
 
     def next_after(self, arrived_ns: int) -> Seen:
         """Wait for a SIP that for certain began after a command had arrived, so that it can know of it."""
@@ -190,16 +193,10 @@ class Session:
         """Return how far off times since ``since_ns`` may be, in seconds."""
         return self.peer.uncertainty_s(since_ns)
 
-    def _wait(self, wanted: Callable[[Seen], bool], what: str) -> Seen:
-        mark = self.peer.mark()
-
-        def found() -> list[Seen]:
-            return [seen for seen in self.seen(mark) if wanted(seen)]
-
-        if not self.peer.bench.run_until(lambda: bool(found()), SIP_WITHIN_S):
+    def _wait(self, mark: int, condition: Callable[[], bool], what: str) -> None:
+        if not self.peer.bench.run_until(condition, SIP_WITHIN_S):
             self.peer.require_line()
             raise Violation(f"no {what} within {SIP_WITHIN_S:g} s", self.peer.evidence(mark))
-        return found()[0]
 
     def _some(self, mark: int) -> list[Seen]:
         seen = self.seen(mark)
