@@ -1,0 +1,310 @@
+"""The suite p2os-server: the virtual robot passes it, in the time it declares, and robots that are wrong inside do not.
+
+Servers that are wrong on the wire, in their tables and in their FLASH are the business of the mutants; here are those
+whose fault is in what they do with a command.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import random
+from contextlib import ExitStack
+from dataclasses import replace
+from unittest.mock import patch
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hilbench.bench_provider import Shared, VirtualProvider
+from hilbench.check import CheckOptions, Verdict, Violation, list_cases, run_suites
+from hilbench.clock import NS_PER_MS, NS_PER_S
+from hilbench.config import open_bench
+from hilbench.journal import Journal
+from hilbench.suites._session import Seen, Slope, find_parameters, poses, turned_deg
+from hilbench.suites.p2os_server import all_caught_up
+from protocols.p2os import ROBOTS, CommandNumber, Identification, Sip
+from protocols.p2os.clauses import CLAUSES
+from targets.robots.pioneer import commands, reports, robot
+from targets.robots.pioneer.auxport import AuxPort
+from targets.robots.pioneer.bumpers import BumpGuard
+from targets.robots.pioneer.controller import Controller
+from targets.robots.pioneer.hostbaud import HostBaud
+from targets.robots.pioneer.limits import SessionLimits
+from targets.robots.pioneer.motion import Motion
+from targets.robots.pioneer.sonar import SonarArrays
+
+needs_bullet = pytest.mark.skipif(importlib.util.find_spec("pybullet") is None, reason="pybullet is not installed")
+
+SETTLE_S = 0.3
+BUDGET_S = 290.0
+
+
+def provider():
+    return VirtualProvider(Shared(bench_file=open_bench("pioneer"), timeout_scale=1.0, journal=Journal()))
+
+
+def options(select=""):
+    return CheckOptions(bench="pioneer", suites=("p2os-server",), select=select)
+
+
+# --- the right robot
+
+
+@pytest.fixture(scope="module")
+def planned():
+    return list_cases(options(), provider())
+
+
+@pytest.fixture(scope="module")
+def report():
+    return run_suites(options(), provider())
+
+
+def test_each_clause_is_cited_by_exactly_one_function(planned):
+    cited = {(clause.id, case.id.partition("[")[0]) for case in planned for clause in case.clauses}
+    assert sorted(clause_id for clause_id, _ in cited) == [c.id for c in CLAUSES if c.suite == "p2os-server"]
+
+
+@needs_bullet
+@pytest.mark.slow
+def test_the_virtual_robot_passes(report):
+    assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
+    assert report.exit_code == 0
+
+
+@needs_bullet
+@pytest.mark.slow
+def test_each_case_takes_the_time_it_declares(planned, report):
+    took = {case.id: case.bench_time_s for case in report.cases}
+    declared = {case.id: case.bench_time_s for case in planned}
+    wrong = {i: (took[i], s) for i, s in declared.items() if abs(took[i] - s) > 0.3 * s + 0.5}
+    assert wrong == {}
+    assert sum(declared.values()) + SETTLE_S * len(declared) <= BUDGET_S
+
+
+# --- robots that are wrong inside
+
+
+def instead(owner, name, make):
+    """Put what ``make`` makes of the original in its place."""
+    return patch.object(owner, name, make(getattr(owner, name)))
+
+
+def handler(name, act):
+    """Obey a command by ``act(controller, value)``."""
+    number = CommandNumber[name]
+    return patch.dict(commands.HANDLERS, {number: lambda controller, command, now_ns: act(controller, command.value)})
+
+
+def sip(change):
+    """Change every SIP."""
+    return instead(robot, "make_sip", lambda make: lambda *a: change(make(*a)))
+
+
+def wrong_robots():
+    def limits_deaf_to(sign):
+        return instead(
+            SessionLimits,
+            "set_translation_acceleration",
+            lambda do: lambda self, rate: True if rate * sign > 0 else do(self, rate),
+        )
+
+    def moves_unpowered(do):
+        def enter(self, order):
+            self.motors_on = True
+            return do(self, order)
+
+        return enter
+
+    def drive(name, make):
+        return instead(Motion, name, make)
+
+    yield "S20", "moves with motors off", drive("_enter", moves_unpowered)
+    yield (
+        "S19",
+        "motors on at OPEN",
+        instead(Controller, "start_session", lambda do: lambda self, now_ns: (do(self, now_ns), self.enable(True))),
+    )
+    yield "S19", "sonar off at OPEN", instead(Controller, "start_session", lambda _: lambda self, now_ns: None)
+    yield "S21", "deaf to ENABLE", handler("ENABLE", lambda c, v: None)
+    yield "S22", "deaf to SETA for accelerating", limits_deaf_to(1)
+    yield "S34", "deaf to SETA for braking", limits_deaf_to(-1)
+    yield "S32", "deaf to SETA for braking", limits_deaf_to(-1)
+    yield "S22", "too fast", drive("velocity", lambda do: lambda self, v: do(self, v * 1.035))
+    yield "S22", "one wheel too fast", sip(lambda s: replace(s, right_raw=s.right_raw + 7 * bool(s.right_raw)))
+    yield "S22", "veers", sip(lambda s: replace(s, th_raw=s.x_raw // 10))
+    yield "S24", "turns the wrong way", drive("rotate", lambda do: lambda self, v: do(self, -v))
+    yield "S24", "wheels exchanged", sip(lambda s: replace(s, left_raw=s.right_raw, right_raw=s.left_raw))
+    yield "S24", "angle mirrored", sip(lambda s: replace(s, th_raw=-s.th_raw))
+    yield "S25", "RVEL ends VEL", drive("rotate", lambda do: lambda self, v: (self.velocity(0), do(self, v))[1])
+    yield "S26", "VEL2 exchanged", drive("wheels", lambda do: lambda self, left, right: do(self, right, left))
+    yield "S28", "HEAD 3 % off", drive("head", lambda do: lambda self, deg, zero: do(self, deg * 1.03, zero))
+    yield "S28", "HEAD relative", drive("head", lambda _: lambda self, deg, zero: self.turn_by(deg))
+    yield "S29", "DCHEAD from here", drive("turn_setpoint_by", lambda _: lambda self, deg: self.turn_by(deg))
+    yield "S30", "MOVE 2 % off", drive("move", lambda do: lambda self, mm: do(self, mm * 1.02))
+    yield "S31", "deaf to SETV", instead(SessionLimits, "set_translation_speed", lambda _: lambda self, v: True)
+    yield "S33", "deaf to SETO", handler("SETO", lambda c, v: None)
+    yield "S34", "STOP switches off", handler("STOP", lambda c, v: c.enable(False))
+    yield "S34", "STOP abrupt", handler("STOP", lambda c, v: c.motion.emergency_stop())
+    yield "S35", "E_STOP soft", handler("E_STOP", lambda c, v: c.motion.stop())
+    yield "S37", "never revived", drive("release", lambda _: lambda self: None)
+    yield "S37", "forgets its speed", drive("hold", lambda _: lambda self: self.stop())
+    yield "S41", "rolls on after CLOSE", instead(Controller, "end_session", lambda _: lambda self, now_ns: None)
+    yield "S55", "rolls on after a hang-up", instead(Controller, "end_session", lambda _: lambda self, now_ns: None)
+    yield "S45", "deaf to SONAR", handler("SONAR", lambda c, v: None)
+    yield (
+        "S45",
+        "SONAR 0 for ever",
+        instead(
+            SonarArrays,
+            "switch",
+            lambda do: lambda self, on, now_ns: do(self, on, now_ns) if not self._firings else None,
+        ),
+    )
+    yield (
+        "S46",
+        "POLLING from 0",
+        instead(SonarArrays, "poll", lambda do: lambda self, discs: do(self, bytes(disc + 1 for disc in discs))),
+    )
+    yield "S47", "DIGOUT exchanged", handler("DIGOUT", lambda c, v: c.io.write((v & 0xFF) << 8 | (v >> 8 & 0xFF)))
+    yield "S48", "STEP does something", handler("STEP", lambda c, v: c.enable(True))
+    yield "S23", "x of 16 bits", patch.object(reports, "POSITION_MASK", 0xFFFF)
+    yield "S52", "x of 12 bits", patch.object(reports, "POSITION_MASK", 0x0FFF)
+    yield "S52", "x of 14 bits", patch.object(reports, "POSITION_MASK", 0x3FFF)
+    yield (
+        "S53",
+        "Th of a whole turn",
+        patch.object(reports, "_heading_raw", lambda c, deg: round(deg * 4096 / 360) % 4096),
+    )
+    yield (
+        "S53",
+        "Th wraps at 4000",
+        patch.object(reports, "_heading_raw", lambda c, deg: (round(deg * 4096 / 360) + 2000) % 4000 - 2000),
+    )
+    yield (
+        "S54",
+        "discs from 1",
+        sip(lambda s: replace(s, sonars=tuple(replace(r, number=r.number + 1) for r in s.sonars))),
+    )
+    yield (
+        "S54",
+        "range 1 % off",
+        sip(lambda s: replace(s, sonars=tuple(replace(r, range_raw=round(r.range_raw * 1.01)) for r in s.sonars))),
+    )
+    yield "S54", "17 readings", sip(lambda s: replace(s, sonars=(s.sonars * 17)[:17]))
+    yield "S56", "bits but no stop", instead(BumpGuard, "update", lambda do: lambda *a, **k: (do(*a, **k), False)[1])
+    yield "S56", "stop but no bits", sip(lambda s: replace(s, stall_rear=s.stall_rear & ~1))
+    yield "S56", "stuck bit", sip(lambda s: replace(s, stall_rear=s.stall_rear | 1))
+    yield "S57", "stays at the new rate", instead(HostBaud, "next_deadline_ns", lambda _: lambda self: None)
+    yield (
+        "S58",
+        "again and again",
+        instead(
+            AuxPort, "take_due", lambda _: lambda self: bytes(self._received[:2]) if len(self._received) > 1 else b""
+        ),
+    )
+
+
+@needs_bullet
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("clause_id", "wrong"), [pytest.param(c, wrong, id=f"{c} {what}") for c, what, wrong in wrong_robots()]
+)
+def test_a_wrong_robot_violates_its_clause(clause_id, wrong):
+    with ExitStack() as stack:
+        stack.enter_context(wrong)
+        report = run_suites(options(clause_id), provider())
+    assert [clause.verdict for clause in report.clauses] == [Verdict.FAIL], [clause.cause for clause in report.clauses]
+
+
+# --- what the cases measure with
+
+CYCLE_NS = 100 * NS_PER_MS
+
+
+def on_grid(count, late_ms=()):
+    """SIPs on their grid, but for some that are late: {number: ms}."""
+    return [k * CYCLE_NS + dict(late_ms).get(k, 0) * NS_PER_MS for k in range(count)]
+
+
+@given(st.dictionaries(st.integers(1, 38), st.integers(0, 90), max_size=4))
+def test_late_sips_that_return_to_their_grid_are_made_up_for(late_ms):
+    run = max((len(run) for run in consecutive(sorted(late_ms))), default=0)
+    if run <= 4:
+        assert all_caught_up(on_grid(40, late_ms.items()), CYCLE_NS)
+
+
+def consecutive(numbers):
+    runs = []
+    for number in numbers:
+        if runs and runs[-1][-1] == number - 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    return runs
+
+
+@given(st.integers(1, 38), st.integers(11, 1000))
+def test_a_sip_left_out_or_a_shift_is_never_made_up_for(at, shift_ms):
+    starts = [ns + shift_ms * NS_PER_MS * (k >= at) for k, ns in enumerate(on_grid(40))]
+    assert not all_caught_up(starts, CYCLE_NS)
+
+
+def test_a_drifting_clock_is_never_made_up_for():
+    assert not all_caught_up([k * CYCLE_NS * 112 // 100 for k in range(40)], CYCLE_NS)
+
+
+def seen_at(start_ns, speed_mm_s, **fields):
+    packet = Sip(left_raw=round(speed_mm_s), right_raw=round(speed_mm_s), **fields)
+    return Seen(start_ns=start_ns, end_ns=start_ns, sip=packet, raw=b"", left_mm_s=speed_mm_s, right_mm_s=speed_mm_s)
+
+
+def ramp(rate_mm_s2, end_mm_s, begin_s=0.23):
+    times_s = [k * 0.1 for k in range(60)]
+    return [seen_at(round(t * NS_PER_S), min(max(0.0, (t - begin_s) * rate_mm_s2), end_mm_s)) for t in times_s]
+
+
+@given(st.floats(60, 550), st.floats(0.05, 0.35))
+def test_the_slope_of_a_ramp_is_found(rate, begin_s):
+    slope = Slope(ramp(rate, 200.0, begin_s), 0, 200, 0.0)
+    assert slope.mm_s2 == pytest.approx(rate, rel=0.01)
+    assert slope.uncertainty_mm_s2 == 0
+
+
+def test_the_slope_of_a_jump_is_steep():
+    assert Slope(ramp(1e6, 200.0), 0, 200, 0.0).mm_s2 == pytest.approx(2000)
+
+
+def test_the_slope_carries_the_uncertainty_of_its_times():
+    slope = Slope(ramp(200, 200.0), 0, 200, 0.01)
+    assert slope.uncertainty_mm_s2 == pytest.approx(200 * 0.02 / 0.7)
+
+
+def test_a_speed_that_is_never_reached_has_no_slope():
+    with pytest.raises(Violation, match="does not go from 0 to 300"):
+        Slope(ramp(200, 200.0), 0, 300, 0.0)
+
+
+def test_headings_and_positions_are_followed_over_their_wraps():
+    rng = random.Random(1)
+    th = [k * 150 + rng.randrange(20) for k in range(60)]
+    seen = [seen_at(k, 0.0, th_raw=(t + 2048) % 4096 - 2048, x_raw=-5 * k & 0x7FFF) for k, t in enumerate(th)]
+    assert turned_deg(seen, ROBOTS["p2dx"]) == pytest.approx((th[-1] - th[0]) * 360 / 4096)
+    assert poses(seen, ROBOTS["p2dx"])[-1].x_mm == pytest.approx(-5 * 59 * 0.84)
+
+
+class Notes:
+    def __init__(self):
+        self.bench, self.texts = self, []
+
+    def record(self, kind, source, *, text):
+        self.texts.append(text)
+
+
+def test_an_unknown_robot_is_taken_for_a_p2dx_and_the_journal_says_so():
+    peer = Notes()
+    assert find_parameters(peer, Identification(name="x", subclass="P3AT")).subclass == "p3at"
+    assert peer.texts == []
+    assert find_parameters(peer, Identification(name="x", subclass="mine")).subclass == "p2dx"
+    assert peer.texts == ["subclass 'mine' unknown, taken for p2dx"]
