@@ -13,9 +13,11 @@ import subprocess
 from typing import Protocol
 
 from hilbench.bench import Bench
+from hilbench.check.verdicts import Violation
 from hilbench.errors import UnavailableError
 from hilbench.links import Port
 from hilbench.p2os_client import P2osClient
+from protocols.p2os import LocalProtocolError
 
 OWN_CAPABILITIES = frozenset(
     {"client", "client.restart", "client.disconnect", "client.commands", "client.report", "client.options"}
@@ -62,12 +64,26 @@ class OwnClient:
         return self._client
 
     def start(self) -> None:
-        """Begin to connect."""
-        self._client.connect()
+        """Begin to connect.
+
+        Raises:
+            Violation: it does not want to.
+        """
+        try:
+            self._client.connect()
+        except LocalProtocolError as error:
+            raise Violation(f"the client does not begin: {error}") from error
 
     def disconnect(self) -> None:
-        """Begin to take leave."""
-        self._client.disconnect()
+        """Begin to take leave.
+
+        Raises:
+            Violation: it does not want to.
+        """
+        try:
+            self._client.disconnect()
+        except LocalProtocolError as error:
+            raise Violation(f"the client does not take its leave: {error}") from error
 
     def close(self) -> None:
         """Nothing to do: it lives and dies with its bench."""

@@ -443,10 +443,17 @@ def test_a_dead_robot_is_noticed(bench: ClientBench) -> None:
 
 
 @case("C20", bench_time_s=4.3)
-def test_a_controller_reset_ends_the_session(bench: ClientBench) -> None:
+@pytest.mark.parametrize("configured", [True, False], ids=["configured", "waiting-for-config"])
+def test_a_controller_reset_ends_the_session(bench: ClientBench, configured: bool) -> None:
     server = bench.server
-    connect(bench)
-    require_session(bench, 0.5, "nothing has happened yet")
+    if configured:
+        connect(bench)
+    else:
+        server.answer("CONFIG")
+        begin(bench)
+        server.expect_session(CONNECT_WITHIN_S)
+    server.run(0.5)
+    assert server.in_session, "the client closed its session although nothing had happened yet"
     server.end_session()
     server.write(encode_packet(ControllerReset()))
     server.run(0.5)
