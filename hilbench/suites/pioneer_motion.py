@@ -142,7 +142,7 @@ def test_velocity_is_true(session: Session, truth: Truth, speed: int) -> None:
     session.leave()
 
 
-@case("M03", bench_time_s=2.1)
+@case("M03", bench_time_s=1.6)
 @pytest.mark.parametrize("acceleration", [200, 600])
 def test_acceleration_is_seta(session: Session, truth: Truth, acceleration: int) -> None:
     speed = 300
@@ -166,7 +166,7 @@ def stop_from(speed: int, session: Session, truth: Truth, command: int) -> tuple
     return rest.seen_from(truth.at(arrived_ns))[0], rest
 
 
-@case("M04", bench_time_s=3.4)
+@case("M04", bench_time_s=3.0)
 @pytest.mark.parametrize("deceleration", [300, 600])
 def test_stopping_way(session: Session, truth: Truth, deceleration: int) -> None:
     """The robot goes on at its speed until its next control step; so much longer the way may be."""
@@ -487,7 +487,7 @@ def test_stall_ends(session: Session, truth: Truth, world: World) -> None:
 
 
 @case("M21", bench_time_s=2.5, scene="wall")
-@pytest.mark.parametrize("bearing_deg", [0, 30, -30, 180])
+@pytest.mark.parametrize("bearing_deg", [0, 30, -30, 180, 150])
 def test_bumper_reports_its_segment(session: Session, truth: Truth, world: World, bearing_deg: int) -> None:
     """Puts the robot before the wall so that one segment is parallel to it, and drives at it.
 
@@ -528,7 +528,7 @@ def look_around(session: Session, truth: Truth, world: World, legs: Sequence[tup
     session.leave()
 
 
-@case("M15", bench_time_s=10.9, scene="wall")
+@case("M15", bench_time_s=9.7, scene="wall")
 def test_sonars_before_a_wall(session: Session, truth: Truth, world: World) -> None:
     look_around(session, truth, world, [(20, 600), (-40, 300)])
 
