@@ -7,9 +7,8 @@ the case is not about contacts or echoes the wheels may be jacked up instead.
 
 from __future__ import annotations
 
-import math
 import statistics
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -19,15 +18,31 @@ from hilbench.check import Inconclusive, NotApplicable, Violation, at_least, at_
 from hilbench.clock import NS_PER_S
 from hilbench.peer import REPLY_WITHIN_S, Peer
 from hilbench.pioneer import sonar_poses
+from hilbench.suites._requirements import (
+    SPEED_MM_S,
+    STANDING_UNITS,
+    require_echo,
+    require_fifteen_bits,
+    require_flow,
+    require_fresh,
+    require_heading,
+    require_moving,
+    require_plain_sip,
+    require_rate,
+    require_request,
+    require_sips_begin,
+    require_slope,
+    require_speeds,
+    require_standing,
+    require_turn_rate,
+)
 from hilbench.suites._session import (
     CYCLE_S,
     SIP_WITHIN_S,
     Seen,
     Session,
-    Slope,
     medians_mm_s,
     poses,
-    turn_rate_deg_s,
     turned_deg,
 )
 from protocols.p2os import (
@@ -40,7 +55,6 @@ from protocols.p2os import (
     IoPacket,
     Pose,
     SerAuxPacket,
-    ServerPacket,
     Sip,
     SyncEcho,
     SyncError,
@@ -58,26 +72,8 @@ _C = CommandNumber
 
 SYNC0, SYNC1, SYNC2 = (bytes.fromhex(text) for text in ("FAFB03000000", "FAFB03010001", "FAFB03020002"))
 
-# --- how exactly a robot is held to what it was told
-
-SPEED_MM_S = 5.0
-"""Tolerance of a wheel speed; clause S22 has it, the others take it over."""
-
-SLOPE = 0.2
-"""Tolerance of an acceleration, as a share: a servo under load trails its ramp; who ignores SETA is farther off."""
-
-TURN_RATE = 0.2
-"""Tolerance of a rate of turn, as a share. No clause has a figure; the track of a real robot is known to some per cent,
-and a wrong unit is farther off."""
-
 STRAIGHT_DEG = 2.0
 """How much the heading may stray on a straight run of half a metre: two wheels never pull alike."""
-
-SETTLED = 12 / 4096
-"""Tolerance of a heading, as a share of a turn; clause S28 has it: 12 of 4096 units, about 1 degree."""
-
-STANDING_UNITS = 1
-"""How much a coordinate of a standing robot may flicker."""
 
 MOVE = 0.01
 """Tolerance of MOVE, as a share; clause S30 has it."""
@@ -91,21 +87,6 @@ STEP_MM = 100.0
 
 
 # --- the handshake
-
-
-def require_reply(peer: Peer, kind: type[ServerPacket], expected: bytes, mark: int) -> None:
-    """Require a packet of a kind since ``mark``, in time and byte for byte as expected."""
-    peer.expect(kind, mark=mark, what=expected.hex(" ").upper())
-    raw = peer.since(mark, kind)[0][0].raw
-    if raw != expected:
-        raise Violation(f"{raw.hex(' ').upper()} came where {expected.hex(' ').upper()} is due", peer.evidence(mark))
-
-
-def require_echo(peer: Peer, sync: bytes, stimulus: bytes = b"") -> None:
-    """Send ``stimulus`` or the SYNC itself, and require the SYNC's echo."""
-    mark = peer.mark()
-    peer.write(stimulus or sync)
-    require_reply(peer, SyncEcho, sync, mark)
 
 
 @case("S01", bench_time_s=0.1)
@@ -139,16 +120,6 @@ def test_nothing_is_sent_unasked(peer: Peer) -> None:
     peer.sync(1)
     peer.sync(2)
     peer.expect_silence(3.0, why="the handshake is over, OPEN is not there yet")
-
-
-def require_sips_begin(peer: Peer, opening: bytes) -> None:
-    peer.handshake()
-    mark, sent_ns = peer.mark(), peer.bench.now_ns
-    peer.write(opening)
-    peer.expect(Sip, SIP_WITHIN_S, what="SIP after OPEN")
-    begun_s = (peer.since(mark, Sip)[0][0].start_ns - sent_ns) / NS_PER_S
-    at_most(begun_s, 0.2, unit="s", what="first SIP after OPEN", uncertainty=peer.uncertainty_s(sent_ns))
-    peer.expect(Sip, SIP_WITHIN_S, what="second SIP after OPEN")
 
 
 @case("S05", bench_time_s=0.3)
@@ -291,59 +262,6 @@ def test_sips_come_at_their_rate(peer: Peer) -> None:
     session.leave()
 
 
-def require_plain_sip(one: Seen) -> None:
-    count, readings = one.raw[2], one.raw[22]
-    line = one.raw.hex(" ").upper()
-    if one.raw[3] != Sip.STOPPED:
-        raise Violation(f"type {one.raw[3]:02X} of a standing robot, not 32", [line])
-    if count != 27 + 3 * readings:
-        raise Violation(f"count {count} with {readings} sonar readings, not {27 + 3 * readings}", [line])
-
-
-def require_rate(starts_ns: Sequence[int], session: Session, since_ns: int) -> None:
-    spans_s = [(b - a) / NS_PER_S for a, b in pairwise(starts_ns)]
-    if not spans_s:
-        raise Violation("no two SIPs came", session.peer.evidence())
-    cycle_s = CYCLE_S if statistics.median(spans_s) > 0.75 * CYCLE_S else CYCLE_S / 2
-    worst = max(range(len(spans_s)), key=lambda i: abs(spans_s[i] - cycle_s))
-    try:
-        near(
-            spans_s[worst] * 1000,
-            cycle_s * 1000,
-            10,
-            unit="ms",
-            what="interval of SIPs farthest off",
-            uncertainty=session.uncertainty_s(since_ns) * 1000,
-        )
-    except Violation as violation:
-        if session.peer.bench.scheduler.locked and all_caught_up(starts_ns, round(cycle_s * NS_PER_S)):
-            raise Inconclusive(f"{violation}; the next ones made up for it, as when a host is busy") from violation
-        raise
-
-
-def all_caught_up(starts_ns: Sequence[int], cycle_ns: int) -> bool:
-    """Say whether every interval out of band is made up for by its neighbours: the SIPs are back on their grid.
-
-    So it looks when the host that serves, or ours, was busy: SIPs come late and then closer together. A SIP left out,
-    or a clock that drifts, is never made up for.
-    """
-    return all(
-        any(
-            abs(starts_ns[after] - starts_ns[before] - (after - before) * cycle_ns) <= _BAND_NS
-            for before in range(max(0, i - _CATCH_UP), i + 1)
-            for after in range(i + 1, min(len(starts_ns), i + 2 + _CATCH_UP))
-            if after - before > 1
-        )
-        for i in range(len(starts_ns) - 1)
-        if abs(starts_ns[i + 1] - starts_ns[i] - cycle_ns) > _BAND_NS
-    )
-
-
-_BAND_NS = 10_000_000
-_CATCH_UP = 5
-"""Within how many SIPs before or after, half a second, lateness must be made up for. A choice."""
-
-
 @case("S19", bench_time_s=0.2)
 def test_a_session_begins_with_motors_off_and_sonar_on(peer: Peer) -> None:
     flags = Session(peer).first.sip.flags
@@ -359,15 +277,6 @@ def test_velocity_with_motors_off_moves_nothing(peer: Peer) -> None:
     session.leave()
 
 
-def require_standing(seen: Sequence[Seen], session: Session, why: str) -> None:
-    """Require that a robot stands all the time: type, wheel speeds and X."""
-    if not all(s.at_rest for s in seen):
-        raise Violation(f"the robot moves: {why}", session.peer.evidence())
-    moved = max(abs(pose.x_mm - poses(seen, session.robot)[0].x_mm) for pose in poses(seen, session.robot))
-    if moved > STANDING_UNITS * session.robot.distance_unit_mm:
-        raise Violation(f"X changes by {moved:.1f} mm: {why}", session.peer.evidence())
-
-
 @case("S21", bench_time_s=0.4)
 def test_enable_switches_the_motors_on(peer: Peer) -> None:
     session = Session(peer)
@@ -378,31 +287,6 @@ def test_enable_switches_the_motors_on(peer: Peer) -> None:
 
 
 # --- velocities
-
-
-def require_speeds(session: Session, left_mm_s: float, right_mm_s: float) -> list[Seen]:
-    """Watch for half a second; require both wheel speeds."""
-    seen = session.watch_alive(0.5)
-    left, right = medians_mm_s(seen)
-    near(left, left_mm_s, SPEED_MM_S, unit="mm/s", what="left wheel")
-    near(right, right_mm_s, SPEED_MM_S, unit="mm/s", what="right wheel")
-    if not all(s.sip.moving for s in seen):
-        raise Violation("the type of a moving robot's SIP is not 33", session.peer.evidence())
-    return seen
-
-
-def require_slope(
-    ramp: Sequence[Seen], start_mm_s: float, end_mm_s: float, rate_mm_s2: float, session: Session
-) -> None:
-    slope = Slope(ramp, start_mm_s, end_mm_s, session.uncertainty_s(ramp[0].start_ns))
-    near(
-        slope.mm_s2,
-        rate_mm_s2,
-        SLOPE * abs(rate_mm_s2),
-        unit="mm/s²",
-        what=f"slope from {start_mm_s:g} to {end_mm_s:g} mm/s",
-        uncertainty=slope.uncertainty_mm_s2,
-    )
 
 
 @case("S22", bench_time_s=2.2)
@@ -440,12 +324,6 @@ def test_negative_velocity_drives_backwards(peer: Peer) -> None:
     session.leave()
 
 
-def require_fifteen_bits(seen: Sequence[Seen], peer: Peer) -> None:
-    largest = max(max(s.sip.x_raw, s.sip.y_raw) for s in seen)
-    if largest > 0x7FFF:
-        raise Violation(f"a coordinate is {largest}, where the counter has 15 bits", peer.evidence())
-
-
 @case("S24", bench_time_s=2.9)
 def test_rotation_velocity_turns_both_ways(peer: Peer) -> None:
     """Turns on the spot."""
@@ -459,17 +337,6 @@ def test_rotation_velocity_turns_both_ways(peer: Peer) -> None:
         assert (right - left) * rate > 0, f"RVEL {rate}: the left wheel goes {left:g}, the right one {right:g} mm/s"
         require_turn_rate(seen, rate, session)
     session.leave()
-
-
-def require_turn_rate(seen: Sequence[Seen], rate_deg_s: float, session: Session) -> None:
-    near(
-        turn_rate_deg_s(seen, session.robot),
-        rate_deg_s,
-        TURN_RATE * abs(rate_deg_s),
-        unit="deg/s",
-        what="rate of turn",
-        uncertainty=abs(rate_deg_s) * 2 * session.uncertainty_s(seen[0].start_ns) / seen[-1].after_s(seen[0].start_ns),
-    )
 
 
 @case("S25", bench_time_s=1.9)
@@ -515,15 +382,6 @@ def test_negative_wheel_speeds_of_both_senders(peer: Peer, frame: bytes) -> None
 
 
 # --- positions
-
-
-def require_heading(session: Session, expected_deg: float) -> None:
-    """Wait until the robot is at rest; require its heading."""
-    session.watch_alive(0.5)
-    at_rest = session.wait_at_rest(8.0)
-    off = math.remainder(at_rest.sip.th_raw / session.robot.units_per_turn - expected_deg / 360, 1.0)
-    units = session.robot.units_per_turn
-    at_most(abs(off) * units, SETTLED * units, unit="units", what=f"heading, off {expected_deg:g} degrees")
 
 
 @case("S28", bench_time_s=5.7)
@@ -660,11 +518,6 @@ def stop_time_s(session: Session, command: int) -> tuple[float, float]:
     return seen.after_s(arrived_ns), session.uncertainty_s(sent_ns)
 
 
-def require_moving(seen: Seen, session: Session) -> None:
-    if seen.at_rest:
-        raise Violation("the robot does not move", session.peer.evidence())
-
-
 @case("S35", bench_time_s=5.7)
 def test_emergency_stop_is_harder_than_stop(peer: Peer) -> None:
     """With a slow deceleration set, which must not apply. Floor: 1.5 m ahead."""
@@ -703,6 +556,7 @@ def test_silence_stops_the_robot(peer: Peer) -> None:
     since_ns = session.now_ns
     arrived_ns, seen = drive_into_silence(session)
     doubt_s = session.uncertainty_s(since_ns)
+    require_flow([s.start_ns for s in seen], session)
     widest_s = max(b.after_s(a.start_ns) for a, b in pairwise(seen))
     at_most(widest_s, 1.5 * CYCLE_S, unit="s", what="longest pause between SIPs", uncertainty=doubt_s)
     if all(s.at_rest for s in seen):
@@ -797,13 +651,6 @@ def test_a_new_session_begins_at_rest(peer: Peer) -> None:
     require_fresh(Session(peer).first, peer)
 
 
-def require_fresh(first: Seen, peer: Peer) -> None:
-    if first.sip.motors_enabled:
-        raise Violation("the motors are still on in a new session", peer.evidence())
-    if not first.at_rest:
-        raise Violation("the robot still moves in a new session", peer.evidence())
-
-
 # --- packets on request
 
 
@@ -821,27 +668,6 @@ def test_configuration_is_sent_on_request(peer: Peer) -> None:
             f"only {reached} fields, not {ConfigPacket.P2OS_FIELDS} up to TransKI"
         )
     session.leave()
-
-
-def require_request(peer: Peer, number: int, kind: type[ServerPacket]) -> None:
-    """Require one packet for argument 1, a stream for 2, and none after 0."""
-    session = Session(peer)
-    counts = {}
-    for argument in (1, 2, 0):
-        session.send(number, argument)
-        # what is under way when the stream is ended may still come
-        peer.run(2 * CYCLE_S if argument == 0 else 0)
-        mark = peer.mark()
-        peer.run(0.6)
-        counts[argument] = len(peer.since(mark, kind))
-    assert counts[1] == 1, f"{counts[1]} {kind.__name__} for the argument 1, which asks for one"
-    assert counts[2] >= STREAM, f"{counts[2]} {kind.__name__} in 0.6 s for the argument 2, which asks for a stream"
-    assert counts[0] == 0, f"{counts[0]} {kind.__name__} after the argument 0, which ends the stream"
-    session.leave()
-
-
-STREAM = 3
-"""So many packets in six SIP cycles are a stream: half of what one in each cycle makes."""
 
 
 @case("S43", bench_time_s=2.2)

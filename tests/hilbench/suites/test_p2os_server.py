@@ -21,8 +21,8 @@ from hilbench.check import CheckOptions, Verdict, Violation, list_cases, run_sui
 from hilbench.clock import NS_PER_MS, NS_PER_S
 from hilbench.config import open_bench
 from hilbench.journal import Journal
+from hilbench.suites._requirements import all_caught_up
 from hilbench.suites._session import Seen, Slope, find_parameters, poses, turned_deg
-from hilbench.suites.p2os_server import all_caught_up
 from protocols.p2os import ROBOTS, CommandNumber, Identification, Sip
 from protocols.p2os.clauses import CLAUSES
 from targets.robots.pioneer import commands, reports, robot
@@ -117,6 +117,15 @@ def wrong_robots():
 
         return enter
 
+    def falls_silent(do):
+        def send_cycle(self, now_ns):
+            if now_ns < 3.2 * NS_PER_S:
+                do(self, now_ns)
+            else:
+                self._sips += 1
+
+        return send_cycle
+
     def drive(name, make):
         return instead(Motion, name, make)
 
@@ -148,6 +157,8 @@ def wrong_robots():
     yield "S34", "STOP switches off", handler("STOP", lambda c, v: c.enable(False))
     yield "S34", "STOP abrupt", handler("STOP", lambda c, v: c.motion.emergency_stop())
     yield "S35", "E_STOP soft", handler("E_STOP", lambda c, v: c.motion.stop())
+    yield "S18", "falls silent", instead(robot.PioneerRobot, "_send_cycle", falls_silent)
+    yield "S36", "falls silent", instead(robot.PioneerRobot, "_send_cycle", falls_silent)
     yield "S37", "never revived", drive("release", lambda _: lambda self: None)
     yield "S37", "forgets its speed", drive("hold", lambda _: lambda self: self.stop())
     yield "S41", "rolls on after CLOSE", instead(Controller, "end_session", lambda _: lambda self, now_ns: None)
