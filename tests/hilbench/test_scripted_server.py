@@ -13,7 +13,8 @@ from hilbench.clock import NS_PER_MS, NS_PER_S, Scheduler
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.p2os_client import P2osClient
-from hilbench.scripted_server import CONFIG, IDENTIFICATION, MOVING, STANDING, Pause, ScriptedServer
+from hilbench.scripted_packets import CONFIG, IDENTIFICATION, MOVING, STANDING
+from hilbench.scripted_server import Pause, ScriptedServer
 from protocols.p2os import (
     ClientState,
     Command,
