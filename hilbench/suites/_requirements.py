@@ -78,20 +78,25 @@ def require_plain_sip(one: Seen) -> None:
         raise Violation(f"count {count} with {readings} sonar readings, not {27 + 3 * readings}", [line])
 
 
-def require_rate(starts_ns: Sequence[int], session: Session, since_ns: int) -> None:
-    """Require SIPs, of which these are the times, every 100 or 50 ms up to now."""
-    require_flow(starts_ns, session)
+def require_rate(starts_ns: Sequence[int], doubts_s: Sequence[float], session: Session) -> None:
+    """Require SIPs, of which these are the times, every 100 or 50 ms.
+
+    Args:
+        starts_ns: when the first byte of each came, at least two.
+        doubts_s: how far off each interval may be.
+        session: where they came.
+    """
     spans_s = [(b - a) / NS_PER_S for a, b in pairwise(starts_ns)]
     cycle_s = CYCLE_S if statistics.median(spans_s) > 0.75 * CYCLE_S else CYCLE_S / 2
-    worst = max(range(len(spans_s)), key=lambda i: abs(spans_s[i] - cycle_s))
+    span_s, doubt_s = max(zip(spans_s, doubts_s, strict=True), key=lambda pair: abs(pair[0] - cycle_s) + pair[1])
     try:
         near(
-            spans_s[worst] * 1000,
+            span_s * 1000,
             cycle_s * 1000,
             10,
             unit="ms",
             what="interval of SIPs farthest off",
-            uncertainty=session.uncertainty_s(since_ns) * 1000,
+            uncertainty=doubt_s * 1000,
         )
     except Violation as violation:
         if session.peer.bench.scheduler.locked and all_caught_up(starts_ns, round(cycle_s * NS_PER_S)):
