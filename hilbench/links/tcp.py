@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import select
 import socket
+import struct
+import termios
 
 from hilbench.clock import Scheduler
 from hilbench.errors import UnavailableError, UsageError
@@ -12,9 +15,11 @@ from hilbench.links.door import READ_BYTES, Door, Input
 from hilbench.links.port import Line
 
 LOCAL_HOST = "127.0.0.1"
-# What a client may leave unread before output is lost; the kernel doubles it. Its default is megabytes: minutes of a
-# slow line, which would then be read as if they were fresh.
-_UNREAD_BYTES = 8 * 1024
+# What a client may leave unread, beyond what its own kernel takes in, before output is lost. The kernel would keep
+# megabytes: minutes of a slow line, which would then be read as if they were fresh. A small send buffer is no way to
+# say so: it counts memory, and a byte that was sent by itself takes more than a kilobyte until it is acknowledged.
+_UNREAD_BYTES = 16 * 1024
+_INT = struct.Struct("i")
 
 
 def parse_tcp_address(text: str) -> tuple[str, int]:
@@ -101,7 +106,7 @@ class TcpDoor(Door):
         taken = 0
         if self._client is not None:
             with contextlib.suppress(OSError):
-                taken = self._client.send(data)
+                taken = self._client.send(data[: _UNREAD_BYTES - _unread_bytes(self._client)])
         self.counters.lost += len(data) - taken
 
     def _client_gone(self) -> None:
@@ -127,13 +132,18 @@ def _has_hung_up(client: socket.socket) -> bool:
     return bool(poll.poll(0))
 
 
+def _unread_bytes(client: socket.socket) -> int:
+    """Return how many bytes the far end has not acknowledged (tcp(7), SIOCOUTQ)."""
+    (unread,) = _INT.unpack(fcntl.ioctl(client, termios.TIOCOUTQ, bytes(_INT.size)))
+    return min(int(unread), _UNREAD_BYTES)
+
+
 def _listen(address: str) -> socket.socket:
     host, port = parse_tcp_address(address)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _UNREAD_BYTES)  # its clients inherit it
         listener.bind((host, port))
         listener.listen(4)
         listener.setblocking(False)

@@ -96,6 +96,22 @@ def test_a_client_that_does_not_read_never_blocks_the_bench(locked, make_door):
     until(locked, lambda: not door.line_is_up)
 
 
+def test_a_client_that_asks_and_reads_now_and_then_loses_nothing(locked, make_door):
+    """Every byte is a segment of its own, and a client that talks acknowledges late: memory is no measure of bytes."""
+    door = make_door(baud=9600)
+    client = connect(door)
+    until(locked, lambda: door.line_is_up)
+    received = b""
+    for number in range(12):
+        client.send(b"PULSE")
+        locked.run_for(S // 50)
+        door.write(bytes([number]) * 80)
+        locked.run_for(S // 10)
+        received += receive(client) or b""
+    assert (len(received), door.counters.lost) == (12 * 80, 0)
+    client.close()
+
+
 def test_closing_the_door_is_told_to_the_client(locked, make_door):
     door = make_door()
     client = connect(door)
