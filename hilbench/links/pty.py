@@ -104,14 +104,21 @@ class PtyDoor(Door):
         leaving = _trailing_closings(happened)
         for opened in happened[: len(happened) - leaving]:
             self._count(self._clients + (1 if opened else -1), at_ns)
+        if all(happened):
+            if self._held is None:
+                self._read(at_ns, everything=False)
+            return
+        # Notices may have been merged: the count is only a guess, but whether anybody is there can be found out.
+        somebody, heir = self._who_is_there()
+        if heir:
+            self._count(self._clients - leaving, at_ns)
+            self._count(self._clients + 1, at_ns)
+            leaving = 0
         if self._held is None or leaving:
-            self._read(at_ns, everything=leaving > 0)
-        if not all(happened):
-            # Notices may have been merged: the count is only a guess, but whether anybody is there can be found out.
-            somebody = self._somebody_there()
-            self._count(max(1, self._clients - leaving) if somebody else 0, at_ns)
-            if not somebody:
-                self._reset_slave()
+            self._read(at_ns, everything=leaving > 0 or not somebody)
+        self._count(max(1, self._clients - leaving) if somebody else 0, at_ns)
+        if not somebody:
+            self._reset_slave()
 
     def _count(self, clients: int, at_ns: int) -> None:
         before, self._clients = self._clients, max(0, clients)
@@ -153,15 +160,22 @@ class PtyDoor(Door):
 
     # --- clients
 
-    def _somebody_there(self) -> bool:
-        """Let go of our own slave descriptor for a moment: the master hangs up only if no other is left."""
+    def _who_is_there(self) -> tuple[bool, bool]:
+        """Let go of our own slave descriptor for a moment: the master hangs up only if no other is left.
+
+        Returns:
+            Whether a client is there, and whether one has come since the notices were last read: a client that opens
+            right behind the closing of another is no proof that the other is still there.
+        """
         poll = select.poll()
         poll.register(self._master, 0)
+        happened = self._watch.read()
         os.close(self._slave)
         hung_up = any(events & select.POLLHUP for _, events in poll.poll(0))
+        happened += self._watch.read()  # with our own closing, and before our own opening can be merged with another
         self._slave = os.open(self.slave_name, os.O_RDWR | os.O_NOCTTY)
-        self._watch.read()  # our own closing and opening
-        return not hung_up
+        self._watch.read()  # our own opening
+        return not hung_up, True in happened
 
     def _reset_slave(self) -> None:
         """Make the slave raw, at the line's rate, with nothing unread in it."""

@@ -120,6 +120,32 @@ def test_clients_on_each_others_heels_are_told_apart(locked, make_door):
     until(locked, lambda: not door.line_is_up)
 
 
+def test_a_client_that_comes_while_the_bench_learns_that_another_left(locked, make_door):
+    """It opens between the notice of the closing and the look whether anybody is there: a hang-up all the same."""
+    door = make_door()
+    log = Log(door)
+    first = Client(door)
+    first.write(b"first")
+    until(locked, lambda: log.data == b"first")
+    notices, heirs = door._watch.read, []
+
+    def read_and_let_in():
+        happened = notices()
+        if False in happened and not heirs:
+            heirs.append(Client(door))
+            heirs[0].write(b"heir")
+        return happened
+
+    door._watch.read = read_and_let_in
+    first.close()
+    until(locked, lambda: log.data == b"firstheir")
+    assert log.lines == [True, False, True]
+    door._watch.read = notices
+    heirs[0].close()
+    until(locked, lambda: not door.line_is_up)
+    assert log.lines == [True, False, True, False]
+
+
 def test_several_clients_at_once_even_when_the_notices_are_merged(locked, make_door):
     door = make_door()
     clients = [Client(door) for _ in range(3)]
