@@ -77,7 +77,10 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="No commands before the session",
-        text="Before the handshake VEL 200 or OPEN has no answer and starts no SIP.",
+        text=(
+            "Before the handshake VEL 200 or OPEN has no answer and starts no SIP, nor has VEL 200 between it and OPEN. "
+            "The session that follows begins at rest, with the motors off."
+        ),
         sources=(MANUAL,),
         needs=("server",),
     ),
