@@ -16,8 +16,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import msgspec
+from msgspec import UNSET
 
 from hilbench.errors import UsageError
+from hilbench.fault_entries import FaultEntry
 from hilbench.nearest import did_you_mean
 from hilbench.schema import json_schema
 from hilbench.strict import Strict
@@ -30,11 +32,10 @@ DEFAULT_FILE = Path("hilbench.toml")
 DEFAULT_BENCH = "pioneer"
 CHECKER_END = "peer"
 
-LATER = {
+LATER: Mapping[tuple[str, ...], str] = {
     ("targets", "*", "board"): "emulated boards are",
     ("targets", "*", "firmware"): "emulated boards are",
     ("targets", "*", "timing"): "emulated boards are",
-    ("faults",): "faults in a bench file are",
 }
 
 
@@ -86,12 +87,14 @@ class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         targets: what answers at the far end, by names of your choosing.
         world: where it stands.
         links: how it is connected.
+        faults: what goes wrong on the links.
     """
 
     version: Literal[1]
     targets: dict[str, Target]
     world: World = World()
     links: tuple[Link, ...] = ()
+    faults: tuple[FaultEntry, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,6 +108,7 @@ class BenchFile:
         world: where the robot stands.
         targets: what answers, by name.
         links: the lines between them.
+        faults: what goes wrong on the lines; each says which way (``towards``), but for those of both ways.
     """
 
     name: str
@@ -113,6 +117,7 @@ class BenchFile:
     world: World
     targets: Mapping[str, Target]
     links: tuple[Link, ...]
+    faults: tuple[FaultEntry, ...] = ()
 
 
 def built_in_benches() -> tuple[str, ...]:
@@ -150,6 +155,7 @@ def read_bench(path: Path, name: str = "") -> BenchFile:
         world=model.world,
         targets=model.targets,
         links=model.links,
+        faults=model.faults,
     )
 
 
@@ -199,7 +205,7 @@ class _Reader:
         model = self._strict.convert(data, BenchModel)
         self._check_targets(model)
         self._check_links(model)
-        return self._with_scene(model)
+        return self._with_directions(self._with_scene(model))
 
     def _place(self, path: tuple[str | int, ...]) -> str:
         line = find_line(self._text, path)
@@ -216,7 +222,7 @@ class _Reader:
     def _check_links(self, model: BenchModel) -> None:
         if len(model.links) > 1:
             raise self._strict.error("a second link: this bench has one line", ("links", 1))
-        known = [CHECKER_END, *(f"{name}.host" for name in model.targets)]
+        known = _ends(model)
         for number, link in enumerate(model.links):
             for end in link.ends:
                 if end not in known:
@@ -225,10 +231,36 @@ class _Reader:
             if link.ends[0] == link.ends[1]:
                 raise self._strict.error(f"both ends are '{link.ends[0]}'", ("links", number, "ends"))
 
+    def _with_directions(self, model: BenchModel) -> BenchModel:
+        """Let each fault say where it goes, by its receiving end."""
+        ends = model.links[0].ends if model.links else _ends(model)
+        faults = [self._with_direction(number, fault, ends) for number, fault in enumerate(model.faults)]
+        return msgspec.structs.replace(model, faults=tuple(faults))
+
+    def _with_direction(self, number: int, fault: FaultEntry, ends: tuple[str, ...]) -> FaultEntry:
+        if fault.link > 0:
+            message = f"there is no link {fault.link}: this bench has one line, link 0"
+            raise self._strict.error(message, ("faults", number, "link"))
+        if fault.kind == "disconnect":
+            return fault
+        for name, end in (("towards", fault.towards), ("from", fault.from_)):
+            if end is not UNSET and end not in ends:
+                hint = did_you_mean(end, ends, "ends")
+                raise self._strict.error(f"'{end}' is not an end of the link", ("faults", number, name), hint)
+        towards = fault.towards
+        if towards is UNSET:
+            towards = ends[0] if fault.from_ == ends[1] else ends[1]
+        return msgspec.structs.replace(fault, towards=towards, from_=UNSET)
+
     def _with_scene(self, model: BenchModel) -> BenchModel:
         place = self._place(("world", "scene"))
         scene = resolve_scene(model.world.scene, self._path.parent, place)
         return msgspec.structs.replace(model, world=msgspec.structs.replace(model.world, scene=scene))
+
+
+def _ends(model: BenchModel) -> tuple[str, ...]:
+    """Return every end a link can have: the checker's, and the host port of each target."""
+    return (CHECKER_END, *(f"{name}.host" for name in model.targets))
 
 
 def _syntax_error(path: Path, message: str) -> UsageError:

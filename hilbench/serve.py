@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 from hilbench.bench import Bench
 from hilbench.clock import MonotonicHostClock, Scheduler, deferred_interrupts
@@ -21,6 +22,8 @@ from worlds.errors import WorldError
 
 Say = Callable[[str], None]
 
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
 
 def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
     """Serve until interrupted.
@@ -28,31 +31,35 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
     Args:
         options: doors, scene, seed, speed of the line.
         bench_file: what to serve.
-        say: takes lines meant for a person.
+        say: takes lines meant for a person; it must never wait for that person, the robot would stand still.
 
     Returns:
-        OK: being interrupted is how serving ends.
+        OK: being interrupted is how serving ends, from the moment this function is entered.
 
     Raises:
         UsageError: no door, or a scene that does not exist.
-        UnavailableError: a door cannot be opened, or the physics is missing.
+        UnavailableError: a door cannot be opened, the physics is missing, or the journal can no longer be written.
     """
     if not options.ptys and not options.tcps:
         raise UsageError("no door", where="hilbench serve", hint="add --pty PATH or --tcp PORT")
     plan = _plan(options, bench_file)
-    with contextlib.ExitStack() as stack:
-        journal = Journal(options.journal, {"seed": options.seed, "bench": bench_file.name})
+    # What is half built or half gone cannot be cleaned up: a signal waits until the robot runs, or until all is gone.
+    with _signals_held(), contextlib.ExitStack() as stack:
         scheduler = Scheduler()
+        doors = stack.enter_context(_doors(options, scheduler, plan))
+        port = doors[0] if len(doors) == 1 else SharedDoor(doors)
+        journal = Journal(options.journal, {"seed": options.seed, "bench": bench_file.name})
         bench = Bench(scheduler, journal)
         stack.callback(lambda: journal.close(bench.now_ns))
-        port = stack.enter_context(_doors(options, scheduler, plan, say))
         try:
             pioneer = VirtualPioneer(bench, port, plan, seed=options.seed)
         except WorldError as error:
             raise UnavailableError(str(error), where=f"scene {plan.scene}") from error
         stack.callback(pioneer.close)
-        _announce_clients(bench, port, say)
+        _announce(bench, doors, port, say)
         _run(scheduler, say)
+        for door in doors:
+            say(_traffic(door))
     return ExitCode.OK
 
 
@@ -66,33 +73,54 @@ def _plan(options: ServeOptions, bench_file: BenchFile) -> PioneerPlan:
 
 
 @contextlib.contextmanager
-def _doors(options: ServeOptions, scheduler: Scheduler, plan: PioneerPlan, say: Say) -> Iterator[Port]:
-    line = Line(baud=plan.settings.host_baud)
-    doors: list[Port] = []
+def _signals_held() -> Iterator[None]:
+    """Keep the signals that end serving waiting; one that came meanwhile is taken to have been heard."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
+    handlers = {number: signal.getsignal(number) for number in STOP_SIGNALS}
     try:
+        yield
+    finally:
+        for number in STOP_SIGNALS:
+            signal.signal(number, signal.SIG_IGN)  # forgets one that waits
+            signal.signal(number, handlers[number])
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextlib.contextmanager
+def _doors(options: ServeOptions, scheduler: Scheduler, plan: PioneerPlan) -> Iterator[Sequence[PtyDoor | TcpDoor]]:
+    line = Line(baud=plan.settings.host_baud)
+    doors: list[PtyDoor | TcpDoor] = []
+    with contextlib.ExitStack() as stack:
         for pty in options.ptys:
             pty_door = PtyDoor(scheduler, pty.path, line, any_baud=options.any_baud, name=f"pty:{pty.path}")
-            doors.append(pty_door)
-            say(f"serving at {pty.path} ({pty_door.slave_name}), {line.baud} baud")
+            doors.append(stack.enter_context(contextlib.closing(pty_door)))
         for tcp in options.tcps:
             host = f"[{tcp.host}]" if ":" in tcp.host else tcp.host
-            tcp_door = TcpDoor(scheduler, f"{host}:{tcp.port}", line)
-            doors.append(tcp_door)
-            say(f"serving at tcp {tcp_door.host}:{tcp_door.port}, paced as {line.baud} baud")
-        yield doors[0] if len(doors) == 1 else SharedDoor(doors)
-    finally:
-        for door in doors:
-            door.close()
+            tcp_door = TcpDoor(scheduler, f"{host}:{tcp.port}", line, name=f"tcp:{tcp.port}")
+            doors.append(stack.enter_context(contextlib.closing(tcp_door)))
+        yield doors
 
 
-def _announce_clients(bench: Bench, port: Port, say: Say) -> None:
+def _announce(bench: Bench, doors: Sequence[PtyDoor | TcpDoor], port: Port, say: Say) -> None:
     to_robot = port.on_line
 
     def line_changed(up: bool, at_ns: int) -> None:
         say(f"{bench.now_s:10.3f} s  a client {'came' if up else 'left'}")
         to_robot(up, at_ns)
 
+    def garbled(door: PtyDoor, client_baud: int) -> None:
+        say(
+            f"{bench.now_s:10.3f} s  the client set {client_baud} baud, the robot listens at {door.baud}; "
+            f"bytes are garbled as on a real line; --any-baud or --baud {client_baud}"
+        )
+
     port.on_line = line_changed
+    for door in doors:
+        if isinstance(door, PtyDoor):
+            door.on_garbled = partial(garbled, door)
+            say(f"serving at {_place(door)} ({door.slave_name}), {door.baud} baud")
+        else:
+            say(f"serving at {_place(door)}, paced as {door.baud} baud")
 
 
 def _run(scheduler: Scheduler, say: Say) -> None:
@@ -100,8 +128,12 @@ def _run(scheduler: Scheduler, say: Say) -> None:
     scheduler.lock(host)
     say("stop with Ctrl-C")
     try:
-        with deferred_interrupts(scheduler, (signal.SIGINT, signal.SIGTERM)):
-            scheduler.run_until(None, None)
+        with deferred_interrupts(scheduler, STOP_SIGNALS):
+            try:
+                signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+                scheduler.run_until(None, None)
+            finally:
+                signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
     except KeyboardInterrupt:
         late = scheduler.lateness
         say(
@@ -112,3 +144,19 @@ def _run(scheduler: Scheduler, say: Say) -> None:
     finally:
         scheduler.unlock()
         host.close()
+
+
+def _place(door: PtyDoor | TcpDoor) -> str:
+    return str(door.path) if isinstance(door, PtyDoor) else f"tcp {door.host}:{door.port}"
+
+
+def _traffic(door: PtyDoor | TcpDoor) -> str:
+    counted = door.counters
+    text = f"{_place(door)}: {counted.received} bytes in, {counted.sent} out"
+    if dropped := counted.lost + counted.overruns:
+        text += f", {dropped} of them dropped: nobody read"
+    if counted.refused:
+        text += f"; {counted.refused} clients turned away"
+    if counted.framing_errors:
+        text += f"; {counted.framing_errors} framing errors"
+    return text

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
-from hilbench.clock import NS_PER_S, EventClass, Scheduler
+from hilbench.clock import NS_PER_S, Entry, EventClass, Scheduler
 from hilbench.errors import UsageError
 from hilbench.links.port import Line, Port, PortBase
 from hilbench.links.uart import Fate, Transmitter, resample
@@ -128,15 +128,18 @@ class FaultPlan:
     Args:
         faults: What goes wrong.
         seed: Decides what chance decides.
+        epoch_ns: Bench time from which the `at_s` of the faults count, in ns.
 
     Attributes:
         on_fault: Called whenever a fault strikes, with the fault, the wire and the bench time in ns.
     """
 
-    def __init__(self, faults: tuple[Fault, ...], *, seed: int = 0) -> None:
+    def __init__(self, faults: tuple[Fault, ...], *, seed: int = 0, epoch_ns: int = 0) -> None:
         self.faults = faults
         self.seed = seed
+        self.epoch_ns = epoch_ns
         self.on_fault: Callable[[Fault, Direction, int], None] = _ignore
+        self._armed: list[Entry] = []
 
     def injector(self, direction: Direction) -> ByteFaults | None:
         """Return what decides on the bytes of one wire; None if nothing ever happens to them."""
@@ -147,9 +150,15 @@ class FaultPlan:
         """Schedule the faults of the line."""
         for fault in self.faults:
             if fault.kind in _LINE_KINDS and fault.at_s is not None:
-                when_ns = max(scheduler.now_ns, round(fault.at_s * NS_PER_S))
+                when_ns = max(scheduler.now_ns, self.epoch_ns + round(fault.at_s * NS_PER_S))
                 strike = partial(self._strike, scheduler, line, fault)
-                scheduler.at(when_ns, strike, order=EventClass.INPUT, source="fault")
+                self._armed.append(scheduler.at(when_ns, strike, order=EventClass.INPUT, source="fault"))
+
+    def disarm(self, scheduler: Scheduler) -> None:
+        """Take back the faults of the line that have not begun, and let those that have last."""
+        for entry in self._armed:
+            scheduler.cancel(entry)
+        self._armed.clear()
 
     def _strike(self, scheduler: Scheduler, line: FaultyLine, fault: Fault) -> None:
         self.on_fault(fault, fault.direction, scheduler.now_ns)
@@ -168,8 +177,9 @@ class FaultPlan:
 class _Trigger:
     """Knows which bytes one fault strikes."""
 
-    def __init__(self, fault: Fault, seed: str) -> None:
+    def __init__(self, fault: Fault, seed: str, epoch_ns: int) -> None:
         self.fault = fault
+        self._from_ns = None if fault.at_s is None else epoch_ns + round(fault.at_s * NS_PER_S)
         self.random = random.Random(seed)
         # Noise and delay come before one byte; the others take `count` bytes in a row.
         self._run = 1 if fault.kind in (FaultKind.NOISE, FaultKind.DELAY, FaultKind.TRUNCATE) else fault.count
@@ -184,7 +194,7 @@ class _Trigger:
             elif fault.byte is not None:
                 begins = index >= fault.byte
             else:
-                begins = fault.at_s is not None and at_ns >= round(fault.at_s * NS_PER_S)
+                begins = self._from_ns is not None and at_ns >= self._from_ns
             if begins:
                 self._left = self._run
                 self._spent = fault.probability is None
@@ -201,7 +211,8 @@ class ByteFaults:
         self._plan = plan
         self._direction = direction
         self._triggers = [
-            _Trigger(fault, f"{plan.seed}/{direction.value}/{number}") for number, fault in enumerate(faults)
+            _Trigger(fault, f"{plan.seed}/{direction.value}/{number}", plan.epoch_ns)
+            for number, fault in enumerate(faults)
         ]
         self._index = -1
 
@@ -246,8 +257,7 @@ class FaultyPort(PortBase):
 
     def __init__(self, scheduler: Scheduler, port: Port, plan: FaultPlan) -> None:
         super().__init__(f"{port.name}.faulty")
-        self.port = port
-        self.line_is_up = port.line_is_up
+        self._plan = plan
         self._scheduler = scheduler
         self._interrupted = False
         self._wire_baud: dict[Direction, int] = {}
@@ -258,10 +268,15 @@ class FaultyPort(PortBase):
         self._in = Transmitter(
             scheduler, f"{self.name}.in", unpaced, self._pass_in, injector=plan.injector(Direction.B_TO_A)
         )
+        self._take(port)
+        plan.arm(scheduler, self)
+
+    def _take(self, port: Port) -> None:
+        self.port = port
+        self.line_is_up = port.line_is_up and not self._interrupted
         port.on_receive = self._received
         port.on_line = self._line_changed
         port.on_break = self._broke
-        plan.arm(scheduler, self)
 
     @property
     def baud(self) -> int:
@@ -291,6 +306,18 @@ class FaultyPort(PortBase):
             self._in.clear()
             self.port.close()
 
+    def reopen(self, port: Port) -> None:
+        """Go on with another port in the place of the one that was closed; an interruption is over, faults go on."""
+        self.closed = self._interrupted = False
+        self._take(port)
+
+    def detach(self) -> None:
+        """Leave the port, open as it is, to its next owner; what is under way is lost, and no fault begins any more."""
+        self._plan.disarm(self._scheduler)
+        self.closed = True
+        self._out.clear()
+        self._in.clear()
+
     # --- faults of the line
 
     def hang_up(self) -> None:
@@ -305,6 +332,8 @@ class FaultyPort(PortBase):
 
     def break_line(self, direction: Direction, duration_ns: int) -> None:
         """Hold one wire low for `duration_ns`."""
+        if self.closed:
+            return
         if direction is Direction.A_TO_B:
             self.port.send_break(duration_ns)
         else:

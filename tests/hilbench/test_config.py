@@ -107,7 +107,6 @@ def test_the_bench_in_the_working_folder_is_the_default(tmp_path, monkeypatch):
         (TARGET + "[world]\n\n# why\n\nstep_hz = 100000\n", 8, "must be a whole number <= 10000"),
         (TARGET.replace("pioneer", "pionere"), 3, "did you mean 'pioneer-2dx'?"),
         (TARGET.replace("model", "board"), 3, "'board': emulated boards are not available in this version"),
-        (TARGET + "[[faults]]\nlink = 0\n", 4, "'faults': faults in a bench file are not available in this version"),
         (TARGET + "[targets.b]\nmodel='pioneer-2dx'\n", 4, "'b': more than one target is not available"),
         (TARGET.replace("= 1", "= 2"), 1, "'version': 2 is not a value it takes; it takes: 1"),
         ("version = 1\n[targets]\n", 2, "names no target; add [targets.robot]"),

@@ -1,0 +1,82 @@
+"""The faults of a bench file on the line of a bench: which way they go, what they leave in the journal.
+
+The ends of a link are named after the roles: ``peer`` is where a client sits, ``NAME.host`` the robot's end. Who sits
+there depends on the case. Where a server is tested the checker is the client; where a client is tested the scripted
+server stands in for the robot. So a fault ``towards = "robot.host"`` always strikes what a client says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from hilbench.bench import Bench
+from hilbench.clock import NS_PER_S
+from hilbench.config import CHECKER_END
+from hilbench.fault_entries import FaultEntry
+from hilbench.links.faults import Direction, Fault, FaultKind, FaultPlan, FaultyPort
+from hilbench.links.port import Port
+
+
+def describe_faults(entries: Sequence[FaultEntry]) -> str:
+    """Return the faults of a bench file in one line; empty if there are none."""
+    return "; ".join(entry.describe() for entry in entries)
+
+
+@dataclass(slots=True, kw_only=True)
+class _Strikes:
+    count: int = 0
+    last_ns: int = 0
+
+
+class LineFaults:
+    """The faults of one line, from now on.
+
+    Args:
+        bench: whose time and journal are used; ``at_s`` counts from its present time.
+        entries: as in the bench file.
+        seed: decides what chance decides.
+        near_is_client: who owns the near end, ``a`` of a link in memory or this side of a port: the client, or the
+            robot.
+        on_interruption: called when a disconnection begins, before the ends are told.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        entries: Sequence[FaultEntry],
+        *,
+        seed: int,
+        near_is_client: bool,
+        on_interruption: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._bench = bench
+        self._entries = entries
+        self._strikes = [_Strikes() for _ in entries]
+        self._on_interruption = on_interruption
+        near_to_far, far_to_near = Direction.A_TO_B, Direction.B_TO_A
+        to_client, to_robot = (far_to_near, near_to_far) if near_is_client else (near_to_far, far_to_near)
+        faults = [entry.fault(to_client if entry.towards == CHECKER_END else to_robot) for entry in entries]
+        self.plan = FaultPlan(tuple(faults), seed=seed, epoch_ns=bench.now_ns)
+        self.plan.on_fault = self._struck
+
+    def on(self, port: Port) -> FaultyPort:
+        """Put the faults between a port and its owner."""
+        return FaultyPort(self._bench.scheduler, port, self.plan)
+
+    def evidence(self) -> list[str]:
+        """Return a line for each fault that has struck."""
+        return [
+            f"{strikes.last_ns / NS_PER_S:10.4f} s  fault {entry.describe()} struck ({strikes.count} times so far)"
+            for entry, strikes in zip(self._entries, self._strikes, strict=True)
+            if strikes.count
+        ]
+
+    def _struck(self, fault: Fault, _direction: Direction, at_ns: int) -> None:
+        number = next(index for index, known in enumerate(self.plan.faults) if known is fault)
+        self._strikes[number].count += 1
+        self._strikes[number].last_ns = at_ns
+        entry = self._entries[number]
+        self._bench.record("fault", "line", number=number, fault=entry.kind, towards=entry.towards or "both")
+        if fault.kind is FaultKind.DISCONNECT:
+            self._on_interruption()
