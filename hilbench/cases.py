@@ -16,13 +16,15 @@ from hilbench.check.provider import CaseInfo
 from hilbench.client_under_test import ClientUnderTest, OwnClient
 from hilbench.clock import Scheduler
 from hilbench.errors import InternalError
+from hilbench.fault_entries import FaultEntry
 from hilbench.journal import Journal
+from hilbench.line_faults import LineFaults
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.p2os_client import P2osClient
 from hilbench.peer import Peer
 from hilbench.pioneer import PioneerPlan, VirtualPioneer
 from hilbench.scripted_server import ScriptedServer
-from protocols.p2os import ClientOptions
+from protocols.p2os import ClientOptions, Connection
 from worlds.world import World
 
 ClientFactory = Callable[[Bench, Port, ClientOptions], P2osClient]
@@ -41,11 +43,18 @@ def no_tap(_scheduler: Scheduler, port: Port) -> Port:
 
 
 class CaseBase:
-    """What is the same for every kind of target."""
+    """What is the same for every kind of target.
 
-    def __init__(self, bench: Bench, case: CaseInfo) -> None:
+    Args:
+        bench: whose time and journal the case uses.
+        case: what is known of it.
+        faults: what goes wrong on its line, if anything does.
+    """
+
+    def __init__(self, bench: Bench, case: CaseInfo, faults: LineFaults | None = None) -> None:
         self.bench = bench
         self.case = case
+        self._faults = faults
         self._hash = ""
         bench.journal.begin_case(case.id, bench.now_ns)
 
@@ -65,8 +74,15 @@ class CaseBase:
         self._hash = self.bench.journal.end_case(self.bench.now_ns)
 
     def case_hash(self) -> str:
-        """Return the hash over the canonical events of this case."""
-        return self._hash
+        """Return the hash over the canonical events of this case; empty in real time, where it would mean nothing."""
+        return "" if self.bench.scheduler.locked else self._hash
+
+    def evidence(self) -> Sequence[str]:
+        """Return the latest packets, and the faults that struck."""
+        return [*self._packets(), *(self._faults.evidence() if self._faults is not None else ())]
+
+    def _packets(self) -> Sequence[str]:
+        raise NotImplementedError
 
 
 class VirtualCase(CaseBase):
@@ -79,6 +95,7 @@ class VirtualCase(CaseBase):
         line: the host line.
         make_client: makes the client under test.
         tap: what stands between the checker and the device.
+        faults: what goes wrong on the line.
     """
 
     def __init__(
@@ -90,23 +107,45 @@ class VirtualCase(CaseBase):
         *,
         make_client: ClientFactory = make_client,
         tap: Tap = no_tap,
+        faults: Sequence[FaultEntry] = (),
     ) -> None:
         super().__init__(bench, case)
         self.plan = replace(plan, scene=case.scene) if case.scene else plan
         self._make_client = make_client
-        self._link = MemoryLink(bench.scheduler, line, name="host")
+        self._line = line
+        self._entries = faults
+        self._made_link: MemoryLink | None = None
         self._tap = tap
+
+    def _link(self, *, checker_is_client: bool) -> MemoryLink:
+        """Return the line, with the checker at its end ``a``; made when it is known which part the checker plays."""
+        if self._made_link is None:
+            if self._entries:
+                self._faults = LineFaults(
+                    self.bench,
+                    self._entries,
+                    seed=self.case.seed,
+                    near_is_client=checker_is_client,
+                    on_interruption=self._interrupted,
+                )
+            plan = self._faults.plan if self._faults is not None else None
+            self._made_link = MemoryLink(self.bench.scheduler, self._line, name="host", faults=plan)
+        return self._made_link
+
+    def _interrupted(self) -> None:
+        if "peer" in self.__dict__:
+            self.peer.line_expected = False
 
     @cached_property
     def pioneer(self) -> VirtualPioneer:
         """The virtual robot with its world, on the far end of the line."""
-        port = self._tap(self.bench.scheduler, self._link.b)
+        port = self._tap(self.bench.scheduler, self._link(checker_is_client=True).b)
         return VirtualPioneer(self.bench, port, self.plan, seed=self.case.seed)
 
     @cached_property
     def peer(self) -> Peer:
         """The checker's end of the robot's line."""
-        peer = Peer(self.bench, self._link.a)
+        peer = Peer(self.bench, self._link(checker_is_client=True).a)
         self.pioneer  # noqa: B018 - brings the robot to life at the far end
         return peer
 
@@ -118,7 +157,7 @@ class VirtualCase(CaseBase):
     @cached_property
     def server(self) -> ScriptedServer:
         """The scripted server that a client under test talks to."""
-        return ScriptedServer(self.bench, self._link.a)
+        return ScriptedServer(self.bench, self._link(checker_is_client=False).a)
 
     @cached_property
     def client(self) -> ClientUnderTest:
@@ -130,7 +169,7 @@ class VirtualCase(CaseBase):
         if "client" in self.__dict__:
             raise InternalError("the case has its client already")
         self.server  # noqa: B018 - the far end is there before the client speaks
-        port = self._tap(self.bench.scheduler, self._link.b)
+        port = self._tap(self.bench.scheduler, self._link(checker_is_client=False).b)
         client = OwnClient(self._make_client(self.bench, port, options))
         self.__dict__["client"] = client
         return client
@@ -138,16 +177,26 @@ class VirtualCase(CaseBase):
     def hang_up(self) -> None:
         """Cut the line, as a TCP client that dies does."""
         self.peer.line_expected = False
-        self._link.hang_up()
+        self._link(checker_is_client=True).hang_up()
 
     def reconnect(self) -> None:
         """Bring the line back."""
-        self._link.restore()
-        self.bench.run_until(lambda: self._link.a.line_is_up, 1.0)
+        link = self._link(checker_is_client=True)
+        link.restore()
+        self.bench.run_until(lambda: link.a.line_is_up, 1.0)
         self.peer.line_expected = True
 
-    def evidence(self) -> Sequence[str]:
-        """Return the latest packets."""
+    def connections(self) -> list[Connection]:
+        """Return our own devices' ends of the protocol, as far as the case built them: what it tested."""
+        tested = [self.pioneer.robot.connection] if "pioneer" in self.__dict__ else []
+        client = self.client.own if "client" in self.__dict__ else None
+        return tested if client is None else [*tested, client.connection]
+
+    def commands_seen(self) -> frozenset[tuple[int, str]] | None:
+        """Return the commands the robot got, each with what became of it; None if there is no robot."""
+        return frozenset(self.pioneer.commands) if "pioneer" in self.__dict__ else None
+
+    def _packets(self) -> Sequence[str]:
         if "peer" in self.__dict__:
             return self.peer.evidence()
         return self.server.evidence() if "server" in self.__dict__ else ()
@@ -161,8 +210,10 @@ class VirtualCase(CaseBase):
 class AttachedCase(CaseBase):
     """A case on a server that somebody else runs: a real robot, or a program behind a pty or a socket."""
 
-    def __init__(self, bench: Bench, case: CaseInfo, peer: Peer, reopen: Callable[[], Port]) -> None:
-        super().__init__(bench, case)
+    def __init__(
+        self, bench: Bench, case: CaseInfo, peer: Peer, reopen: Callable[[], Port], faults: LineFaults | None = None
+    ) -> None:
+        super().__init__(bench, case, faults)
         self.peer = peer
         self._reopen = reopen
 
@@ -175,19 +226,24 @@ class AttachedCase(CaseBase):
         """Open the line again."""
         self.peer.attach(self._reopen())
 
-    def evidence(self) -> Sequence[str]:
-        """Return the latest packets."""
+    def _packets(self) -> Sequence[str]:
         return self.peer.evidence()
 
 
 class ForeignClientCase(CaseBase):
     """A case on a client that somebody else wrote."""
 
-    def __init__(self, bench: Bench, case: CaseInfo, server: ScriptedServer, client: ClientUnderTest) -> None:
-        super().__init__(bench, case)
+    def __init__(
+        self,
+        bench: Bench,
+        case: CaseInfo,
+        server: ScriptedServer,
+        client: ClientUnderTest,
+        faults: LineFaults | None = None,
+    ) -> None:
+        super().__init__(bench, case, faults)
         self.server = server
         self.client = client
 
-    def evidence(self) -> Sequence[str]:
-        """Return the latest packets."""
+    def _packets(self) -> Sequence[str]:
         return self.server.evidence()

@@ -17,7 +17,7 @@ from hilbench.devices import DeviceActor
 from hilbench.journal import metres, radians
 from hilbench.links import Port
 from protocols.p2os import robot_parameters
-from targets.robots.pioneer import PioneerRobot, RobotSettings
+from targets.robots.pioneer import CommandIgnored, CommandObeyed, NotModelled, PioneerRobot, RobotSettings
 from worlds.scenes import Scene
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 from worlds.world import World, open_world
@@ -25,6 +25,9 @@ from worlds.world import World, open_world
 VEHICLE = "pioneer-2dx"
 TRUTH_HZ = 10
 """How often the true pose goes into the journal; as often as the robot reports its own idea of it."""
+
+OBEYED = "obeyed"
+UNKNOWN = "not modelled"
 
 RobotFactory = Callable[[RobotSettings, Pioneer2dxBody, int], PioneerRobot]
 
@@ -61,6 +64,9 @@ class VirtualPioneer:
         port: its end of the host line.
         plan: what to build.
         seed: of everything random in it.
+
+    Attributes:
+        commands: the commands that came, each with what became of it: `OBEYED`, `UNKNOWN`, or why it had no effect.
     """
 
     def __init__(self, bench: Bench, port: Port, plan: PioneerPlan, *, seed: int) -> None:
@@ -69,7 +75,10 @@ class VirtualPioneer:
         self.world: World = open_world(plan.scene, VEHICLE, physics=plan.physics, step_hz=plan.step_hz, seed=seed)
         self.body = Pioneer2dxBody(self.world, sonar_poses=sonar_poses(plan.settings.subclass))
         self.robot = plan.make_robot(plan.settings, self.body, seed)
-        self.actor = DeviceActor(bench, self.robot, port, name="robot", after=self._follow_baud)
+        self.commands: set[tuple[int, str]] = set()
+        self.actor = DeviceActor(
+            bench, self.robot, port, name="robot", on_event=self._note_command, after=self._follow_baud
+        )
         self._domain = ClockDomain(plan.step_hz)
         self._dt_s = 1 / plan.step_hz
         self._epoch_ns = bench.now_ns
@@ -102,6 +111,15 @@ class VirtualPioneer:
         self._bench.record(
             "pose", "world", x_m=metres(x_m), y_m=metres(y_m), z_m=metres(z_m), yaw_rad=radians(pose.yaw_rad)
         )
+
+    def _note_command(self, event: object) -> None:
+        match event:
+            case CommandObeyed(command=command):
+                self.commands.add((command.number, OBEYED))
+            case CommandIgnored(command=command, reason=reason):
+                self.commands.add((command.number, reason.value))
+            case NotModelled(command=number):
+                self.commands.add((number, UNKNOWN))
 
     def _follow_baud(self) -> None:
         if self._port.baud and self._port.baud != self.robot.host_baud:

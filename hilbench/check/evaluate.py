@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from hilbench import __version__
 from hilbench.check.catalogue import Clause
 from hilbench.check.collector import Collector, PlannedCase
+from hilbench.check.observations import Observations
 from hilbench.check.results import (
     FORMAT,
     CaseResult,
@@ -16,6 +17,7 @@ from hilbench.check.results import (
     Report,
     count,
     run_hash,
+    tightest_margins,
     verdict_for,
     worst_case,
     worst_margin,
@@ -33,6 +35,8 @@ EXIT_MEANINGS = {
     ExitCode.INTERRUPTED: "interrupted; this report is complete for what was run",
 }
 
+NO_HASH_IN_REAL_TIME = "in real time no two runs are the same to the nanosecond"
+NO_HASH_WITHOUT_CASES = "no case ran"
 NOTHING_JUDGED = "inconclusive: nothing that was selected applies to this bench"
 
 
@@ -44,12 +48,18 @@ class _ClauseCases:
 
 
 def make_report(
-    collector: Collector, options: CheckOptions, bench: Mapping[str, str], host_time_s: float = 0.0
+    collector: Collector,
+    options: CheckOptions,
+    bench: Mapping[str, str],
+    host_time_s: float = 0.0,
+    observed: Observations | None = None,
 ) -> Report:
     """Return the report of a run, complete for what was run, whenever and however it ended."""
+    observed = observed or Observations()
     cases = collector.cases()
     clauses = tuple(_clause_result(group, options) for group in _by_clause(collector.planned, cases))
     code = _exit_code(collector, cases, clauses)
+    whole_hash = run_hash(cases)
     return Report(
         format=FORMAT,
         hilbench=__version__,
@@ -60,13 +70,20 @@ def make_report(
         exit_code=int(code),
         exit_meaning=_meaning(code, clauses),
         stopped=collector.stopped or "; ".join(collector.defects),
-        run_hash=run_hash(cases),
+        run_hash=whole_hash,
+        no_run_hash="" if whole_hash else _why_no_hash(observed),
         bench_time_s=sum(case.bench_time_s for case in cases if _ran(case)),
         host_time_s=host_time_s,
         counts=count(clauses),
         clauses=clauses,
         cases=cases,
+        tightest=tightest_margins(cases),
+        observed=observed,
     )
+
+
+def _why_no_hash(observed: Observations) -> str:
+    return NO_HASH_IN_REAL_TIME if observed.pace is not None else NO_HASH_WITHOUT_CASES
 
 
 def _by_clause(planned: Iterable[PlannedCase], results: Iterable[CaseResult]) -> list[_ClauseCases]:

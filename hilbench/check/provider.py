@@ -56,7 +56,7 @@ class CaseBench(Protocol):
         """Take the verdict into the journal; called once, before `case_hash` and before the bench closes."""
 
     def case_hash(self) -> str:
-        """Return the hash over the canonical events of this case, in hex."""
+        """Return the hash over the canonical events of this case, in hex; empty for a bench in real time."""
 
 
 class BenchProvider(Protocol):

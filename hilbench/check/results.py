@@ -11,9 +11,11 @@ from collections.abc import Iterable, Sequence
 
 import msgspec
 
+from hilbench.check.observations import Observations
 from hilbench.check.verdicts import WORST_FIRST, Level, Measure, Verdict
 
 FORMAT = "hilbench-report/1"
+TIGHTEST = 5
 
 
 class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
@@ -32,7 +34,7 @@ class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
         defect: whether an error is hilbench's own (exit code 5) and not the target's absence (3).
         seed: seed of the case.
         bench_time_s: how much bench time it took; what was declared, for a case that did not run.
-        case_hash: hash over its canonical events; empty if it opened no bench.
+        case_hash: hash over its canonical events; empty if it opened no bench, or one in real time.
     """
 
     id: str
@@ -86,6 +88,22 @@ class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
     reproduce: str = ""
 
 
+class TightMargin(msgspec.Struct, frozen=True, kw_only=True):
+    """A figure that came near to its limit.
+
+    Attributes:
+        clause_ids: the clauses it was measured for.
+        case_id: the case that measured it.
+        measure: the figure.
+        share: its margin as a share of the tolerance: 0 at the limit, negative outside.
+    """
+
+    clause_ids: tuple[str, ...]
+    case_id: str
+    measure: Measure
+    share: float
+
+
 class Counts(msgspec.Struct, frozen=True, kw_only=True):
     """How many clauses have which verdict.
 
@@ -123,12 +141,15 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
         exit_code: what the command returns.
         exit_meaning: what that says, in words.
         stopped: why the run ended early; empty if it did not.
-        run_hash: hash over the hashes of the cases that ran, in the order of their ids.
+        run_hash: hash over the hashes of the cases that ran, in the order of their ids; null if there is none.
+        no_run_hash: why there is none; empty if there is one.
         bench_time_s: sum over the cases.
         host_time_s: what that took on the host's clock; no part of the run hash.
         counts: clauses by verdict.
         clauses: in the order of their suites.
         cases: in the order in which they were to run.
+        tightest: the figures that came nearest to their limits, at most one for each set of clauses.
+        observed: what the run showed beside its verdicts.
     """
 
     format: str
@@ -140,18 +161,21 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     exit_code: int
     exit_meaning: str
     stopped: str
-    run_hash: str
+    run_hash: str | None
+    no_run_hash: str
     bench_time_s: float
     host_time_s: float
     counts: Counts
     clauses: tuple[ClauseResult, ...]
     cases: tuple[CaseResult, ...]
+    tightest: tuple[TightMargin, ...] = ()
+    observed: Observations = Observations()
 
 
-def run_hash(cases: Iterable[CaseResult]) -> str:
-    """Hash the ``id:hash`` lines of the cases that ran, sorted by id; empty if none did."""
+def run_hash(cases: Iterable[CaseResult]) -> str | None:
+    """Hash the ``id:hash`` lines of the cases that have a hash, sorted by id; None if none has."""
     lines = sorted(f"{result.id}:{result.case_hash}\n" for result in cases if result.case_hash)
-    return hashlib.sha256("".join(lines).encode()).hexdigest() if lines else ""
+    return hashlib.sha256("".join(lines).encode()).hexdigest() if lines else None
 
 
 def verdict_for(result: CaseResult, clause_id: str) -> Verdict:
@@ -173,6 +197,22 @@ def worst_margin(results: Iterable[CaseResult]) -> Measure | None:
     """Return the measure that came nearest to its limit, relative to that limit, or None if none has a limit."""
     measures = [measure for result in results for measure in result.measures if measure.margin is not None]
     return min(measures, key=relative_margin, default=None)
+
+
+def tightest_margins(results: Iterable[CaseResult], number: int = TIGHTEST) -> tuple[TightMargin, ...]:
+    """Return the figures that came nearest to their limits, the nearest first, one for each set of clauses."""
+    found: dict[tuple[str, ...], TightMargin] = {}
+    for result in results:
+        measure = worst_margin([result])
+        if measure is None:
+            continue
+        share = relative_margin(measure)
+        known = found.get(result.clause_ids)
+        if known is None or share < known.share:
+            found[result.clause_ids] = TightMargin(
+                clause_ids=result.clause_ids, case_id=result.id, measure=measure, share=share
+            )
+    return tuple(sorted(found.values(), key=lambda margin: (margin.share, margin.case_id))[:number])
 
 
 def relative_margin(measure: Measure) -> float:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from hilbench.check.collector import Collector, PlannedCase
 from hilbench.check.evaluate import make_report
+from hilbench.check.observations import Observing
 from hilbench.check.provider import BenchProvider
 from hilbench.check.report import check_outputs, listing, write_report
 from hilbench.check.results import Report
@@ -47,7 +48,8 @@ def run_suites(options: CheckOptions, provider: BenchProvider, *, on_case: Progr
     """
     watch = Stopwatch()
     collector = _pytest(options, provider, on_case=on_case, collect_only=False)
-    return make_report(collector, options, provider.describe(), watch.elapsed_s())
+    observed = provider.observed() if isinstance(provider, Observing) else None
+    return make_report(collector, options, provider.describe(), watch.elapsed_s(), observed)
 
 
 def list_cases(options: CheckOptions, provider: BenchProvider) -> list[PlannedCase]:

@@ -42,7 +42,7 @@ def junit_xml(report: Report) -> str:
 
 def _add_suite(root: ET.Element, report: Report, suite: str, clauses: Sequence[ClauseResult]) -> None:
     element = ET.SubElement(root, "testsuite", name=suite)
-    facts = {**report.bench, "seed": str(report.seed), "run_hash": report.run_hash, "stopped": report.stopped}
+    facts = {**report.bench, "seed": str(report.seed), "run_hash": report.run_hash or "", "stopped": report.stopped}
     _add_properties(element, {"hilbench": report.hilbench, **facts})
     for clause in clauses:
         _add_clause(element, clause)

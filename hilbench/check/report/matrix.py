@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import groupby
 
-from hilbench.check.results import ClauseResult, Counts, Report, relative_margin
-from hilbench.check.verdicts import Measure, Verdict
+from hilbench.check.report import footer
+from hilbench.check.results import ClauseResult, Counts, Report
+from hilbench.check.verdicts import Verdict
 from hilbench.exit_codes import ExitCode
 
 _EVIDENCE_LINES = 12
@@ -54,13 +55,6 @@ def word_for(clause: ClauseResult) -> str:
     return short.get(clause.verdict, clause.verdict.value)
 
 
-def margin_text(measure: Measure | None) -> str:
-    """Return the worst figure as its distance to the limit, in its unit and as a share of the tolerance."""
-    if measure is None or measure.margin is None:
-        return ""
-    return f"{measure.margin:.3g} {measure.unit} ({relative_margin(measure):.0%})"
-
-
 def _suite(suite: str, clauses: Sequence[ClauseResult], colours: bool, width: int) -> list[str]:
     rows = [_row(clause) for clause in clauses]
     head = ("clause", "level", "verdict", "margin", "time", suite)
@@ -84,7 +78,7 @@ def _row(clause: ClauseResult) -> tuple[str, ...]:
         clause.id,
         clause.level,
         word_for(clause),
-        margin_text(clause.worst_margin),
+        footer.margin_text(clause.worst_margin),
         f"{clause.bench_time_s:.1f} s",
         clause.title + note,
     )
@@ -122,7 +116,8 @@ def _summary(report: Report, colours: bool) -> list[str]:
     lines = [
         f"{report.counts.clauses} clauses: {_counted(report.counts)}",
         f"{len(report.cases)} cases, {report.bench_time_s:.1f} s of bench time in {report.host_time_s:.1f} s{speed}",
-        f"run hash {report.run_hash or 'none'}",
+        *footer.lines(report),
+        f"run hash {report.run_hash}" if report.run_hash else f"no run hash: {report.no_run_hash}",
     ]
     if report.stopped:
         not_run = sum(case.verdict is Verdict.NOT_RUN for case in report.cases)

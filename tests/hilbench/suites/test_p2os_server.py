@@ -94,7 +94,11 @@ def instead(owner, name, make):
 def handler(name, act):
     """Obey a command by ``act(controller, value)``."""
     number = CommandNumber[name]
-    return patch.dict(commands.HANDLERS, {number: lambda controller, command, now_ns: act(controller, command.value)})
+
+    def obey(controller, command, now_ns):
+        act(controller, command.value)
+
+    return patch.dict(commands.HANDLERS, {number: obey})
 
 
 def sip(change):

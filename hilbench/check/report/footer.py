@@ -1,0 +1,86 @@
+"""The lines below the matrix that tell how much the verdicts above them are worth: a line or two for each subject."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hilbench.check.observations import Coverage, Ledger, Pace, PortCounters
+from hilbench.check.results import Report, TightMargin, relative_margin
+from hilbench.check.verdicts import Measure
+
+_MOST_NAMES = 6
+
+
+def lines(report: Report) -> list[str]:
+    """Return coverage, tightest margins, fidelity and pace, as far as the run has them."""
+    observed = report.observed
+    found = [_coverage(coverage) for coverage in observed.coverage]
+    if report.tightest:
+        found.append(f"tightest margins: {', '.join(map(_tight, report.tightest))}")
+    if observed.ledger is not None:
+        found.append(_ledger(observed.ledger))
+    if observed.pace is not None:
+        found.append(_pace(observed.pace))
+    if observed.port is not None:
+        found.append(_port(observed.port))
+    return found
+
+
+def margin_text(measure: Measure | None) -> str:
+    """Return a figure as its distance to the limit, in its unit and as a share of the tolerance."""
+    if measure is None or measure.margin is None:
+        return ""
+    return f"{_figure(measure.margin, 3, measure.unit)} ({relative_margin(measure):.0%})"
+
+
+def _coverage(coverage: Coverage) -> str:
+    states = coverage.states - len(coverage.states_missed)
+    edges = coverage.edges - len(coverage.edges_missed)
+    text = f"{coverage.peer}: {states} of {coverage.states} states, {edges} of {coverage.edges} edges"
+    missed = [f"state {state}" for state in coverage.states_missed] + list(coverage.edges_missed)
+    return f"{text}; not taken: {_named(missed)}" if missed else text
+
+
+def _tight(margin: TightMargin) -> str:
+    figure = _figure(margin.measure.value, 4, margin.measure.unit)
+    return f"{'/'.join(margin.clause_ids)} {figure} ({margin.share:.1%})"
+
+
+def _figure(value: float, digits: int, unit: str) -> str:
+    return f"{value:.{digits}g} {unit}".rstrip()
+
+
+def _ledger(ledger: Ledger) -> str:
+    text = f"model: {ledger.modelled} features modelled, {ledger.partly} partly, {ledger.absent} absent"
+    for fidelity in ("partly", "absent"):
+        names = [touched.feature for touched in ledger.touched if touched.fidelity == fidelity]
+        text += f"; touched, {fidelity}: {_named(names)}" if names else ""
+    ignored = sorted({ignored.command for ignored in ledger.ignored})
+    return text + (f"; without effect: {_named(ignored)}" if ignored else "")
+
+
+def _pace(pace: Pace) -> str:
+    late = (pace.lateness_p50_s, pace.lateness_p99_s, pace.lateness_max_s)
+    names = ("p50", "p99", "max")
+    figures = ", ".join(f"{name} {value * 1000:.2f} ms" for name, value in zip(names, late, strict=True))
+    return (
+        f"host: lateness {figures}; {pace.slips} slips, {pace.slipped_s:.3f} s; "
+        f"{pace.real_time_factor:.3f} times real time"
+    )
+
+
+def _port(port: PortCounters) -> str:
+    troubles = [
+        (port.lost, "lost"),
+        (port.overruns, "overrun"),
+        (port.framing_errors, "with framing errors"),
+        (port.refused, "refused"),
+    ]
+    words = [f"{number} {what}" for number, what in troubles if number]
+    breaks = f"; {port.breaks} breaks" if port.breaks else ""
+    return f"port: {port.sent} bytes sent, {port.received} received, {', '.join(words) or 'none lost'}{breaks}"
+
+
+def _named(names: Sequence[str]) -> str:
+    more = len(names) - _MOST_NAMES
+    return ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")

@@ -1,0 +1,226 @@
+"""Benches with something real attached: a server at a port, or a client that connects to us, in real time."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+
+from hilbench.cases import AttachedCase, ForeignClientCase
+from hilbench.check.observations import Observations
+from hilbench.check.provider import CaseInfo
+from hilbench.client_under_test import (
+    EXEC_CAPABILITIES,
+    LISTEN_CAPABILITIES,
+    ClientUnderTest,
+    ExecClient,
+    ListenClient,
+)
+from hilbench.clock import MonotonicHostClock, Scheduler
+from hilbench.config import BenchFile
+from hilbench.errors import UsageError
+from hilbench.links import Line, Port, PtyDoor, SerialPort, TcpDoor, parse_serial_target
+from hilbench.observing import counters_of, pace_of
+from hilbench.peer import Peer
+from hilbench.scripted_server import ScriptedServer
+from hilbench.shared import Shared
+
+_LAST_WORDS_S = 0.5
+"""How long a client's last bytes may take to pass the wire, so that the next case does not hear them. A choice."""
+
+_SERVER_CAPABILITIES = frozenset({"server"})
+
+
+class _LockedProvider:
+    """What benches with something real attached have in common: one scheduler, locked to the host's clock."""
+
+    def __init__(self, shared: Shared, target: str) -> None:
+        self._shared = shared
+        self._target = target
+        self._host = MonotonicHostClock()
+        self._scheduler = Scheduler()
+        self._bench = shared.bench(self._scheduler)
+        self._locked = False
+        self._ports: list[Port] = []
+
+    def describe(self) -> Mapping[str, str]:
+        """Name the target; there is no physics of ours."""
+        return self._shared.describe(self._target, "none of ours")
+
+    def observed(self) -> Observations:
+        """Return how well the host kept up so far, and what passed the port."""
+        return Observations(pace=pace_of(self._scheduler), port=counters_of(self._ports))
+
+    def _lock(self) -> None:
+        if not self._locked:
+            self._scheduler.lock(self._host)
+            self._locked = True
+
+    def close(self) -> None:
+        """Give the clock and the journal back."""
+        if self._locked:
+            self._scheduler.unlock()
+        self._host.close()
+        self._shared.journal.close(self._bench.now_ns)
+
+
+class AttachedProvider(_LockedProvider):
+    """A server that somebody else runs, at a serial port or behind any pyserial URL.
+
+    The port is opened once, before the first case; between cases the target is settled.
+
+    Args:
+        shared: bench file, journal, waiting.
+        spec: the target as on the command line.
+    """
+
+    def __init__(self, shared: Shared, spec: str) -> None:
+        super().__init__(shared, spec)
+        self._serial = parse_serial_target(spec)
+        self._peer: Peer | None = None
+
+    @property
+    def capabilities(self) -> frozenset[str]:
+        """A serial line has a rate that can be changed, a socket can be hung up; more is not known of a stranger."""
+        is_network = "://" in self._serial.url and not self._serial.url.startswith(("rfc2217:", "spy:", "hwgrep:"))
+        return _SERVER_CAPABILITIES | ({"hangup"} if is_network else {"baud"})
+
+    @contextlib.contextmanager
+    def open_case(self, case: CaseInfo) -> Iterator[AttachedCase]:
+        """Settle the target and hand it to one case."""
+        self._lock()
+        if self._peer is None:
+            self._peer = Peer(self._bench, self._open_port())
+        elif not self._peer.port.line_is_up and not self._peer.line_expected:
+            self._peer.attach(self._open_port())
+        self._peer.port.baud = self._serial.baud
+        self._peer.settle()
+        yield from self._case(case, self._peer)
+
+    def close(self) -> None:
+        """Close the port, the clock and the journal."""
+        if self._peer is not None:
+            self._peer.port.close()
+        super().close()
+
+    def _case(self, case: CaseInfo, peer: Peer) -> Iterator[AttachedCase]:
+        """Hand the target to a case, with the bench file's faults on the line for as long as it lasts."""
+
+        def interrupted() -> None:
+            peer.line_expected = False
+
+        faults = self._shared.line_faults(self._bench, case, near_is_client=True, on_interruption=interrupted)
+        if faults is None:
+            yield AttachedCase(self._bench, case, peer, self._open_port)
+            return
+        faulty = faults.on(peer.port)
+        peer.attach(faulty)
+
+        def reopen() -> Port:
+            faulty.reopen(self._open_port())
+            return faulty
+
+        try:
+            yield AttachedCase(self._bench, case, peer, reopen, faults)
+        finally:
+            faulty.detach()
+            was_expected = peer.line_expected
+            peer.attach(faulty.port)
+            peer.line_expected = was_expected
+
+    def _open_port(self) -> Port:
+        port = SerialPort(self._scheduler, self._serial)
+        self._ports.append(port)
+        return port
+
+
+class _ClientProvider(_LockedProvider):
+    """A foreign client, which finds our scripted server behind a door."""
+
+    def __init__(self, shared: Shared, target: str, capabilities: frozenset[str]) -> None:
+        super().__init__(shared, target)
+        self.capabilities = capabilities
+        self._port: Port | None = None
+
+    @contextlib.contextmanager
+    def open_case(self, case: CaseInfo) -> Iterator[ForeignClientCase]:
+        """Put a fresh scripted server behind the door, and take care of the client."""
+        self._lock()
+        if self._port is None:
+            self._port = self._open_door()
+            self._ports.append(self._port)
+        faults = self._shared.line_faults(self._bench, case, near_is_client=False)
+        faulty = None if faults is None else faults.on(self._port)
+        server = ScriptedServer(self._bench, faulty or self._port)
+        client = self._client()
+        try:
+            yield ForeignClientCase(self._bench, case, server, client, faults)
+        finally:
+            client.close()
+            server.close()
+            self._bench.run_until(lambda: not server.port.line_is_up, _LAST_WORDS_S)
+            if faulty is not None:
+                faulty.detach()
+
+    def close(self) -> None:
+        """Close the door, the clock and the journal."""
+        if self._port is not None:
+            self._port.close()
+        super().close()
+
+    def _open_door(self) -> Port:
+        raise NotImplementedError
+
+    def _client(self) -> ClientUnderTest:
+        raise NotImplementedError
+
+
+class ListenProvider(_ClientProvider):
+    """Waits for whoever connects: ``listen:pty:PATH`` or ``listen:tcp:[HOST:]PORT``."""
+
+    def __init__(self, shared: Shared, spec: str) -> None:
+        super().__init__(shared, f"whoever connects to {spec}", LISTEN_CAPABILITIES)
+        self._kind, _, self._where = spec.partition(":")
+        if self._kind not in {"pty", "tcp"} or not self._where:
+            raise UsageError(
+                "not a door", where=f"--target listen:{spec}", hint="write listen:pty:PATH or listen:tcp:[HOST:]PORT"
+            )
+
+    def _open_door(self) -> Port:
+        line = Line(baud=_baud_of(self._shared.bench_file))
+        if self._kind == "pty":
+            return PtyDoor(self._scheduler, self._where, line)
+        return TcpDoor(self._scheduler, self._where, line)
+
+    def _client(self) -> ClientUnderTest:
+        assert self._port is not None
+        return ListenClient(self._bench, self._port)
+
+
+class ExecProvider(_ClientProvider):
+    """Starts a program for each case: ``exec:COMMAND``, with ``{pty}`` or ``{port}`` where it is to connect."""
+
+    def __init__(self, shared: Shared, command: str) -> None:
+        super().__init__(shared, command, EXEC_CAPABILITIES)
+        self._command = command
+        self._names: dict[str, str] = {}
+        if "{pty}" not in command and "{port}" not in command:
+            raise UsageError(
+                "does not say where to connect", where=f"--target exec:{command}", hint="put {pty} or {port} into it"
+            )
+
+    def _open_door(self) -> Port:
+        line = Line(baud=_baud_of(self._shared.bench_file))
+        if "{pty}" in self._command:
+            pty = PtyDoor(self._scheduler, None, line)
+            self._names = {"pty": pty.slave_name}
+            return pty
+        tcp = TcpDoor(self._scheduler, "127.0.0.1:0", line)
+        self._names = {"port": str(tcp.port)}
+        return tcp
+
+    def _client(self) -> ClientUnderTest:
+        return ExecClient(self._command, self._names)
+
+
+def _baud_of(bench_file: BenchFile) -> int:
+    return bench_file.links[0].baud if bench_file.links else Line().baud

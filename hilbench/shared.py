@@ -1,0 +1,57 @@
+"""What all benches of a run have in common: the bench file, the journal, how long to wait."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from hilbench.bench import Bench
+from hilbench.check.provider import CaseInfo
+from hilbench.clock import Scheduler
+from hilbench.config import BenchFile
+from hilbench.journal import Journal
+from hilbench.line_faults import LineFaults, describe_faults
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shared:
+    """What all benches of a run have in common.
+
+    Attributes:
+        bench_file: what was asked for.
+        timeout_scale: how much longer to wait.
+        journal: where everything is recorded.
+    """
+
+    bench_file: BenchFile
+    timeout_scale: float
+    journal: Journal
+
+    def bench(self, scheduler: Scheduler) -> Bench:
+        """Return a bench on a scheduler."""
+        return Bench(scheduler, self.journal, timeout_scale=self.timeout_scale)
+
+    def describe(self, target: str, physics: str) -> Mapping[str, str]:
+        """Name the parts of the bench, and the faults that everything it says is subject to."""
+        parts = {"bench": self.bench_file.name, "target": target, "physics": physics}
+        faults = describe_faults(self.bench_file.faults)
+        return {**parts, "faults": faults} if faults else parts
+
+    def line_faults(
+        self,
+        bench: Bench,
+        case: CaseInfo,
+        *,
+        near_is_client: bool,
+        on_interruption: Callable[[], None] = lambda: None,
+    ) -> LineFaults | None:
+        """Return the bench file's faults for the line of a case, which begins now; None if it names none."""
+        if not self.bench_file.faults:
+            return None
+        return LineFaults(
+            bench,
+            self.bench_file.faults,
+            seed=case.seed,
+            near_is_client=near_is_client,
+            on_interruption=on_interruption,
+        )
