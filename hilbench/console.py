@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import select
 import sys
 from collections.abc import Callable, Iterator
 from typing import TextIO
@@ -33,6 +34,15 @@ class Console:
 
     def narrate(self, text: str) -> None:
         """Print lines for a person."""
+        _write(self._err, f"{text}\n")
+
+    def mention(self, text: str) -> None:
+        """Print lines for a person who may not be reading: what finds no room is dropped rather than waited for."""
+        with contextlib.suppress(OSError, ValueError):
+            poll = select.poll()
+            poll.register(self._err.fileno(), select.POLLOUT)
+            if not poll.poll(0):
+                return
         _write(self._err, f"{text}\n")
 
     @property
@@ -70,7 +80,7 @@ def _write(stream: TextIO, text: str) -> None:
     try:
         stream.write(text)
         stream.flush()
-    except (BrokenPipeError, ValueError):
+    except (OSError, ValueError):
         _point_nowhere(stream)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
+from hilbench.errors import PortClosedError
 from hilbench.links import Port
 from hilbench.links.port import PortBase
 
@@ -27,6 +28,8 @@ class SharedDoor(PortBase):
         for door in self._doors:
             door.on_receive = partial(self._received, door)
             door.on_line = partial(self._line_changed, door)
+            door.on_break = partial(self._break, door)
+            door.on_sent = self._sent
 
     @property
     def baud(self) -> int:
@@ -40,10 +43,13 @@ class SharedDoor(PortBase):
 
     def write(self, data: bytes) -> None:
         """Hand bytes to the client that has the line; without one they are lost and counted."""
-        if self._owner is None:
-            self.counters.lost += len(data)
-        else:
+        if self.closed:
+            raise PortClosedError("written to after it was closed", where=self.name)
+        if self._owner is not None:
             self._owner.write(data)
+        else:
+            self.counters.sent += len(data)
+            self.counters.lost += len(data)
 
     def send_break(self, duration_ns: int) -> None:
         """Send a break to the client that has the line."""
@@ -51,10 +57,21 @@ class SharedDoor(PortBase):
             self._owner.send_break(duration_ns)
 
     def close(self) -> None:
-        """Close all doors."""
+        """Close all doors; a second call does nothing."""
         self.closed = True
+        self.line_is_up = False
+        self._owner = None
         for door in self._doors:
             door.close()
+
+    def _sent(self, data: bytes, at_ns: int) -> None:
+        self.counters.sent += len(data)
+        self.on_sent(data, at_ns)
+
+    def _break(self, door: Port, at_ns: int) -> None:
+        if door is self._owner:
+            self.counters.breaks += 1
+            self.on_break(at_ns)
 
     def _received(self, door: Port, data: bytes, at_ns: int) -> None:
         if door is self._owner:

@@ -16,7 +16,8 @@ hilbench serve my-bench.toml --tcp 0.0.0.0:8101 --journal served.jsonl
 """
 
 _NOTES = """
-Serves until Ctrl-C, through any number of clients; then nothing is left behind.
+Serves until Ctrl-C (or SIGTERM), through any number of clients; then nothing is left behind. That is how serving ends,
+so the exit code is 0. A client that closes the pty or the socket has hung up: the robot ends its session.
 """
 
 
@@ -53,4 +54,4 @@ def run(parsed: argparse.Namespace) -> int:
         any_baud=parsed.any_baud,
         journal=parsed.journal,
     )
-    return serve(options, open_bench(options.what), Console().narrate)
+    return serve(options, open_bench(options.what), Console().mention)

@@ -14,6 +14,8 @@ import re
 import select
 import struct
 import termios
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from hilbench.clock import Scheduler
@@ -53,6 +55,8 @@ class PtyDoor(Door):
 
     Attributes:
         slave_name: The slave's own name, /dev/pts/N.
+        on_garbled: Called with the client's rate in bit/s, once for each client, when it first sends at another rate
+            than the line's.
     """
 
     def __init__(
@@ -67,6 +71,8 @@ class PtyDoor(Door):
         super().__init__(scheduler, name, line or Line())
         self.path = None if path is None else Path(path)
         self.any_baud = any_baud
+        self.on_garbled: Callable[[int], None] = _ignore
+        self._garbled = False
         self._clients = 0
         try:
             self._master, self._slave = os.openpty()
@@ -124,6 +130,7 @@ class PtyDoor(Door):
         before, self._clients = self._clients, max(0, clients)
         if self._clients and not before:
             termios.tcflush(self._slave, termios.TCIFLUSH)  # what a former client left unread
+            self._garbled = False
             self._in_order(at_ns, self._client_came)
         elif before and not self._clients:
             self._in_order(at_ns, self._client_left)
@@ -136,7 +143,11 @@ class PtyDoor(Door):
                 return  # nothing there
             if not self._clients:
                 self._count(1, at_ns)  # who writes has opened; the notice of it was merged with our own
-            self._came_in(self._input, self._across(data, self.client_baud, self.baud), at_ns)
+            client_baud = self.client_baud
+            if self._garbles(client_baud, self.baud) and not self._garbled:
+                self._garbled = True
+                self._in_order(at_ns, partial(self.on_garbled, client_baud))
+            self._came_in(self._input, self._across(data, client_baud, self.baud), at_ns)
             if not everything:
                 return
 
@@ -152,11 +163,15 @@ class PtyDoor(Door):
 
     def _across(self, data: bytes, sent_baud: int, own_baud: int) -> bytes:
         """Return what an end at `own_baud` gets of `data` sent at `sent_baud`."""
-        if self.any_baud or sent_baud == own_baud or not sent_baud or not own_baud:
+        if not self._garbles(sent_baud, own_baud):
             return data
         sampled = resample(data, sent_baud, own_baud)
         self.counters.framing_errors += sum(byte.framing_error for byte in sampled)
         return bytes(byte.value for byte in sampled)
+
+    def _garbles(self, sent_baud: int, own_baud: int) -> bool:
+        """Say whether two ends at these rates do not understand each other."""
+        return not self.any_baud and sent_baud != own_baud and sent_baud > 0 and own_baud > 0
 
     # --- clients
 
@@ -233,6 +248,10 @@ class PtyDoor(Door):
         self._watch.close()
         os.close(self._master)
         os.close(self._slave)
+
+
+def _ignore(_baud: int) -> None:
+    """Stand in for a callback that nobody has set."""
 
 
 def _trailing_closings(happened: list[bool]) -> int:

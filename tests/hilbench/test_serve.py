@@ -1,0 +1,381 @@
+"""`hilbench serve` as a process: how it begins, what its clients may do to it, and what it leaves behind."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import re
+import select
+import signal
+import socket
+import subprocess
+import sys
+import termios
+
+import pytest
+
+from hilbench.clock import NS_PER_S, MonotonicHostClock
+from hilbench.journal import Journal
+
+SYNC0 = bytes.fromhex("FAFB03000000")
+PATIENCE_S = 30
+MAIN = "import sys; from hilbench.cli import main; sys.exit(main())"
+FAST = ("--baud", "115200", "--any-baud")
+
+
+class Client:
+    """One end of a line to the robot, read without waiting."""
+
+    def __init__(self, descriptor, close):
+        self.descriptor, self.close = descriptor, close
+        self.say_no_more = close
+
+    def write(self, data):
+        return os.write(self.descriptor, data)
+
+    def flood(self, count):
+        """Send so many bytes and read none."""
+        while count > 0:
+            select.select((), (self.descriptor,), (), PATIENCE_S)
+            count -= self.write(SYNC0 * 300)
+
+    def receive(self, count):
+        """Wait for so many bytes."""
+        data = b""
+        while len(data) < count:
+            assert select.select((self.descriptor,), (), (), PATIENCE_S)[0], f"only {data.hex()} came"
+            more = os.read(self.descriptor, 4096)
+            assert more, "hung up"
+            data += more
+        return data
+
+    def is_answered(self):
+        self.write(SYNC0)
+        return self.receive(6) == SYNC0
+
+    def set_baud(self, constant):
+        attributes = termios.tcgetattr(self.descriptor)
+        attributes[4] = attributes[5] = constant
+        termios.tcsetattr(self.descriptor, termios.TCSANOW, attributes)
+
+
+class Served:
+    """A serving process, its standard error line by line, and the clients that were opened."""
+
+    def __init__(self, words, *, program=MAIN, **more):
+        command = [sys.executable, "-c", program, "serve", "pioneer", *map(str, words)]
+        self.process = subprocess.Popen(command, text=True, **({"stderr": subprocess.PIPE} | more))
+        self.said = ""
+        self.clients = contextlib.ExitStack()
+
+    def ready(self):
+        return self.has_said("stop with")
+
+    def has_said(self, words):
+        """Wait for a line with these words."""
+        for line in self.process.stderr:
+            self.said += line
+            if words in line:
+                return self
+        raise AssertionError(self.said)
+
+    @property
+    def port(self):
+        return int(re.search(r"tcp .*:(\d+),", self.said)[1])
+
+    def at_pty(self, path):
+        descriptor = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        return self._client(descriptor, os.close, descriptor)
+
+    def at_tcp(self, buffer_bytes=None):
+        connection = socket.socket()
+        if buffer_bytes:
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer_bytes)
+        connection.connect(("127.0.0.1", self.port))
+        connection.setblocking(False)
+        client = self._client(connection.fileno(), connection.close)
+        client.say_no_more = lambda: connection.shutdown(socket.SHUT_WR)
+        return client
+
+    def _client(self, descriptor, close, *what):
+        closing = self.clients.enter_context(contextlib.ExitStack())
+        closing.callback(close, *what)
+        return Client(descriptor, closing.close)
+
+    def descriptors(self):
+        return len(os.listdir(f"/proc/{self.process.pid}/fd"))
+
+    def end(self, number=signal.SIGINT):
+        """Stop it; return its exit code."""
+        self.process.send_signal(number)
+        self.said += self.process.communicate(timeout=PATIENCE_S)[1] or ""
+        return self.process.returncode
+
+
+@pytest.fixture
+def link(tmp_path):
+    return tmp_path / "p2"
+
+
+@pytest.fixture
+def serve():
+    with contextlib.ExitStack() as stack:
+
+        def start(*words, **more):
+            served = Served(words, **more)
+            stack.callback(served.process.communicate)
+            stack.callback(served.process.kill)
+            stack.callback(served.clients.close)
+            return served
+
+        yield start
+
+
+def wait_for(condition):
+    host = MonotonicHostClock()
+    for _ in range(PATIENCE_S * 100):
+        if condition():
+            break
+        host.wait_until(host.monotonic_ns() + NS_PER_S // 100)
+    else:
+        raise AssertionError("it never happened")
+    host.close()
+
+
+def refused(serve, *words):
+    """Return exit code and the only line of a serve that does not begin."""
+    served = serve(*words)
+    _, said = served.process.communicate(timeout=PATIENCE_S)
+    assert said.startswith("hilbench: ")
+    assert said.count("\n") == 1
+    return served.process.returncode, said
+
+
+# --- ending
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_is_stopped_by_a_signal_and_leaves_nothing(serve, link, number):
+    served = serve("--pty", link, "--tcp", 0).ready()
+    client = served.at_tcp()
+    assert client.is_answered()
+    assert served.end(number) == 0
+    assert not link.is_symlink()
+    with socket.socket() as again:
+        again.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        again.bind(("127.0.0.1", served.port))
+    assert "stopped after" in served.said
+    client.close()
+
+
+@pytest.mark.parametrize("moment", ["__init__", "close"])
+def test_signals_while_it_begins_or_ends_leave_nothing(serve, link, moment):
+    program = f"""
+import os, signal, sys
+import hilbench.serve
+from hilbench.cli import main
+Robot = hilbench.serve.VirtualPioneer
+usual = Robot.{moment}
+def interrupted(self, *words, **more):
+    for number in (signal.SIGTERM, signal.SIGINT):
+        os.kill(os.getpid(), number)
+    usual(self, *words, **more)
+Robot.{moment} = interrupted
+sys.exit(main())
+"""
+    served = serve("--pty", link, "--tcp", 0, program=program)
+    if moment == "close":
+        served.ready().process.send_signal(signal.SIGINT)
+    served.said += served.process.communicate(timeout=PATIENCE_S)[1]
+    assert served.process.returncode == 0
+    assert "stopped after" in served.said
+    assert "Traceback" not in served.said
+    assert not link.is_symlink()
+
+
+def test_what_a_killed_one_leaves_is_cleared_away_and_its_journal_can_be_read(serve, link, tmp_path):
+    served = serve("--pty", link, "--journal", tmp_path / "j").ready()
+    client = served.at_pty(link)
+    assert client.is_answered()
+    wait_for(lambda: '"tx"' in (tmp_path / "j").read_text())
+    served.end(signal.SIGKILL)
+    assert link.is_symlink()
+    client.close()
+    recording = Journal.read(tmp_path / "j")
+    assert recording.problem is None
+    assert not recording.ended
+    assert {"kind": "tx", "source": "robot", "data": SYNC0.hex()}.items() <= next(
+        event for event in recording.events if event["kind"] == "tx"
+    ).items()
+    again = serve("--pty", link).ready()
+    assert again.at_pty(link).is_answered()
+    assert again.end() == 0
+    assert not link.is_symlink()
+
+
+def test_the_help_says_how_it_ends():
+    command = [sys.executable, "-c", MAIN, "serve", "--help"]
+    said = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S).stdout
+    assert "the exit code is 0" in " ".join(said.split())
+
+
+# --- what keeps it from beginning
+
+
+def test_a_path_or_a_port_that_is_taken(serve, link, tmp_path):
+    served = serve("--pty", link, "--tcp", 0).ready()
+    code, said = refused(serve, "--pty", link)
+    assert code == 3
+    assert f"{link}: leads to {link.readlink()}, which is in use; stop the other bench" in said
+    code, said = refused(serve, "--tcp", served.port)
+    assert code == 3
+    assert f"127.0.0.1:{served.port}: cannot listen: Address already in use" in said
+    assert served.at_pty(link).is_answered()
+    mine = tmp_path / "mine"
+    mine.write_text("mine")
+    code, said = refused(serve, "--pty", mine)
+    assert (code, mine.read_text()) == (2, "mine")
+    assert served.end() == 0
+
+
+def test_a_refused_one_has_touched_nothing(serve, link, tmp_path):
+    """Neither the journal of the run before, nor the first door when there is no second."""
+    journal = tmp_path / "j"
+    Journal(journal).close()
+    before = journal.read_text()
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        code, _ = refused(serve, "--pty", link, "--tcp", taken.getsockname()[1], "--journal", journal)
+    assert (code, journal.read_text()) == (3, before)
+    assert not link.is_symlink()
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "hint"),
+    [
+        (("--scene", "corridr"), 2, "did you mean 'corridor'?"),
+        (("--baud", "9600.5"), 2, "9600.5"),
+        (("--baud", "0"), 2, "0"),
+        (("--journal", "/dev/full"), 3, "No space left on device"),
+    ],
+)
+def test_wrong_wishes(serve, link, words, code, hint):
+    got, said = refused(serve, "--pty", link, *words)
+    assert got == code
+    assert hint in said
+    assert not link.is_symlink()
+
+
+def test_no_door(serve):
+    code, said = refused(serve)
+    assert code == 2
+    assert "--pty" in said
+
+
+# --- what clients do
+
+
+def test_many_clients_at_both_doors_leave_no_descriptors(serve, link):
+    served = serve("--pty", link, "--tcp", 0, *FAST).ready()
+    before = served.descriptors()
+    for _ in range(24):
+        for client in (served.at_pty(link), served.at_tcp()):
+            assert client.is_answered()
+            client.close()
+    wait_for(lambda: served.descriptors() <= before)
+    assert served.end() == 0
+    assert served.said.count("a client came") == served.said.count("a client left") == 48
+
+
+def test_at_either_door_the_first_has_the_line(serve, link):
+    served = serve("--pty", link, "--tcp", 0, *FAST).ready()
+    first = served.at_pty(link)
+    assert first.is_answered()
+    second = served.at_tcp()
+    second.write(SYNC0)
+    assert first.is_answered()
+    first.close()
+    # What the second said while the first had the line is lost; he is heard once the robot has seen the first go.
+    wait_for(lambda: second.write(SYNC0) and select.select((second.descriptor,), (), (), 0)[0])
+    second.close()
+    third = served.at_pty(link)
+    wait_for(lambda: third.write(SYNC0) and select.select((third.descriptor,), (), (), 0)[0])
+    assert served.end() == 0
+
+
+def test_a_second_tcp_client_is_turned_away(serve):
+    served = serve("--tcp", 0, *FAST).ready()
+    first = served.at_tcp()
+    assert first.is_answered()
+    second = served.at_tcp()
+    assert select.select((second.descriptor,), (), (), PATIENCE_S)[0]
+    assert os.read(second.descriptor, 1) == b""
+    assert first.is_answered()
+    assert served.end() == 0
+    assert "1 clients turned away" in served.said
+
+
+@pytest.mark.parametrize("door", ["pty", "tcp"])
+def test_a_client_that_does_not_read_harms_nobody(serve, link, door):
+    served = serve("--pty", link, "--tcp", 0, "--baud", "921600", "--any-baud").ready()
+    deaf = served.at_pty(link) if door == "pty" else served.at_tcp(4096)
+    deaf.flood(70_000)
+    deaf.say_no_more()
+    served.has_said("a client left")
+    assert served.at_pty(link).is_answered()
+    assert served.end() == 0
+    assert re.search(r"[1-9]\d* of them dropped: nobody read", served.said), served.said
+
+
+def test_a_wrong_rate_garbles_and_is_told_once(serve, link):
+    served = serve("--pty", link).ready()
+    client = served.at_pty(link)
+    client.set_baud(termios.B115200)
+    for _ in range(3):
+        client.write(SYNC0)
+        client.set_baud(termios.B115200)
+    served.has_said("garbled")
+    client.set_baud(termios.B9600)
+    assert client.is_answered()
+    assert served.end() == 0
+    assert served.said.count("garbled") == 1
+    assert (
+        "the client set 115200 baud, the robot listens at 9600; "
+        "bytes are garbled as on a real line; --any-baud or --baud 115200"
+    ) in served.said
+
+
+def test_any_baud_garbles_nothing(serve, link):
+    served = serve("--pty", link, "--any-baud").ready()
+    client = served.at_pty(link)
+    client.set_baud(termios.B115200)
+    assert client.is_answered()
+    assert served.end() == 0
+    assert "garbled" not in served.said
+
+
+# --- nobody listens to what it says
+
+
+@pytest.mark.parametrize("stream", ["closed", "broken", "full"])
+def test_nobody_hears_it(serve, link, stream):
+    read, write = os.pipe()
+    words: dict[str, object] = {"stderr": write}
+    if stream == "broken":
+        os.close(read)
+    elif stream == "full":
+        fcntl.fcntl(write, fcntl.F_SETPIPE_SZ, 4096)
+        os.write(write, bytes(4096))
+    else:
+        words = {"stderr": None, "program": f"import os; os.close(2)\n{MAIN}"}
+    served = serve("--pty", link, *FAST, **words)
+    wait_for(link.is_symlink)
+    for _ in range(3):
+        client = served.at_pty(link)
+        assert client.is_answered()
+        client.close()
+    assert served.end() == 0
+    assert not link.is_symlink()
+    os.close(write)
+    if stream != "broken":
+        os.close(read)
