@@ -1,0 +1,124 @@
+"""Stand-ins for programs that cannot be installed here, on a robot in bench time and on a served one in real time."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+
+from hilbench.bench import Bench
+from hilbench.clock import Scheduler
+from hilbench.config import open_bench
+from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink
+from hilbench.pioneer import VirtualPioneer, plan_of
+
+from .aria import Aria
+from .lines import BenchLine, PtyLine, TcpLine
+from .player import PlayerDriver, RosDriver
+
+KINDS = {
+    "aria-serial": (Aria, True),
+    "aria-tcp": (Aria, False),
+    "player-serial": (PlayerDriver, True),
+    "player-tcp": (PlayerDriver, False),
+    "ros-serial": (RosDriver, True),
+}
+
+
+class BenchRig:
+    """A virtual robot on a line inside the bench; `hangs_up` says whether a client that goes takes the line down."""
+
+    def __init__(self, *, scene="empty", physics="plane", baud=9600, hangs_up=True):
+        self.hangs_up = hangs_up
+        self.bench = Bench(Scheduler(), Journal())
+        self.link = MemoryLink(self.bench.scheduler, Line(baud=baud))
+        plan = plan_of(open_bench("pioneer"))
+        plan = replace(plan, scene=scene, physics=physics, settings=replace(plan.settings, host_baud=baud))
+        self.pioneer = VirtualPioneer(self.bench, self.link.a, plan, seed=1)
+
+    def open(self, kind):
+        make, serial = KINDS[kind]
+        self.link.restore()
+        self.bench.run_for(0)
+        return make(BenchLine(self, serial=serial))
+
+    def client_gone(self):
+        if self.hangs_up:
+            self.link.hang_up()
+
+    def pass_time(self, duration_s):
+        self.bench.run_for(duration_s)
+
+    def hear_the_next_byte(self):
+        heard = []
+        self.link.b.on_receive = lambda data, _at_ns: heard.append(data)
+        assert self.bench.run_until(lambda: bool(heard), 1.0)
+
+    def close(self):
+        self.pioneer.close()
+
+
+class ServedRig:
+    """A robot served by a process of its own."""
+
+    hangs_up = True
+
+    def __init__(self, folder, *options, tcp=True):
+        self.path = folder / "p2"
+        words = ["serve", "pioneer", "--pty", str(self.path), *options, *(["--tcp", "0"] if tcp else [])]
+        program = "import sys; from hilbench.cli import main; sys.exit(main())"
+        self.process = subprocess.Popen([sys.executable, "-c", program, *words], stderr=subprocess.PIPE, text=True)
+        self.said, self.lines = [], []
+        for line in self.process.stderr:
+            self.said.append(line)
+            if "stop with" in line:
+                break
+        self.tcp_port = next((int(found[1]) for line in self.said if (found := re.search(r"tcp .*:(\d+)", line))), None)
+
+    def open(self, kind):
+        make, serial = KINDS[kind]
+        self.lines.append(PtyLine(self.path) if serial else TcpLine(self.tcp_port))
+        return make(self.lines[-1])
+
+    def descriptors(self):
+        return len(os.listdir(f"/proc/{self.process.pid}/fd"))
+
+    def close(self):
+        for line in self.lines:
+            line.close()
+        if self.process.stderr.closed:
+            return
+        with contextlib.suppress(ProcessLookupError):
+            self.process.send_signal(signal.SIGINT)
+        self.said += self.process.communicate(timeout=60)[1].splitlines(keepends=True)
+
+
+@pytest.fixture
+def make_rig():
+    with contextlib.ExitStack() as stack:
+
+        def make(**options):
+            rig = BenchRig(**options)
+            stack.callback(rig.close)
+            return rig
+
+        yield make
+
+
+@pytest.fixture
+def make_served(tmp_path):
+    with contextlib.ExitStack() as stack:
+
+        def make(*options, **more):
+            rig = ServedRig(tmp_path, *options, **more)
+            stack.callback(rig.close)
+            return rig
+
+        yield make

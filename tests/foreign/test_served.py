@@ -1,0 +1,39 @@
+"""The same programs, in real time, on `hilbench serve` over a pty and over TCP."""
+
+from __future__ import annotations
+
+import pytest
+
+from .scripts import at_speed, die_while_driving, drive_a_little, drive_and_die, find_the_robot_at_rest, until
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.parametrize("kind", ["aria-serial", "player-tcp"])
+def test_a_program_connects_drives_dies_and_is_back_at_once(make_served, kind):
+    rig = make_served()
+    client = rig.open(kind)
+    drive_a_little(client, for_s=0.5)
+    drive_and_die(client)
+    client = rig.open(kind)
+    find_the_robot_at_rest(client)
+    client.disconnect()
+
+
+def test_ros_finds_the_rate_drives_and_dies(make_served):
+    rig = make_served("--baud", "38400", tcp=False)
+    die_while_driving(rig.open("ros-serial"))
+    rig.close()
+    assert len([line for line in rig.said if "garbled" in line]) == 1
+
+
+def test_dies_while_driving_at_one_door_and_comes_back_at_the_other(make_served):
+    rig = make_served()
+    die_while_driving(rig.open("aria-serial"))
+    client = rig.open("aria-tcp")
+    find_the_robot_at_rest(client)
+    client.enable_motors()
+    client.drive(200)
+    until(client, at_speed(200))
+    client.die()
+    find_the_robot_at_rest(rig.open("aria-serial"))
