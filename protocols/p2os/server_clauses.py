@@ -78,7 +78,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="No commands before the session",
         text=(
-            "Before the handshake VEL 200 or OPEN has no answer and starts no SIP, nor has VEL 200 between it and OPEN. "
+            "Before the handshake VEL 200 or OPEN has no answer and starts no SIP, nor VEL 200 between it and OPEN. "
             "The session that follows begins at rest, with the motors off."
         ),
         sources=(MANUAL,),
@@ -127,8 +127,11 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         id="S12",
         suite=_SUITE,
         level="must",
-        title="A repeated SYNC0 is echoed again",
-        text="Two SYNC0 have two echoes, so that a client that missed one can go on.",
+        title="A repeated SYNC is answered again",
+        text=(
+            "Two SYNC0 have two echoes; a repeated SYNC1 or SYNC2 has its answer again, too, so that a client that missed "
+            "one can go on."
+        ),
         sources=(ARIA, PLAYER),
         needs=("server",),
     ),
