@@ -129,8 +129,8 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="A repeated SYNC is answered again",
         text=(
-            "Two SYNC0 have two echoes; a repeated SYNC1 or SYNC2 has its answer again, too, so that a client that missed "
-            "one can go on."
+            "Two SYNC0 have two echoes; a repeated SYNC1 or SYNC2 has its answer again, too, so that a client that "
+            "missed one can go on."
         ),
         sources=(ARIA, PLAYER),
         needs=("server",),
