@@ -15,6 +15,7 @@ from hilbench.doors import SharedDoor
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
+from hilbench.line_faults import LineFaults, describe_faults
 from hilbench.links import Line, Port, PtyDoor, TcpDoor
 from hilbench.options import ServeOptions
 from hilbench.pioneer import PioneerPlan, VirtualPioneer, plan_of
@@ -52,11 +53,13 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         bench = Bench(scheduler, journal)
         stack.callback(lambda: journal.close(bench.now_ns))
         try:
-            pioneer = VirtualPioneer(bench, port, plan, seed=options.seed)
+            pioneer = VirtualPioneer(bench, _faulty(bench, port, options, bench_file), plan, seed=options.seed)
         except WorldError as error:
             raise UnavailableError(str(error), where=f"scene {plan.scene}") from error
         stack.callback(pioneer.close)
         _announce(bench, doors, port, say)
+        if bench_file.faults:
+            say(f"faults on the line: {describe_faults(bench_file.faults)}")
         _run(scheduler, say)
         for door in doors:
             say(_traffic(door))
@@ -99,6 +102,13 @@ def _doors(options: ServeOptions, scheduler: Scheduler, plan: PioneerPlan) -> It
             tcp_door = TcpDoor(scheduler, f"{host}:{tcp.port}", line, name=f"tcp:{tcp.port}")
             doors.append(stack.enter_context(contextlib.closing(tcp_door)))
         yield doors
+
+
+def _faulty(bench: Bench, port: Port, options: ServeOptions, bench_file: BenchFile) -> Port:
+    """Return the robot's end of the line, with the faults of the bench file on it."""
+    if not bench_file.faults:
+        return port
+    return LineFaults(bench, bench_file.faults, seed=options.seed, near_is_client=False).on(port)
 
 
 def _announce(bench: Bench, doors: Sequence[PtyDoor | TcpDoor], port: Port, say: Say) -> None:
