@@ -7,6 +7,8 @@ Settings that decide whether the motion is right, each tested:
 - Every joint is commanded before the first step. The library's own default is a motor that holds joints still.
 - The floor's friction is 1.0, because the library multiplies the two surfaces' coefficients.
 - ``deterministicOverlappingPairs`` on and a fixed loading order (floor, boxes, vehicle): the same run bit for bit.
+- The solver works each step out to the end. By the library's defaults it stops while the wheels' motors and the floor's
+  friction still disagree, and what is left over makes a robot at rest turn by 17 degrees in an hour.
 - Rays on one thread, ``physicsClientId`` on every call.
 
 A client costs tens of milliseconds and 28 MB, so closed worlds leave theirs for the next one, which resets it: the
@@ -29,7 +31,13 @@ from worlds.vehicles.urdf import to_urdf
 from worlds.world import CONTACTS, GRAVITY, RAYS, Contact, JointState, Pose, Velocity, World
 
 GRAVITY_M_S2 = 9.81
-SOLVER_ITERATIONS = 50
+
+SOLVER_ITERATIONS = 200
+SOLVER_RESIDUAL = 1e-14
+"""The solver goes over the constraints in turn, at most so often, and stops once the largest speed it still corrects,
+squared (m/s or rad/s), is below the residual. A motor that holds a light wheel under a heavy body comes only 5 % nearer
+each time: with the library's 50 and 1e-7 a standing Pioneer creeps by 0.57 mm and 0.28 degrees a minute, with these by
+0.0003 mm and 0.0001 degrees. A step takes 65 us instead of 25."""
 
 # Collision groups. The library itself uses the low six bits: 1 for what moves (and for rays), 2 for what does not.
 _MOVING_GROUP = 1
@@ -262,6 +270,7 @@ class _Builder:
         self._bullet.setPhysicsEngineParameter(
             fixedTimeStep=1 / step_hz,
             numSolverIterations=SOLVER_ITERATIONS,
+            solverResidualThreshold=SOLVER_RESIDUAL,
             deterministicOverlappingPairs=1,
             enableFileCaching=0,
             **self._at,

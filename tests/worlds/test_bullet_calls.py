@@ -53,7 +53,6 @@ def test_pairs_are_ordered_before_anything_is_loaded(spy):
     engine = names.index("setPhysicsEngineParameter")
     assert spy.calls[engine][1]["deterministicOverlappingPairs"] == 1
     assert spy.calls[engine][1]["fixedTimeStep"] == 1 / 240
-    assert spy.calls[engine][1]["numSolverIterations"] == 50
     assert names.index("resetSimulation") < engine < names.index("createMultiBody") < names.index("loadURDF")
 
 

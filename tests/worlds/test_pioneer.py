@@ -58,6 +58,33 @@ def test_on_the_spot_the_reference_point_stands_still(pioneer):
     assert math.hypot(*body.world.velocity().linear_m_s) < 2e-3
 
 
+@pytest.mark.parametrize(
+    ("step_hz", "held", "driven"),
+    [(240, True, False), (240, True, True), (240, False, False), (240, False, True), (1000, False, True)],
+)
+def test_at_rest_it_stays_where_it_is(pioneer, step_hz, held, driven):
+    """Within 0.01 degrees and 0.05 mm in ten minutes, body and wheels alike; here a fortieth of the time."""
+    body = pioneer(step_hz=step_hz)
+    if driven:
+        push(body, 3.0, -1.0, 1.0)
+    rest(body, 2.0, held)
+    before, wheels_before = body.world.pose(), body.wheel_angles_rad()
+    rest(body, 15.0, held)
+    after, wheels_after = body.world.pose(), body.wheel_angles_rad()
+    assert math.degrees(abs(after.yaw_rad - before.yaw_rad)) < 0.01 / 40
+    assert math.dist(after.position_m, before.position_m) < 0.05e-3 / 40
+    assert math.dist(wheels_after, wheels_before) * DEFAULTS.wheel_radius_m < 0.05e-3 / 40
+
+
+def rest(body, seconds, held):
+    for _ in range(round(seconds * body.world.step_hz)):
+        if held:
+            body.command_wheels(0.0, 0.0)
+        else:
+            body.release_wheels()
+        body.world.step()
+
+
 @pytest.mark.parametrize("gap_m", [0.001, 0.005, 0.015])
 def test_near_is_not_touching(pioneer, gap_m):
     body = pioneer("wall")
@@ -176,9 +203,23 @@ def test_holding_on_the_ramp_takes_torque(pioneer):
     push(body, 0.0, 0.0, 2.0)
     here = body.world.pose().position_m
     push(body, 0.0, 0.0, 2.0)
-    assert body.world.pose().position_m == pytest.approx(here, abs=1e-3)
+    assert math.dist(body.world.pose().position_m, here) < 2e-6
     expected = 9.0 * 9.81 * math.sin(math.radians(8)) * DEFAULTS.wheel_radius_m / 2
     assert body.motor_loads() == pytest.approx((expected, expected), rel=0.05)
+
+
+def test_released_on_the_ramp_it_rolls_down(pioneer):
+    """With (m g sin a - 2 M / r) / (m + 2 J / r²): the weight against the gearboxes' friction M."""
+    body = pioneer("ramp")
+    push(body, 0.3 / 0.0825, 0.3 / 0.0825, 9.0)
+    push(body, 0.0, 0.0, 2.0)
+    start, seconds = body.world.pose().position_m, 1.0
+    rest(body, seconds, held=False)
+    p = DEFAULTS
+    pull_n = p.mass_kg * 9.81 * math.sin(math.radians(8)) - 2 * p.released_friction_nm / p.wheel_radius_m
+    expected_m = pull_n / (p.mass_kg + p.wheel_mass_kg) * seconds**2 / 2
+    assert math.dist(body.world.pose().position_m, start) == pytest.approx(expected_m, rel=0.02)
+    assert body.world.pose().position_m[0] < start[0]
 
 
 def test_hull_stays_inside_the_bumpers(pioneer):
