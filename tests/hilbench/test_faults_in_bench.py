@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import socket
 import subprocess
 import sys
 import textwrap
 from itertools import pairwise
+from pathlib import Path
 from typing import get_args, get_type_hints
 
 import pytest
@@ -220,6 +222,20 @@ def test_what_is_wrong_is_one_line_with_its_place(bench_file, entry, line, messa
 
 def test_every_kind_of_the_links_can_be_written():
     assert set(get_args(get_type_hints(FaultEntry)["kind"])) == {kind.value for kind in FaultKind}
+
+
+def test_the_example_in_the_docs_is_right(tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "faults.md").read_text()
+    (text,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    file = tmp_path / "docs.toml"
+    file.write_text(text)
+    assert [fault.describe() for fault in open_bench(str(file)).faults] == [
+        "flip at_s 3.2 bit 3 towards robot.host",
+        "noise probability 0.001 count 4 towards peer",
+        "disconnect at_s 8 duration_s 0.5",
+    ]
+    listed = re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE)
+    assert set(listed) == {"kind", *(kind.value for kind in FaultKind)}
 
 
 def test_a_link_written_the_other_way_round(tmp_path):
