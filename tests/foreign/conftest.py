@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import select
 import signal
 import subprocess
 import sys
@@ -75,20 +76,19 @@ class ServedRig:
         words = ["serve", "pioneer", "--pty", str(self.path), *options, *(["--tcp", "0"] if tcp else [])]
         program = "import sys; from hilbench.cli import main; sys.exit(main())"
         self.process = subprocess.Popen([sys.executable, "-c", program, *words], stderr=subprocess.PIPE, text=True)
-        self.said, self.lines = [], []
-        for line in self.process.stderr:
-            self.said.append(line)
-            if "stop with" in line:
-                break
-        self.tcp_port = next((int(found[1]) for line in self.said if (found := re.search(r"tcp .*:(\d+)", line))), None)
+        self.said, self.lines = "", []
+        descriptor = self.process.stderr.fileno()
+        while "stop with" not in self.said:
+            assert select.select((descriptor,), (), (), 30)[0], self.said
+            more = os.read(descriptor, 4096)
+            assert more, self.said
+            self.said += more.decode()
+        self.tcp_port = int(re.search(r"tcp .*:(\d+),", self.said)[1]) if tcp else None
 
     def open(self, kind):
         make, serial = KINDS[kind]
         self.lines.append(PtyLine(self.path) if serial else TcpLine(self.tcp_port))
         return make(self.lines[-1])
-
-    def descriptors(self):
-        return len(os.listdir(f"/proc/{self.process.pid}/fd"))
 
     def close(self):
         for line in self.lines:
@@ -97,7 +97,7 @@ class ServedRig:
             return
         with contextlib.suppress(ProcessLookupError):
             self.process.send_signal(signal.SIGINT)
-        self.said += self.process.communicate(timeout=60)[1].splitlines(keepends=True)
+        self.said += self.process.communicate(timeout=60)[1]
 
 
 @pytest.fixture

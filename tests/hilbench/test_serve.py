@@ -73,12 +73,14 @@ class Served:
         return self.has_said("stop with")
 
     def has_said(self, words):
-        """Wait for a line with these words."""
-        for line in self.process.stderr:
-            self.said += line
-            if words in line:
-                return self
-        raise AssertionError(self.said)
+        """Wait until it has said these words."""
+        descriptor = self.process.stderr.fileno()
+        while words not in self.said:
+            assert select.select((descriptor,), (), (), PATIENCE_S)[0], self.said
+            more = os.read(descriptor, 4096)
+            assert more, self.said
+            self.said += more.decode()
+        return self
 
     @property
     def port(self):
