@@ -140,12 +140,18 @@ def test_an_echo_of_the_step_before_is_no_answer(bench: ClientBench) -> None:
 
 
 @case("C06", bench_time_s=0.5)
-def test_a_sync_error_sends_it_back_to_sync0(bench: ClientBench) -> None:
-    bench.server.answer("SYNC1", encode_packet(SyncError()), times=1)
+@pytest.mark.parametrize("step", HANDSHAKE_NAMES)
+def test_a_sync_error_sends_it_back_to_sync0(bench: ClientBench, step: str) -> None:
+    bench.server.answer(step, encode_packet(SyncError()), times=1)
     connect(bench)
-    steps = [heard.name for heard in bench.server.heard("SYNC0", "SYNC1", "OPEN")]
-    after = steps[steps.index("SYNC1") + 1]
+    after = _behind(bench, step)
     assert after == "SYNC0", f"SYNC0 is due after a SYNC error, but {after} came"
+
+
+def _behind(bench: ClientBench, step: str) -> str:
+    """Return what the client said next after it had first taken a step of the handshake."""
+    steps = [heard.name for heard in bench.server.heard(*HANDSHAKE_NAMES, "OPEN")]
+    return steps[steps.index(step) + 1]
 
 
 @case("C07", bench_time_s=1.3)
@@ -179,11 +185,20 @@ def test_a_damaged_identification_is_refused(bench: ClientBench) -> None:
     server = bench.server
     server.answer("SYNC2", damaged(encode_packet(IDENTIFICATION)), times=1)
     connect(bench)
-    steps = [heard.name for heard in server.heard(*HANDSHAKE_NAMES, "OPEN")]
-    after = steps[steps.index("SYNC2") + 1]
-    assert after != "OPEN", "an identification with a wrong checksum was accepted"
+    assert _behind(bench, "SYNC2") != "OPEN", "an identification with a wrong checksum was accepted"
     own = bench.client.own
     assert own is None or own.identification == IDENTIFICATION, "the damaged name was kept"
+
+
+@case("C09", bench_time_s=3.5)
+@pytest.mark.parametrize("times", [1, 4])
+@pytest.mark.parametrize(("step", "echo"), [("SYNC0", ECHO0), ("SYNC1", ECHO1)])
+def test_a_damaged_echo_is_refused(bench: ClientBench, step: str, echo: bytes, times: int) -> None:
+    """Once, and so often that a client which may go back to SYNC0 does so."""
+    bench.server.answer(step, damaged(echo), times=times)
+    connect(bench)
+    after = _behind(bench, step)
+    assert after in ("SYNC0", step), f"a damaged echo was taken for one of {step}: {after} came next"
 
 
 @case("C10", bench_time_s=5.0)

@@ -66,7 +66,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="Restarts on a SYNC error",
-        text="SYNC1 answered with type FF: the client restarts at SYNC0 and succeeds.",
+        text="A SYNC answered with type FF: the client restarts at SYNC0 and succeeds.",
         sources=(ARIA,),
         needs=("client",),
     ),
@@ -97,7 +97,8 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Refuses a damaged identification",
         text=(
-            "An answer to SYNC2 with a wrong checksum is not accepted; SYNC2 is repeated or the handshake restarted."
+            "An answer to SYNC2 with a wrong checksum is not accepted, nor is an echo; the SYNC is repeated or the "
+            "handshake restarted."
         ),
         sources=(MANUAL,),
         needs=("client",),
