@@ -17,7 +17,7 @@ from hilbench.client_under_test import (
 )
 from hilbench.clock import MonotonicHostClock, Scheduler
 from hilbench.config import BenchFile
-from hilbench.errors import UsageError
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Line, Port, PtyDoor, SerialPort, TcpDoor, parse_serial_target
 from hilbench.observing import counters_of, pace_of
 from hilbench.peer import Peer
@@ -97,8 +97,11 @@ class AttachedProvider(_LockedProvider):
         yield from self._case(case, self._peer)
 
     def close(self) -> None:
-        """Close the port, the clock and the journal."""
+        """Leave the target stopped and its session closed, whatever the last case did; close everything."""
         if self._peer is not None:
+            if self._peer.port.line_is_up:
+                with contextlib.suppress(UnavailableError):
+                    self._peer.settle()
             self._peer.port.close()
         super().close()
 
