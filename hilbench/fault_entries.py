@@ -6,12 +6,10 @@ What a fault does to the line is in `hilbench.links.faults`; how the entries get
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import UNSET, Meta, UnsetType
-
-from hilbench.links.faults import Direction, Fault, FaultKind
 
 LONGEST_S = 1e6
 MOST_BYTES = 65_536
@@ -77,19 +75,19 @@ class FaultEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         required = _REQUIRED.get(self.kind, set())
         allowed = required | _OPTIONAL.get(self.kind, set())
         for name in _DETAILS:
-            if name in self._given and name not in allowed:
+            if name in self.given and name not in allowed:
                 raise ValueError(f"{name} says nothing about a fault of the kind '{self.kind}'")
-            if name in required and name not in self._given:
+            if name in required and name not in self.given:
                 raise ValueError(f"kind '{self.kind}' needs {name}")
 
     @property
-    def _given(self) -> Mapping[str, object]:
+    def given(self) -> Mapping[str, Any]:
         """The triggers and details that were written."""
         values = {name: getattr(self, name) for name in (*_TRIGGERS, *_DETAILS)}
         return {name: value for name, value in values.items() if value is not UNSET}
 
     def _check_trigger(self) -> None:
-        given = [name for name in _TRIGGERS if name in self._given]
+        given = [name for name in _TRIGGERS if name in self.given]
         if len(given) > 1:
             raise ValueError(f"{given[1]} cannot go with {given[0]}: a fault has one of {', '.join(_TRIGGERS)}")
         if self.kind in _LINE_KINDS and given != ["at_s"]:
@@ -106,9 +104,5 @@ class FaultEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
     def describe(self) -> str:
         """Return the fault in a few words, such as ``flip at_s 3.2 bit 3 towards robot.host``."""
-        words = [self.kind, *(f"{name} {value:g}" for name, value in self._given.items())]
+        words = [self.kind, *(f"{name} {value}".removesuffix(".0") for name, value in self.given.items())]
         return " ".join(words if self.kind == "disconnect" else [*words, f"towards {self.towards}"])
-
-    def fault(self, direction: Direction) -> Fault:
-        """Return the fault as links know it."""
-        return Fault(kind=FaultKind(self.kind), direction=direction, **self._given)  # type: ignore[arg-type]

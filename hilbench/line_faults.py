@@ -56,7 +56,14 @@ class LineFaults:
         self._on_interruption = on_interruption
         near_to_far, far_to_near = Direction.A_TO_B, Direction.B_TO_A
         to_client, to_robot = (far_to_near, near_to_far) if near_is_client else (near_to_far, far_to_near)
-        faults = [entry.fault(to_client if entry.towards == CHECKER_END else to_robot) for entry in entries]
+        faults = [
+            Fault(
+                kind=FaultKind(entry.kind),
+                direction=to_client if entry.towards == CHECKER_END else to_robot,
+                **entry.given,
+            )
+            for entry in entries
+        ]
         self.plan = FaultPlan(tuple(faults), seed=seed, epoch_ns=bench.now_ns)
         self.plan.on_fault = self._struck
 

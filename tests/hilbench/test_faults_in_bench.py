@@ -238,6 +238,11 @@ def test_the_example_in_the_docs_is_right(tmp_path):
     assert set(listed) == {"kind", *(kind.value for kind in FaultKind)}
 
 
+def test_figures_are_told_whole(bench_file):
+    (fault,) = open_bench(bench_file('kind = "drop"\nbyte = 12345678\ncount = 10')).faults
+    assert fault.describe() == "drop byte 12345678 count 10 towards robot.host"
+
+
 def test_a_link_written_the_other_way_round(tmp_path):
     file = tmp_path / "turned.toml"
     file.write_text(HEAD + '[[links]]\nends = ["robot.host", "peer"]\n[[faults]]\nkind = "drop"\nbyte = 1\n')
