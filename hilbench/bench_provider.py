@@ -49,7 +49,7 @@ def make_provider(options: CheckOptions) -> BenchProvider:
         UnavailableError: the bench needs something that is not installed.
     """
     bench_file = open_bench(options.bench)
-    journal = Journal(options.journal, {"seed": options.seed, "bench": bench_file.name}) if options.journal else None
+    journal = Journal(options.journal, bench_file.header(options.seed)) if options.journal else None
     shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal or Journal())
     if not options.targets:
         return VirtualProvider(shared)

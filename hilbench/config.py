@@ -119,6 +119,11 @@ class BenchFile:
     links: tuple[Link, ...]
     faults: tuple[FaultEntry, ...] = ()
 
+    def header(self, seed: int) -> dict[str, object]:
+        """Return what a journal says of the bench in its first line; `seed` is that of the run."""
+        faults = [fault.describe() for fault in self.faults]
+        return {"seed": seed, "bench": self.name, "bench_sha256": self.digest, "faults": faults}
+
 
 def built_in_benches() -> tuple[str, ...]:
     """Return the names of the benches that come with hilbench."""

@@ -49,7 +49,7 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         scheduler = Scheduler()
         doors = stack.enter_context(_doors(options, scheduler, plan))
         port = doors[0] if len(doors) == 1 else SharedDoor(doors)
-        journal = Journal(options.journal, {"seed": options.seed, "bench": bench_file.name})
+        journal = Journal(options.journal, bench_file.header(options.seed))
         bench = Bench(scheduler, journal)
         stack.callback(lambda: journal.close(bench.now_ns))
         try:

@@ -381,5 +381,8 @@ def test_serve_has_the_faults_on_its_door(bench_file, tmp_path):
         finally:
             serving.terminate()
             serving.communicate(timeout=10)
-    events = Journal.read(journal).events
+    recording = Journal.read(journal)
+    events = recording.events
+    assert recording.header["faults"] == ["drop byte 0 towards peer"]
+    assert recording.header["bench_sha256"] == open_bench(command[-1]).digest
     assert [event["fault"] for event in events if event["kind"] == "fault"] == ["drop"]

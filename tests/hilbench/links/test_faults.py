@@ -145,3 +145,66 @@ def test_a_wrapped_port_is_a_port():
     port.close()
     port.close()
     assert link.a.closed
+
+
+BREAKS = (
+    Fault(kind=FaultKind.BREAK, at_s=1.0, duration_s=0.1),
+    Fault(kind=FaultKind.BREAK, at_s=1.0, duration_s=0.1, direction=Direction.B_TO_A),
+    Fault(kind=FaultKind.FLIP, probability=1.0),
+)
+
+
+def test_a_line_that_is_closed_has_no_faults():
+    scheduler = Scheduler()
+    port = FaultyPort(scheduler, MemoryLink(scheduler, Line(baud=9600)).a, FaultPlan(BREAKS))
+    port.close()
+    scheduler.run_for(2 * S)
+    assert port.counters.breaks == 0
+
+
+def test_a_port_that_was_left_is_sound():
+    scheduler = Scheduler()
+    link = MemoryLink(scheduler, Line(baud=9600))
+    plan = FaultPlan(BREAKS)
+    struck = []
+    plan.on_fault = lambda fault, way, at_ns: struck.append(at_ns)
+    port = FaultyPort(scheduler, link.a, plan)
+    port.write(b"lost")
+    port.detach()
+    struck.clear()
+    got = []
+    link.b.on_receive = lambda data, at_ns: got.append(data)
+    link.a.write(b"abc")
+    scheduler.run_for(2 * S)
+    assert (b"".join(got), struck, link.b.counters.breaks) == (b"abc", [], 0)
+
+
+def test_faults_go_on_when_the_line_is_opened_again():
+    scheduler = Scheduler()
+    first, second = (MemoryLink(scheduler, Line(baud=9600)) for _ in range(2))
+    port = FaultyPort(scheduler, first.a, FaultPlan((Fault(kind=FaultKind.FLIP, byte=3, bit=5),)))
+    got = []
+    for link in (first, second):
+        link.b.on_receive = lambda data, at_ns: got.append(data)
+    port.write(b"ab")
+    scheduler.run_for(S)
+    port.close()
+    port.reopen(second.a)
+    port.write(b"cdef")
+    scheduler.run_for(S)
+    assert b"".join(got) == b"abcDef"
+
+
+def test_times_count_from_the_epoch():
+    scheduler = Scheduler()
+    scheduler.run_for(5 * S)
+    faults = (Fault(kind=FaultKind.DROP, at_s=0.5), Fault(kind=FaultKind.BREAK, at_s=1.0, duration_s=0.1))
+    plan = FaultPlan(faults, epoch_ns=5 * S)
+    struck = []
+    plan.on_fault = lambda fault, way, at_ns: struck.append((fault.kind, at_ns))
+    link = MemoryLink(scheduler, Line(baud=9600), faults=plan)
+    link.a.write(b"a")
+    scheduler.run_for(S // 2)
+    link.a.write(b"b")
+    scheduler.run_for(S)
+    assert struck == [(FaultKind.DROP, 5 * S + S // 2), (FaultKind.BREAK, 6 * S)]
