@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -34,6 +35,8 @@ EXIT_MEANINGS = {
     ExitCode.DEFECT: "defect in hilbench",
     ExitCode.INTERRUPTED: "interrupted; this report is complete for what was run",
 }
+
+_NUMBER = re.compile(r"(\d+)")
 
 NO_HASH_IN_REAL_TIME = "in real time no two runs are the same to the nanosecond"
 NO_HASH_WITHOUT_CASES = "no case ran"
@@ -87,14 +90,23 @@ def _why_no_hash(observed: Observations) -> str:
 
 
 def _by_clause(planned: Iterable[PlannedCase], results: Iterable[CaseResult]) -> list[_ClauseCases]:
-    """Group by clause: one that several suites check counts once, in the suite that came first."""
+    """Group by clause: one that several suites check counts once, in the suite that came first.
+
+    Suites come in the order in which they run, the clauses of each in the order of their ids, S9 before S10.
+    """
     groups: dict[str, _ClauseCases] = {}
     for plan, result in zip(planned, results, strict=True):
         for clause in plan.clauses:
             group = groups.setdefault(clause.id, _ClauseCases(clause=clause, planned=[], results=[]))
             group.planned.append(plan)
             group.results.append(result)
-    return list(groups.values())
+    suites = list(dict.fromkeys(group.planned[0].suite for group in groups.values()))
+    places = {group.clause.id: suites.index(group.planned[0].suite) for group in groups.values()}
+    return sorted(groups.values(), key=lambda group: (places[group.clause.id], _by_number(group.clause.id)))
+
+
+def _by_number(clause_id: str) -> list[tuple[int, str]]:
+    return [(int(part), "") if part.isdigit() else (0, part) for part in _NUMBER.split(clause_id)]
 
 
 def _clause_result(group: _ClauseCases, options: CheckOptions) -> ClauseResult:

@@ -187,3 +187,14 @@ def test_the_list_as_json(write_suite, provider, capsys):
     (entry,) = json.loads(capsys.readouterr().out)
     assert (entry["id"], entry["levels"], entry["missing"]) == ("panel/a", ["must"], ["gravity"])
     assert provider.closed
+
+
+def test_clauses_stand_in_the_order_of_their_numbers(check):
+    report = check("""
+        @my("X10")
+        def test_a(bench): pass
+
+        @my("X9")
+        def test_b(bench): pass
+        """)
+    assert [clause.id for clause in report.clauses] == ["X9", "X10"]
