@@ -145,5 +145,6 @@ class Door(PortBase):
     def _hang_up(self) -> None:
         self._hung_up = False
         self._read_on()
+        self.counters.lost += self._outgoing.clear()  # the next client must not get the rest of it
         self._set_line(False, self._scheduler.now_ns)
         self._client_gone()

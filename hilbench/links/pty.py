@@ -129,11 +129,14 @@ class PtyDoor(Door):
     def _count(self, clients: int, at_ns: int) -> None:
         before, self._clients = self._clients, max(0, clients)
         if self._clients and not before:
-            termios.tcflush(self._slave, termios.TCIFLUSH)  # what a former client left unread
             self._garbled = False
             self._in_order(at_ns, self._client_came)
         elif before and not self._clients:
             self._in_order(at_ns, self._client_left)
+
+    def _client_came(self) -> None:
+        termios.tcflush(self._slave, termios.TCIFLUSH)  # what a former client left unread
+        super()._client_came()
 
     def _read(self, at_ns: int, *, everything: bool) -> None:
         while True:

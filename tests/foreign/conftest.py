@@ -36,9 +36,9 @@ KINDS = {
 class BenchRig:
     """A virtual robot on a line inside the bench; `hangs_up` says whether a client that goes takes the line down."""
 
-    def __init__(self, *, scene="empty", physics="plane", baud=9600, hangs_up=True):
+    def __init__(self, *, scene="empty", physics="plane", baud=9600, hangs_up=True, keep_events=2000):
         self.hangs_up = hangs_up
-        self.bench = Bench(Scheduler(), Journal())
+        self.bench = Bench(Scheduler(), Journal(keep=keep_events))
         self.link = MemoryLink(self.bench.scheduler, Line(baud=baud))
         plan = plan_of(open_bench("pioneer"))
         plan = replace(plan, scene=scene, physics=physics, settings=replace(plan.settings, host_baud=baud))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import tracemalloc
+
 import pytest
 
 from . import packets as p
@@ -260,3 +263,22 @@ def test_the_stand_ins_own_ears():
     assert ros.take(bytearray(wrong)) == sip[3:-2]
     assert player.take(bytearray(encoder)) == encoder[3:-2]
     assert ros.take(bytearray(encoder)) is None
+
+
+def test_a_long_session_takes_no_more_memory_than_a_short_one(make_rig):
+    """Without a journal file nothing grows: what is kept is the latest events, and these are full after the start."""
+    rig = make_rig(keep_events=100)
+    client = rig.open("aria-serial")
+    assert client.connect()
+    client.enable_motors()
+    client.drive(100, 20)
+    sizes = []
+    tracemalloc.start()
+    try:
+        for _ in range(3):
+            client.run(8)
+            gc.collect()
+            sizes.append(tracemalloc.get_traced_memory()[0])
+    finally:
+        tracemalloc.stop()
+    assert sizes[2] - sizes[1] < 10_000, sizes

@@ -18,7 +18,12 @@ import pytest
 from hilbench.clock import NS_PER_S, MonotonicHostClock
 from hilbench.journal import Journal
 
+pytestmark = pytest.mark.slow
+
 SYNC0 = bytes.fromhex("FAFB03000000")
+SYNC1 = OPEN = bytes.fromhex("FAFB03010001")
+SYNC2 = bytes.fromhex("FAFB03020002")
+SIP = re.compile(rb"\xfa\xfb.\x32", re.DOTALL)
 PATIENCE_S = 30
 MAIN = "import sys; from hilbench.cli import main; sys.exit(main())"
 FAST = ("--baud", "115200", "--any-baud")
@@ -48,6 +53,13 @@ class Client:
             more = os.read(self.descriptor, 4096)
             assert more, "hung up"
             data += more
+        return data
+
+    def receive_until(self, pattern):
+        data = b""
+        while not pattern.search(data):
+            assert len(data) < 200, data.hex()
+            data += self.receive(1)
         return data
 
     def is_answered(self):
@@ -315,6 +327,22 @@ def test_a_second_tcp_client_is_turned_away(serve):
     assert first.is_answered()
     assert served.end() == 0
     assert "1 clients turned away" in served.said
+
+
+@pytest.mark.parametrize("door", ["pty", "tcp"])
+def test_a_client_that_dies_in_session_finds_the_robot_free_at_once(serve, link, door):
+    """A line whose last client has closed it is hung up, however soon the next one opens it."""
+    served = serve("--pty", link, "--tcp", 0, *FAST).ready()
+    for _ in range(10):
+        client = served.at_pty(link) if door == "pty" else served.at_tcp()
+        client.write(SYNC0)
+        # On a pty the first bytes may be the rest of a packet that was on the wire when the client came.
+        assert not SIP.search(client.receive_until(re.compile(re.escape(SYNC0))))
+        client.write(SYNC1 + SYNC2 + OPEN)
+        client.receive_until(SIP)
+        client.close()
+    assert served.end() == 0
+    assert served.said.count("a client came") == 10
 
 
 @pytest.mark.parametrize("door", ["pty", "tcp"])

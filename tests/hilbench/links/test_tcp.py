@@ -112,6 +112,22 @@ def test_a_client_that_asks_and_reads_now_and_then_loses_nothing(locked, make_do
     client.close()
 
 
+def test_what_was_meant_for_a_client_that_left_does_not_reach_the_next(locked, make_door):
+    door = make_door(baud=9600)
+    first = connect(door)
+    until(locked, lambda: door.line_is_up)
+    door.write(bytes(100))
+    first.close()
+    second = connect(door)
+    until(locked, lambda: not door.line_is_up)
+    until(locked, lambda: door.line_is_up)
+    door.write(b"hello")
+    locked.run_for(S // 5)
+    assert receive(second) == b"hello"
+    assert door.counters.lost == 100
+    second.close()
+
+
 def test_closing_the_door_is_told_to_the_client(locked, make_door):
     door = make_door()
     client = connect(door)
