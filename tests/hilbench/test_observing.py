@@ -130,7 +130,7 @@ def test_the_terminal_has_a_line_for_each(virtual):
     assert "; not taken: " in coverage
     assert "tightest margins: X1 0.5 s (75.0%)" in lines
     (model,) = (line for line in lines if line.startswith("model: "))
-    assert model.endswith("; touched, partly: sound; touched, absent: arm, unknown commands; without effect: VEL")
+    assert model.endswith("; touched, partly: 'sound'; touched, absent: 'arm', 'unknown commands'; without effect: VEL")
     assert not [line for line in lines if line.startswith(("host: ", "port: "))]
     assert f"run hash {virtual.run_hash}" in lines
 

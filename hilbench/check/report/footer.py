@@ -53,7 +53,7 @@ def _figure(value: float, digits: int, unit: str) -> str:
 def _ledger(ledger: Ledger) -> str:
     text = f"model: {ledger.modelled} features modelled, {ledger.partly} partly, {ledger.absent} absent"
     for fidelity in ("partly", "absent"):
-        names = [touched.feature for touched in ledger.touched if touched.fidelity == fidelity]
+        names = [f"'{touched.feature}'" for touched in ledger.touched if touched.fidelity == fidelity]
         text += f"; touched, {fidelity}: {_named(names)}" if names else ""
     ignored = sorted({ignored.command for ignored in ledger.ignored})
     return text + (f"; without effect: {_named(ignored)}" if ignored else "")
