@@ -2,8 +2,8 @@
 
 A disc hears the nearest thing in its cone. So its range is never shorter than the distance to the nearest point of any
 box in the cone, and never longer than the distance along any single line inside the cone. The first is computed
-exactly; of the lines nine are taken, so that a sonar that samples its cone as coarsely as that is not accused. Between
-the two lies everything that a sonar with this cone may say.
+exactly; of the lines thirteen are taken, so that a sonar that samples its cone as coarsely as that is not accused.
+Between the two lies everything that a sonar with this cone may say.
 """
 
 from __future__ import annotations
@@ -22,10 +22,11 @@ from worlds.world import World
 
 LINES_DEG = (
     (0.0, 0.0),
-    *((side * angle, up * angle) for angle in (7.5, 15.0) for side, up in ((1, 0), (-1, 0), (0, 1), (0, -1))),
+    *((side * angle, 0.0) for angle in (3.75, 7.5, 11.25, 15.0) for side in (1, -1)),
+    *((0.0, up * angle) for angle in (7.5, 15.0) for up in (1, -1)),
 )
-"""The lines: how far to the left of the axis, and how far above it. Neighbours are at most 7.5 degrees apart, so that a
-wall wider than the cone is heard at most 1 / cos(3.75 degrees) = 1.0022 times too far."""
+"""The lines: how far to the left of the axis, and how far above it. Neighbours to the left and right are 3.75 degrees
+apart, so that a wall wider than the cone is heard at most 1 / cos(1.875 degrees) = 1.00054 times too far."""
 
 EDGE_M = 2e-3
 """How much wider or slimmer than in the scene a box may seem to a line that grazes its edge: the collision shapes of
@@ -61,7 +62,9 @@ def require_echoes(session: Session, world: World, where: str) -> None:
     from_cone = max((ranges_mm[number] - expected[number].cone_mm for number in near), key=abs)
     from_lines = max((ranges_mm[number] - expected[number].lines_mm for number in near), key=abs)
     record_measure(f"range less that of the exact cone, worst of {len(near)} discs {where}", from_cone, "mm")
-    record_measure(f"range less that of the nine lines, worst of {len(near)} discs {where}", from_lines, "mm")
+    record_measure(
+        f"range less that of the {len(LINES_DEG)} lines, worst of {len(near)} discs {where}", from_lines, "mm"
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +73,7 @@ class Expected:
 
     Attributes:
         cone_mm: distance to the nearest point in the cone.
-        lines_mm: distance to the nearest point on one of the nine lines.
+        lines_mm: distance to the nearest point on one of the lines.
         low_mm: the shortest range allowed.
         high_mm: the longest range allowed.
     """

@@ -32,11 +32,10 @@ def free_places(scene, count, seed):
 
 
 def cone_rays():
-    yield 1.0, 0.0, 0.0
-    for angle in (HALF_ANGLE / 2, HALF_ANGLE):
-        for around in range(4):
-            side = math.pi / 2 * around
-            yield math.cos(angle), math.sin(angle) * math.cos(side), math.sin(angle) * math.sin(side)
+    """Unit vectors by degrees to the left and upwards: at most 3.75 degrees apart in the plane of the discs."""
+    level = [(3.75 * step, 0.0) for step in range(-4, 5)]
+    for left, up in [*level, (0.0, 7.5), (0.0, -7.5), (0.0, 15.0), (0.0, -15.0)]:
+        yield turn(rotation(math.radians(left), -math.radians(up)), (1.0, 0.0, 0.0))
 
 
 def grown(boxes, by_m):
@@ -51,20 +50,22 @@ def disc_frame(body, disc):
 
 
 def sampled_m(body, disc, boxes):
-    """What the nine rays say when they are computed exactly; 5 m and beyond is infinite, below 0.1 m is 0.1 m."""
+    """What the thirteen rays say when they are computed exactly; 5 m and beyond is infinite, below 0.1 m is 0.1 m."""
     face, facing = disc_frame(body, disc)
     hits = [ray_distance_m(face, turn(facing, ray), boxes) for ray in cone_rays()]
     return max(min((hit for hit in hits if hit is not None and hit < 5.0), default=math.inf), 0.1)
 
 
-def cone_m(body, disc):
+def cone_m(body, disc, by_m=0.0):
+    """The exact distance within the cone, of boxes grown by so much."""
     face, facing = disc_frame(body, disc)
-    return cone_distance_m(face, turn(facing, (1.0, 0.0, 0.0)), HALF_ANGLE, body.world.scene.boxes)
+    return cone_distance_m(face, turn(facing, (1.0, 0.0, 0.0)), HALF_ANGLE, grown(body.world.scene.boxes, by_m))
 
 
 @pytest.mark.parametrize("scene", ["wall", "room-with-boxes", "corridor"])
 def test_ranges_match_exact_geometry(pioneer, discs, scene):
-    """On faces to a micrometre; at an edge the physics may see a box up to two millimetres wider or slimmer."""
+    """On faces to a micrometre; at an edge (one echo in thirty) the physics may see a box two millimetres wider or
+    slimmer."""
     body = pioneer(scene, seed=3)
     boxes = body.world.scene.boxes
     echoes = exact = 0
@@ -77,17 +78,56 @@ def test_ranges_match_exact_geometry(pioneer, discs, scene):
             if echo is not None:
                 echoes += 1
                 exact += echo == pytest.approx(sampled_m(body, disc, boxes), abs=1e-6)
-                assert echo >= cone_m(body, disc) - 5e-3
+                assert echo >= min(cone_m(body, disc, EDGE_M), 5.0) - EXACT_M
     assert echoes > 60
-    assert exact >= 0.97 * echoes
+    assert exact >= 0.95 * echoes
 
 
-def test_an_upright_wall_is_at_most_a_fifth_of_a_percent_long(pioneer, discs):
+def test_an_upright_wall_is_at_most_a_twentieth_of_a_percent_long(pioneer, discs):
     body = pioneer("wall")
     for step in range(-60, 61):
         body.world.place(0.0, 0.0, math.radians(step / 2))
         cone = cone_m(body, discs[3])
-        assert cone - 1e-6 <= body.sonar_range_m(3) <= cone * 1.0022
+        assert cone - 1e-6 <= body.sonar_range_m(3) <= cone * 1.00054
+
+
+@pytest.mark.parametrize("distance_m", [1.0, 2.5, 4.5])
+def test_what_is_wider_than_the_gap_between_two_rays_is_heard(open_it, distance_m):
+    """A slab square to the line of sight, 0.066 of its distance wide, wherever in the cone it stands."""
+    missed = []
+    for bearing_deg in range(-15, 16):
+        bearing, width = math.radians(bearing_deg), 0.066 * distance_m
+        middle = ((distance_m + 0.05) * math.cos(bearing), (distance_m + 0.05) * math.sin(bearing), 0.25)
+        slab = Box(name="slab", center_m=middle, size_m=(0.1, width, 0.5), yaw_rad=bearing)
+        world = open_it(Scene(name="slab", boxes=(slab,)), "pioneer-2dx")
+        echo = Pioneer2dxBody(world, sonar_poses=[(0.0, 0.0, 0.0)]).sonar_range_m(0)
+        world.close()
+        if echo != pytest.approx(distance_m, rel=1e-3):
+            missed.append((bearing_deg, echo))
+    assert missed == []
+
+
+def test_in_seeded_rooms_no_reading_is_far_too_long(pioneer, discs):
+    """Boxes are 0.3 to 0.6 m wide; with rays 7.5 degrees apart one of them went unseen, and 1.3 m were too many."""
+    worst = 0.0
+    for seed in (1, 9, 22, 28):
+        body = pioneer("room-with-boxes", seed=seed)
+        for x, y, yaw in free_places(body.world.scene, 25, seed=seed):
+            body.world.place(x, y, yaw)
+            for number, disc in enumerate(discs):
+                cone = cone_m(body, disc)
+                if cone is not None and cone < 4.5:
+                    worst = max(worst, (body.sonar_range_m(number) or 5.0) - max(cone, 0.1))
+    assert 0.0 < worst < 0.2
+
+
+def test_a_scan_costs_one_call_per_disc(pioneer, monkeypatch):
+    body = pioneer("wall")
+    calls = []
+    monkeypatch.setattr(body.world, "cast", lambda starts, ends: calls.append(len(starts)) or [1.0] * len(starts))
+    for number in range(8):
+        body.sonar_range_m(number)
+    assert calls == [13] * 8
 
 
 def test_square_to_a_wall_the_range_is_measured_from_the_disc(open_it):

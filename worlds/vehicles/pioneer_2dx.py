@@ -268,11 +268,12 @@ class Pioneer2dxBody:
     def sonar_range_m(self, number: int) -> float | None:
         """Fire one disc and return the distance from its face to the nearest echo in its cone, metres.
 
-        The cone is sampled by nine rays: its axis and four each at half and at the whole of its half-angle of 15
-        degrees, left, right, up and down. Against the exact cone the result is never short (but for a few millimetres
-        where a ray grazes an edge). For an upright wall wider than the cone it is at most 0.22 % long, as a wall's
-        nearest point lies within 3.75 degrees of a ray; but what is narrower than 0.13 of its distance can stand unseen
-        between two rays. The floor gives no echo, as a real one does not at such a flat angle.
+        The cone is sampled by thirteen rays: its axis, four to the left and four to the right a quarter of its
+        half-angle of 15 degrees apart, and two upwards and two downwards at half and at the whole of it. Against the
+        exact cone the result is never short, but a box whose edge is within two millimetres of the cone may be heard.
+        For an upright wall wider than the cone it is at most 0.054 % long, as a wall's nearest point lies within 1.875
+        degrees of a ray. What is narrower than 0.066 of its distance can stand unseen between two rays, and so can what
+        lies wholly below or above the discs. The floor gives no echo, as a real one does not at such a flat angle.
 
         Args:
             number: the disc, from 0.
@@ -313,9 +314,12 @@ def _disc(p: Pioneer2dxParameters, pose: tuple[float, float, float]) -> _Disc:
 
 
 def _cone(half_angle_rad: float) -> list[Vector]:
-    """Unit vectors about x: the axis, then left, right, up and down on two rings."""
+    """Unit vectors about x: the axis, then left and right, then up and down."""
     rays: list[Vector] = [(1.0, 0.0, 0.0)]
-    for angle in (half_angle_rad / 2, half_angle_rad):
-        along, across = math.cos(angle), math.sin(angle)
-        rays += [(along, across, 0.0), (along, -across, 0.0), (along, 0.0, across), (along, 0.0, -across)]
+    for share in (0.25, 0.5, 0.75, 1.0):
+        along, across = math.cos(share * half_angle_rad), math.sin(share * half_angle_rad)
+        rays += [(along, across, 0.0), (along, -across, 0.0)]
+    for share in (0.5, 1.0):
+        along, across = math.cos(share * half_angle_rad), math.sin(share * half_angle_rad)
+        rays += [(along, 0.0, across), (along, 0.0, -across)]
     return rays

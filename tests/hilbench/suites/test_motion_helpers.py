@@ -189,12 +189,12 @@ WALL = Box(name="wall", center_m=(2.05, 0.0, 0.5), size_m=(0.1, 8.0, 1.0))
 
 
 def test_before_a_wall_the_echo_is_the_way_along_the_nearest_line():
-    """Disc 3 stands at x 166 mm and looks 10 degrees to the left: the nearest of the lines is 2.5 degrees off."""
+    """Disc 3 stands at x 166 mm and looks 10 degrees to the left: the nearest of the lines is 1.25 degrees off."""
     echo = _echoes.expect_echo(Standing(WALL), P2DX, 3)
     assert echo.cone_mm == pytest.approx(2000 - 166)
-    assert echo.lines_mm == pytest.approx((2000 - 166) / math.cos(math.radians(2.5)))
+    assert echo.lines_mm == pytest.approx((2000 - 166) / math.cos(math.radians(1.25)))
     assert echo.low_mm == pytest.approx(echo.cone_mm - 2 - 0.268)
-    assert echo.high_mm == pytest.approx(echo.lines_mm + 2 / math.cos(math.radians(2.5)) + 0.268)
+    assert echo.high_mm == pytest.approx(echo.lines_mm + 2 / math.cos(math.radians(1.25)) + 0.268)
 
 
 def test_nothing_in_the_cone_is_no_echo():
@@ -208,7 +208,7 @@ def test_nothing_in_the_cone_is_no_echo():
 
 def test_what_no_line_meets_may_be_heard_or_not_but_not_nearer_than_it_is():
     """A post of 2 cm at 2 m, half-way between two lines."""
-    bearing = math.radians(10 + 3.75)
+    bearing = math.radians(10 + 1.875)
     post = Box(
         name="post",
         center_m=(0.166 + 2 * math.cos(bearing), 0.027 + 2 * math.sin(bearing), 0.5),
