@@ -667,13 +667,14 @@ def test_close_ends_the_session(peer: Peer) -> None:
 
 
 @case("S41", bench_time_s=2.6)
-def test_a_new_session_begins_at_rest(peer: Peer) -> None:
+@pytest.mark.parametrize("argument", [1, None], ids=["argument", "bare"])
+def test_a_new_session_begins_at_rest(peer: Peer, argument: int | None) -> None:
     """Comes back after a second, as ARIA at the earliest, by when the robot has rolled out. Floor: 1 m ahead."""
     session = Session(peer, motors=True)
     session.send(_C.VEL, 200)
     session.watch_alive(1.0)
     require_moving(session.next(), session)
-    session.send(_C.CLOSE, 1)
+    session.send(_C.CLOSE, argument)
     peer.run(1.0)
     require_fresh(Session(peer).first, peer)
 

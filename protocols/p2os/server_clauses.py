@@ -412,7 +412,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="A new session starts stopped",
-        text="CLOSE 1 while moving, then a new session: motors off, type 32, no motion.",
+        text="CLOSE, with or without an argument, while moving, then a new session: motors off, type 32, no motion.",
         sources=(ARIA,),
         needs=("server",),
     ),
