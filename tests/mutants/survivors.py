@@ -21,6 +21,8 @@ EQUIVALENT = "equivalent"
 _NEXT_SIP = (
     "equivalent: the next SIP, 100 ms later, meets the edge of the state behind it, which does what was left undone"
 )
+_NOT_HANDED_ON = "unasked: C14 asks that an unknown packet does no harm, not that it is handed on"
+_ONE_CLOSE = "unasked: the first CLOSE is obeyed, and no clause has a robot that misses it"
 _OUT_OF_ORDER = "unasked: what it does to a SYNC out of order is one of the answers that S14 allows"
 _RECOVERS = "unasked: the answer that does not come is asked for again, as C05 and C11 allow"
 _TWICE = "unasked: the first try fails and the next succeeds; no clause limits the tries"
@@ -53,13 +55,9 @@ REASONS: Mapping[str, str] = MappingProxyType(
         "client:SYNC0_SENT/SIP:to-SYNC0_SENT": _NEXT_SIP,
         "client:SYNC0_SENT/SIP:no-SEND_CLOSE_OLD": _NEXT_SIP,
         "client:SYNC0_SENT/SIP:SEND_CLOSE_OLD-SEND_PULSE": _NEXT_SIP,
-        "client:CLOSING_OLD/SIP:removed": "unasked: the first CLOSE is obeyed, and no clause has a robot that misses it",
-        "client:CLOSING_OLD/SIP:no-SEND_CLOSE_OLD": (
-            "unasked: the first CLOSE is obeyed, and no clause has a robot that misses it"
-        ),
-        "client:CLOSING_OLD/SIP:SEND_CLOSE_OLD-SEND_PULSE": (
-            "unasked: the first CLOSE is obeyed, and no clause has a robot that misses it"
-        ),
+        "client:CLOSING_OLD/SIP:removed": _ONE_CLOSE,
+        "client:CLOSING_OLD/SIP:no-SEND_CLOSE_OLD": _ONE_CLOSE,
+        "client:CLOSING_OLD/SIP:SEND_CLOSE_OLD-SEND_PULSE": _ONE_CLOSE,
         "client:CLOSING_OLD/TIMEOUT:SEND_SYNC0-SEND_SYNC1": _TWICE,
         "client:CONFIGURING/CONFIG:to-CONFIGURING": "unasked: the session begins a second late, as C17 allows",
         "client:CONFIGURING/GAVE_UP:no-REPORT_CONNECTED": _REPORT,
@@ -67,10 +65,8 @@ REASONS: Mapping[str, str] = MappingProxyType(
         "client:CONFIGURING/SIP:removed": "unasked: no clause asks for the SIPs that come before CONFIG",
         "client:CONFIGURING/SIP:no-FEED_SIP_TIMER": "unasked: OPEN is sent once more, which a session ignores",
         "client:CONFIGURING/SIP:no-DELIVER_PACKET": "unasked: no clause asks for the SIPs that come before CONFIG",
-        "client:OPEN/PACKET:removed": "unasked: C14 asks that an unknown packet does no harm, not that it is handed on",
-        "client:OPEN/PACKET:no-DELIVER_PACKET": (
-            "unasked: C14 asks that an unknown packet does no harm, not that it is handed on"
-        ),
+        "client:OPEN/PACKET:removed": _NOT_HANDED_ON,
+        "client:OPEN/PACKET:no-DELIVER_PACKET": _NOT_HANDED_ON,
         "client:OPEN/KEEPALIVE:SEND_PULSE-SEND_DISABLE": "unasked: C22 asks for any packet",
         "client:CLOSING/TIMEOUT:no-REPORT_DISCONNECTED": _REPORT,
         "client:CLOSING/TIMEOUT:REPORT_DISCONNECTED-REPORT_LOST": _REPORT,
