@@ -262,9 +262,9 @@ def test_the_longest_packet_is_taken(peer: Peer) -> None:
     session.write(longest)
     slowest = min(s.speed_mm_s for s in session.watch(1.4))
     at_least(slowest, 100 - 2 * SPEED_MM_S, unit="mm/s", what="slowest while only a packet of 200 was sent")
-    session.write(longest)
-    session.send(_C.CONFIG, 1)
-    peer.expect(ConfigPacket, 1.0, what="CONFIG packet behind a packet of 200")
+    for before in (b"", longest):
+        session.write(before + encode_command(Command(_C.CONFIG, 1)))
+        peer.expect(ConfigPacket, 1.0, what="CONFIG packet behind a packet of 200")
     session.leave()
 
 
