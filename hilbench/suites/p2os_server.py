@@ -522,6 +522,7 @@ def test_stop_brakes_and_keeps_the_motors_on(peer: Peer) -> None:
     session.send(_C.VEL, 300)
     session.watch_alive(1.2)
     before = session.next()
+    at_least(before.speed_mm_s, 200, unit="mm/s", what="speed before STOP, to have something to judge")
     session.send(_C.STOP)
     ramp = session.watch_alive(1.5 + STOP_SEEN_S)
     require_slope([before, *ramp], before.speed_mm_s, 0, -200, session)

@@ -207,6 +207,8 @@ def test_a_stuck_field_repeats_its_first_value() -> None:
         (Match(more_than_sip=True), SIP, False),
         (Match(more_than_sip=True), encode_frame(SIP[3:-2] + b"\0"), True),
         (Match(less_than_sip=True), encode_frame(SIP[3:-4]), True),
+        (Match(whole_sip=True), encode_frame(SIP[3:-4]), False),
+        (Match(whole_sip=True), encode_frame(SIP[3:-2] + b"\0"), True),
     ],
 )
 def test_which_frames_match(match: Match, raw: bytes, fits: bool) -> None:

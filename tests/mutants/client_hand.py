@@ -111,7 +111,7 @@ CLIENT_MUTANTS: tuple[Mutant, ...] = (
     on_wire("c-sync-lost-checksum", "loses the packet behind a damaged one", loses(DropReason.BAD_CHECKSUM, Swallow())),
     on_wire("c-unknown-is-reset", "takes an unknown packet for a reset", hears(0x61, Become(b"\xff"))),
     on_wire("c-empty-unknown-is-reset", "takes 7E for a reset", hears(0x7E, Become(b"\xff"))),
-    on_wire("c-eight-sonars", "keeps eight readings", in_sips(Sonars(keep=8))),
+    on_wire("c-eight-sonars", "keeps eight readings", in_sips(Sonars(keep=8), whole_sip=True)),
     on_wire("c-no-tail", "refuses a SIP with more behind its last field", in_sips(Drop(), more_than_sip=True)),
     on_wire("c-over-read", "reads a SIP beyond its end", in_sips(FillSip(), less_than_sip=True)),
     on_wire("c-twice", "takes every SIP twice", in_sips(Twice())),

@@ -18,9 +18,7 @@ from tests.mutants.record import Entry, Record
 
 EQUIVALENT = "equivalent"
 
-_NEXT_SIP = (
-    "equivalent: the next SIP, 100 ms later, meets the edge of the state behind it, which does what was left undone"
-)
+_NEXT_SIP = "unasked: the next SIP, 100 ms later, makes up for it; no clause asks for CLOSE at the first"
 _NOT_HANDED_ON = "unasked: C14 asks that an unknown packet does no harm, not that it is handed on"
 _ONE_CLOSE = "unasked: the first CLOSE is obeyed, and no clause has a robot that misses it"
 _OUT_OF_ORDER = "unasked: what it does to a SYNC out of order is one of the answers that S14 allows"

@@ -70,6 +70,7 @@ class Match:
         ends: how the bytes must end.
         more_than_sip: only SIPs with bytes behind their last field.
         less_than_sip: only SIPs whose readings reach beyond their end.
+        whole_sip: only SIPs that hold what they claim to.
     """
 
     numbers: frozenset[int] = frozenset()
@@ -83,6 +84,7 @@ class Match:
     ends: bytes = b""
     more_than_sip: bool = False
     less_than_sip: bool = False
+    whole_sip: bool = False
 
     def fits(self, raw: bytes, since_s: float) -> bool:
         """Say whether a frame meets the conditions, but for `every`; the frame before ended ``since_s`` seconds ago."""
@@ -98,10 +100,14 @@ class Match:
         )
 
     def _fits_sip(self, raw: bytes) -> bool:
-        if not (self.more_than_sip or self.less_than_sip):
+        if not (self.more_than_sip or self.less_than_sip or self.whole_sip):
             return True
-        length = 30 + 3 * raw[READINGS_AT] if len(raw) > READINGS_AT else LONGEST
-        return len(raw) > length if self.more_than_sip else len(raw) < length
+        over = len(raw) - (30 + 3 * raw[READINGS_AT] if len(raw) > READINGS_AT else LONGEST)
+        return (
+            (over > 0 or not self.more_than_sip)
+            and (over < 0 or not self.less_than_sip)
+            and (over >= 0 or not self.whole_sip)
+        )
 
 
 @dataclass(frozen=True, slots=True)
