@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from hilbench.clock import NS_PER_S, Scheduler
+from hilbench.clock import NS_PER_S, SLIP_THRESHOLD_NS, Scheduler
 from hilbench.journal import Journal
 
 LOCKED_FLOOR_S = 0.002
@@ -67,12 +67,14 @@ class Bench:
     def uncertainty_s(self, since_ns: int) -> float:
         """Return how far off a time measured since ``since_ns`` may be, in seconds.
 
-        Zero on a free-running bench. On a locked one it is the worst lateness of the host in that span, but at least
-        `LOCKED_FLOOR_S`: what the bench itself cannot see, such as the way of a byte through the kernel.
+        Zero on a free-running bench. On a locked one it is the sum of two things. First the worst lateness of the host
+        in that span, but at least `LOCKED_FLOOR_S`: what the bench itself cannot see, such as the way of a byte through
+        the kernel. Then every moment that slipped, for while bench time stood still what is real went on.
         """
         if not self.scheduler.locked:
             return 0.0
-        return max(LOCKED_FLOOR_S, self.scheduler.lateness_max_ns(since_ns) / NS_PER_S)
+        late_ns = min(self.scheduler.lateness_max_ns(since_ns), SLIP_THRESHOLD_NS)
+        return max(LOCKED_FLOOR_S, late_ns / NS_PER_S) + self.scheduler.slipped_since_ns(since_ns) / NS_PER_S
 
     def record(self, kind: str, source: str, **fields: object) -> None:
         """Write an event that happens now into the journal."""

@@ -24,6 +24,7 @@ import select
 import selectors
 import signal
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from types import FrameType
@@ -39,6 +40,7 @@ SLIP_THRESHOLD_NS = 50 * NS_PER_MS
 HEARTBEAT_NS = 5 * NS_PER_MS
 # While the loop is behind it looks at its inputs this often; a poll costs some microseconds.
 _POLL_INTERVAL_NS = 500 * NS_PER_US
+_SLIPS_KEPT = 1024
 
 
 class ClockDomain:
@@ -236,6 +238,7 @@ class _Pace:
         self.lateness = LatenessMeter()
         self.slips = 0
         self.slipped_ns = 0
+        self._slip_log: deque[tuple[int, int]] = deque(maxlen=_SLIPS_KEPT)  # (bench time, slipped before it)
         self._slip_threshold_ns = slip_threshold_ns
         self._start_bench_ns = now_ns
         self._start_host_ns = host.monotonic_ns()
@@ -246,8 +249,7 @@ class _Pace:
         """Return the bench time the host has reached, slipping first if it is far beyond `due_ns`."""
         reached_ns = self.host.monotonic_ns() - self._epoch_ns
         if due_ns is not None and reached_ns - due_ns > self._slip_threshold_ns:
-            self.lateness.record(reached_ns - due_ns, due_ns)
-            self._slip(reached_ns - due_ns)
+            self._slip(reached_ns - due_ns, due_ns)
             return due_ns
         return reached_ns
 
@@ -258,13 +260,23 @@ class _Pace:
         """
         pause_ns = self.host.monotonic_ns() - self._epoch_ns - now_ns
         if pause_ns > self._slip_threshold_ns:
-            self.lateness.record(pause_ns, now_ns - 1)
-            self._slip(pause_ns)
+            self._slip(pause_ns, now_ns - 1)
 
-    def _slip(self, slip_ns: int) -> None:
+    def _slip(self, slip_ns: int, at_ns: int) -> None:
+        self.lateness.record(slip_ns, at_ns)
+        self._slip_log.append((at_ns, self.slipped_ns))
         self.slips += 1
         self.slipped_ns += slip_ns
         self._epoch_ns += slip_ns
+
+    def slipped_since_ns(self, since_ns: int) -> int:
+        """Return the host time that slips since bench time `since_ns` took; never understated."""
+        before_ns = self.slipped_ns
+        for at_ns, slipped_before_ns in reversed(self._slip_log):
+            if at_ns < since_ns:
+                return self.slipped_ns - before_ns
+            before_ns = slipped_before_ns
+        return self.slipped_ns  # no slip before that is remembered
 
     def wait(self, until_ns: int | None) -> Sequence[InputSource]:
         """Wait until bench time `until_ns` or for an input."""
@@ -552,6 +564,13 @@ class Scheduler:
     def slipped_ns(self) -> int:
         """Host time, in ns, that was not bench time since the lock."""
         return self._pace.slipped_ns if self._pace else 0
+
+    def slipped_since_ns(self, since_ns: int) -> int:
+        """Return the host time, in ns, that was not bench time since bench time `since_ns`, never understated.
+
+        A span of bench time is that much shorter than what something real went through meanwhile.
+        """
+        return self._pace.slipped_since_ns(since_ns) if self._pace else 0
 
     @property
     def real_time_factor(self) -> float | None:

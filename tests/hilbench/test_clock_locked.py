@@ -8,8 +8,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from hilbench.bench import Bench
+from hilbench.check import Inconclusive, at_most
 from hilbench.clock import EventClass, MonotonicHostClock, Scheduler, Stopwatch, deferred_interrupts
 from hilbench.errors import InternalError
+from hilbench.journal import Journal
 from hilbench.testing import FakeHostClock
 
 MS = 1_000_000
@@ -234,3 +237,44 @@ class TestRealHost:
             real.run_for(3600_000 * MS)
         timer.join()
         host.close()
+
+
+def stall(host, by_ns):
+    """What a host does to a process it does not run: its clock goes on."""
+    host.host_ns += by_ns
+
+
+def test_what_slipped_adds_up_from_any_moment(host):
+    scheduler = Scheduler()
+    scheduler.lock(host)
+    for when_ms in (10, 20, 30):
+        scheduler.at(when_ms * MS, lambda: stall(host, 60 * MS))
+    scheduler.run_for(100 * MS)
+    assert scheduler.slips == 3
+    assert scheduler.slipped_since_ns(0) == scheduler.slipped_ns
+    after_second = scheduler.slipped_since_ns(25 * MS)
+    assert 0 < after_second < scheduler.slipped_ns
+    assert scheduler.slipped_since_ns(scheduler.now_ns) == 0
+
+
+def test_a_span_with_many_slips_is_as_uncertain_as_all_of_them(host):
+    """Ten stalls of 150 ms: 2.4 s of bench time were 3.9 s for a robot; no limit in between can be judged."""
+    bench = Bench(Scheduler(), Journal())
+    bench.scheduler.lock(host)
+    for number in range(10):
+        bench.scheduler.at((100 + 200 * number) * MS, lambda: stall(host, 150 * MS))
+    start_ns, host_start_ns = bench.now_ns, host.host_ns
+    bench.run_for(2.4)
+    really_s = (host.host_ns - host_start_ns) / 1e9
+    assert really_s == pytest.approx(3.9, abs=0.2)
+    assert 2.4 + bench.uncertainty_s(start_ns) >= really_s
+    with pytest.raises(Inconclusive):
+        at_most(2.4, 2.917, unit="s", what="stopped after", uncertainty=bench.uncertainty_s(start_ns))
+
+
+def test_a_pause_between_runs_spoils_the_spans_that_hold_it_and_no_other(scheduler, host):
+    scheduler.run_for(10 * MS)
+    stall(host, 200 * MS)
+    scheduler.run_for(10 * MS)
+    assert scheduler.slipped_since_ns(0) == 200 * MS
+    assert scheduler.slipped_since_ns(10 * MS) == 0
