@@ -384,7 +384,7 @@ def test_the_page_tells_who_survives_and_which_clause_finds_nothing() -> None:
     assert killing_nothing(RECORD, "should") == ["S10"]
     text = page(RECORD)
     assert "level *must* that find no mutant: S02." in text
-    assert "| **All** | 3 | 1 | 1 | 1 | 1 | 50.0% |" in text
+    assert "| **All** | 3 | 1 | 1 | 1 | 1 | 0 | 50.0% | 50.0% |" in text
 
 
 def test_clauses_in_a_row_are_written_short() -> None:

@@ -8,7 +8,7 @@ from itertools import groupby
 from protocols.p2os.clauses import CLAUSES
 from tests.mutants.mutant import Family
 from tests.mutants.record import Entry, Record
-from tests.mutants.survivors import EQUIVALENT
+from tests.mutants.survivors import EQUIVALENT, UNTAKEN
 
 _TITLES = {
     Family.SERVER_TABLE: "Server, from the state table",
@@ -54,9 +54,10 @@ def killing_nothing(record: Record, level: str) -> list[str]:
 
 def _scores(record: Record) -> Iterator[str]:
     yield "\nThe score is the share found of those not equivalent to the right device. *By a must* counts those that a"
-    yield "clause of level *must* finds, so that `hilbench check` fails without `--strict`, too.\n"
-    yield "| Family | Mutants | Found | By a must | Equivalent | Survive | Score |"
-    yield "|---|--:|--:|--:|--:|--:|--:|"
+    yield "clause of level *must* finds, so that `hilbench check` fails without `--strict`, too. *Untaken* are those who"
+    yield "survive on edges that no case goes along; the last column leaves them out.\n"
+    yield "| Family | Mutants | Found | By a must | Equivalent | Survive | Untaken | Score | On edges taken |"
+    yield "|---|--:|--:|--:|--:|--:|--:|--:|--:|"
     for family in Family:
         yield _score(_TITLES[family], _of(record, family), record)
     yield _score("**All**", list(record.mutants.values()), record)
@@ -67,9 +68,12 @@ def _score(title: str, entries: Sequence[Entry], record: Record) -> str:
     found = [entry for entry in entries if entry.killed]
     by_must = sum(entry.hung or any(record.clauses[clause] == "must" for clause in entry.killers) for entry in found)
     same = sum(_is_equivalent(entry) for entry in entries)
-    score = len(found) / max(1, len(entries) - same)
     survivors = len(entries) - len(found) - same
-    return f"| {title} | {len(entries)} | {len(found)} | {by_must} | {same} | {survivors} | {score:.1%} |"
+    untaken = sum(entry.survives == UNTAKEN for entry in entries)
+    counts = (len(entries), len(found), by_must, same, survivors, untaken)
+    scores = (len(found) / max(1, len(found) + survivors), len(found) / max(1, len(found) + survivors - untaken))
+    cells = [title, *map(str, counts), *(f"{score:.1%}" for score in scores)]
+    return f"| {' | '.join(cells)} |"
 
 
 def _is_equivalent(entry: Entry) -> bool:

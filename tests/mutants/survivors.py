@@ -17,6 +17,7 @@ from tests.mutants.mutant import Family, Mutant
 from tests.mutants.record import Entry, Record
 
 EQUIVALENT = "equivalent"
+UNTAKEN = "unasked: no case goes along this edge"
 
 _NEXT_SIP = "unasked: the next SIP, 100 ms later, makes up for it; no clause asks for CLOSE at the first"
 _NOT_HANDED_ON = "unasked: C14 asks that an unknown packet does no harm, not that it is handed on"
@@ -101,5 +102,5 @@ def _by_rule(mutant: Mutant, taken: frozenset[tuple[State, Trigger]]) -> str:
     if edge.trigger is ServerTrigger.HANDSHAKE_LIMIT or Action.LIMIT_HANDSHAKE.name in mutant.id:
         return f"{EQUIVALENT}: the handshake of a P2OS robot has no limit, so its timer never runs"
     if (edge.state, edge.trigger) not in taken:
-        return "unasked: no case goes along this edge"
+        return UNTAKEN
     return ""
