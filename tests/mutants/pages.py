@@ -54,7 +54,7 @@ def killing_nothing(record: Record, level: str) -> list[str]:
 
 def _scores(record: Record) -> Iterator[str]:
     yield "\nThe score is the share found of those not equivalent to the right device. *By a must* counts those that a"
-    yield "clause of level *must* finds, so that `hilbench check` fails without `--strict`, too. *Untaken* are those who"
+    yield "clause of level *must* finds, so that `hilbench check` fails without `--strict` too. *Untaken* are those who"
     yield "survive on edges that no case goes along; the last column leaves them out.\n"
     yield "| Family | Mutants | Found | By a must | Equivalent | Survive | Untaken | Score | On edges taken |"
     yield "|---|--:|--:|--:|--:|--:|--:|--:|--:|"
