@@ -45,6 +45,10 @@ def _centred(value: int, modulus: int) -> int:
     return (value + half) % modulus - half
 
 
+def _angle_unit_rad(robot: RobotParameters, dialect: Dialect) -> float:
+    return _ARIA_ANGLE_RAD if dialect.aria_angle else robot.angle_unit_rad
+
+
 def distance_raw(mm: float, robot: RobotParameters) -> int:
     """A position in mm as the 15-bit counter of a SIP, rounded to the nearest unit."""
     return round(mm / robot.distance_unit_mm) & POSITION_MASK
@@ -142,7 +146,7 @@ class PoseTracker:
 
     def __init__(self, robot: RobotParameters, dialect: Dialect = Dialect()) -> None:  # noqa: B008 - frozen
         self._robot = robot
-        self._angle_rad = _ARIA_ANGLE_RAD if dialect.aria_angle else robot.angle_unit_rad
+        self._angle_rad = _angle_unit_rad(robot, dialect)
         self.reset()
 
     def reset(self) -> None:
@@ -229,7 +233,7 @@ def read_sip(sip: Sip, robot: RobotParameters, dialect: Dialect = Dialect()) -> 
         rear_bumpers=rear,
         motors_enabled=sip.motors_enabled,
         sonar_enabled=sip.sonar_enabled,
-        heading_error_rad=error_raw * robot.angle_unit_rad,
+        heading_error_rad=error_raw * _angle_unit_rad(robot, dialect),
         compass_deg=compass_deg(sip.compass_raw, dialect.compass),
         sonars_mm={reading.number: sonar_range_mm(reading.range_raw, robot) for reading in sip.sonars},
         no_echo=frozenset(reading.number for reading in sip.sonars if is_no_echo(reading.range_raw)),

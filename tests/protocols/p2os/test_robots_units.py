@@ -208,6 +208,13 @@ def test_a_turn_is_short_by_arias_angle():
     assert pose.heading_deg == pytest.approx(359.07, abs=0.01)
 
 
+@pytest.mark.parametrize(("aria", "unit_rad"), [(True, 0.00153), (False, 2 * math.pi / 4096)])
+def test_the_heading_error_has_the_unit_of_the_heading(aria, unit_rad):
+    sip = Sip(th_raw=-1000, control_raw=-900)
+    reading = read_sip(sip, P2DX, Dialect(aria_angle=aria))
+    assert reading.heading_error_rad == pytest.approx(100 * unit_rad)
+
+
 @given(st.floats(-1e5, 1e5), st.sampled_from(sorted(ROBOTS)))
 def test_position_in_raw_units(mm, name):
     robot = ROBOTS[name]
