@@ -28,6 +28,7 @@ from protocols.p2os.packets import (
     Sip,
     SyncEcho,
     SyncError,
+    UnknownPacket,
     decode_packet,
 )
 from protocols.p2os.robots import RobotParameters, find_robot
@@ -49,6 +50,13 @@ _SYNCS = {Action.SEND_SYNC0: 0, Action.SEND_SYNC1: 1, Action.SEND_SYNC2: 2}
 _LOSSES: dict[Trigger, LossReason] = {
     ClientTrigger.RESET: LossReason.CONTROLLER_RESET,
     ClientTrigger.LINE_DOWN: LossReason.LINE_DOWN,
+    ClientTrigger.ECHO0: LossReason.NOT_OPEN,
+    ClientTrigger.ECHO1: LossReason.NOT_OPEN,
+}
+_FAILURES: dict[Trigger, FailReason] = {
+    ClientTrigger.LINE_DOWN: FailReason.LINE_DOWN,
+    ClientTrigger.UNKNOWN_ROBOT: FailReason.UNKNOWN_ROBOT,
+    ClientTrigger.SIP_LOST: FailReason.NO_SIP,
 }
 
 
@@ -108,7 +116,8 @@ class ClientMachine(Machine):
     def trigger_of(self, timer: Timer) -> Trigger:
         """The trigger of a timer that has run out."""
         if timer is Timer.KEEPALIVE:
-            return ClientTrigger.KEEPALIVE
+            unopened = self.state is ClientState.CONFIGURING and not self._sip_seen
+            return ClientTrigger.UNOPENED if unopened else ClientTrigger.KEEPALIVE  # an unopened server reads SYNC0
         if timer is Timer.SIP:
             return ClientTrigger.SIP_LOST
         if self.state in (ClientState.SYNC0_SENT, ClientState.SYNC1_SENT, ClientState.SYNC2_SENT):
@@ -150,12 +159,11 @@ class ClientMachine(Machine):
             case Action.ACCEPT:
                 self.start(Timer.STEP, self._options.open_delay_s)
             case Action.SEND_OPEN:
-                self._config_until_ns = self.now_ns + round(self._options.config_wait_s * 1e9)
                 self._sip_seen = False
                 self.start(Timer.SIP, self._options.sip_timeout_s)
-                self._send(CommandNumber.OPEN, self._options.session_argument)
+                self._send_open()
             case Action.REPEAT_OPEN:
-                self._send(CommandNumber.OPEN, self._options.session_argument)
+                self._send_open()
             case Action.REQUEST_CONFIG:
                 self._send(CommandNumber.CONFIG, 1)
                 left_s = (self._config_until_ns - self.now_ns) / 1e9
@@ -193,6 +201,8 @@ class ClientMachine(Machine):
                 return ClientTrigger.GAVE_UP if hopeless else ClientTrigger.SIP
             case SyncEcho(number=number):
                 return _ECHOES[number]
+            case UnknownPacket(packet_type=0 | 1 as number, payload=b""):
+                return _ECHOES[number]  # no packet of a session is so short
             case Identification():
                 return self._trigger_of_identification(packet)
             case SyncError():
@@ -234,9 +244,14 @@ class ClientMachine(Machine):
 
     def _trigger_of_configuring(self) -> ClientTrigger:
         """No CONFIG came: what now."""
-        if self.now_ns >= self._config_until_ns:
-            return ClientTrigger.GAVE_UP
-        return ClientTrigger.TIMEOUT if self._sip_seen else ClientTrigger.UNOPENED
+        if not self._sip_seen:
+            return ClientTrigger.UNOPENED
+        return ClientTrigger.GAVE_UP if self.now_ns >= self._config_until_ns else ClientTrigger.TIMEOUT
+
+    def _send_open(self) -> None:
+        self._config_until_ns = self.now_ns + round(self._options.config_wait_s * 1e9)
+        self._send(CommandNumber.OPEN, self._options.session_argument)
+        self.start(Timer.STEP, self._options.config_retry_s)
 
     def _send_sync(self, number: int, trigger: Trigger) -> None:
         if trigger is not ClientTrigger.TIMEOUT:
@@ -258,9 +273,7 @@ class ClientMachine(Machine):
         self.events.append(BaudWanted(baud=self._options.bauds[self._baud_index]))
 
     def _failure(self, trigger: Trigger) -> FailReason:
-        if trigger is ClientTrigger.LINE_DOWN:
-            return FailReason.LINE_DOWN
-        return FailReason.UNKNOWN_ROBOT if trigger is ClientTrigger.UNKNOWN_ROBOT else self._attempt.cause
+        return _FAILURES.get(trigger, self._attempt.cause)
 
     def _report_connected(self) -> None:
         if self._identification is not None:

@@ -60,6 +60,7 @@ class FailReason(_Reason):
     BROKEN_IDENTIFICATION = "the identification cannot be read"
     UNKNOWN_ROBOT = "unknown robot"
     OLD_SESSION = "an old session would not close"
+    NO_SIP = "OPEN brought no SIP"
     LINE_DOWN = "the line went down"
 
 
@@ -67,6 +68,7 @@ class LossReason(_Reason):
     """Why a client lost its session."""
 
     NO_SIP = "no SIP for too long"
+    NOT_OPEN = "the robot is back in the handshake"
     CONTROLLER_RESET = "the controller was reset"
     LINE_DOWN = "the line went down"
 

@@ -97,10 +97,11 @@ class ClientOptions:
             9600, 38400, 19200, 115200, 57600.
         scan_attempts: as `silent_attempts`, at each rate of a scan (Player has 5, shorter ones).
         request_config: ask for the CONFIG packet after OPEN; ARIA does, Player and ROS do not.
-        config_retry_s: after how long it is asked for again.
-        config_wait_s: after how long the session goes on without it.
+        config_retry_s: after how long without an answer OPEN is sent again, until a SIP comes, and CONFIG is asked
+            for again.
+        config_wait_s: how long after OPEN the session goes on without CONFIG, once a SIP has come.
         keepalive_s: PULSE is sent when nothing else was for this long; None leaves it to the user, as Player and ROS.
-        sip_timeout_s: a session without a SIP for this long is lost.
+        sip_timeout_s: a session without a SIP for this long is lost; one that never had any could not be opened.
         close_delay_s: pause between ENABLE 0 and CLOSE.
         unknown_subclass: see `UnknownSubclass`.
         fallback_subclass: the parameters taken for an unknown robot: p2dx (p2os-arduino), amigo-sh (Player), amigo

@@ -23,11 +23,13 @@ and 2 are SYNC0 to SYNC2 before the session and PULSE, OPEN and CLOSE in it. A S
 OPEN 1 or CLOSE 1 of ARIA before its time is no SYNC and is ignored like any command. SYNC0 restarts from anywhere; a
 repeat of the last SYNC is answered again, or the retry of a client that missed the answer would never end.
 
-The client. It walks SYNC0, SYNC1, SYNC2, pauses, opens, asks for the configuration, and is then in session. A wrong
-answer leads to a short pause and back to SYNC0; a SIP where an echo is due tells of an old session, which is closed
-and must fall silent first, whether its robot stands (32 hex) or moves (33 hex, which ARIA cannot take over). It does
-better than ARIA there, where a step stays unanswered (it goes back to SYNC0), and where OPEN is lost on the way (it is
-sent again until SIPs come, which a session takes for a command without a meaning). (AriaCoda ArRobot.cpp; Player
+The client. It walks SYNC0, SYNC1, SYNC2, pauses, opens, asks for the configuration, and is then in session. A session
+counts as begun with its first SIP or CONFIG: until then OPEN is sent again and again (which a session takes for a
+command without a meaning) and no PULSE is, and a robot that sends neither could not be connected to. A bare echo behind
+OPEN says that the server is in the handshake, still or again: it took a PULSE for a SYNC0. A wrong answer leads to a
+short pause and back to SYNC0; a SIP where an echo is due tells of an old session, which is closed and must fall silent
+first, whether its robot stands (32 hex) or moves (33 hex, which ARIA cannot take over). It does better than ARIA there,
+where a step stays unanswered (it goes back to SYNC0), and where OPEN is lost on the way. (AriaCoda ArRobot.cpp; Player
 p2os.cc.)
 """
 
@@ -104,7 +106,7 @@ class ClientState(enum.Enum):
     RESTARTING = "lets late answers pass before SYNC0"
     CLOSING_OLD = "waits for an old session to fall silent"
     OPENING = "identified, pauses before OPEN"
-    CONFIGURING = "opened, waits for CONFIG"
+    CONFIGURING = "opened, waits for SIPs and CONFIG"
     OPEN = "in session"
     CLOSING = "motors off, pauses before CLOSE"
     CLOSED = "disconnected"
@@ -161,8 +163,8 @@ class Action(enum.Enum):
     SEND_CLOSE_OLD = "send CLOSE, wait for silence"
     CHANGE_BAUD = "ask for the next rate"
     ACCEPT = "start the pause before OPEN"
-    SEND_OPEN = "send OPEN, start the SIP timer"
-    REPEAT_OPEN = "send OPEN again"
+    SEND_OPEN = "send OPEN, start the SIP timer and the wait for a SIP"
+    REPEAT_OPEN = "send OPEN again, wait on for a SIP"
     REQUEST_CONFIG = "send CONFIG"
     REPORT_CONNECTED = "report the connection"
     FEED_SIP_TIMER = "restart the SIP timer"
@@ -316,6 +318,8 @@ _CLIENT: dict[tuple[State, Trigger], Transition] = {
     (_C.CONFIGURING, _CT.UNOPENED): Transition(_C.CONFIGURING, (_A.REPEAT_OPEN, _A.REQUEST_CONFIG)),
     (_C.CONFIGURING, _CT.CONFIG): Transition(_C.OPEN, (_A.DELIVER_PACKET, _A.REPORT_CONNECTED)),
     (_C.CONFIGURING, _CT.GAVE_UP): Transition(_C.OPEN, (_A.REPORT_CONNECTED,)),
+    (_C.CONFIGURING, _CT.SIP_LOST): _FAIL,
+    **{(_C.CONFIGURING, echo): _RETURN for echo in (_CT.ECHO0, _CT.ECHO1)},
     # the session
     (_C.OPEN, _CT.CONFIG): Transition(_C.OPEN, (_A.DELIVER_PACKET,)),
     **{(s, _CT.SIP): Transition(s, (_A.FEED_SIP_TIMER, _A.DELIVER_PACKET)) for s in (_C.CONFIGURING, _C.OPEN)},
@@ -323,7 +327,8 @@ _CLIENT: dict[tuple[State, Trigger], Transition] = {
     **{(s, _CT.KEEPALIVE): Transition(s, (_A.SEND_PULSE,)) for s in (_C.CONFIGURING, _C.OPEN)},
     # the session ends
     **{(s, _CT.RESET): _LOSE for s in (_C.CONFIGURING, _C.OPEN)},
-    **{(s, _CT.SIP_LOST): _LOSE for s in (_C.CONFIGURING, _C.OPEN)},
+    (_C.OPEN, _CT.SIP_LOST): _LOSE,
+    **{(_C.OPEN, echo): _LOSE for echo in (_CT.ECHO0, _CT.ECHO1)},
     **{(s, _CT.LINE_DOWN): _LOSE for s in (_C.CONFIGURING, _C.OPEN)},
     **{(s, _CT.DISCONNECT): Transition(_C.CLOSING, (_A.SEND_DISABLE,)) for s in (_C.CONFIGURING, _C.OPEN)},
     (_C.CLOSING, _CT.TIMEOUT): Transition(_C.CLOSED, (_A.SEND_CLOSE, _A.REPORT_DISCONNECTED)),
@@ -335,13 +340,20 @@ _CLIENT: dict[tuple[State, Trigger], Transition] = {
 }
 
 _WITHOUT_CONFIG: dict[tuple[State, Trigger], Transition] = {
-    (_C.OPENING, _CT.TIMEOUT): Transition(_C.OPEN, (_A.SEND_OPEN, _A.REPORT_CONNECTED)),
+    (_C.OPENING, _CT.TIMEOUT): Transition(_C.CONFIGURING, (_A.SEND_OPEN,)),
+    (_C.CONFIGURING, _CT.UNOPENED): Transition(_C.CONFIGURING, (_A.REPEAT_OPEN,)),
+    (_C.CONFIGURING, _CT.SIP): Transition(_C.OPEN, (_A.FEED_SIP_TIMER, _A.REPORT_CONNECTED, _A.DELIVER_PACKET)),
 }
+_ONLY_BEHIND_A_SIP = {(_C.CONFIGURING, trigger) for trigger in (_CT.TIMEOUT, _CT.GAVE_UP, _CT.KEEPALIVE)}
+"""What waits for CONFIG between the first SIP and the report; without CONFIG there is nothing between them."""
 
 
 def client_table(*, request_config: bool = True) -> Table:
     """The client's machine, with or without asking for the configuration before it reports the connection."""
-    return MappingProxyType(_CLIENT if request_config else _CLIENT | _WITHOUT_CONFIG)
+    if request_config:
+        return MappingProxyType(_CLIENT)
+    kept = {cell: edge for cell, edge in _CLIENT.items() if cell not in _ONLY_BEHIND_A_SIP}
+    return MappingProxyType(kept | _WITHOUT_CONFIG)
 
 
 CLIENT_TABLE: Table = client_table()

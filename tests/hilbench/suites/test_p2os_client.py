@@ -336,7 +336,7 @@ WRONG = {
     "a short CONFIG is none": (hearing(without_short_config), {"C18"}),
     "a dead robot is not noticed": (without((_S.OPEN, _T.SIP_LOST)), {"C19"}),
     "a dead robot is noticed late": (with_options(sip_timeout_s=10.5), {"C19"}),
-    "a reset is nothing": (without((_S.OPEN, _T.RESET)), {"C20"}),
+    "a reset is nothing": (without((_S.OPEN, _T.RESET), (_S.OPEN, _T.ECHO0)), {"C20"}),
     "the pose jumps": (_WrapsBadly, {"C21"}),
     "no keep-alive": (with_options(keepalive_s=None), {"C22"}),
     "a slow keep-alive": (with_options(keepalive_s=1.1), {"C22"}),

@@ -313,13 +313,55 @@ def test_opens_again_while_no_sip_comes():
 
 
 def test_does_not_ask_for_config_if_told_not_to():
-    computer = Computer(request_config=False)
-    computer.connect()
-    computer.feed(ECHO0)
-    computer.feed(ECHO1)
-    computer.feed(P2DX)
+    computer = computer_in(C.OPENING, request_config=False)
     assert computer.wait(0.1) == [OPEN_1]
-    assert computer.state is C.OPEN
+    assert computer.feed(Sip()) == []
+    assert computer.report(Connected).config is None
+    assert computer.report(PacketReceived).packet == Sip()
+
+
+@pytest.mark.parametrize("request_config", [False, True])
+def test_a_lost_open_is_sent_again_and_no_pulse_before(request_config):
+    """To a server that still waits for OPEN a PULSE is a SYNC0."""
+    computer = computer_in(C.OPENING, request_config=request_config)
+    sent = computer.wait(5)
+    assert sent.count(OPEN_1) == 17
+    assert set(sent) <= {OPEN_1, CONFIG_1}
+    assert not [event for event in computer.events if isinstance(event, Connected)]
+    computer.listen(1.1, Sip())
+    assert computer.report(Connected)
+
+
+def test_config_is_waited_for_from_the_open_that_got_through():
+    computer = computer_in(C.OPENING)
+    computer.wait(2.1)
+    assert computer.listen(0.9, Sip()).count(CONFIG_1) >= 2
+    assert computer.state is C.CONFIGURING
+
+
+@pytest.mark.parametrize("options", [{}, {"keepalive_s": 0.1}, {"keepalive_s": None}])
+@pytest.mark.parametrize("request_config", [False, True])
+def test_a_robot_without_sips_could_not_be_connected_to(request_config, options):
+    computer = computer_in(C.OPENING, request_config=request_config, **options)
+    computer.wait(8.2)
+    assert computer.report(ConnectFailed).reason is FailReason.NO_SIP
+    assert SYNC0 not in computer.sent[1:]
+    assert computer.connection.next_deadline_ns() is None
+
+
+@pytest.mark.parametrize("echo", [ECHO0, ECHO1])
+def test_an_echo_in_session_tells_that_there_is_none(echo):
+    computer = computer_in(C.OPEN)
+    computer.feed(echo)
+    assert computer.report(ConnectionLost).reason is LossReason.NOT_OPEN
+
+
+@pytest.mark.parametrize("echo", [ECHO0, ECHO1])
+def test_an_echo_behind_open_begins_the_handshake_again(echo):
+    computer = computer_in(C.CONFIGURING)
+    assert computer.feed(echo) == []
+    assert computer.wait(0.25) == [SYNC0]
+    finish(computer)
 
 
 def test_sips_do_not_put_off_the_end_of_the_wait_for_config():
@@ -495,10 +537,10 @@ WAYS = {
     (C.SYNC2_SENT, T.GAVE_UP): ({"max_misses": 1}, lambda c: c.wait(1)),
     (C.RESTARTING, T.GAVE_UP): ({"max_restarts": 1}, lambda c: c.wait(0.2)),
     (C.CLOSING_OLD, T.GAVE_UP): ({"max_closes": 1}, lambda c: c.feed(Sip())),
-    (C.CONFIGURING, T.GAVE_UP): ({"config_retry_s": 1.0}, lambda c: c.wait(1, every_s=1)),
+    (C.CONFIGURING, T.GAVE_UP): ({}, lambda c: c.feed(Sip()) + c.wait(1)),
     (C.CONFIGURING, T.SIP_LOST): ({"sip_timeout_s": 0.2}, lambda c: c.wait(0.2)),
     (C.OPEN, T.SIP_LOST): ({}, lambda c: c.wait(8)),
-    (C.CONFIGURING, T.KEEPALIVE): ({"config_retry_s": 1.0}, lambda c: c.wait(0.5)),
+    (C.CONFIGURING, T.KEEPALIVE): ({"config_retry_s": 1.0}, lambda c: c.feed(Sip()) + c.wait(0.5)),
     (C.OPEN, T.KEEPALIVE): ({}, lambda c: c.wait(0.5)),
 }
 
@@ -532,7 +574,9 @@ def without_an_edge():
     """States and packets that the table has nothing for; in a session the packets of the handshake mean nothing."""
     for state in C:
         meant = (
-            (T.SIP, T.CONFIG, T.PACKET, T.RESET) if state in IN_SESSION else [t for t in PACKETS if t is not T.RESET]
+            (T.SIP, T.CONFIG, T.PACKET, T.RESET, T.ECHO0, T.ECHO1)
+            if state in IN_SESSION
+            else [t for t in PACKETS if t is not T.RESET]
         )
         yield from ((state, trigger) for trigger in meant if (state, trigger) not in CLIENT_TABLE)
 
@@ -547,7 +591,7 @@ def test_packets_without_an_edge_change_nothing(state, trigger):
     assert computer.connection.counters.ignored == ignored + 1
 
 
-@pytest.mark.parametrize("packet", [ECHO0, ECHO1, P2DX, BROKEN])
+@pytest.mark.parametrize("packet", [encode_frame(b"\0x"), encode_frame(b"\1x"), P2DX, BROKEN])
 def test_packets_of_the_handshake_in_a_session_are_unknown_ones(packet):
     computer = computer_in(C.OPEN)
     computer.events.clear()
@@ -557,5 +601,8 @@ def test_packets_of_the_handshake_in_a_session_are_unknown_ones(packet):
 
 def test_default_table_is_the_one_documented():
     assert client_table() == CLIENT_TABLE
-    different = {key for key in CLIENT_TABLE if client_table(request_config=False)[key] != CLIENT_TABLE[key]}
-    assert different == {(C.OPENING, T.TIMEOUT)}
+    without = client_table(request_config=False)
+    assert set(without) < set(CLIENT_TABLE)
+    different = {key for key in CLIENT_TABLE if without.get(key) != CLIENT_TABLE[key]}
+    waiting = (T.TIMEOUT, T.UNOPENED, T.SIP, T.GAVE_UP, T.KEEPALIVE)
+    assert different == {(C.OPENING, T.TIMEOUT), *((C.CONFIGURING, trigger) for trigger in waiting)}
