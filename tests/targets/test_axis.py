@@ -92,7 +92,7 @@ def test_hold_keeps_the_goal_and_release_resumes_it() -> None:
 def test_drop_forgets_the_goal() -> None:
     axis = Axis(SERVO, LIMITS)
     axis.pursue(PositionGoal(position=1000.0), LIMITS)
-    axis.drop(12.0)
+    axis.drop((12.0, 0.0), LIMITS)
     assert axis.reference == (12.0, 0.0)
     assert axis.setpoint == 12.0
 
@@ -106,3 +106,25 @@ def test_halt_does_not_creep_back_after_sliding_too_far() -> None:
     assert axis.step(0.01, position + 40.0) == 0.0
     axis.keep_place()
     assert axis.step(0.01, position + 35.0) > 0.0
+
+
+def test_drop_brakes_within_its_own_limits_whatever_was_pursued_before() -> None:
+    axis = Axis(SERVO, LIMITS)
+    axis.pursue(SpeedGoal(speed=0.0), Limits(speed=600.0, acceleration=10.0, deceleration=10.0))
+    axis.drop((0.0, 300.0), Limits(speed=600.0, acceleration=10.0, deceleration=100.0))
+    drive(axis, 0.0, [0.01] * 100)
+    assert axis.reference[1] == pytest.approx(200.0)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_direction_is_known_before_the_axis_moves_and_gone_when_it_rests(sign: int) -> None:
+    axis = Axis(SERVO, LIMITS)
+    assert axis.direction == 0
+    axis.pursue(PositionGoal(position=sign * 100.0), LIMITS)
+    assert axis.direction * sign > 0
+    drive(axis, 0.0, [0.01] * 400)
+    assert axis.direction == 0
+    axis.pursue(SpeedGoal(speed=-sign * 100.0), LIMITS)
+    assert axis.direction * sign < 0
+    axis.hold(LIMITS)
+    assert axis.direction == 0

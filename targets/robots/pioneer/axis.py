@@ -17,6 +17,9 @@ from targets.robots.pioneer.profile import Limits, Plan, plan_distance, plan_spe
 _MOST_CORRECTED_PER_STEP = 0.5
 """Fraction of the error that one step may remove: keeps the servo stable with long steps."""
 
+_A_MOMENT_S = 1e-6
+"""How far ahead a reference at rest is looked at to see where it goes: shorter than any ramp."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpeedGoal:
@@ -82,6 +85,11 @@ class Axis:
             return self._goal.position
         return self.reference[0]
 
+    @property
+    def direction(self) -> float:
+        """+ or - while the reference moves or is about to, 0 while it rests (also on the watchdog's order)."""
+        return self.reference[1] or self._plan.at(self._elapsed_s + _A_MOMENT_S)[1]
+
     def pursue(self, goal: Goal, limits: Limits) -> None:
         """Take a new goal with the limits of this moment, from the present position and speed."""
         self._goal = goal
@@ -102,11 +110,12 @@ class Axis:
         """Put the reference on the `measured` position at `speed`, with the goal unchanged."""
         self._replan(measured, speed)
 
-    def drop(self, position: float, speed: float = 0.0, goal: SpeedGoal = REST) -> None:
-        """Forget the goal; the reference continues from `position` at `speed` and comes to rest."""
+    def drop(self, reference: tuple[float, float], limits: Limits, goal: SpeedGoal = REST) -> None:
+        """Forget the goal and its limits; go on from the `reference` (position, speed) to rest within `limits`."""
         self._goal = goal
+        self._limits = limits
         self._held = None
-        self._replan(position, speed)
+        self._replan(*reference)
 
     def keep_place(self) -> None:
         """After `HALT`: from here on the axis stays where it is."""

@@ -7,7 +7,11 @@ below is the whole story of who goes where; an order that is not listed for a mo
 (Pioneer 2 / PeopleBot Operations Manual, client motion commands.)
 
 The watchdog is not a mode: it holds whatever loops run at zero and lets them go on later. Motors off is not a mode
-either: no order is obeyed and every goal is forgotten.
+either: no order is obeyed and every goal is forgotten. Nor is braking, by which a session ends: the motors count as off
+and obey no order, but the loops still run, until the robot stands.
+
+A loop that is given the wheels, or loses its goal, brakes within the session's limits of that moment; what it was last
+told to do, perhaps in another session, does not matter any more.
 """
 
 from __future__ import annotations
@@ -82,6 +86,7 @@ class Motion:
         self._travel = Travel(left_mm=0.0, right_mm=0.0, translation_mm=0.0, rotation_deg=0.0)
         self.mode = Mode.TRANSLATE_ROTATE
         self.motors_on = False
+        self.braking = False
 
     # --- state -----------------------------------------------------------------------------------------------------
 
@@ -96,6 +101,13 @@ class Motion:
             return self._travel.rotation_deg
         return self._rotation.setpoint
 
+    @property
+    def direction(self) -> float:
+        """+ while the loops drive the robot's middle forward or are about to, - backward, 0 at rest or on the spot."""
+        if self.mode is Mode.DIRECT_WHEELS:
+            return self._left.direction + self._right.direction
+        return self._translation.direction
+
     def enable(self, on: bool) -> bool:
         """Switch the motors; True when that changed anything. Both ways every goal is forgotten."""
         if on == self.motors_on:
@@ -107,8 +119,23 @@ class Motion:
     def forget(self) -> None:
         """Stop asking for motion at once: no goals, references at rest where the robot is (bump stop, new session)."""
         self.mode = Mode.TRANSLATE_ROTATE
-        self._translation.drop(self._travel.translation_mm, goal=HALT)
-        self._rotation.drop(self._travel.rotation_deg, goal=HALT)
+        self.braking = False
+        self._translation.drop((self._travel.translation_mm, 0.0), self._session.translation, HALT)
+        self._rotation.drop((self._travel.rotation_deg, 0.0), self._session.rotation, HALT)
+
+    def brake(self) -> None:
+        """Motors off as seen from outside, at once; meanwhile to zero with the hardest deceleration, until `forget`."""
+        if self.mode is Mode.DIRECT_WHEELS:
+            self._hand_to_loops()
+        self.mode = Mode.TRANSLATE_ROTATE
+        self.motors_on, self.braking = False, True
+        self._translation.drop(self._translation.reference, self._session.emergency_translation, HALT)
+        self._rotation.drop(self._rotation.reference, self._session.emergency_rotation, HALT)
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether both loops have come to rest; not in `Mode.DIRECT_WHEELS`, where neither runs."""
+        return not (self._translation.direction or self._rotation.direction)
 
     def restart(self) -> None:
         """Go on from a standstill where the robot is, goals unchanged (power returns after a stall)."""
@@ -245,13 +272,16 @@ class Motion:
 
     def _hand_to_wheels(self) -> None:
         (way, speed), (heading, turn) = self._translation.reference, self._rotation.reference
-        self._left.drop(way - self._rim_mm(heading), speed - self._rim_mm(turn))
-        self._right.drop(way + self._rim_mm(heading), speed + self._rim_mm(turn))
+        limits = self._session.translation
+        self._left.drop((way - self._rim_mm(heading), speed - self._rim_mm(turn)), limits)
+        self._right.drop((way + self._rim_mm(heading), speed + self._rim_mm(turn)), limits)
 
     def _hand_to_loops(self) -> None:
         (left, left_speed), (right, right_speed) = self._left.reference, self._right.reference
-        self._translation.drop((left + right) / 2, (left_speed + right_speed) / 2)
-        self._rotation.drop(self._turn_deg(left, right), self._turn_deg(left_speed, right_speed))
+        way, speed = (left + right) / 2, (left_speed + right_speed) / 2
+        turn_deg, turn_deg_s = self._turn_deg(left, right), self._turn_deg(left_speed, right_speed)
+        self._translation.drop((way, speed), self._session.translation)
+        self._rotation.drop((turn_deg, turn_deg_s), self._session.rotation)
 
 
 def _clip(value: float, limit: float) -> float:
