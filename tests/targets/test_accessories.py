@@ -36,21 +36,35 @@ SECOND = 1_000_000_000
 def test_bump_modes(mode: int, masks: tuple[int, int], stops: bool) -> None:
     guard = BumpGuard(SETTINGS)
     guard.mode = mode
-    assert guard.update(masks, 100.0, motors_on=True) is stops
+    assert guard.update(masks, 0.0, 0.0, motors_on=True) is stops
     assert guard.latched is stops
 
 
-def test_only_a_new_contact_stops() -> None:
+def test_at_rest_only_a_new_contact_stops() -> None:
     guard = BumpGuard(SETTINGS)
     guard.mode = 3
-    assert guard.update((1, 0), 100.0, motors_on=True)
-    assert not guard.update((1, 0), 100.0, motors_on=True)
-    assert guard.update((3, 0), 100.0, motors_on=True)
-    assert not guard.update((0, 0), 100.0, motors_on=True)
-    assert guard.update((1, 0), 100.0, motors_on=True)
+    assert guard.update((1, 0), 0.0, 0.0, motors_on=True)
+    assert not guard.update((1, 0), 0.0, 0.0, motors_on=True)
+    assert guard.update((3, 0), 0.0, 0.0, motors_on=True)
+    assert not guard.update((0, 0), 0.0, 0.0, motors_on=True)
+    assert guard.update((1, 0), 0.0, 0.0, motors_on=True)
     assert guard.latched
+
+
+@pytest.mark.parametrize(
+    ("masks", "asked", "stops"),
+    [((1, 0), 0.1, True), ((1, 0), -0.1, False), ((0, 1), -0.1, True), ((0, 1), 0.1, False), ((1, 1), 0.0, False)],
+)
+def test_a_new_order_ends_the_stall_bits_unless_it_leads_to_the_contact(
+    masks: tuple[int, int], asked: float, stops: bool
+) -> None:
+    guard = BumpGuard(SETTINGS)
+    guard.mode = 3
+    guard.update(masks, 0.0, 0.0, motors_on=True)
     guard.release()
-    assert not guard.latched
+    assert guard.latched, "the bits stay until the order has been looked at"
+    assert guard.update(masks, 0.0, asked, motors_on=True) is stops
+    assert guard.latched is stops
 
 
 @pytest.mark.parametrize(
@@ -59,13 +73,13 @@ def test_only_a_new_contact_stops() -> None:
 def test_only_toward_the_bumper_where_the_firmware_is_late(speed: float, masks: tuple[int, int], stops: bool) -> None:
     guard = BumpGuard(dataclasses.replace(SETTINGS, bump_stall_only_toward=True))
     guard.mode = 3
-    assert guard.update(masks, speed, motors_on=True) is stops
+    assert guard.update(masks, speed, 0.0, motors_on=True) is stops
 
 
 def test_without_bumpers_every_bit_is_set_and_nothing_stops() -> None:
     guard = BumpGuard(dataclasses.replace(SETTINGS, bumpers_fitted=False))
     guard.mode = 3
-    assert not guard.update((1, 1), 100.0, motors_on=True)
+    assert not guard.update((1, 1), 100.0, 100.0, motors_on=True)
     assert guard.segments() == (0x7F, 0x7F)
 
 

@@ -426,8 +426,60 @@ def test_bump_stops_until_the_next_motion_command(ready, ends: str) -> None:  # 
     assert bool(sips[-1].rear_bumpers) == (ends == "rear")
     assert bool(sips[-1].front_bumpers) == (ends != "rear")
     assert len(ready.told(BumpStopped)) == 1
+    away, speed = (VEL_200, 200) if ends == "rear" else (VEL_BACK_200, -200)
+    sips = alive(ready, away, 1.5)
+    assert sips[-1].left_raw == speed
+    assert not sips[-1].left_stall
+
+
+TOWARD = [VEL_200, MOVE_1000, Command(CommandNumber.MOVE, 1), vel2(200, 200), vel2(300, 0)]
+
+
+@pytest.mark.parametrize("order", TOWARD)
+def test_nothing_moves_toward_a_pressed_end(ready, order: str | Command) -> None:
+    """As a client asks that sends its speed ten times a second: the robot stays, and so do the stall bits."""
+    ready.send(BUMPSTALL_3)
+    ready.chassis.pressed = (0b100, 0)
+    alive(ready, VEL_200, 0.2)
+    x_m, first = ready.chassis.x_m, len(ready.sips)
+    for _ in range(30):
+        ready.say(order, 0.1)
+    sips = ready.sips[first:]
+    assert all(sip.left_stall and sip.right_stall and not sip.moving for sip in sips)
+    assert ready.chassis.x_m == x_m
     sips = alive(ready, VEL_BACK_200, 1.5)
-    assert sips[-1].left_raw == -200
+    assert (sips[-1].left_raw, sips[-1].left_stall) == (-200, False)
+
+
+@pytest.mark.parametrize("turn", [RVEL_30, HEAD_90, vel2(-100, 100)])
+def test_turning_is_not_toward_a_pressed_end(ready, turn: str | Command) -> None:
+    ready.send(BUMPSTALL_3)
+    ready.chassis.pressed = (0b100, 0)
+    alive(ready, VEL_200, 0.2)
+    sips = alive(ready, turn, 1.0)
+    assert sips[-1].moving
+    assert not sips[-1].left_stall
+
+
+def test_an_end_that_is_not_chosen_does_not_hold_the_robot(ready) -> None:
+    ready.send(Command(CommandNumber.BUMPSTALL, 2))
+    ready.chassis.pressed = (0b100, 0)
+    assert alive(ready, VEL_200, 1.5)[-1].left_raw == 200
+
+
+def test_bump_stall_acts_on_a_contact_that_is_there_already(ready) -> None:
+    alive(ready, VEL_200, 1.0)
+    ready.chassis.pressed = (0b100, 0)
+    assert alive(ready, SYNC0, 0.5)[-1].moving
+    sips = alive(ready, BUMPSTALL_3, 0.5)
+    assert not sips[-1].moving
+    assert sips[-1].left_stall
+
+
+def test_a_finished_move_is_not_motion_toward_the_bumper(ready) -> None:
+    ready.chassis.pressed = (0b100, 0)
+    alive(ready, Command(CommandNumber.MOVE, 100), 2.0)
+    sips = alive(ready, BUMPSTALL_3, 0.5)
     assert not sips[-1].left_stall
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable
 
 import pytest
@@ -20,6 +21,7 @@ from protocols.p2os import (
     WatchdogExpired,
     WatchdogRevived,
     encode_command,
+    vel2,
 )
 from targets.robots.pioneer import (
     CommandIgnored,
@@ -257,6 +259,89 @@ def test_what_a_client_set_ends_with_its_session(ready) -> None:
     assert isinstance(config, ConfigPacket)
     assert (config.trans_vel_max_mm_s, config.rot_kp) == (600, 40)
     assert ready.robot.controller.bumpers.mode == 0
+
+
+@pytest.mark.parametrize("ended", [False, True], ids=["same session", "later session"])
+@pytest.mark.parametrize(
+    ("ramp", "used", "wheels_mm_s", "other"),
+    [
+        (CommandNumber.SETA, CommandNumber.VEL, (300, 300), CommandNumber.RVEL),
+        (CommandNumber.SETRA, CommandNumber.RVEL, (-300, 300), CommandNumber.VEL),
+    ],
+)
+def test_ramps_of_before_do_not_act_later(ready, ramp, used, wheels_mm_s, other, ended: bool) -> None:
+    """A gentle ramp was in use and is no more; the loop that gets the wheels back from VEL2 does not go by it."""
+    ready.send(Command(ramp, -10))
+    ready.say(Command(used, 0), 0.2)
+    if ended:
+        ready.send(CLOSE_1)
+        ready.ready()
+    else:
+        ready.send(Command(ramp, -100))
+    ready.say(vel2(*wheels_mm_s), 1.9)
+    before = ready.sips[-1]
+    assert before.right_raw > 250
+    ready.say(Command(other, 0), 0.5)
+    after = ready.sips[-1]
+    stored = {CommandNumber.SETA: 300, CommandNumber.SETRA: math.radians(100) / 0.0056}
+    rate_mm_s2 = stored[ramp] if ended or ramp is CommandNumber.SETRA else 100
+    assert before.right_raw - after.right_raw == pytest.approx(rate_mm_s2 * 0.5, rel=0.15)
+
+
+@pytest.mark.parametrize("motion", [Command(CommandNumber.VEL, 400), vel2(400, 400), vel2(-200, 200)])
+@pytest.mark.parametrize("closing", [CLOSE_1, SYNC2, "hang-up"])
+def test_the_wheels_are_braked_before_they_are_free(ready, motion: Command, closing: str) -> None:  # S41
+    ready.say(motion, 1.9)
+    if closing == "hang-up":
+        ready.hang_up()
+    else:
+        ready.send(closing)
+    assert ready.told(MotorsEnabled)[-1] == MotorsEnabled(enabled=False)
+    ready.run(0.01)
+    assert ready.chassis.servo
+    ready.open()
+    sip = ready.next_sip()
+    assert (sip.moving, sip.motors_enabled) == (False, False)
+    ready.run(0.1)
+    assert not ready.chassis.servo
+
+
+def test_the_watchdog_s_gentle_stop_does_not_outlast_a_hang_up(ready) -> None:
+    ready.say(Command(CommandNumber.VEL, 400), 2.1)
+    ready.hang_up()
+    ready.run(0.2)
+    assert max(map(abs, ready.robot.controller.odometer.wheel_speeds_mm_s())) < 0.5
+    assert not ready.chassis.servo
+
+
+def test_motors_switched_on_while_braking_stay_on(ready) -> None:
+    ready.say(Command(CommandNumber.VEL, 400), 1.9)
+    ready.send(CLOSE_1)
+    ready.ready()
+    ready.run(1.0)
+    assert ready.sips[-1].motors_enabled
+    assert ready.chassis.servo
+    assert ready.say(VEL_200, 1.5)[-1].packet.left_raw == 200
+
+
+def test_sonar_sequence_and_analog_port_are_as_stored_in_a_new_session(ready) -> None:
+    ready.send(Command(CommandNumber.POLLING, bytes((3,))))
+    ready.send(Command(CommandNumber.ADSEL, 2))
+    ready.send(Command(CommandNumber.DIGOUT, -241))
+    ready.send(CLOSE_1)
+    ready.open()
+    ready.run(0.5)
+    assert {reading.number for sip in ready.sips[-5:] for reading in sip.sonars} == set(range(8))
+    assert ready.sips[-1].analog_port == 5
+    assert ready.sips[-1].digout == 0x0F, "outputs are latches: nobody switches them with the session"
+
+
+def test_silenced_sonar_speak_in_a_new_session(ready) -> None:
+    ready.send(Command(CommandNumber.POLLING, b""))
+    ready.send(CLOSE_1)
+    ready.open()
+    ready.run(0.3)
+    assert ready.sips[-1].sonars
 
 
 def test_take_over_of_a_live_session(ready) -> None:

@@ -21,6 +21,9 @@ from targets.robots.pioneer.userio import UserIo
 
 AUX_PORTS = 3
 
+_STANDING_MM_S = 0.5
+"""Below it a wheel stands: a SIP in mm/s shows 0."""
+
 
 class Controller:
     """Parts are public: commands change them, reports read them, tests and benches may set inputs such as `io`.
@@ -56,16 +59,18 @@ class Controller:
     # --- sessions --------------------------------------------------------------------------------------------------
 
     def start_session(self, now_ns: int) -> None:
-        """OPEN: motors stay off, sonar start by themselves. The pose goes on counting (choice)."""
+        """OPEN: motors stay off, all sonar start by themselves. The pose goes on counting (choice)."""
+        self.io.reset()
+        self.sonar.reset()
         self.sonar.switch(True, now_ns)
 
     def end_session(self, now_ns: int) -> None:
         """CLOSE or the line is gone: motors and sonar off, everything a client set is as stored again.
 
-        Outputs of the user I/O, the sonar sequences and the pose stay.
+        Motors that were on brake as in an emergency before they release the wheels (choice: no manual lets a robot
+        without a client roll on). Outputs of the user I/O and the pose stay.
         """
-        self.enable(False)
-        self.motion.forget()
+        self._brake()
         self.sonar.switch(False, now_ns)
         self.limits.reset()
         self.bumpers.reset()
@@ -79,9 +84,19 @@ class Controller:
         """Motors on or off; off releases the wheels at once."""
         if not self.motion.enable(on):
             return
-        self.tell(MotorsEnabled(enabled=on))
+        self._tell_motors()
         if not on:
             self._chassis.release_wheels()
+
+    def _brake(self) -> None:
+        if not self.motion.motors_on:
+            return
+        self.motion.brake()
+        self._tell_motors()
+
+    def _tell_motors(self) -> None:
+        self.tell(MotorsEnabled(enabled=self.motion.motors_on))
+        if not self.motion.motors_on:
             for stall in self.stalls:
                 stall.clear()
 
@@ -92,18 +107,25 @@ class Controller:
         self.odometer.update(self._chassis.wheel_angles_rad(), now_ns)
         self.motion.observe(self.odometer.travel)
         self._watch_bumpers()
-        if not self.motion.motors_on:
+        self._finish_braking()
+        if self.motion.motors_on:
+            self._watch_stalls(now_ns, dt_s)
+        if self.motion.motors_on or self.motion.braking:
+            self._drive(dt_s)
+        else:
             self._chassis.release_wheels()
-            return
-        self._watch_stalls(now_ns, dt_s)
-        self._drive(dt_s)
 
     def _watch_bumpers(self) -> None:
         forward_mm_s = sum(self.odometer.wheel_speeds_mm_s()) / 2
         masks = self._chassis.bumpers()
-        if self.bumpers.update(masks, forward_mm_s, motors_on=self.motion.motors_on):
+        if self.bumpers.update(masks, forward_mm_s, self.motion.direction, motors_on=self.motion.motors_on):
             self.motion.forget()
             self.tell(BumpStopped(front=self.bumpers.front, rear=self.bumpers.rear))
+
+    def _finish_braking(self) -> None:
+        fastest_mm_s = max(map(abs, self.odometer.wheel_speeds_mm_s()))
+        if self.motion.braking and self.motion.at_rest and fastest_mm_s < _STANDING_MM_S:
+            self.motion.forget()
 
     def _watch_stalls(self, now_ns: int, dt_s: float) -> None:
         before = self._stalled()

@@ -48,11 +48,17 @@ def _absent(feature: str, commands: tuple[int, ...], note: str) -> LedgerEntry:
 
 LEDGER: tuple[LedgerEntry, ...] = (
     _modelled(
-        "session", (0, 1, 2), "handshake, OPEN, CLOSE, watchdog with revival; runtime limits end with the session"
+        "session",
+        (0, 1, 2),
+        "handshake, OPEN, CLOSE, watchdog with revival; what a client set ends with it, but for pose, outputs, gripper "
+        "and BATTEST",
     ),
     _modelled("SIP", (), "every 100 ms from OPEN, never accumulated; status follows the measured wheel speeds"),
     _modelled(
-        "motor power", (4,), "off after OPEN and CLOSE; off forgets every goal; the front-panel button is absent"
+        "motor power",
+        (4,),
+        "off after OPEN and CLOSE; off forgets every goal and frees the wheels, CLOSE and a hang-up brake them first "
+        "(choice: no manual lets a robot without a client roll on); the front-panel button is absent",
     ),
     _modelled("speed limits", (6, 10), "act on later commands, clipped to the tops"),
     _modelled("accelerations", (5, 23), "act on later commands, clipped to the tops; SETRA in deg/s2"),
@@ -65,8 +71,14 @@ LEDGER: tuple[LedgerEntry, ...] = (
         "servo", (82, 83, 84, 85, 86, 87), "gains are kept and shown by CONFIG; the model's own servo ignores them"
     ),
     _partly("stall", (), "averaging of the later H8 firmware; PWM is the motor's load; thresholds assumed"),
-    _modelled("bump stall", (44,), "a new contact stops at once; stall bits stay until the next obeyed motion command"),
-    _modelled("sonar", (3, 28), "one disc per array per 40 ms; no crosstalk; factory firing order assumed ascending"),
+    _modelled(
+        "bump stall",
+        (44,),
+        "a new contact, or motion toward a pressed end, stops at once; stall bits stay until an order leads elsewhere",
+    ),
+    _modelled(
+        "sonar", (3, 28), "one disc per array per 40 ms; no crosstalk; factory order assumed ascending, back at OPEN"
+    ),
     _modelled("CONFIG", (18,), "P2OS form; RevCount and joystick speeds are reported, not used"),
     _modelled("ENCODER", (19,), "cumulative ticks since power-on; ticks per turn assumed"),
     _modelled(

@@ -60,11 +60,16 @@ class SonarArrays:
         self._epoch_ns = None
         self._fresh.clear()
 
+    def reset(self) -> None:
+        """All fitted discs in their factory order again (a session begins)."""
+        self._sequences = _default_sequences(self._settings.sonar_discs)
+        self._silenced = False
+
     def poll(self, numbers: bytes) -> None:
         """POLLING: 1-based disc numbers in firing order.
 
         Only the arrays that are named get a new sequence; an empty string silences all discs and leaves the sequences
-        as they are (Pioneer 2/3 H8 Operations Manual, POLLING). The sequences outlive the session.
+        as they are (Pioneer 2/3 H8 Operations Manual, POLLING).
         """
         self._silenced = not numbers
         self._fresh.clear()

@@ -17,6 +17,10 @@ class UserIo:
         self.analog = list(settings.analog)
         self.selected_port = DEFAULT_PORT
 
+    def reset(self) -> None:
+        """Back to the port of power-on (a session begins). The outputs are latches and stay as they are."""
+        self.selected_port = DEFAULT_PORT
+
     def write(self, value: int) -> None:
         """DIGOUT: high byte says which outputs change, low byte to what. Signed or not, 16 bits count."""
         mask, bits = (value >> 8) & 0xFF, value & 0xFF
