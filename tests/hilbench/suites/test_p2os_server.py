@@ -21,6 +21,7 @@ from hilbench.check import CheckOptions, Verdict, Violation, list_cases, run_sui
 from hilbench.clock import NS_PER_MS, NS_PER_S
 from hilbench.config import open_bench
 from hilbench.journal import Journal
+from hilbench.suites import _session
 from hilbench.suites._requirements import all_caught_up
 from hilbench.suites._session import Seen, Slope, find_parameters, poses, turned_deg
 from protocols.p2os import ROBOTS, CommandNumber, Identification, Sip
@@ -231,6 +232,32 @@ def test_a_wrong_robot_violates_its_clause(clause_id, wrong):
         stack.enter_context(wrong)
         report = run_suites(options(clause_id), provider())
     assert [clause.verdict for clause in report.clauses] == [Verdict.FAIL], [clause.cause for clause in report.clauses]
+# --- robots that can do less, and are right
+
+
+def of_the_line(**less):
+    """Take the robot for one of which the clients know less."""
+    return patch.object(_session, "ROBOTS", {"p2dx": replace(ROBOTS["p2dx"], **less)})
+
+
+@needs_bullet
+@pytest.mark.parametrize("clause_id", ["S30", "S31"])
+def test_a_robot_without_move_is_not_asked_for_it(clause_id):
+    deaf = handler("MOVE", lambda c, v: None)
+    with deaf, of_the_line(has_move=False):
+        report = run_suites(options(clause_id), provider())
+    assert [clause.verdict for clause in report.clauses] == [Verdict.NOT_APPLICABLE]
+
+
+@needs_bullet
+@pytest.mark.slow
+def test_a_slow_robot_is_given_the_time_it_needs():
+    slow = instead(Motion, "velocity", lambda do: lambda self, mm_s: do(self, min(mm_s, 400)))
+    with slow, of_the_line(max_speed_mm_s=400):
+        report = run_suites(options("S52"), provider())
+    assert [clause.verdict for clause in report.clauses] == [Verdict.PASS], [clause.cause for clause in report.clauses]
+
+
 
 
 # --- what the cases measure with
