@@ -7,6 +7,7 @@ bench there are also ``pioneer`` and ``world``, the truth to hold against what t
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -42,7 +43,7 @@ def no_tap(_scheduler: Scheduler, port: Port) -> Port:
     return port
 
 
-class CaseBase:
+class CaseBase(ABC):
     """What is the same for every kind of target.
 
     Args:
@@ -81,8 +82,9 @@ class CaseBase:
         """Return the latest packets, and the faults that struck."""
         return [*self._packets(), *(self._faults.evidence() if self._faults is not None else ())]
 
+    @abstractmethod
     def _packets(self) -> Sequence[str]:
-        raise NotImplementedError
+        """Return the latest packets, as lines."""
 
 
 class VirtualCase(CaseBase):

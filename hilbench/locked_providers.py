@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 
 from hilbench.cases import AttachedCase, ForeignClientCase
@@ -136,7 +137,7 @@ class AttachedProvider(_LockedProvider):
         return port
 
 
-class _ClientProvider(_LockedProvider):
+class _ClientProvider(_LockedProvider, ABC):
     """A foreign client, which finds our scripted server behind a door."""
 
     def __init__(self, shared: Shared, target: str, capabilities: frozenset[str]) -> None:
@@ -170,11 +171,13 @@ class _ClientProvider(_LockedProvider):
             self._port.close()
         super().close()
 
+    @abstractmethod
     def _open_door(self) -> Port:
-        raise NotImplementedError
+        """Open the door the client is to come through."""
 
+    @abstractmethod
     def _client(self) -> ClientUnderTest:
-        raise NotImplementedError
+        """Return the client of the next case."""
 
 
 class ListenProvider(_ClientProvider):
