@@ -72,11 +72,11 @@ class Link(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
     Attributes:
         ends: ``peer``, where the checker or a served client sits, and ``NAME.host`` of a target.
-        baud: speed in bit/s.
+        baud: speed in bit/s, one that the robot's port can have (HOSTBAUD).
     """
 
     ends: tuple[str, str]
-    baud: Annotated[int, msgspec.Meta(ge=300, le=4_000_000)] = 9600
+    baud: Literal[9600, 19200, 38400, 57600, 115200] = 9600
 
 
 class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

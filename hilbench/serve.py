@@ -71,7 +71,10 @@ def _plan(options: ServeOptions, bench_file: BenchFile) -> PioneerPlan:
     if options.scene is not None:
         plan = replace(plan, scene=options.scene)
     if options.baud is not None:
-        plan = replace(plan, settings=replace(plan.settings, host_baud=options.baud))
+        try:
+            plan = replace(plan, settings=replace(plan.settings, host_baud=options.baud))
+        except ValueError as error:
+            raise UsageError(str(error), where=f"--baud {options.baud}") from None
     return plan
 
 

@@ -6,10 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hilbench.cli import main
 from hilbench.config import bench_schema, built_in_benches, open_bench
 from hilbench.errors import UsageError
 from hilbench.schema import DATA_FOLDER, schema_text
 from hilbench.toml_lines import find_line
+from protocols.p2os import ServerOptions, WrongOrder
+from targets.robots.pioneer import server_options
 
 TARGET = 'version = 1\n[targets.robot]\nmodel = "pioneer-2dx"\n'
 
@@ -115,7 +118,7 @@ def test_the_bench_in_the_working_folder_is_the_default(tmp_path, monkeypatch):
         (TARGET + "[[links]]\nends = ['peer']\n", 5, "length 2, not 1"),
         (TARGET + "[[links]]\nends = ['peer', 'robot.hots']\n", 5, "did you mean 'robot.host'?"),
         (TARGET + "[[links]]\nends = ['peer', 'peer']\n", 5, "both ends are 'peer'"),
-        (TARGET + "[[links]]\nends=['peer','robot.host']\nbaud = 96\n", 6, "must be a whole number >= 300"),
+        (TARGET + "[[links]]\nends=['peer','robot.host']\nbaud = 14400\n", 6, "14400 is not a value it takes"),
         (TARGET + 2 * "[[links]]\nends=['peer','robot.host']\n", 6, "a second link"),
     ],
 )
@@ -127,6 +130,60 @@ def test_what_is_wrong_is_one_line_with_its_place(read, tmp_path, text, line, me
     assert said.startswith(place)
     assert message in said
     assert "\n" not in said
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("battery_dv", "300", "must be between 0 and 255, not 300"),
+        ("digital_in", "300", "must be between 0 and 255, not 300"),
+        ("digital_out", "-1", "must be between 0 and 255, not -1"),
+        ("watchdog_ms", "70000", "must be between 0 and 65535, not 70000"),
+        ("sip_cycle_ms", "300", "must be between 0 and 255, not 300"),
+        ("stall_pwm", "70000", "must be between 0 and 65535, not 70000"),
+        ("pid_gains", "[1, 2, 70000, 4, 5, 6]", "must be between 0 and 65535, not 70000"),
+        ("analog", "[0, 0, 1023, 1024, 0]", "must be between 0 and 1023, not 1024"),
+        ("translation_top_mm_s", "70000", "must be between 0 and 65535, not 70000"),
+        ("translation_max_mm_s", "inf", "must be between 0 and 65535, not inf"),
+        ("servo_gain_per_s", "inf", "must be finite, not inf"),
+        ("track_error", "nan", "must be between -0.5 and 0.5, not nan"),
+        ("front_bumper_segments", "9", "must be between 0 and 7, not 9"),
+        ("sonar_discs", "[32]", "must be between 0 and 31, not 32"),
+        ("host_baud", "14400", "must be one of 9600, 19200, 38400, 57600, 115200, not 14400"),
+        ("serial", '"x€"', "must have at most 19 ASCII characters and no NUL"),
+        ("serial", '"a\\u0000b"', "must have at most 19 ASCII characters and no NUL"),
+        ("serial", f'"{"x" * 120}"', "must have at most 19 ASCII characters and no NUL"),
+        ("name", '"twenty characters ..."', "must have at most 19 ASCII characters and no NUL"),
+        ("sonar_discs", "[0, 16]", "14, 15 on a p2dx, not 16"),
+        ("subclass", '"p9zz"', "must be one of p2dx,"),
+        ("handshake_limit_s", "0", "must be between 0.001 and 3600, not 0"),
+        ("max_count", "201", "201 is not a value it takes"),
+        ("wrong_order", '"adpot"', "did you mean 'adopt'?"),
+    ],
+)
+def test_a_setting_that_no_packet_can_carry(tmp_path, capsys, key, value, message):
+    file = tmp_path / "my.toml"
+    file.write_text(f"{TARGET}[targets.robot.settings]\nhas_move = true\n{key} = {value}\n", encoding="utf-8")
+    assert main(["validate", str(file)]) == 2
+    out, said = capsys.readouterr()
+    assert out == ""
+    assert said.startswith(f"hilbench: {file}:6: ")
+    assert key in said
+    assert message in said
+    assert said.count("\n") == 1
+
+
+def test_how_the_robot_serves_can_be_said(read):
+    keys = 'wrong_order = "ignore"\nmax_count = 249\nhandshake_limit_s = 10\nraw_tty = false\nwatchdog_stops = false\n'
+    options = server_options(read(f"{TARGET}[targets.robot.settings]\n{keys}").targets["robot"].settings)
+    assert (options.wrong_order, options.max_count) == (WrongOrder.IGNORE, 249)
+    assert (options.handshake_limit_s, options.raw_tty, options.watchdog_s) == (10, False, None)
+
+
+def test_a_robot_serves_by_default_as_the_protocol_does(read):
+    settings = read(TARGET).targets["robot"].settings
+    options = server_options(settings)
+    assert options == ServerOptions(identification=options.identification)
 
 
 def test_files_that_cannot_be_read(tmp_path):

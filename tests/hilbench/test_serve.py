@@ -270,6 +270,7 @@ def test_a_refused_one_has_touched_nothing(serve, link, tmp_path):
         (("--scene", "corridr"), 2, "did you mean 'corridor'?"),
         (("--baud", "9600.5"), 2, "9600.5"),
         (("--baud", "0"), 2, "0"),
+        (("--baud", "14400"), 2, "must be one of 9600, 19200, 38400, 57600, 115200, not 14400"),
         (("--journal", "/dev/full"), 3, "No space left on device"),
     ],
 )
@@ -347,7 +348,7 @@ def test_a_client_that_dies_in_session_finds_the_robot_free_at_once(serve, link,
 
 @pytest.mark.parametrize("door", ["pty", "tcp"])
 def test_a_client_that_does_not_read_harms_nobody(serve, link, door):
-    served = serve("--pty", link, "--tcp", 0, "--baud", "921600", "--any-baud").ready()
+    served = serve("--pty", link, "--tcp", 0, *FAST).ready()
     deaf = served.at_pty(link) if door == "pty" else served.at_tcp(4096)
     deaf.flood(70_000)
     deaf.say_no_more()

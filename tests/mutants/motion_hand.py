@@ -71,7 +71,7 @@ MOTION_MUTANTS: tuple[Mutant, ...] = (
     on_wire("th-stuck", "Th never changes", in_sips(Stick(8, 2))),
     on_wire("th-scale", "Th is 2 % too small", in_sips(Word(offset=8, signed=True, times=0.98))),
     # contacts
-    in_flash("stall-never", "never notices a stall", stall_pwm=100_000),
+    in_flash("stall-never", "never notices a stall", stall_pwm=65_535),
     in_flash("stall-eager", "takes hard work for a stall", stall_pwm=10),
     in_flash("stall-for-ever", "keeps a stalled wheel off for a minute", stall_wait_ms=60_000),
     in_body("load-zero", "the motors report no load", motor_load=0.0),

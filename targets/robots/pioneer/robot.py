@@ -23,6 +23,7 @@ from protocols.p2os import (
     Transmit,
     WatchdogExpired,
     WatchdogRevived,
+    WrongOrder,
 )
 from targets.robots.pioneer.chassis import Chassis
 from targets.robots.pioneer.commands import CommandTable
@@ -182,5 +183,9 @@ def server_options(settings: RobotSettings) -> ServerOptions:
     """The protocol options that follow from a robot's settings."""
     return ServerOptions(
         identification=Identification(name=settings.name, robot_class=settings.robot_class, subclass=settings.subclass),
-        watchdog_s=settings.watchdog_ms / 1000,
+        watchdog_s=settings.watchdog_ms / 1000 if settings.watchdog_stops else None,
+        wrong_order=WrongOrder[settings.wrong_order.upper()],
+        max_count=settings.max_count,
+        handshake_limit_s=settings.handshake_limit_s,
+        raw_tty=settings.raw_tty,
     )

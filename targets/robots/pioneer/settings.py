@@ -7,10 +7,14 @@ this model; both are listed in reports and neither changes a verdict by itself.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Literal
 
+from protocols.p2os.options import WrongOrder
 from protocols.p2os.robots import ROBOTS, RobotParameters, find_robot
+from targets.robots.pioneer.hostbaud import RATES
 
 PORTS = 5
 """Analog input ports of the user I/O connector, numbered 1 to 5 (Pioneer 2 Operations Manual, ADSEL)."""
@@ -30,7 +34,8 @@ class RobotSettings:
     """A Pioneer 2-DX unless told otherwise; `describe` lists each value with unit and source.
 
     Raises:
-        ValueError: A value makes no robot: empty or long names, a rate or size that is not positive.
+        ValueError: A value makes no robot: a text that its packet cannot carry, a rate or size that is not positive, a
+            number outside `RANGES`. The message begins with the name of the setting.
     """
 
     # who it is
@@ -93,10 +98,25 @@ class RobotSettings:
     # timing
     sip_cycle_ms: int = _setting(100, "ms", f"{_P2_MANUAL}; 50 is the documented alternative")
     watchdog_ms: int = _setting(2000, "ms", _P2_MANUAL)
+    watchdog_stops: bool = _setting(True, "", f"{_P2_MANUAL}; false as {_SIMULATOR}, which only warns")
     sonar_cycle_ms: int = _setting(40, "ms", _P2_MANUAL)
     speed_window_ms: int = _setting(50, "ms", "choice: wheel speeds are averaged over this long")
     host_baud_trial_ms: int = _setting(500, "ms", "Pioneer 2/3 H8 Operations Manual, HOSTBAUD")
     host_baud: int = _setting(9600, "bit/s", _P2_MANUAL)
+
+    # the line, where robots and simulators differ
+    wrong_order: Literal["refuse", "adopt", "reecho", "restart", "ignore"] = _setting(
+        "refuse", "", "choice: what a SYNC out of order is answered with; adopt, reecho, restart as AMRISim's builds"
+    )
+    max_count: Literal[200, 207, 249] = _setting(
+        200, "bytes", f"{_P2_MANUAL}; 207 AMRISim, 249 Pioneer 2/3 H8 Operations Manual"
+    )
+    handshake_limit_s: float | None = _setting(
+        None, "s", f"{_P2_MANUAL}: none; 10 as {_SIMULATOR}, after which a handshake is forgotten"
+    )
+    raw_tty: bool = _setting(
+        True, "", "reedhedges/AriaCoda src/ArRobot.cpp comDataN: TTY strings without a length byte are taken too"
+    )
 
     # battery
     battery_dv: int = _setting(130, "0.1 V", _SIMULATOR)
@@ -126,13 +146,21 @@ class RobotSettings:
     answers_battery_info: bool = _setting(False, "", "choice: P2OS knows no BATTERYINFO")
 
     def __post_init__(self) -> None:
-        for label in (self.name, self.robot_class, self.subclass):
-            if len(label) > 19 or "\0" in label:
-                raise ValueError(f"{label!r}: clients keep 19 characters of an identification string, without NUL")
         for item in fields(self):
             value = getattr(self, item.name)
-            if item.name.endswith(_POSITIVE) and not value > 0:
-                raise ValueError(f"{item.name} must be positive, not {value!r}")
+            if item.name in _TEXTS:
+                _check_text(item.name, value)
+            if item.name in _CHOICES and value not in _CHOICES[item.name]:
+                raise ValueError(f"{item.name} must be one of {_listed(_CHOICES[item.name])}, not {value!r}")
+            for number in value if isinstance(value, tuple) else (value,):
+                if isinstance(number, int | float):
+                    _check_number(item.name, number)
+        robot = find_robot(self.subclass)
+        if robot is None:
+            raise ValueError(f"subclass must be one of {_listed(tuple(ROBOTS))}, not {self.subclass!r}")
+        discs = tuple(number for number, pose in enumerate(robot.sonars) if pose is not None)
+        if missing := set(self.sonar_discs).difference(discs):
+            raise ValueError(f"sonar_discs must be of {_listed(discs)} on a {self.subclass}, not {min(missing)}")
 
     @property
     def mm_per_turn(self) -> float:
@@ -147,6 +175,66 @@ class RobotSettings:
 
 _POSITIVE = ("_mm", "_ms", "_mm_s", "_deg_s", "_mm_s2", "_deg_s2", "_per_turn", "_per_s", "_deg", "_max")
 """Name endings of the settings that only make sense above zero: sizes, durations, rates."""
+
+_TEXTS = ("name", "robot_class", "subclass", "serial")
+_TEXT_LENGTH = 19
+"""Clients keep so many characters of an identification string (Player p2os.cc); the serial is held to the same."""
+
+_CHOICES: Mapping[str, tuple[object, ...]] = MappingProxyType(
+    {
+        "host_baud": RATES,
+        "wrong_order": tuple(policy.name.lower() for policy in WrongOrder),
+        "max_count": (200, 207, 249),
+    }
+)
+
+_BYTE, _WORD, _FRACTION = (0, 0xFF), (0, 0xFFFF), (-0.5, 0.5)
+
+RANGES: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        # one byte of the SIP or of the configuration packet
+        **dict.fromkeys(("battery_dv", "digital_in", "digital_out", "sip_cycle_ms"), _BYTE),
+        # two bytes of the configuration packet
+        **dict.fromkeys(("rotation_top_deg_s", "translation_top_mm_s", "rotation_max_deg_s"), _WORD),
+        **dict.fromkeys(("translation_max_mm_s", "translation_acceleration_top_mm_s2"), _WORD),
+        **dict.fromkeys(("rotation_acceleration_top_deg_s2", "translation_acceleration_mm_s2"), _WORD),
+        **dict.fromkeys(("translation_deceleration_mm_s2", "rotation_acceleration_deg_s2"), _WORD),
+        **dict.fromkeys(("rotation_deceleration_deg_s2", "pid_gains", "encoder_ticks_per_half_turn"), _WORD),
+        **dict.fromkeys(("joystick_mm_s", "joystick_deg_s", "pwm_max", "stall_pwm", "stall_wait_ms"), _WORD),
+        **dict.fromkeys(("watchdog_ms", "low_battery_dv"), _WORD),
+        # half a turn is a signed word of the SIP
+        "heading_units_per_turn": (2, 0x10000),
+        # seven bits of a stall byte, beside the stall itself
+        **dict.fromkeys(("front_bumper_segments", "rear_bumper_segments"), (0, 7)),
+        # four arrays of eight
+        "sonar_discs": (0, 31),
+        # ten bits of the I/O packet
+        "analog": (0, 1023),
+        # more than half of a wheel or a track is no error of it
+        **dict.fromkeys(("left_wheel_error", "right_wheel_error", "track_error"), _FRACTION),
+        "slip_noise_mm_per_sqrt_m": (0, 1000),
+        "handshake_limit_s": (0.001, 3600),
+    }
+)
+"""Least and greatest value of the settings that a field of a packet carries, or that make no sense outside."""
+
+
+def _check_text(name: str, text: str) -> None:
+    if len(text) > _TEXT_LENGTH or "\0" in text or not text.isascii():
+        raise ValueError(f"{name} must have at most {_TEXT_LENGTH} ASCII characters and no NUL, not {text[:40]!r}")
+
+
+def _check_number(name: str, number: float) -> None:
+    if name.endswith(_POSITIVE) and not number > 0:
+        raise ValueError(f"{name} must be positive, not {number!r}")
+    least, greatest = RANGES.get(name, (-math.inf, math.inf))
+    if not (least <= number <= greatest and math.isfinite(number)):
+        bounds = f"between {least} and {greatest}" if name in RANGES else "finite"
+        raise ValueError(f"{name} must be {bounds}, not {number!r}")
+
+
+def _listed(values: tuple[object, ...]) -> str:
+    return ", ".join(map(str, values))
 
 
 def settings_for(subclass: str) -> RobotSettings:
