@@ -64,6 +64,7 @@ from protocols.p2os.events import (
 )
 from protocols.p2os.framing import (
     HEADER,
+    MAX_COUNT,
     MAX_COUNT_STRICT,
     MAX_COUNT_TOLERANT,
     NOISE_RUN,
@@ -163,6 +164,7 @@ __all__ = [
     "CLIENT_TABLE",
     "COMMANDS",
     "HEADER",
+    "MAX_COUNT",
     "MAX_COUNT_STRICT",
     "MAX_COUNT_TOLERANT",
     "MAY_SEND",

@@ -25,6 +25,8 @@ from protocols.p2os.errors import LocalProtocolError
 
 __all__ = [
     "HEADER",
+    "MAX_COUNT",
+    "MAX_COUNT_AUX",
     "MAX_COUNT_STRICT",
     "MAX_COUNT_TOLERANT",
     "NOISE_RUN",
@@ -43,6 +45,10 @@ MAX_COUNT_STRICT = 200
 """The largest count of a client frame (Pioneer 2 Operations Manual)."""
 MAX_COUNT_TOLERANT = 207
 """The largest count that AMRISim's receiver, ClientPacketReceiver.cpp, takes without complaint."""
+MAX_COUNT_AUX = 203
+"""The largest count a robot of this family has a use for: GETAUX asks for up to 200 bytes (Pioneer 2 Operations Manual)."""
+MAX_COUNT = 255
+"""The largest count that a count byte can say. No manual limits the packets of a server; ARIA takes any of them."""
 NOISE_RUN = 256
 """Noise is reported in runs of at most this many bytes."""
 

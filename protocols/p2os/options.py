@@ -9,7 +9,7 @@ import enum
 from dataclasses import dataclass
 
 from protocols.p2os.errors import LocalProtocolError
-from protocols.p2os.framing import MAX_COUNT_STRICT
+from protocols.p2os.framing import MAX_COUNT_AUX, MAX_COUNT_STRICT
 from protocols.p2os.packets import Identification
 from protocols.p2os.robots import ROBOTS, RobotParameters, find_robot
 
@@ -107,7 +107,8 @@ class ClientOptions:
         fallback_subclass: the parameters taken for an unknown robot: p2dx (p2os-arduino), amigo-sh (Player), amigo
             (ROS).
         wide_status: take packet types 30, 31 and 34 hex for SIPs too, as Player, ROS and p2os-arduino do.
-        max_count: largest count received; ARIA takes any, up to 255.
+        max_count: largest count received: 203, a full AUX packet. ARIA takes any, up to 255; but then a stray header before
+            a large number swallows that many bytes of good packets.
         frame_timeout_s: as for the server.
     """
 
@@ -132,7 +133,7 @@ class ClientOptions:
     unknown_subclass: UnknownSubclass = UnknownSubclass.REFUSE
     fallback_subclass: str = "p2dx"
     wide_status: bool = False
-    max_count: int = MAX_COUNT_STRICT
+    max_count: int = MAX_COUNT_AUX
     frame_timeout_s: float | None = 0.5
 
     def __post_init__(self) -> None:

@@ -14,7 +14,7 @@ from typing import ClassVar
 from protocols.p2os.config_packet import ConfigPacket
 from protocols.p2os.errors import LocalProtocolError, RemoteProtocolError
 from protocols.p2os.fields import FieldReader, FieldWriter
-from protocols.p2os.framing import MAX_COUNT_STRICT, encode_frame
+from protocols.p2os.framing import MAX_COUNT, encode_frame
 from protocols.p2os.sensor_packets import (
     ArmInfoPacket,
     ArmJoint,
@@ -273,8 +273,11 @@ def decode_packet(body: bytes, *, connected: bool = True, wide_status: bool = Fa
     return _IN_SESSION.get(packet_type, UnknownPacket).decode(body)
 
 
-def encode_packet(packet: ServerPacket, *, max_count: int = MAX_COUNT_STRICT) -> bytes:
+def encode_packet(packet: ServerPacket, *, max_count: int = MAX_COUNT) -> bytes:
     """The whole frame of a packet.
+
+    A full AUX packet needs a count of 203: GETAUX asks for up to 200 bytes (Pioneer 2 Operations Manual), and the limit
+    of 200 is that of client frames.
 
     Raises:
         LocalProtocolError: a field does not fit its place, or the frame is too long.

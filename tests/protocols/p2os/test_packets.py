@@ -14,9 +14,12 @@ from protocols.p2os import (
     ArmStatusPacket,
     BatteryPacket,
     BatteryReading,
+    ClientOptions,
     ConfigPacket,
     ControllerReset,
     EncoderPacket,
+    Frame,
+    FrameReader,
     GripperPacket,
     GyroPacket,
     GyroReading,
@@ -282,7 +285,7 @@ def test_battery_record_longer_than_ours_keeps_the_rest():
         Sip(sonars=(SonarReading(number=256, range_raw=0),)),
         EncoderPacket(left_ticks=2**31, right_ticks=0),
         SerAuxPacket(port=4, data=b""),
-        SerAuxPacket(port=1, data=bytes(200)),
+        SerAuxPacket(port=1, data=bytes(253)),
         ArmStatusPacket(positions_raw=(1, 2)),
         BatteryPacket(batteries=(BatteryReading(more=b"x"), BatteryReading())),
         ControllerReset(code=3),
@@ -291,10 +294,18 @@ def test_battery_record_longer_than_ours_keeps_the_rest():
         Identification(name="\u20ac", subclass="p2dx"),
         ConfigPacket(fields=68),
         ConfigPacket(sip_cycle_ms=256),
-        UnknownPacket(packet_type=0x61, payload=bytes(198)),
+        UnknownPacket(packet_type=0x61, payload=bytes(253)),
     ],
     ids=lambda packet: type(packet).__name__,
 )
 def test_what_cannot_be_sent(packet):
     with pytest.raises(LocalProtocolError):
         encode_packet(packet)
+
+
+def test_a_full_aux_packet_reaches_a_client_as_it_is_by_default():
+    frame = encode_packet(SerAuxPacket(port=1, data=bytes(200)))
+    reader = FrameReader(max_count=ClientOptions().max_count)
+    (item,) = reader.receive(frame, 0)
+    assert isinstance(item, Frame)
+    assert decode_packet(item.body) == SerAuxPacket(port=1, data=bytes(200))
