@@ -51,6 +51,16 @@ class SharedDoor(PortBase):
             self.counters.sent += len(data)
             self.counters.lost += len(data)
 
+    @property
+    def pending(self) -> int:
+        """Bytes on their way to the client that has the line."""
+        return self._owner.pending if self._owner is not None else 0
+
+    def withdraw(self, keep: int) -> None:
+        """Take back what is not out yet to the client that has the line, but for the next `keep` bytes."""
+        if self._owner is not None:
+            self._owner.withdraw(keep)
+
     def send_break(self, duration_ns: int) -> None:
         """Send a break to the client that has the line."""
         if self._owner is not None:

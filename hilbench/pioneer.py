@@ -75,6 +75,7 @@ class VirtualPioneer:
         self.world: World = open_world(plan.scene, VEHICLE, physics=plan.physics, step_hz=plan.step_hz, seed=seed)
         self.body = Pioneer2dxBody(self.world, sonar_poses=sonar_poses(plan.settings.subclass))
         self.robot = plan.make_robot(plan.settings, self.body, seed)
+        self.robot.line = port
         self.commands: set[tuple[int, str]] = set()
         self.actor = DeviceActor(
             bench, self.robot, port, name="robot", on_event=self._note_command, after=self._follow_baud

@@ -73,6 +73,15 @@ class Door(PortBase):
         self._take_to_send(data, self._scheduler.now_ns)
         self.counters.overruns += len(data) - self._outgoing.write(data)
 
+    @property
+    def pending(self) -> int:
+        """Bytes written that have not left the wire."""
+        return self._outgoing.pending
+
+    def withdraw(self, keep: int) -> None:
+        """Take back what has not left the wire, but for the next `keep` bytes and the one that is on it."""
+        self.counters.withdrawn += self._outgoing.withdraw(keep)
+
     def send_break(self, duration_ns: int) -> None:
         """Keep the wire busy for `duration_ns`; a pty or a socket cannot carry a break to the client."""
         self._take_to_send(b"", self._scheduler.now_ns)

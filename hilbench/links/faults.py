@@ -292,6 +292,17 @@ class FaultyPort(PortBase):
         self._take_to_send(data, self._scheduler.now_ns)
         self._out.write(data)
 
+    @property
+    def pending(self) -> int:
+        """Bytes written that are not out yet, here and at the port."""
+        return self._out.pending + self.port.pending
+
+    def withdraw(self, keep: int) -> None:
+        """Take back what is not out yet, but for the next `keep` bytes."""
+        at_port = self.port.pending
+        self.counters.withdrawn += self._out.withdraw(max(0, keep - at_port))
+        self.port.withdraw(min(keep, at_port))
+
     def send_break(self, duration_ns: int) -> None:
         """Hold the line low for `duration_ns`."""
         self._take_to_send(b"", self._scheduler.now_ns)

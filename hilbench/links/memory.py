@@ -56,6 +56,10 @@ class MemoryPort(PortBase):
         self._take_to_send(data, self._scheduler.now_ns)
         self.counters.overruns += len(data) - self._transmitter.write(data)
 
+    def withdraw(self, keep: int) -> None:
+        """Take back what is not out yet, but for the next `keep` bytes and the one that is on the line."""
+        self.counters.withdrawn += self._transmitter.withdraw(keep)
+
     def send_break(self, duration_ns: int) -> None:
         """Hold the line low for `duration_ns`, after the bytes written so far."""
         self._take_to_send(b"", self._scheduler.now_ns)

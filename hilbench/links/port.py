@@ -48,6 +48,7 @@ class LinkCounters:
         sent: Bytes handed to the line.
         received: Bytes that came off the line.
         lost: Bytes handed over that could not be delivered: line down, nobody reads, buffer full.
+        withdrawn: Bytes handed over and taken back before they were sent.
         overruns: Bytes refused because the transmit queue was full.
         framing_errors: Bytes received without a stop bit where one was due.
         breaks: Break conditions received.
@@ -57,6 +58,7 @@ class LinkCounters:
     sent: int = 0
     received: int = 0
     lost: int = 0
+    withdrawn: int = 0
     overruns: int = 0
     framing_errors: int = 0
     breaks: int = 0
@@ -92,6 +94,13 @@ class Port(Protocol):
     def write(self, data: bytes) -> None:
         """Hand bytes to the line; never blocks. PortClosedError after `close`."""
 
+    @property
+    def pending(self) -> int:
+        """Bytes handed over that are not out yet; 0 where that cannot be known."""
+
+    def withdraw(self, keep: int) -> None:
+        """Take back what is not out yet, but for the next `keep` bytes; nothing where that cannot be done."""
+
     def send_break(self, duration_ns: int) -> None:
         """Hold the line low for `duration_ns`, after the bytes handed over so far."""
 
@@ -123,6 +132,14 @@ class PortBase:
         self.on_line: Callable[[bool, int], None] = _ignore_line
         self.on_break: Callable[[int], None] = _ignore_break
         self.on_sent: Callable[[bytes, int], None] = _ignore_bytes
+
+    @property
+    def pending(self) -> int:
+        """Bytes handed over that are not out yet; 0 where that cannot be known."""
+        return 0
+
+    def withdraw(self, keep: int) -> None:
+        """Take back what is not out yet, but for the next `keep` bytes; nothing where that cannot be done."""
 
     def _take_to_send(self, data: bytes, at_ns: int) -> None:
         """Count and report bytes that the owner writes."""

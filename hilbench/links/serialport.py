@@ -131,6 +131,14 @@ class SerialPort(PortBase):
             self._taken_ns = self._scheduler.now_ns
             self._scheduler.after(0, self._write_on, order=EventClass.BYTE, source=self.name)
 
+    @property
+    def pending(self) -> int:
+        """Bytes written that the system has not taken, or, where it tells, has not sent."""
+        try:
+            return len(self._waiting) + (self._serial.out_waiting if self._native and not self.closed else 0)
+        except OSError:
+            return len(self._waiting)
+
     def send_break(self, duration_ns: int) -> None:
         """Hold the line low for `duration_ns`; nothing happens on ports that cannot."""
         self._take_to_send(b"", self._scheduler.now_ns)

@@ -139,6 +139,18 @@ class Transmitter:
         self._generation += 1
         return lost
 
+    def withdraw(self, keep: int) -> int:
+        """Forget what waits but for the next `keep` bytes and those on the line; return how many bytes that were.
+
+        Of bytes that are let out together, only the first counts as being on the line.
+        """
+        keep = max(keep, self._judged, min(self._shifting, 1))
+        withdrawn = 0
+        while len(self._queue) > keep:
+            withdrawn += isinstance(self._queue.pop(), int)
+        self._shifting = min(self._shifting, keep)
+        return withdrawn
+
     def _append(self, items: bytes | tuple[_Gap]) -> None:
         was_idle = not self._queue
         self._queue.extend(items)

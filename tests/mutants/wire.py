@@ -486,6 +486,15 @@ class Tap:
         """Take what the device says."""
         self._out.take(data)
 
+    @property
+    def pending(self) -> int:
+        """Bytes at the port that are not out yet."""
+        return self._port.pending
+
+    def withdraw(self, keep: int) -> None:
+        """Take back what is not out yet, but for the next `keep` bytes."""
+        self._port.withdraw(keep)
+
     def send_break(self, duration_ns: int) -> None:
         """Hold the line low."""
         self._port.send_break(duration_ns)

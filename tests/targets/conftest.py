@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from protocols.p2os import Command, Frame, FrameReader, ServerPacket, Sip, decode_packet, encode_command
+from protocols.p2os import MAX_COUNT, Command, Frame, FrameReader, ServerPacket, Sip, decode_packet, encode_command
 from targets.robots.pioneer import PioneerRobot, RobotEvent, RobotSettings
 
 SYNC0 = bytes.fromhex("FAFB03000000")
@@ -108,7 +108,7 @@ class Rig:
         self.connected = False
         self._hz = steps_hz
         self._steps = 0
-        self._reader = FrameReader()
+        self._reader = FrameReader(max_count=MAX_COUNT)
 
     # --- time
 

@@ -162,13 +162,16 @@ def test_requests_once_stream_and_stop() -> None:
     book.ask(Extra.IO, 2)
     book.ask(Extra.CONFIG, 1)
     book.ask(Extra.CONFIG, 1)
-    assert book.take_due() == (Extra.CONFIG, Extra.IO)
-    assert book.take_due() == (Extra.IO,)
+    assert book.due() == (Extra.CONFIG, Extra.IO)
+    book.sent(Extra.IO)
+    assert book.due() == (Extra.CONFIG, Extra.IO)
+    book.sent(Extra.CONFIG)
+    assert book.due() == (Extra.IO,)
     book.ask(Extra.IO, 0)
-    assert book.take_due() == ()
+    assert book.due() == ()
     book.ask(Extra.ENCODER, 3)
     book.clear()
-    assert book.take_due() == ()
+    assert book.due() == ()
 
 
 def test_every_setting_has_a_source() -> None:

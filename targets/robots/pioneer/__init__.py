@@ -13,12 +13,15 @@ from targets.robots.pioneer.events import (
     HostBaudChanged,
     MotorsEnabled,
     NotModelled,
+    OutputWithdrawn,
     Refusal,
     RobotEvent,
+    SipSkipped,
     StallCleared,
     Stalled,
 )
 from targets.robots.pioneer.ledger import LEDGER, Fidelity, LedgerEntry
+from targets.robots.pioneer.output import HostLine
 from targets.robots.pioneer.robot import PioneerRobot, server_options
 from targets.robots.pioneer.settings import Described, RobotSettings, describe, settings_for
 
@@ -31,13 +34,16 @@ __all__ = [
     "Described",
     "Fidelity",
     "HostBaudChanged",
+    "HostLine",
     "LedgerEntry",
     "MotorsEnabled",
     "NotModelled",
+    "OutputWithdrawn",
     "PioneerRobot",
     "Refusal",
     "RobotEvent",
     "RobotSettings",
+    "SipSkipped",
     "StallCleared",
     "Stalled",
     "describe",

@@ -51,13 +51,16 @@ class AuxPort:
             self._received.clear()
         return True
 
+    def due(self) -> bytes:
+        """Return the bytes asked for once all of them are there; empty until then."""
+        return bytes(self._received[: self._wanted]) if len(self._received) >= self._wanted else b""
+
     def take_due(self) -> bytes:
-        """Take the bytes asked for once all of them are there; empty until then."""
-        if not self._wanted or len(self._received) < self._wanted:
-            return b""
-        due = bytes(self._received[: self._wanted])
-        del self._received[: self._wanted]
-        self._wanted = 0
+        """Take the bytes that are due; the request is then done."""
+        due = self.due()
+        if due:
+            del self._received[: len(due)]
+            self._wanted = 0
         return due
 
     def cancel(self) -> None:

@@ -75,6 +75,24 @@ class HostBaudChanged:
     reverted: bool
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SipSkipped:
+    """A SIP was left out because the line had not caught up. Told once per session.
+
+    Attributes:
+        waiting: bytes that were still waiting for the line.
+    """
+
+    waiting: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OutputWithdrawn:
+    """The session ended with packets waiting for the line; those that had not begun to leave were dropped, in bytes."""
+
+    count: int
+
+
 RobotEvent = (
     CommandObeyed
     | CommandIgnored
@@ -84,5 +102,7 @@ RobotEvent = (
     | StallCleared
     | BumpStopped
     | HostBaudChanged
+    | SipSkipped
+    | OutputWithdrawn
     | Event
 )

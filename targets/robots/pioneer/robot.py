@@ -1,7 +1,9 @@
 """The robot as the line sees it: bytes and a time in, bytes out.
 
 One queue of timers decides what happens when: the connection's watchdog, the HOSTBAUD trial, the sonar, the SIP, in
-this order at equal times. SIPs leave at OPEN + n cycles exactly; a bench that comes late gets every one of them.
+this order at equal times. SIPs leave at OPEN + n cycles exactly; a bench that comes late gets every one of them. What
+the line cannot carry is not queued: a SIP that would be old before it is out is skipped, and a packet that was asked
+for waits for a cycle with room.
 """
 
 from __future__ import annotations
@@ -28,9 +30,18 @@ from protocols.p2os import (
 from targets.robots.pioneer.chassis import Chassis
 from targets.robots.pioneer.commands import CommandTable
 from targets.robots.pioneer.controller import Controller
-from targets.robots.pioneer.events import HostBaudChanged, RobotEvent
+from targets.robots.pioneer.events import HostBaudChanged, OutputWithdrawn, RobotEvent, SipSkipped
+from targets.robots.pioneer.output import HostLine, Output
 from targets.robots.pioneer.reports import make_extra, make_sip
+from targets.robots.pioneer.requests import Extra
 from targets.robots.pioneer.settings import RobotSettings
+
+MOST_WAITING = 100
+"""Bytes that may still wait for the line when a SIP is due: about the longest usual packet, CONFIG (choice)."""
+MOST_PATIENCE = 10
+"""Cycles after which a packet that was asked for goes out even if there is no room for it (choice)."""
+FRAMING = 5
+"""Bytes of a frame around its body."""
 
 Timer = tuple[int, int, Callable[[int], None]]
 """(when in ns, rank among equals, what to do at that time)."""
@@ -44,6 +55,9 @@ class PioneerRobot:
         chassis: Its body.
         seed: Of everything random in it.
         connection: The protocol machine, when it is not to be the standard one (mutated tables).
+
+    Attributes:
+        sips_skipped: SIPs of this session that were left out because the line had not caught up.
     """
 
     def __init__(
@@ -57,7 +71,10 @@ class PioneerRobot:
         self._cycle_ns = settings.sip_cycle_ms * 1_000_000
         self._opened_ns: int | None = None
         self._sips = 0
-        self._out = bytearray()
+        self.sips_skipped = 0
+        self._queue: list[Extra | int] = []  # asked for and due; a number is that of an AUX port
+        self._patience = 0
+        self._output = Output()
 
     # --- the line --------------------------------------------------------------------------------------------------
 
@@ -65,13 +82,22 @@ class PioneerRobot:
         """Take bytes from the line; return bytes to transmit."""
         self._run_timers(now_ns - 1)
         self._handle(self.connection.receive(data, now_ns), now_ns)
-        return self._take_out()
+        return self._output.take()
 
     def line_down(self, now_ns: int) -> bytes:
         """End of file, hang-up: like CLOSE."""
         self._run_timers(now_ns - 1)
         self._handle(self.connection.line_down(now_ns), now_ns)
-        return self._take_out()
+        return self._output.take()
+
+    @property
+    def line(self) -> HostLine:
+        """The line it sends on; by default one on which nothing ever waits."""
+        return self._output.line
+
+    @line.setter
+    def line(self, line: HostLine) -> None:
+        self._output.line = line
 
     @property
     def host_baud(self) -> int:
@@ -83,7 +109,7 @@ class PioneerRobot:
     def advance(self, now_ns: int) -> bytes:
         """Do what is due up to and at `now_ns`; return bytes to transmit."""
         self._run_timers(now_ns)
-        return self._take_out()
+        return self._output.take()
 
     def next_deadline_ns(self) -> int | None:
         """When `advance` has something to do next, None when nothing is planned."""
@@ -101,11 +127,6 @@ class PioneerRobot:
         return taken
 
     # --- inside ----------------------------------------------------------------------------------------------------
-
-    def _take_out(self) -> bytes:
-        out = bytes(self._out)
-        self._out.clear()
-        return out
 
     def _timers(self) -> list[Timer]:
         sip_ns = None if self._opened_ns is None else self._opened_ns + (self._sips + 1) * self._cycle_ns
@@ -139,21 +160,67 @@ class PioneerRobot:
         self._sips += 1
         if self.connection.state is not ServerState.OPEN:
             return
-        self._send(make_sip(self.controller, now_ns), now_ns)
-        for extra in self.controller.requests.take_due():
-            self._send(make_extra(self.controller, extra, now_ns), now_ns)
-        for number, port in enumerate(self.controller.aux_ports, start=1):
-            if data := port.take_due():
-                self._send(SerAuxPacket(port=number, data=data), now_ns)
+        waiting = self.line.pending
+        if waiting <= MOST_WAITING:
+            waiting += self._send(make_sip(self.controller, now_ns), now_ns)
+        else:
+            self._note_skipped(waiting)
+        self._send_extras(waiting, now_ns)
 
-    def _send(self, packet: ServerPacket, now_ns: int) -> None:
-        self._out += self.connection.send(packet, now_ns)
+    def _note_skipped(self, waiting: int) -> None:
+        if not self.sips_skipped:
+            self._events.append(SipSkipped(waiting=waiting))
+        self.sips_skipped += 1
+
+    def _send_extras(self, waiting: int, now_ns: int) -> None:
+        """Sends what was asked for, as far as it is out before the next SIP.
+
+        What never fits goes behind the SIP of an idle line, alone, or when it has waited long enough.
+        """
+        first = self.line.pending == 0 or self._patience >= MOST_PATIENCE
+        for key in self._queue_up():
+            packet = self._make(key, now_ns)
+            if not (first or self._has_room(waiting + len(packet.encode()) + FRAMING)):
+                self._patience += 1
+                return
+            waiting += self._send(packet, now_ns)
+            self._done(key)
+            first, self._patience = False, 0
+
+    def _queue_up(self) -> tuple[Extra | int, ...]:
+        due: list[Extra | int] = list(self.controller.requests.due())
+        due += [number for number, port in enumerate(self.controller.aux_ports, start=1) if port.due()]
+        kept = [key for key in self._queue if key in due]
+        self._queue = kept + [key for key in due if key not in kept]
+        return tuple(self._queue)
+
+    def _make(self, key: Extra | int, now_ns: int) -> ServerPacket:
+        if isinstance(key, Extra):
+            return make_extra(self.controller, key, now_ns)
+        return SerAuxPacket(port=key, data=self.controller.aux_ports[key - 1].due())
+
+    def _done(self, key: Extra | int) -> None:
+        self._queue.remove(key)
+        if isinstance(key, Extra):
+            self.controller.requests.sent(key)
+        else:
+            self.controller.aux_ports[key - 1].take_due()
+
+    def _has_room(self, count: int) -> bool:
+        """Whether `count` bytes are out before the next cycle; 10 bits a byte."""
+        baud = self.line.baud
+        return not baud or count * 10_000_000_000 <= baud * self._cycle_ns
+
+    def _send(self, packet: ServerPacket, now_ns: int) -> int:
+        frame = self.connection.send(packet, now_ns)
+        self._output.put(frame)
+        return len(frame)
 
     def _handle(self, events: list[Event], now_ns: int) -> None:
         for event in events:
             match event:
                 case Transmit():
-                    self._out += event.data
+                    self._output.put(event.data)
                 case CommandReceived():
                     self.controller.host_baud.confirm()
                     self._commands.obey(event.command, now_ns)
@@ -164,10 +231,12 @@ class PioneerRobot:
     def _follow_session(self, event: Event, now_ns: int) -> None:
         match event:
             case SessionOpened():
-                self._opened_ns, self._sips = now_ns, 0
+                self._opened_ns, self._sips, self.sips_skipped, self._patience = now_ns, 0, 0, 0
+                self._output.start_session()
                 self.controller.start_session(now_ns)
             case SessionClosed():
                 self._opened_ns = None
+                self._silence()
                 self.controller.end_session(now_ns)
                 if self.controller.host_baud.reset():
                     self._events.append(HostBaudChanged(baud=self.host_baud, reverted=True))
@@ -177,6 +246,10 @@ class PioneerRobot:
                 self.controller.motion.release()
             case _:
                 pass
+
+    def _silence(self) -> None:
+        if count := self._output.withdraw():
+            self._events.append(OutputWithdrawn(count=count))
 
 
 def server_options(settings: RobotSettings) -> ServerOptions:
