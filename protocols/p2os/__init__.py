@@ -65,6 +65,7 @@ from protocols.p2os.events import (
 from protocols.p2os.framing import (
     HEADER,
     MAX_COUNT,
+    MAX_COUNT_AUX,
     MAX_COUNT_STRICT,
     MAX_COUNT_TOLERANT,
     NOISE_RUN,
@@ -165,6 +166,7 @@ __all__ = [
     "COMMANDS",
     "HEADER",
     "MAX_COUNT",
+    "MAX_COUNT_AUX",
     "MAX_COUNT_STRICT",
     "MAX_COUNT_TOLERANT",
     "MAY_SEND",

@@ -46,7 +46,7 @@ MAX_COUNT_STRICT = 200
 MAX_COUNT_TOLERANT = 207
 """The largest count that AMRISim's receiver, ClientPacketReceiver.cpp, takes without complaint."""
 MAX_COUNT_AUX = 203
-"""The largest count a robot of this family has a use for: GETAUX asks for up to 200 bytes (Pioneer 2 Operations Manual)."""
+"""The largest count this family has a use for: GETAUX asks for up to 200 bytes (Pioneer 2 Operations Manual)."""
 MAX_COUNT = 255
 """The largest count that a count byte can say. No manual limits the packets of a server; ARIA takes any of them."""
 NOISE_RUN = 256

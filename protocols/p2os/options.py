@@ -107,8 +107,8 @@ class ClientOptions:
         fallback_subclass: the parameters taken for an unknown robot: p2dx (p2os-arduino), amigo-sh (Player), amigo
             (ROS).
         wide_status: take packet types 30, 31 and 34 hex for SIPs too, as Player, ROS and p2os-arduino do.
-        max_count: largest count received: 203, a full AUX packet. ARIA takes any, up to 255; but then a stray header before
-            a large number swallows that many bytes of good packets.
+        max_count: largest count received: 203, a full AUX packet. ARIA takes any, up to 255; but then a stray header
+            before a large number swallows that many bytes of good packets.
         frame_timeout_s: as for the server.
     """
 
