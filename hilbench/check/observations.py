@@ -109,6 +109,7 @@ class PortCounters(msgspec.Struct, frozen=True, kw_only=True):
         framing_errors: bytes received without a stop bit where one was due.
         breaks: break conditions received.
         refused: clients turned away.
+        withdrawn: bytes handed over and taken back before they were sent.
     """
 
     sent: int = 0
@@ -118,6 +119,7 @@ class PortCounters(msgspec.Struct, frozen=True, kw_only=True):
     framing_errors: int = 0
     breaks: int = 0
     refused: int = 0
+    withdrawn: int = 0
 
 
 class Observations(msgspec.Struct, frozen=True, kw_only=True):
