@@ -7,6 +7,7 @@ that connects to us. What it can do decides which cases apply; the names of the 
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 from collections.abc import Iterator, Mapping
 
 from hilbench.cases import ClientFactory, Tap, VirtualCase, make_client, no_tap
@@ -24,7 +25,6 @@ from hilbench.observing import VirtualObserver
 from hilbench.options import CheckOptions
 from hilbench.pioneer import PioneerPlan, plan_of
 from hilbench.shared import Shared
-from worlds.errors import WorldError
 
 __all__ = ["BULLET_CAPABILITIES", "VIRTUAL_CAPABILITIES", "Shared", "VirtualProvider", "make_provider"]
 
@@ -96,6 +96,7 @@ class VirtualProvider:
         self._make_client = make_client
         self._tap = tap
         self._observer = VirtualObserver()
+        _require_physics(self._plan)
 
     @property
     def capabilities(self) -> frozenset[str]:
@@ -136,8 +137,6 @@ class VirtualProvider:
         )
         try:
             yield bench
-        except WorldError as error:
-            raise UnavailableError(str(error)) from error
         finally:
             self._observer.take(bench)
             bench.close()
@@ -145,3 +144,13 @@ class VirtualProvider:
     def close(self) -> None:
         """Close the journal."""
         self._shared.journal.close()
+
+
+def _require_physics(plan: PioneerPlan) -> None:
+    """Say at once that the physics is missing, rather than in every case."""
+    if plan.physics == "bullet" and importlib.util.find_spec("pybullet") is None:
+        raise UnavailableError(
+            "PyBullet is not installed (it has wheels for CPython 3.11 on x86-64 and none newer)",
+            where='physics = "bullet"',
+            hint="run `hilbench check pioneer-plane`, or build it: pip install 'hilbench[physics-source]'",
+        )

@@ -12,10 +12,13 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from types import FrameType
 
 from hilbench import __version__
 from hilbench.errors import HilbenchError, InternalError, UsageError
 from hilbench.exit_codes import ExitCode
+
+_ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 COMMANDS = {
     "check": "run conformance suites on a target and report clause by clause",
@@ -138,9 +141,19 @@ def _fill_closed_descriptors() -> None:
 
 
 def _let_termination_interrupt() -> None:
-    """Have SIGTERM, by which a CI system cancels a job, end a run as Ctrl-C does: with its report."""
+    """Have SIGTERM (a CI system cancels a job) and SIGHUP (a terminal is closed) end a run as Ctrl-C does.
+
+    Only the first of them interrupts: what comes after it must not tear the report apart that it asked for.
+    """
     with contextlib.suppress(ValueError):  # not in the main thread: an embedding program's business
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        for number in _ENDINGS:
+            signal.signal(number, _interrupt_once)
+
+
+def _interrupt_once(_number: int, _frame: FrameType | None) -> None:
+    for number in _ENDINGS:
+        signal.signal(number, signal.SIG_IGN)
+    raise KeyboardInterrupt
 
 
 def _flush() -> None:

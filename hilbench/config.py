@@ -25,7 +25,8 @@ from hilbench.schema import json_schema
 from hilbench.strict import Strict
 from hilbench.toml_lines import find_line
 from targets.robots.pioneer import RobotSettings
-from worlds.scenes import scene_names
+from worlds.errors import SceneFileError
+from worlds.scenes import read_scene, scene_names
 
 BUILT_IN_FOLDER = Path(__file__).parent / "benches"
 DEFAULT_FILE = Path("hilbench.toml")
@@ -181,6 +182,10 @@ def resolve_scene(scene: str, folder: Path, where: str) -> str:
         raise UsageError(f"no scene '{scene}'", where=where, hint=did_you_mean(scene, scene_names(), "built-in scenes"))
     if not (folder / scene).is_file():
         raise UsageError(f"no scene file '{folder / scene}'", where=where)
+    try:
+        read_scene(folder / scene)
+    except SceneFileError as error:
+        raise UsageError(str(error)) from None
     return str(folder / scene)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import shlex
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 
@@ -209,6 +210,10 @@ class ExecProvider(_ClientProvider):
         super().__init__(shared, command, EXEC_CAPABILITIES)
         self._command = command
         self._names: dict[str, str] = {}
+        try:
+            shlex.split(command)
+        except ValueError as error:
+            raise UsageError(f"cannot be split into words: {error}", where=f"--target exec:{command}") from None
         if "{pty}" not in command and "{port}" not in command:
             raise UsageError(
                 "does not say where to connect", where=f"--target exec:{command}", hint="put {pty} or {port} into it"

@@ -7,6 +7,7 @@ here and in `hilbench.check.pytest_run`.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -155,7 +156,13 @@ class CheckPlugin:
         info = CaseInfo(
             id=planned.id, clause_ids=planned.clause_ids, seed=planned.seed, scene=planned.scene, needs=planned.needs
         )
-        with self._provider.open_case(info) as bench:
+        with ExitStack() as stack:
+            try:
+                bench = stack.enter_context(self._provider.open_case(info))
+            except UsageError as error:  # a target that cannot even be meant: no verdict on anything
+                self.refusal = error
+                request.session.shouldstop = str(error)
+                raise
             run.opened(bench)
             yield bench
 

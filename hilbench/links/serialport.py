@@ -302,7 +302,9 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
     where = target.url
     number = getattr(error, "errno", None)
     if number == errno.ENOENT:
-        return UnavailableError("there is no such port", where=where, hint="`hilbench ports` lists what is there")
+        return UnavailableError(
+            "there is no such port", where=where, hint="`ls /dev/serial/by-id /dev/tty*` lists what is there"
+        )
     if number in (errno.EACCES, errno.EPERM):
         group = _group_of(where)
         hint = f"sudo usermod -aG {group} $USER, then log in again"

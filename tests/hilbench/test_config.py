@@ -74,8 +74,14 @@ def test_the_digest_is_that_of_the_bytes(read):
 
 
 def test_a_scene_file_is_looked_for_beside_the_bench_file(read, tmp_path):
-    (tmp_path / "hall.toml").write_text("")
+    (tmp_path / "hall.toml").write_text('name = "hall"\n')
     assert read(TARGET + '[world]\nscene = "hall.toml"\n').world.scene == str(tmp_path / "hall.toml")
+
+
+def test_a_wrong_scene_file_is_a_wrong_bench_file(read, tmp_path):
+    (tmp_path / "hall.toml").write_text('name = "hall"\nboxs = 1\n')
+    with pytest.raises(UsageError, match=r"hall\.toml: .*boxs"):
+        read(TARGET + '[world]\nscene = "hall.toml"\n')
 
 
 def test_the_bench_in_the_working_folder_is_the_default(tmp_path, monkeypatch):

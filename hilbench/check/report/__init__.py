@@ -8,6 +8,7 @@ from hilbench.check.report import junit, matrix
 from hilbench.check.report.schema import report_json
 from hilbench.check.results import Report
 from hilbench.console import Console
+from hilbench.errors import UsageError
 from hilbench.files import check_writable, write_atomically
 from hilbench.options import CheckOptions
 
@@ -19,9 +20,16 @@ def check_outputs(options: CheckOptions) -> None:
         UsageError: one cannot.
     """
     json = None if options.json in {None, "-"} else Path(str(options.json))
+    taken = {Path(suite).resolve(): f"--suite {suite}" for suite in options.suites}
+    if options.bench is not None:
+        taken[Path(options.bench).resolve()] = "the bench file"
     for option, path in (("--junit", options.junit), ("--json", json), ("--journal", options.journal)):
-        if path is not None:
-            check_writable(path, option)
+        if path is None:
+            continue
+        check_writable(path, option)
+        if path.resolve() in taken and not path.is_char_device():
+            raise UsageError(f"would overwrite {taken[path.resolve()]}", where=f"{option} {path}")
+        taken[path.resolve()] = option
 
 
 def write_report(report: Report, options: CheckOptions, console: Console) -> None:

@@ -92,7 +92,7 @@ def test_a_port_belongs_to_one_program(locked, tmp_path):
 
 
 def test_errors_are_one_line_and_say_what_to_do(locked):
-    with pytest.raises(UnavailableError, match=r"no such port.*hilbench ports"):
+    with pytest.raises(UnavailableError, match=r"no such port.*/dev/serial/by-id"):
         SerialPort(locked, "/dev/ttyNONE")
     with pytest.raises(UsageError, match="pyserial does not know"):
         SerialPort(locked, "nonsense://x")

@@ -1,0 +1,72 @@
+"""What is wrong with a target is said before anything runs, in one line and with the right exit code."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from hilbench.bench_provider import make_provider
+from hilbench.errors import UnavailableError
+from hilbench.options import CheckOptions
+
+HILBENCH = [sys.executable, "-m", "hilbench"]
+
+
+def run(*words, **options):
+    return subprocess.run([*HILBENCH, *words], capture_output=True, text=True, timeout=60, **options)
+
+
+@pytest.mark.parametrize(
+    ("target", "about"),
+    [
+        ("foo://x", "foo://x"),
+        ("listen:tcp:99999", "99999"),
+        ("listen:tcp:x", "x"),
+        ("listen:pty:/etc/passwd", "/etc/passwd"),
+        ("exec:echo 'unbalanced {pty}", "quotation"),
+    ],
+)
+def test_a_target_that_cannot_be_meant_is_wrong_usage(target, about):
+    suite, clause = ("p2os-server", "S01") if "://" in target else ("p2os-client", "C02")
+    done = run("check", "--target", target, "--suite", suite, "-k", clause)
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    (line,) = done.stderr.splitlines()
+    assert about in line
+
+
+def test_missing_physics_is_told_before_the_first_case(monkeypatch):
+    find_spec = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "pybullet" else find_spec(name))
+    with pytest.raises(UnavailableError, match="pioneer-plane"):
+        make_provider(CheckOptions(bench="pioneer"))
+    make_provider(CheckOptions(bench="pioneer-plane")).close()
+
+
+@pytest.mark.parametrize("words", [("--json", "same", "--junit", "same"), ("--json", "suite.py")])
+def test_a_report_does_not_overwrite_what_the_run_needs(words, tmp_path):
+    (tmp_path / "suite.py").write_text("")
+    done = run("check", "pioneer-plane", "--suite", "suite.py", *words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "would overwrite" in done.stderr
+    assert (tmp_path / "suite.py").read_text() == ""
+
+
+def test_a_second_interrupt_does_not_tear_the_report_apart(tmp_path):
+    report, journal = tmp_path / "report.json", tmp_path / "run.jsonl"
+    words = ["check", "pioneer", "--suite", "p2os-server", "--json", str(report), "--journal", str(journal)]
+    process = subprocess.Popen([*HILBENCH, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while not (journal.exists() and journal.read_text().count("case-end") > 2):
+        assert process.poll() is None
+        os.sched_yield()
+    for _ in range(3):
+        process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "stopped: interrupted" in out
+    assert report.exists()
