@@ -15,6 +15,7 @@ _NAME = re.compile(r"(?P<name>[A-Za-z_][\w-]*)=(?P<rest>.*)", re.DOTALL)
 _HIGHEST_PORT = 65_535
 _HIGHEST_SEED = 2**63 - 1
 _SLOWEST_BAUD, _FASTEST_BAUD = 300, 4_000_000
+_LONGEST_WAIT = 1000
 
 
 def target_choice(text: str) -> TargetChoice:
@@ -60,13 +61,13 @@ def baud(text: str) -> int:
 
 
 def timeout_scale(text: str) -> float:
-    """Read a factor of at least 1."""
+    """Read a factor of 1 to 1000."""
     try:
         factor = float(text)
     except ValueError:
         factor = math.nan
-    if not 1 <= factor < math.inf:
-        raise ValueError(f"'{text}' is not a factor of at least 1")
+    if not 1 <= factor <= _LONGEST_WAIT:
+        raise ValueError(f"'{text}' is not a factor of 1 to {_LONGEST_WAIT}")
     return factor
 
 

@@ -45,6 +45,9 @@ class ClientUnderTest(Protocol):
             UnavailableError: it cannot be started, or nobody came.
         """
 
+    def ended(self) -> str:
+        """Say how the client ended by itself, as in "exited with status 3"; empty while it lives."""
+
     def disconnect(self) -> None:
         """Have the user of the client end the session."""
 
@@ -73,6 +76,10 @@ class OwnClient:
             self._client.connect()
         except LocalProtocolError as error:
             raise Violation(f"the client does not begin: {error}") from error
+
+    def ended(self) -> str:
+        """Return nothing: it lives and dies with its bench."""
+        return ""
 
     def disconnect(self) -> None:
         """Begin to take leave.
@@ -113,6 +120,13 @@ class ExecClient:
             raise UnavailableError(
                 f"the client cannot be started: {error.strerror}", where=f"exec:{self._words[0]}"
             ) from None
+
+    def ended(self) -> str:
+        """Say how the program ended by itself; empty while it runs."""
+        status = None if self._process is None else self._process.poll()
+        if status is None:
+            return ""
+        return f"was killed by signal {-status}" if status < 0 else f"exited with status {status}"
 
     def disconnect(self) -> None:
         """Interrupt the program, as Ctrl-C would."""
@@ -164,6 +178,10 @@ class ListenClient:
                 where=self._port.name,
                 hint="start it, or raise --timeout-scale",
             )
+
+    def ended(self) -> str:
+        """Return nothing: of a stranger only the line is seen."""
+        return ""
 
     def disconnect(self) -> None:
         """Nothing can be done to a stranger."""

@@ -23,7 +23,7 @@ from worlds.errors import WorldError
 
 Say = Callable[[str], None]
 
-STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:

@@ -8,10 +8,13 @@ from hilbench.bench import Bench
 from hilbench.check import Violation
 from hilbench.client_under_test import ClientUnderTest
 from hilbench.clock import NS_PER_S
-from hilbench.errors import InternalError
+from hilbench.errors import InternalError, UnavailableError
 from hilbench.p2os_client import P2osClient
 from hilbench.scripted_server import Heard, ScriptedServer
 from protocols.p2os import ClientState, Identification, Sip, SipReading, SyncEcho, encode_packet
+
+LAST_BYTES_S = 0.3
+"""How long the last bytes of a program that has ended may still be on the line."""
 
 START_WITHIN_S = 10.0
 """How long a program may take to its first byte, in seconds. A choice: a busy machine starts an interpreter in two."""
@@ -61,10 +64,14 @@ def begin(bench: ClientBench) -> None:
 
     Raises:
         Violation: it says nothing.
+        UnavailableError: it is a program that ended before it said anything: there is no client to judge.
     """
-    bench.client.start()
-    if not bench.server.wait(lambda: bench.server.bytes_received > 0, START_WITHIN_S):
+    client, server = bench.client, bench.server
+    client.start()
+    if not server.wait(lambda: server.bytes_received > 0 or bool(client.ended()), START_WITHIN_S):
         raise Violation(f"the client sent nothing within {START_WITHIN_S:g} s of its start")
+    if not server.wait(lambda: server.bytes_received > 0, LAST_BYTES_S):
+        raise UnavailableError(f"the client {client.ended()} before it sent anything", hint="run its command by hand")
 
 
 def connect(bench: ClientBench) -> Heard:

@@ -70,3 +70,11 @@ def test_a_second_interrupt_does_not_tear_the_report_apart(tmp_path):
     assert process.returncode == 130
     assert "stopped: interrupted" in out
     assert report.exists()
+
+
+def test_a_client_that_ends_at_once_is_not_judged_but_missing():
+    command = f"exec:{sys.executable} -c 'raise SystemExit(3)' {{pty}}"
+    done = run("check", "--suite", "p2os-client", "--target", command, "-k", "C02 or C03")
+    assert done.returncode == 3
+    assert "the client exited with status 3 before it sent anything" in done.stdout
+    assert "1 not run" in done.stdout

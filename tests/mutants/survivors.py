@@ -26,6 +26,8 @@ _OUT_OF_ORDER = "unasked: what it does to a SYNC out of order is one of the answ
 _RECOVERS = "unasked: the answer that does not come is asked for again, as C05 and C11 allow"
 _TWICE = "unasked: the first try fails and the next succeeds; no clause limits the tries"
 _STATE = "unasked: the failure is reported and the client is silent; only that it cannot connect again would show"
+_OPEN_AGAIN = "unasked: OPEN and CONFIG are sent again until an answer comes; no clause limits how soon"
+_ECHO_TELLS = "unasked: the echo of the next PULSE tells that the session is gone; no clause limits how soon"
 _REPORT = "unasked: shows to the user only, in a report that no clause asks for"
 
 REASONS: Mapping[str, str] = MappingProxyType(
@@ -58,6 +60,14 @@ REASONS: Mapping[str, str] = MappingProxyType(
         "client:CLOSING_OLD/SIP:no-SEND_CLOSE_OLD": _ONE_CLOSE,
         "client:CLOSING_OLD/SIP:SEND_CLOSE_OLD-SEND_PULSE": _ONE_CLOSE,
         "client:CLOSING_OLD/TIMEOUT:SEND_SYNC0-SEND_SYNC1": _TWICE,
+        "client:OPENING/TIMEOUT:no-SEND_OPEN": _OPEN_AGAIN,
+        "client:OPENING/TIMEOUT:no-REQUEST_CONFIG": _OPEN_AGAIN,
+        "client:OPENING/TIMEOUT:REQUEST_CONFIG-SEND_PULSE": _OPEN_AGAIN,
+        "client:CONFIGURING/RESET:removed": _ECHO_TELLS,
+        "client:CONFIGURING/RESET:to-CONFIGURING": _ECHO_TELLS,
+        "client:OPEN/RESET:removed": _ECHO_TELLS,
+        "client:OPEN/RESET:to-OPEN": _ECHO_TELLS,
+        "client:OPEN/SIP_LOST:to-OPEN": _STATE,
         "client:CONFIGURING/CONFIG:to-CONFIGURING": "unasked: the session begins a second late, as C17 allows",
         "client:CONFIGURING/GAVE_UP:no-REPORT_CONNECTED": _REPORT,
         "client:CONFIGURING/GAVE_UP:REPORT_CONNECTED-REPORT_FAILED": _REPORT,
