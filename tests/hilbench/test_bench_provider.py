@@ -59,7 +59,7 @@ def test_a_report_does_not_overwrite_what_the_run_needs(words, tmp_path):
 
 def test_a_second_interrupt_does_not_tear_the_report_apart(tmp_path):
     report, journal = tmp_path / "report.json", tmp_path / "run.jsonl"
-    words = ["check", "pioneer", "--suite", "p2os-server", "--json", str(report), "--journal", str(journal)]
+    words = ["check", "pioneer-plane", "--suite", "p2os-server", "--json", str(report), "--journal", str(journal)]
     process = subprocess.Popen([*HILBENCH, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while not (journal.exists() and journal.read_text().count("case-end") > 2):
         assert process.poll() is None

@@ -51,7 +51,7 @@ def panel(folder, body="", name="test_panel.py"):
         ("validate --help", set()),
         ("nonsense", set()),
         ("validate pioneer", {"msgspec", "numpy"}),
-        ("check pioneer --list", {"msgspec", "numpy", "pytest", "_pytest", "serial"}),
+        ("check pioneer-plane --list", {"msgspec", "numpy", "pytest", "_pytest", "serial"}),
     ],
 )
 def test_no_command_imports_what_it_does_not_need(run, words, allowed):
@@ -68,7 +68,11 @@ def test_no_command_imports_what_it_does_not_need(run, words, allowed):
 def test_a_reader_that_goes_away_is_no_error(tmp_path):
     read, write = os.pipe()
     os.close(read)
-    for words in (["--help"], ["check", "pioneer", "--suite", panel(tmp_path)], ["check", "pioneer", "--list"]):
+    for words in (
+        ["--help"],
+        ["check", "pioneer-plane", "--suite", panel(tmp_path)],
+        ["check", "pioneer-plane", "--list"],
+    ):
         done = subprocess.run([*HILBENCH, *words], stdout=write, stderr=subprocess.PIPE, timeout=60)
         assert (done.returncode, done.stderr) == (0, b"")
     os.close(write)
@@ -77,7 +81,7 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path):
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
 def test_closed_streams_are_no_error_and_get_no_file(run, tmp_path, closed):
     suite = panel(tmp_path)
-    script = f'"$@" check pioneer --suite {suite} --journal j --json r.json {closed}'
+    script = f'"$@" check pioneer-plane --suite {suite} --journal j --json r.json {closed}'
     done = run([], command=["sh", "-c", script, "sh", *HILBENCH])
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads((tmp_path / "r.json").read_text())["exit_code"] == 0
@@ -99,7 +103,7 @@ def test_b():
 @my("A3")
 def test_c(): pass
 """
-    words = ["check", "pioneer", "--suite", panel(tmp_path, slow), "--json", "r.json", "--junit", "r.xml"]
+    words = ["check", "pioneer-plane", "--suite", panel(tmp_path, slow), "--json", "r.json", "--junit", "r.xml"]
     process = subprocess.Popen([*HILBENCH, *words], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
     with (tmp_path / "reached").open() as fifo:
         fifo.read()
@@ -113,7 +117,7 @@ def test_c(): pass
 
 
 def test_piped_output_has_no_colours_and_no_progress(run, tmp_path):
-    done = run(["check", "pioneer", "--suite", panel(tmp_path)], env={"FORCE_COLOR": "1", "CLICOLOR_FORCE": "1"})
+    done = run(["check", "pioneer-plane", "--suite", panel(tmp_path)], env={"FORCE_COLOR": "1", "CLICOLOR_FORCE": "1"})
     assert done.returncode == 0
     assert "\x1b" not in done.stdout
     assert done.stderr == ""
@@ -123,7 +127,7 @@ def test_piped_output_has_no_colours_and_no_progress(run, tmp_path):
 def test_a_terminal_has_colours_unless_told_otherwise(tmp_path, no_color, coloured):
     controller, terminal = os.openpty()
     environment = {**os.environ, "TERM": "xterm", "NO_COLOR": no_color}
-    words = ["check", "pioneer", "--suite", panel(tmp_path)]
+    words = ["check", "pioneer-plane", "--suite", panel(tmp_path)]
     with subprocess.Popen([*HILBENCH, *words], env=environment, stdout=terminal, stderr=terminal) as process:
         os.close(terminal)
         text = b""
@@ -179,7 +183,7 @@ def hashes(report):
 
 @pytest.mark.parametrize("command", [HILBENCH, [sys.executable, "-m", "hilbench"]], ids=["script", "python -m"])
 def test_a_hostile_project_does_not_disturb_a_check(run, hostile, tmp_path, command):
-    words = ["check", "pioneer", "--suite", "p2os-server", "-k", "S01 or S02 or S03", "--json", "-"]
+    words = ["check", "pioneer-plane", "--suite", "p2os-server", "-k", "S01 or S02 or S03", "--json", "-"]
     expected = run(words)
     assert expected.returncode == 0
     # the plugin is importable for pytest, the packages are not shadowed: that is the next test
@@ -202,7 +206,9 @@ def _without_safe_path(command):
 
 @pytest.mark.parametrize("command", [HILBENCH, [sys.executable, "-m", "hilbench"]], ids=["script", "python -m"])
 def test_a_package_that_takes_the_place_of_ours_is_named(run, hostile, command):
-    done = run(["check", "pioneer"], command=_without_safe_path(command), cwd=hostile, env={"PYTHONPATH": str(hostile)})
+    done = run(
+        ["check", "pioneer-plane"], command=_without_safe_path(command), cwd=hostile, env={"PYTHONPATH": str(hostile)}
+    )
     assert done.returncode == 3
     assert done.stdout == ""
     assert done.stderr.startswith(f"hilbench: {hostile}/protocols: shadows the package 'protocols' of hilbench")
@@ -211,7 +217,7 @@ def test_a_package_that_takes_the_place_of_ours_is_named(run, hostile, command):
 
 def test_a_user_s_own_suite_finds_its_way_in_from_a_hostile_project(run, hostile):
     suite = panel(hostile)
-    done = run(["check", "pioneer", "--suite", suite], command=[sys.executable, "-m", "hilbench"], cwd=hostile)
+    done = run(["check", "pioneer-plane", "--suite", suite], command=[sys.executable, "-m", "hilbench"], cwd=hostile)
     assert done.returncode == 0, done.stderr
 
 
@@ -238,7 +244,7 @@ def test_fails(bench):
 
 def test_plain_pytest_has_the_fixtures(run, tmp_path):
     (tmp_path / "test_own.py").write_text(OWN)
-    words = ["-q", "-rs", "-p", "no:cacheprovider", "-p", "hilbench.pytest_plugin", "--hilbench-bench", "pioneer"]
+    words = ["-q", "-rs", "-p", "no:cacheprovider", "-p", "hilbench.pytest_plugin", "--hilbench-bench", "pioneer-plane"]
     done = run(words, command=[sys.executable, "-m", "pytest"])
     assert "1 failed, 2 passed, 1 skipped" in done.stdout, done.stdout + done.stderr
     assert "not applicable: no wings" in done.stdout
