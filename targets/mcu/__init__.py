@@ -1,0 +1,1 @@
+"""Emulated microcontrollers that run the very binary that would be flashed."""

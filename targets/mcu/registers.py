@@ -1,0 +1,155 @@
+"""A peripheral as firmware sees it: a block of 32-bit registers, declared as data.
+
+A peripheral subclasses `Peripheral`, lists its `REGISTERS`, and, where a register does more than keep what was written,
+defines ``read_NAME(self) -> int`` or ``write_NAME(self, value)``. A write method gets the value already masked by
+`writable`, merged with the bits that cannot be written, and stores it itself with ``self[offset] = value``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from targets.mcu.fidelity import Fidelity
+from targets.mcu.services import Services
+
+__all__ = ["Peripheral", "Register"]
+
+WORD = 0xFFFF_FFFF
+
+
+@dataclass(frozen=True, slots=True)
+class Register:
+    """One 32-bit register.
+
+    Attributes:
+        name: as in the reference manual, without the peripheral: ``CR1``.
+        offset: from the base of the peripheral, a multiple of 4.
+        reset: value after reset.
+        writable: bits that a write changes; the others keep their value.
+        ignored: bits of these that silicon obeys and the model only remembers: the first write of 1 is noted.
+        live: the value changes with time without any event of the chip, as a counter's does. A loop that polls it is
+            never skipped. A status register must not need this: what sets its flags is an event.
+        fidelity: how far it is modelled.
+        note: what to know before trusting it, for the ledger.
+    """
+
+    name: str
+    offset: int
+    reset: int = 0
+    writable: int = WORD
+    ignored: int = 0
+    live: bool = False
+    fidelity: Fidelity = Fidelity.MODELLED
+    note: str = field(default="", kw_only=True)
+
+
+class Peripheral:
+    """Registers at an address.
+
+    Args:
+        name: as in the reference manual: ``USART1``.
+        base: address of its first register.
+        services: what the chip offers.
+
+    Attributes:
+        REGISTERS: what it has.
+        size: bytes it takes on the bus; whole kilobytes.
+        clocked: False while the clock gate is shut. The bus then reads zero and drops writes, and notes it.
+    """
+
+    REGISTERS: ClassVar[tuple[Register, ...]] = ()
+    size: ClassVar[int] = 0x400
+
+    def __init__(self, name: str, base: int, services: Services) -> None:
+        self.name = name
+        self.base = base
+        self.services = services
+        self.time = services.time
+        self.clocked = True
+        self.registers = {register.offset: register for register in self.registers_of()}
+        self._values = {offset: register.reset for offset, register in self.registers.items()}
+        self._readers: dict[int, Callable[[], int]] = {}
+        self._writers: dict[int, Callable[[int], None]] = {}
+        for offset, register in self.registers.items():
+            if reader := getattr(self, f"read_{register.name}", None):
+                self._readers[offset] = reader
+            if writer := getattr(self, f"write_{register.name}", None):
+                self._writers[offset] = writer
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers this instance has; those of the class unless it differs by instance."""
+        return self.REGISTERS
+
+    # --- what a subclass uses
+
+    def __getitem__(self, offset: int) -> int:
+        """Return the value kept for the register at `offset`, without side effect."""
+        return self._values[offset]
+
+    def __setitem__(self, offset: int, value: int) -> None:
+        """Keep `value` for the register at `offset`, without side effect."""
+        self._values[offset] = value
+
+    def note(self, kind: str, where: str, text: str) -> None:
+        """Note something about a register or bit of this peripheral; see `fidelity.Note`."""
+        self.services.notes.add(kind, f"{self.name}_{where}", text)
+
+    # --- what the chip calls
+
+    def reset(self) -> None:
+        """Go to the state after reset. A subclass also cancels its events and drops its lines."""
+        for offset, register in self.registers.items():
+            self._values[offset] = register.reset
+
+    def before_clock_change(self) -> None:
+        """Bring everything up to the present cycle: the rate of the peripheral's clock is about to change."""
+
+    def after_clock_change(self) -> None:
+        """Enter the events anew that depend on the rate of the peripheral's clock."""
+
+    # --- what the bus calls; whole words only
+
+    def read(self, offset: int) -> int:
+        """Read the word at `offset`, with its side effects."""
+        reader = self._readers.get(offset)
+        if reader is not None:
+            return reader()
+        value = self._values.get(offset)
+        if value is None:
+            self.note("reserved", f"0x{offset:02X}", "a read of an address without a register gives 0")
+            return 0
+        if self.registers[offset].fidelity is Fidelity.ABSENT:
+            self._note_absent(offset)
+        return value
+
+    def write(self, offset: int, value: int) -> None:
+        """Write the word at `offset`, with its effects."""
+        register = self.registers.get(offset)
+        if register is None:
+            self.note("reserved", f"0x{offset:02X}", "a write to an address without a register has no effect")
+            return
+        if register.ignored & value:
+            self._note_ignored(register, value & register.ignored)
+        if register.fidelity is Fidelity.ABSENT:
+            self._note_absent(offset)
+        value = (value & register.writable) | (self._values[offset] & ~register.writable)
+        writer = self._writers.get(offset)
+        if writer is not None:
+            writer(value)
+        else:
+            self._values[offset] = value
+
+    def is_live(self, offset: int) -> bool:
+        """Say whether the register changes with time alone, so that polling it cannot be skipped."""
+        register = self.registers.get(offset)
+        return register is not None and register.live
+
+    def _note_ignored(self, register: Register, bits: int) -> None:
+        why = register.note or "is remembered without effect"
+        self.note("unmodelled", f"{register.name}", f"bits 0x{bits:X}: {why}")
+
+    def _note_absent(self, offset: int) -> None:
+        register = self.registers[offset]
+        self.note("unmodelled", register.name, register.note or f"{self.name} is not modelled: the value is only kept")

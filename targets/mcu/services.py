@@ -1,0 +1,104 @@
+"""What a chip offers to its peripherals: time, clocks, interrupt lines, DMA requests, pin signals, notes.
+
+These are the narrow seams between peripherals, so that each can be tested alone, with `targets.mcu.testing` in place of
+a whole chip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from targets.mcu.fidelity import Notes
+from targets.mcu.timebase import Timebase
+
+__all__ = ["BusMaster", "Clocks", "DmaRequest", "InputSignal", "IrqLine", "OutputSignal", "Services"]
+
+
+class IrqLine(Protocol):
+    """An interrupt request of a peripheral to the NVIC: a level, pended on its rising edge and while it stays high."""
+
+    def set(self, level: bool) -> None:
+        """Drive the line."""
+
+
+class DmaRequest(Protocol):
+    """A request of a peripheral to a DMA controller: a level. The controller answers by reading or writing registers.
+
+    `set(True)` may move a byte at once, before it returns.
+    """
+
+    def set(self, level: bool) -> None:
+        """Drive the request."""
+
+
+class Clocks(Protocol):
+    """How many HCLK cycles one tick of a derived clock takes; 0 while that clock stands still."""
+
+    def pclk(self, bus: str) -> int:
+        """Return HCLK cycles per tick of the bus clock; `bus` is ``AHB``, ``APB1`` or ``APB2``."""
+
+    def timer(self, bus: str) -> int:
+        """Return HCLK cycles per tick of the timers' clock on that bus (the bus clock, doubled if it is divided)."""
+
+
+class OutputSignal(Protocol):
+    """An alternate-function output such as ``TIM2_CH1`` or ``USART1_TX``."""
+
+    def set(self, level: bool | None) -> None:
+        """Drive the signal from the present cycle on; None releases it."""
+
+    def at_pin(self) -> bool:
+        """Say whether a pin is configured to carry the signal, so that anybody outside can see it."""
+
+
+class InputSignal(Protocol):
+    """An alternate-function input such as ``TIM2_CH1`` or ``USART1_RX``.
+
+    Attributes:
+        on_change: called with the new level, at the cycle of the change. None while nobody listens.
+    """
+
+    on_change: Callable[[bool], None] | None
+
+    def level(self) -> bool:
+        """Return the present level; a floating or analog pin reads as low."""
+
+
+class BusMaster(Protocol):
+    """Access to memory and registers, as a DMA controller has it."""
+
+    def read(self, address: int, size: int) -> int:
+        """Read 1, 2 or 4 bytes. Raises `BusFault`."""
+
+    def write(self, address: int, size: int, value: int) -> None:
+        """Write 1, 2 or 4 bytes. Raises `BusFault`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Services:
+    """Everything a peripheral may use.
+
+    Attributes:
+        time: the chip's cycles and events.
+        clocks: rates of derived clocks.
+        notes: where what is not modelled is noted.
+        irq: interrupt line by number (position in the vector table less 16).
+        dma: DMA request by the peripheral's own name for it, such as ``USART1_TX`` or ``TIM2_UP``.
+        output: output signal by name.
+        input: input signal by name.
+        bus: memory and registers.
+        chip_reset: asks for a reset of the chip with its cause, as RCC_CSR names it: ``IWDG``, ``WWDG``, ``SFT``,
+            ``LPWR``, ``PIN``, ``POR``. It happens at the next instruction boundary.
+    """
+
+    time: Timebase
+    clocks: Clocks
+    notes: Notes
+    irq: Callable[[int], IrqLine]
+    dma: Callable[[str], DmaRequest]
+    output: Callable[[str], OutputSignal]
+    input: Callable[[str], InputSignal]
+    bus: BusMaster
+    chip_reset: Callable[[str], None]

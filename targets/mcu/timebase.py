@@ -1,0 +1,171 @@
+"""Time inside a microcontroller: HCLK cycles, the epochs that tie them to bench time, and what happens at a cycle.
+
+Everything in a chip runs on a clock that divides HCLK, so the whole cycle of HCLK is the tick here. When the firmware
+changes the clock, an *epoch* begins: cycle number c0 falls at exactly t0 (a Fraction of seconds), and from there on
+cycle c falls at t0 + (c - c0) / hclk. No rounding error accumulates; nanoseconds are derived, rounded down.
+
+Things that happen at a moment of bench time rather than at a cycle (an edge from outside, an oscillator of its own such
+as LSI) are entered with `at_time` and follow a change of the clock by themselves.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from collections.abc import Callable
+from fractions import Fraction
+
+__all__ = ["NS_PER_S", "Event", "Timebase"]
+
+NS_PER_S = 1_000_000_000
+
+
+class Event:
+    """Something that will happen; keep it to cancel it.
+
+    Attributes:
+        cycle: when, in HCLK cycles.
+        time_s: the exact bench time it belongs to, if it was entered by time; it is then re-timed in every new epoch.
+    """
+
+    __slots__ = ("action", "cycle", "order", "time_s")
+
+    def __init__(self, cycle: int, order: int, action: Callable[[], None], time_s: Fraction | None) -> None:
+        self.cycle = cycle
+        self.order = order
+        self.action: Callable[[], None] | None = action
+        self.time_s = time_s
+
+    @property
+    def pending(self) -> bool:
+        """True until it has happened or was cancelled."""
+        return self.action is not None
+
+
+class Timebase:
+    """The cycle counter and the queue of one chip.
+
+    Args:
+        hclk_hz: rate of HCLK from cycle 0 on, which falls at bench time 0.
+
+    Attributes:
+        hclk_hz: present rate of HCLK.
+        read_cycle: what `now` asks while the CPU runs: the cycle at which the instruction in flight began. The machine
+            sets it; while an event happens, `now` is the cycle of that event.
+        on_earlier: called with the cycle of an entry that is made while the CPU runs, so that the slice can be cut.
+    """
+
+    def __init__(self, hclk_hz: int | Fraction) -> None:
+        self.hclk_hz = Fraction(hclk_hz)
+        self._epoch_cycle = 0
+        self._epoch_s = Fraction(0)
+        self._heap: list[tuple[int, int, int, Event]] = []
+        self._sequence = itertools.count()
+        self._fixed: int | None = 0
+        self.read_cycle: Callable[[], int] = lambda: 0
+        self.on_earlier: Callable[[int], None] = lambda _cycle: None
+        self._set_ratio()
+
+    # --- cycles and seconds
+
+    @property
+    def now(self) -> int:
+        """The present cycle."""
+        return self.read_cycle() if self._fixed is None else self._fixed
+
+    def ns(self, cycle: int) -> int:
+        """Return the bench time of `cycle`, of the present epoch, in whole nanoseconds, rounded down."""
+        return (self._ns_offset + (cycle - self._epoch_cycle) * self._ns_per_cycle) // self._ns_scale
+
+    def seconds(self, cycle: int) -> Fraction:
+        """Return the exact bench time of `cycle`, of the present epoch."""
+        return self._epoch_s + (cycle - self._epoch_cycle) / self.hclk_hz
+
+    def cycle_at_ns(self, ns: int) -> int:
+        """Return the first cycle whose `ns` is not before `ns`."""
+        return self._epoch_cycle + -((self._ns_offset - ns * self._ns_scale) // self._ns_per_cycle)
+
+    def cycle_at(self, time_s: Fraction) -> int:
+        """Return the first cycle that does not fall before `time_s`."""
+        ahead = (time_s - self._epoch_s) * self.hclk_hz
+        return self._epoch_cycle + -(-ahead.numerator // ahead.denominator)
+
+    def set_hclk(self, hclk_hz: Fraction) -> None:
+        """Begin a new epoch at the present cycle; entries made by time move to their new cycles."""
+        now = self.now
+        self._epoch_s = self.seconds(now)
+        self._epoch_cycle = now
+        self.hclk_hz = hclk_hz
+        self._set_ratio()
+        timed = [item[3] for item in self._heap if item[3].time_s is not None and item[3].pending]
+        if timed:
+            self._heap = [item for item in self._heap if item[3].time_s is None]
+            heapq.heapify(self._heap)
+            for event in timed:
+                assert event.time_s is not None
+                event.cycle = max(now, self.cycle_at(event.time_s))
+                self._push(event)
+
+    def _set_ratio(self) -> None:
+        # ns(c) = floor(epoch_ns + (c - epoch) * 1e9 / hclk), over the common denominator `_ns_scale`
+        epoch_ns, step_ns = self._epoch_s * NS_PER_S, NS_PER_S / self.hclk_hz
+        self._ns_scale = epoch_ns.denominator * step_ns.denominator
+        self._ns_offset = epoch_ns.numerator * step_ns.denominator
+        self._ns_per_cycle = step_ns.numerator * epoch_ns.denominator
+
+    # --- the queue
+
+    def at(self, cycle: int, action: Callable[[], None], *, order: int = 0) -> Event:
+        """Have `action` happen at `cycle` (now or later); of the same cycle, lower `order` and then first made, first."""
+        event = Event(max(cycle, self.now), order, action, None)
+        self._push(event)
+        return event
+
+    def after(self, cycles: int, action: Callable[[], None], *, order: int = 0) -> Event:
+        """Have `action` happen `cycles` from now."""
+        return self.at(self.now + cycles, action, order=order)
+
+    def at_time(self, time_s: Fraction, action: Callable[[], None], *, order: int = 0) -> Event:
+        """Have `action` happen at the first cycle that does not fall before bench time `time_s`."""
+        event = Event(max(self.cycle_at(time_s), self.now), order, action, time_s)
+        self._push(event)
+        return event
+
+    def cancel(self, event: Event | None) -> None:
+        """Make sure that `event` does not happen (again); None and past events are ignored."""
+        if event is not None:
+            event.action = None
+
+    def _push(self, event: Event) -> None:
+        heapq.heappush(self._heap, (event.cycle, event.order, next(self._sequence), event))
+        self.on_earlier(event.cycle)
+
+    def next_cycle(self) -> int | None:
+        """Return the cycle of the next event, or None."""
+        heap = self._heap
+        while heap and heap[0][3].action is None:
+            heapq.heappop(heap)
+        return heap[0][0] if heap else None
+
+    def run_due(self, cycle: int) -> bool:
+        """Let everything happen that is due by `cycle`, each at its own; return whether anything was."""
+        happened = False
+        while (due := self.next_cycle()) is not None and due <= cycle:
+            event = heapq.heappop(self._heap)[3]
+            action, event.action = event.action, None
+            self._fixed = due
+            if action is not None:
+                action()
+            happened = True
+        self._fixed = cycle
+        return happened
+
+    # --- the machine's side
+
+    def hold(self, cycle: int) -> None:
+        """Make `now` stand at `cycle`: the CPU is not executing."""
+        self._fixed = cycle
+
+    def follow_cpu(self) -> None:
+        """Make `now` ask the CPU from here on: it executes."""
+        self._fixed = None
