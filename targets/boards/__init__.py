@@ -1,0 +1,1 @@
+"""Boards: what is soldered around a microcontroller, as data."""
