@@ -31,7 +31,7 @@ class EngineError(McuError):
     """The CPU engine is missing or is not the one this was written for."""
 
 
-class BusFault(McuError):
+class BusFault(McuError):  # noqa: N818 - the name the field uses
     """Nothing answers at an address.
 
     Attributes:

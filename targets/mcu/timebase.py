@@ -116,7 +116,7 @@ class Timebase:
     # --- the queue
 
     def at(self, cycle: int, action: Callable[[], None], *, order: int = 0) -> Event:
-        """Have `action` happen at `cycle` (now or later); of the same cycle, lower `order` and then first made, first."""
+        """Have `action` happen at `cycle` (now or later); in the order of `order`, then of making."""
         event = Event(max(cycle, self.now), order, action, None)
         self._push(event)
         return event
