@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib.util
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from hilbench.cases import ClientFactory, Tap, VirtualCase, make_client, no_tap
 from hilbench.check.observations import Observations
@@ -46,7 +46,6 @@ def make_provider(options: CheckOptions) -> BenchProvider:
 
     Raises:
         UsageError: the bench file or the target is wrong.
-        UnavailableError: the bench needs something that is not installed.
     """
     bench_file = open_bench(options.bench)
     journal = Journal(options.journal, bench_file.header(options.seed)) if options.journal else None
@@ -96,7 +95,6 @@ class VirtualProvider:
         self._make_client = make_client
         self._tap = tap
         self._observer = VirtualObserver()
-        _require_physics(self._plan)
 
     @property
     def capabilities(self) -> frozenset[str]:
@@ -116,11 +114,28 @@ class VirtualProvider:
         physics = f"{self._plan.physics} at {self._plan.step_hz} Hz"
         if self._plan.physics == "plane":
             physics += " (an endless floor without rays and contacts)"
+        elif _physics_is_missing(self._plan):
+            physics += " (not installed, and nothing here needs it)"
         return self._shared.describe("virtual Pioneer 2-DX", physics)
 
     def observed(self) -> Observations:
         """Return coverage and fidelity of what was tested so far."""
         return Observations(coverage=self._observer.coverage(), ledger=self._observer.ledger())
+
+    def prepare(self, cases: Sequence[CaseInfo]) -> None:
+        """Say that the physics is missing once and before anything runs, rather than in every case.
+
+        A case of a client has a scripted server at the far end of its line and no robot: it needs no physics.
+
+        Raises:
+            UnavailableError: a case needs physics that is not installed.
+        """
+        if _physics_is_missing(self._plan) and any("client" not in case.needs for case in cases):
+            raise UnavailableError(
+                "PyBullet is not installed (it has wheels for CPython 3.11 on x86-64 and none newer)",
+                where='physics = "bullet"',
+                hint="run `hilbench check pioneer-plane`, or build it: pip install 'hilbench[physics-source]'",
+            )
 
     @contextlib.contextmanager
     def open_case(self, case: CaseInfo) -> Iterator[VirtualCase]:
@@ -146,11 +161,5 @@ class VirtualProvider:
         self._shared.journal.close()
 
 
-def _require_physics(plan: PioneerPlan) -> None:
-    """Say at once that the physics is missing, rather than in every case."""
-    if plan.physics == "bullet" and importlib.util.find_spec("pybullet") is None:
-        raise UnavailableError(
-            "PyBullet is not installed (it has wheels for CPython 3.11 on x86-64 and none newer)",
-            where='physics = "bullet"',
-            hint="run `hilbench check pioneer-plane`, or build it: pip install 'hilbench[physics-source]'",
-        )
+def _physics_is_missing(plan: PioneerPlan) -> bool:
+    return plan.physics == "bullet" and importlib.util.find_spec("pybullet") is None

@@ -16,7 +16,7 @@ from hilbench.check.cases import spec_of
 from hilbench.check.collector import Collector, PlannedCase
 from hilbench.check.outcome import PASSED, Outcome, outcome_of, printable
 from hilbench.check.planning import plan_case, refuse_conflicts
-from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo
+from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo, Preparing
 from hilbench.check.recorder import recording
 from hilbench.check.results import CaseResult
 from hilbench.check.selection import Candidate, compile_selection
@@ -152,13 +152,9 @@ class CheckPlugin:
         run = request.node.stash.get(_RUN, None)
         if run is None:
             raise UsageError("has no @case, so there is no bench for it", where=request.node.nodeid)
-        planned = run.planned
-        info = CaseInfo(
-            id=planned.id, clause_ids=planned.clause_ids, seed=planned.seed, scene=planned.scene, needs=planned.needs
-        )
         with ExitStack() as stack:
             try:
-                bench = stack.enter_context(self._provider.open_case(info))
+                bench = stack.enter_context(self._provider.open_case(_info(run.planned)))
             except UsageError as error:  # a target that cannot even be meant: no verdict on anything
                 self.refusal = error
                 request.session.shouldstop = str(error)
@@ -201,8 +197,25 @@ class CheckPlugin:
         try:
             self._plan(items)
         except HilbenchError as error:
-            self.refusal = error
-            items.clear()
+            self._refuse(items, error)
+
+    @pytest.hookimpl
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """Say what is missing for the cases that are going to run, now that everybody has selected."""
+        if session.config.option.collectonly or not isinstance(self._provider, Preparing):
+            return
+        plans = [item.stash[_PLAN] for item in session.items if _PLAN in item.stash]
+        try:
+            self._provider.prepare([_info(plan) for plan in plans if not plan.missing])
+        except HilbenchError as error:
+            self._refuse(session.items, error)
+
+    def _refuse(self, items: list[pytest.Item], error: HilbenchError) -> None:
+        """Run nothing, and say why: whoever runs the engine raises the refusal, plain pytest has to be told."""
+        self.refusal = error
+        items.clear()
+        if not self._only_cases:
+            pytest.exit(f"hilbench: {error}", returncode=int(error.exit_code))
 
     def _plan(self, items: list[pytest.Item]) -> None:
         for item in items:
@@ -307,6 +320,12 @@ def _case_name(item: pytest.Item) -> str:
 
 def _suite_argument(path: Path) -> str:
     return suite_name(path) if path.parent == SHIPPED_FOLDER else str(path)
+
+
+def _info(planned: PlannedCase) -> CaseInfo:
+    return CaseInfo(
+        id=planned.id, clause_ids=planned.clause_ids, seed=planned.seed, scene=planned.scene, needs=planned.needs
+    )
 
 
 def _candidate(planned: PlannedCase) -> Candidate:

@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,3 +84,15 @@ class BenchProvider(Protocol):
 
     def close(self) -> None:
         """Give everything back. Called once, also after an error."""
+
+
+@runtime_checkable
+class Preparing(Protocol):
+    """What a provider may have besides: a look at what is to run, before the first case."""
+
+    def prepare(self, cases: Sequence[CaseInfo]) -> None:
+        """Make sure that there is what these cases need; called once they are selected, and not to list them.
+
+        Raises:
+            UnavailableError: something is not there. Nothing is then run.
+        """

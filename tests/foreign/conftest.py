@@ -71,19 +71,25 @@ class ServedRig:
 
     hangs_up = True
 
-    def __init__(self, folder, *options, tcp=True):
+    def __init__(self, folder, *options, bench="pioneer-plane", tcp=True):
         self.path = folder / "p2"
-        words = ["serve", "pioneer", "--pty", str(self.path), *options, *(["--tcp", "0"] if tcp else [])]
+        words = ["serve", bench, "--pty", str(self.path), *options, *(["--tcp", "0"] if tcp else [])]
         program = "import sys; from hilbench.cli import main; sys.exit(main())"
         self.process = subprocess.Popen([sys.executable, "-c", program, *words], stderr=subprocess.PIPE, text=True)
         self.said, self.lines = "", []
+
+    def ready(self):
         descriptor = self.process.stderr.fileno()
         while "stop with" not in self.said:
             assert select.select((descriptor,), (), (), 30)[0], self.said
             more = os.read(descriptor, 4096)
             assert more, self.said
             self.said += more.decode()
-        self.tcp_port = int(re.search(r"tcp .*:(\d+),", self.said)[1]) if tcp else None
+        return self
+
+    @property
+    def tcp_port(self):
+        return int(re.search(r"tcp .*:(\d+),", self.said)[1])
 
     def open(self, kind):
         make, serial = KINDS[kind]
@@ -119,6 +125,6 @@ def make_served(tmp_path):
         def make(*options, **more):
             rig = ServedRig(tmp_path, *options, **more)
             stack.callback(rig.close)
-            return rig
+            return rig.ready()
 
         yield make

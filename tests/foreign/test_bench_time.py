@@ -65,7 +65,6 @@ def test_it_turns_on_the_spot(make_rig, kind):
 @pytest.mark.needs_bullet
 @kinds
 def test_it_sees_the_wall_two_metres_ahead(make_rig, kind):
-    pytest.importorskip("pybullet")
     client = make_rig(scene="wall", physics="bullet").open(kind)
     assert client.connect()
     client.enable_sonar()

@@ -9,9 +9,17 @@ from .scripts import at_speed, die_while_driving, drive_a_little, drive_and_die,
 pytestmark = pytest.mark.slow
 
 
-@pytest.mark.parametrize("kind", ["aria-serial", "player-tcp"])
-def test_a_program_connects_drives_dies_and_is_back_at_once(make_served, kind):
-    rig = make_served()
+@pytest.mark.parametrize(
+    ("kind", "bench"),
+    [
+        ("aria-serial", "pioneer-plane"),
+        pytest.param("aria-serial", "pioneer", marks=pytest.mark.needs_bullet),
+        pytest.param("player-tcp", "pioneer", marks=pytest.mark.needs_bullet),
+        ("player-tcp", "pioneer-plane"),
+    ],
+)
+def test_a_program_connects_drives_dies_and_is_back_at_once(make_served, kind, bench):
+    rig = make_served(bench=bench)
     client = rig.open(kind)
     drive_a_little(client, for_s=0.5)
     drive_and_die(client)

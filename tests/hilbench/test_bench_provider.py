@@ -11,8 +11,9 @@ import sys
 import pytest
 
 from hilbench.bench_provider import make_provider
+from hilbench.check import CheckOptions, run_suites
+from hilbench.cli import main
 from hilbench.errors import UnavailableError
-from hilbench.options import CheckOptions
 
 HILBENCH = [sys.executable, "-m", "hilbench"]
 
@@ -40,12 +41,55 @@ def test_a_target_that_cannot_be_meant_is_wrong_usage(target, about):
     assert about in line
 
 
-def test_missing_physics_is_told_before_the_first_case(monkeypatch):
+@pytest.fixture
+def without_physics(monkeypatch):
     find_spec = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "pybullet" else find_spec(name))
+
+
+@pytest.mark.usefixtures("without_physics")
+@pytest.mark.parametrize("suites", [("p2os-server",), ("p2os-client", "pioneer-motion"), ()])
+def test_missing_physics_is_told_before_the_first_case(suites):
+    options, begun = CheckOptions(bench="pioneer", suites=suites), []
+    provider = make_provider(options)
     with pytest.raises(UnavailableError, match="pioneer-plane"):
-        make_provider(CheckOptions(bench="pioneer"))
-    make_provider(CheckOptions(bench="pioneer-plane")).close()
+        run_suites(options, provider, on_case=lambda *case: begun.append(case))
+    provider.close()
+    assert begun == []
+
+
+@pytest.mark.usefixtures("without_physics", "keep_signals")
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        ("-k (", 2, "-k '(': a word is missing"),
+        ("-k nosuchcase", 2, "nothing is selected"),
+        ("--suite p2os-sever", 2, "did you mean 'p2os-server'?"),
+        ("--suite none.py", 2, "no such suite or file"),
+        ("-k S01", 3, "PyBullet is not installed"),
+    ],
+)
+def test_wrong_usage_is_said_before_missing_physics(words, code, said, capfd):
+    assert main(["check", "pioneer", *words.split()]) == code
+    out, err = capfd.readouterr()
+    assert out == ""
+    (line,) = err.splitlines()
+    assert said in line
+
+
+@pytest.mark.usefixtures("without_physics", "keep_signals")
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--list -k S01", "S01"),
+        ("--suite p2os-client -k C02", "bullet at 240 Hz (not installed, and nothing here needs it)"),
+    ],
+)
+def test_what_needs_no_physics_does_not_miss_it(words, said, capfd):
+    assert main(["check", "pioneer", *words.split()]) == 0
+    out, err = capfd.readouterr()
+    assert said in out
+    assert err == ""
 
 
 @pytest.mark.parametrize("words", [("--json", "same", "--junit", "same"), ("--json", "suite.py")])

@@ -251,6 +251,35 @@ def test_plain_pytest_has_the_fixtures(run, tmp_path):
     assert done.returncode == 1
 
 
+WITHOUT_PHYSICS = "import sys; sys.modules['pybullet'] = None; import pytest; sys.exit(pytest.main())"
+
+
+def plain_pytest_without_physics(run, folder, clause, *words):
+    text = f"from hilbench.check import case\n\n@case({clause!r})\ndef test_a(peer): pass\n\ndef test_plain(): pass\n"
+    (folder / "test_own.py").write_text(text)
+    more = ["-q", "-p", "no:cacheprovider", "-p", "hilbench.pytest_plugin", "--hilbench-bench", "pioneer"]
+    return run([*more, *words], command=[sys.executable, "-c", WITHOUT_PHYSICS])
+
+
+@pytest.mark.parametrize(
+    ("clause", "code", "why"),
+    [("NOSUCH1", 2, "'NOSUCH1', which no catalogue holds"), ("S01", 3, "PyBullet is not installed")],
+)
+def test_plain_pytest_says_why_it_runs_nothing(run, tmp_path, clause, code, why):
+    done = plain_pytest_without_physics(run, tmp_path, clause)
+    assert done.returncode == code, done.stdout + done.stderr
+    assert why in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "said"), [(["--collect-only"], "2 tests collected"), (["-k", "plain"], "1 passed, 1 deselected")]
+)
+def test_plain_pytest_misses_no_physics_for_what_does_not_run(run, tmp_path, words, said):
+    done = plain_pytest_without_physics(run, tmp_path, "S01", *words)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert said in done.stdout
+
+
 def test_plain_pytest_in_a_folder_with_packages_of_our_names_stops_in_one_line(run, hostile):
     for file in (*hostile.glob("*.*"), hostile / "tests" / "conftest.py"):
         file.unlink()

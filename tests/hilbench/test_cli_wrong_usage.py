@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-import signal
-
 import pytest
 
 from hilbench.cli import main
 
-
-@pytest.fixture(autouse=True)
-def keep_signals():
-    before = signal.getsignal(signal.SIGTERM)
-    yield
-    signal.signal(signal.SIGTERM, before)
-
+pytestmark = pytest.mark.usefixtures("keep_signals")
 
 WRONG = [
     ("", "no command; try 'hilbench check' or 'hilbench --help'"),

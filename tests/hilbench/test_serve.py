@@ -27,6 +27,7 @@ SIP = re.compile(rb"\xfa\xfb.\x32", re.DOTALL)
 PATIENCE_S = 30
 MAIN = "import sys; from hilbench.cli import main; sys.exit(main())"
 FAST = ("--baud", "115200", "--any-baud")
+BENCHES = pytest.mark.parametrize("bench", [pytest.param("pioneer", marks=pytest.mark.needs_bullet), "pioneer-plane"])
 
 
 class Client:
@@ -75,8 +76,8 @@ class Client:
 class Served:
     """A serving process, its standard error line by line, and the clients that were opened."""
 
-    def __init__(self, words, *, program=MAIN, **more):
-        command = [sys.executable, "-c", program, "serve", "pioneer", *map(str, words)]
+    def __init__(self, words, *, program=MAIN, bench="pioneer-plane", **more):
+        command = [sys.executable, "-c", program, "serve", bench, *map(str, words)]
         self.process = subprocess.Popen(command, text=True, **({"stderr": subprocess.PIPE} | more))
         self.said = ""
         self.clients = contextlib.ExitStack()
@@ -169,9 +170,10 @@ def refused(serve, *words):
 # --- ending
 
 
+@BENCHES
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_it_is_stopped_by_a_signal_and_leaves_nothing(serve, link, number):
-    served = serve("--pty", link, "--tcp", 0).ready()
+def test_it_is_stopped_by_a_signal_and_leaves_nothing(serve, link, number, bench):
+    served = serve("--pty", link, "--tcp", 0, bench=bench).ready()
     client = served.at_tcp()
     assert client.is_answered()
     assert served.end(number) == 0
@@ -183,8 +185,9 @@ def test_it_is_stopped_by_a_signal_and_leaves_nothing(serve, link, number):
     client.close()
 
 
+@BENCHES
 @pytest.mark.parametrize("moment", ["__init__", "close"])
-def test_signals_while_it_begins_or_ends_leave_nothing(serve, link, moment):
+def test_signals_while_it_begins_or_ends_leave_nothing(serve, link, moment, bench):
     program = f"""
 import os, signal, sys
 import hilbench.serve
@@ -198,7 +201,7 @@ def interrupted(self, *words, **more):
 Robot.{moment} = interrupted
 sys.exit(main())
 """
-    served = serve("--pty", link, "--tcp", 0, program=program)
+    served = serve("--pty", link, "--tcp", 0, program=program, bench=bench)
     if moment == "close":
         served.ready().process.send_signal(signal.SIGINT)
     served.said += served.process.communicate(timeout=PATIENCE_S)[1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import cast
@@ -83,12 +83,18 @@ class MutantProvider:
         self.describe = self._full.describe
         self.close = self._full.close
 
+    def prepare(self, cases: Sequence[CaseInfo]) -> None:
+        """Say that the full physics is missing, if one of these cases gets it."""
+        self._full.prepare([case for case in cases if self._provider_of(case) is self._full])
+
     @contextlib.contextmanager
     def open_case(self, case: CaseInfo) -> Iterator[VirtualCase]:
         """Open a bench for one case."""
-        provider = self._full if self._motion or case.scene else self._floor
-        with provider.open_case(case) as bench:
+        with self._provider_of(case).open_case(case) as bench:
             yield bench
+
+    def _provider_of(self, case: CaseInfo) -> VirtualProvider:
+        return self._full if self._motion or case.scene else self._floor
 
 
 def _plan(plan: PioneerPlan, mutant: Mutant | None) -> PioneerPlan:

@@ -52,7 +52,8 @@ def test_the_licence_comes_along(names):
     assert f"hilbench-{__version__}.dist-info/licenses/LICENSE" in names
 
 
-def test_an_installed_wheel_has_its_command_and_its_data(wheel, tmp_path):
+@pytest.mark.parametrize("bench", [pytest.param("pioneer", marks=pytest.mark.needs_bullet), "pioneer-plane"])
+def test_an_installed_wheel_has_its_command_and_its_data(wheel, tmp_path, bench):
     """Unpacked like an installer does it, with the dependencies of this environment."""
     home = tmp_path / "site"
     with zipfile.ZipFile(wheel) as archive:
@@ -61,7 +62,7 @@ def test_an_installed_wheel_has_its_command_and_its_data(wheel, tmp_path):
         f"import sys; sys.path.insert(0, {str(home)!r}); "
         "from hilbench.cli import main; import hilbench; "
         f"assert hilbench.__file__.startswith({str(home)!r}); "
-        "sys.exit(main(['check', 'pioneer', '--suite', 'p2os-server', '-k', 'S01']))"
+        f"sys.exit(main(['check', {bench!r}, '--suite', 'p2os-server', '-k', 'S01']))"
     )
     done = subprocess.run(
         [sys.executable, "-P", "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=60

@@ -6,7 +6,6 @@ times what is measured, so that a worse physics or servo shows.
 
 from __future__ import annotations
 
-import importlib.util
 import math
 import statistics
 
@@ -23,9 +22,7 @@ from targets.robots.pioneer import RobotSettings
 C = CommandNumber
 STEP_HZ = 240
 
-needs_bullet = pytest.mark.skipif(importlib.util.find_spec("pybullet") is None, reason="pybullet is not installed")
-
-PHYSICS = pytest.mark.parametrize("physics", [pytest.param("bullet", marks=needs_bullet), "plane"])
+PHYSICS = pytest.mark.parametrize("physics", [pytest.param("bullet", marks=pytest.mark.needs_bullet), "plane"])
 
 
 class Rig:
@@ -143,7 +140,7 @@ def test_stopping_distance(rig, physics, speed, deceleration):
     assert formula - 0.3 <= x - x0 <= formula + speed / robot.world.step_hz + 0.3
 
 
-@needs_bullet
+@pytest.mark.needs_bullet
 def test_a_finer_step_moves_nothing_by_more_than_a_step():
     """The same metre at 240 and at 1000 steps per second."""
     ends = []

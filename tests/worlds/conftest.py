@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import math
 import os
 import struct
@@ -23,11 +22,6 @@ FRONT_DISCS_MM_DEG = [
     (114, -119, -50),
     (69, -136, -90),
 ]
-
-
-def pytest_runtest_setup(item):
-    if item.get_closest_marker("needs_bullet") and importlib.util.find_spec("pybullet") is None:
-        pytest.skip("pybullet is not installed")
 
 
 @pytest.fixture

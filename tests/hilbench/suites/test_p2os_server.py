@@ -6,7 +6,6 @@ whose fault is in what they do with a command.
 
 from __future__ import annotations
 
-import importlib.util
 import random
 from contextlib import ExitStack
 from dataclasses import replace
@@ -35,14 +34,15 @@ from targets.robots.pioneer.limits import SessionLimits
 from targets.robots.pioneer.motion import Motion
 from targets.robots.pioneer.sonar import SonarArrays
 
-needs_bullet = pytest.mark.skipif(importlib.util.find_spec("pybullet") is None, reason="pybullet is not installed")
-
 SETTLE_S = 0.3
 BUDGET_S = 290.0
 
 
-def provider():
-    return VirtualProvider(Shared(bench_file=open_bench("pioneer"), timeout_scale=1.0, journal=Journal()))
+NEED_A_SCENE = {"S54", "S56"}
+
+
+def provider(bench="pioneer"):
+    return VirtualProvider(Shared(bench_file=open_bench(bench), timeout_scale=1.0, journal=Journal()))
 
 
 def options(select=""):
@@ -67,14 +67,23 @@ def test_each_clause_is_cited_by_exactly_one_function(planned):
     assert sorted(clause_id for clause_id, _ in cited) == [c.id for c in CLAUSES if c.suite == "p2os-server"]
 
 
-@needs_bullet
+@pytest.mark.needs_bullet
 @pytest.mark.slow
 def test_the_virtual_robot_passes(report):
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
     assert report.exit_code == 0
 
 
-@needs_bullet
+@pytest.mark.slow
+def test_on_the_plane_it_passes_what_needs_no_scene():
+    report = run_suites(options(), provider("pioneer-plane"))
+    left_out = {case.clause_ids[0] for case in report.cases if case.verdict is Verdict.NOT_APPLICABLE}
+    assert left_out == NEED_A_SCENE
+    passed = {clause.id for clause in report.clauses if clause.verdict is Verdict.PASS}
+    assert passed == {clause.id for clause in report.clauses} - NEED_A_SCENE
+
+
+@pytest.mark.needs_bullet
 @pytest.mark.slow
 def test_each_case_takes_the_time_it_declares(planned, report):
     took = {case.id: case.bench_time_s for case in report.cases}
@@ -220,7 +229,7 @@ def wrong_robots():
     )
 
 
-@needs_bullet
+@pytest.mark.needs_bullet
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("clause_id", "wrong"), [pytest.param(c, wrong, id=f"{c} {what}") for c, what, wrong in wrong_robots()]
@@ -240,7 +249,7 @@ def of_the_line(**less):
     return patch.object(_session, "ROBOTS", {"p2dx": replace(ROBOTS["p2dx"], **less)})
 
 
-@needs_bullet
+@pytest.mark.needs_bullet
 @pytest.mark.parametrize("clause_id", ["S30", "S31"])
 def test_a_robot_without_move_is_not_asked_for_it(clause_id):
     deaf = handler("MOVE", lambda c, v: None)
@@ -249,7 +258,7 @@ def test_a_robot_without_move_is_not_asked_for_it(clause_id):
     assert [clause.verdict for clause in report.clauses] == [Verdict.NOT_APPLICABLE]
 
 
-@needs_bullet
+@pytest.mark.needs_bullet
 @pytest.mark.slow
 def test_a_slow_robot_is_given_the_time_it_needs():
     slow = instead(Motion, "velocity", lambda do: lambda self, mm_s: do(self, min(mm_s, 400)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from collections import Counter
 
@@ -12,8 +11,6 @@ from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from hilbench.exit_codes import ExitCode
 from protocols.p2os.motion_clauses import MOTION_CLAUSES
-
-needs_bullet = pytest.mark.skipif(importlib.util.find_spec("pybullet") is None, reason="pybullet is not installed")
 
 NEEDS_A_SCENE = {"M13", "M14", "M15", "M16", "M17", "M21", "M22"}
 MOST_BENCH_TIME_S = 200
@@ -43,7 +40,7 @@ def on_the_plane():
 
 
 @pytest.mark.slow
-@needs_bullet
+@pytest.mark.needs_bullet
 class TestOnBullet:
     def test_every_clause_passes(self, on_bullet):
         assert causes(on_bullet) == {}

@@ -1,0 +1,14 @@
+from __future__ import annotations
+
+import signal
+
+import pytest
+
+
+@pytest.fixture
+def keep_signals():
+    """Put back what the command makes of the signals that end it."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
