@@ -1,0 +1,159 @@
+"""A board: one microcontroller, and what is soldered around it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from targets.mcu.errors import BoardError
+from targets.mcu.stm32f1.variants import VARIANTS, ChipName, Variant
+
+__all__ = ["Board", "Connector", "Led", "Straps"]
+
+BOOT1_PIN = "PB2"
+_SLOWEST_HSE_HZ, _FASTEST_HSE_HZ = 1_000_000, 25_000_000
+_FASTEST_LSE_HZ = 1_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Led:
+    """A light at a pin.
+
+    Attributes:
+        name: what the board calls it.
+        pin: port pin, such as ``PC13``.
+        active: the level at which it is lit.
+    """
+
+    name: str
+    pin: str
+    active: Literal["low", "high"] = "high"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Straps:
+    """The levels that the jumpers or resistors put on the boot pins (RM0008 section 3.4).
+
+    Attributes:
+        boot0: 0 boots from main flash; 1 from system memory or SRAM, by BOOT1.
+        boot1: the level at PB2, which is BOOT1: with BOOT0 high, 0 is system memory and 1 is SRAM.
+    """
+
+    boot0: Literal[0, 1] = 0
+    boot1: Literal[0, 1] = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Connector:
+    """A header or a plug.
+
+    Attributes:
+        name: what the board calls it.
+        pins: what its contacts are called on the board, in order; those that are no I/O pin, such as ``3V3``, too.
+        usarts: the USARTs that can be reached there.
+    """
+
+    name: str
+    pins: tuple[str, ...]
+    usarts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Board:
+    """Chip, crystals, straps, lights, names of pins.
+
+    Attributes:
+        version: version of this format.
+        name: what people call the board.
+        chip: part number, without package material and temperature range.
+        hse_hz: rate of the crystal or clock at OSC_IN, 1 to 25 MHz; left out where there is none.
+        lse_hz: rate of the crystal at OSC32_IN; left out where there is none.
+        straps: the boot pins as the board is delivered.
+        leds: the lights.
+        pulls: port pins with a resistor to a supply, ``up`` or ``down``.
+        pins: port pin by the name that is printed on the board.
+        connectors: headers and plugs.
+
+    Raises:
+        ValueError: a pin that the package does not have, a rate out of range. The message begins with the field.
+    """
+
+    name: str
+    chip: ChipName
+    version: Literal[1] = 1
+    hse_hz: int | None = None
+    lse_hz: int | None = None
+    straps: Straps = Straps()
+    leds: tuple[Led, ...] = ()
+    pulls: dict[str, Literal["up", "down"]] = field(default_factory=dict)
+    pins: dict[str, str] = field(default_factory=dict)
+    connectors: tuple[Connector, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.hse_hz is not None and not _SLOWEST_HSE_HZ <= self.hse_hz <= _FASTEST_HSE_HZ:
+            raise ValueError(f"hse_hz must be between {_SLOWEST_HSE_HZ} and {_FASTEST_HSE_HZ}, not {self.hse_hz}")
+        if self.lse_hz is not None and not 0 < self.lse_hz <= _FASTEST_LSE_HZ:
+            raise ValueError(f"lse_hz must be between 1 and {_FASTEST_LSE_HZ}, not {self.lse_hz}")
+        self._check_pins("leds", (led.pin for led in self.leds))
+        self._check_pins("pulls", self.pulls)
+        self._check_pins("pins", self.pins.values())
+        self._check_usarts()
+
+    def _check_pins(self, about: str, pins: Iterable[str]) -> None:
+        for pin in pins:
+            if pin not in self.variant.pins:
+                raise ValueError(f"{about} names '{pin}', which the {self.chip} does not have")
+
+    def _check_usarts(self) -> None:
+        for connector in self.connectors:
+            for usart in connector.usarts:
+                if usart not in self.variant.usarts:
+                    raise ValueError(f"connectors names '{usart}', which the {self.chip} does not have")
+
+    @classmethod
+    def from_mapping(cls, data: Mapping[str, Any]) -> Board:
+        """Return the board that plain data describe, as TOML gives it.
+
+        Raises:
+            BoardError: a key that does not belong, one that is missing, or a value that makes no board.
+        """
+        try:
+            parts: dict[str, Any] = dict(data)
+            parts["straps"] = Straps(**parts.get("straps", {}))
+            parts["leds"] = tuple(Led(**led) for led in parts.get("leds", ()))
+            parts["connectors"] = tuple(_connector(connector) for connector in parts.get("connectors", ()))
+            if parts["chip"] not in VARIANTS:
+                raise BoardError(f"no chip '{parts['chip']}'", hint=f"chips: {', '.join(VARIANTS)}")
+            return cls(**parts)
+        except KeyError as error:
+            raise BoardError(f"the key {error} is missing") from None
+        except (TypeError, ValueError) as error:
+            raise BoardError(str(error)) from None
+
+    @property
+    def variant(self) -> Variant:
+        """Memory and pins of the chip."""
+        return VARIANTS[self.chip]
+
+    @property
+    def usarts(self) -> tuple[str, ...]:
+        """The USARTs that can be reached, in order; all of the chip if no connector names any."""
+        reached = {usart for connector in self.connectors for usart in connector.usarts}
+        return tuple(usart for usart in self.variant.usarts if usart in reached) or self.variant.usarts
+
+    def pulled(self, straps: Straps | None = None) -> dict[str, bool]:
+        """Return the level to which resistors on the board pull each port pin that has one; BOOT1 is one of them."""
+        levels = {pin: direction == "up" for pin, direction in self.pulls.items()}
+        return {BOOT1_PIN: bool((straps or self.straps).boot1), **levels}
+
+    def port_pin(self, name: str) -> str | None:
+        """Return the port pin for a name that is printed on the board, or for its own name; None for no such pin."""
+        if name in self.pins:
+            return self.pins[name]
+        return name if name in self.variant.pins else None
+
+
+def _connector(data: Mapping[str, Any]) -> Connector:
+    lists: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in data.items()}
+    return Connector(**lists)

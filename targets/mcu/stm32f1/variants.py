@@ -1,0 +1,73 @@
+"""The medium-density STM32F103 by part number: how much memory it has, and which pins its package brings out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+__all__ = ["VARIANTS", "ChipName", "Variant"]
+
+ChipName = Literal[
+    "STM32F103T8",
+    "STM32F103TB",
+    "STM32F103C8",
+    "STM32F103CB",
+    "STM32F103R8",
+    "STM32F103RB",
+    "STM32F103V8",
+    "STM32F103VB",
+]
+
+_KB = 1024
+_ALL = range(16)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variant:
+    """One part number (datasheet DS5319, tables 2 and 5).
+
+    Attributes:
+        name: the part number, without package material and temperature range.
+        flash_bytes: main flash memory.
+        ram_bytes: SRAM.
+        pins: names of the I/O pins of the package, ``PA0`` and so on.
+        usarts: the USARTs whose pins the package brings out.
+    """
+
+    name: str
+    flash_bytes: int
+    ram_bytes: int
+    pins: frozenset[str]
+    usarts: tuple[str, ...]
+
+
+def _pins(**ports: range) -> frozenset[str]:
+    return frozenset(f"P{port}{number}" for port, numbers in ports.items() for number in numbers)
+
+
+_PACKAGES = {
+    "T": _pins(A=_ALL, B=range(8), D=range(2)),  # VFQFPN36: 26 I/Os
+    "C": _pins(A=_ALL, B=_ALL, C=range(13, 16), D=range(2)),  # LQFP48: 37
+    "R": _pins(A=_ALL, B=_ALL, C=_ALL, D=range(3)),  # LQFP64: 51
+    "V": _pins(A=_ALL, B=_ALL, C=_ALL, D=_ALL, E=_ALL),  # LQFP100: 80
+}
+_FLASH_BYTES = {"8": 64 * _KB, "B": 128 * _KB}
+
+
+def _variant(package: str, size: str) -> Variant:
+    usarts = ("USART1", "USART2") if package == "T" else ("USART1", "USART2", "USART3")
+    return Variant(
+        name=f"STM32F103{package}{size}",
+        flash_bytes=_FLASH_BYTES[size],
+        ram_bytes=20 * _KB,
+        pins=_PACKAGES[package],
+        usarts=usarts,
+    )
+
+
+VARIANTS: Mapping[str, Variant] = MappingProxyType(
+    {f"STM32F103{package}{size}": _variant(package, size) for package in _PACKAGES for size in _FLASH_BYTES}
+)
+"""Every variant by its name."""

@@ -1,0 +1,74 @@
+"""Boards as data: the built-in ones, and what is refused."""
+
+from __future__ import annotations
+
+import pytest
+
+from targets.boards import Board, Straps, board_names, built_in_board
+from targets.mcu.errors import BoardError
+from targets.mcu.stm32f1.variants import VARIANTS
+
+
+def test_the_blue_pill_is_what_its_schematic_says():
+    board = built_in_board("bluepill")
+    assert (board.chip, board.hse_hz, board.lse_hz) == ("STM32F103C8", 8_000_000, 32_768)
+    assert (board.variant.flash_bytes, board.variant.ram_bytes) == (65_536, 20_480)
+    assert [(led.pin, led.active) for led in board.leds] == [("PC13", "low")]
+    assert board.straps == Straps(boot0=0, boot1=0)
+    assert board.usarts == ("USART1", "USART2", "USART3")
+    assert board.port_pin("A9") == board.port_pin("PA9") == "PA9"
+    assert board.port_pin("3.3") is None
+    assert board.pulled() == {"PB2": False, "PA12": True}
+    assert board.pulled(Straps(boot1=1))["PB2"] is True
+
+
+@pytest.mark.parametrize("name", board_names())
+def test_every_name_on_a_connector_is_a_pin_or_a_supply(name):
+    board = built_in_board(name)
+    supplies = {"5V", "G", "GND", "3.3", "3V3", "R", "VB"}
+    for connector in board.connectors:
+        for contact in connector.pins:
+            assert contact in supplies or board.port_pin(contact), contact
+
+
+@pytest.mark.parametrize(
+    ("name", "pins"),
+    [("STM32F103T8", 26), ("STM32F103CB", 37), ("STM32F103R8", 51), ("STM32F103VB", 80)],
+)
+def test_packages_have_as_many_pins_as_the_datasheet_says(name, pins):
+    assert len(VARIANTS[name].pins) == pins
+    assert VARIANTS[name].flash_bytes == {"8": 64, "B": 128}[name[-1]] * 1024
+
+
+MINIMAL = {"name": "mine", "chip": "STM32F103C8"}
+
+
+def test_a_board_may_have_no_crystal():
+    board = Board.from_mapping(MINIMAL)
+    assert (board.hse_hz, board.lse_hz, board.leds) == (None, None, ())
+    assert board.usarts == ("USART1", "USART2", "USART3")
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"chip": "STM32F103ZE"}, "no chip 'STM32F103ZE'"),
+        ({"hse_hz": 32_768}, "hse_hz must be between 1000000 and 25000000, not 32768"),
+        ({"lse_hz": 0}, "lse_hz must be between"),
+        ({"leds": [{"name": "L", "pin": "PE1"}]}, "leds names 'PE1', which the STM32F103C8 does not have"),
+        ({"pins": {"D7": "PD7"}}, "pins names 'PD7'"),
+        ({"pulls": {"PX": "up"}}, "pulls names 'PX'"),
+        ({"connectors": [{"name": "c", "pins": [], "usarts": ["USART4"]}]}, "connectors names 'USART4'"),
+        ({"crystal": 8}, "unexpected keyword argument 'crystal'"),
+    ],
+)
+def test_what_makes_no_board(more, said):
+    with pytest.raises(BoardError, match=said):
+        Board.from_mapping(MINIMAL | more)
+
+
+def test_what_is_missing_is_named():
+    with pytest.raises(BoardError, match="the key 'chip' is missing"):
+        Board.from_mapping({"name": "mine"})
+    with pytest.raises(BoardError, match="no board 'blackpill'"):
+        built_in_board("blackpill")
