@@ -6,6 +6,7 @@ a whole chip.
 
 from __future__ import annotations
 
+import enum
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -13,7 +14,7 @@ from typing import Protocol
 from targets.mcu.fidelity import Notes
 from targets.mcu.timebase import Timebase
 
-__all__ = ["BusMaster", "Clocks", "DmaRequest", "InputSignal", "IrqLine", "OutputSignal", "Services"]
+__all__ = ["BusMaster", "Clocks", "DmaRequest", "InputSignal", "IrqLine", "OutputSignal", "Services", "Watch"]
 
 
 class IrqLine(Protocol):
@@ -26,11 +27,17 @@ class IrqLine(Protocol):
 class DmaRequest(Protocol):
     """A request of a peripheral to a DMA controller: a level. The controller answers by reading or writing registers.
 
-    `set(True)` may move a byte at once, before it returns.
+    `set(True)` and `pulse` may move a byte at once, before they return.
     """
 
     def set(self, level: bool) -> None:
         """Drive the request."""
+
+    def pulse(self) -> None:
+        """Ask for one transfer: the request is kept until it was served once, or until ``set(False)``.
+
+        Timers ask like this: no register says that the transfer has happened, the controller's acknowledge does.
+        """
 
 
 class Clocks(Protocol):
@@ -43,11 +50,41 @@ class Clocks(Protocol):
         """Return HCLK cycles per tick of the timers' clock on that bus (the bus clock, doubled if it is divided)."""
 
 
+class Watch(enum.IntEnum):
+    """Who looks at an output signal, and so how promptly its changes must be told.
+
+    NOBODY: nobody; `OutputSignal.refresh` is called before anybody looks once.
+    RECORD: its edges are written down, and looked at later, after `OutputSignal.refresh`.
+    LIVE: something may react to an edge; each must be told at its cycle.
+    """
+
+    NOBODY = 0
+    RECORD = 1
+    LIVE = 2
+
+
 class OutputSignal(Protocol):
-    """An alternate-function output such as ``TIM2_CH1`` or ``USART1_TX``."""
+    """An alternate-function output such as ``TIM2_CH1`` or ``USART1_TX``, or one inside the chip such as ``TIM2_TRGO``.
+
+    Most peripherals just call `set` at the cycle of a change. One that makes many edges by itself may leave out those
+    nobody watches: it asks `watch`, sets `on_watch` to be told when the answer changes, and offers `refresh`.
+
+    Attributes:
+        refresh: brings level and record up to the present cycle, by `set_at` and `set`; None if they always are.
+        on_watch: called after a change of what `watch` returns, when level and record are up to the present cycle.
+    """
+
+    refresh: Callable[[], None] | None
+    on_watch: Callable[[], None] | None
 
     def set(self, level: bool | None) -> None:
         """Drive the signal from the present cycle on; None releases it."""
+
+    def set_at(self, cycle: int, level: bool | None) -> None:
+        """Drive the signal from `cycle` on, which may have passed if `watch` is not LIVE; never out of order."""
+
+    def watch(self) -> Watch:
+        """Say who looks at the signal."""
 
     def at_pin(self) -> bool:
         """Say whether a pin is configured to carry the signal, so that anybody outside can see it."""

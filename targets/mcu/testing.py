@@ -23,7 +23,7 @@ from typing import TypeVar
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Notes
 from targets.mcu.registers import Peripheral
-from targets.mcu.services import Services
+from targets.mcu.services import Services, Watch
 from targets.mcu.timebase import Timebase
 
 __all__ = ["FakeBus", "FakeChip", "FakeClocks", "FakeInput", "FakeLine", "FakeOutput", "peek", "poke"]
@@ -38,12 +38,16 @@ class FakeLine:
         level: as last set; low at first.
         changes: every change so far, as (cycle, level).
         on_set: called after every `set`, changed or not; a test may play the DMA controller here.
+        pulses: the cycles at which one transfer was asked for.
+        on_pulse: called after every `pulse`.
     """
 
     def __init__(self, time: Timebase) -> None:
         self.level = False
         self.changes: list[tuple[int, bool]] = []
         self.on_set: Callable[[bool], None] = lambda _level: None
+        self.pulses: list[int] = []
+        self.on_pulse: Callable[[], None] = lambda: None
         self._time = time
 
     @property
@@ -58,6 +62,11 @@ class FakeLine:
             self.changes.append((self._time.now, level))
         self.on_set(level)
 
+    def pulse(self) -> None:
+        """Ask for one transfer."""
+        self.pulses.append(self._time.now)
+        self.on_pulse()
+
 
 class FakeOutput:
     """An output signal that records.
@@ -66,19 +75,48 @@ class FakeOutput:
         level: as last set; None (released) at first.
         edges: every change so far, as (cycle, level).
         connected: what `at_pin` answers; True at first.
+        refresh: what the peripheral offers.
+        on_watch: what the peripheral listens with.
     """
 
     def __init__(self, time: Timebase) -> None:
         self.level: bool | None = None
         self.edges: list[tuple[int, bool | None]] = []
         self.connected = True
+        self.refresh: Callable[[], None] | None = None
+        self.on_watch: Callable[[], None] | None = None
         self._time = time
+        self._watch = Watch.LIVE
 
     def set(self, level: bool | None) -> None:
         """Drive or release the signal from now on."""
         if level is not self.level:
             self.level = level
             self.edges.append((self._time.now, level))
+
+    def set_at(self, cycle: int, level: bool | None) -> None:
+        """Drive or release the signal from `cycle` on."""
+        assert cycle == self._time.now or (self._watch is not Watch.LIVE and cycle < self._time.now)
+        if level is not self.level:
+            assert not self.edges or self.edges[-1][0] <= cycle
+            self.level = level
+            self.edges.append((cycle, level))
+
+    def watch(self) -> Watch:
+        """Say who looks; LIVE at first."""
+        return self._watch
+
+    def set_watch(self, watch: Watch) -> None:
+        """Change who looks."""
+        self.look()
+        self._watch = watch
+        if self.on_watch is not None:
+            self.on_watch()
+
+    def look(self) -> None:
+        """Bring level and edges up to the present cycle, as a reader of a pin does."""
+        if self.refresh is not None:
+            self.refresh()
 
     def at_pin(self) -> bool:
         """Say whether a pin carries the signal."""
