@@ -1,129 +1,53 @@
-"""The bench file: which targets stand in which world, and how they are wired.
+"""Finds and reads bench files: which targets stand in which world, and how they are wired.
 
 TOML, versioned and strict. The published schema (``hilbench/data/bench.schema.json``, for completion in editors) is
-generated from the model below.
+generated from `hilbench.bench_model`.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import hashlib
-import re
-import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import msgspec
 from msgspec import UNSET
 
-from hilbench.errors import UsageError
+from hilbench.bench_file import CHECKER_END, BenchFile, EmulatedBoard, Link, Net, PinEnd
+from hilbench.bench_model import BenchModel, LinkEntry, TargetEntry, World
+from hilbench.board_files import open_board
+from hilbench.clock import NS_PER_US
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.fault_entries import FaultEntry
 from hilbench.nearest import did_you_mean
 from hilbench.schema import json_schema
 from hilbench.strict import Strict
-from hilbench.toml_lines import find_line
+from hilbench.toml_file import TomlFile
 from targets.robots.pioneer import RobotSettings
+from targets.robots.pioneer.hostbaud import RATES
 from worlds.errors import SceneFileError
 from worlds.scenes import read_scene, scene_names
+
+__all__ = [
+    "CHECKER_END",
+    "BenchFile",
+    "bench_schema",
+    "built_in_benches",
+    "open_bench",
+    "read_bench",
+    "resolve_scene",
+]
 
 BUILT_IN_FOLDER = Path(__file__).parent / "benches"
 DEFAULT_FILE = Path("hilbench.toml")
 DEFAULT_BENCH = "pioneer"
-CHECKER_END = "peer"
 
-LATER: Mapping[tuple[str, ...], str] = {
-    ("targets", "*", "board"): "emulated boards are",
-    ("targets", "*", "firmware"): "emulated boards are",
-    ("targets", "*", "timing"): "emulated boards are",
-}
-
-
-class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where the robot stands.
-
-    Attributes:
-        scene: name of a built-in scene, or the path of a scene file, seen from the bench file.
-        vehicle: the body in it.
-        physics: ``bullet``, or ``plane`` for an endless floor without rays and contacts.
-        step_hz: physics steps per second.
-    """
-
-    scene: str = "empty"
-    vehicle: Literal["pioneer-2dx"] = "pioneer-2dx"
-    physics: Literal["bullet", "plane"] = "bullet"
-    step_hz: Annotated[int, msgspec.Meta(ge=50, le=10_000)] = 240
-
-
-class Target(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What answers at the far end of a link.
-
-    Attributes:
-        model: the behavioural model of it.
-        settings: what differs from a standard one, by the names of `targets.robots.pioneer.RobotSettings`.
-    """
-
-    model: Literal["pioneer-2dx"]
-    settings: RobotSettings = RobotSettings()
-
-
-class Link(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A serial line between two ends.
-
-    Attributes:
-        ends: ``peer``, where the checker or a served client sits, and ``NAME.host`` of a target.
-        baud: speed in bit/s, one that the robot's port can have (HOSTBAUD).
-    """
-
-    ends: tuple[str, str]
-    baud: Literal[9600, 19200, 38400, 57600, 115200] = 9600
-
-
-class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A bench file as it is written.
-
-    Attributes:
-        version: version of this format.
-        targets: what answers at the far end, by names of your choosing.
-        world: where it stands.
-        links: how it is connected.
-        faults: what goes wrong on the links.
-    """
-
-    version: Literal[1]
-    targets: dict[str, Target]
-    world: World = World()
-    links: tuple[Link, ...] = ()
-    faults: tuple[FaultEntry, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BenchFile:
-    """A bench file that was read and understood.
-
-    Attributes:
-        name: of a built-in bench, or the file's name.
-        path: where it was read.
-        digest: SHA-256 of the file, in hex.
-        world: where the robot stands.
-        targets: what answers, by name.
-        links: the lines between them.
-        faults: what goes wrong on the lines; each says which way (``towards``), but for those of both ways.
-    """
-
-    name: str
-    path: Path
-    digest: str
-    world: World
-    targets: Mapping[str, Target]
-    links: tuple[Link, ...]
-    faults: tuple[FaultEntry, ...] = ()
-
-    def header(self, seed: int) -> dict[str, object]:
-        """Return what a journal says of the bench in its first line; `seed` is that of the run."""
-        faults = [fault.describe() for fault in self.faults]
-        return {"seed": seed, "bench": self.name, "bench_sha256": self.digest, "faults": faults}
+_MODEL_BAUD = 9600
+_MODEL_KEYS = ("model", "settings")
+_BOARD_KEYS = ("board", "firmware", "timing", "skip_idle", "straps")
+_SUPPLIES = ("3v3", "gnd")
 
 
 def built_in_benches() -> tuple[str, ...]:
@@ -152,17 +76,8 @@ def open_bench(bench: str | None = None) -> BenchFile:
 
 def read_bench(path: Path, name: str = "") -> BenchFile:
     """Read a bench file from a path; see `open_bench`."""
-    text = _text(path)
-    model = _Reader(path, text).read()
-    return BenchFile(
-        name=name or path.name,
-        path=path,
-        digest=hashlib.sha256(text.encode()).hexdigest(),
-        world=model.world,
-        targets=model.targets,
-        links=model.links,
-        faults=model.faults,
-    )
+    hint = did_you_mean(path.stem, built_in_benches(), "built-in benches")
+    return _Reader(TomlFile(path, "bench file", hint)).read(name or path.name)
 
 
 def resolve_scene(scene: str, folder: Path, where: str) -> str:
@@ -202,52 +117,161 @@ def bench_schema() -> dict[str, Any]:
 class _Reader:
     """Reads one file, and knows where in it everything is."""
 
-    def __init__(self, path: Path, text: str) -> None:
-        self._path = path
-        self._text = text
-        self._strict = Strict(self._place, LATER)
+    def __init__(self, file: TomlFile) -> None:
+        self._file = file
+        self._folder = file.path.parent
+        self._strict = Strict(file.place)
 
-    def read(self) -> BenchModel:
-        try:
-            data = tomllib.loads(self._text)
-        except tomllib.TOMLDecodeError as error:
-            raise _syntax_error(self._path, str(error)) from None
-        model = self._strict.convert(data, BenchModel)
+    def read(self, bench_name: str) -> BenchFile:
+        model = self._strict.convert(self._file.data, BenchModel)
         self._check_targets(model)
-        self._check_links(model)
-        return self._with_directions(self._with_scene(model))
+        boards = {name: self._board(name, entry) for name, entry in model.targets.items() if entry.board is not UNSET}
+        links = self._links(model, boards)
+        return BenchFile(
+            name=bench_name,
+            path=self._file.path,
+            digest=hashlib.sha256(self._file.text.encode()).hexdigest(),
+            world=self._world(model),
+            targets={name: entry for name, entry in model.targets.items() if entry.board is UNSET},
+            boards=boards,
+            links=links,
+            nets=self._nets(model, boards),
+            lockstep_ns=model.lockstep_us * NS_PER_US,
+            faults=self._faults(model, links),
+        )
 
-    def _place(self, path: tuple[str | int, ...]) -> str:
-        line = find_line(self._text, path)
-        return f"{self._path}:{line}" if line is not None else str(self._path)
+    # --- targets
 
     def _check_targets(self, model: BenchModel) -> None:
         if not model.targets:
             raise self._strict.error("[targets] names no target", ("targets",), "add [targets.robot]")
-        if len(model.targets) > 1:
-            second = list(model.targets)[1]
-            message = f"'{second}': more than one target is not available in this version of hilbench"
-            raise self._strict.error(message, ("targets", second))
+        for name, entry in model.targets.items():
+            self._check_target(name, entry)
+        models = [name for name, entry in model.targets.items() if entry.board is UNSET]
+        if len(models) > 1:
+            message = f"'{models[1]}': more than one robot is not available in this version of hilbench"
+            raise self._strict.error(message, ("targets", models[1]))
+        if "world" in self._file.data and not models:
+            raise self._strict.error("nothing stands in a world here: the targets are boards", ("world",))
 
-    def _check_links(self, model: BenchModel) -> None:
-        if len(model.links) > 1:
+    def _check_target(self, name: str, entry: TargetEntry) -> None:
+        given = self._file.data["targets"][name]
+        if entry.board is UNSET and entry.model is UNSET:
+            hint = 'write model = "pioneer-2dx", or board and firmware'
+            raise self._strict.error("the key 'model' or 'board' is missing", ("targets", name), hint)
+        is_board = entry.board is not UNSET
+        for key in _MODEL_KEYS if is_board else _BOARD_KEYS:
+            if key in given:
+                message = f"'{key}' says nothing about {'a board' if is_board else 'a model'}"
+                raise self._strict.error(message, ("targets", name, key))
+        if is_board and entry.firmware is UNSET:
+            raise self._strict.error("the key 'firmware' is missing", ("targets", name))
+
+    def _board(self, name: str, entry: TargetEntry) -> EmulatedBoard:
+        assert entry.board is not UNSET
+        assert entry.firmware is not UNSET
+        board = open_board(entry.board, self._folder, self._file.place(("targets", name, "board")))
+        where = self._file.place(("targets", name, "firmware"))
+        firmware = self._folder / entry.firmware
+        if not firmware.is_file():
+            raise UnavailableError(f"no firmware file '{firmware}'", where=where)
+        given = msgspec.structs.asdict(entry.straps)
+        straps = {key: value for key, value in given.items() if value is not UNSET}
+        return EmulatedBoard(
+            board=board,
+            board_name=entry.board,
+            firmware=firmware,
+            timing=entry.timing,
+            skip_idle=entry.skip_idle,
+            straps=dataclasses.replace(board.straps, **straps),
+            where=where,
+        )
+
+    def _world(self, model: BenchModel) -> World:
+        scene = resolve_scene(model.world.scene, self._folder, self._file.place(("world", "scene")))
+        return msgspec.structs.replace(model.world, scene=scene)
+
+    # --- lines and wires
+
+    def _links(self, model: BenchModel, boards: dict[str, EmulatedBoard]) -> tuple[Link, ...]:
+        if len(model.links) > 1 and not boards:
             raise self._strict.error("a second link: this bench has one line", ("links", 1))
-        known = _ends(model)
-        for number, link in enumerate(model.links):
-            for end in link.ends:
-                if end not in known:
-                    hint = did_you_mean(end, known, "ends")
-                    raise self._strict.error(f"'{end}' is not the end of a link", ("links", number, "ends"), hint)
-            if link.ends[0] == link.ends[1]:
-                raise self._strict.error(f"both ends are '{link.ends[0]}'", ("links", number, "ends"))
+        known = _ends(model, boards)
+        taken: set[str] = set()
+        links = []
+        for number, entry in enumerate(model.links):
+            for end in entry.ends:
+                self._check_end(number, end, known, taken)
+            if entry.ends[0] == entry.ends[1]:
+                raise self._strict.error(f"both ends are '{entry.ends[0]}'", ("links", number, "ends"))
+            taken |= {*entry.ends} - {CHECKER_END}
+            links.append(Link(ends=entry.ends, baud=self._baud(number, entry)))
+        return tuple(links)
 
-    def _with_directions(self, model: BenchModel) -> BenchModel:
+    def _check_end(self, number: int, end: str, known: Sequence[str], taken: set[str]) -> None:
+        path = ("links", number, "ends")
+        if end not in known:
+            raise self._strict.error(f"'{end}' is not the end of a link", path, did_you_mean(end, known, "ends"))
+        if end in taken:
+            raise self._strict.error(f"'{end}' has a line already", path)
+
+    def _baud(self, number: int, entry: LinkEntry) -> int:
+        """Return the rate of the end that is no emulated USART."""
+        path = ("links", number, "baud")
+        model_end = next((end for end in entry.ends if end.endswith(".host")), None)
+        if model_end is None and CHECKER_END not in entry.ends and entry.baud is not UNSET:
+            raise self._strict.error("both ends are USARTs and have a rate of their own", path, "leave it out")
+        if model_end is None:
+            return 0 if entry.baud is UNSET else entry.baud
+        baud = _MODEL_BAUD if entry.baud is UNSET else entry.baud
+        if baud not in RATES:
+            rates = ", ".join(map(str, RATES))
+            raise self._strict.error(f"{baud} is not a value it takes", path, f"{model_end} takes: {rates}")
+        return baud
+
+    def _nets(self, model: BenchModel, boards: dict[str, EmulatedBoard]) -> tuple[Net, ...]:
+        """Return what the wires join, each net once."""
+        groups: list[list[PinEnd | str]] = []
+        for number, wire in enumerate(model.wires):
+            joined = [self._pin_end(number, end, boards) for end in wire.ends]
+            apart = []
+            for group in groups:
+                if any(end in group and end not in _SUPPLIES for end in joined):
+                    joined = group + [end for end in joined if end not in group]
+                else:
+                    apart.append(group)
+            groups = [*apart, joined]
+            if {*_SUPPLIES} <= {*joined}:
+                raise self._strict.error("joins 3v3 and gnd", ("wires", number, "ends"))
+        return tuple(_net(group) for group in groups)
+
+    def _pin_end(self, number: int, end: str, boards: dict[str, EmulatedBoard]) -> PinEnd | str:
+        if end.lower() in _SUPPLIES:
+            return end.lower()
+        path = ("wires", number, "ends")
+        name, _, pin = end.partition(".")
+        if name not in boards:
+            hint = did_you_mean(end, [f"{name}.{pin}" for name in boards], "write one as")
+            raise self._strict.error(f"'{end}' is not a pin of a board, 3v3 or gnd", path, hint)
+        board = boards[name].board
+        port_pin = board.port_pin(pin)
+        if port_pin is None:
+            hint = did_you_mean(pin, [*sorted(board.variant.pins), *board.pins], "pins")
+            raise self._strict.error(f"'{name}' has no pin '{pin}'", path, hint)
+        return PinEnd(board=name, pin=port_pin)
+
+    # --- faults
+
+    def _faults(self, model: BenchModel, links: Sequence[Link]) -> tuple[FaultEntry, ...]:
         """Let each fault say where it goes, by its receiving end."""
-        ends = model.links[0].ends if model.links else _ends(model)
-        faults = [self._with_direction(number, fault, ends) for number, fault in enumerate(model.faults)]
-        return msgspec.structs.replace(model, faults=tuple(faults))
+        boards = any(entry.board is not UNSET for entry in model.targets.values())
+        if model.faults and boards:
+            message = "faults on the lines of emulated boards are not available in this version of hilbench"
+            raise self._strict.error(message, ("faults", 0))
+        ends = links[0].ends if links else _ends(model, {})
+        return tuple(self._with_direction(number, fault, ends) for number, fault in enumerate(model.faults))
 
-    def _with_direction(self, number: int, fault: FaultEntry, ends: tuple[str, ...]) -> FaultEntry:
+    def _with_direction(self, number: int, fault: FaultEntry, ends: Sequence[str]) -> FaultEntry:
         if fault.link > 0:
             message = f"there is no link {fault.link}: this bench has one line, link 0"
             raise self._strict.error(message, ("faults", number, "link"))
@@ -262,31 +286,16 @@ class _Reader:
             towards = ends[0] if fault.from_ == ends[1] else ends[1]
         return msgspec.structs.replace(fault, towards=towards, from_=UNSET)
 
-    def _with_scene(self, model: BenchModel) -> BenchModel:
-        place = self._place(("world", "scene"))
-        scene = resolve_scene(model.world.scene, self._path.parent, place)
-        return msgspec.structs.replace(model, world=msgspec.structs.replace(model.world, scene=scene))
+
+def _ends(model: BenchModel, boards: dict[str, EmulatedBoard]) -> tuple[str, ...]:
+    """Return every end a link can have: the checker's, the host port of each model, the USARTs of each board."""
+    hosts = [f"{name}.host" for name, entry in model.targets.items() if entry.board is UNSET]
+    usarts = [f"{name}.{usart.lower()}" for name, entry in boards.items() for usart in entry.board.variant.usarts]
+    return (CHECKER_END, *hosts, *usarts)
 
 
-def _ends(model: BenchModel) -> tuple[str, ...]:
-    """Return every end a link can have: the checker's, and the host port of each target."""
-    return (CHECKER_END, *(f"{name}.host" for name in model.targets))
-
-
-def _syntax_error(path: Path, message: str) -> UsageError:
-    place = re.search(r" \(at line (\d+), column \d+\)$", message)
-    if place is None:
-        return UsageError(f"is not TOML: {message}", where=str(path))
-    return UsageError(f"is not TOML: {message[: place.start()]}", where=f"{path}:{place[1]}")
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise UsageError(f"is not UTF-8 text: {error.reason} at byte {error.start}", where=str(path)) from None
-    except FileNotFoundError:
-        hint = did_you_mean(path.stem, built_in_benches(), "built-in benches")
-        raise UsageError("no such bench file", where=str(path), hint=hint) from None
-    except OSError as error:
-        raise UsageError(f"cannot be read: {error.strerror}", where=str(path)) from None
+def _net(group: Iterable[PinEnd | str]) -> Net:
+    return Net(
+        pins=tuple(end for end in group if isinstance(end, PinEnd)),
+        supplies=frozenset(end for end in group if isinstance(end, str)),
+    )

@@ -136,9 +136,9 @@ def sonar_poses(subclass: str) -> list[tuple[float, float, float]]:
 
 def plan_of(bench_file: BenchFile) -> PioneerPlan:
     """Return the plan for the one robot of a bench file."""
-    (target,) = bench_file.targets.values()
-    settings = target.settings
-    if bench_file.links:
-        settings = replace(settings, host_baud=bench_file.links[0].baud)
+    settings = bench_file.robot().settings
+    for link in bench_file.links:
+        if any(end.endswith(".host") for end in link.ends):
+            settings = replace(settings, host_baud=link.baud)
     world = bench_file.world
     return PioneerPlan(scene=world.scene, physics=world.physics, step_hz=world.step_hz, settings=settings)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 import msgspec
@@ -39,12 +39,10 @@ class Strict:
 
     Args:
         locate: turns a path into a place for people, such as ``bench.toml:7``.
-        later: keys that hold what this version cannot do, with ``*`` for any name, and what they are for.
     """
 
-    def __init__(self, locate: Locate, later: Mapping[tuple[str, ...], str]) -> None:
+    def __init__(self, locate: Locate) -> None:
         self._locate = locate
-        self._later = later
 
     def convert(self, data: Any, model: type[ModelT]) -> ModelT:
         """Return the model that the data describe.
@@ -90,12 +88,8 @@ class Strict:
                 self._refuse_unknown_keys(value, fields[key], (*path, key))
 
     def _unknown(self, key: str, known: Iterable[str], path: Path) -> UsageError:
-        where = (*path, key)
-        for pattern, feature in self._later.items():
-            if _matches(where, pattern):
-                return self.error(f"'{key}': {feature} not available in this version of hilbench", where)
         table = f" in [{_dotted(path)}]" if path else ""
-        return self.error(f"unknown key '{key}'{table}", where, did_you_mean(key, known, "known keys"))
+        return self.error(f"unknown key '{key}'{table}", (*path, key), did_you_mean(key, known, "known keys"))
 
     def _explained(self, message: str, data: Any, kind: inspect.Type, prefix: Path, path: Path) -> UsageError:
         value, field = _follow(data, kind, path)
@@ -155,7 +149,3 @@ def _dotted(path: Path) -> str:
     for step in path:
         text += f"[{step}]" if isinstance(step, int) else f".{step}"
     return text.removeprefix(".")
-
-
-def _matches(path: Path, pattern: tuple[str, ...]) -> bool:
-    return len(path) == len(pattern) and all(part in {"*", step} for step, part in zip(path, pattern, strict=True))

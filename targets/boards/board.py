@@ -71,7 +71,8 @@ class Board:
         lse_hz: rate of the crystal at OSC32_IN; left out where there is none.
         straps: the boot pins as the board is delivered.
         leds: the lights.
-        pulls: port pins with a resistor to a supply, ``up`` or ``down``.
+        pull_ups: port pins with a resistor to 3.3 V.
+        pull_downs: port pins with a resistor to ground.
         pins: port pin by the name that is printed on the board.
         connectors: headers and plugs.
 
@@ -86,7 +87,8 @@ class Board:
     lse_hz: int | None = None
     straps: Straps = Straps()
     leds: tuple[Led, ...] = ()
-    pulls: dict[str, Literal["up", "down"]] = field(default_factory=dict)
+    pull_ups: tuple[str, ...] = ()
+    pull_downs: tuple[str, ...] = ()
     pins: dict[str, str] = field(default_factory=dict)
     connectors: tuple[Connector, ...] = ()
 
@@ -96,7 +98,8 @@ class Board:
         if self.lse_hz is not None and not 0 < self.lse_hz <= _FASTEST_LSE_HZ:
             raise ValueError(f"lse_hz must be between 1 and {_FASTEST_LSE_HZ}, not {self.lse_hz}")
         self._check_pins("leds", (led.pin for led in self.leds))
-        self._check_pins("pulls", self.pulls)
+        self._check_pins("pull_ups", self.pull_ups)
+        self._check_pins("pull_downs", self.pull_downs)
         self._check_pins("pins", self.pins.values())
         self._check_usarts()
 
@@ -119,10 +122,10 @@ class Board:
             BoardError: a key that does not belong, one that is missing, or a value that makes no board.
         """
         try:
-            parts: dict[str, Any] = dict(data)
+            parts: dict[str, Any] = _with_tuples(data)
             parts["straps"] = Straps(**parts.get("straps", {}))
             parts["leds"] = tuple(Led(**led) for led in parts.get("leds", ()))
-            parts["connectors"] = tuple(_connector(connector) for connector in parts.get("connectors", ()))
+            parts["connectors"] = tuple(Connector(**_with_tuples(item)) for item in parts.get("connectors", ()))
             if parts["chip"] not in VARIANTS:
                 raise BoardError(f"no chip '{parts['chip']}'", hint=f"chips: {', '.join(VARIANTS)}")
             return cls(**parts)
@@ -144,7 +147,7 @@ class Board:
 
     def pulled(self, straps: Straps | None = None) -> dict[str, bool]:
         """Return the level to which resistors on the board pull each port pin that has one; BOOT1 is one of them."""
-        levels = {pin: direction == "up" for pin, direction in self.pulls.items()}
+        levels = dict.fromkeys(self.pull_downs, False) | dict.fromkeys(self.pull_ups, True)
         return {BOOT1_PIN: bool((straps or self.straps).boot1), **levels}
 
     def port_pin(self, name: str) -> str | None:
@@ -154,6 +157,5 @@ class Board:
         return name if name in self.variant.pins else None
 
 
-def _connector(data: Mapping[str, Any]) -> Connector:
-    lists: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in data.items()}
-    return Connector(**lists)
+def _with_tuples(data: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in data.items()}

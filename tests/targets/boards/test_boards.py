@@ -57,7 +57,7 @@ def test_a_board_may_have_no_crystal():
         ({"lse_hz": 0}, "lse_hz must be between"),
         ({"leds": [{"name": "L", "pin": "PE1"}]}, "leds names 'PE1', which the STM32F103C8 does not have"),
         ({"pins": {"D7": "PD7"}}, "pins names 'PD7'"),
-        ({"pulls": {"PX": "up"}}, "pulls names 'PX'"),
+        ({"pull_ups": ["PX"]}, "pull_ups names 'PX'"),
         ({"connectors": [{"name": "c", "pins": [], "usarts": ["USART4"]}]}, "connectors names 'USART4'"),
         ({"crystal": 8}, "unexpected keyword argument 'crystal'"),
     ],

@@ -1,0 +1,128 @@
+"""A bench file that was read and understood: plain values, every name resolved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from hilbench.bench_model import TargetEntry, World
+from hilbench.errors import UsageError
+from hilbench.fault_entries import FaultEntry
+from targets.boards import Board, Straps
+
+CHECKER_END = "peer"
+LOCKSTEP_NS = 20_000
+
+Supply = Literal["3v3", "gnd"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Link:
+    """A serial line.
+
+    Attributes:
+        ends: ``peer``, ``NAME.host`` of a model, ``NAME.usart1`` of a board.
+        baud: bit/s of the end that is no emulated USART; 0 to follow the USART.
+    """
+
+    ends: tuple[str, str]
+    baud: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PinEnd:
+    """A pin of a board: the board's name in the bench, and the port pin."""
+
+    board: str
+    pin: str
+
+    def __str__(self) -> str:
+        return f"{self.board}.{self.pin}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Net:
+    """Pins that wires join.
+
+    Attributes:
+        pins: of boards, two or more unless a supply is on the net.
+        supplies: ``3v3``, ``gnd``, or neither.
+    """
+
+    pins: tuple[PinEnd, ...]
+    supplies: frozenset[str] = frozenset()
+
+    def __str__(self) -> str:
+        return "--".join([*sorted(self.supplies), *map(str, self.pins)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EmulatedBoard:
+    """A board that runs firmware.
+
+    Attributes:
+        board: what is soldered around the chip.
+        board_name: what was asked for: a built-in name, or a file.
+        firmware: the image.
+        timing: ``flat`` or ``table``.
+        skip_idle: whether waiting loops are skipped.
+        straps: the boot jumpers.
+        where: who asked for it, for messages: file and line, or the words of a command line.
+    """
+
+    board: Board
+    board_name: str
+    firmware: Path
+    timing: Literal["flat", "table"] = "flat"
+    skip_idle: bool = True
+    straps: Straps = field(default_factory=Straps)
+    where: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BenchFile:
+    """A bench file that was read and understood.
+
+    Attributes:
+        name: of a built-in bench, or the file's name.
+        path: where it was read; None for a bench that stands in no file.
+        digest: SHA-256 of the file, in hex; empty for a bench that stands in no file.
+        world: where the robot stands.
+        targets: the models that answer, by name.
+        boards: the boards that run firmware, by name.
+        links: the serial lines.
+        nets: the pins that wires join.
+        lockstep_ns: how far one of several boards may be ahead of the others.
+        faults: what goes wrong on the lines; each says which way (``towards``), but for those of both ways.
+    """
+
+    name: str
+    path: Path | None
+    digest: str
+    world: World = field(default_factory=World)
+    targets: Mapping[str, TargetEntry] = field(default_factory=dict)
+    boards: Mapping[str, EmulatedBoard] = field(default_factory=dict)
+    links: tuple[Link, ...] = ()
+    nets: tuple[Net, ...] = ()
+    lockstep_ns: int = LOCKSTEP_NS
+    faults: tuple[FaultEntry, ...] = ()
+
+    def header(self, seed: int) -> dict[str, object]:
+        """Return what a journal says of the bench in its first line; `seed` is that of the run."""
+        faults = [fault.describe() for fault in self.faults]
+        about: dict[str, object] = {"seed": seed, "bench": self.name, "bench_sha256": self.digest, "faults": faults}
+        if self.boards:
+            about["timing"] = {name: emulated.timing for name, emulated in self.boards.items()}
+        return about
+
+    def robot(self) -> TargetEntry:
+        """Return the one model of the bench.
+
+        Raises:
+            UsageError: there is none.
+        """
+        for target in self.targets.values():
+            return target
+        raise UsageError("names no robot: its targets are emulated boards", where=str(self.path or self.name))

@@ -1,0 +1,109 @@
+"""What stands in a bench file, as it is written; `hilbench.config` reads it and finds out what it means."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import UNSET, UnsetType
+
+from hilbench.fault_entries import FaultEntry
+from targets.robots.pioneer import RobotSettings
+
+
+class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Where the robot stands.
+
+    Attributes:
+        scene: name of a built-in scene, or the path of a scene file, seen from the bench file.
+        vehicle: the body in it.
+        physics: ``bullet``, or ``plane`` for an endless floor without rays and contacts.
+        step_hz: physics steps per second.
+    """
+
+    scene: str = "empty"
+    vehicle: Literal["pioneer-2dx"] = "pioneer-2dx"
+    physics: Literal["bullet", "plane"] = "bullet"
+    step_hz: Annotated[int, msgspec.Meta(ge=50, le=10_000)] = 240
+
+
+class StrapsEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Boot jumpers that are set otherwise than the board is delivered.
+
+    Attributes:
+        boot0: 0 boots from main flash; 1 from system memory or SRAM, by boot1.
+        boot1: with boot0 at 1, 0 is system memory and 1 is SRAM.
+    """
+
+    boot0: Literal[0, 1] | UnsetType = UNSET
+    boot1: Literal[0, 1] | UnsetType = UNSET
+
+
+class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What answers at the far end of a link: a behavioural model, or an emulated board that runs firmware.
+
+    Attributes:
+        model: the behavioural model of it.
+        settings: what differs from a standard model, by the names of `targets.robots.pioneer.RobotSettings`.
+        board: the emulated board: ``bluepill``, or the path of a board file, seen from the bench file.
+        firmware: the image that would be flashed (ELF, Intel HEX or raw binary), seen from the bench file.
+        timing: how many cycles instructions take: ``flat`` (one mean figure and the flash's wait states), or
+            ``table`` (by instruction; exacter and slower).
+        skip_idle: whether waiting loops are skipped; what the firmware does is the same.
+        straps: boot jumpers that are set otherwise than the board is delivered.
+    """
+
+    model: Literal["pioneer-2dx"] | UnsetType = UNSET
+    settings: RobotSettings = RobotSettings()
+    board: str | UnsetType = UNSET
+    firmware: str | UnsetType = UNSET
+    timing: Literal["flat", "table"] = "flat"
+    skip_idle: bool = True
+    straps: StrapsEntry = StrapsEntry()
+
+
+class LinkEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A serial line between two ends.
+
+    Attributes:
+        ends: ``peer``, where the checker or a served client sits; ``NAME.host`` of a model; ``NAME.usart1`` of a board.
+        baud: speed in bit/s of the end that is no emulated USART, which has its own; 9600 for a model, and that of
+            the USART for ``peer``, if it is left out.
+    """
+
+    ends: tuple[str, str]
+    baud: Annotated[int, msgspec.Meta(ge=300, le=4_500_000)] | UnsetType = UNSET
+
+
+class WireEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A piece of wire.
+
+    Attributes:
+        ends: what it joins: ``NAME.PIN`` of a board, by the name of the port pin (``PA0``) or the one printed on the
+            board (``A0``); ``3v3`` and ``gnd``.
+    """
+
+    ends: Annotated[tuple[str, ...], msgspec.Meta(min_length=2)]
+
+
+class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A bench file as it is written.
+
+    Attributes:
+        version: version of this format.
+        targets: what answers at the far end, by names of your choosing.
+        world: where a model stands.
+        links: the serial lines.
+        wires: what joins pins of boards.
+        faults: what goes wrong on the links.
+        lockstep_us: how far one of several boards may be ahead of the others, in microseconds: what one tells another
+            is that much late at most.
+    """
+
+    version: Literal[1]
+    targets: dict[str, TargetEntry]
+    world: World = World()
+    links: tuple[LinkEntry, ...] = ()
+    wires: tuple[WireEntry, ...] = ()
+    faults: tuple[FaultEntry, ...] = ()
+    lockstep_us: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 20
