@@ -1,0 +1,492 @@
+"""The pins of a chip: what the chip drives, what the outside drives, the level that results, and its edges.
+
+A pin has at most one strong driver in the chip (a push-pull output, or an open-drain output that is low), perhaps a
+pull resistor in the chip, and any number of sources outside: whoever calls `Pin.drive`, and the other pins of its nets.
+
+How the level comes about, in this order:
+
+* Strong sources (below 1 kOhm) decide. Two that contradict each other are noted as contention; the pin then reads low
+  (choice: the N-channel transistor is usually the stronger one).
+* Otherwise the resistors form a divider, and the Schmitt trigger of the input decides (DS5319 section 5.3.14): below
+  VIL low, above VIH high, in between the level stays as it was (low if there was none).
+* Otherwise the pin floats: its level is None, and it reads as low (choice: repeatable, where silicon is not).
+
+A peripheral that makes many edges by itself need not tell of each while nobody looks, see
+`targets.mcu.services.OutputSignal`. Whoever reads a level or takes a record here gets it up to the present cycle.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from targets.mcu.errors import BoardError
+from targets.mcu.fidelity import Notes
+from targets.mcu.services import Watch
+from targets.mcu.timebase import Timebase
+
+if TYPE_CHECKING:
+    from targets.mcu.nets import Net
+    from targets.mcu.signals import PinInput, PinOutput
+
+__all__ = ["Bank", "Edge", "PadMode", "Pin", "Pins", "Source"]
+
+PULL_OHMS = 40_000.0
+"""Pull-up and pull-down in the chip: 30 to 50 kOhm, typically 40 (DS5319 section 5.3.14)."""
+DRIVER_OHMS = 50.0
+"""A push-pull output: VOL is at most 0.4 V at 8 mA (DS5319 section 5.3.14). It counts only against other sources."""
+STRONG_BELOW_OHMS = 1_000.0
+"""A source below this is a driver and not a pull (choice)."""
+
+
+class PadMode(enum.Enum):
+    """What the port has configured the pad as."""
+
+    ANALOG = "analog"
+    INPUT = "input"
+    PUSH_PULL = "push-pull output"
+    OPEN_DRAIN = "open-drain output"
+    AF_PUSH_PULL = "push-pull alternate function"
+    AF_OPEN_DRAIN = "open-drain alternate function"
+
+
+_ALTERNATE = (PadMode.AF_PUSH_PULL, PadMode.AF_OPEN_DRAIN)
+
+
+class Source(NamedTuple):
+    """A voltage behind a resistance."""
+
+    volts: float
+    ohms: float
+
+
+class Edge(NamedTuple):
+    """A change of level, with the HCLK cycle and the bench time of it; None is a pin that floats."""
+
+    cycle: int
+    ns: int
+    level: bool | None
+
+
+@dataclass(slots=True)
+class Bank:
+    """What a port reads of its pins, kept up to date by them.
+
+    Attributes:
+        word: input levels, one bit for each pin.
+        lazy: pins whose level must be asked for before `word` is right.
+    """
+
+    word: int = 0
+    lazy: tuple[Pin, ...] = ()
+
+    def read(self) -> int:
+        """Return the word, up to the present cycle."""
+        for pin in self.lazy:
+            pin.refresh()
+        return self.word
+
+
+class Pin:
+    """One pin; it comes from `Pins`.
+
+    Attributes:
+        name: such as ``PA0``.
+        bonded: False if the package has no such pin: the pad is there, but nothing outside can reach it.
+        recording: True while edges are kept; see `record`.
+        nets: the wires that end here.
+        outputs: signals that the pad carries while it is in an alternate function; the first that drives wins.
+        inputs: signals that listen to the pad.
+        bank: the word in which the port reads the pin, and
+        mask: its bit in there.
+    """
+
+    __slots__ = (
+        "_claim",
+        "_digital",
+        "_edges",
+        "_latch",
+        "_level",
+        "_listeners",
+        "_mode",
+        "_outside",
+        "_pins",
+        "_pull",
+        "_reads_high",
+        "_sent",
+        "_sources",
+        "_strong",
+        "bank",
+        "bonded",
+        "inputs",
+        "mask",
+        "name",
+        "nets",
+        "outputs",
+        "recording",
+    )
+
+    def __init__(self, name: str, pins: Pins, *, bonded: bool) -> None:
+        self.name = name
+        self.bonded = bonded
+        self.recording = False
+        self.nets: tuple[Net, ...] = ()
+        self.outputs: tuple[PinOutput, ...] = ()
+        self.inputs: tuple[PinInput, ...] = ()
+        self.bank = Bank()
+        self.mask = 1
+        self._pins = pins
+        self._mode = PadMode.INPUT
+        self._digital = True
+        self._latch = False
+        self._pull: bool | None = None
+        self._claim: _Claim | None = None
+        self._strong: bool | None = None
+        self._sources: dict[Hashable, Source] = {}
+        self._outside: Source | None = None
+        self._sent: Source | None = None
+        self._level: bool | None = None
+        self._reads_high = False
+        self._edges: list[Edge] = []
+        self._listeners: list[Callable[[int, int, bool | None], None]] = []
+
+    # --- for the outside
+
+    @property
+    def level(self) -> bool | None:
+        """The present level; None if the pin floats."""
+        self.refresh()
+        return self._level
+
+    @property
+    def volts(self) -> float | None:
+        """The present voltage; None if the pin floats."""
+        self.refresh()
+        return self._divided()
+
+    def drive(self, level: bool | None, *, ohms: float = DRIVER_OHMS) -> None:
+        """Drive the pin from outside, or release it (None).
+
+        Args:
+            level: what to drive.
+            ohms: resistance of the source; 1 kOhm and more is a pull.
+
+        Raises:
+            BoardError: the package has no such pin.
+        """
+        self._drive_outside(None if level is None else Source(self._pins.vdd_volts if level else 0.0, ohms))
+
+    def drive_volts(self, volts: float | None, *, ohms: float = DRIVER_OHMS) -> None:
+        """Drive the pin from outside with a voltage, or release it (None); see `drive`."""
+        self._drive_outside(None if volts is None else Source(volts, ohms))
+
+    def record(self, on: bool = True) -> None:
+        """Begin or end to keep the edges of the pin. Until they are taken they cost memory."""
+        self.refresh()
+        self.recording = on
+        self.update_watch()
+
+    @property
+    def edges(self) -> list[Edge]:
+        """The edges recorded since they were last taken."""
+        self.refresh()
+        return self._edges
+
+    def take_edges(self) -> list[Edge]:
+        """Return the edges recorded since they were last taken, and forget them."""
+        self.refresh()
+        taken, self._edges = self._edges, []
+        return taken
+
+    def on_edge(self, callback: Callable[[int, int, bool | None], None]) -> None:
+        """Have `callback(cycle, ns, level)` called at every edge from now on, while the chip stands at its cycle."""
+        self.refresh()
+        self._listeners.append(callback)
+        self.update_watch()
+
+    def off_edge(self, callback: Callable[[int, int, bool | None], None]) -> None:
+        """Undo `on_edge`."""
+        self._listeners.remove(callback)
+        self.update_watch()
+
+    # --- for the port and the signals
+
+    @property
+    def alternate(self) -> bool:
+        """True if the pad is configured to carry its alternate-function output."""
+        return self._claim is None and self._mode in _ALTERNATE
+
+    @property
+    def claimed_by(self) -> str | None:
+        """Who has taken the pad from the port, or None."""
+        return self._claim.owner if self._claim else None
+
+    @property
+    def reads_high(self) -> bool:
+        """What a digital input in the chip sees."""
+        self.refresh()
+        return self._reads_high
+
+    def configure(self, mode: PadMode, *, latch: bool, pull: bool | None) -> None:
+        """Set the mode of the pad, the output latch and, for an input, the pull resistor (True is up)."""
+        self.refresh()
+        self._mode, self._latch, self._pull = mode, latch, pull
+        self._reconfigured()
+
+    def set_latch(self, level: bool) -> None:
+        """Set the output latch."""
+        self._latch = level
+        self.update()
+
+    def claim(self, owner: str, *, pull: bool | None = None, analog: bool = False) -> None:
+        """Take the pad from its port: the debug port or an oscillator has it, until `unclaim`."""
+        self.refresh()
+        self._claim = _Claim(owner, pull, analog)
+        self._reconfigured()
+
+    def unclaim(self) -> None:
+        """Give the pad back to its port."""
+        if self._claim is not None:
+            self._claim = None
+            self._reconfigured()
+
+    def refresh(self) -> None:
+        """Bring level and record up to the present cycle, if a peripheral has not told of each edge."""
+        if self.outputs and self.alternate:
+            for output in self.outputs:
+                if output.refresh is not None:
+                    output.refresh()
+
+    def attach(self, outputs: Iterable[PinOutput], inputs: Iterable[PinInput]) -> None:
+        """Set which signals the pad carries and who listens to it."""
+        self.refresh()
+        self.outputs, self.inputs = tuple(outputs), tuple(inputs)
+        self._reconfigured()
+
+    def set_source(self, key: Hashable, source: Source | None) -> None:
+        """Put a source outside in place of what `key` had there, or take it away (None)."""
+        self.refresh()
+        if source is None:
+            self._sources.pop(key, None)
+        else:
+            self._sources[key] = source
+        self.update()
+
+    @property
+    def chip(self) -> Pins:
+        """The pins of the chip that this one belongs to."""
+        return self._pins
+
+    def now_ns(self) -> int:
+        """Return the present bench time of the chip."""
+        return self._pins.time.ns(self._pins.time.now)
+
+    def deliver(self, ns: int, action: Callable[[], None]) -> None:
+        """Have `action` happen when the chip has reached `ns`."""
+        self._pins.deliver(ns, action)
+
+    def join(self, net: Net) -> None:
+        """Become an end of `net`; it is told of what this pin contributes from now on."""
+        self.nets = (*self.nets, net)
+        self.update_watch()
+
+    def contributions(self) -> tuple[Source | None, Source | None]:
+        """Return what this pin puts on its nets: of the chip, and of whoever drives it."""
+        self.refresh()
+        return self._source_of_chip(), self._outside
+
+    def watch(self) -> Watch:
+        """Say who looks at the pin."""
+        if self._listeners or self.nets:
+            return Watch.LIVE
+        for signal in self.inputs:
+            if signal.on_change is not None:
+                return Watch.LIVE
+        return Watch.RECORD if self.recording else Watch.NOBODY
+
+    def update_watch(self) -> None:
+        """Tell the signals that are carried who looks at them now."""
+        for output in self.outputs:
+            output.update_watch()
+        lazy = any(output.refresh is not None and output.watch() is not Watch.LIVE for output in self.outputs)
+        others = tuple(pin for pin in self.bank.lazy if pin is not self)
+        self.bank.lazy = (*others, self) if lazy and self.alternate else others
+
+    def update(self, cycle: int | None = None) -> None:
+        """Work out the level after something has changed, at present or (unwatched) at an earlier `cycle`."""
+        self._strong = self._driven_by_chip()
+        if self.nets:
+            self._tell_nets()
+        level = self._resolved()
+        if level is not self._level:
+            self._level = level
+            if self.recording or self._listeners:
+                self._tell_edge(self._pins.time.now if cycle is None else cycle, level)
+        if (self._level is True and self._digital) is not self._reads_high:
+            self._input_changed()
+
+    # --- inside
+
+    def _drive_outside(self, source: Source | None) -> None:
+        if not self.bonded:
+            raise BoardError(f"{self.name} is not bonded in this package", hint="use a pin that the package has")
+        self._outside = source
+        self.set_source("outside", source)
+        for net in self.nets:
+            net.spread(self, "outside", source)
+
+    def _reconfigured(self) -> None:
+        self._digital = not self._claim.analog if self._claim else self._mode is not PadMode.ANALOG
+        self.refresh()
+        self.update_watch()
+        self.update()
+
+    def _driven_by_chip(self) -> bool | None:
+        mode = self._mode
+        if self._claim is not None:
+            return None
+        if mode is PadMode.PUSH_PULL:
+            return self._latch
+        if mode is PadMode.OPEN_DRAIN:
+            return None if self._latch else False
+        if mode is PadMode.AF_PUSH_PULL:
+            return self._driven_by_signals()
+        if mode is PadMode.AF_OPEN_DRAIN:
+            return False if self._driven_by_signals() is False else None
+        return None
+
+    def _driven_by_signals(self) -> bool | None:
+        found: bool | None = None
+        for output in self.outputs:
+            level = output.level
+            if level is None:
+                continue
+            if found is None:
+                found = level
+            elif level is not found:
+                names = ", ".join(signal.name for signal in self.outputs if signal.level is not None)
+                self._pins.notes.add("misuse", self.name, f"driven by several peripherals at once ({names})")
+        return found
+
+    def _pull_of_chip(self) -> bool | None:
+        if self._claim is not None:
+            return self._claim.pull
+        return self._pull if self._mode is PadMode.INPUT else None
+
+    def _source_of_chip(self) -> Source | None:
+        level, ohms = self._strong, DRIVER_OHMS
+        if level is None:
+            level, ohms = self._pull_of_chip(), PULL_OHMS
+        return None if level is None else Source(self._pins.vdd_volts if level else 0.0, ohms)
+
+    def _resolved(self) -> bool | None:
+        if not self._sources:
+            return self._pull_of_chip() if self._strong is None else self._strong
+        strong = {self._level_of(source.volts) for source in self._sources.values() if source.ohms < STRONG_BELOW_OHMS}
+        if self._strong is not None:
+            strong.add(self._strong)
+        if len(strong) > 1:
+            self._pins.notes.add("misuse", self.name, "driven high and low at the same time: it reads low")
+            return False
+        if strong:
+            return strong.pop()
+        volts = self._divided()
+        return None if volts is None else self._level_of(volts)
+
+    def _divided(self) -> float | None:
+        sources = list(self._sources.values())
+        chip = self._source_of_chip()
+        if chip is not None:
+            sources.append(chip)
+        if not sources:
+            return None
+        return sum(source.volts / source.ohms for source in sources) / sum(1 / source.ohms for source in sources)
+
+    def _level_of(self, volts: float) -> bool:
+        if volts >= self._pins.vih_volts:
+            return True
+        if volts <= self._pins.vil_volts:
+            return False
+        return self._level is True
+
+    def _tell_nets(self) -> None:
+        source = self._source_of_chip()
+        if source != self._sent:
+            self._sent = source
+            for net in self.nets:
+                net.spread(self, "chip", source)
+
+    def _tell_edge(self, cycle: int, level: bool | None) -> None:
+        ns = self._pins.time.ns(cycle)
+        if self.recording:
+            self._edges.append(Edge(cycle, ns, level))
+        for callback in tuple(self._listeners):
+            callback(cycle, ns, level)
+
+    def _input_changed(self) -> None:
+        high = self._reads_high = not self._reads_high
+        self.bank.word ^= self.mask
+        for signal in self.inputs:
+            if signal.on_change is not None:
+                signal.on_change(high)
+
+
+class _Claim(NamedTuple):
+    owner: str
+    pull: bool | None
+    analog: bool
+
+
+class Pins:
+    """All pins of a chip, by name: ``pins["PA0"]``.
+
+    Args:
+        names: the pads of the chip, in order.
+        time: the cycles of the chip.
+        notes: where contention is noted.
+        bonded: the pins that the package has; None for all.
+        vdd_volts: supply of the pads.
+
+    Attributes:
+        vil_volts: an input below this reads low, and
+        vih_volts: above this high: 0.28 (VDD - 2 V) + 0.8 V and 0.41 (VDD - 2 V) + 1.3 V (DS5319 section 5.3.14,
+            standard pins).
+        deliver: called with a bench time in ns and an action for it, when a wire brings something from another chip.
+            The machine sets it; until then such an action happens at once.
+    """
+
+    def __init__(
+        self,
+        names: Iterable[str],
+        time: Timebase,
+        notes: Notes,
+        *,
+        bonded: Iterable[str] | None = None,
+        vdd_volts: float = 3.3,
+    ) -> None:
+        self.time = time
+        self.notes = notes
+        self.vdd_volts = vdd_volts
+        self.vil_volts = 0.28 * (vdd_volts - 2.0) + 0.8
+        self.vih_volts = 0.41 * (vdd_volts - 2.0) + 1.3
+        self.deliver: Callable[[int, Callable[[], None]], None] = lambda _ns, action: action()
+        there = None if bonded is None else frozenset(bonded)
+        self._pins = {name: Pin(name, self, bonded=there is None or name in there) for name in names}
+
+    def __getitem__(self, name: str) -> Pin:
+        """Return a pin. Raises `BoardError` if the chip has none of that name."""
+        pin = self._pins.get(name)
+        if pin is None:
+            raise BoardError(f"the chip has no pin {name}", hint="pins are named like PA0 or PC13")
+        return pin
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._pins
+
+    def __iter__(self) -> Iterator[Pin]:
+        return iter(self._pins.values())
+
+    def __len__(self) -> int:
+        return len(self._pins)

@@ -1,0 +1,190 @@
+"""Signals between peripherals and pins, by name, and which pin carries which.
+
+`Signals.output` and `Signals.input` are what a chip hands out as `targets.mcu.services.Services.output` and ``input``.
+A signal that is routed to a pin goes there; an input that is not takes the output of the same name, inside the chip, as
+``TIM2_TRGO`` does; without such an output it stays low.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from targets.mcu.pins import Pin, Pins
+from targets.mcu.services import Watch
+
+__all__ = ["PinInput", "PinOutput", "Signals"]
+
+
+class PinOutput:
+    """An output signal of a peripheral; see `targets.mcu.services.OutputSignal`.
+
+    Attributes:
+        name: such as ``TIM2_CH1``.
+        level: as last set.
+        pin: the pad it is routed to.
+        peer: the input of the same name inside the chip, if one is listening there.
+    """
+
+    __slots__ = ("_watch", "level", "name", "on_watch", "peer", "pin", "refresh")
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.level: bool | None = None
+        self.pin: Pin | None = None
+        self.peer: PinInput | None = None
+        self.refresh: Callable[[], None] | None = None
+        self.on_watch: Callable[[], None] | None = None
+        self._watch = Watch.NOBODY
+
+    def set(self, level: bool | None) -> None:
+        """Drive the signal from the present cycle on; None releases it."""
+        if level is not self.level:
+            self._changed(level, None)
+
+    def set_at(self, cycle: int, level: bool | None) -> None:
+        """Drive the signal from `cycle` on, which may have passed if `watch` is not LIVE."""
+        if level is not self.level:
+            self._changed(level, cycle)
+
+    def watch(self) -> Watch:
+        """Say who looks at the signal."""
+        return self._watch
+
+    def at_pin(self) -> bool:
+        """Say whether a pin is configured to carry the signal."""
+        return self.pin is not None and self.pin.alternate
+
+    def update_watch(self) -> None:
+        """Find out anew who looks at the signal, and tell the peripheral."""
+        if self.pin is not None:
+            watch = self.pin.watch() if self.pin.alternate else Watch.NOBODY
+        else:
+            watch = Watch.LIVE if self.peer is not None and self.peer.on_change is not None else Watch.NOBODY
+        if watch is not self._watch:
+            if self.refresh is not None:
+                self.refresh()
+            self._watch = watch
+            if self.on_watch is not None:
+                self.on_watch()
+
+    def _changed(self, level: bool | None, cycle: int | None) -> None:
+        was_high = self.level is True
+        self.level = level
+        if self.pin is not None:
+            if self.pin.alternate:
+                self.pin.update(cycle)
+        elif self.peer is not None and self.peer.on_change is not None and (level is True) is not was_high:
+            self.peer.on_change(level is True)
+
+
+class PinInput:
+    """An input signal of a peripheral; see `targets.mcu.services.InputSignal`.
+
+    Attributes:
+        name: such as ``TIM2_CH1``.
+        pin: the pad it is routed to.
+        peer: the output of the same name inside the chip.
+    """
+
+    __slots__ = ("_on_change", "name", "peer", "pin")
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.pin: Pin | None = None
+        self.peer: PinOutput | None = None
+        self._on_change: Callable[[bool], None] | None = None
+
+    @property
+    def on_change(self) -> Callable[[bool], None] | None:
+        """Called with the new level, at the cycle of the change; None while nobody listens."""
+        return self._on_change
+
+    @on_change.setter
+    def on_change(self, callback: Callable[[bool], None] | None) -> None:
+        self._on_change = callback
+        if self.pin is not None:
+            self.pin.update_watch()
+        elif self.peer is not None:
+            self.peer.update_watch()
+
+    def level(self) -> bool:
+        """Return the present level; a floating or analog pin reads as low, and so does a signal of nobody."""
+        if self.pin is not None:
+            return self.pin.reads_high
+        if self.peer is not None:
+            if self.peer.refresh is not None:
+                self.peer.refresh()
+            return self.peer.level is True
+        return False
+
+
+class Signals:
+    """All signals of a chip.
+
+    Args:
+        pins: the pins they may be routed to.
+    """
+
+    def __init__(self, pins: Pins) -> None:
+        self._pins = pins
+        self._outputs: dict[str, PinOutput] = {}
+        self._inputs: dict[str, PinInput] = {}
+        self._routes: dict[str, str] = {}
+
+    def output(self, name: str) -> PinOutput:
+        """Return the output signal of that name."""
+        signal = self._outputs.get(name)
+        if signal is None:
+            signal = self._outputs[name] = PinOutput(name)
+            self._connect(name)
+        return signal
+
+    def input(self, name: str) -> PinInput:
+        """Return the input signal of that name."""
+        signal = self._inputs.get(name)
+        if signal is None:
+            signal = self._inputs[name] = PinInput(name)
+            self._connect(name)
+        return signal
+
+    def route(self, name: str, pin: str | None) -> None:
+        """Let the pad `pin` carry the signal, or none. Who listens to it is told if its level changes by that."""
+        old = self._routes.get(name)
+        if old == pin:
+            return
+        listener = self._inputs.get(name)
+        before = listener.level() if listener else False
+        if pin is None:
+            del self._routes[name]
+        else:
+            self._routes[name] = pin
+        self._connect(name)
+        if old is not None:
+            self._attach(old)
+        if listener is not None and listener.on_change is not None and listener.level() is not before:
+            listener.on_change(not before)
+
+    def route_of(self, name: str) -> str | None:
+        """Return the pin that carries the signal."""
+        return self._routes.get(name)
+
+    def _connect(self, name: str) -> None:
+        route = self._routes.get(name)
+        pin = self._pins[route] if route is not None else None
+        output, listener = self._outputs.get(name), self._inputs.get(name)
+        inside = pin is None
+        if output is not None:
+            output.pin, output.peer = pin, listener if inside else None
+        if listener is not None:
+            listener.pin, listener.peer = pin, output if inside else None
+        if route is not None:
+            self._attach(route)
+        elif output is not None:
+            output.update_watch()
+
+    def _attach(self, pin: str) -> None:
+        names = sorted(name for name, at in self._routes.items() if at == pin)
+        self._pins[pin].attach(
+            [self._outputs[name] for name in names if name in self._outputs],
+            [self._inputs[name] for name in names if name in self._inputs],
+        )
