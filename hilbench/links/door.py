@@ -3,6 +3,9 @@
 A program behind a pty or a socket writes whole chunks at once; a wire would not. So a door is two wires: what comes in
 is let through at the baud rate from the moment it was seen, and what goes out leaves at the baud rate. A client that
 leaves has hung up once its last byte is through.
+
+An emulated USART times its own frames, in the time of its chip, which runs ahead of the bench. A door that leads to one
+hands over each byte when its start bit begins, in that time, and passes on what comes out as it comes.
 """
 
 from __future__ import annotations
@@ -13,7 +16,7 @@ from functools import partial
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
 from hilbench.links.port import Line, PortBase
-from hilbench.links.uart import Transmitter
+from hilbench.links.uart import Timeline, Transmitter
 
 READ_BYTES = 4096
 # Bytes that wait for the wire: beyond them the client is not read from (it feels that as flow control) and what the
@@ -46,27 +49,42 @@ class Door(PortBase):
         scheduler: Owner of bench time, locked to the host's clock before it runs.
         name: For the journal and for messages.
         line: Baud rate of the wire, 0 for no pace.
+        chip_time: Time of the chip whose USART the door leads to; None if it leads to anything else.
     """
 
-    def __init__(self, scheduler: Scheduler, name: str, line: Line) -> None:
+    def __init__(self, scheduler: Scheduler, name: str, line: Line, chip_time: Timeline | None = None) -> None:
         super().__init__(name)
         self._scheduler = scheduler
         self._hung_up = False
         self._held: Input | None = None
-        self._incoming = Transmitter(scheduler, f"{name}.in", line, self._deliver, on_idle=self._drained)
+        self._incoming = Transmitter(
+            chip_time or scheduler,
+            f"{name}.in",
+            line,
+            self._deliver,
+            on_idle=self._drained if chip_time is None else self._drained_in_chip_time,
+            at_start=chip_time is not None,
+        )
+        self._out_has_pace = chip_time is None
         self._outgoing = Transmitter(
-            scheduler, f"{name}.out", line, self._put, group_ns=_GROUP_NS, depth=_WAITING_BYTES
+            scheduler,
+            f"{name}.out",
+            line if chip_time is None else Line(baud=0),
+            self._put,
+            group_ns=_GROUP_NS,
+            depth=_WAITING_BYTES,
         )
 
     @property
     def baud(self) -> int:
         """Bits per second of the wire, 0 for no pace."""
-        return self._outgoing.baud
+        return self._incoming.baud
 
     @baud.setter
     def baud(self, baud: int) -> None:
-        self._outgoing.baud = baud
         self._incoming.baud = baud
+        if self._out_has_pace:
+            self._outgoing.baud = baud
 
     def write(self, data: bytes) -> None:
         """Hand bytes to the wire. What finds nobody, or a client that does not read, is lost and counted."""
@@ -145,6 +163,15 @@ class Door(PortBase):
         self._read_on()
         if self._hung_up:
             self._hang_up()
+
+    def _drained_in_chip_time(self, at_ns: int) -> None:
+        """Learn from a chip that is ahead of the bench that the last byte is through."""
+        when_ns = max(at_ns, self._scheduler.now_ns)
+        self._scheduler.at(when_ns, partial(self._drained_at_last, when_ns), order=EventClass.INPUT, source=self.name)
+
+    def _drained_at_last(self, at_ns: int) -> None:
+        if self._incoming.idle and not self.closed:
+            self._drained(at_ns)
 
     def _read_on(self) -> None:
         if self._held is not None:

@@ -23,7 +23,7 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.links.door import READ_BYTES, Door, Input
 from hilbench.links.inotify import OpenCloseWatch
 from hilbench.links.port import Line
-from hilbench.links.uart import resample
+from hilbench.links.uart import Timeline, resample
 
 _TERMIOS2 = struct.Struct("=IIIIB19sII")  # iflag, oflag, cflag, lflag, line, cc, ispeed, ospeed
 _TCGETS2 = 0x802C542A
@@ -48,6 +48,7 @@ class PtyDoor(Door):
         line: Baud rate of the line, and of the slave before a client sets it; 0 for no pace.
         any_baud: Understand a client whatever rate it has set.
         name: For the journal and for messages.
+        chip_time: Time of the chip whose USART the door leads to; None if it leads to anything else.
 
     Raises:
         UsageError: something else is at `path`, or its folder does not exist.
@@ -67,8 +68,9 @@ class PtyDoor(Door):
         *,
         any_baud: bool = False,
         name: str = "pty",
+        chip_time: Timeline | None = None,
     ) -> None:
-        super().__init__(scheduler, name, line or Line())
+        super().__init__(scheduler, name, line or Line(), chip_time)
         self.path = None if path is None else Path(path)
         self.any_baud = any_baud
         self.on_garbled: Callable[[int], None] = _ignore

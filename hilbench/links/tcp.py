@@ -13,6 +13,7 @@ from hilbench.clock import Scheduler
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links.door import READ_BYTES, Door, Input
 from hilbench.links.port import Line
+from hilbench.links.uart import Timeline
 
 LOCAL_HOST = "127.0.0.1"
 # What a client may leave unread, beyond what its own kernel takes in, before output is lost. The kernel would keep
@@ -45,6 +46,7 @@ class TcpDoor(Door):
         address: `[HOST:]PORT`; port 0 takes a free one.
         line: Baud rate of the wire behind the door, 0 for no pace.
         name: For the journal and for messages.
+        chip_time: Time of the chip whose USART the door leads to; None if it leads to anything else.
 
     Raises:
         UsageError: the address is not one.
@@ -55,8 +57,16 @@ class TcpDoor(Door):
         port: Where it listens.
     """
 
-    def __init__(self, scheduler: Scheduler, address: str, line: Line | None = None, *, name: str = "tcp") -> None:
-        super().__init__(scheduler, name, line or Line())
+    def __init__(
+        self,
+        scheduler: Scheduler,
+        address: str,
+        line: Line | None = None,
+        *,
+        name: str = "tcp",
+        chip_time: Timeline | None = None,
+    ) -> None:
+        super().__init__(scheduler, name, line or Line(), chip_time)
         self._listener = _listen(address)
         self.host, self.port = self._listener.getsockname()[:2]
         self._client: socket.socket | None = None

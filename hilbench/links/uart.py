@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from hilbench.clock import NS_PER_S, ClockDomain, EventClass, Scheduler
+from hilbench.clock import NS_PER_S, ClockDomain, EventClass
 from hilbench.links.port import Line
 
 _BYTES = tuple(bytes((value,)) for value in range(256))
@@ -43,6 +43,17 @@ class _Gap:
     is_break: bool
 
 
+class Timeline(Protocol):
+    """Where a transmitter's time comes from: the scheduler, or a chip that runs ahead of it."""
+
+    @property
+    def now_ns(self) -> int:
+        """The present, in ns of bench time."""
+
+    def at(self, when_ns: int, action: Callable[[], None], *, order: EventClass, source: str) -> object:
+        """Have `action` happen at `when_ns`."""
+
+
 class Transmitter:
     """Lets bytes out one behind the other, each at the instant its last stop bit ends.
 
@@ -50,7 +61,7 @@ class Transmitter:
     up. Without pace (baud 0) everything waiting goes out in the next entry.
 
     Args:
-        scheduler: Owner of bench time.
+        timeline: Whose time it keeps; usually the scheduler.
         source: Name for the scheduler's order.
         line: Baud rate and bits per byte.
         emit: Called with bytes that are out, and the bench time in ns.
@@ -60,11 +71,12 @@ class Transmitter:
         group_ns: Bytes that end within this span are let out together, when the last of them is out. For ports where
             every write costs a system call; 0 lets out every byte by itself.
         injector: Decides what becomes of each byte.
+        at_start: Let each byte out when its start bit begins, for a receiver that does the rest of the waiting.
     """
 
     def __init__(
         self,
-        scheduler: Scheduler,
+        timeline: Timeline,
         source: str,
         line: Line,
         emit: Callable[[bytes, int], None],
@@ -74,8 +86,9 @@ class Transmitter:
         depth: int | None = None,
         group_ns: int = 0,
         injector: Injector | None = None,
+        at_start: bool = False,
     ) -> None:
-        self._scheduler = scheduler
+        self._timeline = timeline
         self._source = source
         self._bits = line.bits_per_byte
         self._emit = emit
@@ -84,6 +97,7 @@ class Transmitter:
         self._depth = depth
         self._group_ns = group_ns
         self._injector = injector
+        self._at_start = at_start
         self._queue: deque[int | _Gap] = deque()
         self._shifting = 0  # items at the head of the queue that are on the line
         self._judged = 0  # items at the head of the queue whose fate is settled
@@ -159,7 +173,7 @@ class Transmitter:
             self._start_next()
 
     def _start_next(self) -> None:
-        now_ns = self._scheduler.now_ns
+        now_ns = self._timeline.now_ns
         if self._new_epoch:
             self._epoch_ns = now_ns
             self._bytes_since_epoch = 0
@@ -178,10 +192,12 @@ class Transmitter:
             if self._domain is not None:
                 end_ns = self._epoch_ns + self._domain.ns(self._bytes_since_epoch * self._bits)
         generation = self._generation
-        self._scheduler.at(end_ns, lambda: self._end(generation), order=EventClass.BYTE, source=self._source)
+        self._timeline.at(end_ns, lambda: self._end(generation), order=EventClass.BYTE, source=self._source)
+        if self._at_start and not isinstance(head, _Gap):
+            self._emit(_BYTES[head], now_ns)
 
     def _bytes_to_shift(self) -> int:
-        if self._injector is not None or (self._domain is not None and self._group == 1):
+        if self._at_start or self._injector is not None or (self._domain is not None and self._group == 1):
             return 1
         limit = len(self._queue) if self._domain is None else self._group
         count = 0
@@ -212,7 +228,7 @@ class Transmitter:
         out = [self._queue.popleft() for _ in range(self._shifting)]
         self._judged = max(0, self._judged - self._shifting)
         self._shifting = 0
-        now_ns = self._scheduler.now_ns
+        now_ns = self._timeline.now_ns
         if self._queue:
             self._start_next()
         self._let_out(out, now_ns)
@@ -222,7 +238,9 @@ class Transmitter:
     def _let_out(self, out: list[int | _Gap], now_ns: int) -> None:
         head = out[0]
         if not isinstance(head, _Gap):
-            self._emit(_BYTES[head] if len(out) == 1 else bytes(item for item in out if isinstance(item, int)), now_ns)
+            if not self._at_start:
+                one = len(out) == 1
+                self._emit(_BYTES[head] if one else bytes(item for item in out if isinstance(item, int)), now_ns)
         elif head.is_break and self._on_break is not None:
             self._on_break(now_ns)
 
