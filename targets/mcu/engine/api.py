@@ -105,8 +105,11 @@ class CpuEngine(Protocol):
     def add_cycles(self, cycles: int) -> None:
         """Let cycles pass without an instruction: exception entry, sleep, a skipped loop. Not while running."""
 
-    def set_cpi(self, numerator: int, denominator: int) -> None:
-        """Change the flat timing model's cycles per instruction, from the next instruction on."""
+    def set_wait_states(self, wait_states: int) -> None:
+        """Change the flash wait states, from the instruction in flight on."""
+
+    def skip(self, instructions: int, cycles: int) -> None:
+        """Account for instructions that are not executed because they would change nothing. Not while running."""
 
     @property
     def instructions(self) -> int:

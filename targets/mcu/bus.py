@@ -1,0 +1,184 @@
+"""The bus matrix as firmware sees it: memory, registers by kilobyte, bit-band, and what happens where nothing is.
+
+Lanes. On APB a half-word or byte is repeated over the whole word on its way to the register (RM0008 section 3.1: the
+bridge duplicates it), so a peripheral sees words only. On AHB and on the private peripheral bus the other lanes keep
+their value; registers there that must not be read on the way say how they take a part (`write_part`).
+
+Bit-band (Cortex-M3 TRM section 4.2): a word in the alias is one bit of the first megabyte of SRAM or peripherals;
+a write reads, changes and writes the word or byte behind it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol, runtime_checkable
+
+from targets.mcu.errors import BusFault
+from targets.mcu.fidelity import Notes
+from targets.mcu.registers import Peripheral
+
+__all__ = ["Bus", "TakesParts"]
+
+_WORD = 0xFFFF_FFFF
+_PAGE_BITS = 10
+_REPEAT = {1: 0x0101_0101, 2: 0x0001_0001, 4: 1}
+_MASK = {1: 0xFF, 2: 0xFFFF, 4: _WORD}
+
+SRAM_ALIAS, PERIPHERAL_ALIAS = 0x2200_0000, 0x4200_0000
+ALIAS_SIZE = 0x0200_0000
+_SRAM, _PERIPHERALS = 0x2000_0000, 0x4000_0000
+
+
+@runtime_checkable
+class TakesParts(Protocol):
+    """A peripheral that tells bytes and half-words from words, as the private peripheral bus and ITM do."""
+
+    def read_part(self, offset: int, size: int) -> int:
+        """Read 1 or 2 bytes at `offset`."""
+
+    def write_part(self, offset: int, size: int, value: int) -> None:
+        """Write 1 or 2 bytes at `offset`."""
+
+
+class Bus:
+    """Memory and peripherals by address.
+
+    Attributes:
+        on_live_read: called when a register was read whose value changes with time alone.
+        on_register_read: called with (address, value) after every register read, while set.
+        writes: how many register writes there have been.
+    """
+
+    def __init__(self, notes: Notes) -> None:
+        self._notes = notes
+        self._memory: list[tuple[int, int, bytearray, bool]] = []
+        self._pages: dict[int, Peripheral] = {}
+        self._ahb: set[str] = set()
+        self._quiet: list[tuple[int, int]] = []
+        self.on_code_store: Callable[[int, int, int], None] = lambda _address, _size, _value: None
+        self.writes = 0
+        self.reads = 0
+        self.trace: list[tuple[int, int, bool]] | None = None
+
+    # --- what there is
+
+    def add_memory(self, base: int, data: bytearray, *, writable: bool) -> None:
+        """Put memory at `base`; stores into read-only memory go to `on_code_store`."""
+        self._memory.append((base, base + len(data), data, writable))
+
+    def add(self, peripheral: Peripheral, *, ahb: bool = False) -> None:
+        """Put a peripheral at its base; `ahb`: narrow writes leave the other lanes alone."""
+        if ahb:
+            self._ahb.add(peripheral.name)
+        for page in range(peripheral.base >> _PAGE_BITS, (peripheral.base + peripheral.size - 1 >> _PAGE_BITS) + 1):
+            self._pages[page] = peripheral
+
+    def add_quiet(self, base: int, size: int) -> None:
+        """Let addresses without a peripheral read zero there, as behind a bridge, instead of faulting."""
+        self._quiet.append((base, base + size))
+
+    # --- masters other than the CPU's own loads and stores: DMA, exception stacking, bit-band
+
+    def read(self, address: int, size: int) -> int:
+        """Read 1, 2 or 4 bytes.
+
+        Raises:
+            BusFault: nothing is there.
+        """
+        for start, end, data, _ in self._memory:
+            if start <= address and address + size <= end:
+                return int.from_bytes(data[address - start : address - start + size], "little")
+        return self.read_register(address, size)
+
+    def write(self, address: int, size: int, value: int) -> None:
+        """Write 1, 2 or 4 bytes.
+
+        Raises:
+            BusFault: nothing is there.
+        """
+        for start, end, data, writable in self._memory:
+            if start <= address and address + size <= end:
+                if writable:
+                    data[address - start : address - start + size] = (value & _MASK[size]).to_bytes(size, "little")
+                else:
+                    self.on_code_store(address, size, value)
+                return
+        self.write_register(address, size, value)
+
+    # --- registers
+
+    def read_register(self, address: int, size: int) -> int:
+        """Read 1, 2 or 4 bytes of a register, with its side effects.
+
+        Raises:
+            BusFault: nothing is there.
+        """
+        peripheral = self._pages.get(address >> _PAGE_BITS)
+        self.reads += 1
+        if peripheral is None:
+            return self._read_nothing(address)
+        if not peripheral.clocked:
+            self._notes.add("clock-off", peripheral.name, "a read while its clock is off gives 0")
+            return 0
+        offset = address - peripheral.base
+        word = offset & ~3
+        if size != 4 and isinstance(peripheral, TakesParts):
+            value = peripheral.read_part(offset, size)
+        else:
+            value = peripheral.read(word) >> 8 * (offset & 3) & _MASK[size]
+        if self.trace is not None:
+            self.trace.append((address, value, peripheral.is_live(word)))
+        return value
+
+    def write_register(self, address: int, size: int, value: int) -> None:
+        """Write 1, 2 or 4 bytes of a register, with its effects.
+
+        Raises:
+            BusFault: nothing is there.
+        """
+        peripheral = self._pages.get(address >> _PAGE_BITS)
+        self.writes += 1
+        if peripheral is None:
+            self._write_nothing(address)
+            return
+        if not peripheral.clocked:
+            self._notes.add("clock-off", peripheral.name, "a write while its clock is off is lost")
+            return
+        offset = address - peripheral.base
+        if size == 4:
+            peripheral.write(offset & ~3, value & _WORD)
+        elif isinstance(peripheral, TakesParts):
+            peripheral.write_part(offset, size, value & _MASK[size])
+        elif peripheral.name in self._ahb:
+            shift = 8 * (offset & 3)
+            kept = peripheral[offset & ~3] if offset & ~3 in peripheral.registers else 0
+            peripheral.write(offset & ~3, kept & ~(_MASK[size] << shift) & _WORD | (value & _MASK[size]) << shift)
+        else:
+            peripheral.write(offset & ~3, (value & _MASK[size]) * _REPEAT[size])
+
+    def _read_nothing(self, address: int) -> int:
+        self._check_quiet(address)
+        self._notes.add("reserved", f"0x{address & ~0x3FF:08X}", "a read where there is no peripheral gives 0")
+        return 0
+
+    def _write_nothing(self, address: int) -> None:
+        self._check_quiet(address)
+        self._notes.add("reserved", f"0x{address & ~0x3FF:08X}", "a write where there is no peripheral is lost")
+
+    def _check_quiet(self, address: int) -> None:
+        if not any(start <= address < end for start, end in self._quiet):
+            raise BusFault(address)
+
+    # --- bit-band
+
+    def read_bit(self, alias: int, base: int, offset: int) -> int:
+        """Read the word at `offset` of the alias region at `alias`, which stands for bits from `base` on."""
+        del alias
+        address, bit = base + (offset >> 5 & ~3), offset >> 2 & 31
+        return self.read(address, 4) >> bit & 1
+
+    def write_bit(self, base: int, offset: int, value: int) -> None:
+        """Write bit 0 of `value` to the bit for which the word at `offset` of the alias region stands."""
+        address, bit = base + (offset >> 5 & ~3), offset >> 2 & 31
+        word = self.read(address, 4)
+        self.write(address, 4, word & ~(1 << bit) & _WORD | (value & 1) << bit)

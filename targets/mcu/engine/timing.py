@@ -1,0 +1,98 @@
+"""How many HCLK cycles instructions take: the two timing models.
+
+``flat``: every instruction takes the same rational number of cycles, which depends on the flash wait states alone.
+``table``: every instruction takes what the Cortex-M3 Technical Reference Manual (r1p1, section 18.2) says for it.
+
+Neither models the prefetch buffer, contention on the buses, or the folding of IT; both are the same on every host.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any, Protocol
+
+from targets.mcu.engine.api import Reg
+
+__all__ = ["FLAT_CPI", "FlatTiming", "Timing", "make_timing"]
+
+FLAT_CPI = (Fraction(5, 4), Fraction(11, 8), Fraction(3, 2))
+"""Cycles per instruction at 0, 1 and 2 flash wait states. A choice: compiled code for this core, run from flash, takes
+1.2 to 1.3 cycles per instruction without wait states (loads and taken branches), and the wait states cost at every
+taken branch, one instruction in eight or so, what the prefetch buffer cannot hide."""
+
+
+class Timing(Protocol):
+    """Counts the cycles of an engine's instructions."""
+
+    name: str
+
+    def attach(self, core: Any, words: ctypes.Array[ctypes.c_uint64], get: Callable[[Reg], int]) -> None:
+        """Begin to count for an engine: `words` are Unicorn's counter and limit."""
+
+    def cycle(self, retired: int) -> int:
+        """Return the cycle at which the instruction after the first `retired` begins."""
+
+    def instructions_until(self, cycle: int, retired: int) -> int:
+        """Return how many instructions after the first `retired` reach `cycle`: the bound given to the engine."""
+
+    def end_slice(self, retired: int) -> None:
+        """A slice has ended with `retired` instructions in all."""
+
+    def add(self, cycles: int) -> None:
+        """Let cycles pass without an instruction."""
+
+    def skip(self, instructions: int, cycles: int) -> None:
+        """Account for `instructions` that took `cycles` but were not executed."""
+
+    def set_wait_states(self, wait_states: int, retired: int) -> None:
+        """Change the flash wait states after the first `retired` instructions."""
+
+
+class FlatTiming:
+    """Every instruction takes the same number of cycles: `FLAT_CPI`, by flash wait states."""
+
+    name = "flat"
+
+    def __init__(self) -> None:
+        self._base = 0  # cycle at which instruction number `_from` began
+        self._from = 0
+        self._numerator, self._denominator = FLAT_CPI[0].as_integer_ratio()
+
+    def attach(self, core: Any, words: ctypes.Array[ctypes.c_uint64], get: Callable[[Reg], int]) -> None:
+        """Nothing is needed of the engine but its count."""
+
+    def cycle(self, retired: int) -> int:
+        """Return the cycle at which the instruction after the first `retired` begins."""
+        return self._base + (retired - self._from) * self._numerator // self._denominator
+
+    def instructions_until(self, cycle: int, retired: int) -> int:
+        """Return how many instructions after the first `retired` reach `cycle`."""
+        ahead = (cycle - self._base) * self._denominator
+        return -(-ahead // self._numerator) - (retired - self._from)
+
+    def end_slice(self, retired: int) -> None:
+        """Nothing is counted but instructions."""
+
+    def add(self, cycles: int) -> None:
+        """Let cycles pass without an instruction."""
+        self._base += cycles
+
+    def skip(self, instructions: int, cycles: int) -> None:
+        """Nothing to do: the cycles follow from the instructions."""
+
+    def set_wait_states(self, wait_states: int, retired: int) -> None:
+        """Change the cycles per instruction; a fraction of a cycle that was begun is lost."""
+        self._base = self.cycle(retired)
+        self._from = retired
+        self._numerator, self._denominator = FLAT_CPI[min(wait_states, len(FLAT_CPI) - 1)].as_integer_ratio()
+
+
+def make_timing(name: str) -> Timing:
+    """Return the timing model of that name: ``flat`` or ``table``.
+
+    Raises:
+        KeyError: there is no such model.
+    """
+    return {"flat": FlatTiming}[name]()

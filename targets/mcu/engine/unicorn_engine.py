@@ -1,0 +1,361 @@
+"""Executes Thumb-2 with Unicorn, used as a bare Cortex-M3 core; the reference engine.
+
+What is worked around, each pinned by a test in tests/targets/mcu/engine:
+
+- The counter of instructions is read and lowered directly (see `calibration`); `emu_stop` is never used inside a
+  register access, `emu_start(timeout=)` never at all (it can hang for ever).
+- RAM is always executable on M-profile, which makes Unicorn check every store for self-modifying code. The virtual TLB
+  lets us say which pages really hold code: those that were ever fetched from ("sticky").
+- WFE and YIELD arrive as invalid instructions, SEV not at all: its places are looked up in the image and hooked.
+- An exception return is only recognised when the core's cached flags were rebuilt, which a write to APSR does.
+- Stores into flash reach the memory although it is read-only, after a hook; they are undone and handed on.
+- A slice cannot end within an IT block: Unicorn runs to the end of it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from targets.mcu.engine.api import Access, FaultKind, Reg, Stop, StopKind
+from targets.mcu.engine.calibration import counter_words, open_unicorn
+from targets.mcu.engine.timing import Timing
+
+__all__ = ["UnicornEngine"]
+
+_WFE, _YIELD, _SEV = 0xBF20, 0xBF10, 0xBF40
+_WIDE_HINTS = {0xF3AF8002: _WFE, 0xF3AF8001: _YIELD, 0xF3AF8004: _SEV}
+_T_BIT = 1 << 24
+_EXC_RETURN = 0xFFFF_FFE0
+_PAGE_BITS = 10  # M-profile pages are 1 KB
+
+_READ_FN = ctypes.CFUNCTYPE(ctypes.c_uint64, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint, ctypes.c_void_p)
+_WRITE_FN = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint, ctypes.c_uint64, ctypes.c_void_p)
+
+FlashStore = Callable[[int, int, int], None]
+
+
+class UnicornEngine:
+    """A `CpuEngine` (see `api`) on Unicorn.
+
+    Args:
+        timing: how many cycles instructions take.
+
+    Attributes:
+        on_flash_store: called after the instruction that stored into read-only memory, with address, size in bytes and
+            value, for every part of the store in order; the memory is unchanged.
+
+    Raises:
+        EngineError: Unicorn is missing or not the one this was written for.
+    """
+
+    def __init__(self, timing: Timing) -> None:
+        import unicorn
+        from unicorn import arm_const
+        from unicorn.unicorn_py3.unicorn import uclib
+
+        self._uc = open_unicorn()
+        self._words = counter_words(self._uc)
+        self._handle = self._uc._uch  # noqa: SLF001 - the binding's own call costs as much as the C call
+        self._lib = uclib
+        self._const = unicorn
+        self._ids = _register_ids(arm_const)
+        self._word = ctypes.c_uint32()
+        self._word_ref = ctypes.byref(self._word)
+        self._timing = timing
+        self._retired = 0
+        self._running = False
+        self._trouble: BaseException | None = None
+        self._intr: int | None = None
+        self._bad_address = 0
+        self._event_sent = False
+        self._flash_stores: list[tuple[int, int, int, bytes]] = []
+        self._memory: list[tuple[int, bytearray, bool]] = []
+        self._code_pages: set[int] = set()
+        self._kept: list[object] = []  # what C holds pointers to
+        self._hint_hooks: dict[int, int] = {}
+        self.on_flash_store: FlashStore = lambda _address, _size, _value: None
+        self._hook()
+        timing.attach(self._uc, self._words, self.get)
+
+    # --- time
+
+    @property
+    def cycle(self) -> int:
+        """The present HCLK cycle; within a register access, the one at which its instruction began."""
+        if self._running:
+            return self._timing.cycle(self._retired + self._words[0] - 1)
+        return self._timing.cycle(self._retired)
+
+    @property
+    def instructions(self) -> int:
+        """Instructions retired so far; an IT block whose condition fails counts for its IT alone."""
+        return self._retired + self._words[0] - 1 if self._running else self._retired
+
+    @property
+    def timing(self) -> Timing:
+        """The timing model; for adding cycles that no instruction takes, and for changing its wait states."""
+        return self._timing
+
+    def add_cycles(self, cycles: int) -> None:
+        """Let cycles pass without an instruction."""
+        self._timing.add(cycles)
+
+    def skip(self, instructions: int, cycles: int) -> None:
+        """Account for instructions that were not executed because they change nothing."""
+        self._retired += instructions
+        self._timing.skip(instructions, cycles)
+
+    def set_wait_states(self, wait_states: int) -> None:
+        """Change the flash wait states, from the instruction in flight on."""
+        self._timing.set_wait_states(wait_states, self.instructions)
+
+    # --- registers
+
+    def get(self, register: Reg) -> int:
+        """Return a core register."""
+        self._lib.uc_reg_read(self._handle, self._ids[register], self._word_ref)
+        return self._word.value
+
+    def set(self, register: Reg, value: int) -> None:
+        """Set a core register. PC keeps the state of Thumb; writing XPSR also rebuilds the cached flags."""
+        if register is Reg.PC:
+            value |= 1
+        self._word.value = value
+        self._lib.uc_reg_write(self._handle, self._ids[register], self._word_ref)
+        if register is Reg.XPSR:
+            self._word.value = value & 0xF800_0000
+            self._lib.uc_reg_write(self._handle, self._apsr, self._word_ref)
+
+    # --- the memory map
+
+    def map_memory(self, base: int, data: bytearray, *, writable: bool) -> None:
+        """Put memory at `base`; see `CpuEngine`."""
+        window = (ctypes.c_uint8 * len(data)).from_buffer(data)
+        self._kept.append(window)
+        rights = self._const.UC_PROT_ALL if writable else self._const.UC_PROT_READ | self._const.UC_PROT_EXEC
+        self._uc.mem_map_ptr(base, len(data), rights, ctypes.addressof(window))
+        self._memory.append((base, data, writable))
+        if not writable:
+            self._hook_hints(base, data)
+
+    def map_registers(self, base: int, size: int, access: Access) -> None:
+        """Put registers at `base`; see `CpuEngine`.
+
+        An exception in an access ends the slice after the instruction and comes out of `run`.
+        """
+
+        def read(_uc: object, offset: int, length: int, _data: object) -> int:
+            try:
+                return access.read(offset, length)
+            except BaseException as trouble:  # noqa: BLE001 - ctypes would swallow it
+                return self._break_off(trouble)
+
+        def write(_uc: object, offset: int, length: int, value: int, _data: object) -> None:
+            try:
+                access.write(offset, length, value)
+            except BaseException as trouble:  # noqa: BLE001
+                self._break_off(trouble)
+
+        callbacks = _READ_FN(read), _WRITE_FN(write)
+        self._kept.extend(callbacks)
+        status = self._lib.uc_mmio_map(self._handle, base, size, callbacks[0], None, callbacks[1], None)
+        if status != self._const.UC_ERR_OK:
+            raise self._const.UcError(status)
+
+    def forget(self, base: int, size: int) -> None:
+        """Drop what was translated from `size` bytes at `base`; see `CpuEngine`."""
+        self._uc.ctl_remove_cache(base, base + size)
+        for start, data, writable in self._memory:
+            if not writable and start <= base < start + len(data):
+                self._hook_hints(base, data[base - start : base - start + size])
+
+    # --- running
+
+    def run(self, limit_cycle: int) -> Stop:
+        """Execute up to `limit_cycle`; see `CpuEngine`."""
+        while True:
+            stop = self._run_slice(limit_cycle)
+            if stop is not None:
+                return stop
+
+    def _run_slice(self, limit_cycle: int) -> Stop | None:
+        """Execute; None when an instruction that Unicorn cannot take was passed over and there is time left."""
+        budget = max(1, self._timing.instructions_until(limit_cycle, self._retired))
+        self._intr = None
+        pc = self.get(Reg.PC)
+        self._running = True
+        status = self._lib.uc_emu_start(self._handle, pc | 1, 0, 0, budget)
+        self._running = False
+        counted = self._words[0]
+        stop, retired = self._why(status, counted, counted > self._words[1])
+        self._retired += retired
+        self._timing.end_slice(self._retired)
+        if self._flash_stores:
+            self._hand_on_flash_stores()
+        if self._trouble is not None:
+            trouble, self._trouble = self._trouble, None
+            raise trouble
+        if stop is None and self._timing.cycle(self._retired) >= limit_cycle:
+            return Stop(StopKind.LIMIT)
+        return stop
+
+    def stop_by(self, limit_cycle: int) -> None:
+        """Lower the limit of the running slice; see `CpuEngine`."""
+        if not self._running:
+            return
+        words = self._words
+        limit = self._timing.instructions_until(limit_cycle, self._retired)
+        words[1] = min(words[1], max(words[0], limit))
+
+    def _why(self, status: int, counted: int, at_limit: bool) -> tuple[Stop | None, int]:
+        """Return why Unicorn came back, and how many instructions have retired."""
+        if self._intr is not None:
+            return self._why_interrupt(self._intr, counted)
+        if status == self._const.UC_ERR_OK:
+            if self._event_sent:
+                self._event_sent = False
+                return Stop(StopKind.SEV), counted - 1 if at_limit else counted
+            if at_limit:
+                return Stop(StopKind.LIMIT), counted - 1
+            return Stop(StopKind.WFI), counted
+        return self._why_error(status, counted)
+
+    def _why_interrupt(self, number: int, counted: int) -> tuple[Stop, int]:
+        pc = self.get(Reg.PC)
+        if number == 2:
+            return Stop(StopKind.SVC, self._half(pc - 2) & 0xFF), counted
+        if number == 7:
+            return Stop(StopKind.BREAKPOINT, self._half(pc) & 0xFF), counted - 1
+        if number == 8 or (number == 3 and pc >= _EXC_RETURN):
+            return Stop(StopKind.EXCEPTION_RETURN, pc | 1), counted
+        return Stop(StopKind.FAULT, fault=FaultKind.UNDEFINED, address=pc), counted - 1
+
+    def _why_error(self, status: int, counted: int) -> tuple[Stop | None, int]:
+        const, pc = self._const, self.get(Reg.PC)
+        if status == const.UC_ERR_INSN_INVALID:
+            return self._why_invalid(pc, counted)
+        if status in (const.UC_ERR_FETCH_UNMAPPED, const.UC_ERR_FETCH_PROT):
+            return Stop(StopKind.FAULT, fault=FaultKind.FETCH, address=pc), counted
+        if status in (const.UC_ERR_READ_UNMAPPED, const.UC_ERR_READ_PROT):
+            return Stop(StopKind.FAULT, fault=FaultKind.READ, address=self._bad_address), counted - 1
+        if status in (const.UC_ERR_WRITE_UNMAPPED, const.UC_ERR_WRITE_PROT):
+            return Stop(StopKind.FAULT, fault=FaultKind.WRITE, address=self._bad_address), counted - 1
+        return Stop(StopKind.FAULT, fault=FaultKind.UNDEFINED, address=pc), counted - 1
+
+    def _why_invalid(self, pc: int, counted: int) -> tuple[Stop | None, int]:
+        if not self.get(Reg.XPSR) & _T_BIT:
+            return Stop(StopKind.FAULT, fault=FaultKind.STATE, address=pc), counted
+        hint = self._hint_before(pc)
+        if hint == _WFE:
+            return Stop(StopKind.WFE), counted
+        if hint == _YIELD:
+            return None, counted
+        return Stop(StopKind.FAULT, fault=FaultKind.UNDEFINED, address=pc), counted - 1
+
+    def _hint_before(self, pc: int) -> int:
+        """Return the hint instruction that ends at `pc`, as its 16-bit form."""
+        short = self._half(pc - 2)
+        if short in (_WFE, _YIELD):
+            return short
+        return _WIDE_HINTS.get(self._half(pc - 4) << 16 | short, 0)
+
+    def _half(self, address: int) -> int:
+        for base, data, _ in self._memory:
+            if base <= address < base + len(data):
+                return int.from_bytes(data[address - base : address - base + 2], "little")
+        return 0
+
+    def _break_off(self, trouble: BaseException) -> int:
+        if self._trouble is None:
+            self._trouble = trouble
+        self._words[1] = self._words[0]
+        return 0
+
+    # --- hooks
+
+    def _hook(self) -> None:
+        const, uc = self._const, self._uc
+        from unicorn import arm_const
+
+        self._apsr = arm_const.UC_ARM_REG_APSR_NZCV
+        uc.ctl_exits_enabled(True)
+        uc.ctl_set_exits([])
+        uc.ctl_set_tlb_mode(const.UC_TLB_VIRTUAL)
+        uc.hook_add(const.UC_HOOK_TLB_FILL, self._on_tlb_fill)
+        uc.hook_add(const.UC_HOOK_INTR, self._on_intr)
+        uc.hook_add(const.UC_HOOK_INSN_INVALID, lambda _uc, _data: False)
+        uc.hook_add(const.UC_HOOK_MEM_WRITE_PROT, self._on_flash_write)
+        uc.hook_add(const.UC_HOOK_MEM_READ_UNMAPPED | const.UC_HOOK_MEM_WRITE_UNMAPPED, self._on_unmapped)
+
+    def _on_tlb_fill(self, _uc: object, address: int, access: int, result: Any, _data: object) -> bool:
+        const, page = self._const, address >> _PAGE_BITS
+        if access == const.UC_MEM_FETCH:
+            self._code_pages.add(page)
+        rights = const.UC_PROT_READ
+        # Flash is answered as writable so that the store reaches the hook for read-only memory.
+        if access == const.UC_MEM_WRITE or not self._read_only(address):
+            rights |= const.UC_PROT_WRITE
+        if page in self._code_pages:
+            rights |= const.UC_PROT_EXEC
+        result.paddr = page << _PAGE_BITS
+        result.perms = rights
+        return True
+
+    def _read_only(self, address: int) -> bool:
+        return any(base <= address < base + len(data) and not writable for base, data, writable in self._memory)
+
+    def _on_intr(self, uc: Any, number: int, _data: object) -> None:
+        self._intr = number
+        uc.emu_stop()
+
+    def _on_unmapped(self, _uc: object, _access: int, address: int, _size: int, _value: int, _data: object) -> bool:
+        self._bad_address = address
+        return False
+
+    def _on_flash_write(self, _uc: object, _access: int, address: int, size: int, value: int, _data: object) -> bool:
+        for base, data, _ in self._memory:
+            if base <= address < base + len(data):
+                before = bytes(data[address - base : address - base + size])
+                self._flash_stores.append((address, size, value & ((1 << 8 * size) - 1), before))
+        self._words[1] = self._words[0]
+        return True
+
+    def _hand_on_flash_stores(self) -> None:
+        stores, self._flash_stores = self._flash_stores, []
+        for address, size, _value, before in reversed(stores):
+            for base, data, _ in self._memory:
+                if base <= address < base + len(data):
+                    data[address - base : address - base + size] = before
+            self._uc.ctl_remove_cache(address, address + size)
+        for address, size, value, _before in stores:
+            self.on_flash_store(address, size, value)
+
+    def _hook_hints(self, base: int, data: bytes | bytearray) -> None:
+        """Have SEV noticed wherever its encoding stands; where it is data, the hook is never called."""
+        for offset in _find_hints(data):
+            address = base + offset
+            if address not in self._hint_hooks:
+                self._hint_hooks[address] = self._uc.hook_add(
+                    self._const.UC_HOOK_CODE, self._on_sev, begin=address, end=address
+                )
+
+    def _on_sev(self, _uc: object, address: int, _size: int, _data: object) -> None:
+        if self._half(address) in (_SEV, 0xF3AF):
+            self._event_sent = True
+            self._words[1] = self._words[0]
+
+
+def _find_hints(data: bytes | bytearray) -> Iterator[int]:
+    for pattern in (_SEV.to_bytes(2, "little"), b"\xaf\xf3\x04\x80"):
+        at = data.find(pattern)
+        while at >= 0:
+            if at % 2 == 0:
+                yield at
+            at = data.find(pattern, at + 1)
+
+
+def _register_ids(arm_const: Any) -> dict[Reg, int]:
+    names = {Reg.SP: "SP", Reg.LR: "LR", Reg.PC: "PC"}
+    return {reg: getattr(arm_const, f"UC_ARM_REG_{names.get(reg, reg.name)}") for reg in Reg}

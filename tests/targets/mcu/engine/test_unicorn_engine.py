@@ -1,0 +1,321 @@
+"""Every property of Unicorn that the engine relies on or works around; a change of Unicorn shows here."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+import unicorn
+from unicorn import arm_const
+
+from targets.mcu.engine import calibration
+from targets.mcu.engine.api import FaultKind, Reg, StopKind
+from targets.mcu.errors import EngineError
+
+NOP, WFI, WFE, YIELD, SEV, HANG = 0xBF00, 0xBF30, 0xBF20, 0xBF10, 0xBF40, 0xE7FE
+LDR_R0_R1, STR_R0_R1, STR_R0_R1_4, ADDS_R0, BX_R1 = 0x6808, 0x6008, 0x6048, 0x3001, 0x4708
+
+
+def test_the_pinned_unicorn_is_the_one_tried():
+    assert unicorn.uc_version()[2] == 0x0201_04FF
+    assert calibration.UNICORN_VERSION == (2, 1, 4)
+
+
+def test_another_unicorn_is_refused(monkeypatch):
+    monkeypatch.setattr(unicorn, "uc_version", lambda: (2, 1, 0x0201_05FF))
+    with pytest.raises(EngineError, match=r"2\.1\.5") as refused:
+        calibration.open_unicorn()
+    assert "2.1.4" in refused.value.hint
+
+
+def test_the_counter_is_found_by_trial():
+    core = calibration.open_unicorn()
+    core.mem_map(0x0800_0000, 0x400)
+    core.mem_write(0x0800_0000, b"\x00\xbf" * 100 + b"\xfe\xe7")
+    words = calibration.counter_words(core)
+    core.emu_start(0x0800_0001, 0, count=77)
+    assert list(words) == [78, 77]
+
+
+def test_mclass_mode_would_be_another_core():
+    core = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
+    assert core.ctl_get_cpu_model() != arm_const.UC_CPU_ARM_CORTEX_M3
+
+
+class TestCounting:
+    def test_a_slice_ends_at_its_limit_and_counts_what_retired(self, machine, at):
+        machine.load(*[ADDS_R0] * 20, HANG)
+        stop = machine.run(7)
+        assert stop.kind is StopKind.LIMIT
+        assert machine.engine.instructions == 7
+        assert machine.engine.get(Reg.R0) == 7
+        assert machine.engine.get(Reg.PC) == at.code + 14
+
+    def test_slicing_does_not_change_the_count(self, make):
+        whole, cut = make(), make()
+        code = [ADDS_R0, 0xBF08, 0x3101, NOP, 0xE7FA]  # adds; it eq; addeq r1; nop; b to the start
+        for machine in (whole, cut):
+            machine.load(*code)
+        whole.run(1000)
+        for _ in range(1000):
+            if cut.engine.instructions >= 1000:
+                break
+            cut.run(1)
+        assert cut.engine.instructions == whole.engine.instructions
+        assert cut.regs() == whole.regs()
+        assert cut.engine.cycle == whole.engine.cycle
+
+    def test_an_access_sees_the_cycle_at_which_its_instruction_began(self, machine, at):
+        machine.engine.set(Reg.R1, at.registers)
+        machine.load(NOP, NOP, LDR_R0_R1, NOP, STR_R0_R1_4, HANG)
+        machine.run(6)
+        cycle = machine.engine.timing.cycle
+        assert machine.log == [("read", 0, 4, cycle(2)), ("write", 4, 4, 0, cycle(4))]
+
+    def test_stop_by_ends_after_the_instruction_in_flight_and_does_nothing_twice(self, machine, at):
+        machine.on_access = lambda _kind, _offset: machine.engine.stop_by(0)
+        machine.engine.set(Reg.R1, at.registers)
+        machine.load(NOP, STR_R0_R1, ADDS_R0, HANG)
+        stop = machine.run(50)
+        assert stop.kind is StopKind.LIMIT
+        assert machine.engine.instructions == 2
+        assert len(machine.log) == 1
+        machine.run(2)
+        assert (len(machine.log), machine.engine.get(Reg.R0)) == (1, 1)
+
+    def test_stop_by_counts_from_the_instruction_in_flight(self, machine, at):
+        engine = machine.engine
+        machine.on_access = lambda _kind, _offset: engine.stop_by(engine.cycle + 10)
+        engine.set(Reg.R1, at.registers)
+        machine.load(STR_R0_R1, *[ADDS_R0] * 50, HANG)
+        machine.run(40)
+        assert engine.cycle == 10  # eight instructions of 5/4 cycles
+        assert engine.instructions == 8
+
+    def test_added_and_skipped_cycles(self, machine):
+        engine = machine.engine
+        machine.load(HANG)
+        machine.run(4)
+        engine.add_cycles(12)
+        assert engine.cycle == 5 + 12
+        engine.skip(8, 10)
+        assert (engine.cycle, engine.instructions) == (27, 12)
+
+    def test_wait_states_change_the_rate_from_there_on(self, machine):
+        engine = machine.engine
+        machine.load(HANG)
+        machine.run(4)
+        engine.set_wait_states(2)
+        machine.run(4)
+        assert engine.cycle == 5 + 6
+
+
+class TestItBlocks:
+    @pytest.mark.parametrize("z", [True, False])
+    @pytest.mark.parametrize("mask", [0x4, 0xC, 0x2, 0x6, 0xA, 0xE, 0x1, 0xF, 0x5])
+    def test_no_slice_ends_inside(self, make, mask, z):
+        length = 4 - (mask & -mask).bit_length() + 1
+
+        def ends(step):
+            machine = make()
+            machine.engine.set(Reg.XPSR, 1 << 24 | (z << 30))
+            machine.load(NOP, 0xBF00 | mask, *[ADDS_R0] * length, NOP, NOP, HANG)
+            seen = []
+            for _ in range(12):
+                machine.run(step)
+                assert machine.engine.get(Reg.XPSR) & 0x0600_FC00 == 0
+                seen.append((machine.engine.instructions, machine.regs()))
+            return seen
+
+        stepped = ends(1)
+        for step in range(2, 8):
+            found = [end for end in ends(step) if end[0] <= stepped[-1][0]]
+            assert found
+            assert all(end in stepped for end in found)
+
+
+class TestStops:
+    def test_svc(self, machine, at):
+        machine.load(NOP, 0xDF2A, NOP, HANG)
+        stop = machine.run()
+        assert (stop.kind, stop.value) == (StopKind.SVC, 0x2A)
+        assert (machine.engine.instructions, machine.engine.get(Reg.PC)) == (2, at.code + 4)
+
+    def test_breakpoint_stays_where_it_is(self, machine, at):
+        machine.load(NOP, 0xBEAB, NOP, HANG)
+        for _ in range(2):
+            stop = machine.run()
+            assert (stop.kind, stop.value) == (StopKind.BREAKPOINT, 0xAB)
+            assert (machine.engine.instructions, machine.engine.get(Reg.PC)) == (1, at.code + 2)
+
+    @pytest.mark.parametrize(
+        ("halves", "kind"),
+        [
+            ((WFI,), StopKind.WFI),
+            ((0xF3AF, 0x8003), StopKind.WFI),
+            ((WFE,), StopKind.WFE),
+            ((0xF3AF, 0x8002), StopKind.WFE),
+            ((SEV,), StopKind.SEV),
+            ((0xF3AF, 0x8004), StopKind.SEV),
+        ],
+    )
+    def test_hints(self, machine, at, halves, kind):
+        machine.load(NOP, *halves, ADDS_R0, HANG)
+        assert machine.run().kind is kind
+        assert machine.engine.instructions == 2
+        assert machine.engine.get(Reg.PC) == at.code + 2 + 2 * len(halves)
+        assert machine.run(1).kind is StopKind.LIMIT
+        assert machine.engine.get(Reg.R0) == 1
+
+    @pytest.mark.parametrize("halves", [(YIELD,), (0xF3AF, 0x8001)])
+    def test_yield_does_nothing(self, machine, halves):
+        machine.load(NOP, *halves, ADDS_R0, HANG)
+        assert machine.run(10).kind is StopKind.LIMIT
+        assert machine.engine.instructions == 10
+        assert machine.engine.get(Reg.R0) == 1
+
+    def test_undefined(self, machine, at):
+        machine.load(NOP, 0xDE00, NOP)
+        stop = machine.run()
+        assert (stop.kind, stop.fault) == (StopKind.FAULT, FaultKind.UNDEFINED)
+        assert (machine.engine.instructions, machine.engine.get(Reg.PC)) == (1, at.code + 2)
+
+    def test_arm_state(self, machine, at):
+        machine.engine.set(Reg.R1, at.code + 0x40)
+        machine.load(NOP, BX_R1)
+        stop = machine.run()
+        assert (stop.kind, stop.fault) == (StopKind.FAULT, FaultKind.STATE)
+        assert (machine.engine.instructions, machine.engine.get(Reg.PC)) == (2, at.code + 0x40)
+
+    @pytest.mark.parametrize(
+        ("half", "kind"), [(LDR_R0_R1, FaultKind.READ), (STR_R0_R1, FaultKind.WRITE), (BX_R1, FaultKind.FETCH)]
+    )
+    def test_where_nothing_is(self, machine, at, half, kind):
+        machine.engine.set(Reg.R1, 0x6000_0101 if half == BX_R1 else 0x6000_0100)
+        machine.load(NOP, half, NOP, HANG)
+        stop = machine.run()
+        assert (stop.kind, stop.fault, stop.address) == (StopKind.FAULT, kind, 0x6000_0100)
+        retired = 2 if half == BX_R1 else 1
+        assert machine.engine.instructions == retired
+        assert machine.engine.get(Reg.PC) == (0x6000_0100 if half == BX_R1 else at.code + 2)
+
+    def test_fetch_from_registers_is_a_fault(self, machine, at):
+        machine.engine.set(Reg.R1, at.registers | 1)
+        machine.load(NOP, BX_R1)
+        stop = machine.run()
+        assert (stop.kind, stop.fault) == (StopKind.FAULT, FaultKind.FETCH)
+
+    @pytest.mark.parametrize("how", ["bx", "pop"])
+    @pytest.mark.parametrize("value", [0xFFFF_FFF1, 0xFFFF_FFF9, 0xFFFF_FFFD])
+    def test_exception_return(self, machine, at, how, value):
+        machine.load(*((BX_R1,) if how == "bx" else (0xB500, 0xBD00)), NOP)  # push {lr}; pop {pc}
+        machine.engine.set(Reg.XPSR, 1 << 24 | 22)
+        machine.engine.set(Reg.R1, value)
+        machine.engine.set(Reg.LR, value)
+        stop = machine.run()
+        assert (stop.kind, stop.value) == (StopKind.EXCEPTION_RETURN, value)
+
+    def test_exception_return_after_ipsr_was_written_between_slices(self, machine):
+        # without rebuilt flags it would arrive as a prefetch abort
+        machine.load(NOP, NOP, BX_R1)
+        machine.run(1)
+        machine.engine.set(Reg.XPSR, 1 << 24 | 3)
+        machine.engine.set(Reg.R1, 0xFFFF_FFF9)
+        assert machine.run().kind is StopKind.EXCEPTION_RETURN
+
+    def test_exc_return_in_thread_mode_is_a_jump_to_nowhere(self, machine):
+        machine.engine.set(Reg.R1, 0xFFFF_FFF9)
+        machine.load(NOP, BX_R1)
+        assert machine.run().fault is FaultKind.FETCH
+
+    def test_stack_pointers_follow_mode_and_control(self, machine, at):
+        engine = machine.engine
+        engine.set(Reg.MSP, at.ram + 0x800)
+        engine.set(Reg.PSP, at.ram + 0x400)
+        engine.set(Reg.CONTROL, 2)
+        assert engine.get(Reg.SP) == at.ram + 0x400
+        engine.set(Reg.XPSR, 1 << 24 | 11)
+        assert engine.get(Reg.SP) == at.ram + 0x800
+        engine.set(Reg.XPSR, 1 << 24)
+        assert engine.get(Reg.SP) == at.ram + 0x400
+        assert (engine.get(Reg.MSP), engine.get(Reg.PSP)) == (at.ram + 0x800, at.ram + 0x400)
+
+    def test_an_exception_in_an_access_comes_out_after_the_instruction(self, machine, at):
+        def fail(_kind, _offset):
+            raise KeyboardInterrupt
+
+        machine.on_access = fail
+        machine.engine.set(Reg.R1, at.registers)
+        machine.load(NOP, STR_R0_R1, ADDS_R0, HANG)
+        with pytest.raises(KeyboardInterrupt):
+            machine.run()
+        machine.on_access = lambda _kind, _offset: None
+        machine.run(1)
+        assert (len(machine.log), machine.engine.get(Reg.R0)) == (1, 1)
+
+
+class TestCodeThatChanges:
+    def test_flash_stores_are_undone_and_handed_on_in_order(self, machine, at):
+        engine = machine.engine
+        machine.load(NOP, 0xC10C, ADDS_R0, HANG)  # stmia r1!, {r2, r3}
+        engine.set(Reg.R1, at.flash + 0x800)
+        engine.set(Reg.R2, 0x1111_2222)
+        engine.set(Reg.R3, 0x3333_4444)
+        machine.run(2)
+        assert machine.stores == [(at.flash + 0x800, 4, 0x1111_2222), (at.flash + 0x804, 4, 0x3333_4444)]
+        assert machine.flash[0x800:0x808] == b"\xff" * 8
+        assert engine.get(Reg.R0) == 0
+
+    @pytest.mark.parametrize(("store", "size"), [(0x7008, 1), (0x8008, 2), (0x6008, 4)])
+    def test_flash_stores_of_every_size_into_a_page_that_runs(self, machine, at, store, size):
+        machine.load(store, NOP, HANG)
+        machine.engine.set(Reg.R1, at.code + 0x80)
+        machine.engine.set(Reg.R0, 0x1234_5678)
+        machine.run(3)
+        machine.engine.set(Reg.PC, at.code)
+        machine.run(3)
+        assert machine.stores == [(at.code + 0x80, size, 0x1234_5678 & (1 << 8 * size) - 1)] * 2
+
+    def test_code_written_by_the_owner_of_the_memory_runs_after_forget(self, machine):
+        machine.load(0x2005, HANG)
+        machine.run(2)
+        machine.load(0x2006, HANG)
+        machine.run(2)
+        assert machine.engine.get(Reg.R0) == 6
+
+    def test_code_in_ram_that_rewrites_itself(self, machine, at):
+        # the caller, in flash, stores "movs r0, #n" into RAM and calls it, again and again
+        ram = at.ram + 0x200
+        machine.load(0x2000, 0x4770, at=ram)  # movs r0, #0; bx lr
+        for number in range(5):
+            machine.load(0x8001, 0x4790, HANG)  # strh r1, [r0]; blx r2
+            machine.engine.set(Reg.R0, ram)
+            machine.engine.set(Reg.R1, 0x2000 | number)
+            machine.engine.set(Reg.R2, ram | 1)
+            machine.run(6)
+            assert machine.engine.get(Reg.R0) == number
+
+    def test_code_beside_data_in_one_page_of_ram(self, machine, at):
+        # code in RAM that counts in a word of its own page: adds r1, #1; str r1, [r0]; b
+        machine.load(0x3101, 0x6001, 0xE7FC, at=at.ram + 0x200)
+        machine.engine.set(Reg.R0, at.ram + 0x240)
+        machine.engine.set(Reg.R1, 0)
+        machine.run(300)
+        assert int.from_bytes(machine.ram[0x240:0x244], "little") == 100
+
+    def test_a_hint_that_is_programmed_later_is_noticed(self, machine):
+        machine.load(NOP, NOP, HANG)
+        machine.run(3)
+        machine.load(NOP, SEV, HANG)
+        assert machine.run().kind is StopKind.SEV
+
+
+def test_virtual_tlb_asks_once_per_page(machine, at):
+    asked = itertools.count()
+    fill = machine.engine._on_tlb_fill
+    machine.engine._uc.hook_add(unicorn.UC_HOOK_TLB_FILL, lambda *a: (next(asked), fill(*a))[1])
+    machine.engine.set(Reg.R1, at.ram)
+    machine.load(STR_R0_R1, LDR_R0_R1, 0xE7FC)
+    for _ in range(200):
+        machine.run(50)
+    assert next(asked) <= 3
