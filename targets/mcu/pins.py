@@ -219,6 +219,11 @@ class Pin:
         return self._claim is None and self._mode in _ALTERNATE
 
     @property
+    def open_to_outside(self) -> bool:
+        """True if an input in the chip sees what is outside: the pad is not analog, and the chip does not drive it."""
+        return self._digital and self._strong is None
+
+    @property
     def claimed_by(self) -> str | None:
         """Who has taken the pad from the port, or None."""
         return self._claim.owner if self._claim else None

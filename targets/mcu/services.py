@@ -102,6 +102,9 @@ class InputSignal(Protocol):
     def level(self) -> bool:
         """Return the present level; a floating or analog pin reads as low."""
 
+    def at_pin(self) -> bool:
+        """Say whether what is outside of a pin can reach the signal: it is not analog, nor driven by the chip."""
+
 
 class BusMaster(Protocol):
     """Access to memory and registers, as a DMA controller has it."""

@@ -117,6 +117,10 @@ class PinInput:
             return self.peer.level is True
         return False
 
+    def at_pin(self) -> bool:
+        """Say whether what is outside of a pin can reach the signal."""
+        return self.pin is not None and self.pin.open_to_outside
+
 
 class Signals:
     """All signals of a chip.

@@ -128,15 +128,21 @@ class FakeInput:
 
     Attributes:
         on_change: what the peripheral listens with.
+        connected: what `at_pin` answers; True at first.
     """
 
     def __init__(self) -> None:
         self.on_change: Callable[[bool], None] | None = None
+        self.connected = True
         self._level = False
 
     def level(self) -> bool:
         """Return the present level."""
         return self._level
+
+    def at_pin(self) -> bool:
+        """Say whether what is outside of a pin can reach the signal."""
+        return self.connected
 
     def drive(self, level: bool) -> None:
         """Set the level from the present cycle on; who listens is told of a change."""
