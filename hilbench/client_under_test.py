@@ -6,10 +6,13 @@ foreign program only its bytes are seen, so cases that need more are not applica
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shlex
 import signal
 import subprocess
+import threading
+from collections.abc import Iterator
 from typing import Protocol
 
 from hilbench.bench import Bench
@@ -29,6 +32,7 @@ WAIT_FOR_CLIENT_S = 30.0
 """How long a case waits for a foreign client to come, in seconds. A choice: long enough to start one by hand."""
 
 _TERMINATE_WITHIN_S = 3.0
+_OUR_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class ClientUnderTest(Protocol):
@@ -113,9 +117,10 @@ class ExecClient:
     def start(self) -> None:
         """Start the program, in a session of its own so that all of it can be ended."""
         try:
-            self._process = subprocess.Popen(
-                self._words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, start_new_session=True
-            )
+            with _signals_heard():
+                self._process = subprocess.Popen(
+                    self._words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, start_new_session=True
+                )
         except OSError as error:
             raise UnavailableError(
                 f"the client cannot be started: {error.strerror}", where=f"exec:{self._words[0]}"
@@ -147,6 +152,24 @@ class ExecClient:
     def _signal(self, number: signal.Signals) -> None:
         if self._process is not None and self._process.poll() is None:
             os.killpg(self._process.pid, number)
+
+
+@contextlib.contextmanager
+def _signals_heard() -> Iterator[None]:
+    """Have a program that is started meanwhile hear our signals.
+
+    What a script starts with ``&`` ignores SIGINT, and so would the client by inheritance; but what is handled and not
+    ignored is back at its default in another program.
+    """
+    main = threading.current_thread() is threading.main_thread()
+    ignored = [number for number in _OUR_SIGNALS if main and signal.getsignal(number) is signal.SIG_IGN]
+    for number in ignored:
+        signal.signal(number, lambda _number, _frame: None)
+    try:
+        yield
+    finally:
+        for number in ignored:
+            signal.signal(number, signal.SIG_IGN)
 
 
 class ListenClient:

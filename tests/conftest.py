@@ -3,6 +3,11 @@ from __future__ import annotations
 import importlib.util
 
 import pytest
+from hypothesis import settings
+
+# Time on the host is nothing to judge by: see the rules for tests in CONTRIBUTING.md.
+settings.register_profile("hilbench", deadline=None)
+settings.load_profile("hilbench")
 
 
 def pytest_runtest_setup(item):

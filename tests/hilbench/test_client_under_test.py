@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import select
+import signal
 import sys
 import textwrap
 
@@ -20,6 +21,12 @@ from hilbench.p2os_client import P2osClient
 
 WAIT_S = 20
 """How long a test waits for a program, in seconds; a program that is right needs a fraction of one."""
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch):
+    """A program that obeys is given the time it needs to."""
+    monkeypatch.setattr("hilbench.client_under_test._TERMINATE_WITHIN_S", WAIT_S)
 
 
 @pytest.fixture
@@ -84,6 +91,34 @@ def test_a_program_is_interrupted_to_disconnect_and_terminated_to_close(program)
     assert program.told() == "interrupted"
     client.close()
     assert program.told() == "terminated"
+    client.close()
+
+
+@pytest.fixture
+def interrupts_ignored():
+    """As in what a script starts with &."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interrupts_ignored")
+def test_a_program_is_interrupted_also_if_we_are_not_to_be(program):
+    client = ExecClient(
+        program.write("""
+            try:
+                tell("started")
+                signal.pause()
+            except KeyboardInterrupt:
+                tell("interrupted")
+            """),
+        {},
+    )
+    client.start()
+    assert program.told() == "started"
+    client.disconnect()
+    assert program.told() == "interrupted"
+    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     client.close()
 
 

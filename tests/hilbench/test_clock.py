@@ -6,7 +6,7 @@ from fractions import Fraction
 from functools import partial
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.clock import (
@@ -19,9 +19,6 @@ from hilbench.clock import (
     wall_time_iso,
 )
 from hilbench.errors import InternalError
-
-settings.register_profile("hilbench", deadline=None)
-settings.load_profile("hilbench")
 
 rates = st.one_of(
     st.integers(1, 10**9),

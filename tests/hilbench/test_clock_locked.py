@@ -235,7 +235,7 @@ class TestRealHost:
         host = MonotonicHostClock()
         real.lock(host, heartbeat_ns=None)
         timer = threading.Timer(0.01, os.kill, (os.getpid(), signal.SIGINT))
-        timer.start()
+        real.at(real.now_ns, timer.start)  # not before the interrupt is expected
         with pytest.raises(KeyboardInterrupt), deferred_interrupts(real):
             real.run_for(3600_000 * MS)
         timer.join()
