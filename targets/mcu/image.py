@@ -1,0 +1,373 @@
+"""Firmware as it would be flashed: ELF, Intel HEX or raw BIN, read, placed and checked before anything runs.
+
+An image that does not begin at the first address of flash is taken to stand behind a boot loader which is not part of
+it; the chip then starts from the image's own vector table, as it would after the boot loader has jumped to it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import re
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from targets.mcu.elf import read_elf
+from targets.mcu.errors import ImageError
+from targets.mcu.symbols import NO_SYMBOLS, Symbols
+
+__all__ = ["ChipLimits", "Image", "Segment", "limits_for", "load_image"]
+
+KB = 1024
+FLASH_BASE, RAM_BASE = 0x0800_0000, 0x2000_0000
+FLASH_SPACE = 16 * KB * KB  # what the memory map sets aside is more; no STM32F1 fills it
+OPTIONS_BASE, OPTIONS_SIZE = 0x1FFF_F800, 16
+
+# Letter of the part number: kilobytes of flash and of RAM (DS5319, DS6087, DS5792 and DS7130, ordering information).
+SIZES_KB = {
+    "4": (16, 6),
+    "6": (32, 10),
+    "8": (64, 20),
+    "B": (128, 20),
+    "C": (256, 48),
+    "D": (384, 64),
+    "E": (512, 64),
+    "F": (768, 96),
+    "G": (1024, 96),
+}
+
+# Symbols at the vector table, in the start-up files of ST, libopencm3, CMSIS, Arduino, ChibiOS, NuttX, Zephyr, IAR.
+TABLE_NAMES = (
+    "g_pfnVectors",
+    "vector_table",
+    "__isr_vector",
+    "__Vectors",
+    "__vector_table",
+    "_vector_table",
+    "__stm32_vector_table",
+    "_vectors",
+    "__vectors",
+    "vectors",
+)
+TABLE_WORDS = 16 + 43  # the vectors of a medium-density device (RM0008, table 63)
+
+# Where boot loaders in use leave off; a BIN does not say where it belongs.
+BOOT_LOADER_SIZES = tuple(size * KB for size in (4, 8, 10, 12, 16, 20, 24, 28, 32, 48, 64))
+LOOP_FOREVER = b"\xfe\xe7"  # b .
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChipLimits:
+    """How much memory a chip has.
+
+    Attributes:
+        name: part number.
+        flash_size: bytes from 0x08000000.
+        ram_size: bytes from 0x20000000.
+    """
+
+    name: str
+    flash_size: int
+    ram_size: int
+
+    @property
+    def flash_end(self) -> int:
+        """First address behind the flash."""
+        return FLASH_BASE + self.flash_size
+
+    @property
+    def ram_end(self) -> int:
+        """First address behind the RAM."""
+        return RAM_BASE + self.ram_size
+
+
+def limits_for(part: str) -> ChipLimits:
+    """Return the limits of an STM32F103 by its part number, such as ``STM32F103C8`` or ``stm32f103cbt6``.
+
+    Raises:
+        KeyError: no such part.
+    """
+    match = re.fullmatch(r"STM32F103[A-Z]([468BCDEFG]).*", part.upper())
+    if match is None:
+        raise KeyError(part)
+    flash_kb, ram_kb = SIZES_KB[match[1]]
+    return ChipLimits(name=part.upper(), flash_size=flash_kb * KB, ram_size=ram_kb * KB)
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """Bytes at an address."""
+
+    address: int
+    data: bytes
+
+    @property
+    def end(self) -> int:
+        """First address behind it."""
+        return self.address + len(self.data)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Image:
+    """Firmware that can run on the chip it was loaded for.
+
+    Attributes:
+        path: the file.
+        format: ``elf``, ``hex`` or ``bin``.
+        digest: SHA-256 of the file, in hexadecimal.
+        segments: what goes where, by address: flash, option bytes, RAM.
+        table: address of the vector table.
+        stack_pointer: its first word.
+        reset_vector: its second word, with the Thumb bit.
+        flash_bytes: bytes of flash that the image fills.
+        ram_bytes: bytes of RAM that the program takes for itself, as far as the file says; 0 for HEX and BIN.
+        symbols: names and source lines; none for HEX and BIN.
+        notes: what a user should know, in sentences.
+    """
+
+    path: Path
+    format: str
+    digest: str
+    segments: tuple[Segment, ...]
+    table: int
+    stack_pointer: int
+    reset_vector: int
+    flash_bytes: int
+    ram_bytes: int
+    symbols: Symbols
+    notes: tuple[str, ...]
+
+    def function_at(self, pc: int) -> str | None:
+        """Return the name of the function that holds `pc`, or None."""
+        return self.symbols.function_at(pc)
+
+    def line_at(self, pc: int) -> str | None:
+        """Return ``file.c:42`` for `pc`, or None."""
+        return self.symbols.line_at(pc)
+
+
+@dataclass(slots=True)
+class _Contents:
+    """What a file holds, before it was checked."""
+
+    format: str
+    segments: list[Segment]
+    occupied: Sequence[tuple[int, int]] = ()
+    symbols: Symbols = NO_SYMBOLS
+    notes: list[str] | None = None
+
+
+def load_image(path: str | Path, chip: ChipLimits, *, base: int | None = None) -> Image:
+    """Read firmware and check that `chip` can run it.
+
+    Args:
+        path: an ELF file, an Intel HEX file, or the raw bytes of flash.
+        chip: what it is to run on.
+        base: where raw bytes belong, if not at the beginning of flash or where they seem to have been linked for.
+
+    Raises:
+        ImageError: it cannot be read, is damaged, or cannot run on this chip.
+    """
+    path = Path(path)
+    where = str(path)
+    data = _read(path)
+    contents = _take_apart(data, where, chip, base)
+    notes = list(contents.notes or ())
+    _check_places(contents, where, chip, notes)
+    table = _find_table(contents, where, notes)
+    stack_pointer, reset_vector = _check_table(contents.segments, table, where, chip)
+    return Image(
+        path=path,
+        format=contents.format,
+        digest=hashlib.sha256(data).hexdigest(),
+        segments=tuple(sorted(contents.segments, key=lambda segment: segment.address)),
+        table=table,
+        stack_pointer=stack_pointer,
+        reset_vector=reset_vector,
+        flash_bytes=sum(len(one.data) for one in contents.segments if _in_flash(one.address)),
+        ram_bytes=sum(size for address, size in contents.occupied if address >= RAM_BASE),
+        symbols=contents.symbols,
+        notes=tuple(notes),
+    )
+
+
+# --- reading
+
+
+def _read(path: Path) -> bytes:
+    where = str(path)
+    if path.is_dir():
+        raise ImageError("a directory, not an image", where=where, hint="name the ELF, HEX or BIN file in it")
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise ImageError("no such file", where=where, hint="build the firmware first, or check the path") from None
+    except OSError as error:
+        raise ImageError(f"cannot be read: {error.strerror}", where=where, hint="check its permissions") from error
+    if not data:
+        raise ImageError("the file is empty", where=where, hint="build or copy it again")
+    return data
+
+
+def _take_apart(data: bytes, where: str, chip: ChipLimits, base: int | None) -> _Contents:
+    if data.startswith(b"\x7fELF"):
+        elf = read_elf(data, where)
+        segments = [Segment(address, piece) for address, piece in elf.segments]
+        return _Contents("elf", segments, elf.occupied, elf.symbols, list(elf.notes))
+    if data.lstrip().startswith(b":"):
+        return _Contents("hex", _read_hex(data, where))
+    for magic, name in ((b"UF2\n", "UF2"), (b"S0", "Motorola S-record"), (b"DfuSe", "DfuSe"), (b"PK\x03\x04", "ZIP")):
+        if data.startswith(magic):
+            raise ImageError(f"a {name} file", where=where, hint="ELF, Intel HEX and raw BIN can be loaded")
+    if len(data) < 8:
+        raise ImageError(f"truncated: {len(data)} bytes hold no vector table", where=where, hint="build it again")
+    return _read_bin(data, chip, base)
+
+
+def _read_hex(data: bytes, where: str) -> list[Segment]:
+    from intelhex import IntelHex, IntelHexError
+
+    hint = "the file is truncated or damaged: build or copy it again"
+    try:
+        text = data.decode("ascii")
+        parsed = IntelHex(io.StringIO(text))
+    except UnicodeDecodeError:
+        raise ImageError("an Intel HEX file with bytes that are not text", where=where, hint=hint) from None
+    except (IntelHexError, ValueError) as error:
+        raise ImageError(f"a bad Intel HEX file: {error}", where=where, hint=hint) from error
+    if not re.search(r"^:00[0-9A-Fa-f]{4}01[0-9A-Fa-f]{2}\s*$", text, re.MULTILINE):
+        raise ImageError("an Intel HEX file without its end record", where=where, hint=hint)
+    segments = [Segment(start, parsed.tobinstr(start, end - 1)) for start, end in parsed.segments()]
+    if not segments:
+        raise ImageError("an Intel HEX file without data", where=where, hint=hint)
+    return segments
+
+
+def _read_bin(data: bytes, chip: ChipLimits, base: int | None) -> _Contents:
+    notes = []
+    if base is None:
+        base = _guess_base(data, chip)
+        if base != FLASH_BASE:
+            notes.append(f"the raw bytes were linked for 0x{base:08X}, judging by their vectors, and are put there")
+    return _Contents("bin", [Segment(base, data)], notes=notes)
+
+
+def _guess_base(data: bytes, chip: ChipLimits) -> int:
+    """Return where raw bytes were linked for, judging by handlers that are `b .`; without such, the base of flash."""
+    vectors = struct.unpack_from(f"<{min(len(data) // 4, TABLE_WORDS)}I", data)[1:]
+    handlers = {vector - 1 for vector in vectors if vector & 1 and FLASH_BASE < vector < chip.flash_end}
+
+    def fits(base: int) -> bool:
+        return any(data[handler - base :].startswith(LOOP_FOREVER) for handler in handlers if handler > base)
+
+    candidates = (FLASH_BASE, *(FLASH_BASE + size for size in BOOT_LOADER_SIZES))
+    in_reach = (base for base in candidates if base < vectors[0] < base + len(data))
+    return next((base for base in in_reach if fits(base)), FLASH_BASE)
+
+
+# --- checking
+
+
+def _in_flash(address: int) -> bool:
+    return FLASH_BASE <= address < FLASH_BASE + FLASH_SPACE
+
+
+def _fitting(flash: int, ram: int) -> str:
+    for letter, (flash_kb, ram_kb) in SIZES_KB.items():
+        if flash <= flash_kb * KB and ram <= ram_kb * KB:
+            return f"it would fit an STM32F103x{letter} ({flash_kb} KB of flash, {ram_kb} KB of RAM)"
+    return "no STM32F103 is that large"
+
+
+def _check_places(contents: _Contents, where: str, chip: ChipLimits, notes: list[str]) -> None:
+    for segment in contents.segments:
+        if _in_flash(segment.address):
+            if segment.end > chip.flash_end:
+                needed = segment.end - FLASH_BASE
+                text = f"too large: reaches {needed} bytes into flash, {chip.name} has {chip.flash_size}"
+                raise ImageError(text, where=where, hint=_fitting(needed, 0))
+        elif segment.address >= RAM_BASE:
+            _check_ram(segment.address, len(segment.data), where, chip)
+            notes.append(f"{len(segment.data)} bytes are put into RAM at 0x{segment.address:08X}; power-off loses them")
+        elif segment.address < OPTIONS_BASE or segment.end > OPTIONS_BASE + OPTIONS_SIZE:
+            text = f"has data at 0x{segment.address:08X}, where {chip.name} has no memory to program"
+            raise ImageError(text, where=where, hint="flash is at 0x08000000: check the linker script")
+    for address, size in contents.occupied:
+        if address >= RAM_BASE:
+            _check_ram(address, size, where, chip)
+
+
+def _check_ram(address: int, size: int, where: str, chip: ChipLimits) -> None:
+    needed = address + size - RAM_BASE
+    if needed > chip.ram_size:
+        text = f"needs {needed} bytes of RAM, {chip.name} has {chip.ram_size}"
+        hint = _fitting(0, needed) if needed <= 96 * KB else f"no RAM is at 0x{address:08X}: check the linker script"
+        raise ImageError(text, where=where, hint=hint)
+
+
+def _find_table(contents: _Contents, where: str, notes: list[str]) -> int:
+    in_flash = [segment for segment in contents.segments if _in_flash(segment.address)]
+    if not in_flash:
+        raise ImageError(
+            "linked to run from RAM: nothing of it is in flash", where=where, hint="link it for 0x08000000"
+        )
+    lowest = min(segment.address for segment in in_flash)
+    if lowest == FLASH_BASE:
+        return lowest  # this is where the chip looks, whatever else the image has
+    named = (contents.symbols.find(name) for name in TABLE_NAMES)
+    table = next((symbol.address for symbol in named if symbol is not None and _in_flash(symbol.address)), lowest)
+    notes.append(
+        f"the image stands behind a boot loader that is not part of it: the chip starts from the vector table at "
+        f"0x{table:08X}"
+    )
+    return table
+
+
+def _bytes_at(segments: list[Segment], address: int, size: int) -> bytes | None:
+    for segment in segments:
+        if segment.address <= address and address + size <= segment.end:
+            return segment.data[address - segment.address : address - segment.address + size]
+    return None
+
+
+def _check_table(segments: list[Segment], table: int, where: str, chip: ChipLimits) -> tuple[int, int]:
+    words = _bytes_at(segments, table, 8)
+    if words is None:
+        raise ImageError(f"has no vector table at 0x{table:08X}", where=where, hint="check the linker script")
+    stack_pointer, reset_vector = struct.unpack("<II", words)
+    if 0xFFFF_FFFF in (stack_pointer, reset_vector):
+        text = f"the vector table at 0x{table:08X} is erased (0xFFFFFFFF)"
+        raise ImageError(text, where=where, hint="was the start-up file linked, and its section kept?")
+    _check_stack_pointer(stack_pointer, where, chip)
+    _check_reset_vector(segments, reset_vector, where, chip)
+    return stack_pointer, reset_vector
+
+
+def _check_stack_pointer(stack_pointer: int, where: str, chip: ChipLimits) -> None:
+    text = f"the initial stack pointer 0x{stack_pointer:08X} "
+    if stack_pointer & 3:
+        raise ImageError(text + "is not a multiple of 4", where=where, hint="is this an image for a Cortex-M?")
+    if not RAM_BASE < stack_pointer <= chip.ram_end:
+        needed = stack_pointer - RAM_BASE
+        near = 0 < needed <= 96 * KB
+        hint = _fitting(0, needed) if near else "is this an image for a Cortex-M, and from its first byte on?"
+        raise ImageError(
+            text + f"is outside the RAM of {chip.name} (0x{RAM_BASE:08X} to 0x{chip.ram_end:08X})",
+            where=where,
+            hint=hint,
+        )
+
+
+def _check_reset_vector(segments: list[Segment], reset_vector: int, where: str, chip: ChipLimits) -> None:
+    text = f"the reset vector 0x{reset_vector:08X} "
+    if not FLASH_BASE <= reset_vector < chip.flash_end:
+        hint = "link it for flash at 0x08000000" if reset_vector >= RAM_BASE else "is this an image for an STM32F1?"
+        raise ImageError(text + f"is not in the flash of {chip.name}", where=where, hint=hint)
+    if not reset_vector & 1:
+        raise ImageError(text + "has no Thumb bit", where=where, hint="declare the handler as a function (.thumb_func)")
+    code = _bytes_at(segments, reset_vector - 1, 2)
+    if code is None or code == b"\xff\xff":
+        hint = "the file is truncated, or raw bytes that belong elsewhere (give their base)"
+        raise ImageError(text + "points to erased flash", where=where, hint=hint)
