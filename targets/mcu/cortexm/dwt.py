@@ -1,0 +1,99 @@
+"""The data watchpoint and trace unit (DDI0403 section C1.8): the cycle counter; what watches and samples is absent.
+
+While DEMCR.TRCENA is clear the unit has no clock: writes are lost, and every read gives 0x40000000, the value of
+CTRL (reported for CYCCNT of an STM32F103C8 and an STM32F303 by the authors of stm32f1xx-hal and RTIC; that other
+registers do the same is assumed). CYCCNT is a free-running count of HCLK; that it goes on during sleep is a choice
+(the architecture counts sleeping cycles in, a chip may stop the clock).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from targets.mcu.cortexm.ppb import DebugBlock, component_id
+from targets.mcu.fidelity import Fidelity
+from targets.mcu.registers import Register
+from targets.mcu.services import Services
+
+__all__ = ["Dwt"]
+
+_CTRL, _CYCCNT = 0x000, 0x004
+_CYCCNTENA = 1 << 0
+_FOUR_COMPARATORS = 0x4000_0000
+_WORD = 0xFFFF_FFFF
+
+
+def _registers() -> Iterator[Register]:
+    events = "events are not counted, sampled or traced"
+    yield Register("CTRL", _CTRL, _FOUR_COMPARATORS, 0x007F_1FFF, 0x007F_1FFE, fidelity=Fidelity.PARTLY, note=events)
+    yield Register("CYCCNT", _CYCCNT, 0, live=True)
+    for index, name in enumerate(("CPICNT", "EXCCNT", "SLEEPCNT", "LSUCNT", "FOLDCNT")):
+        yield Register(name, 0x008 + 4 * index, 0, 0xFF, fidelity=Fidelity.ABSENT, note=events)
+    yield Register("PCSR", 0x01C, 0, 0, fidelity=Fidelity.ABSENT, note=events)
+    for index in range(4):
+        for place, (name, bits) in enumerate((("COMP", _WORD), ("MASK", 0xF), ("FUNCTION", 0xFEF))):
+            yield Register(
+                f"{name}{index}",
+                0x020 + 16 * index + 4 * place,
+                0,
+                bits,
+                fidelity=Fidelity.ABSENT,
+                note="comparators never match",
+            )
+    yield from component_id(0x04, 0, 0, 0, 0x02, 0xB0, 0x1B, 0x00, 0x0D, 0xE0, 0x05, 0xB1)
+
+
+class Dwt(DebugBlock):
+    """The cycle counter.
+
+    Args:
+        trace_enabled: returns DEMCR.TRCENA.
+    """
+
+    REGISTERS = tuple(_registers())
+
+    def __init__(self, services: Services, privileged: Callable[[], bool], trace_enabled: Callable[[], bool]) -> None:
+        super().__init__("DWT", 0xE000_1000, services, privileged)
+        self._trace_enabled = trace_enabled
+        self._start: int | None = None  # the cycle at which the counter was 0, while it counts
+
+    def power_on(self) -> None:
+        """Go to the state after power-on."""
+        super().power_on()
+        self._start = None
+
+    def read(self, offset: int) -> int:
+        """Read the word at `offset`. Raises `BusFault`."""
+        value = super().read(offset)
+        return value if self._trace_enabled() else _FOUR_COMPARATORS
+
+    def write(self, offset: int, value: int) -> None:
+        """Write the word at `offset`. Raises `BusFault`."""
+        if self._trace_enabled():
+            super().write(offset, value)
+        else:
+            self.note("misuse", "TRCENA", "a write while DEMCR.TRCENA is clear is lost")
+
+    def read_CYCCNT(self) -> int:
+        """Return the counter."""
+        return self[_CYCCNT] if self._start is None else self.time.now - self._start & _WORD
+
+    def write_CYCCNT(self, value: int) -> None:
+        """Set the counter."""
+        self[_CYCCNT] = value
+        if self._start is not None:
+            self._start = self.time.now - value
+
+    def write_CTRL(self, value: int) -> None:
+        """Let the counter count or stop."""
+        self[_CTRL] = value
+        self.gate(self._trace_enabled())
+
+    def gate(self, enabled: bool) -> None:
+        """Take the new DEMCR.TRCENA: without it the counter stands still."""
+        counting = enabled and bool(self[_CTRL] & _CYCCNTENA)
+        if counting and self._start is None:
+            self._start = self.time.now - self[_CYCCNT]
+        elif not counting and self._start is not None:
+            self[_CYCCNT] = self.time.now - self._start & _WORD
+            self._start = None

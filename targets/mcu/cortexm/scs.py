@@ -1,0 +1,69 @@
+"""The system control space at 0xE000E000: SysTick, NVIC and SCB share one page of the bus."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from targets.mcu.cortexm.nvic import Nvic
+from targets.mcu.cortexm.ppb import LaneBlock, PpbBlock
+from targets.mcu.cortexm.scb import Scb
+from targets.mcu.cortexm.systick import SysTick
+from targets.mcu.errors import BusFault
+from targets.mcu.registers import Register
+from targets.mcu.services import Services
+
+__all__ = ["SCS_BASE", "Scs"]
+
+SCS_BASE = 0xE000_E000
+_STIR = 0xF00
+
+
+class Scs(PpbBlock):
+    """Hands every access to the part that has the register.
+
+    Attributes:
+        parts: the blocks that live here, each with registers at offsets from `SCS_BASE`.
+    """
+
+    def __init__(
+        self, services: Services, privileged: Callable[[], bool], systick: SysTick, nvic: Nvic, scb: Scb
+    ) -> None:
+        self.parts: tuple[LaneBlock, ...] = (systick, nvic, scb)
+        self._scb = scb
+        self._part_at = {offset: part for part in self.parts for offset in part.registers}
+        super().__init__("SCS", SCS_BASE, services, privileged)
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers of all parts."""
+        return [register for part in self.parts for register in part.registers.values()]
+
+    def reset(self) -> None:
+        """Go to the state after a system reset."""
+        for part in self.parts:
+            part.reset()
+
+    def read(self, offset: int) -> int:
+        """Read the word at `offset`, with its side effects. Raises `BusFault`."""
+        if not self._privileged():
+            raise BusFault(self.base + offset)
+        part = self._part_at.get(offset)
+        return super().read(offset) if part is None else part.read(offset)
+
+    def write(self, offset: int, value: int) -> None:
+        """Write the word at `offset`, with its effects. Raises `BusFault`."""
+        if not self._privileged() and not self.open_to_all(offset):
+            raise BusFault(self.base + offset)
+        part = self._part_at.get(offset)
+        if part is None:
+            super().write(offset, value)
+        else:
+            part.write(offset, value)
+
+    def open_to_all(self, offset: int) -> bool:
+        """Say whether unprivileged software may write the word at `offset`: STIR, if CCR.USERSETMPEND is set."""
+        return offset == _STIR and self._scb.anybody_may_trigger
+
+    def other_lanes(self, offset: int) -> int:
+        """Return the word that a narrow write to the word at `offset` is merged into."""
+        part = self._part_at.get(offset)
+        return 0 if part is None else part.other_lanes(offset)
