@@ -62,15 +62,14 @@ class Dwt(DebugBlock):
         super().power_on()
         self._start = None
 
-    def read(self, offset: int) -> int:
-        """Read the word at `offset`. Raises `BusFault`."""
-        value = super().read(offset)
-        return value if self._trace_enabled() else _FOUR_COMPARATORS
+    def read_word(self, offset: int) -> int:
+        """Read as somebody who may."""
+        return super().read_word(offset) if self._trace_enabled() else _FOUR_COMPARATORS
 
-    def write(self, offset: int, value: int) -> None:
-        """Write the word at `offset`. Raises `BusFault`."""
+    def write_word(self, offset: int, value: int) -> None:
+        """Write as somebody who may."""
         if self._trace_enabled():
-            super().write(offset, value)
+            super().write_word(offset, value)
         else:
             self.note("misuse", "TRCENA", "a write while DEMCR.TRCENA is clear is lost")
 

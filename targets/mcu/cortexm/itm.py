@@ -63,17 +63,16 @@ class Itm(DebugBlock):
         """Open all ports. DEMCR.TRCENA is the core's to set."""
         self[_TER], self[_TCR] = _WORD, _ITMENA
 
-    def read(self, offset: int) -> int:
-        """Read the word at `offset`. Raises `BusFault`."""
-        value = super().read(offset)
+    def read_word(self, offset: int) -> int:
+        """Read as somebody who may."""
         if offset < _PORTS_END:
             return int(self._takes(offset >> 2))
-        return value if self._trace_enabled() else 0
+        return super().read_word(offset) if self._trace_enabled() else 0
 
-    def write(self, offset: int, value: int) -> None:
-        """Write the word at `offset`. Raises `BusFault`."""
+    def write_word(self, offset: int, value: int) -> None:
+        """Write as somebody who may."""
         if offset < _PORTS_END:
-            self._stimulate(offset, 4, value)
+            self._stimulate(offset >> 2, 4, value)
         elif not self._trace_enabled():
             self.note("misuse", "TRCENA", "a write while DEMCR.TRCENA is clear is lost")
         elif offset == _LAR:
@@ -81,12 +80,13 @@ class Itm(DebugBlock):
         elif self[_LSR] & _LOCKED:
             self.note("misuse", "LAR", "a write without the key 0xC5ACCE55 in LAR before it is lost")
         else:
-            super().write(offset, value)
+            super().write_word(offset, value)
 
     def write_part(self, offset: int, size: int, value: int) -> None:
         """Write 1 or 2 bytes: a stimulus of that size. Raises `BusFault`."""
         if offset < _PORTS_END:
-            self._stimulate(offset & ~3, size, value & ((1 << 8 * size) - 1))
+            self.check(offset & ~3)
+            self._stimulate(offset >> 2, size, value & ((1 << 8 * size) - 1))
         else:
             super().write_part(offset, size, value)
 
@@ -94,9 +94,7 @@ class Itm(DebugBlock):
         """Say whether unprivileged software may touch the word at `offset`: ports, eight for each bit of TPR."""
         return offset < _PORTS_END and not self[_TPR] >> (offset >> 5) & 1
 
-    def _stimulate(self, offset: int, size: int, value: int) -> None:
-        port = offset >> 2
-        super().write(offset, 0)  # refuses what is not allowed
+    def _stimulate(self, port: int, size: int, value: int) -> None:
         if self._takes(port):
             self.on_stimulus(port, size, value)
 

@@ -70,15 +70,28 @@ class PpbBlock(LaneBlock):
 
     def read(self, offset: int) -> int:
         """Read the word at `offset`, with its side effects. Raises `BusFault`."""
-        if not self._privileged() and not self.open_to_all(offset):
-            raise BusFault(self.base + offset)
-        return super().read(offset)
+        self.check(offset)
+        return self.read_word(offset)
 
     def write(self, offset: int, value: int) -> None:
         """Write the word at `offset`, with its effects. Raises `BusFault`."""
+        self.check(offset)
+        self.write_word(offset, value)
+
+    # --- what a subclass may do its own way
+
+    def read_word(self, offset: int) -> int:
+        """Read as somebody who may."""
+        return super().read(offset)
+
+    def write_word(self, offset: int, value: int) -> None:
+        """Write as somebody who may."""
+        super().write(offset, value)
+
+    def check(self, offset: int) -> None:
+        """Raise `BusFault` if the access in flight may not touch the word at `offset`."""
         if not self._privileged() and not self.open_to_all(offset):
             raise BusFault(self.base + offset)
-        super().write(offset, value)
 
     def open_to_all(self, _offset: int) -> bool:
         """Say whether unprivileged software may touch the word at `_offset`; it may not, unless a block says so."""

@@ -8,7 +8,6 @@ from targets.mcu.cortexm.nvic import Nvic
 from targets.mcu.cortexm.ppb import LaneBlock, PpbBlock
 from targets.mcu.cortexm.scb import Scb
 from targets.mcu.cortexm.systick import SysTick
-from targets.mcu.errors import BusFault
 from targets.mcu.registers import Register
 from targets.mcu.services import Services
 
@@ -42,25 +41,21 @@ class Scs(PpbBlock):
         for part in self.parts:
             part.reset()
 
-    def read(self, offset: int) -> int:
-        """Read the word at `offset`, with its side effects. Raises `BusFault`."""
-        if not self._privileged():
-            raise BusFault(self.base + offset)
+    def read_word(self, offset: int) -> int:
+        """Read as somebody who may."""
         part = self._part_at.get(offset)
-        return super().read(offset) if part is None else part.read(offset)
+        return super().read_word(offset) if part is None else part.read(offset)
 
-    def write(self, offset: int, value: int) -> None:
-        """Write the word at `offset`, with its effects. Raises `BusFault`."""
-        if not self._privileged() and not self.open_to_all(offset):
-            raise BusFault(self.base + offset)
+    def write_word(self, offset: int, value: int) -> None:
+        """Write as somebody who may."""
         part = self._part_at.get(offset)
         if part is None:
-            super().write(offset, value)
+            super().write_word(offset, value)
         else:
             part.write(offset, value)
 
     def open_to_all(self, offset: int) -> bool:
-        """Say whether unprivileged software may write the word at `offset`: STIR, if CCR.USERSETMPEND is set."""
+        """Say whether unprivileged software may touch the word at `offset`: STIR, if CCR.USERSETMPEND is set."""
         return offset == _STIR and self._scb.anybody_may_trigger
 
     def other_lanes(self, offset: int) -> int:

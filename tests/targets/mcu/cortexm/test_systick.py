@@ -1,0 +1,254 @@
+"""SysTick to the cycle: known sequences, and a counter that steps cycle by cycle as the manual tells it."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from targets.mcu.cortexm.exceptions import Exceptions, Number
+from targets.mcu.cortexm.systick import SysTick
+from targets.mcu.testing import FakeChip, peek, poke
+
+ENABLE, TICKINT, HCLK, COUNTFLAG = 1, 2, 4, 1 << 16
+
+
+class Bench:
+    def __init__(self):
+        self.chip = FakeChip(72_000_000)
+        self.exceptions = Exceptions(43, 4)
+        self.timer = self.chip.add(SysTick(0xE000_E000, self.chip.services, self.exceptions))
+
+    @property
+    def pending(self):
+        return self.exceptions.is_pending(Number.SYSTICK)
+
+    def taken(self):
+        """Say whether the exception is pending, and take it off."""
+        was = self.pending
+        self.exceptions.unpend(1 << Number.SYSTICK)
+        return was
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+def start(bench, load, control, value=True):
+    poke(bench.timer, "LOAD", load)
+    if value:
+        poke(bench.timer, "VAL", 0)
+    poke(bench.timer, "CTRL", control)
+
+
+def test_period_is_load_plus_one(bench):
+    start(bench, 71_999, ENABLE | TICKINT | HCLK)
+    ticks = []
+    for cycle in range(1, 5 * 72_000 + 2):
+        if bench.chip.time.next_cycle() == cycle:
+            bench.chip.advance_to(cycle)
+            assert bench.taken()
+            ticks.append(cycle)
+    assert ticks == [72_000 * k for k in range(1, 6)]
+
+
+def test_sequence_from_zero(bench):
+    start(bench, 3, ENABLE | HCLK)
+    values = [peek(bench.timer, "VAL")]
+    for _ in range(9):
+        bench.chip.advance(1)
+        values.append(peek(bench.timer, "VAL"))
+    assert values == [0, 3, 2, 1, 0, 3, 2, 1, 0, 3]
+
+
+def test_countflag_is_set_at_zero_and_cleared_by_reading(bench):
+    start(bench, 9, ENABLE | HCLK)
+    bench.chip.advance(9)
+    assert peek(bench.timer, "CTRL") == ENABLE | HCLK
+    bench.chip.advance(1)
+    assert peek(bench.timer, "CTRL") == ENABLE | HCLK | COUNTFLAG
+    assert peek(bench.timer, "CTRL") == ENABLE | HCLK
+    bench.chip.advance(9)
+    assert not peek(bench.timer, "CTRL") & COUNTFLAG
+    bench.chip.advance(1)
+    assert peek(bench.timer, "CTRL") & COUNTFLAG
+    assert not bench.pending
+
+
+def test_a_byte_read_of_the_flag_clears_it_a_byte_write_does_not_disturb_it(bench):
+    start(bench, 9, ENABLE | HCLK)
+    bench.chip.advance(10)
+    bench.timer.write_part(0x10, 1, ENABLE | HCLK)
+    assert bench.timer.read_part(0x12, 1) == 1
+    assert bench.timer.read_part(0x12, 1) == 0
+
+
+def test_writing_the_value_clears_it_and_the_flag_without_exception(bench):
+    start(bench, 9, ENABLE | TICKINT | HCLK)
+    bench.chip.advance(10)
+    assert bench.taken()
+    bench.chip.advance(4)
+    poke(bench.timer, "VAL", 1234)
+    assert peek(bench.timer, "VAL") == 0
+    assert not peek(bench.timer, "CTRL") & COUNTFLAG
+    assert not bench.pending
+    bench.chip.advance(9)
+    assert not bench.pending
+    bench.chip.advance(1)
+    assert bench.pending
+
+
+def test_load_takes_effect_at_the_next_reload(bench):
+    start(bench, 9, ENABLE | TICKINT | HCLK)
+    bench.chip.advance(3)
+    poke(bench.timer, "LOAD", 99)
+    assert peek(bench.timer, "VAL") == 7
+    bench.chip.advance(7)
+    assert bench.taken()
+    bench.chip.advance(99)
+    assert not bench.pending
+    bench.chip.advance(1)
+    assert bench.pending
+
+
+def test_load_zero_stops_at_the_next_zero(bench):
+    start(bench, 9, ENABLE | TICKINT | HCLK)
+    bench.chip.advance(3)
+    poke(bench.timer, "LOAD", 0)
+    bench.chip.advance(7)
+    assert bench.taken()
+    bench.chip.advance(1000)
+    assert not bench.pending
+    assert peek(bench.timer, "VAL") == 0
+    assert bench.chip.time.next_cycle() is None
+
+
+def test_stopping_keeps_the_value_and_starting_goes_on(bench):
+    start(bench, 9, ENABLE | TICKINT | HCLK)
+    bench.chip.advance(4)
+    poke(bench.timer, "CTRL", TICKINT | HCLK)
+    bench.chip.advance(1000)
+    assert peek(bench.timer, "VAL") == 6
+    assert not bench.pending
+    poke(bench.timer, "CTRL", ENABLE | TICKINT | HCLK)
+    bench.chip.advance(5)
+    assert not bench.pending
+    bench.chip.advance(1)
+    assert bench.pending
+
+
+def test_reference_clock_is_an_eighth(bench):
+    start(bench, 8_999, ENABLE | TICKINT)
+    bench.chip.advance(71_999)
+    assert not bench.pending
+    assert peek(bench.timer, "VAL") == 1
+    bench.chip.advance(1)
+    assert bench.taken()
+    bench.chip.advance(72_000)
+    assert bench.taken()
+
+
+def test_calibration_is_a_millisecond_of_the_reference_clock(bench):
+    calibration = peek(bench.timer, "CALIB")
+    assert calibration & 0xFF_FFFF == 9000
+    assert not calibration >> 31
+
+
+def test_change_of_the_clock_in_the_middle(bench):
+    """The timer counts cycles, so half a period at 8 MHz and half at 72 MHz take the sum of both times."""
+    bench.chip.change_clock(8_000_000)
+    start(bench, 7_999, ENABLE | TICKINT | HCLK)
+    bench.chip.advance(4_000)
+    bench.chip.change_clock(72_000_000)
+    bench.chip.advance_s(Fraction(3_999, 72_000_000))
+    assert not bench.pending
+    bench.chip.advance(1)
+    assert bench.pending
+    assert bench.chip.time.seconds(8_000) == Fraction(1, 2_000) + Fraction(4_000, 72_000_000)
+
+
+def test_nothing_is_entered_that_nobody_could_notice(bench):
+    start(bench, 1, ENABLE | HCLK)
+    bench.chip.advance(2)
+    assert bench.chip.time.next_cycle() is None
+    assert peek(bench.timer, "CTRL") & COUNTFLAG
+    assert bench.chip.time.next_cycle() == 4
+
+
+def test_an_access_that_comes_late_finds_the_tick_done(bench):
+    """The instructions of an IT block are not interrupted by events; a later one of them must still see the zero."""
+    start(bench, 9, ENABLE | TICKINT | HCLK)
+    bench.chip.time.hold(13)
+    assert peek(bench.timer, "CTRL") & COUNTFLAG
+    assert bench.taken()
+    assert peek(bench.timer, "VAL") == 7
+    bench.chip.advance_to(20)
+    assert bench.taken()
+
+
+def test_reset(bench):
+    start(bench, 9, ENABLE | TICKINT | HCLK)
+    bench.chip.advance(4)
+    bench.timer.reset()
+    assert [peek(bench.timer, name) for name in ("CTRL", "LOAD", "VAL")] == [0, 0, 0]
+    bench.chip.advance(1000)
+    assert not bench.pending
+
+
+class Stepper:
+    """The counter of section B3.3, one cycle at a time."""
+
+    def __init__(self):
+        self.control = self.load = self.value = self.flag = self.pending = self.cycle = 0
+
+    def step(self):
+        self.cycle += 1
+        if not self.control & ENABLE or (not self.control & HCLK and self.cycle % 8):
+            return
+        if self.value:
+            self.value -= 1
+            if not self.value:
+                self.flag = COUNTFLAG
+                self.pending |= self.control & TICKINT
+        else:
+            self.value = self.load
+
+
+actions = st.one_of(
+    st.tuples(st.just("wait"), st.integers(1, 60)),
+    st.tuples(st.just("load"), st.integers(0, 12)),
+    st.tuples(st.just("control"), st.integers(0, 7)),
+    st.tuples(st.just("value"), st.integers(0, 9)),
+    st.tuples(st.just("read control"), st.just(0)),
+    st.tuples(st.just("take"), st.just(0)),
+)
+
+
+@given(st.lists(actions, max_size=40))
+def test_as_the_stepper(steps):
+    bench, model = Bench(), Stepper()
+    for action, argument in steps:
+        if action == "wait":
+            bench.chip.advance(argument)
+            for _ in range(argument):
+                model.step()
+        elif action == "load":
+            poke(bench.timer, "LOAD", argument)
+            model.load = argument
+        elif action == "control":
+            poke(bench.timer, "CTRL", argument)
+            model.control = argument
+        elif action == "value":
+            poke(bench.timer, "VAL", argument)
+            model.value = model.flag = 0
+        elif action == "read control":
+            assert peek(bench.timer, "CTRL") == model.control | model.flag
+            model.flag = 0
+        else:
+            assert bench.taken() == bool(model.pending)
+            model.pending = 0
+        assert peek(bench.timer, "VAL") == model.value
+        assert bench.pending == bool(model.pending)
