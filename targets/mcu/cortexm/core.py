@@ -29,7 +29,7 @@ from collections.abc import Callable
 from targets.mcu.cortexm import frame
 from targets.mcu.cortexm.debug import Fpb, RomTable, Tpiu
 from targets.mcu.cortexm.dwt import Dwt
-from targets.mcu.cortexm.exceptions import Exceptions, Number
+from targets.mcu.cortexm.exceptions import Exceptions, Line, Number
 from targets.mcu.cortexm.faults import Cfsr, Fault, Hfsr, Lockup
 from targets.mcu.cortexm.itm import Itm
 from targets.mcu.cortexm.nvic import Nvic
@@ -88,6 +88,7 @@ class Core:
         self._time = services.time
         self._notes = services.notes
         self.exceptions = Exceptions(irq_count, priority_bits)
+        self._nmi = Line(self.exceptions, Number.NMI)
         self.systick = SysTick(SCS_BASE, services, self.exceptions)
         self.nvic = Nvic(SCS_BASE, services, self.exceptions)
         self.scb = Scb(SCS_BASE, services, self.exceptions, lambda: self.running, self._masks)
@@ -135,6 +136,15 @@ class Core:
         if not 0 <= number < len(self.exceptions.lines):
             raise ValueError(f"there is no interrupt {number}")
         return self.exceptions.lines[number]
+
+    def set_nmi(self, level: bool) -> None:
+        """Drive the input of the non-maskable interrupt; while it is high, its handler runs again and again."""
+        self._nmi.set(level)
+
+    def receive_event(self) -> None:
+        """Take a pulse of the event input (RXEV), which the chip has besides its interrupts: for WFE."""
+        self.exceptions.event = True
+        self.on_change()
 
     def reset(self, vector_base: int, *, power_on: bool = False) -> None:
         """Start anew: stack pointer and PC from the vector table.

@@ -53,14 +53,12 @@ class Semihosting:
         on_exit: called when the program ends.
     """
 
-    def __init__(
-        self, cpu: CpuEngine, bus: BusMaster, time: Timebase, notes: Notes, *, command_line: bytes = b""
-    ) -> None:
+    def __init__(self, cpu: CpuEngine, bus: BusMaster, time: Timebase, notes: Notes, command_line: str = "") -> None:
         self._cpu = cpu
         self._bus = bus
         self._time = time
         self._notes = notes
-        self._command_line = command_line
+        self._command_line = command_line.encode()
         self._errno = 0
         self._consoles: set[int] = set()
         self._next_handle = 1

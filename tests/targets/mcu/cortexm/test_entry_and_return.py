@@ -306,6 +306,18 @@ class TestMasks:
         assert rig.cpu.get(Reg.FAULTMASK) == 1
 
 
+def test_nmi_runs_again_while_its_line_is_high(rig):
+    """As the clock security system demands until CSSC is written (RM0008 section 7.2.7)."""
+    rig.cpu.set(Reg.FAULTMASK, 1)
+    rig.core.set_nmi(True)
+    rig.settle()
+    rig.exit()
+    assert rig.began == [NMI, NMI]
+    rig.core.set_nmi(False)
+    rig.exit()
+    assert rig.core.running == 0
+
+
 class TestVectors:
     def test_vtor(self, rig):
         table = rig.RAM + 0x100

@@ -11,12 +11,10 @@ FAILED = 0xFFFF_FFFF
 
 
 class Debugger:
-    def __init__(self, rig, command_line=b""):
+    def __init__(self, rig, command_line=""):
         self.rig = rig
         self.services = rig.chip.services
-        self.host = Semihosting(
-            rig.cpu, self.services.bus, self.services.time, self.services.notes, command_line=command_line
-        )
+        self.host = Semihosting(rig.cpu, self.services.bus, self.services.time, self.services.notes, command_line)
         self.output = []
         self.exits = []
         self.host.on_output = self.output.append
@@ -94,7 +92,7 @@ def test_clocks_are_bench_time(host):
 
 
 def test_command_line(rig):
-    host = Debugger(rig, b"test -v")
+    host = Debugger(rig, "test -v")
     block = host.block(rig.RAM + 0x200, 8)
     assert host.call(0x15, block) == 0
     assert rig.memory.dump(rig.RAM + 0x200, 8) == b"test -v\0"

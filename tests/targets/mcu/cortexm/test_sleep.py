@@ -98,6 +98,17 @@ class TestWaitForEvent:
         assert not rig.core.sleeping
         assert not sleep(rig, StopKind.WFE)
 
+    def test_an_event_from_the_chip(self, rig):
+        assert sleep(rig, StopKind.WFE)
+        rig.core.receive_event()
+        assert rig.core.wakes()
+        rig.core.wake()
+        rig.core.receive_event()
+        assert not sleep(rig, StopKind.WFE)
+        assert sleep(rig)
+        rig.core.receive_event()
+        assert not rig.core.wakes()  # WFI does not care
+
     def test_reset_clears_it(self, rig):
         rig.stop(StopKind.SEV)
         rig.core.reset(rig.VECTORS)
