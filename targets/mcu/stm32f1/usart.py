@@ -1,0 +1,401 @@
+"""USART1 to USART3: registers, flags, interrupt and DMA requests (RM0008 section 27).
+
+Choices where the manual is silent, besides those of the transmitter and the receiver:
+
+* A flag that is cleared by "a read of SR followed by an access to DR" is cleared only if that read has seen it.
+* While ORE is set, words that come in are lost without any further flag. The manual does not say so; silicon does it
+  (libopencm3 issue 918, on an STM32F103).
+* Of a word that is lost by an overrun, ORE is the only flag (the manual says so of FE).
+* IDLE needs a word that has set RXNE before it, also the first time.
+* The end of the preamble does not set TC: TC is "the transmission of a frame containing data".
+* In single-wire half-duplex mode the receiver hears what is sent, unless RE is off.
+* A BRR below 16 stops the bit clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+from targets.mcu.fidelity import Fidelity
+from targets.mcu.registers import Peripheral, Register
+from targets.mcu.serial_line import Sampled, SerialFormat, SerialFrame
+from targets.mcu.services import InputSignal, Services
+from targets.mcu.stm32f1.usart_receiver import Receiver
+from targets.mcu.stm32f1.usart_transmitter import Transmitter
+
+__all__ = ["Usart"]
+
+SR, DR, BRR, CR1, CR2, CR3, GTPR = range(0, 0x1C, 4)
+
+PE, FE, NE, ORE, IDLE, RXNE, TC, TXE, LBD, CTS = (1 << bit for bit in range(10))
+
+SBK, RWU, RE, TE, IDLEIE, RXNEIE, TCIE, TXEIE, PEIE, PS, PCE, WAKE, M, UE = (1 << bit for bit in range(14))
+
+ADD = 0xF
+LBDL, LBDIE = 1 << 5, 1 << 6
+CLKEN, LINEN = 1 << 11, 1 << 14
+
+EIE, IREN, IRLP, HDSEL, NACK, SCEN, DMAR, DMAT, RTSE, CTSE, CTSIE = (1 << bit for bit in range(11))
+
+_SAME_BIT = TXEIE | TCIE | RXNEIE | IDLEIE
+"""Interrupt enables of CR1 that stand at the bit of their flag in SR."""
+
+_ENABLES_OF_CR1 = TXEIE | TCIE | RXNEIE | IDLEIE | PEIE
+_ENABLES_OF_CR3 = EIE | DMAR | DMAT | CTSIE
+
+_CLEARED_BY_DR_READ = PE | FE | NE | ORE | IDLE
+_CLEARED_BY_DR_WRITE = PE | TC
+
+_STOP_HALF_BITS = (2, 1, 4, 3)
+"""By CR2.STOP."""
+
+_LIN_BREAK_BITS = 13
+
+_PINS = {
+    "USART1": ("PA9 (or PB6)", "PA10 (or PB7)"),
+    "USART2": ("PA2 (or PD5)", "PA3 (or PD6)"),
+    "USART3": ("PB10 (or PC10, PD8)", "PB11 (or PC11, PD9)"),
+}
+
+
+class Usart(Peripheral):
+    """A USART.
+
+    Args:
+        name: ``USART1``.
+        base: address of SR.
+        services: what the chip offers. Used: output signals NAME_TX, NAME_RTS; input signals NAME_RX, NAME_TX (half
+            duplex), NAME_CTS; DMA requests NAME_TX, NAME_RX.
+        bus: whose clock it runs on, ``APB1`` or ``APB2``.
+        irq: number of its interrupt.
+
+    Attributes:
+        on_frame: called with every frame that leaves the chip, at the cycle at which its start bit begins.
+        on_format_change: called when `baud_hz` or `format` have changed.
+    """
+
+    REGISTERS = (
+        Register("SR", SR, 0xC0, CTS | LBD | TC | RXNE),
+        Register("DR", DR, 0, 0x1FF),
+        Register("BRR", BRR, 0, 0xFFFF),
+        Register("CR1", CR1, 0, 0x3FFF),
+        Register(
+            "CR2",
+            CR2,
+            0,
+            0x7F6F,
+            CLKEN,
+            fidelity=Fidelity.PARTLY,
+            note="the synchronous clock (CLKEN, CPOL, CPHA, LBCL) is not put out; frames are asynchronous",
+        ),
+        Register(
+            "CR3",
+            CR3,
+            0,
+            0x7FF,
+            IREN | SCEN,
+            fidelity=Fidelity.PARTLY,
+            note="IrDA and smartcard mode are not modelled; frames are those of asynchronous mode",
+        ),
+        Register("GTPR", GTPR, 0, 0xFFFF, fidelity=Fidelity.PARTLY, note="is remembered without effect"),
+    )
+
+    def __init__(self, name: str, base: int, services: Services, *, bus: str, irq: int) -> None:
+        super().__init__(name, base, services)
+        self.on_frame: Callable[[SerialFrame], None] = lambda _frame: None
+        self.on_format_change: Callable[[], None] = lambda: None
+        self._bus = bus
+        self._line_tx = services.output(f"{name}_TX")
+        self._line_rts = services.output(f"{name}_RTS")
+        self._line_rx = services.input(f"{name}_RX")
+        self._line_single = services.input(f"{name}_TX")
+        self._line_cts = services.input(f"{name}_CTS")
+        self._irq = services.irq(irq)
+        self._dma_tx = services.dma(f"{name}_TX")
+        self._dma_rx = services.dma(f"{name}_RX")
+        self._levels = (False, False, False)
+        self._received = 0
+        self._seen = 0
+        self._idle_armed = False
+        self._setting: tuple[str, Fraction] | None = None
+        self._format = SerialFormat()
+        self._tx = self._make_transmitter()
+        self._rx = self._make_receiver()
+
+    def _make_transmitter(self) -> Transmitter:
+        tx = Transmitter(self.time, self._line_tx)
+        tx.on_load = self._loaded
+        tx.on_frame = self._sent
+        tx.on_complete = self._complete
+        tx.on_break_sent = self._break_sent
+        tx.on_cut = self._cut
+        return tx
+
+    def _make_receiver(self) -> Receiver:
+        rx = Receiver(self.time)
+        rx.on_word = self._word
+        rx.on_idle = self._idle
+        rx.on_break = self._lin_break
+        rx.idle_wanted = self._wants_idle
+        return rx
+
+    # --- for people and for what is at the other end of the line
+
+    @property
+    def baud_hz(self) -> Fraction:
+        """Bits a second; 0 while the bit clock stands still."""
+        cycles = self._bit_cycles()
+        return self.time.hclk_hz / cycles if cycles else Fraction(0)
+
+    @property
+    def format(self) -> SerialFormat:
+        """How words are framed; ``str()`` of it is like ``8N1``."""
+        return self._format
+
+    def receive(self, frame: SerialFrame) -> None:
+        """Take a frame from outside, at the cycle at which its start bit begins (the first not before it)."""
+        half_duplex = self[CR3] & HDSEL
+        if not (self._line_single if half_duplex else self._line_rx).at_pin():
+            pin = _PINS.get(self.name, ("its pin", "its pin"))[0 if half_duplex else 1]
+            self.note("misuse", "RX", f"a frame came in, but {pin} is not configured to let {self.name} see it")
+        elif self.clocked:
+            self._rx.receive(frame)
+
+    # --- what the chip calls
+
+    def reset(self) -> None:
+        """Go to the state after reset; a frame that is being sent stays on the wire as it was announced."""
+        super().reset()
+        self._tx.reset()
+        self._rx.reset()
+        self._received = self._seen = 0
+        self._idle_armed = False
+        self._configure()
+
+    def before_clock_change(self) -> None:
+        """Bring line and samples up to the present cycle."""
+        self._tx.refresh()
+        self._rx.before_change()
+
+    def after_clock_change(self) -> None:
+        """Go on at the new rate."""
+        cycles = self._bit_cycles()
+        if cycles:
+            self._tx.set_rate(cycles, cycles / self.time.hclk_hz)
+            self._rx.set_rate(cycles)
+        self._run()
+        self._tell_setting()
+
+    # --- registers
+
+    def read_SR(self) -> int:
+        """Return the flags; those that are set are armed to be cleared by the next access to DR."""
+        self._seen = self[SR]
+        return self._seen
+
+    def write_SR(self, value: int) -> None:
+        """Clear CTS, LBD, TC and RXNE where a 0 was written."""
+        self[SR] &= value
+        self._update()
+
+    def read_DR(self) -> int:
+        """Return the word received last, and clear RXNE and what the read of SR has armed."""
+        self[SR] &= ~(RXNE | self._seen & _CLEARED_BY_DR_READ)
+        self._seen &= ~_CLEARED_BY_DR_READ
+        self._update()
+        return self._received
+
+    def write_DR(self, value: int) -> None:
+        """Put a word into the transmit data register."""
+        self[SR] &= ~(TXE | self._seen & _CLEARED_BY_DR_WRITE)
+        self._seen &= ~_CLEARED_BY_DR_WRITE
+        self._tx.write(self._format.word(value))
+        self._update()
+
+    def write_BRR(self, value: int) -> None:
+        """Set the bit clock; a frame under way goes on at the new rate."""
+        self.before_clock_change()
+        self[BRR] = value
+        self.after_clock_change()
+
+    def write_CR1(self, value: int) -> None:
+        """Enable, disable, frame; ask for a break, a preamble, mute mode."""
+        if value & WAKE and self[SR] & RXNE:
+            # "The RWU bit cannot be modified by software while the RXNE bit is set", with address mark detection.
+            value = value & ~RWU | self[CR1] & RWU
+        self._configure_unless(CR1, value, _ENABLES_OF_CR1)
+
+    def write_CR2(self, value: int) -> None:
+        """Set stop bits, LIN mode and the address in mute mode."""
+        self._configure_unless(CR2, value, LBDIE)
+
+    def write_CR3(self, value: int) -> None:
+        """Set DMA requests, flow control and half-duplex mode."""
+        self._configure_unless(CR3, value, _ENABLES_OF_CR3)
+
+    def _configure_unless(self, offset: int, value: int, enables: int) -> None:
+        """Keep a value; more than the lines changes only if there is a change outside of the bits `enables`."""
+        changed = self[offset] ^ value
+        self[offset] = value
+        if changed & ~enables:
+            self._configure()
+        elif changed:
+            self._update()
+
+    def _configure(self) -> None:
+        """Let everything follow the control registers."""
+        cr1, cr2, cr3 = self[CR1], self[CR2], self[CR3]
+        tx, rx = self._tx, self._rx
+        word_bits = 9 if cr1 & M else 8
+        parity = ("O" if cr1 & PS else "E") if cr1 & PCE else "N"
+        stop_half_bits = _STOP_HALF_BITS[cr2 >> 12 & 3]
+        self._format = SerialFormat(data_bits=word_bits - (parity != "N"), parity=parity, stop_half_bits=stop_half_bits)
+        tx.word_bits = rx.word_bits = word_bits
+        tx.stop_half_bits = rx.stop_half_bits = stop_half_bits
+        tx.break_bits = _LIN_BREAK_BITS if cr2 & LINEN else word_bits + 2
+        rx.lin_break_bits = (11 if cr2 & LBDL else 10) if cr2 & LINEN else 0
+        tx.break_wanted = bool(cr1 & SBK)
+        tx.half_duplex = bool(cr3 & HDSEL)
+        tx.clear_to_send = not (cr3 & CTSE and self._line_cts.level())
+        self._run()
+        self._update()
+        self._tell_setting()
+
+    def _run(self) -> None:
+        """Start and stop transmitter and receiver, and listen to the pins that matter."""
+        cr1, cr3 = self[CR1], self[CR3]
+        wanted = cr1 & (TE | RE) if cr1 & UE else 0
+        if wanted and not self._bit_cycles():
+            self.note("misuse", "BRR", f"0x{self[BRR]:X} is no baud rate (16 is the least): {self.name} does nothing")
+            wanted = 0
+        self._rx.switch(bool(wanted & RE))
+        self._tx.enable(bool(wanted & TE))
+        self._tx.show_idle()
+        self._tx.proceed()
+        _listen(self._line_rx, self._rx.drive if wanted & RE and not cr3 & HDSEL else None)
+        _listen(self._line_cts, self._cts_changed if cr3 & CTSE else None)
+
+    def _bit_cycles(self) -> int:
+        divider = self[BRR]
+        return divider * self.services.clocks.pclk(self._bus) if divider >= 16 else 0
+
+    def _tell_setting(self) -> None:
+        setting = (str(self._format), self.baud_hz)
+        if setting != self._setting:
+            self._setting = setting
+            self.on_format_change()
+
+    # --- sending
+
+    def _loaded(self) -> None:
+        self[SR] |= TXE
+        self._update()
+
+    def _sent(self, frame: SerialFrame) -> None:
+        if self[CR3] & HDSEL:
+            self._rx.receive(frame)
+        if self._line_tx.at_pin():
+            self.on_frame(frame)
+        else:
+            pin = _PINS.get(self.name, ("its pin",))[0]
+            self.note("misuse", "TX", f"{self.name} sends, but {pin} is not an alternate-function output")
+
+    def _complete(self) -> None:
+        self[SR] |= TC
+        self._update()
+
+    def _break_sent(self) -> None:
+        self[CR1] &= ~SBK
+
+    def _cut(self) -> None:
+        if not self[CR1] & TE:
+            text = "TE was cleared while a frame was being sent: silicon may lose it, here it was sent to its end"
+            self.note("misuse", "CR1.TE", text)
+
+    def _cts_changed(self, level: bool) -> None:
+        self[SR] |= CTS
+        self._tx.clear_to_send = not level
+        self._tx.proceed()
+        self._update()
+
+    # --- receiving
+
+    def _word(self, sampled: Sampled) -> None:
+        flags = self[SR]
+        if flags & ORE or self._is_muted_for(sampled.word):
+            return
+        if flags & RXNE:
+            flags |= ORE
+        else:
+            self._received = sampled.word
+            self._idle_armed = True
+            flags |= RXNE | (NE if sampled.noise else 0) | (FE if sampled.framing_error else 0)
+            flags |= PE if self._format.parity_wrong(sampled.word) else 0
+        self[SR] = flags
+        self._update()
+
+    def _is_muted_for(self, word: int) -> bool:
+        """Say whether mute mode hides a word, and enter or leave the mode if the word is an address."""
+        cr1 = self[CR1]
+        if not cr1 & WAKE:
+            return bool(cr1 & RWU)
+        is_address = word >> self._format.data_bits - 1 & 1
+        if not is_address:
+            return bool(cr1 & RWU)
+        is_mine = word & ADD == self[CR2] & ADD
+        self[CR1] = cr1 & ~RWU if is_mine else cr1 | RWU
+        return not is_mine
+
+    def _wants_idle(self) -> bool:
+        return self._idle_armed or self[CR1] & (RWU | WAKE) == RWU
+
+    def _idle(self) -> None:
+        if self[CR1] & RWU:
+            if not self[CR1] & WAKE:
+                self[CR1] &= ~RWU
+        elif self._idle_armed:
+            self._idle_armed = False
+            self[SR] |= IDLE
+            self._update()
+
+    def _lin_break(self) -> None:
+        self[SR] |= LBD
+        self._update()
+
+    # --- lines
+
+    def _update(self) -> None:
+        """Drive interrupt, DMA requests and RTS from flags and enables."""
+        sr, cr1, cr3 = self[SR], self[CR1], self[CR3]
+        self._line_rts.set((bool(sr & RXNE) or not self._rx.running) if cr3 & RTSE else None)
+        levels = (
+            bool(sr & cr1 & _SAME_BIT) or self._irq_of_errors(sr, cr1, cr3),
+            bool(cr3 & DMAT and sr & TXE),
+            bool(cr3 & DMAR and sr & RXNE),
+        )
+        if levels != self._levels:
+            before, self._levels = self._levels, levels
+            if levels[0] is not before[0]:
+                self._irq.set(levels[0])
+            if levels[1] is not before[1]:
+                self._dma_tx.set(levels[1])
+            if levels[2] is not before[2]:
+                self._dma_rx.set(levels[2])
+
+    def _irq_of_errors(self, sr: int, cr1: int, cr3: int) -> bool:
+        if not sr & (PE | FE | NE | ORE | LBD | CTS):
+            return False
+        return bool(
+            (sr & ORE and cr1 & RXNEIE)
+            or (sr & PE and cr1 & PEIE)
+            or (sr & (FE | NE | ORE) and cr3 & EIE and cr3 & DMAR)
+            or (sr & CTS and cr3 & CTSIE)
+            or (sr & LBD and self[CR2] & LBDIE)
+        )
+
+
+def _listen(signal: InputSignal, callback: Callable[[bool], None] | None) -> None:
+    # Setting it has others find out anew who listens to the pin.
+    if signal.on_change != callback:
+        signal.on_change = callback

@@ -1,0 +1,299 @@
+"""The receiver of a USART: start bit detection, 16x oversampling, idle line and LIN break (RM0008 section 27.3.3).
+
+A word is read when it is complete, from all that is known of the line by then; so a word costs one event, and frames
+may overlap, come at any rate or begin before the receiver was switched on. Where every sample lies within the bit that
+it is meant for, the word is taken from the frame without sampling it.
+
+Choices where the manual is silent:
+
+* The clock of the samples begins with the falling edge of the start bit; samples are rounded up to whole cycles.
+* The word is complete at the last sample of the stop bit; with other than one stop bit, as the manual says.
+* The line is idle one frame after the end of the last stop bit, or after its rising edge if it was low then.
+* A LIN break is complete at the last sample of the first high bit after it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+from targets.mcu.serial_line import LineHistory, Sampled, SamplingPlan, SerialFrame, StartBit, sampling_plan
+from targets.mcu.stm32f1.bit_clock import BitClock
+from targets.mcu.timebase import Event, Timebase
+
+__all__ = ["Receiver"]
+
+
+class Receiver:
+    """Reads words.
+
+    Args:
+        time: the chip's cycles and events.
+
+    Attributes:
+        word_bits: bits between start and stop, of the words to come.
+        stop_half_bits: stop bits, in halves.
+        lin_break_bits: low bits, with the start bit, that make a LIN break; 0 for none.
+        running: False while it is switched off; it still keeps what is on the line.
+        on_word: called with every word, when it is complete.
+        on_idle: called when the line was high for a frame after a word, if `idle_wanted` said so.
+        on_break: called when a LIN break was detected.
+        idle_wanted: asked after every word.
+    """
+
+    def __init__(self, time: Timebase) -> None:
+        self.word_bits = 8
+        self.stop_half_bits = 2
+        self.lin_break_bits = 0
+        self.running = False
+        self.on_word: Callable[[Sampled], None] = lambda _sampled: None
+        self.on_idle: Callable[[], None] = lambda: None
+        self.on_break: Callable[[], None] = lambda: None
+        self.idle_wanted: Callable[[], bool] = lambda: False
+        self._time = time
+        self._line = LineHistory()
+        self._bit_cycles = 16
+        self._hears_from_s = Fraction(0)
+        # the word under way
+        self._edge_s: Fraction | None = None
+        self._clock = BitClock()
+        self._plan: SamplingPlan = sampling_plan(8, 2)
+        self._taken: list[bool] = []
+        self._known: Sampled | None = None
+        self._done_event: Event | None = None
+        # what comes after it
+        self._word_end = 0
+        self._idle_clock = BitClock()
+        self._idle_end = 0
+        self._idle_cycle = 0
+        self._idle_event: Event | None = None
+        self._break_event: Event | None = None
+        self._low_since_s: Fraction | None = None
+        # the verdict of `_takes_as_sent`, for a bit time that is mostly the same
+        self._checked: tuple[Fraction, int, SamplingPlan] | None = None
+        self._fits = False
+
+    # --- what the registers do
+
+    def reset(self) -> None:
+        """Switch off and forget everything."""
+        self.switch(False)
+        self._line.clear()
+
+    def switch(self, on: bool) -> None:
+        """Begin to listen, or lose what is coming in."""
+        if on is self.running:
+            return
+        self.running = on
+        if on:
+            self._hears_from_s = self._now_s()
+            self._search()
+        else:
+            self._time.cancel(self._done_event)
+            self._time.cancel(self._idle_event)
+            self._time.cancel(self._break_event)
+            self._edge_s = self._idle_event = self._low_since_s = None
+            self._line.undrive()
+
+    # --- the clock
+
+    def before_change(self) -> None:
+        """Take the samples up to the present cycle: the length of a bit or of a cycle is about to change."""
+        if self._edge_s is not None:
+            self._known = None
+            self._take(self._time.now)
+
+    def set_rate(self, bit_cycles: int) -> None:
+        """Set the length of a bit from now on; `before_change` comes first, also if just HCLK changes."""
+        now = self._time.now
+        self._bit_cycles = bit_cycles
+        self._checked = None
+        if self._idle_event is not None and self._idle_event.pending:
+            self._idle_clock.change(now, bit_cycles)
+            self._enter_idle()
+        if self._edge_s is None:
+            return
+        if self._clock.cycle(0) > now:
+            self._hears_from_s = self._now_s()
+            self._abandon()
+            self._search()
+        else:
+            self._clock.change(now, bit_cycles)
+            self._enter_done()
+
+    # --- what comes in
+
+    def receive(self, frame: SerialFrame) -> None:
+        """Put a frame on the line, at the cycle at which its start bit begins."""
+        alone = self._line.empty
+        self._line.add(frame)
+        if not self.running:
+            self._line.forget(self._now_s())
+        elif alone and self._edge_s is None and self._takes_as_sent(frame):
+            self._begin(frame.start_s, self._time.now)
+            self._known = Sampled(word=frame.bits, noise=False, framing_error=False)
+        else:
+            self._look_again()
+
+    def drive(self, level: bool) -> None:
+        """Let the line have `level` from the present cycle on, apart from frames."""
+        self._line.drive(self._now_s(), level)
+        if not self.running:
+            self._line.forget(self._now_s())
+            return
+        if level and self._low_since_s is not None:
+            self._check_break(self._low_since_s)
+        self._look_again()
+        if level and self._edge_s is None:
+            self._schedule_idle()
+
+    def _look_again(self) -> None:
+        """Something was added to the line from the present cycle on."""
+        self._known = None
+        if self._edge_s is not None and self._clock.cycle(0) > self._time.now:
+            self._abandon()
+        if self._edge_s is None:
+            self._search()
+
+    # --- a word
+
+    def _takes_as_sent(self, frame: SerialFrame) -> bool:
+        plan = sampling_plan(self.word_bits, self.stop_half_bits)
+        if frame.bit_count != plan.word_bits:
+            return False
+        if self._checked != (frame.bit_s, self._bit_cycles, plan):
+            self._checked = (frame.bit_s, self._bit_cycles, plan)
+            self._fits = self._samples_fit(frame.bit_s)
+        return self._fits
+
+    def _samples_fit(self, bit_s: Fraction) -> bool:
+        """Say whether all samples lie in their bits, with a cycle to spare for rounding at either end."""
+        sent, own, last = bit_s * self._time.hclk_hz, self._bit_cycles, self.word_bits
+        stop = last + 1
+        not_early = stop * own + Fraction(own, 2) >= stop * sent
+        not_late = all(bit * own + Fraction(10 * own, 16) + 2 <= (bit + 1) * sent for bit in (0, last))
+        return not_early and not_late
+
+    def _search(self) -> None:
+        """Look for a start bit in what is known of the line."""
+        edge_s = self._line.next_start(self._hears_from_s, self._sixteenth_s())
+        if edge_s is not None:
+            self._line.forget(edge_s - 4 * self._sixteenth_s())
+            self._begin(edge_s, self._time.cycle_at(edge_s))
+        elif self._line.level(self._now_s()) and self._line.next_edge(self._now_s(), level=False) is None:
+            self._line.clear()
+
+    def _begin(self, edge_s: Fraction, edge_cycle: int) -> None:
+        self._edge_s = edge_s
+        self._clock.start(edge_cycle, self._bit_cycles)
+        self._plan = sampling_plan(self.word_bits, self.stop_half_bits)
+        self._taken = []
+        self._known = None
+        if self._idle_event is not None and edge_cycle <= self._idle_cycle:
+            self._time.cancel(self._idle_event)
+            self._idle_event = None
+        self._enter_done()
+
+    def _abandon(self) -> None:
+        self._time.cancel(self._done_event)
+        self._edge_s = None
+
+    def _enter_done(self) -> None:
+        self._time.cancel(self._done_event)
+        self._done_event = self._time.at(self._clock.cycle(self._plan.done), self._done)
+
+    def _take(self, until_cycle: int) -> None:
+        for position in self._plan.positions[len(self._taken) :]:
+            cycle = self._clock.cycle(position)
+            if cycle > until_cycle:
+                return
+            self._taken.append(self._line.level(self._time.seconds(cycle)))
+
+    def _done(self) -> None:
+        edge_s, sampled = self._edge_s, self._known
+        assert edge_s is not None
+        self._edge_s = None
+        self._word_end = self._clock.cycle(self._frame_sixteenths())
+        if sampled is not None:
+            self._line.clear()
+            self.on_word(sampled)
+            self._look_for_break(edge_s, sampled)
+            self._schedule_idle()
+            return
+        self._take(self._time.now)
+        start = StartBit.judge(self._taken)
+        self._hears_from_s = self._time.seconds(self._clock.cycle(self._plan.resume if start.valid else start.abort))
+        if start.valid:
+            sampled = self._plan.judge(self._taken)
+            self.on_word(sampled)
+            self._look_for_break(edge_s, sampled)
+        else:
+            self._word_end = self._clock.cycle(start.abort)
+        self._search()
+        self._schedule_idle()
+
+    # --- idle line
+
+    def _schedule_idle(self) -> None:
+        """After a word: have the line become idle, unless the next word comes first."""
+        if not self.running or not self.idle_wanted():
+            return
+        begin = self._high_from()
+        if begin is None:
+            return
+        self._idle_clock.start(max(begin, self._word_end), self._bit_cycles)
+        self._idle_end = self._frame_sixteenths()
+        self._enter_idle()
+        if self._edge_s is not None and self._clock.cycle(0) <= self._idle_cycle:
+            self._time.cancel(self._idle_event)
+
+    def _frame_sixteenths(self) -> int:
+        return 16 * (1 + self.word_bits) + 8 * self.stop_half_bits
+
+    def _high_from(self) -> int | None:
+        """Return the first cycle from the present one on at which the line is high, if that is known."""
+        if self._line.empty or self._line.level(now_s := self._now_s()):
+            return self._time.now
+        rise_s = self._line.next_edge(now_s, level=True)
+        return None if rise_s is None else self._time.cycle_at(rise_s)
+
+    def _enter_idle(self) -> None:
+        self._time.cancel(self._idle_event)
+        self._idle_cycle = self._idle_clock.cycle(self._idle_end)
+        self._idle_event = self._time.at(self._idle_cycle, self._idle)
+
+    def _idle(self) -> None:
+        self._idle_event = None
+        self.on_idle()
+
+    # --- LIN break
+
+    def _look_for_break(self, edge_s: Fraction, sampled: Sampled) -> None:
+        self._low_since_s = None
+        if not self.lin_break_bits or sampled.word & (1 << min(self.word_bits, self.lin_break_bits - 1)) - 1:
+            return
+        if sampled.framing_error:
+            self._low_since_s = edge_s
+            self._check_break(edge_s)
+        elif self.word_bits + 1 >= self.lin_break_bits:
+            self.on_break()
+
+    def _check_break(self, edge_s: Fraction) -> None:
+        """The line has been low since `edge_s`, over a whole frame; see when it goes high, if that is known."""
+        rise_s = self._line.next_edge(self._hears_from_s, level=True)
+        if rise_s is None:
+            return
+        self._low_since_s = None
+        sixteenth_s = self._sixteenth_s()
+        # Two of the samples 8, 9 and 10 must be high.
+        high_bit = -int((9 - (rise_s - edge_s) / sixteenth_s) // 16)
+        if high_bit >= self.lin_break_bits:
+            self._break_event = self._time.at_time(edge_s + (16 * high_bit + 10) * sixteenth_s, self.on_break)
+
+    # --- times
+
+    def _now_s(self) -> Fraction:
+        return self._time.seconds(self._time.now)
+
+    def _sixteenth_s(self) -> Fraction:
+        return self._bit_cycles / (16 * self._time.hclk_hz)
