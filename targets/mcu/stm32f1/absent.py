@@ -1,0 +1,299 @@
+"""What an STM32F103 has and this model lacks: registers with their reset values; whoever uses them is told.
+
+Values are kept as written. Flags that hardware would set stay clear, but for those whose absence would hang a driver
+before it has begun: the calibration of a converter ends at once, the RTC is always synchronised, CAN enters and leaves
+its initialisation and sleep modes at once, on a bus on which nobody else answers.
+
+Registers: RM0008 sections 11 (ADC), 18 (RTC), 23 (USB), 24 (bxCAN), 25 (SPI), 26 (I2C).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import ClassVar
+
+from targets.mcu.fidelity import Fidelity
+from targets.mcu.registers import Peripheral, Register
+from targets.mcu.services import Services
+
+__all__ = ["Adc", "Can", "I2c", "Rtc", "Spi", "Usb", "UsbMemory", "absent_peripherals"]
+
+HALF = 0xFFFF
+
+
+class Absent(Peripheral):
+    """A peripheral of which only the registers are there."""
+
+    MISSING: ClassVar[str] = ""
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers, all of them marked absent."""
+        for register in self.REGISTERS:
+            note = register.note or f"{self.name} is not modelled: {self.MISSING}"
+            yield replace(register, fidelity=Fidelity.ABSENT, note=note)
+
+    def read(self, offset: int) -> int:
+        """Return what was written last, and say that nothing works."""
+        if offset in self._readers:
+            self._note_absent(offset)
+        return super().read(offset)
+
+
+class Rtc(Absent):
+    """The real-time clock: it stands still. RTOFF is always set; RSF is set again as soon as it was cleared."""
+
+    MISSING = "the counter stands still, no second, no alarm"
+    REGISTERS = (
+        Register("CRH", 0x00, 0, 0x7),
+        Register("CRL", 0x04, 0x20, 0x1F),
+        Register("PRLH", 0x08, 0, 0xF),
+        Register("PRLL", 0x0C, 0x8000, HALF),
+        Register("DIVH", 0x10, 0, 0),
+        Register("DIVL", 0x14, 0x8000, 0),
+        Register("CNTH", 0x18, 0, HALF),
+        Register("CNTL", 0x1C, 0, HALF),
+        Register("ALRH", 0x20, HALF, HALF),
+        Register("ALRL", 0x24, HALF, HALF),
+    )
+
+    def reset(self) -> None:
+        """A reset of the chip reaches CRH and CRL only (RM0008 section 18.3.2)."""
+        self[0x00], self[0x04] = 0, 0x20
+
+    def reset_backup(self) -> None:
+        """A reset of the backup domain clears everything."""
+        super().reset()
+
+    def write_CRL(self, value: int) -> None:
+        """CNF as written; SECF, ALRF and OWF never rise; RSF returns at once."""
+        self[0x04] = 0x20 | (value & 0x10) | 0x08
+
+    def read_PRLH(self) -> int:
+        """Write-only."""
+        return 0
+
+    def read_PRLL(self) -> int:
+        """Write-only."""
+        return 0
+
+    def read_ALRH(self) -> int:
+        """Write-only."""
+        return 0
+
+    def read_ALRL(self) -> int:
+        """Write-only."""
+        return 0
+
+
+class Adc(Absent):
+    """A converter: no conversion ever ends. Calibration ends at once, or drivers would hang before they start."""
+
+    MISSING = "no conversion ever ends"
+    REGISTERS = (
+        Register("SR", 0x00, 0, 0),
+        Register("CR1", 0x04, 0, 0x00CF_FFFF),
+        Register("CR2", 0x08, 0, 0x00FE_F90F),
+        Register("SMPR1", 0x0C, 0, 0x00FF_FFFF),
+        Register("SMPR2", 0x10, 0, 0x3FFF_FFFF),
+        *(Register(f"JOFR{number}", 0x10 + 4 * number, 0, 0xFFF) for number in range(1, 5)),
+        Register("HTR", 0x24, 0xFFF, 0xFFF),
+        Register("LTR", 0x28, 0, 0xFFF),
+        Register("SQR1", 0x2C, 0, 0x00FF_FFFF),
+        Register("SQR2", 0x30, 0, 0x3FFF_FFFF),
+        Register("SQR3", 0x34, 0, 0x3FFF_FFFF),
+        Register("JSQR", 0x38, 0, 0x003F_FFFF),
+        *(Register(f"JDR{number}", 0x38 + 4 * number, 0, 0) for number in range(1, 5)),
+        Register("DR", 0x4C, 0, 0),
+    )
+
+    def write_CR2(self, value: int) -> None:
+        """CAL and RSTCAL fall as soon as they rise; the start bits fall when a conversion starts."""
+        self[0x08] = value & ~(1 << 2 | 1 << 3 | 1 << 21 | 1 << 22)
+
+
+class I2c(Absent):
+    """An I2C interface: no event ever happens, and the bus is never busy."""
+
+    MISSING = "nothing is sent, no event happens"
+    REGISTERS = (
+        Register("CR1", 0x00, 0, 0xBFFB),
+        Register("CR2", 0x04, 0, 0x1F3F),
+        Register("OAR1", 0x08, 0, 0xC3FF),
+        Register("OAR2", 0x0C, 0, 0xFF),
+        Register("DR", 0x10, 0, 0xFF),
+        Register("SR1", 0x14, 0, 0),
+        Register("SR2", 0x18, 0, 0),
+        Register("CCR", 0x1C, 0, 0xCFFF),
+        Register("TRISE", 0x20, 0x02, 0x3F),
+    )
+
+    def write_CR1(self, value: int) -> None:
+        """SWRST holds the interface in its reset state."""
+        if value & 1 << 15:
+            self.reset()
+            self[0x00] = 1 << 15
+        else:
+            self[0x00] = value
+
+
+class Spi(Absent):
+    """An SPI interface: the transmit buffer is always empty, nothing arrives."""
+
+    MISSING = "nothing is sent, nothing arrives"
+    REGISTERS = (
+        Register("CR1", 0x00, 0, HALF),
+        Register("CR2", 0x04, 0, 0xE7),
+        Register("SR", 0x08, 0x02, 0),
+        Register("DR", 0x0C, 0, HALF),
+        Register("CRCPR", 0x10, 0x07, HALF),
+        Register("RXCRCR", 0x14, 0, 0),
+        Register("TXCRCR", 0x18, 0, 0),
+        Register("I2SCFGR", 0x1C, 0, 0, note="devices of medium density have no I2S"),
+        Register("I2SPR", 0x20, 0, 0, note="devices of medium density have no I2S"),
+    )
+
+
+class Can(Absent):
+    """bxCAN on a bus without anybody else: modes change at once, a message stays in its mailbox until it is aborted."""
+
+    MISSING = "nothing is sent, nothing arrives; modes change at once"
+    REGISTERS = (
+        Register("MCR", 0x00, 0x0001_0002, 0x0001_80FF),
+        Register("MSR", 0x04, 0x0000_0C02, 0x1C),
+        Register("TSR", 0x08, 0x1C00_0000, 0x008F_8F8F),
+        Register("RF0R", 0x0C, 0, 0),
+        Register("RF1R", 0x10, 0, 0),
+        Register("IER", 0x14, 0, 0x0003_8F7F),
+        Register("ESR", 0x18, 0, 0x70),
+        Register("BTR", 0x1C, 0x0123_0000, 0xC37F_03FF),
+        *(
+            Register(f"T{name}{box}R", 0x180 + 0x10 * box + offset, 0, writable)
+            for box in range(3)
+            for name, offset, writable in (
+                ("I", 0, 0xFFFF_FFFF),
+                ("DT", 4, 0xFFFF_010F),
+                ("DL", 8, 0xFFFF_FFFF),
+                ("DH", 12, 0xFFFF_FFFF),
+            )
+        ),
+        *(
+            Register(f"R{name}{fifo}R", 0x1B0 + 0x10 * fifo + offset, 0, 0)
+            for fifo in range(2)
+            for name, offset in (("I", 0), ("DT", 4), ("DL", 8), ("DH", 12))
+        ),
+        Register("FMR", 0x200, 0x2A1C_0E01, 1),
+        Register("FM1R", 0x204, 0, 0x3FFF),
+        Register("FS1R", 0x20C, 0, 0x3FFF),
+        Register("FFA1R", 0x214, 0, 0x3FFF),
+        Register("FA1R", 0x21C, 0, 0x3FFF),
+        *(
+            Register(f"F{bank}R{half}", 0x240 + 8 * bank + 4 * (half - 1), 0, 0xFFFF_FFFF)
+            for bank in range(14)
+            for half in (1, 2)
+        ),
+    )
+    MCR, MSR, TSR = 0x00, 0x04, 0x08
+    INRQ, SLEEP, RESET = 1 << 0, 1 << 1, 1 << 15
+    ACKNOWLEDGED = 0x3  # INAK and SLAK
+
+    def write_MCR(self, value: int) -> None:
+        """INAK and SLAK follow INRQ and SLEEP; RESET leads to sleep mode."""
+        if value & self.RESET:
+            self.reset()
+            return
+        self[self.MCR] = value
+        acknowledged = 1 if value & self.INRQ and not value & self.SLEEP else value & self.SLEEP
+        self[self.MSR] = (self[self.MSR] & ~self.ACKNOWLEDGED) | acknowledged
+
+    def write_MSR(self, value: int) -> None:
+        """The flags of the interrupts never rise."""
+
+    def write_TSR(self, value: int) -> None:
+        """RQCP is cleared by 1; ABRQ empties a mailbox that waits."""
+        for box in range(3):
+            flags = value >> 8 * box
+            if flags & 1:
+                self[self.TSR] &= ~(0xF << 8 * box)
+            if flags & 0x80 and self[0x180 + 0x10 * box] & 1:
+                self[0x180 + 0x10 * box] &= ~1
+                self[self.TSR] |= 1 << 26 + box | 1 << 8 * box
+
+    def write_TI0R(self, value: int) -> None:
+        """Mailbox 0."""
+        self._request(0, value)
+
+    def write_TI1R(self, value: int) -> None:
+        """Mailbox 1."""
+        self._request(1, value)
+
+    def write_TI2R(self, value: int) -> None:
+        """Mailbox 2."""
+        self._request(2, value)
+
+    def _request(self, box: int, value: int) -> None:
+        """TXRQ: the message waits, for nobody on the bus acknowledges it."""
+        self[0x180 + 0x10 * box] = value
+        if value & 1:
+            self[self.TSR] &= ~(1 << 26 + box | 0xF << 8 * box)
+
+
+class Usb(Absent):
+    """The USB device interface with no host at the other end: no reset, no frame, no packet."""
+
+    MISSING = "no host is at the other end"
+    REGISTERS = (
+        *(Register(f"EP{number}R", 4 * number, 0, HALF) for number in range(8)),
+        Register("CNTR", 0x40, 0x3, 0xFF1F),
+        Register("ISTR", 0x44, 0, 0x7F00),
+        Register("FNR", 0x48, 0, 0),
+        Register("DADDR", 0x4C, 0, 0xFF),
+        Register("BTABLE", 0x50, 0, 0xFFF8),
+    )
+    CLEARED_BY_ZERO, TOGGLED, PLAIN = 0x8080, 0x7070, 0x070F
+
+    def write(self, offset: int, value: int) -> None:
+        """As of every peripheral; an endpoint register has bits that toggle and bits that 0 clears (RM0008 23.5.2)."""
+        if offset >= 0x20 or offset & 3:
+            super().write(offset, value)
+            return
+        self._note_absent(offset)
+        old = self[offset]
+        self[offset] = (old & value & self.CLEARED_BY_ZERO) | ((old ^ value) & self.TOGGLED) | (value & self.PLAIN)
+
+    def write_ISTR(self, value: int) -> None:
+        """The flags never rise."""
+
+
+class UsbMemory(Peripheral):
+    """The 512 bytes of packet memory that USB and CAN share, as half-words at every fourth address."""
+
+    REGISTERS = (Register("PMA", 0, 0, HALF, fidelity=Fidelity.ABSENT, note="only the CPU reads and writes packets"),)
+
+    def __init__(self, name: str, base: int, services: Services) -> None:
+        super().__init__(name, base, services)
+        self._words = [0] * 256
+
+    def read(self, offset: int) -> int:
+        """Return a half-word of the memory."""
+        return self._words[offset >> 2]
+
+    def write(self, offset: int, value: int) -> None:
+        """Keep a half-word."""
+        self._words[offset >> 2] = value & HALF
+
+
+def absent_peripherals(services: Services) -> list[Peripheral]:
+    """Return everything of the medium-density STM32F103 that is not modelled, at its address (RM0008 table 3)."""
+    return [
+        Rtc("RTC", 0x4000_2800, services),
+        Spi("SPI2", 0x4000_3800, services),
+        I2c("I2C1", 0x4000_5400, services),
+        I2c("I2C2", 0x4000_5800, services),
+        Usb("USB", 0x4000_5C00, services),
+        UsbMemory("USB_SRAM", 0x4000_6000, services),
+        Can("CAN", 0x4000_6400, services),
+        Adc("ADC1", 0x4001_2400, services),
+        Adc("ADC2", 0x4001_2800, services),
+        Spi("SPI1", 0x4001_3000, services),
+    ]

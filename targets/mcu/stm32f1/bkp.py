@@ -1,0 +1,84 @@
+"""BKP: ten half-words that survive everything but power-off and tampering (RM0008 section 6, medium density)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ClassVar
+
+from targets.mcu.registers import Peripheral, Register
+from targets.mcu.services import Services
+
+__all__ = ["Bkp"]
+
+TAMPER_IRQ = 2
+DATA = range(0x04, 0x2C, 4)
+RTCCR, CR, CSR = 0x2C, 0x30, 0x34
+TPE, TPAL = 1 << 0, 1 << 1
+CTE, CTI, TPIE, TEF, TIF = 1 << 0, 1 << 1, 1 << 2, 1 << 8, 1 << 9
+
+
+class Bkp(Peripheral):
+    """Backup registers and tamper detection.
+
+    Args:
+        base: address of its first register.
+        services: what the chip offers; the pin is its input ``TAMPER``, asked for when TPE is set.
+        backup_writable: says whether PWR_CR.DBP opens the backup domain; without it writes are lost.
+    """
+
+    REGISTERS: ClassVar[tuple[Register, ...]] = (
+        *(Register(f"DR{number}", offset, 0, 0xFFFF) for number, offset in enumerate(DATA, 1)),
+        Register("RTCCR", RTCCR, 0, 0x3FF, 0x3FF, note="the calibration and output of the RTC are not modelled"),
+        Register("CR", CR, 0, TPE | TPAL),
+        Register("CSR", CSR, 0, CTE | CTI | TPIE),
+    )
+
+    def __init__(self, base: int, services: Services, *, backup_writable: Callable[[], bool]) -> None:
+        super().__init__("BKP", base, services)
+        self._writable = backup_writable
+        self._irq = services.irq(TAMPER_IRQ)
+
+    def reset(self) -> None:
+        """A reset of the chip reaches TPIE and the flag of the interrupt only."""
+        self[CSR] &= ~(TPIE | TIF)
+        self._irq.set(False)
+
+    def reset_backup(self) -> None:
+        """A reset of the backup domain clears everything."""
+        super().reset()
+        self._irq.set(False)
+
+    def write(self, offset: int, value: int) -> None:
+        """As of every peripheral, if the backup domain is open."""
+        if self._writable():
+            super().write(offset, value)
+        else:
+            self.note("misuse", "DR", "a write is lost: PWR_CR.DBP is not set")
+
+    def write_CR(self, value: int) -> None:
+        """Enable the pin and choose the level that counts as tampering."""
+        self[CR] = value
+        if value & TPE:
+            pin = self.services.input("TAMPER")
+            pin.on_change = self._on_pin
+            self._on_pin(pin.level())
+
+    def write_CSR(self, value: int) -> None:
+        """CTE and CTI clear TEF and TIF and read 0."""
+        if value & CTE:
+            value &= ~TEF
+        if value & CTI:
+            value &= ~TIF
+        self[CSR] = value & ~(CTE | CTI)
+        if not value & TPIE:
+            self[CSR] &= ~TIF
+        self._irq.set(bool(self[CSR] & TIF))
+
+    def _on_pin(self, level: bool) -> None:
+        active = level is not bool(self[CR] & TPAL)  # TPAL = 0: a high level is tampering
+        if not (self[CR] & TPE and active):
+            return
+        for offset in DATA:
+            self[offset] = 0
+        self[CSR] |= TEF | TIF if self[CSR] & TPIE else TEF
+        self._irq.set(bool(self[CSR] & TIF))

@@ -1,0 +1,100 @@
+"""PWR: the key to the backup domain, and the deep sleep modes (RM0008 section 5).
+
+The supply of the model is 3.3 V and never falls: the voltage detector always answers "above".
+"""
+
+from __future__ import annotations
+
+import enum
+from fractions import Fraction
+from typing import ClassVar
+
+from targets.mcu.fidelity import Fidelity
+from targets.mcu.registers import Peripheral, Register
+from targets.mcu.services import Services
+
+__all__ = ["DeepSleep", "Pwr"]
+
+CR, CSR = 0x00, 0x04
+LPDS, PDDS, CWUF, CSBF, PVD_SETTINGS, DBP = 1 << 0, 1 << 1, 1 << 2, 1 << 3, 0xF0, 1 << 8
+WUF, SBF, EWUP = 1 << 0, 1 << 1, 1 << 8
+
+
+class DeepSleep(enum.Enum):
+    """Where WFI and WFE lead with SLEEPDEEP set; the value is the typical time to wake up (DS5319, wake-up times)."""
+
+    STOP = Fraction(36, 10_000_000)
+    STOP_LOW_POWER = Fraction(54, 10_000_000)
+    STANDBY = Fraction(50, 1_000_000)
+
+    @property
+    def wakeup_s(self) -> Fraction:
+        """Seconds from the event that wakes up to the first instruction."""
+        return self.value
+
+
+class Pwr(Peripheral):
+    """Power control.
+
+    The machine asks `deep_sleep` at WFI or WFE with SLEEPDEEP set. In Stop mode it calls `Rcc.stop`, waits for an EXTI
+    line, and calls `Rcc.resume`. In Standby it calls `enter_standby`, waits for `wkup_edge` to return True (or for the
+    alarm of the RTC, the watchdog, NRST), and resets the chip with the cause ``STANDBY``.
+    """
+
+    REGISTERS: ClassVar[tuple[Register, ...]] = (
+        Register("CR", CR, 0, 0x1FF, PVD_SETTINGS, note="the supply never falls as far as the PVD"),
+        Register("CSR", CSR, 0, EWUP, fidelity=Fidelity.PARTLY, note="PVDO is always 0: the supply never falls"),
+    )
+
+    def __init__(self, base: int, services: Services) -> None:
+        super().__init__("PWR", base, services)
+        self._wkup = False
+
+    def reset(self) -> None:
+        """Go to the state after a reset; WUF and SBF stay."""
+        kept = self[CSR] & (WUF | SBF)
+        super().reset()
+        self[CSR] = kept
+
+    def power_on(self) -> None:
+        """The supply rises: WUF and SBF are cleared as well."""
+        self[CSR] = 0
+
+    def backup_writable(self) -> bool:
+        """Say whether DBP opens the backup domain for writing."""
+        return bool(self[CR] & DBP)
+
+    def write_CR(self, value: int) -> None:
+        """CWUF and CSBF clear their flags and read 0."""
+        if value & CWUF:
+            self[CSR] &= ~WUF
+        if value & CSBF:
+            self[CSR] &= ~SBF
+        self[CR] = value & ~(CWUF | CSBF)
+
+    def write_CSR(self, value: int) -> None:
+        """EWUP; enabling it while WKUP is high is an event (RM0008 section 5.4.2)."""
+        rises = value & EWUP and not self[CSR] & EWUP
+        self[CSR] = value
+        if rises and self._wkup:
+            self[CSR] |= WUF
+
+    def deep_sleep(self) -> DeepSleep:
+        """Return the mode that CR chooses for SLEEPDEEP."""
+        if self[CR] & PDDS:
+            return DeepSleep.STANDBY
+        return DeepSleep.STOP_LOW_POWER if self[CR] & LPDS else DeepSleep.STOP
+
+    def enter_standby(self) -> bool:
+        """Enter Standby; return False if WUF is still set, which wakes up at once (RM0008 section 5.3.5)."""
+        self[CSR] |= SBF
+        return not self[CSR] & WUF
+
+    def wkup_edge(self, level: bool) -> bool:
+        """Take the level of WKUP (PA0); return whether it wakes up from Standby: a rising edge with EWUP set."""
+        rises = level and not self._wkup
+        self._wkup = level
+        if not (rises and self[CSR] & EWUP):
+            return False
+        self[CSR] |= WUF
+        return True
