@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import math
 import re
+from fractions import Fraction
 from pathlib import Path
 
 from hilbench.options import PtyDoor, TargetChoice, TcpDoor
 
-_NAME = re.compile(r"(?P<name>[A-Za-z_][\w-]*)=(?P<rest>.*)", re.DOTALL)
+_NAME = re.compile(r"(?P<name>[A-Za-z_][\w.-]*)=(?P<rest>.*)", re.DOTALL)
+_DURATION = re.compile(r"(?P<number>\d+(\.\d+)?)(?P<unit>us|ms|s|min|h)", re.ASCII)
+_UNITS_NS = {"us": 10**3, "ms": 10**6, "s": 10**9, "min": 60 * 10**9, "h": 3600 * 10**9}
 _HIGHEST_PORT = 65_535
 _HIGHEST_SEED = 2**63 - 1
 _SLOWEST_BAUD, _FASTEST_BAUD = 300, 4_000_000
@@ -58,6 +61,17 @@ def seed(text: str) -> int:
 def baud(text: str) -> int:
     """Read the speed of a line in bit/s, 300 to 4000000."""
     return _whole_number(text, _SLOWEST_BAUD, _FASTEST_BAUD)
+
+
+def duration_ns(text: str) -> int:
+    """Read a span of bench time, such as ``10s``, ``500ms``, ``2min``; return it in nanoseconds."""
+    match = _DURATION.fullmatch(text)
+    if match is None:
+        raise ValueError(f"'{text}' is not a duration; write 10s, 500ms or 2min")
+    span_ns = round(Fraction(match["number"]) * _UNITS_NS[match["unit"]])
+    if not span_ns:
+        raise ValueError(f"'{text}' is no time at all")
+    return span_ns
 
 
 def timeout_scale(text: str) -> float:

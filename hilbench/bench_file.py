@@ -66,6 +66,7 @@ class EmulatedBoard:
         board: what is soldered around the chip.
         board_name: what was asked for: a built-in name, or a file.
         firmware: the image.
+        base: where a raw binary belongs; None for the beginning of flash, or where it seems to have been linked for.
         timing: ``flat`` or ``table``.
         skip_idle: whether waiting loops are skipped.
         straps: the boot jumpers.
@@ -75,6 +76,7 @@ class EmulatedBoard:
     board: Board
     board_name: str
     firmware: Path
+    base: int | None = None
     timing: Literal["flat", "table"] = "flat"
     skip_idle: bool = True
     straps: Straps = field(default_factory=Straps)
@@ -94,7 +96,7 @@ class BenchFile:
         boards: the boards that run firmware, by name.
         links: the serial lines.
         nets: the pins that wires join.
-        lockstep_ns: how far one of several boards may be ahead of the others.
+        lockstep_ns: how far one of several boards that wires join may be ahead of the others.
         faults: what goes wrong on the lines; each says which way (``towards``), but for those of both ways.
     """
 

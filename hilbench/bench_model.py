@@ -47,6 +47,7 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         settings: what differs from a standard model, by the names of `targets.robots.pioneer.RobotSettings`.
         board: the emulated board: ``bluepill``, or the path of a board file, seen from the bench file.
         firmware: the image that would be flashed (ELF, Intel HEX or raw binary), seen from the bench file.
+        base: where a raw binary belongs, if not at the beginning of flash.
         timing: how many cycles instructions take: ``flat`` (one mean figure and the flash's wait states), or
             ``table`` (by instruction; exacter and slower).
         skip_idle: whether waiting loops are skipped; what the firmware does is the same.
@@ -57,6 +58,7 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     settings: RobotSettings = RobotSettings()
     board: str | UnsetType = UNSET
     firmware: str | UnsetType = UNSET
+    base: Annotated[int, msgspec.Meta(ge=0, le=0xFFFF_FFFF)] | UnsetType = UNSET
     timing: Literal["flat", "table"] = "flat"
     skip_idle: bool = True
     straps: StrapsEntry = StrapsEntry()
@@ -96,8 +98,8 @@ class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         links: the serial lines.
         wires: what joins pins of boards.
         faults: what goes wrong on the links.
-        lockstep_us: how far one of several boards may be ahead of the others, in microseconds: what one tells another
-            is that much late at most.
+        lockstep_us: how far one of several boards that wires join may be ahead of the others, in microseconds: an edge
+            from one to another is that much late at most. Frames on lines between boards are never late.
     """
 
     version: Literal[1]

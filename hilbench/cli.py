@@ -22,7 +22,10 @@ _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 COMMANDS = {
     "check": "run conformance suites on a target and report clause by clause",
+    "run": "run firmware on emulated boards, in virtual time",
     "serve": "offer a virtual target on a pty or a TCP port, in real time",
+    "init": "write a bench file and a test for firmware of your own",
+    "doctor": "say what the models of a chip do and do not",
     "validate": "read a bench file and say whether it is right",
 }
 
@@ -42,10 +45,12 @@ examples:
   hilbench check pioneer
   hilbench check --target serial:/dev/ttyUSB0@9600 --suite p2os-server
   hilbench serve pioneer --pty ./p2
+  hilbench run bluepill:firmware.elf --for 10s --follow
+  hilbench init --board bluepill --image firmware.elf
 
 exit codes:
     0  all checks passed
-    1  the target violates a clause
+    1  the target violates a clause; firmware crashed, or ended with another status than 0
     2  wrong usage or bench file, nothing selected
     3  bench or target not available
     4  inconclusive

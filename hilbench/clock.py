@@ -299,10 +299,12 @@ class Scheduler:
 
     Attributes:
         now_ns: Bench time in nanoseconds: the instant of the entry that runs, or ran last.
+        deadline_ns: How far the present run goes at most; None without a deadline, or while nothing runs.
     """
 
     def __init__(self) -> None:
         self.now_ns = 0
+        self.deadline_ns: int | None = None
         self._heap: list[tuple[int, int, str, int, Entry]] = []
         self._sequence = itertools.count()
         self._cancelled = 0
@@ -396,6 +398,7 @@ class Scheduler:
         if self._pace is None and self._sources:
             raise InternalError("real inputs are attached, but bench time is not locked to the host's clock")
         self._running = True
+        self.deadline_ns = deadline_ns
         try:
             if condition is not None and condition():
                 return True
@@ -405,6 +408,7 @@ class Scheduler:
             return self._run_locked(self._pace, condition, deadline_ns)
         finally:
             self._running = False
+            self.deadline_ns = None
 
     def interrupt(self) -> None:
         """Raise KeyboardInterrupt at the next boundary between entries: at once while waiting. For signal handlers.

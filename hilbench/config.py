@@ -46,7 +46,7 @@ DEFAULT_BENCH = "pioneer"
 
 _MODEL_BAUD = 9600
 _MODEL_KEYS = ("model", "settings")
-_BOARD_KEYS = ("board", "firmware", "timing", "skip_idle", "straps")
+_BOARD_KEYS = ("board", "firmware", "base", "timing", "skip_idle", "straps")
 _SUPPLIES = ("3v3", "gnd")
 
 
@@ -181,6 +181,7 @@ class _Reader:
             board=board,
             board_name=entry.board,
             firmware=firmware,
+            base=None if entry.base is UNSET else entry.base,
             timing=entry.timing,
             skip_idle=entry.skip_idle,
             straps=dataclasses.replace(board.straps, **straps),

@@ -19,7 +19,7 @@ import os
 import platform
 import stat
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -95,6 +95,9 @@ class Journal:
         max_bytes: What the journal may take on disk; when half of it is full, the file is renamed to PATH.1 (and an
             older PATH.1 forgotten). None for no limit.
 
+    Attributes:
+        on_event: Called with each event as it is recorded; None while nobody listens.
+
     Raises:
         UsageError: the path holds something else.
         UnavailableError: the file cannot be written.
@@ -111,6 +114,7 @@ class Journal:
         self.path = None if path is None else Path(path)
         self.header = _versions() | {key: _plain(value) for key, value in (header or {}).items()}
         self.recent: deque[Mapping[str, Any]] = deque(maxlen=keep)
+        self.on_event: Callable[[Mapping[str, Any]], None] | None = None
         self._max_bytes = max_bytes
         self._part = 0
         self._pending: list[bytes] = []
@@ -139,6 +143,8 @@ class Journal:
         for name, value in fields.items():
             event[name] = _plain(value)
         self.recent.append(event)
+        if self.on_event is not None:
+            self.on_event(event)
         if self._case is not None and not kind.startswith("host"):
             self._add_to_hash(event)
         if self._descriptor is not None:

@@ -57,7 +57,8 @@ class PtyDoor:
 
     Attributes:
         path: the symbolic link to make.
-        link: the link of the bench it opens; empty for the only one.
+        link: what it opens: a USART of an emulated board, as ``usart2`` or ``brain.usart2``; empty for the only link
+            of the bench, or the next USART.
     """
 
     path: Path
@@ -71,7 +72,8 @@ class TcpDoor:
     Attributes:
         port: TCP port, 0 to 65535; 0 lets the system choose.
         host: address to listen at.
-        link: the link of the bench it opens; empty for the only one.
+        link: what it opens: a USART of an emulated board, as ``usart2`` or ``brain.usart2``; empty for the only link
+            of the bench, or the next USART.
     """
 
     port: int

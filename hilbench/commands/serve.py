@@ -10,6 +10,8 @@ from hilbench.options import ServeOptions
 from hilbench.parser import Parser, typed
 
 _EXAMPLES = """
+hilbench serve bluepill:firmware.elf                       each USART on a pty: ./bluepill-usart1, ...
+hilbench serve bluepill:firmware.elf --pty usart2=./gps --tcp usart1=8101
 hilbench serve pioneer --pty ./p2                          a client opens ./p2 as its serial port
 hilbench serve pioneer --tcp 8101 --scene corridor --seed 7
 hilbench serve my-bench.toml --tcp 0.0.0.0:8101 --journal served.jsonl
@@ -17,7 +19,9 @@ hilbench serve my-bench.toml --tcp 0.0.0.0:8101 --journal served.jsonl
 
 _NOTES = """
 Serves until Ctrl-C (or SIGTERM), through any number of clients; then nothing is left behind. That is how serving ends,
-so the exit code is 0. A client that closes the pty or the socket has hung up: the robot ends its session.
+so the exit code is 0. A client that closes the pty or the socket has hung up: a robot ends its session.
+An emulated board runs the image from power-on. A door that names no USART gets the next one; its line has the rate that
+the firmware has set, unless --baud says otherwise. Firmware that cannot run on ends serving with exit code 1.
 """
 
 
@@ -25,10 +29,10 @@ def parser() -> Parser:
     """Return the parser of this command."""
     made = Parser("hilbench serve", "Offer a virtual target on a pty or a TCP port, in real time.", _EXAMPLES, _NOTES)
     add = made.add_argument
-    add("what", metavar="TARGET|BENCH", help="target, built-in bench or bench file")
-    add("--pty", metavar="[LINK=]PATH", action="append", default=[], type=typed(arguments.pty_door),
+    add("what", metavar="TARGET|BENCH", help="pioneer, bluepill:IMAGE, BOARD.toml:IMAGE, built-in bench or bench file")
+    add("--pty", metavar="[USART=]PATH", action="append", default=[], type=typed(arguments.pty_door),
         help="make PATH a symbolic link to a pseudo-terminal")  # fmt: skip
-    add("--tcp", metavar="[LINK=][HOST:]PORT", action="append", default=[], type=typed(arguments.tcp_door),
+    add("--tcp", metavar="[USART=][HOST:]PORT", action="append", default=[], type=typed(arguments.tcp_door),
         help="listen at a TCP port (default host: 127.0.0.1; port 0: any free one)")  # fmt: skip
     add("--scene", metavar="S", help="scene to stand in instead of that of the bench file: a built-in name or a file")
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
@@ -39,10 +43,10 @@ def parser() -> Parser:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Run the command; see `hilbench.serve.serve`."""
-    from hilbench.config import open_bench, resolve_scene
+    """Run the command; see `hilbench.serve.serve` and `hilbench.mcu.serve.serve_boards`."""
+    from hilbench.config import resolve_scene
     from hilbench.console import Console
-    from hilbench.serve import serve
+    from hilbench.mcu.command_line import open_target
 
     options = ServeOptions(
         what=parsed.what,
@@ -54,4 +58,13 @@ def run(parsed: argparse.Namespace) -> int:
         any_baud=parsed.any_baud,
         journal=parsed.journal,
     )
-    return serve(options, open_bench(options.what), Console().mention)
+    bench_file = open_target(options.what)
+    say = Console().mention
+    if bench_file.boards:
+        from hilbench.mcu.serve import serve_boards
+
+        return serve_boards(options, bench_file, say)
+
+    from hilbench.serve import serve
+
+    return serve(options, bench_file, say)

@@ -86,6 +86,11 @@ class Door(PortBase):
         if self._out_has_pace:
             self._outgoing.baud = baud
 
+    def set_frame(self, baud: int, bits_per_byte: int) -> None:
+        """Let bytes from the client take so many bits each at a rate in bit/s, from the next on."""
+        self._incoming.bits_per_byte = bits_per_byte
+        self.baud = baud
+
     def write(self, data: bytes) -> None:
         """Hand bytes to the wire. What finds nobody, or a client that does not read, is lost and counted."""
         self._take_to_send(data, self._scheduler.now_ns)

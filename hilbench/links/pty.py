@@ -100,6 +100,17 @@ class PtyDoor(Door):
         """The rate the slave is set to, bit/s: the client's, or ours before a client sets it."""
         return int(_TERMIOS2.unpack(fcntl.ioctl(self._slave, _TCGETS2, bytes(_TERMIOS2.size)))[7])
 
+    def follow(self, was_baud: int, *, unasked: bool) -> None:
+        """Let the slave have the line's rate, which was changed from `was_baud`.
+
+        Args:
+            was_baud: what it was before, bit/s.
+            unasked: whether a client that is there and has never set a rate takes it, too; one that comes later always
+                begins with it.
+        """
+        if not self._clients or (unasked and self.client_baud == was_baud):
+            self._set_slave_baud(self.baud)
+
     # --- bytes
 
     def _look(self, at_ns: int) -> None:
@@ -205,13 +216,16 @@ class PtyDoor(Door):
         attributes[2] = termios.CS8 | termios.CREAD | termios.CLOCAL
         attributes[6][termios.VMIN], attributes[6][termios.VTIME] = 1, 0
         termios.tcsetattr(self._slave, termios.TCSANOW, attributes)
+        self._set_slave_baud(baud)
+        termios.tcflush(self._slave, termios.TCIFLUSH)
+
+    def _set_slave_baud(self, baud: int) -> None:
         iflag, oflag, cflag, lflag, discipline, characters, _, _ = _TERMIOS2.unpack(
             fcntl.ioctl(self._slave, _TCGETS2, bytes(_TERMIOS2.size))
         )
         cflag = cflag & ~_BAUD_BITS | _BAUD_IN_SPEED_FIELDS
         packed = _TERMIOS2.pack(iflag, oflag, cflag, lflag, discipline, characters, baud, baud)
         fcntl.ioctl(self._slave, _TCSETS2, packed)
-        termios.tcflush(self._slave, termios.TCIFLUSH)
 
     # --- the name
 

@@ -71,7 +71,11 @@ class Transmitter:
         group_ns: Bytes that end within this span are let out together, when the last of them is out. For ports where
             every write costs a system call; 0 lets out every byte by itself.
         injector: Decides what becomes of each byte.
-        at_start: Let each byte out when its start bit begins, for a receiver that does the rest of the waiting.
+        at_start: Let each byte out, and tell of each break, when it begins: for a receiver that does the rest of the
+            waiting.
+
+    Attributes:
+        bits_per_byte: Bit times from the start bit to the end of the last stop bit; a change holds with the next rate.
     """
 
     def __init__(
@@ -90,7 +94,7 @@ class Transmitter:
     ) -> None:
         self._timeline = timeline
         self._source = source
-        self._bits = line.bits_per_byte
+        self.bits_per_byte = line.bits_per_byte
         self._emit = emit
         self._on_break = on_break
         self._on_idle = on_idle
@@ -121,7 +125,7 @@ class Transmitter:
     @property
     def byte_ns(self) -> int:
         """Duration of one byte in ns, rounded down; 0 without pace."""
-        return self._domain.ns(self._bits) if self._domain else 0
+        return self._domain.ns(self.bits_per_byte) if self._domain else 0
 
     @property
     def pending(self) -> int:
@@ -190,11 +194,11 @@ class Transmitter:
             self._bytes_since_epoch += self._shifting
             end_ns = now_ns
             if self._domain is not None:
-                end_ns = self._epoch_ns + self._domain.ns(self._bytes_since_epoch * self._bits)
+                end_ns = self._epoch_ns + self._domain.ns(self._bytes_since_epoch * self.bits_per_byte)
         generation = self._generation
         self._timeline.at(end_ns, lambda: self._end(generation), order=EventClass.BYTE, source=self._source)
-        if self._at_start and not isinstance(head, _Gap):
-            self._emit(_BYTES[head], now_ns)
+        if self._at_start:
+            self._let_out([head], now_ns)
 
     def _bytes_to_shift(self) -> int:
         if self._at_start or self._injector is not None or (self._domain is not None and self._group == 1):
@@ -231,16 +235,15 @@ class Transmitter:
         now_ns = self._timeline.now_ns
         if self._queue:
             self._start_next()
-        self._let_out(out, now_ns)
+        if not self._at_start:
+            self._let_out(out, now_ns)
         if self._on_idle is not None and not self._queue:
             self._on_idle(now_ns)
 
     def _let_out(self, out: list[int | _Gap], now_ns: int) -> None:
         head = out[0]
         if not isinstance(head, _Gap):
-            if not self._at_start:
-                one = len(out) == 1
-                self._emit(_BYTES[head] if one else bytes(item for item in out if isinstance(item, int)), now_ns)
+            self._emit(_BYTES[head] if len(out) == 1 else bytes(item for item in out if isinstance(item, int)), now_ns)
         elif head.is_break and self._on_break is not None:
             self._on_break(now_ns)
 

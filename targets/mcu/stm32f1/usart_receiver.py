@@ -124,13 +124,13 @@ class Receiver:
     # --- what comes in
 
     def receive(self, frame: SerialFrame) -> None:
-        """Put a frame on the line, at the cycle at which its start bit begins."""
+        """Put a frame on the line, at the cycle at which its start bit begins, or later, but before its stop bit."""
         alone = self._line.empty
         self._line.add(frame)
         if not self.running:
             self._line.forget(self._now_s())
         elif alone and self._edge_s is None and self._takes_as_sent(frame):
-            self._begin(frame.start_s, self._time.now)
+            self._begin(frame.start_s, min(self._time.now, self._time.cycle_at(frame.start_s)))
             self._known = Sampled(word=frame.bits, noise=False, framing_error=False)
         else:
             self._look_again()

@@ -1,0 +1,60 @@
+"""``hilbench run``."""
+
+from __future__ import annotations
+
+import argparse
+
+from hilbench import arguments
+from hilbench.parser import Parser, typed
+
+_EXAMPLES = """
+hilbench run bluepill:firmware.elf --for 10s --follow      ten seconds of bench time, told line by line
+hilbench run bluepill:firmware.hex --for 500ms --vcd waves.vcd
+hilbench run my-bench.toml --for 2min --journal run.jsonl --json
+"""
+
+_NOTES = """
+Time is virtual: the run is as fast as the host allows (--realtime keeps it down to the wall clock) and the same every
+time. It ends when the time is up (exit code 0), when the firmware ends itself by semihosting (0 for status 0, else 1),
+or when it cannot run on: lockup, a fault handler that waits for ever, the same reset over and over (1, with the place).
+An image that is wrong for its board is refused with exit code 2, one that is missing with 3.
+"""
+
+
+def parser() -> Parser:
+    """Return the parser of this command."""
+    made = Parser("hilbench run", "Run firmware on emulated boards, in virtual time.", _EXAMPLES, _NOTES)
+    add = made.add_argument
+    add("what", metavar="TARGET|BENCH", nargs="?",
+        help="bluepill:IMAGE, BOARD.toml:IMAGE or bench file (default: ./hilbench.toml)")  # fmt: skip
+    add("--for", metavar="TIME", dest="for_ns", type=typed(arguments.duration_ns),
+        help="bench time to run, such as 10s, 500ms, 2min (default: until the firmware ends, or Ctrl-C)")  # fmt: skip
+    add("--follow", action="store_true", help="print console text and events as they come")
+    add("--journal", metavar="FILE", type=typed(arguments.output_file), help="write the journal of the run")
+    add("--vcd", metavar="FILE", type=typed(arguments.output_file),
+        help="write pins, nets and serial lines as waveforms (GTKWave, PulseView)")  # fmt: skip
+    add("--realtime", action="store_true", help="keep pace with the wall clock")
+    add("--json", action="store_true", help="print how it went as JSON")
+    add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
+    return made
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Run the command; see `hilbench.mcu.run.run`."""
+    from hilbench.console import Console
+    from hilbench.mcu.command_line import open_target
+
+    bench_file = open_target(parsed.what)
+
+    from hilbench.mcu.run import RunOptions, run
+
+    options = RunOptions(
+        for_ns=parsed.for_ns,
+        follow=parsed.follow,
+        journal=parsed.journal,
+        vcd=parsed.vcd,
+        realtime=parsed.realtime,
+        as_json=parsed.json,
+        seed=parsed.seed,
+    )
+    return run(options, bench_file, Console())

@@ -1,0 +1,31 @@
+"""Emulated boards on the command line: ``bluepill:IMAGE``, ``./my-board.toml:IMAGE``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hilbench.bench_file import BenchFile, EmulatedBoard
+from hilbench.board_files import is_board_file, open_board
+from hilbench.config import open_bench
+from hilbench.errors import UsageError
+from targets.boards import board_names
+
+__all__ = ["open_target"]
+
+
+def open_target(what: str | None) -> BenchFile:
+    """Return the bench that a command line means: one board with an image, a built-in bench, or a bench file.
+
+    Raises:
+        UsageError: there is no such board or bench, or its file is wrong.
+        UnavailableError: an image that a bench file names is not there.
+    """
+    spec, colon, image = (what or "").partition(":")
+    if not (spec in board_names() or (colon and is_board_file(spec))):
+        return open_bench(what)
+    if not image:
+        raise UsageError("names no image", where=what, hint=f"write {spec}:IMAGE (ELF, Intel HEX or raw binary)")
+    board = open_board(spec, Path())
+    emulated = EmulatedBoard(board=board, board_name=spec, firmware=Path(image), straps=board.straps, where=what or "")
+    name = Path(spec).stem
+    return BenchFile(name=name, path=None, digest="", boards={name: emulated})

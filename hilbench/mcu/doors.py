@@ -1,0 +1,136 @@
+"""Which USART of which board gets which door, and how a door and a USART are put together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from hilbench.doors import SharedDoor
+from hilbench.errors import UsageError
+from hilbench.links import Line, Port, PtyDoor, TcpDoor
+from hilbench.mcu.emulated import EmulatedBench
+from hilbench.mcu.usart_port import UNSET_BAUD, UsartPort
+from hilbench.nearest import did_you_mean
+from hilbench.options import PtyDoor as PtyWish
+from hilbench.options import ServeOptions
+from hilbench.options import TcpDoor as TcpWish
+from hilbench.serving import AnyDoor, Say, place
+
+__all__ = ["ServedUsart", "assign", "open_doors"]
+
+Wish = PtyWish | TcpWish
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServedUsart:
+    """A USART and the doors that lead to it.
+
+    Attributes:
+        name: as ``bluepill.usart1``.
+        doors: one or more.
+    """
+
+    name: str
+    doors: tuple[AnyDoor, ...]
+
+
+def assign(options: ServeOptions, free: Sequence[str]) -> Mapping[str, list[Wish]]:
+    """Return the doors that each USART gets.
+
+    A door that names none gets the next USART, in the order of `free`, that no door of its kind has. Where no doors are
+    wished for, each USART gets a pty in the working folder, called after it.
+
+    Args:
+        options: the doors that were wished for.
+        free: the USARTs that can have doors, as ``bluepill.usart1``.
+
+    Raises:
+        UsageError: no such USART, or more doors than USARTs.
+    """
+    wishes: list[Wish] = [*options.ptys, *options.tcps]
+    if not wishes:
+        return {name: [PtyWish(path=Path(f"./{name.replace('.', '-')}"))] for name in free}
+    found: dict[str, list[Wish]] = {}
+    for wish in sorted(wishes, key=lambda wish: not wish.link):
+        name = _named(wish, free) if wish.link else _next(wish, free, found)
+        found.setdefault(name, []).append(wish)
+    return {name: found[name] for name in free if name in found}
+
+
+def _option(wish: Wish) -> str:
+    return "--pty" if isinstance(wish, PtyWish) else "--tcp"
+
+
+def _named(wish: Wish, free: Sequence[str]) -> str:
+    link = wish.link.lower()
+    fitting = [name for name in free if name == link or name.partition(".")[2] == link]
+    if len(fitting) == 1:
+        return fitting[0]
+    where = f"{_option(wish)} {wish.link}="
+    if fitting:
+        raise UsageError("several boards have it", where=where, hint=f"write one of {', '.join(fitting)}")
+    raise UsageError("no such USART, or it is linked already", where=where, hint=did_you_mean(link, free, "USARTs"))
+
+
+def _next(wish: Wish, free: Sequence[str], found: Mapping[str, Sequence[Wish]]) -> str:
+    for name in free:
+        if not any(isinstance(other, type(wish)) for other in found.get(name, ())):
+            return name
+    raise UsageError(f"more of them than USARTs ({', '.join(free) or 'none is free'})", where=_option(wish))
+
+
+def open_doors(emulated: EmulatedBench, name: str, wishes: Sequence[Wish], options: ServeOptions) -> Iterator[AnyDoor]:
+    """Open the doors of one USART; the caller closes them.
+
+    Raises:
+        UsageError: something else is at the path of a pty.
+        UnavailableError: a door cannot be opened.
+    """
+    port = emulated.ports[name]
+    scheduler, line = emulated.bench.scheduler, Line(baud=port.baud)
+    for wish in wishes:
+        if isinstance(wish, PtyWish):
+            yield PtyDoor(
+                scheduler, wish.path, line, any_baud=options.any_baud, name=f"pty:{wish.path}", chip_time=port.chip_time
+            )
+        else:
+            host = f"[{wish.host}]" if ":" in wish.host else wish.host
+            yield TcpDoor(scheduler, f"{host}:{wish.port}", line, name=f"tcp:{wish.port}", chip_time=port.chip_time)
+
+
+def connect(emulated: EmulatedBench, name: str, doors: Sequence[AnyDoor], say: Say) -> None:
+    """Put the doors of one USART at the far end of its line, and tell who comes and goes."""
+    port = emulated.ports[name]
+    outside: Port = doors[0] if len(doors) == 1 else SharedDoor(doors)
+    port.on_receive = lambda data, _at_ns: outside.write(data)
+    port.on_follow = partial(_follow, port, doors)
+    outside.on_receive = port.begin
+    outside.on_line = lambda up, _at_ns: say(_now(emulated, name, f"a client {'came' if up else 'left'}"))
+    for door in doors:
+        if isinstance(door, PtyDoor):
+            door.on_garbled = partial(_garbled, emulated, name, door, say)
+
+
+def _follow(port: UsartPort, doors: Sequence[AnyDoor]) -> None:
+    for door in doors:
+        was_baud = door.baud
+        door.set_frame(port.baud, port.bits_per_byte)
+        if isinstance(door, PtyDoor) and was_baud != port.baud:
+            door.follow(was_baud, unasked=was_baud == UNSET_BAUD)
+
+
+def _garbled(emulated: EmulatedBench, name: str, door: PtyDoor, say: Say, client_baud: int) -> None:
+    say(
+        _now(
+            emulated,
+            name,
+            f"the client at {place(door)} set {client_baud} baud, the line runs at {door.baud}; bytes are garbled as "
+            "on a real line; --any-baud",
+        )
+    )
+
+
+def _now(emulated: EmulatedBench, name: str, text: str) -> str:
+    return f"{emulated.bench.now_s:10.3f} s  {name}: {text}"

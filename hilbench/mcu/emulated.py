@@ -1,0 +1,358 @@
+"""A bench with emulated boards: machines from images, lines, wires, a robot at the far end, and what is recorded."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hilbench.bench import Bench
+from hilbench.bench_file import BenchFile, EmulatedBoard, Link, Net
+from hilbench.clock import NS_PER_S, EventClass, Scheduler
+from hilbench.errors import UnavailableError
+from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink, Port
+from hilbench.mcu.byte_log import ByteLog
+from hilbench.mcu.group import FREE_STEP_NS, MachineGroup
+from hilbench.mcu.images import load, translated
+from hilbench.mcu.pin_log import PinLog
+from hilbench.mcu.seams import Ending, Machine
+from hilbench.mcu.usart_port import UsartPort
+from hilbench.mcu.vcd import Waveforms
+from targets.mcu.errors import McuError
+from targets.mcu.fidelity import Note
+from targets.mcu.image import Image
+from targets.mcu.nets import Nets
+from targets.mcu.pins import Pin
+from targets.mcu.serial_line import SerialFrame
+
+if TYPE_CHECKING:
+    from hilbench.pioneer import VirtualPioneer
+
+__all__ = ["EmulatedBench", "End", "MachineFactory", "make_machine"]
+
+_FRAME_BITS = 8
+"""Of a frame of ten bits this much must have gone by at most when its receiver learns of it."""
+
+MachineFactory = Callable[[EmulatedBoard, Image], Machine]
+
+
+def make_machine(emulated: EmulatedBoard, image: Image) -> Machine:
+    """Make the chip of a board, with its image flashed and power just on."""
+    from targets.mcu.machine import Machine as RealMachine
+
+    board = dataclasses.replace(emulated.board, straps=emulated.straps)
+    return RealMachine(board, image, timing=emulated.timing, skip_idle=emulated.skip_idle)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class End:
+    """How the firmware of a board came to its end.
+
+    Attributes:
+        board: name of the board in the bench.
+        kind: ``exit``, or what has gone wrong.
+        status: what the firmware gave with its exit.
+        ns: bench time.
+        pc: address of the instruction.
+        place: function and source line, as far as the image tells.
+        cause: what happened, in words.
+    """
+
+    board: str
+    kind: str
+    status: int
+    ns: int
+    pc: int
+    place: str
+    cause: str
+
+    @property
+    def good(self) -> bool:
+        """True if the firmware has said that all is well."""
+        return self.kind == "exit" and self.status == 0
+
+    def __str__(self) -> str:
+        where = f"{f'{self.place}, ' if self.place else ''}PC 0x{self.pc:08X}, at {self.ns / NS_PER_S:.6f} s"
+        if self.kind == "exit":
+            return f"{self.board}: the firmware ended with status {self.status}: {where}"
+        return f"{self.board}: {self.kind} in {where}: {self.cause}"
+
+
+class EmulatedBench:
+    """See the module.
+
+    Args:
+        bench_file: what to build; it names at least one board.
+        seed: of everything random.
+        journal: where the journal is written; None keeps the latest events in memory only.
+        vcd: where waveforms are written; None for none.
+        step_ns: how far the chips run ahead of bench time.
+        make_machine: makes the chips.
+
+    Raises:
+        UsageError: an image cannot run on its board; a wire or a robot is wrong.
+        UnavailableError: an image, the engine or the physics is missing; journal or waveforms cannot be written.
+
+    Attributes:
+        bench: time and journal.
+        images: the firmware, by board.
+        machines: the chips, by board.
+        ports: the far ends of the USARTs' lines, as ``BOARD.usart1``.
+        consoles: who is told of what a console says, as ``BOARD.CHANNEL``; a console is there once it has spoken.
+        on_console: called with the name of each new console.
+        robot: the virtual Pioneer, if the bench has one.
+        end: how the firmware of the first board that ended came to its end; None while all run.
+    """
+
+    def __init__(
+        self,
+        bench_file: BenchFile,
+        *,
+        seed: int = 0,
+        journal: Path | None = None,
+        vcd: Path | None = None,
+        step_ns: int = FREE_STEP_NS,
+        make_machine: MachineFactory = make_machine,
+    ) -> None:
+        self.bench_file = bench_file
+        self._seed = seed
+        self._step_ns = step_ns
+        self.images: Mapping[str, Image] = {name: load(emulated) for name, emulated in bench_file.boards.items()}
+        self._notes: list[dict[str, object]] = []
+        self.consoles: dict[str, list[Callable[[bytes, int], None]]] = {}
+        self.on_console: Callable[[str], None] = lambda _name: None
+        self.end: End | None = None
+        self.robot: VirtualPioneer | None = None
+        with contextlib.ExitStack() as undo:
+            self.machines = self._make_machines(make_machine)
+            header = bench_file.header(seed) | {
+                "images": {
+                    name: {"format": image.format, "sha256": image.digest} for name, image in self.images.items()
+                }
+            }
+            self.bench = Bench(Scheduler(), Journal(journal, header))
+            undo.callback(lambda: self.bench.journal.close(self.bench.now_ns))
+            self._group = MachineGroup(self.bench, self.machines, step_ns=step_ns)
+            self._group.on_ended = self._ended
+            self._waveforms = Waveforms(vcd) if vcd is not None else None
+            if self._waveforms is not None:
+                undo.callback(self._close_waveforms)
+            self.ports: dict[str, UsartPort] = dict(self._make_ports())
+            self._byte_logs: list[ByteLog] = []
+            self._wire()
+            self._join_lines(undo)
+            for name in self.machines:
+                self._listen_to(name)
+            self._declare_nets()
+            self._closing = undo.pop_all()
+
+    def notes(self) -> list[dict[str, object]]:
+        """Return what the firmware touched that is not modelled, or got wrong, in order of bench time."""
+        return self._notes
+
+    def write_journal(self, path: Path) -> None:
+        """Write the journal to a file from now on, with what has happened so far.
+
+        Raises:
+            UsageError: the path holds something else.
+            UnavailableError: the file cannot be written.
+        """
+        before, self.bench.journal = self.bench.journal, Journal(path, self._header())
+        for event in before.recent:
+            about = {key: value for key, value in event.items() if key not in {"kind", "source", "ns"}}
+            self.bench.journal.record(event["kind"], event["source"], event["ns"], **about)
+
+    def close(self) -> None:
+        """End journal and waveforms."""
+        for log in self._byte_logs:
+            log.flush()
+        self._group.stop()
+        self._closing.close()
+
+    # --- parts
+
+    def _header(self) -> dict[str, object]:
+        images = {name: {"format": image.format, "sha256": image.digest} for name, image in self.images.items()}
+        return self.bench_file.header(self._seed) | {"images": images}
+
+    def _make_machines(self, make_machine: MachineFactory) -> dict[str, Machine]:
+        try:
+            return {name: make_machine(self.bench_file.boards[name], image) for name, image in self.images.items()}
+        except McuError as error:
+            raise translated(error) from error
+
+    def _make_ports(self) -> Iterator[tuple[str, UsartPort]]:
+        own = {end: link.baud for link in self.bench_file.links for end in link.ends}
+        for name, machine in self.machines.items():
+            for usart in self.bench_file.boards[name].board.variant.usarts:
+                full = f"{name}.{usart.lower()}"
+                port = UsartPort(
+                    self.bench, self._group, machine, machine.chip.usarts[usart], full, baud=own.get(full, 0)
+                )
+                port.reacts = False
+                yield full, port
+
+    def _wire(self) -> None:
+        nets = Nets()
+        try:
+            for net in self.bench_file.nets:
+                pins = self._pins_of(net)
+                if len(pins) > 1:
+                    nets.wire(str(net), *pins)
+                for supply in net.supplies:
+                    pins[0].drive(supply == "3v3")
+        except McuError as error:
+            raise translated(error) from error
+
+    def _pins_of(self, net: Net) -> list[Pin]:
+        return [self.machines[end.board].chip.pins[end.pin] for end in net.pins]
+
+    def _join_lines(self, undo: contextlib.ExitStack) -> None:
+        for link in self.bench_file.links:
+            ends = [self.ports[end] for end in link.ends if end in self.ports]
+            if len(ends) == 2:
+                ends[0].join(ends[1])
+                for end in ends:
+                    end.on_follow = self._set_turn
+        self._set_turn()
+        if self.bench_file.targets:
+            self._add_robot(undo)
+
+    def _set_turn(self) -> None:
+        """Let no board be further ahead of another than what they tell each other allows."""
+        nets = ({pin.board for pin in net.pins} for net in self.bench_file.nets)
+        lines = [self._frame_ns(link) for link in self.bench_file.links if self._joins_boards(link)]
+        wires = [self.bench_file.lockstep_ns for boards in nets if len(boards) > 1]
+        self._group.turn_ns = min([self._step_ns, *lines, *wires])
+
+    def _joins_boards(self, link: Link) -> bool:
+        return len({end.partition(".")[0] for end in link.ends if end in self.ports}) > 1
+
+    def _frame_ns(self, link: Link) -> int:
+        """Return how long the shortest frame on a line lasts, without its stop bit and with some allowance."""
+        rates = [self.ports[end].usart_baud_hz for end in link.ends]
+        if not all(rates):
+            return self.bench_file.lockstep_ns  # the first frame comes one idle frame after the rate is set
+        return int(_FRAME_BITS * NS_PER_S / max(rates))
+
+    def _add_robot(self, undo: contextlib.ExitStack) -> None:
+        from hilbench.pioneer import VirtualPioneer, plan_of
+        from worlds.errors import WorldError
+
+        port = next((port for link in self.bench_file.links if (port := self._robot_port(link)) is not None), None)
+        plan = plan_of(self.bench_file)
+        if port is None:
+            port = MemoryLink(self.bench.scheduler, Line(baud=plan.settings.host_baud), name="robot").b
+        try:
+            self.robot = VirtualPioneer(self.bench, port, plan, seed=self._seed)
+        except WorldError as error:
+            raise UnavailableError(str(error), where=f"scene {plan.scene}") from error
+        undo.callback(self.robot.close)
+
+    def _robot_port(self, link: Link) -> Port | None:
+        names = [end for end in link.ends if end in self.ports]
+        if not names or not any(end.endswith(".host") for end in link.ends):
+            return None
+        self.ports[names[0]].reacts = True
+        return self.ports[names[0]]
+
+    # --- what is recorded
+
+    def _listen_to(self, name: str) -> None:
+        machine = self.machines[name]
+        machine.on_console = partial(self._console, name)
+        machine.on_reset = partial(self._reset, name)
+        machine.notes.on_note = partial(self._note, name)
+        for text in self.images[name].notes:
+            self.bench.record("note", name, note="image", where=str(self.images[name].path.name), text=text, at="")
+        for note in machine.notes.all:
+            self._record_note(name, note)
+        pins = [pin for pin in machine.chip.pins if pin.bonded]
+        waveforms = self._waveforms
+        scope = f"{name}.pins"
+        if waveforms is not None:
+            for pin in pins:
+                waveforms.declare(scope, [pin.name], pin.level)
+        PinLog(
+            self.bench,
+            self._group,
+            name,
+            pins,
+            everything=None if waveforms is None else partial(waveforms.edges, scope),
+        )
+        for full, port in self.ports.items():
+            if full.startswith(f"{name}."):
+                self._record_line(full, port)
+        if waveforms is not None:
+            self._group.after_round.append(waveforms.write_to)
+
+    def _record_line(self, full: str, port: UsartPort) -> None:
+        sent, heard = ByteLog(self.bench, "tx", full), ByteLog(self.bench, "rx", full)
+        self._byte_logs += [sent, heard]
+        port.taps.append(sent.add)
+        waveforms = self._waveforms
+        if waveforms is not None:
+            waveforms.declare(full, ["tx", "rx"], initial=True)
+            port.on_frame = partial(waveforms.frame, full, "tx")
+
+        def take(frame: SerialFrame) -> None:
+            heard.add(bytes((port.line_format.value(frame.bits) & 0xFF,)), port.chip_time.now_ns)
+            if waveforms is not None:
+                waveforms.frame(full, "rx", frame)
+
+        port.on_heard = take
+
+    def _declare_nets(self) -> None:
+        if self._waveforms is not None:
+            for net in self.bench_file.nets:
+                end = net.pins[0]
+                level = self.machines[end.board].chip.pins[end.pin].level
+                self._waveforms.declare_net(str(net), f"{end.board}.pins", end.pin, level)
+
+    def _close_waveforms(self) -> None:
+        assert self._waveforms is not None
+        self._waveforms.close(self.bench.now_ns)
+
+    def _output(self, name: str, action: Callable[[], None]) -> None:
+        now_ns = max(self.machines[name].now_ns, self.bench.now_ns)
+        self._group.output(now_ns, action, order=EventClass.CONTROL, source=name, reacts=False)
+
+    def _console(self, name: str, data: bytes, channel: str) -> None:
+        full = f"{name}.{channel}"
+        if full not in self.consoles:
+            log = ByteLog(self.bench, "console", full)
+            self._byte_logs.append(log)
+            self.consoles[full] = [log.add]
+            self.on_console(full)
+        now_ns = self.machines[name].now_ns
+        for tap in self.consoles[full]:
+            self._output(name, partial(tap, data, now_ns))
+
+    def _reset(self, name: str, cause: str) -> None:
+        self._output(name, lambda: self.bench.record("reset", name, reason=cause))
+
+    def _note(self, name: str, note: Note) -> None:
+        self._output(name, lambda: self._record_note(name, note))
+
+    def _record_note(self, name: str, note: Note) -> None:
+        place = "" if note.pc is None else self.machines[name].place(note.pc)
+        about = {"kind": note.kind, "where": note.where, "text": note.text, "at": place}
+        self._notes.append({"board": name, "ns": note.ns, **about})
+        self.bench.record("note", name, note=note.kind, where=note.where, text=note.text, at=place)
+
+    def _ended(self, name: str, ending: Ending) -> None:
+        end = End(
+            board=name,
+            kind=ending.kind,
+            status=ending.status,
+            ns=ending.ns,
+            pc=ending.pc,
+            place=ending.place,
+            cause=ending.cause,
+        )
+        self.end = end
+        self.bench.record("end", name, reason=end.kind, status=end.status, pc=end.pc, at=end.place, cause=end.cause)

@@ -1,0 +1,143 @@
+"""What boards do, as lines for a person: bench time, who, what."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass, Scheduler
+from hilbench.mcu.emulated import EmulatedBench
+
+__all__ = ["Narrator", "TextLines"]
+
+LINE_IDLE_NS = 100 * NS_PER_MS
+"""After so long without a byte the beginning of a line is shown as it is (choice)."""
+LINE_BYTES = 160
+
+Say = Callable[[str], None]
+
+
+class TextLines:
+    """Makes lines of bytes.
+
+    Args:
+        scheduler: owner of bench time.
+        source: who speaks.
+        take: called with the bench time of the first byte and the line, without its end.
+    """
+
+    def __init__(self, scheduler: Scheduler, source: str, take: Callable[[int, str], None]) -> None:
+        self._scheduler = scheduler
+        self._source = source
+        self._take = take
+        self._line = bytearray()
+        self._begin_ns = 0
+        self._last_ns = 0
+        self._watching = False
+
+    def add(self, data: bytes, at_ns: int) -> None:
+        """Take bytes that came at `at_ns`."""
+        for value in data:
+            if not self._line:
+                self._begin_ns = at_ns
+            self._line.append(value)
+            if value == ord("\n") or len(self._line) >= LINE_BYTES:
+                self.flush()
+        self._last_ns = at_ns
+        if self._line and not self._watching:
+            self._watch()
+
+    def flush(self) -> None:
+        """Show what there is of a line."""
+        if self._line:
+            line, self._line = bytes(self._line), bytearray()
+            self._take(self._begin_ns, printable(line.removesuffix(b"\n").removesuffix(b"\r")))
+
+    def _watch(self) -> None:
+        self._watching = True
+        when_ns = max(self._last_ns + LINE_IDLE_NS, self._scheduler.now_ns)
+        self._scheduler.at(when_ns, self._look, order=EventClass.CHECK, source=self._source)
+
+    def _look(self) -> None:
+        self._watching = False
+        if self._line and self._scheduler.now_ns - self._last_ns < LINE_IDLE_NS:
+            self._watch()
+        else:
+            self.flush()
+
+
+def printable(data: bytes) -> str:
+    """Return bytes as text, with whatever would not show, or would move the cursor, written as an escape."""
+    text = data.decode("utf-8", errors="backslashreplace")
+    return "".join(sign if sign.isprintable() or sign == "\t" else f"\\x{ord(sign):02x}" for sign in text)
+
+
+class Narrator:
+    """Tells what happens on a bench while it runs.
+
+    Args:
+        emulated: the bench.
+        say: takes the lines.
+    """
+
+    def __init__(self, emulated: EmulatedBench, say: Say) -> None:
+        self._emulated = emulated
+        self._say = say
+        self._lines: list[TextLines] = []
+        self._leds = {
+            f"{name}.{led.pin}": (led.name, led.active == "high")
+            for name, board in emulated.bench_file.boards.items()
+            for led in board.board.leds
+        }
+        self._pwm: dict[str, tuple[object, object]] = {}
+        emulated.bench.journal.on_event = self._event
+        emulated.on_console = lambda name: emulated.consoles[name].append(self._text(name))
+        for name, port in emulated.ports.items():
+            port.taps.append(self._text(name))
+
+    def finish(self) -> None:
+        """Show lines that have not ended."""
+        for lines in self._lines:
+            lines.flush()
+
+    def _text(self, source: str) -> Callable[[bytes, int], None]:
+        lines = TextLines(self._emulated.bench.scheduler, source, lambda ns, text: self._tell(ns, source, f"> {text}"))
+        self._lines.append(lines)
+        return lines.add
+
+    def _tell(self, ns: int, source: str, text: str) -> None:
+        self._say(f"{ns / NS_PER_S:12.6f}  {source:<16}  {text}")
+
+    def _event(self, event: Mapping[str, Any]) -> None:
+        text = self._words(event)
+        if text:
+            self._tell(event["ns"], event["source"], text)
+
+    def _words(self, event: Mapping[str, Any]) -> str:
+        match event["kind"]:
+            case "pin":
+                return self._pin(event)
+            case "pwm":
+                return self._pwm_words(event)
+            case "reset":
+                return f"reset ({event['reason']})"
+            case "note":
+                at = f" ({event['at']})" if event["at"] else ""
+                return f"note: {event['where']}: {event['text']}{at}"
+        return ""
+
+    def _pin(self, event: Mapping[str, Any]) -> str:
+        level = {True: "high", False: "low", None: "floats"}[event["level"]]
+        led, lit = self._leds.get(event["source"], ("", None))
+        if not led or event["level"] is None:
+            return level
+        return f"{level} (LED {led} {'on' if event['level'] is lit else 'off'})"
+
+    def _pwm_words(self, event: Mapping[str, Any]) -> str:
+        """Return what a fast pin does, when it changes."""
+        period_ns, high_ns = event.get("period_ns"), event.get("high_ns")
+        before = self._pwm.get(event["source"])
+        self._pwm[event["source"]] = (period_ns, high_ns)
+        if period_ns is None or high_ns is None or before == (period_ns, high_ns):
+            return ""
+        return f"period {period_ns} ns, high {high_ns} ns ({100 * high_ns / period_ns:.2f} %)"

@@ -1,0 +1,206 @@
+"""`hilbench run`: emulated boards in virtual time, until they end or their time is up."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from hilbench.bench_file import BenchFile
+from hilbench.clock import NS_PER_S, MonotonicHostClock, Stopwatch, deferred_interrupts
+from hilbench.console import Console
+from hilbench.errors import UsageError
+from hilbench.exit_codes import ExitCode
+from hilbench.mcu.emulated import EmulatedBench, MachineFactory, make_machine
+from hilbench.mcu.group import FREE_STEP_NS, LOCKED_STEP_NS
+from hilbench.mcu.narration import Narrator
+from hilbench.mcu.usart_port import UsartPort
+from hilbench.serving import STOP_SIGNALS
+
+__all__ = ["RunOptions", "run"]
+
+_PATIENCE_S = 1.0
+_REFRESH_S = 0.25
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOptions:
+    """What ``hilbench run`` was asked to do.
+
+    Attributes:
+        for_ns: bench time to run; None until the firmware ends.
+        follow: tell what happens, line by line.
+        journal: where to write the journal.
+        vcd: where to write waveforms.
+        realtime: keep pace with the wall clock.
+        as_json: say how it went as JSON.
+        seed: seed of the run.
+    """
+
+    for_ns: int | None = None
+    follow: bool = False
+    journal: Path | None = None
+    vcd: Path | None = None
+    realtime: bool = False
+    as_json: bool = False
+    seed: int = 0
+
+
+def run(
+    options: RunOptions, bench_file: BenchFile, console: Console, *, make_machine: MachineFactory = make_machine
+) -> ExitCode:
+    """Run a bench.
+
+    Returns:
+        OK when the time is up or the firmware has ended with status 0; VIOLATION when it has ended in any other way;
+        INTERRUPTED.
+
+    Raises:
+        UsageError: no board in this bench; an image cannot run on its board.
+        UnavailableError: something is missing, or a file cannot be written.
+    """
+    _check(options, bench_file)
+    step_ns = LOCKED_STEP_NS if options.realtime else FREE_STEP_NS
+    emulated = EmulatedBench(
+        bench_file,
+        seed=options.seed,
+        journal=options.journal,
+        vcd=options.vcd,
+        step_ns=step_ns,
+        make_machine=make_machine,
+    )
+    watch = Stopwatch()
+    with contextlib.closing(emulated):
+        narrator = Narrator(emulated, console.data) if options.follow else None
+        interrupted = _run(options, emulated, console, watch)
+        if narrator is not None:
+            narrator.finish()
+        report = _Report(emulated, watch.elapsed_s(), interrupted=interrupted)
+        if options.as_json:
+            console.data(json.dumps(report.data(), indent=2))
+        else:
+            console.narrate(report.text())
+    return report.exit_code
+
+
+def _check(options: RunOptions, bench_file: BenchFile) -> None:
+    if not bench_file.boards:
+        raise UsageError(
+            "runs no firmware", where=bench_file.name, hint=f"serve it: hilbench serve {bench_file.name} --pty ./p2"
+        )
+    if options.follow and options.as_json:
+        raise UsageError("--follow and --json both want the standard output", where="run", hint="choose one")
+
+
+def _run(options: RunOptions, emulated: EmulatedBench, console: Console, watch: Stopwatch) -> bool:
+    """Run; return whether somebody has interrupted it."""
+    scheduler = emulated.bench.scheduler
+    with _pace(emulated, realtime=options.realtime), console.progress() as show:
+        progress = _Progress(emulated, watch, show)
+        try:
+            with deferred_interrupts(scheduler, STOP_SIGNALS):
+                scheduler.run_until(lambda: emulated.end is not None or progress.tick(), options.for_ns)
+        except KeyboardInterrupt:
+            return True
+    return False
+
+
+@contextlib.contextmanager
+def _pace(emulated: EmulatedBench, *, realtime: bool) -> Iterator[None]:
+    if not realtime:
+        yield
+        return
+    host = MonotonicHostClock()
+    emulated.bench.scheduler.lock(host)
+    try:
+        yield
+    finally:
+        emulated.bench.scheduler.unlock()
+        host.close()
+
+
+class _Progress:
+    """Shows how far the run is, if it takes long."""
+
+    def __init__(self, emulated: EmulatedBench, watch: Stopwatch, show: Callable[[str], None]) -> None:
+        self._bench = emulated.bench
+        self._watch = watch
+        self._show = show
+        self._next_s = _PATIENCE_S
+        self._calls = 0
+
+    def tick(self) -> bool:
+        """Look at the host's clock now and then; always False."""
+        self._calls += 1
+        if not self._calls & 63 and (elapsed_s := self._watch.elapsed_s()) >= self._next_s:
+            self._next_s = elapsed_s + _REFRESH_S
+            self._show(f"{self._bench.now_s:.1f} s of bench time, {self._bench.now_s / elapsed_s:.2f} x real time")
+        return False
+
+
+class _Report:
+    """How it went."""
+
+    def __init__(self, emulated: EmulatedBench, host_s: float, *, interrupted: bool) -> None:
+        self._emulated = emulated
+        self._host_s = host_s
+        self._interrupted = interrupted
+        self._bench_s = (emulated.end.ns if emulated.end else emulated.bench.now_ns) / NS_PER_S
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """What the process says."""
+        if self._interrupted:
+            return ExitCode.INTERRUPTED
+        end = self._emulated.end
+        return ExitCode.OK if end is None or end.good else ExitCode.VIOLATION
+
+    def data(self) -> dict[str, object]:
+        """Return it as plain data."""
+        end = self._emulated.end
+        return {
+            "bench": self._emulated.bench_file.name,
+            "bench_time_s": self._bench_s,
+            "real_time_factor": round(self._bench_s / self._host_s, 4) if self._host_s else None,
+            "end": None
+            if end is None
+            else {
+                "board": end.board,
+                "kind": end.kind,
+                "status": end.status,
+                "ns": end.ns,
+                "pc": end.pc,
+                "place": end.place,
+                "cause": end.cause,
+            },
+            "lines": {
+                name: {"sent": port.counters.received, "framing_errors": port.counters.framing_errors}
+                for name, port in self._emulated.ports.items()
+            },
+            "notes": self._emulated.notes(),
+            "exit_code": int(self.exit_code),
+        }
+
+    def text(self) -> str:
+        """Return it as lines for a person."""
+        lines = []
+        if self._emulated.end is not None:
+            lines.append(f"hilbench: {self._emulated.end}")
+        factor = self._bench_s / self._host_s if self._host_s else 0
+        stopped = "interrupted after" if self._interrupted else "ran"
+        lines.append(f"{stopped} {self._bench_s:.6f} s of bench time at {factor:.2f} x real time")
+        lines += [f"  {name}: {port.counters.received} bytes sent" for name, port in self._used_lines()]
+        notes = self._emulated.notes()
+        if notes:
+            lines.append(f"{len(notes)} notes on what the firmware did:")
+            lines += [f"  {note['board']}: {note['where']}: {note['text']}{_at(note)}" for note in notes]
+        return "\n".join(lines)
+
+    def _used_lines(self) -> Iterator[tuple[str, UsartPort]]:
+        return ((name, port) for name, port in self._emulated.ports.items() if port.counters.received)
+
+
+def _at(note: dict[str, object]) -> str:
+    return f" ({note['at']})" if note["at"] else ""

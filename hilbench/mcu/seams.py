@@ -1,0 +1,131 @@
+"""What the bench needs of an emulated chip; `targets.mcu.machine.Machine` has it, and so may another.
+
+A machine runs ahead of bench time: it is told up to when, and reports through callbacks what its firmware did at exact
+times of that span.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from typing import Protocol
+
+from targets.mcu.fidelity import Notes
+from targets.mcu.pins import Pins
+from targets.mcu.serial_line import SerialFormat, SerialFrame
+
+__all__ = ["Ending", "Machine", "Usart"]
+
+
+class Usart(Protocol):
+    """One USART, as its line sees it.
+
+    Attributes:
+        on_frame: called with each frame that it sends, when its start bit begins.
+        on_format_change: called when `baud_hz` or `format` have changed.
+    """
+
+    on_frame: Callable[[SerialFrame], None]
+    on_format_change: Callable[[], None]
+
+    def receive(self, frame: SerialFrame) -> None:
+        """Take a frame from the line, at the first cycle not before its start bit begins."""
+
+    @property
+    def baud_hz(self) -> Fraction:
+        """Bits a second, as the firmware has set it; 0 while it has not."""
+
+    @property
+    def format(self) -> SerialFormat:
+        """How words are framed, as the firmware has set it."""
+
+
+class Ending(Protocol):
+    """Why a machine does not run on.
+
+    Attributes:
+        kind: ``exit`` if the firmware asked for it; else what has gone wrong, such as ``lockup``.
+        status: what the firmware gave with its exit.
+        cause: what happened, in words.
+        pc: address of the instruction.
+        place: ``function (file.c:42)``, or empty if the image does not tell.
+        ns: bench time.
+    """
+
+    @property
+    def kind(self) -> str: ...  # noqa: D102
+    @property
+    def status(self) -> int: ...  # noqa: D102
+    @property
+    def cause(self) -> str: ...  # noqa: D102
+    @property
+    def pc(self) -> int: ...  # noqa: D102
+    @property
+    def place(self) -> str: ...  # noqa: D102
+    @property
+    def ns(self) -> int: ...  # noqa: D102
+
+
+class Chip(Protocol):
+    """What of a chip its surroundings can touch."""
+
+    @property
+    def pins(self) -> Pins:
+        """The pins, by name."""
+
+    @property
+    def usarts(self) -> Mapping[str, Usart]:
+        """The USARTs, by name."""
+
+
+class Machine(Protocol):
+    """A chip that executes firmware.
+
+    Attributes:
+        notes: what the firmware touched that is not modelled, and what silicon would not have done for it.
+        on_console: called with text of the firmware's console and the channel it came by.
+        on_reset: called with the cause after each reset.
+    """
+
+    notes: Notes
+    on_console: Callable[[bytes, str], None]
+    on_reset: Callable[[str], None]
+
+    @property
+    def chip(self) -> Chip:
+        """Pins and peripherals."""
+
+    @property
+    def now_ns(self) -> int:
+        """The present of the machine, in ns of bench time."""
+
+    @property
+    def ended(self) -> Ending | None:
+        """Why it does not run on; None while it does."""
+
+    def run_to(self, limit_ns: int) -> None:
+        """Execute until `limit_ns`, or until it has ended."""
+
+    def at_ns(self, ns: int, action: Callable[[], None]) -> None:
+        """Have `action` happen at the first cycle not before `ns`, or now if that has passed."""
+
+    def horizon(self, ns: int) -> None:
+        """End the present `run_to` at `ns` already."""
+
+    def reset(self, cause: str = "PIN") -> None:
+        """Reset the chip."""
+
+    def forget_resets(self) -> None:
+        """Take note that something has come from outside, so that resets from here on are no endless loop yet."""
+
+    def place(self, pc: int) -> str:
+        """Return function and source line of an address, as far as the image tells, otherwise the address."""
+
+
+def first_ending(machines: Sequence[Machine]) -> tuple[int, Ending] | None:
+    """Return number and ending of the first of `machines` that has ended, by bench time; None if all run."""
+    ended = [(machine.ended.ns, number, machine.ended) for number, machine in enumerate(machines) if machine.ended]
+    if not ended:
+        return None
+    _, number, ending = min(ended, key=lambda item: item[:2])
+    return number, ending

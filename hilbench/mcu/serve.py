@@ -1,0 +1,85 @@
+"""`hilbench serve bluepill:IMAGE`: each USART of an emulated board behind a door of its own, in real time."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+
+import msgspec
+
+from hilbench.bench_file import CHECKER_END, BenchFile
+from hilbench.errors import UsageError
+from hilbench.exit_codes import ExitCode
+from hilbench.links import PtyDoor
+from hilbench.mcu.doors import assign, connect, open_doors
+from hilbench.mcu.emulated import EmulatedBench, MachineFactory, make_machine
+from hilbench.mcu.group import LOCKED_STEP_NS
+from hilbench.options import ServeOptions
+from hilbench.serving import AnyDoor, Say, place, run_until_stopped, signals_held, traffic
+
+__all__ = ["serve_boards"]
+
+
+def serve_boards(
+    options: ServeOptions, bench_file: BenchFile, say: Say, *, make_machine: MachineFactory = make_machine
+) -> ExitCode:
+    """Serve until interrupted, or until the firmware has come to its end.
+
+    Args:
+        options: doors, seed, speed of the lines.
+        bench_file: what to serve.
+        say: takes lines meant for a person; it must never wait for that person, the boards would stand still.
+        make_machine: makes the chips.
+
+    Returns:
+        OK: being interrupted is how serving ends. VIOLATION if the firmware cannot run on.
+
+    Raises:
+        UsageError: a door for a USART that is not there; an image that cannot run on its board.
+        UnavailableError: an image, the engine or the physics is missing; a door cannot be opened.
+    """
+    if options.scene is not None and not bench_file.targets:
+        raise UsageError("nothing stands in a world here", where=f"--scene {options.scene}")
+    with signals_held(), contextlib.ExitStack() as stack:
+        emulated = EmulatedBench(
+            _with_scene(bench_file, options.scene), seed=options.seed, step_ns=LOCKED_STEP_NS, make_machine=make_machine
+        )
+        stack.callback(emulated.close)
+        served: list[AnyDoor] = []
+        for name, wishes in assign(options, _free(bench_file)).items():
+            port = emulated.ports[name]
+            if options.baud is not None:
+                port.baud = options.baud
+            opened = open_doors(emulated, name, wishes, options)
+            doors = [stack.enter_context(contextlib.closing(door)) for door in opened]
+            connect(emulated, name, doors, say)
+            for door in doors:
+                say(_announcement(name, door, follows=options.baud is None))
+            served += doors
+        if options.journal is not None:
+            emulated.write_journal(options.journal)
+        run_until_stopped(emulated.bench.scheduler, say, lambda: emulated.end is not None)
+        for door in served:
+            say(traffic(door))
+        if emulated.end is not None:
+            say(f"hilbench: {emulated.end}")
+    return ExitCode.OK if emulated.end is None or emulated.end.good else ExitCode.VIOLATION
+
+
+def _with_scene(bench_file: BenchFile, scene: str | None) -> BenchFile:
+    if scene is None:
+        return bench_file
+    return dataclasses.replace(bench_file, world=msgspec.structs.replace(bench_file.world, scene=scene))
+
+
+def _free(bench_file: BenchFile) -> list[str]:
+    """Return the USARTs that are not linked to anything on the bench."""
+    linked = {end for link in bench_file.links if CHECKER_END not in link.ends for end in link.ends}
+    names = [f"{name}.{usart.lower()}" for name, board in bench_file.boards.items() for usart in board.board.usarts]
+    return [name for name in names if name not in linked]
+
+
+def _announcement(name: str, door: AnyDoor, *, follows: bool) -> str:
+    rate = "at the rate the firmware sets" if follows else f"{door.baud} baud"
+    at = f"{place(door)} ({door.slave_name})" if isinstance(door, PtyDoor) else place(door)
+    return f"serving {name} at {at}, {rate}"

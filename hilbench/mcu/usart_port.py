@@ -1,0 +1,248 @@
+"""The far end of the line of an emulated USART, as a port of the bench.
+
+What is written here stands on the USART's RX line frame by frame, at the rate of this end; what the USART sends is read
+as a receiver at this end would read it. An end without a rate of its own follows that of the USART, and its format too.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from fractions import Fraction
+
+from hilbench.bench import Bench
+from hilbench.clock import NS_PER_S
+from hilbench.links.port import Line, PortBase
+from hilbench.links.uart import Transmitter
+from hilbench.mcu.group import ChipTime, MachineGroup
+from hilbench.mcu.seams import Machine, Usart
+from targets.mcu.serial_line import LineReceiver, SerialFormat, SerialFrame
+
+__all__ = ["UsartPort"]
+
+UNSET_BAUD = 115_200
+"""What an end that follows a USART sends with while the firmware has set no rate; the USART is deaf then (choice)."""
+_USUAL_BAUDS = (
+    300, 600, 1200, 2400, 4800, 9600, 14_400, 19_200, 28_800, 38_400, 57_600, 76_800, 115_200, 230_400, 250_000,
+    256_000, 460_800, 500_000, 576_000, 921_600, 1_000_000, 1_500_000, 2_000_000, 2_250_000, 3_000_000, 4_000_000,
+    4_500_000,
+)  # fmt: skip
+_NEAR = Fraction(2, 100)
+"""A receiver 2 % off reads everything right, whatever its first sample (RM0008 section 27.3.5: 3.4 % and more)."""
+_BREAK_BITS = 14
+
+
+class UsartPort(PortBase):
+    """See the module. The line is up from the start.
+
+    Args:
+        bench: the bench.
+        group: who lets the chip run.
+        machine: the chip.
+        usart: the USART.
+        name: for the journal and for messages.
+        baud: bit/s of this end; 0 to follow the USART.
+        line_format: of this end, unless it follows the USART.
+
+    Attributes:
+        reacts: whether anybody here may answer at once to what the USART sends, so that the chip waits for that.
+        on_follow: called when the USART's rate or format have changed, or this end's rate.
+        on_heard: called with each frame that is put on the RX line.
+        on_frame: called with each frame that the USART sends, when its start bit begins.
+        taps: called with each byte that this end reads and the bench time of it, before `on_receive`.
+        joined: the far ends that are USARTs themselves; see `join`.
+        chip_time: the time of the chip.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        group: MachineGroup,
+        machine: Machine,
+        usart: Usart,
+        name: str,
+        *,
+        baud: int = 0,
+        line_format: SerialFormat | None = None,
+    ) -> None:
+        super().__init__(name)
+        self.line_is_up = True
+        self.reacts = True
+        self.on_follow: Callable[[], None] = lambda: None
+        self.on_heard: Callable[[SerialFrame], None] = lambda _frame: None
+        self.on_frame: Callable[[SerialFrame], None] = lambda _frame: None
+        self.taps: list[Callable[[bytes, int], None]] = []
+        self._bench = bench
+        self._group = group
+        self._machine = machine
+        self._usart = usart
+        self._own_baud = baud
+        self._own_format = line_format or SerialFormat()
+        self.joined: list[UsartPort] = []
+        self._receiver: LineReceiver | None = None
+        self.chip_time = ChipTime(bench, machine)
+        self._breaks: deque[int] = deque()
+        self._baud = baud or _usual(usart.baud_hz)
+        self._transmitter = Transmitter(
+            self.chip_time, name, Line(baud=self._baud), self.begin, on_break=self._begin_break, at_start=True
+        )
+        usart.on_frame = self._sent
+        usart.on_format_change = self._follow
+
+    # --- rate and format
+
+    @property
+    def baud(self) -> int:
+        """Bits per second at this end. Following a USART, the usual rate that is nearest to its own."""
+        return self._baud
+
+    @baud.setter
+    def baud(self, baud: int) -> None:
+        self._own_baud = baud
+        self._follow()
+
+    @property
+    def usart_baud_hz(self) -> Fraction:
+        """The rate that the firmware has set; 0 while it has not."""
+        return self._usart.baud_hz
+
+    @property
+    def line_format(self) -> SerialFormat:
+        """How words are framed at this end."""
+        return self._own_format if self._own_baud else self._usart.format
+
+    @property
+    def bits_per_byte(self) -> int:
+        """Bit times from one start bit to the next at this end, rounded up."""
+        return -(-self.line_format.frame_half_bits // 2)
+
+    def _follow(self) -> None:
+        self._baud = self._own_baud or _usual(self._usart.baud_hz)
+        self._transmitter.bits_per_byte = self.bits_per_byte
+        self._transmitter.baud = self._baud
+        self._receiver = None
+        self.on_follow()
+
+    # --- to the USART
+
+    @property
+    def pending(self) -> int:
+        """Bytes written that are not out yet."""
+        return self._transmitter.pending
+
+    def write(self, data: bytes) -> None:
+        """Queue bytes behind those that are not out yet."""
+        self._take_to_send(data, self._bench.now_ns)
+        self._transmitter.write(data)
+
+    def withdraw(self, keep: int) -> None:
+        """Take back what is not out yet, but for the next `keep` bytes and the one that is on the line."""
+        self.counters.withdrawn += self._transmitter.withdraw(keep)
+
+    def begin(self, data: bytes, at_ns: int) -> None:
+        """Put one byte on the RX line whose start bit begins at `at_ns`, now in the time of the chip."""
+        self._hear(self.line_format.frame(data[0], Fraction(at_ns, NS_PER_S), Fraction(1, self._baud)))
+
+    def send_break(self, duration_ns: int) -> None:
+        """Hold the RX line low for `duration_ns`, after the bytes written so far."""
+        self._take_to_send(b"", self._bench.now_ns)
+        duration_ns = max(duration_ns, (_BREAK_BITS + 3) * NS_PER_S // self._baud)
+        self._breaks.append(duration_ns)
+        self._transmitter.send_break(duration_ns)
+
+    def join(self, other: UsartPort) -> None:
+        """Make this the far end of `other`, and that of this: what one USART sends stands on the other's RX line."""
+        for port, peer in ((self, other), (other, self)):
+            port.joined.append(peer)
+            port.reacts = False
+
+    def close(self) -> None:
+        """Let go of the line; a second call does nothing."""
+        if not self.closed:
+            self.closed = True
+            self.line_is_up = False
+            self.counters.lost += self._transmitter.clear()
+            self._breaks.clear()
+
+    def hear(self, frame: SerialFrame) -> None:
+        """Put a frame on the RX line as soon as the chip has reached its start."""
+        self._machine.at_ns(_ns(frame.start_s), lambda: self._hear(frame))
+
+    def _begin_break(self, at_ns: int) -> None:
+        bit_s = Fraction(1, self._baud)
+        # The line is high for a moment before anything else is sent.
+        bits = max(_BREAK_BITS, int(Fraction(self._breaks.popleft(), NS_PER_S) / bit_s) - 3)
+        self._hear(SerialFrame(start_s=Fraction(at_ns, NS_PER_S), bit_s=bit_s, bits=0, bit_count=bits))
+
+    def _hear(self, frame: SerialFrame) -> None:
+        self.on_heard(frame)
+        self._machine.forget_resets()
+        self._usart.receive(frame)
+
+    # --- from the USART
+
+    def _sent(self, frame: SerialFrame) -> None:
+        self.on_frame(frame)
+        for port in self.joined:
+            port.hear(frame)
+        if frame.is_break:
+            self._output(frame.end_s, self._take_break)
+        elif self._receiver is None and self._fits(frame):
+            form = self.line_format
+            self._output(frame.end_s, lambda: self._take(form.value(frame.bits), wrong=form.parity_wrong(frame.bits)))
+        else:
+            self._misread(frame)
+
+    def _fits(self, frame: SerialFrame) -> bool:
+        """Say whether this end reads a frame as it was meant."""
+        if not self._own_baud:
+            return True
+        return frame.bit_count == self._own_format.word_bits and abs(frame.bit_s * self._own_baud - 1) <= _NEAR
+
+    def _misread(self, frame: SerialFrame) -> None:
+        """Read a frame of another rate or format, bit by bit."""
+        if self._receiver is None:
+            self._receiver = LineReceiver(self.line_format, Fraction(1, self._baud))
+        idle = self._receiver.next_s() is None
+        self._receiver.receive(frame)
+        if idle:
+            self._await_word(self._receiver)
+
+    def _await_word(self, receiver: LineReceiver) -> None:
+        done_s = receiver.next_s()
+        if done_s is not None:
+            self._output(done_s, lambda: self._take_words(receiver, done_s))
+
+    def _take_words(self, receiver: LineReceiver, done_s: Fraction) -> None:
+        for word in receiver.advance(done_s):
+            self._take(word.value, wrong=word.framing_error or word.parity_error)
+        self._await_word(receiver)
+
+    def _take(self, value: int, *, wrong: bool) -> None:
+        if self.closed:
+            return
+        self.counters.framing_errors += wrong
+        data, now_ns = bytes((value & 0xFF,)), self._bench.now_ns
+        for tap in self.taps:
+            tap(data, now_ns)
+        self._deliver(data, now_ns)
+
+    def _take_break(self) -> None:
+        if not self.closed:
+            self.counters.breaks += 1
+            self.on_break(self._bench.now_ns)
+
+    def _output(self, time_s: Fraction, action: Callable[[], None]) -> None:
+        self._group.output(_ns(time_s), action, source=self.name, reacts=self.reacts)
+
+
+def _ns(time_s: Fraction) -> int:
+    return time_s.numerator * NS_PER_S // time_s.denominator
+
+
+def _usual(baud_hz: Fraction) -> int:
+    """Return the usual rate near `baud_hz`; where there is none, the rate itself, rounded."""
+    if not baud_hz:
+        return UNSET_BAUD
+    nearest = min(_USUAL_BAUDS, key=lambda usual: abs(usual - baud_hz))
+    return nearest if abs(nearest - baud_hz) <= _NEAR * baud_hz else max(1, round(baud_hz))

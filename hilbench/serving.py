@@ -1,0 +1,72 @@
+"""What serving has in common, whatever is served: signals, the run until somebody stops it, words about doors."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+from collections.abc import Callable, Iterator
+
+from hilbench.clock import MonotonicHostClock, Scheduler, deferred_interrupts
+from hilbench.links import PtyDoor, TcpDoor
+
+__all__ = ["STOP_SIGNALS", "AnyDoor", "Say", "place", "run_until_stopped", "signals_held", "traffic"]
+
+Say = Callable[[str], None]
+AnyDoor = PtyDoor | TcpDoor
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+@contextlib.contextmanager
+def signals_held() -> Iterator[None]:
+    """Keep the signals that end serving waiting; one that came meanwhile is taken to have been heard."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
+    handlers = {number: signal.getsignal(number) for number in STOP_SIGNALS}
+    try:
+        yield
+    finally:
+        for number in STOP_SIGNALS:
+            signal.signal(number, signal.SIG_IGN)  # forgets one that waits
+            signal.signal(number, handlers[number])
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def run_until_stopped(scheduler: Scheduler, say: Say, condition: Callable[[], bool] | None = None) -> None:
+    """Run in real time until a signal comes, or `condition` holds; then say how well the host kept up."""
+    host = MonotonicHostClock()
+    scheduler.lock(host)
+    say("stop with Ctrl-C")
+    try:
+        with deferred_interrupts(scheduler, STOP_SIGNALS), contextlib.suppress(KeyboardInterrupt):
+            try:
+                signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+                scheduler.run_until(condition, None)
+            finally:
+                signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
+        late = scheduler.lateness
+        say(
+            f"stopped after {scheduler.now_ns / 1e9:.1f} s at {scheduler.real_time_factor or 0:.3f} x real time; "
+            f"lateness p50 {late.quantile_ns(0.5) / 1e6:.2f} ms, p99 {late.quantile_ns(0.99) / 1e6:.2f} ms, "
+            f"max {late.max_ns / 1e6:.2f} ms, {scheduler.slips} slips"
+        )
+    finally:
+        scheduler.unlock()
+        host.close()
+
+
+def place(door: AnyDoor) -> str:
+    """Return where a door is, for people."""
+    return str(door.path) if isinstance(door, PtyDoor) else f"tcp {door.host}:{door.port}"
+
+
+def traffic(door: AnyDoor) -> str:
+    """Return what has passed a door, for people."""
+    counted = door.counters
+    text = f"{place(door)}: {counted.received} bytes in, {counted.sent} out"
+    if dropped := counted.lost + counted.overruns:
+        text += f", {dropped} of them dropped: nobody read"
+    if counted.refused:
+        text += f"; {counted.refused} clients turned away"
+    if counted.framing_errors:
+        text += f"; {counted.framing_errors} framing errors"
+    return text
