@@ -1,0 +1,46 @@
+"""The images can be found, and tell nothing of the machine they were built on."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+from elftools.elf.elffile import ELFFile
+
+from targets import firmware
+from targets.firmware import image_names, image_path
+
+SELFTESTS = [name for name in image_names() if name.startswith("selftest-")]
+
+
+@pytest.mark.parametrize("name", image_names())
+def test_every_image_is_found_by_its_name(name):
+    assert image_path(name).name == f"{name}.elf"
+
+
+def test_other_formats_are_found_by_their_ending():
+    assert image_path("boot-combined.hex").suffix == ".hex"
+    assert image_path("boot-combined.bin").suffix == ".bin"
+
+
+def test_a_missing_image_is_said_with_those_there_are():
+    with pytest.raises(FileNotFoundError, match="selftest-crc"):
+        image_path("selftest-nothing")
+
+
+def test_every_self_test_has_an_image():
+    sources = (Path(firmware.__file__).parent / "selftest").glob("*.c")
+    assert sorted(f"selftest-{source.stem}" for source in sources) == SELFTESTS
+
+
+@pytest.mark.parametrize("name", image_names())
+def test_functions_and_lines_can_be_looked_up(name):
+    elf = ELFFile(io.BytesIO(image_path(name).read_bytes()))
+    assert elf.get_section_by_name(".symtab").get_symbol_by_name("main")
+    units = list(elf.get_dwarf_info().iter_CUs())
+    folders = {unit.get_top_DIE().attributes["DW_AT_comp_dir"].value for unit in units}
+    assert folders == {b"."}
+    names = {unit.get_top_DIE().attributes["DW_AT_name"].value.decode() for unit in units}
+    assert "common/startup.c" in names
+    assert not any(name.startswith("/") for name in names)
