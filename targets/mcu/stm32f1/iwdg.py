@@ -72,11 +72,6 @@ class Iwdg(Peripheral):
         self._count = FULL
         self._since_s = Fraction(0)
 
-    @property
-    def runs(self) -> bool:
-        """True once it has been started, until the next reset."""
-        return self.runs
-
     def reset(self) -> None:
         """Stop, unless the option bytes say that it starts by itself."""
         super().reset()

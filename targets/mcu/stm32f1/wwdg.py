@@ -47,11 +47,6 @@ class Wwdg(Peripheral):
         """True once it has been started, until the next reset."""
         return bool(self[CR] & WDGA)
 
-    @property
-    def runs(self) -> bool:
-        """True once it was started: it will reset the chip unless it is refreshed."""
-        return bool(self[CR] & WDGA)
-
     def reset(self) -> None:
         """Stop; the counter is at 0x7F and counts on while its clock runs."""
         super().reset()

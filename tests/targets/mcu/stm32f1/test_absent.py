@@ -1,0 +1,155 @@
+"""What is not modelled: every register with its reset value (RM0008), and a note for whoever touches it."""
+
+from __future__ import annotations
+
+import pytest
+
+from targets.mcu.fidelity import Fidelity
+from targets.mcu.stm32f1.absent import absent_peripherals
+from targets.mcu.stm32f1.dbgmcu import Dbgmcu
+from targets.mcu.stm32f1.signature import diagnose, system_memory, unique_id
+from targets.mcu.testing import FakeChip, peek, poke
+
+# Registers whose reset value is not 0, by the kind of peripheral; RM0008.
+RESET_VALUES = {
+    "RTC": {"CRL": 0x20},  # the others that are not 0 are write-only, or DIVL
+    "ADC": {"HTR": 0xFFF},
+    "I2C": {"TRISE": 2},
+    "SPI": {"SR": 2, "CRCPR": 7},
+    "CAN": {"MCR": 0x0001_0002, "MSR": 0xC02, "TSR": 0x1C00_0000, "BTR": 0x0123_0000, "FMR": 0x2A1C_0E01},
+    "USB": {"CNTR": 3},
+}
+COUNTS = {"RTC": 10, "ADC": 20, "I2C": 9, "SPI": 9, "CAN": 8 + 12 + 8 + 5 + 28, "USB": 13}
+
+
+@pytest.fixture
+def chip():
+    return FakeChip()
+
+
+@pytest.fixture
+def parts(chip):
+    return {part.name: part for part in absent_peripherals(chip.services)}
+
+
+def test_everything_is_there(parts):
+    assert {name: part.base for name, part in parts.items()} == {
+        "RTC": 0x4000_2800,
+        "SPI2": 0x4000_3800,
+        "I2C1": 0x4000_5400,
+        "I2C2": 0x4000_5800,
+        "USB": 0x4000_5C00,
+        "USB_SRAM": 0x4000_6000,
+        "CAN": 0x4000_6400,
+        "ADC1": 0x4001_2400,
+        "ADC2": 0x4001_2800,
+        "SPI1": 0x4001_3000,
+    }
+
+
+def test_reset_values_and_fidelity_of_every_register(parts):
+    for name, part in parts.items():
+        if name == "USB_SRAM":
+            continue
+        kind = name.rstrip("12") if name != "I2C" else name
+        registers = part.registers.values()
+        assert len(part.registers) == COUNTS[kind], name
+        assert all(register.fidelity is Fidelity.ABSENT and register.note for register in registers)
+        values = {register.name: peek(part, register.name) for register in registers}
+        expected = dict.fromkeys(values, 0) | RESET_VALUES[kind]
+        if kind == "RTC":
+            expected["DIVL"] = 0x8000
+        assert values == expected, name
+
+
+def test_the_first_touch_of_a_register_is_noted(chip, parts):
+    peek(parts["SPI1"], "SR")
+    peek(parts["SPI1"], "SR")
+    poke(parts["SPI1"], "DR", 1)
+    peek(parts["RTC"], "PRLL")
+    poke(parts["USB"], "EP0R", 0)
+    assert chip.noted("unmodelled") == ["SPI1_SR", "SPI1_DR", "RTC_PRLL", "USB_EP0R"]
+
+
+def test_calibration_ends_at_once(parts):
+    poke(parts["ADC1"], "CR2", 1 << 0 | 1 << 3)
+    assert peek(parts["ADC1"], "CR2") == 1
+    poke(parts["ADC1"], "CR2", 1 << 0 | 1 << 2 | 1 << 22)
+    assert peek(parts["ADC1"], "CR2") == 1
+
+
+def test_the_rtc_is_always_synchronised_and_ready(parts):
+    poke(parts["RTC"], "CRL", 0x10)
+    assert peek(parts["RTC"], "CRL") == 0x38
+    poke(parts["RTC"], "CNTL", 0x1234)
+    parts["RTC"].reset()
+    assert peek(parts["RTC"], "CNTL") == 0x1234
+    parts["RTC"].reset_backup()
+    assert peek(parts["RTC"], "CNTL") == 0
+
+
+def test_can_enters_and_leaves_its_modes_at_once(parts):
+    can = parts["CAN"]
+    poke(can, "MCR", 0x0001_0001)
+    assert peek(can, "MSR") & 3 == 1
+    poke(can, "MCR", 0x0001_0000)
+    assert peek(can, "MSR") & 3 == 0
+    poke(can, "MCR", 0x0001_0002)
+    assert peek(can, "MSR") & 3 == 2
+    poke(can, "MCR", 0x0001_8000)
+    assert peek(can, "MCR") == 0x0001_0002
+
+
+def test_can_messages_wait_until_they_are_aborted(parts):
+    can = parts["CAN"]
+    poke(can, "TI1R", 0x1234_0001)
+    assert peek(can, "TSR") == 0x1400_0000
+    assert peek(can, "TI1R") == 0x1234_0001
+    poke(can, "TSR", 0x8000)
+    assert peek(can, "TSR") == 0x1C00_0100
+    assert peek(can, "TI1R") == 0x1234_0000
+    poke(can, "TSR", 0x0100)
+    assert peek(can, "TSR") == 0x1C00_0000
+
+
+def test_usb_endpoint_bits_toggle(parts):
+    usb = parts["USB"]
+    poke(usb, "EP1R", 0x3221)
+    assert peek(usb, "EP1R") == 0x3221
+    poke(usb, "EP1R", 0x1011)
+    assert peek(usb, "EP1R") == 0x2031
+    poke(usb, "EP1R", 0x8080)
+    assert peek(usb, "EP1R") == 0x2030
+
+
+def test_usb_memory_has_half_words_at_every_fourth_address(parts):
+    memory = parts["USB_SRAM"]
+    memory.write(0x3FC, 0xABCD_1234)
+    assert memory.read(0x3FC) == 0x1234
+    assert memory.read(0x3F8) == 0
+
+
+# --- DBGMCU, system memory
+
+
+def test_dbgmcu(chip):
+    dbgmcu = Dbgmcu(0xE004_2000, chip.services)
+    assert peek(dbgmcu, "IDCODE") == 0x2003_6410
+    poke(dbgmcu, "IDCODE", 0)
+    poke(dbgmcu, "CR", 0x300)
+    dbgmcu.reset()
+    assert peek(dbgmcu, "CR") == 0x300
+    dbgmcu.power_on()
+    assert peek(dbgmcu, "CR") == 0
+    assert chip.noted() == ["DBGMCU_IDCODE"]
+
+
+def test_system_memory():
+    identity = unique_id("left")
+    memory = system_memory(64, identity)
+    assert len(memory) == 0x800
+    assert memory[0x7E0:0x7E2] == b"\x40\0"
+    assert memory[0x7E8:0x7F4] == identity
+    assert unique_id("right") != identity == unique_id("left")
+    assert diagnose(int.from_bytes(memory[4:8], "little"))
+    assert diagnose(0x0800_0100) is None
