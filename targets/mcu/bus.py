@@ -17,16 +17,16 @@ from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Notes
 from targets.mcu.registers import Peripheral
 
-__all__ = ["Bus", "TakesParts"]
+__all__ = ["ALIASES", "ALIAS_SIZE", "Bus", "TakesParts"]
 
 _WORD = 0xFFFF_FFFF
 _PAGE_BITS = 10
 _REPEAT = {1: 0x0101_0101, 2: 0x0001_0001, 4: 1}
 _MASK = {1: 0xFF, 2: 0xFFFF, 4: _WORD}
 
-SRAM_ALIAS, PERIPHERAL_ALIAS = 0x2200_0000, 0x4200_0000
+ALIASES = {0x2200_0000: 0x2000_0000, 0x4200_0000: 0x4000_0000}
+"""Bit-band: base of the alias region, and of the megabyte whose bits it shows."""
 ALIAS_SIZE = 0x0200_0000
-_SRAM, _PERIPHERALS = 0x2000_0000, 0x4000_0000
 
 
 @runtime_checkable
@@ -44,9 +44,9 @@ class Bus:
     """Memory and peripherals by address.
 
     Attributes:
-        on_live_read: called when a register was read whose value changes with time alone.
-        on_register_read: called with (address, value) after every register read, while set.
+        on_code_store: called with address, size and value when somebody but the CPU stores into read-only memory.
         writes: how many register writes there have been.
+        trace: while it is a list, every read of a register adds (address, value, whether it changes with time alone).
     """
 
     def __init__(self, notes: Notes) -> None:
@@ -57,7 +57,6 @@ class Bus:
         self._quiet: list[tuple[int, int]] = []
         self.on_code_store: Callable[[int, int, int], None] = lambda _address, _size, _value: None
         self.writes = 0
-        self.reads = 0
         self.trace: list[tuple[int, int, bool]] | None = None
 
     # --- what there is
@@ -114,7 +113,6 @@ class Bus:
             BusFault: nothing is there.
         """
         peripheral = self._pages.get(address >> _PAGE_BITS)
-        self.reads += 1
         if peripheral is None:
             return self._read_nothing(address)
         if not peripheral.clocked:
@@ -171,9 +169,8 @@ class Bus:
 
     # --- bit-band
 
-    def read_bit(self, alias: int, base: int, offset: int) -> int:
-        """Read the word at `offset` of the alias region at `alias`, which stands for bits from `base` on."""
-        del alias
+    def read_bit(self, base: int, offset: int) -> int:
+        """Read the word at `offset` of the alias region, which stands for a bit from `base` on."""
         address, bit = base + (offset >> 5 & ~3), offset >> 2 & 31
         return self.read(address, 4) >> bit & 1
 

@@ -105,6 +105,7 @@ class Timebase:
                 assert event.time_s is not None
                 event.cycle = max(now, self.cycle_at(event.time_s))
                 self._push(event)
+        self.on_earlier(now)  # a limit in bench time is another cycle now
 
     def _set_ratio(self) -> None:
         # ns(c) = floor(epoch_ns + (c - epoch) * 1e9 / hclk), over the common denominator `_ns_scale`

@@ -108,8 +108,8 @@ class CpuEngine(Protocol):
     def set_wait_states(self, wait_states: int) -> None:
         """Change the flash wait states, from the instruction in flight on."""
 
-    def skip(self, instructions: int, cycles: int) -> None:
-        """Account for instructions that are not executed because they would change nothing. Not while running."""
+    def skip_periods(self, cycle: int, instructions: int, cycles: int) -> None:
+        """Account for loops that change nothing, as many whole ones as end before `cycle`. Not while running."""
 
     @property
     def instructions(self) -> int:
@@ -130,8 +130,8 @@ class CpuEngine(Protocol):
     def forget(self, base: int, size: int) -> None:
         """Memory that may hold code was changed by somebody else than the CPU: drop what was translated."""
 
-    def run(self, limit_cycle: int) -> Stop:
-        """Execute up to `limit_cycle`. At least one instruction is executed."""
+    def run(self, limit_cycle: int, limit_instructions: int | None = None) -> Stop:
+        """Execute up to `limit_cycle`, and no more than `limit_instructions`. At least one instruction is executed."""
 
     def stop_by(self, limit_cycle: int) -> None:
         """Lower the limit of the running slice, from within a register access; the past means: after this instruction.

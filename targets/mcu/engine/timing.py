@@ -43,8 +43,11 @@ class Timing(Protocol):
     def add(self, cycles: int) -> None:
         """Let cycles pass without an instruction."""
 
-    def skip(self, instructions: int, cycles: int) -> None:
-        """Account for `instructions` that took `cycles` but were not executed."""
+    def periods_until(self, cycle: int, retired: int, instructions: int, cycles: int) -> int:
+        """Return how many periods of a loop, of so many instructions and cycles, end before `cycle`."""
+
+    def skip(self, cycles: int) -> None:
+        """Account for cycles of instructions that count as retired but were not executed."""
 
     def set_wait_states(self, wait_states: int, retired: int) -> None:
         """Change the flash wait states after the first `retired` instructions."""
@@ -79,7 +82,12 @@ class FlatTiming:
         """Let cycles pass without an instruction."""
         self._base += cycles
 
-    def skip(self, instructions: int, cycles: int) -> None:
+    def periods_until(self, cycle: int, retired: int, instructions: int, cycles: int) -> int:
+        """Return how many periods of so many instructions end before `cycle`."""
+        del cycles  # a period takes now one cycle more, now one less
+        return (self.instructions_until(cycle, retired) - 1) // instructions
+
+    def skip(self, cycles: int) -> None:
         """Nothing to do: the cycles follow from the instructions."""
 
     def set_wait_states(self, wait_states: int, retired: int) -> None:

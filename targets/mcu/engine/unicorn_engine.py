@@ -21,6 +21,7 @@ from typing import Any
 from targets.mcu.engine.api import Access, FaultKind, Reg, Stop, StopKind
 from targets.mcu.engine.calibration import counter_words, open_unicorn
 from targets.mcu.engine.timing import Timing
+from targets.mcu.errors import BusFault
 
 __all__ = ["UnicornEngine"]
 
@@ -63,12 +64,17 @@ class UnicornEngine:
         self._ids = _register_ids(arm_const)
         self._word = ctypes.c_uint32()
         self._word_ref = ctypes.byref(self._word)
+        self._all_values = (ctypes.c_uint32 * len(Reg))()
+        self._all_ids = (ctypes.c_int * len(Reg))(*(self._ids[register] for register in Reg))
+        first = ctypes.addressof(self._all_values)
+        self._all_pointers = (ctypes.c_void_p * len(Reg))(*(first + 4 * index for index in range(len(Reg))))
         self._timing = timing
         self._retired = 0
         self._running = False
         self._trouble: BaseException | None = None
         self._intr: int | None = None
         self._bad_address = 0
+        self._refused: tuple[Stop, int] | None = None
         self._event_sent = False
         self._flash_stores: list[tuple[int, int, int, bytes]] = []
         self._memory: list[tuple[int, bytearray, bool]] = []
@@ -94,6 +100,11 @@ class UnicornEngine:
         return self._retired + self._words[0] - 1 if self._running else self._retired
 
     @property
+    def running(self) -> bool:
+        """True while instructions execute, which is when registers are accessed."""
+        return self._running
+
+    @property
     def timing(self) -> Timing:
         """The timing model; for adding cycles that no instruction takes, and for changing its wait states."""
         return self._timing
@@ -102,10 +113,12 @@ class UnicornEngine:
         """Let cycles pass without an instruction."""
         self._timing.add(cycles)
 
-    def skip(self, instructions: int, cycles: int) -> None:
-        """Account for instructions that were not executed because they change nothing."""
-        self._retired += instructions
-        self._timing.skip(instructions, cycles)
+    def skip_periods(self, cycle: int, instructions: int, cycles: int) -> None:
+        """Account for loops that change nothing, as many whole ones as end before `cycle`, without executing them."""
+        periods = self._timing.periods_until(cycle, self._retired, instructions, cycles)
+        if periods > 0:
+            self._retired += periods * instructions
+            self._timing.skip(periods * cycles)
 
     def set_wait_states(self, wait_states: int) -> None:
         """Change the flash wait states, from the instruction in flight on."""
@@ -117,6 +130,11 @@ class UnicornEngine:
         """Return a core register."""
         self._lib.uc_reg_read(self._handle, self._ids[register], self._word_ref)
         return self._word.value
+
+    def fingerprint(self) -> bytes:
+        """Return all core registers, as bytes to compare."""
+        self._lib.uc_reg_read_batch(self._handle, self._all_ids, self._all_pointers, len(Reg))
+        return bytes(self._all_values)
 
     def set(self, register: Reg, value: int) -> None:
         """Set a core register. PC keeps the state of Thumb; writing XPSR also rebuilds the cached flags."""
@@ -143,18 +161,23 @@ class UnicornEngine:
     def map_registers(self, base: int, size: int, access: Access) -> None:
         """Put registers at `base`; see `CpuEngine`.
 
-        An exception in an access ends the slice after the instruction and comes out of `run`.
+        A `BusFault` in an access is a fault of its instruction. Any other exception ends the slice after the instruction
+        and comes out of `run`.
         """
 
         def read(_uc: object, offset: int, length: int, _data: object) -> int:
             try:
                 return access.read(offset, length)
+            except BusFault as fault:
+                return self._refuse(FaultKind.READ, fault.address)
             except BaseException as trouble:  # noqa: BLE001 - ctypes would swallow it
                 return self._break_off(trouble)
 
         def write(_uc: object, offset: int, length: int, value: int, _data: object) -> None:
             try:
                 access.write(offset, length, value)
+            except BusFault as fault:
+                self._refuse(FaultKind.WRITE, fault.address)
             except BaseException as trouble:  # noqa: BLE001
                 self._break_off(trouble)
 
@@ -173,16 +196,20 @@ class UnicornEngine:
 
     # --- running
 
-    def run(self, limit_cycle: int) -> Stop:
+    def run(self, limit_cycle: int, limit_instructions: int | None = None) -> Stop:
         """Execute up to `limit_cycle`; see `CpuEngine`."""
+        limit = None if limit_instructions is None else self._retired + limit_instructions
         while True:
-            stop = self._run_slice(limit_cycle)
+            stop = self._run_slice(limit_cycle, limit)
             if stop is not None:
                 return stop
 
-    def _run_slice(self, limit_cycle: int) -> Stop | None:
+    def _run_slice(self, limit_cycle: int, limit: int | None) -> Stop | None:
         """Execute; None when an instruction that Unicorn cannot take was passed over and there is time left."""
-        budget = max(1, self._timing.instructions_until(limit_cycle, self._retired))
+        budget = self._timing.instructions_until(limit_cycle, self._retired)
+        if limit is not None:
+            budget = min(budget, limit - self._retired)
+        budget = max(1, budget)
         self._intr = None
         pc = self.get(Reg.PC)
         self._running = True
@@ -197,7 +224,7 @@ class UnicornEngine:
         if self._trouble is not None:
             trouble, self._trouble = self._trouble, None
             raise trouble
-        if stop is None and self._timing.cycle(self._retired) >= limit_cycle:
+        if stop is None and (budget <= retired or self._timing.cycle(self._retired) >= limit_cycle):
             return Stop(StopKind.LIMIT)
         return stop
 
@@ -211,6 +238,10 @@ class UnicornEngine:
 
     def _why(self, status: int, counted: int, at_limit: bool) -> tuple[Stop | None, int]:
         """Return why Unicorn came back, and how many instructions have retired."""
+        if self._refused is not None:
+            (stop, pc), self._refused = self._refused, None
+            self.set(Reg.PC, pc)
+            return stop, counted - 2
         if self._intr is not None:
             return self._why_interrupt(self._intr, counted)
         if status == self._const.UC_ERR_OK:
@@ -225,9 +256,9 @@ class UnicornEngine:
     def _why_interrupt(self, number: int, counted: int) -> tuple[Stop, int]:
         pc = self.get(Reg.PC)
         if number == 2:
-            return Stop(StopKind.SVC, self._half(pc - 2) & 0xFF), counted
+            return Stop(StopKind.SVC, self.half(pc - 2) & 0xFF), counted
         if number == 7:
-            return Stop(StopKind.BREAKPOINT, self._half(pc) & 0xFF), counted - 1
+            return Stop(StopKind.BREAKPOINT, self.half(pc) & 0xFF), counted - 1
         if number == 8 or (number == 3 and pc >= _EXC_RETURN):
             return Stop(StopKind.EXCEPTION_RETURN, pc | 1), counted
         return Stop(StopKind.FAULT, fault=FaultKind.UNDEFINED, address=pc), counted - 1
@@ -256,15 +287,23 @@ class UnicornEngine:
 
     def _hint_before(self, pc: int) -> int:
         """Return the hint instruction that ends at `pc`, as its 16-bit form."""
-        short = self._half(pc - 2)
+        short = self.half(pc - 2)
         if short in (_WFE, _YIELD):
             return short
-        return _WIDE_HINTS.get(self._half(pc - 4) << 16 | short, 0)
+        return _WIDE_HINTS.get(self.half(pc - 4) << 16 | short, 0)
 
-    def _half(self, address: int) -> int:
+    def half(self, address: int) -> int:
+        """Return the half-word of memory at an even address; 0 where there is none."""
         for base, data, _ in self._memory:
             if base <= address < base + len(data):
                 return int.from_bytes(data[address - base : address - base + 2], "little")
+        return 0
+
+    def _refuse(self, kind: FaultKind, address: int) -> int:
+        # The instruction cannot be stopped any more: a load has put 0 into its register when the fault is taken.
+        if self._refused is None:
+            self._refused = Stop(StopKind.FAULT, fault=kind, address=address), self.get(Reg.PC)
+        self._words[1] = self._words[0]
         return 0
 
     def _break_off(self, trouble: BaseException) -> int:
@@ -342,7 +381,7 @@ class UnicornEngine:
                 )
 
     def _on_sev(self, _uc: object, address: int, _size: int, _data: object) -> None:
-        if self._half(address) in (_SEV, 0xF3AF):
+        if self.half(address) in (_SEV, 0xF3AF):
             self._event_sent = True
             self._words[1] = self._words[0]
 

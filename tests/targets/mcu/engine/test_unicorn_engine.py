@@ -10,7 +10,7 @@ from unicorn import arm_const
 
 from targets.mcu.engine import calibration
 from targets.mcu.engine.api import FaultKind, Reg, StopKind
-from targets.mcu.errors import EngineError
+from targets.mcu.errors import BusFault, EngineError
 
 NOP, WFI, WFE, YIELD, SEV, HANG = 0xBF00, 0xBF30, 0xBF20, 0xBF10, 0xBF40, 0xE7FE
 LDR_R0_R1, STR_R0_R1, STR_R0_R1_4, ADDS_R0, BX_R1 = 0x6808, 0x6008, 0x6048, 0x3001, 0x4708
@@ -98,7 +98,7 @@ class TestCounting:
         machine.run(4)
         engine.add_cycles(12)
         assert engine.cycle == 5 + 12
-        engine.skip(8, 10)
+        engine.skip_periods(28, 4, 5)
         assert (engine.cycle, engine.instructions) == (27, 12)
 
     def test_wait_states_change_the_rate_from_there_on(self, machine):
@@ -252,6 +252,26 @@ class TestStops:
         machine.on_access = lambda _kind, _offset: None
         machine.run(1)
         assert (len(machine.log), machine.engine.get(Reg.R0)) == (1, 1)
+
+
+    @pytest.mark.parametrize("half", [LDR_R0_R1, STR_R0_R1])
+    def test_a_register_that_answers_with_a_bus_fault(self, machine, at, half):
+        def fail(_kind, offset):
+            raise BusFault(at.registers + offset)
+
+        machine.on_access = fail
+        machine.engine.set(Reg.R1, at.registers)
+        machine.load(NOP, half, ADDS_R0, HANG)
+        stop = machine.run()
+        kind = FaultKind.READ if half == LDR_R0_R1 else FaultKind.WRITE
+        assert (stop.kind, stop.fault, stop.address) == (StopKind.FAULT, kind, at.registers)
+        assert (machine.engine.instructions, machine.engine.get(Reg.PC)) == (1, at.code + 2)
+
+    def test_a_limit_in_instructions(self, machine):
+        machine.load(ADDS_R0, YIELD, ADDS_R0, YIELD, ADDS_R0, HANG)
+        for expected in (2, 4):
+            assert machine.engine.run(1000, 2).kind is StopKind.LIMIT
+            assert machine.engine.instructions == expected
 
 
 class TestCodeThatChanges:

@@ -1,0 +1,127 @@
+"""Loops that change nothing are not executed: waiting costs no host time, and every trace stays the same.
+
+If a program comes back to the same instruction with the same registers and the same memory, has written no register
+and has read only registers that stay as they are until something happens in the chip, then it will do the same over
+and over until the next event. Whole periods of it can be accounted for at once. This covers ``b .``, polling of a
+status flag and of a variable, and delay loops on a tick that call functions and use the stack.
+
+A period is looked for by executing single instructions, which is slow, so after each event the program runs for a
+while first, and longer after every vain attempt.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from targets.mcu.bus import Bus
+from targets.mcu.engine.api import Reg, Stop, StopKind
+from targets.mcu.engine.unicorn_engine import UnicornEngine
+from targets.mcu.timebase import Timebase
+
+__all__ = ["IdleSkipper", "Loop"]
+
+_SHORTEST_WAIT, _LONGEST_WAIT, _GROWTH = 160, 1 << 16, 4
+_LONGEST_PERIOD = 128
+_LIMIT = Stop(StopKind.LIMIT)
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """A loop that changes nothing.
+
+    Attributes:
+        pc: an instruction of it.
+        instructions: in one period.
+        polled: addresses of the registers that are read in it.
+    """
+
+    pc: int
+    instructions: int
+    polled: tuple[int, ...]
+
+
+class IdleSkipper:
+    """Executes like the engine does, but passes over loops that change nothing.
+
+    Args:
+        engine: executes.
+        bus: tells of accesses to registers.
+        time: tells when something happens next.
+        memory: the RAM.
+
+    Attributes:
+        found: the loop in which the program waited last, since `restart`; None if it did not.
+    """
+
+    def __init__(self, engine: UnicornEngine, bus: Bus, time: Timebase, memory: bytearray) -> None:
+        self._engine = engine
+        self._bus = bus
+        self._time = time
+        self._memory = memory
+        self._period = 0
+        self._shortest = _SHORTEST_WAIT
+        self._wait = _SHORTEST_WAIT
+        self.found: Loop | None = None
+
+    def restart(self) -> None:
+        """Something has happened, and the program may go elsewhere."""
+        self._wait = min(self._wait, self._shortest)
+        self.found = None
+
+    def run(self, target: int) -> Stop:
+        """Execute up to cycle `target` or less; the same as `CpuEngine.run` in every effect."""
+        if self._wait <= 0:
+            return self._look(target)
+        engine = self._engine
+        began = engine.instructions
+        stop = engine.run(target, self._wait)
+        self._wait -= engine.instructions - began
+        return stop
+
+    def _look(self, target: int) -> Stop:
+        stop, self.found = self._attempt(target)
+        if self.found is None:
+            self._shortest = min(self._shortest * _GROWTH, _LONGEST_WAIT)
+            self._period = 0
+        else:
+            self._shortest = _SHORTEST_WAIT
+            self._period = self.found.instructions
+        self._wait = self._shortest
+        return stop
+
+    def _attempt(self, target: int) -> tuple[Stop, Loop | None]:
+        """Execute one period of a loop, if there is one, and pass over as many as fit before `target`."""
+        engine, bus = self._engine, self._bus
+        before, memory, writes = engine.fingerprint(), bytes(self._memory), bus.writes
+        began, cycle = engine.instructions, engine.cycle
+        bus.trace = []
+        stop = self._run_period(target, before)
+        polled, bus.trace = bus.trace, None
+        ran = engine.instructions - began
+        if (
+            stop.kind is StopKind.LIMIT
+            and engine.fingerprint() == before
+            and bus.writes == writes
+            and not any(live for _address, _value, live in polled)
+            and self._memory == memory
+        ):
+            addresses = tuple(dict.fromkeys(address for address, _value, _live in polled))
+            engine.skip_periods(self._due(target), ran, engine.cycle - cycle)
+            return stop, Loop(engine.get(Reg.PC), ran, addresses)
+        return stop, None
+
+    def _run_period(self, target: int, before: bytes) -> Stop:
+        engine = self._engine
+        for instructions in (*([self._period] if self._period else []), *[1] * _LONGEST_PERIOD):
+            # what a register access enters comes first, so the target is looked at each time
+            due = self._due(target)
+            if engine.cycle >= due:
+                break
+            stop = engine.run(due, instructions)
+            if stop.kind is not StopKind.LIMIT or engine.fingerprint() == before:
+                return stop
+        return _LIMIT
+
+    def _due(self, target: int) -> int:
+        due = self._time.next_cycle()
+        return target if due is None else min(target, due)

@@ -1,0 +1,451 @@
+"""An emulated microcontroller on its board: the run loop that ties CPU, events, interrupts and bench time together.
+
+The loop, between any two slices of instructions:
+
+1. everything that is due by now happens, each event at its own cycle;
+2. a reset that was asked for is carried out;
+3. an exception that may be taken is entered (its cycles pass, and step 1 comes again before its handler begins);
+4. a CPU that sleeps, or that waits for the flash, lets time pass up to the next event;
+5. otherwise the CPU executes up to the next event or the limit, whichever comes first.
+
+A slice is cut short when an access to a register makes an earlier event, changes what is pending, or changes the clock.
+So nothing depends on how a run is cut into calls of `run_to`, and an outside event may be entered at any time that the
+machine has not reached.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from targets.mcu.bus import ALIAS_SIZE, ALIASES, Bus
+from targets.mcu.cortexm.core import Core
+from targets.mcu.cortexm.faults import Fault
+from targets.mcu.cortexm.semihosting import Exit, Semihosting
+from targets.mcu.ended import Ended, EndKind
+from targets.mcu.engine.api import Access, FaultKind, Reg, Stop, StopKind
+from targets.mcu.engine.idle import IdleSkipper, Loop
+from targets.mcu.engine.straight import straight_run
+from targets.mcu.engine.timing import make_timing
+from targets.mcu.engine.unicorn_engine import UnicornEngine
+from targets.mcu.errors import BusFault
+from targets.mcu.fidelity import Notes
+from targets.mcu.image import Image
+from targets.mcu.services import Services
+from targets.mcu.stm32f1.chip import REGISTER_WINDOWS, Chip
+from targets.mcu.stm32f1.options import OPTIONS_BASE
+from targets.mcu.stm32f1.pwr import DeepSleep
+from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE
+from targets.mcu.timebase import Timebase
+
+if TYPE_CHECKING:
+    from targets.boards import Board
+    from targets.boards.board import Straps
+
+__all__ = ["Machine"]
+
+_HSI_HZ = 8_000_000
+_RAM_BASE, _FLASH_BASE = 0x2000_0000, 0x0800_0000
+_SEMIHOSTING = 0xAB
+_STRAIGHT_LIMIT = 64
+_RESETS_IN_A_LOOP = 8
+_FAULTS = range(3, 7)  # exception numbers of HardFault, MemManage, BusFault, UsageFault
+
+
+class Machine:
+    """A chip on a board, with an image in its flash, as it is when power comes on.
+
+    Args:
+        board: chip, crystals, straps.
+        image: what is flashed.
+        timing: the timing model: ``flat`` or ``table``; see `targets.mcu.engine.timing`.
+        skip_idle: pass over loops that change nothing; no trace depends on it.
+        straps: the boot pins, if they differ from the board's.
+
+    Attributes:
+        board: as given.
+        image: as given.
+        chip: the peripherals by name, `chip.pins`, `chip.usarts`.
+        time: cycles and events.
+        notes: what the firmware touched that is not modelled, or got wrong.
+        ended: why nothing more will happen, or None.
+        on_console: called with what the program writes by ``semihosting`` or ``itm``, and which of the two.
+        on_reset: called with the cause, as RCC_CSR names it, when the chip is reset.
+        on_fault: called with every fault.
+
+    Raises:
+        EngineError: Unicorn is missing or not the one this was written for.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        image: Image,
+        *,
+        timing: str = "flat",
+        skip_idle: bool = True,
+        straps: Straps | None = None,
+    ) -> None:
+        self.board = board
+        self.image = image
+        self.timing = timing
+        self.ended: Ended | None = None
+        self.on_console: Callable[[bytes, str], None] = lambda _text, _channel: None
+        self.on_reset: Callable[[str], None] = lambda _cause: None
+        self.on_fault: Callable[[Fault], None] = lambda _fault: None
+        self._straps = straps or board.straps
+        self.engine = UnicornEngine(make_timing(timing))
+        self.time = Timebase(_HSI_HZ)
+        self.notes = Notes(self._moment, self._pc_in_flight)
+        self.bus = Bus(self.notes)
+        self.chip = Chip(board, self._straps, self.time, self.notes, self.bus, self._make_core, self._ask_reset)
+        self.core = self.chip.core
+        self.ram = bytearray(board.variant.ram_bytes)
+        self.semihosting = Semihosting(self.engine, self.bus, self.time, self.notes, image.path.name)
+        self._idle = IdleSkipper(self.engine, self.bus, self.time, self.ram) if skip_idle else None
+        self._horizon_ns = 0
+        self._reset_cause: str | None = "POR"
+        self._resets: list[tuple[str, int]] = []
+        self._stalled_until = 0
+        self._deep: DeepSleep | None = None
+        self._store_fault: BusFault | None = None
+        self._line = bytearray()
+        self._map()
+        self._connect()
+        for segment in image.segments:
+            self._load(segment.address, segment.data)
+
+    # --- time
+
+    @property
+    def now_ns(self) -> int:
+        """Bench time that the machine has reached, in nanoseconds."""
+        return self.time.ns(self.time.now)
+
+    @property
+    def cycle(self) -> int:
+        """HCLK cycles since power-on."""
+        return self.time.now
+
+    def run_to(self, limit_ns: int) -> None:
+        """Execute until bench time `limit_ns`, or until `ended` is set, or `horizon` was called with less."""
+        self._horizon_ns = limit_ns
+        time, engine = self.time, self.engine
+        while self.ended is None:
+            limit = time.cycle_at_ns(self._horizon_ns)
+            if engine.cycle >= limit:
+                time.run_due(min(limit, engine.cycle))
+                if engine.cycle >= time.cycle_at_ns(self._horizon_ns):
+                    return
+                continue
+            self._step(limit)
+
+    def horizon(self, ns: int) -> None:
+        """End the present `run_to` at bench time `ns` already; the past means at once. For output callbacks."""
+        if ns < self._horizon_ns:
+            self._horizon_ns = ns
+            self.engine.stop_by(self.time.cycle_at_ns(ns))
+
+    def at_ns(self, ns: int, action: Callable[[], None]) -> None:
+        """Have `action` happen at the first cycle that does not fall before bench time `ns`, or now if that passed."""
+        self.time.at(self.time.cycle_at_ns(ns), action)
+
+    def reset(self, cause: str = "PIN") -> None:
+        """Reset the chip at the next instruction boundary: ``PIN`` (the button), ``POR`` (power off and on)."""
+        self._ask_reset(cause)
+
+    # --- for people
+
+    def place(self, pc: int) -> str:
+        """Return ``function (file.c:42)`` for an address, as far as the image tells; otherwise the address."""
+        function, line = self.image.function_at(pc), self.image.line_at(pc)
+        if function is None:
+            return line or f"0x{pc:08X}"
+        return f"{function} ({line})" if line else function
+
+    @property
+    def waits_in(self) -> Loop | None:
+        """The loop that changes nothing in which the program is at present, or None."""
+        return self._idle.found if self._idle else None
+
+    # --- the loop
+
+    def _step(self, limit: int) -> None:
+        """Do the next thing that there is to do before cycle `limit`."""
+        time, engine, core = self.time, self.engine, self.core
+        now = engine.cycle
+        if time.run_due(now) and self._idle:
+            self._idle.restart()
+        if self._reset_cause is not None:
+            self._reset()
+        elif core.locked_up is not None:
+            self._locked_up()
+        elif self._stalled_until > now and self._runs_from_flash():
+            self._pass_to(limit, self._stalled_until)
+        elif core.can_take():
+            core.take()
+            if self._idle:
+                self._idle.restart()
+        elif core.sleeping:
+            self._sleep(limit)
+        else:
+            self._execute(limit)
+
+    def _execute(self, limit: int) -> None:
+        time, engine = self.time, self.engine
+        due = time.next_cycle()
+        target = limit if due is None or due > limit else due
+        masked = self.core.masked()
+        time.follow_cpu()
+        try:
+            if masked:
+                stop = self._run_masked(target)
+            elif self._idle is not None:
+                stop = self._idle.run(target)
+            else:
+                stop = engine.run(target)
+        finally:
+            time.hold(engine.cycle)
+        if self._store_fault is not None:
+            fault, self._store_fault = self._store_fault, None
+            self.core.handle(Stop(StopKind.FAULT, fault=FaultKind.WRITE, address=fault.address))
+        if stop.kind is not StopKind.LIMIT:
+            self._handle(stop)
+        elif self._idle is not None and self._idle.found is not None:
+            self._check_fault_loop()
+
+    def _run_masked(self, target: int) -> Stop:
+        engine = self.engine
+        ahead = straight_run(engine.half, engine.get(Reg.PC), _STRAIGHT_LIMIT)
+        return engine.run(target, max(1, ahead))
+
+    def _handle(self, stop: Stop) -> None:
+        if stop.kind is StopKind.BREAKPOINT and stop.value == _SEMIHOSTING:
+            self.semihosting.call()
+        else:
+            self.core.handle(stop)
+
+    def _sleep(self, limit: int) -> None:
+        """Wait for what wakes the CPU up; with SLEEPDEEP set, the chip's clocks stand still meanwhile."""
+        if self._deep is not DeepSleep.STANDBY and self.core.wakes():
+            self._leave_deep_sleep()
+            self.core.wake()
+            return
+        if self.core.deep and self._deep is None:
+            self._enter_deep_sleep()
+        self._pass_to(limit, limit)
+
+    def _enter_deep_sleep(self) -> None:
+        chip, mode = self.chip, self.chip.pwr.deep_sleep()
+        settings = chip.flash.settings
+        if settings.reset_on_standby if mode is DeepSleep.STANDBY else settings.reset_on_stop:
+            self._ask_reset("LPWR")
+            return
+        if mode is DeepSleep.STANDBY and not chip.pwr.enter_standby():
+            self.core.wake()
+            return
+        self._deep = mode
+        chip.rcc.stop()
+
+    def _leave_deep_sleep(self) -> None:
+        """Wake from Stop; Standby is left by a reset alone."""
+        if self._deep in (DeepSleep.STOP, DeepSleep.STOP_LOW_POWER):
+            self.engine.add_cycles(int(self._deep.wakeup_s * self.time.hclk_hz))
+            self.time.hold(self.engine.cycle)
+            self.chip.rcc.resume()
+            self._deep = None
+
+    def _pass_to(self, limit: int, end: int) -> None:
+        """Let time pass without instructions, up to the next event, `end` or `limit`."""
+        due = self.time.next_cycle()
+        target = min(limit, end) if due is None else min(limit, end, due)
+        self.engine.add_cycles(max(0, target - self.engine.cycle))
+
+    def _runs_from_flash(self) -> bool:
+        return not self.engine.get(Reg.PC) & 0x2000_0000
+
+    # --- resets and ends
+
+    def _reset(self) -> None:
+        cause, self._reset_cause = self._reset_cause or "PIN", None
+        pc = self.engine.get(Reg.PC)
+        self._stalled_until = 0
+        self._deep = None
+        if cause == "POR":
+            self.ram[:] = bytes(len(self.ram))  # a choice: silicon comes up with anything
+            self.engine.forget(_RAM_BASE, len(self.ram))
+            for segment in self.image.segments:
+                if segment.address >= _RAM_BASE:
+                    self._load(segment.address, segment.data)
+        self.chip.reset(cause)
+        self.core.reset(self._boot_table(), power_on=cause == "POR")
+        if self._idle:
+            self._idle.restart()
+        self.on_reset(cause)
+        self._count_reset(cause, pc)
+
+    def _boot_table(self) -> int:
+        """Return where the vector table is: BOOT pins first (RM0008 section 3.4), then what the image says."""
+        if self._straps.boot0 == 0:
+            return 0 if self.image.table == _FLASH_BASE else self.image.table
+        if self._straps.boot1 == 0:
+            self._end("no-boot", "the boot straps choose system memory, whose boot loader is not modelled")
+        return _RAM_BASE
+
+    def _count_reset(self, cause: str, pc: int) -> None:
+        if self._resets and self._resets[-1][0] != cause:
+            self._resets.clear()
+        self._resets.append((cause, pc))
+        if cause not in ("PIN", "POR", "LPWR") and len(self._resets) >= _RESETS_IN_A_LOOP:
+            names = {"IWDG": "the independent watchdog", "WWDG": "the window watchdog", "SFT": "the program itself"}
+            self._end("reset-loop", f"{len(self._resets)} resets in a row by {names.get(cause, cause)}", pc)
+
+    def forget_resets(self) -> None:
+        """Count resets anew: something from outside happened, so what follows is not the same again."""
+        self._resets.clear()
+
+    def _locked_up(self) -> None:
+        lockup = self.core.locked_up
+        assert lockup is not None
+        if self.chip.watchdog_runs():
+            self._pass_to(self.time.cycle_at_ns(self._horizon_ns), self.time.cycle_at_ns(self._horizon_ns))
+            return
+        chain = "; ".join(fault.describe() for fault in lockup.faults)
+        self._end("lockup", f"lockup: {lockup.cause}" + (f"; {chain}" if chain else ""), lockup.pc)
+
+    def _check_fault_loop(self) -> None:
+        """A fault handler that waits for ever ends the run, unless something can still get it out of there."""
+        core = self.core
+        if core.running not in _FAULTS or self.chip.watchdog_runs() or core.last_fault is None:
+            return
+        fault = core.last_fault
+        self._end("fault-loop", f"a fault handler waits for ever: {fault.describe()}{self._explain(fault)}", fault.pc)
+
+    def _explain(self, fault: Fault) -> str:
+        """Return what is known of an address that should not have been executed."""
+        if _FLASH_BASE <= fault.pc < _FLASH_BASE + len(self.chip.flash.memory) and self.engine.half(fault.pc) == 0xFFFF:
+            return "; the flash is erased there: a jump or call to code that was never programmed"
+        return ""
+
+    def _end(self, kind: EndKind, cause: str, pc: int | None = None, status: int = 1) -> None:
+        pc = self.engine.get(Reg.PC) if pc is None else pc
+        now = self.time.now
+        place = self.place(pc) if self.image.function_at(pc) or self.image.line_at(pc) else ""
+        self.ended = Ended(kind=kind, status=status, cause=cause, pc=pc, place=place, cycle=now, ns=self.time.ns(now))
+
+    # --- what the parts call
+
+    def _moment(self) -> tuple[int, int]:
+        now = self.time.now
+        return now, self.time.ns(now)
+
+    def _pc_in_flight(self) -> int | None:
+        return self.engine.get(Reg.PC) if self.engine.running else None
+
+    def _make_core(self, services: Services) -> Core:
+        return Core(self.engine, services)
+
+    def _ask_reset(self, cause: str) -> None:
+        self._reset_cause = cause
+        self.engine.stop_by(0)
+
+    def _exit(self, ending: Exit) -> None:
+        self._end("exit", "the program ended by semihosting", status=ending.status)
+
+    def _wkup(self, _cycle: int, _ns: int, level: bool | None) -> None:
+        if self.chip.pwr.wkup_edge(bool(level)) and self._deep is DeepSleep.STANDBY:
+            self._ask_reset("STANDBY")
+
+    def _fault(self, fault: Fault) -> None:
+        self.on_fault(fault)
+
+    def _stimulus(self, port: int, size: int, value: int) -> None:
+        if port == 0:
+            self.on_console(value.to_bytes(size, "little"), "itm")
+
+    def _store_to_flash(self, address: int, size: int, value: int) -> None:
+        try:
+            self.chip.flash.program(address, size, value)
+        except BusFault as fault:
+            self._store_fault = fault
+
+    def _stall(self, cycle: int) -> None:
+        self._stalled_until = cycle
+        self.engine.stop_by(0)
+
+    def _latency(self, wait_states: int) -> None:
+        self.engine.set_wait_states(wait_states)
+        self.engine.stop_by(0)
+
+    # --- putting it together
+
+    def _map(self) -> None:
+        """Give the engine its memory and the bus its peripherals."""
+        engine, bus, chip = self.engine, self.bus, self.chip
+        flash = chip.flash
+        boot = self.ram if self._straps.boot0 and self._straps.boot1 else flash.memory
+        for base, data, writable in (
+            (0, boot, boot is self.ram),
+            (_FLASH_BASE, flash.memory, False),
+            (SYSTEM_MEMORY_BASE, chip.system_memory, False),
+            (_RAM_BASE, self.ram, True),
+        ):
+            engine.map_memory(base, data, writable=writable)
+            bus.add_memory(base, data, writable=writable)
+        for peripheral in self.core.peripherals:
+            bus.add(peripheral)
+        bus.add_memory(OPTIONS_BASE, flash.options, writable=False)
+        engine.map_registers(
+            OPTIONS_BASE,
+            0x400,
+            Access(
+                lambda offset, size: bus.read(OPTIONS_BASE + offset, size),
+                lambda offset, size, value: bus.write(OPTIONS_BASE + offset, size, value),
+            ),
+        )
+        for base, size in REGISTER_WINDOWS:
+            engine.map_registers(base, size, self._access(base))
+        for alias, base in ALIASES.items():
+            engine.map_registers(alias, ALIAS_SIZE, self._bit_access(base))
+
+    def _access(self, base: int) -> Access:
+        bus = self.bus
+        return Access(
+            lambda offset, size: bus.read_register(base + offset, size),
+            lambda offset, size, value: bus.write_register(base + offset, size, value),
+        )
+
+    def _bit_access(self, base: int) -> Access:
+        bus = self.bus
+        return Access(
+            lambda offset, _size: bus.read_bit(base, offset),
+            lambda offset, _size, value: bus.write_bit(base, offset, value),
+        )
+
+    def _connect(self) -> None:
+        """Tie the callbacks of the parts together."""
+        self.time.read_cycle = self._cycle_of_engine
+        self.time.on_earlier = self.engine.stop_by
+        self.core.on_change = lambda: self.engine.stop_by(0)
+        self.core.on_fault = self._fault
+        self.core.itm.on_stimulus = self._stimulus
+        self.core.trace_as_debugger()
+        self.semihosting.on_output = lambda text: self.on_console(text, "semihosting")
+        self.semihosting.on_exit = self._exit
+        self.engine.on_flash_store = self._store_to_flash
+        self.bus.on_code_store = self.chip.flash.program
+        self.chip.flash.on_code_changed = self.engine.forget
+        self.chip.flash.on_latency = self._latency
+        self.chip.flash.stall_until = self._stall
+        self.chip.pins.deliver = self.at_ns
+        self.chip.pins["PA0"].on_edge(self._wkup)
+
+    def _cycle_of_engine(self) -> int:
+        return self.engine.cycle
+
+    def _load(self, address: int, data: bytes) -> None:
+        if address >= _RAM_BASE:
+            offset = address - _RAM_BASE
+            self.ram[offset : offset + len(data)] = data
+        else:
+            self.chip.flash.load(address, data)

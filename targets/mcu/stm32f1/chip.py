@@ -1,0 +1,217 @@
+"""The medium-density STM32F103: which peripherals there are, where, and how they are tied together.
+
+Addresses: RM0008 table 3. Interrupts: RM0008 table 63. Clock gates: RM0008 sections 7.3.6 to 7.3.8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from targets.mcu.bus import Bus
+from targets.mcu.cortexm.core import Core
+from targets.mcu.fidelity import Notes
+from targets.mcu.pins import Pins, Source
+from targets.mcu.registers import Peripheral
+from targets.mcu.services import DmaRequest, IrqLine, Services
+from targets.mcu.signals import Signals
+from targets.mcu.stm32f1.absent import absent_peripherals
+from targets.mcu.stm32f1.afio import Afio
+from targets.mcu.stm32f1.bkp import Bkp
+from targets.mcu.stm32f1.clocks import ClockTree
+from targets.mcu.stm32f1.crc import Crc
+from targets.mcu.stm32f1.dbgmcu import Dbgmcu
+from targets.mcu.stm32f1.dma import Dma
+from targets.mcu.stm32f1.exti import Exti
+from targets.mcu.stm32f1.flash import Flash
+from targets.mcu.stm32f1.gpio import Gpio
+from targets.mcu.stm32f1.iwdg import Iwdg
+from targets.mcu.stm32f1.pwr import Pwr
+from targets.mcu.stm32f1.rcc import Rcc
+from targets.mcu.stm32f1.signature import system_memory, unique_id
+from targets.mcu.stm32f1.tim import Timer
+from targets.mcu.stm32f1.usart import Usart
+from targets.mcu.stm32f1.wwdg import Wwdg
+from targets.mcu.timebase import Timebase
+
+if TYPE_CHECKING:
+    from targets.boards import Board
+    from targets.boards.board import Straps
+
+__all__ = ["Chip"]
+
+GATES = {
+    "DMA1": ("AHB", 0),
+    "CRC": ("AHB", 6),
+    "AFIO": ("APB2", 0),
+    "GPIOA": ("APB2", 2),
+    "GPIOB": ("APB2", 3),
+    "GPIOC": ("APB2", 4),
+    "GPIOD": ("APB2", 5),
+    "GPIOE": ("APB2", 6),
+    "ADC1": ("APB2", 9),
+    "ADC2": ("APB2", 10),
+    "TIM1": ("APB2", 11),
+    "SPI1": ("APB2", 12),
+    "USART1": ("APB2", 14),
+    "TIM2": ("APB1", 0),
+    "TIM3": ("APB1", 1),
+    "TIM4": ("APB1", 2),
+    "WWDG": ("APB1", 11),
+    "SPI2": ("APB1", 14),
+    "USART2": ("APB1", 17),
+    "USART3": ("APB1", 18),
+    "I2C1": ("APB1", 21),
+    "I2C2": ("APB1", 22),
+    "USB": ("APB1", 23),
+    "CAN": ("APB1", 25),
+    "BKP": ("APB1", 27),
+    "PWR": ("APB1", 28),
+}
+TIMERS = {"TIM1": 0x4001_2C00, "TIM2": 0x4000_0000, "TIM3": 0x4000_0400, "TIM4": 0x4000_0800}
+AHB_PERIPHERALS = frozenset({"DMA1", "RCC", "FLASH", "CRC"})
+# Behind the bridges an address without a peripheral reads 0 (a choice: the manual is silent); on AHB it is a bus error.
+BRIDGES = ((0x4000_0000, 0x1_0000), (0x4001_0000, 0x8000))
+REGISTER_WINDOWS = ((0x4000_0000, 0x1_8000), (0x4002_0000, 0x4000), (0xE000_0000, 0x10_0000))
+# The last is the private peripheral bus.
+
+_PULL_OHMS = 10_000.0  # of resistors on the board; a choice where its schematic says otherwise
+
+
+class Chip:
+    """A CPU core and the peripherals around it.
+
+    Args:
+        board: part number, crystals, pulls.
+        straps: the boot pins.
+        time: cycles and events.
+        notes: where what is not modelled is noted.
+        bus: where the peripherals are put.
+        make_core: makes the CPU core from what the chip offers.
+        ask_reset: asks for a reset of the chip with its cause.
+
+    Attributes:
+        core: the CPU core, without what executes instructions.
+        services: what the peripherals use.
+        pins: every pin by name.
+        signals: every signal between peripherals and pins.
+        peripherals: every peripheral by its name in the reference manual.
+        usarts: the USARTs by name.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        straps: Straps,
+        time: Timebase,
+        notes: Notes,
+        bus: Bus,
+        make_core: Callable[[Services], Core],
+        ask_reset: Callable[[str], None],
+    ) -> None:
+        names = [f"P{port}{number}" for port in "ABCDE" for number in range(16)]
+        self.pins = Pins(names, time, notes, bonded=board.variant.pins)
+        self.signals = Signals(self.pins)
+        self._tree = ClockTree()
+        self.services = Services(
+            time=time,
+            clocks=self._tree,
+            notes=notes,
+            irq=self._irq,
+            dma=self._dma_request,
+            output=self.signals.output,
+            input=self.signals.input,
+            bus=bus,
+            chip_reset=ask_reset,
+        )
+        self.core = make_core(self.services)
+        self.system_memory = system_memory(board.variant.flash_bytes // 1024, unique_id(board.name))
+        self._make_core_parts(board)
+        self._make_peripherals()
+        everything = (self.rcc, self.flash, self.pwr, self.bkp, self.iwdg, self.dbgmcu, *self._others)
+        self.peripherals: dict[str, Peripheral] = {peripheral.name: peripheral for peripheral in everything}
+        for name, peripheral in self.peripherals.items():
+            bus.add(peripheral, ahb=name in AHB_PERIPHERALS)
+        for base, size in BRIDGES:
+            bus.add_quiet(base, size)
+        self.rcc.connect(GATES, self.peripherals, others=(self.core.systick,), backup=(self.bkp,))
+        self.rcc.on_nmi = self.core.set_nmi
+        self.exti.on_event = self.core.receive_event
+        for name, level in board.pulled(straps).items():
+            self.pins[name].set_source("board", Source(self.pins.vdd_volts if level else 0.0, _PULL_OHMS))
+
+    def _make_core_parts(self, board: Board) -> None:
+        """Clocks, power, flash, and what depends on them."""
+        services = self.services
+        self.pwr = Pwr(0x4000_7000, services)
+        self.rcc = Rcc(
+            0x4002_1000,
+            services,
+            self._tree,
+            hse_hz=board.hse_hz,
+            lse=board.lse_hz is not None,
+            backup_writable=self.pwr.backup_writable,
+        )
+        size = board.variant.flash_bytes
+        self.flash = Flash(0x4002_2000, services, self._tree, size=size, hsi_on=self.rcc.hsi_on)
+        self.bkp = Bkp(0x4000_6C00, services, backup_writable=self.pwr.backup_writable)
+        self.iwdg = Iwdg(
+            0x4000_3000,
+            services,
+            lsi_hz=self.rcc.lsi_hz,
+            start_lsi=self.rcc.force_lsi,
+            lsi_on=self.rcc.lsi_on,
+            starts_by_itself=lambda: self.flash.settings.hardware_watchdog,
+        )
+        self.wwdg = Wwdg(0x4000_2C00, services)
+        self.dbgmcu = Dbgmcu(0xE004_2000, services)
+
+    def _make_peripherals(self) -> None:
+        """Everything else."""
+        services, pins = self.services, self.pins
+        self.dma = Dma("DMA1", 0x4002_0000, services)
+        self.exti = Exti("EXTI", 0x4001_0400, services)
+        ports = [Gpio(f"GPIO{port}", 0x4001_0800 + 0x400 * index, services, pins) for index, port in enumerate("ABCDE")]
+        # After the ports: it takes the pins of the debug port away from them.
+        self.afio = Afio("AFIO", 0x4001_0000, services, pins, self.signals)
+        usarts = (
+            Usart("USART1", 0x4001_3800, services, bus="APB2", irq=37),
+            Usart("USART2", 0x4000_4400, services, bus="APB1", irq=38),
+            Usart("USART3", 0x4000_4800, services, bus="APB1", irq=39),
+        )
+        self.usarts = {usart.name: usart for usart in usarts}
+        timers = [Timer(name, base, services) for name, base in TIMERS.items()]
+        self._others: tuple[Peripheral, ...] = (
+            *ports,
+            self.afio,
+            self.exti,
+            self.wwdg,
+            self.dma,
+            Crc(0x4002_3000, services),
+            *usarts,
+            *timers,
+            *absent_peripherals(services),
+        )
+
+    def _irq(self, number: int) -> IrqLine:
+        return self.core.irq(number)
+
+    def _dma_request(self, name: str) -> DmaRequest:
+        return self.dma.request(name)
+
+    # --- for the machine
+
+    def reset(self, cause: str) -> None:
+        """Reset everything that a reset with this cause resets."""
+        self.rcc.reset()
+        if cause == "POR":
+            self.pwr.power_on()
+            self.dbgmcu.power_on()
+        for peripheral in self.peripherals.values():
+            if peripheral is not self.rcc:
+                peripheral.reset()
+        self.rcc.reset_by(cause)
+
+    def watchdog_runs(self) -> bool:
+        """Say whether a watchdog will reset the chip if the program does nothing more."""
+        return self.iwdg.runs or self.wwdg.runs
