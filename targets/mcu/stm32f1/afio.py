@@ -100,6 +100,8 @@ FIXED: Mapping[str, str] = {
     "SPI2_MISO": "PB14",
     "SPI2_MOSI": "PB15",
     "MCO": "PA8",
+    "WKUP": "PA0",
+    "TAMPER": "PC13",
 }
 """Signals that always have the same pin."""
 

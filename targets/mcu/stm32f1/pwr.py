@@ -34,11 +34,11 @@ class DeepSleep(enum.Enum):
 
 
 class Pwr(Peripheral):
-    """Power control.
+    """Power control; its pin is the input ``WKUP`` (PA0), asked for when EWUP is set.
 
     The machine asks `deep_sleep` at WFI or WFE with SLEEPDEEP set. In Stop mode it calls `Rcc.stop`, waits for an EXTI
-    line, and calls `Rcc.resume`. In Standby it calls `enter_standby`, waits for `wkup_edge` to return True (or for the
-    alarm of the RTC, the watchdog, NRST), and resets the chip with the cause ``STANDBY``.
+    line, and calls `Rcc.resume`. In Standby it calls `enter_standby` and waits for a reset, which a rising edge of WKUP
+    also is, with the cause ``STANDBY``.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
@@ -48,13 +48,16 @@ class Pwr(Peripheral):
 
     def __init__(self, base: int, services: Services) -> None:
         super().__init__("PWR", base, services)
-        self._wkup = False
+        self._in_standby = False
 
     def reset(self) -> None:
         """Go to the state after a reset; WUF and SBF stay."""
         kept = self[CSR] & (WUF | SBF)
+        if self[CSR] & EWUP:
+            self.services.input("WKUP").on_change = None
         super().reset()
         self[CSR] = kept
+        self._in_standby = False
 
     def power_on(self) -> None:
         """The supply rises: WUF and SBF are cleared as well."""
@@ -74,10 +77,12 @@ class Pwr(Peripheral):
 
     def write_CSR(self, value: int) -> None:
         """EWUP; enabling it while WKUP is high is an event (RM0008 section 5.4.2)."""
-        rises = value & EWUP and not self[CSR] & EWUP
+        changed = (value ^ self[CSR]) & EWUP
         self[CSR] = value
-        if rises and self._wkup:
-            self[CSR] |= WUF
+        if changed:
+            pin = self.services.input("WKUP")
+            pin.on_change = self._on_wkup if value & EWUP else None
+            self._on_wkup(bool(value & EWUP) and pin.level())
 
     def deep_sleep(self) -> DeepSleep:
         """Return the mode that CR chooses for SLEEPDEEP."""
@@ -88,13 +93,11 @@ class Pwr(Peripheral):
     def enter_standby(self) -> bool:
         """Enter Standby; return False if WUF is still set, which wakes up at once (RM0008 section 5.3.5)."""
         self[CSR] |= SBF
-        return not self[CSR] & WUF
+        self._in_standby = not self[CSR] & WUF
+        return self._in_standby
 
-    def wkup_edge(self, level: bool) -> bool:
-        """Take the level of WKUP (PA0); return whether it wakes up from Standby: a rising edge with EWUP set."""
-        rises = level and not self._wkup
-        self._wkup = level
-        if not (rises and self[CSR] & EWUP):
-            return False
-        self[CSR] |= WUF
-        return True
+    def _on_wkup(self, level: bool) -> None:
+        if level:
+            self[CSR] |= WUF
+            if self._in_standby:
+                self.services.chip_reset("STANDBY")

@@ -56,13 +56,17 @@ def test_deep_sleep_modes(pwr, cr, mode, wakeup_us):
     assert mode.wakeup_s * 1_000_000 == Fraction(wakeup_us)
 
 
-def test_standby_and_its_flags(pwr):
+def test_standby_and_its_flags(chip, pwr):
     poke(pwr, "CSR", 0x100)
     assert pwr.enter_standby()
     assert peek(pwr, "CSR") == 0x102
-    assert pwr.wkup_edge(True)
+    chip.input("WKUP").drive(True)
     assert peek(pwr, "CSR") == 0x103
+    assert chip.resets == ["STANDBY"]
     pwr.reset()
+    chip.input("WKUP").drive(False)
+    chip.input("WKUP").drive(True)
+    assert chip.resets == ["STANDBY"]
     assert peek(pwr, "CSR") == 0x003
     assert not pwr.enter_standby()  # WUF is still set
     poke(pwr, "CR", 0x4)
@@ -72,14 +76,24 @@ def test_standby_and_its_flags(pwr):
     assert peek(pwr, "CR") == 0
 
 
-def test_wkup_needs_its_enable_and_an_edge(pwr):
-    assert not pwr.wkup_edge(True)
+def test_wkup_needs_its_enable_and_an_edge(chip, pwr):
+    pin = chip.input("WKUP")
+    pin.drive(True)
+    assert peek(pwr, "CSR") == 0
     poke(pwr, "CSR", 0x100)
     assert peek(pwr, "CSR") == 0x101  # enabling it while the pin is high is an event
     poke(pwr, "CR", 0x4)
-    assert not pwr.wkup_edge(True)
-    assert not pwr.wkup_edge(False)
-    assert pwr.wkup_edge(True)
+    poke(pwr, "CSR", 0x100)
+    pin.drive(False)
+    assert peek(pwr, "CSR") == 0x100
+    pin.drive(True)
+    assert peek(pwr, "CSR") == 0x101
+    poke(pwr, "CSR", 0)
+    poke(pwr, "CR", 0x4)
+    pin.drive(False)
+    pin.drive(True)
+    assert peek(pwr, "CSR") == 0
+    assert chip.resets == []
 
 
 def test_power_on_clears_the_flags(pwr):
