@@ -33,7 +33,7 @@ class Rates:
         apb1: HCLK cycles per tick of PCLK1.
         apb2: HCLK cycles per tick of PCLK2.
         adc: clock of the converters.
-        usb: clock of USB; zero without PLL.
+        usb: clock of USB, while the PLL runs.
     """
 
     sysclk: Fraction
