@@ -12,7 +12,7 @@ from targets.mcu.testing import FakeChip, peek, poke
 
 
 class Alarm(Peripheral):
-    """Counts PCLK1 down from LOAD; at 0 raises its interrupt, asks for DMA, and drives a pin while its input is high."""
+    """Counts PCLK1 down from LOAD; at 0 it interrupts, asks for DMA, and drives a pin unless its input is high."""
 
     REGISTERS = (Register("LOAD", 0x00, 0, 0xFFFF), Register("SR", 0x04, 0, 1))
 
