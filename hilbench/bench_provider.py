@@ -48,6 +48,9 @@ def make_provider(options: CheckOptions) -> BenchProvider:
         UsageError: the bench file or the target is wrong.
     """
     bench_file = open_bench(options.bench)
+    if bench_file.boards and not options.targets:
+        hint = "test them with pytest ('hilbench init' begins one), or see them run: hilbench run"
+        raise UsageError("no suite checks emulated boards yet", where=str(bench_file.path), hint=hint)
     journal = Journal(options.journal, bench_file.header(options.seed)) if options.journal else None
     shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal or Journal())
     if not options.targets:

@@ -1,16 +1,24 @@
 """For plain pytest: ``pytest -p hilbench.pytest_plugin`` gives your tests the fixtures of ``hilbench check``.
 
 A test with `hilbench.check.case` above it gets a bench; what the bench lacks is skipped, and says what is missing.
-Everything else (selection, reports, exit codes) is pytest's own.
+A test of firmware asks for `board` (see `hilbench.mcu.fixtures`) and needs nothing above it. Everything else
+(selection, reports, exit codes) is pytest's own. A test file may also load the plugin itself, with
+``pytest_plugins = ["hilbench.pytest_plugin"]``; the options are then not there.
 """
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import pytest
 
 from hilbench.arguments import target_choice
 from hilbench.errors import HilbenchError
 from hilbench.siblings import check_siblings
+
+if TYPE_CHECKING:
+    from hilbench.check.provider import BenchProvider
+    from hilbench.options import CheckOptions
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -33,18 +41,30 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _register(config: pytest.Config) -> None:
-    from hilbench.bench_provider import make_provider
     from hilbench.check.collector import Collector
     from hilbench.check.plugin import CheckPlugin
+    from hilbench.mcu.fixtures import BoardFixtures
     from hilbench.options import CheckOptions
 
     options = CheckOptions(
-        bench=config.getoption("--hilbench-bench"),
-        targets=tuple(target_choice(text) for text in config.getoption("--hilbench-target")),
-        seed=config.getoption("--hilbench-seed"),
-        timeout_scale=config.getoption("--hilbench-timeout-scale"),
+        bench=config.getoption("--hilbench-bench", None),
+        targets=tuple(target_choice(text) for text in config.getoption("--hilbench-target", None) or ()),
+        seed=config.getoption("--hilbench-seed", 0),
+        timeout_scale=config.getoption("--hilbench-timeout-scale", 1.0),
     )
-    provider = make_provider(options)
+    provider = _provider(options)
     config.add_cleanup(provider.close)
     plugin = CheckPlugin(Collector(), provider, seed=options.seed, only_cases=False)
     config.pluginmanager.register(plugin, "hilbench-check")
+    config.pluginmanager.register(BoardFixtures(options.bench, options.seed), "hilbench-boards")
+
+
+def _provider(options: CheckOptions) -> BenchProvider:
+    """Return what opens benches for cases; on a bench of boards alone there are none."""
+    from hilbench.bench_provider import make_provider
+    from hilbench.mcu.command_line import open_target
+    from hilbench.mcu.no_cases import NoCases
+
+    if not options.targets and open_target(options.bench).boards:
+        return NoCases()
+    return make_provider(options)

@@ -105,6 +105,7 @@ class EmulatedBench:
         consoles: who is told of what a console says, as ``BOARD.CHANNEL``; a console is there once it has spoken.
         on_console: called with the name of each new console.
         robot: the virtual Pioneer, if the bench has one.
+        at_close: called before the bench closes.
         end: how the firmware of the first board that ended came to its end; None while all run.
     """
 
@@ -122,6 +123,7 @@ class EmulatedBench:
         self._seed = seed
         self._step_ns = step_ns
         self.images: Mapping[str, Image] = {name: load(emulated) for name, emulated in bench_file.boards.items()}
+        self.at_close: list[Callable[[], None]] = []
         self._notes: list[dict[str, object]] = []
         self.consoles: dict[str, list[Callable[[bytes, int], None]]] = {}
         self.on_console: Callable[[str], None] = lambda _name: None
@@ -154,6 +156,16 @@ class EmulatedBench:
         """Return what the firmware touched that is not modelled, or got wrong, in order of bench time."""
         return self._notes
 
+    def waiting(self, name: str) -> str:
+        """Return in which loop the program of a board waits at present, for people; empty if it does not wait."""
+        machine = self.machines[name]
+        loop = machine.waits_in
+        if loop is None:
+            return ""
+        registers = [_register_at(machine, address) for address in loop.polled]
+        polls = f", polling {', '.join(registers)}" if registers else ""
+        return f"waits in {machine.place(loop.pc)}{polls}"
+
     def write_journal(self, path: Path) -> None:
         """Write the journal to a file from now on, with what has happened so far.
 
@@ -168,8 +180,8 @@ class EmulatedBench:
 
     def close(self) -> None:
         """End journal and waveforms."""
-        for log in self._byte_logs:
-            log.flush()
+        for action in [log.flush for log in self._byte_logs] + self.at_close:
+            action()
         self._group.stop()
         self._closing.close()
 
@@ -356,3 +368,11 @@ class EmulatedBench:
         )
         self.end = end
         self.bench.record("end", name, reason=end.kind, status=end.status, pc=end.pc, at=end.place, cause=end.cause)
+
+
+def _register_at(machine: Machine, address: int) -> str:
+    for part in machine.chip.peripherals.values():
+        register = part.registers.get(address - part.base & ~3)
+        if part.base <= address < part.base + part.size and register is not None:
+            return f"{part.name}_{register.name}"
+    return f"0x{address:08X}"

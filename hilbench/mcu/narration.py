@@ -84,6 +84,8 @@ class Narrator:
         self._emulated = emulated
         self._say = say
         self._lines: list[TextLines] = []
+        names = [*emulated.ports, *(f"{name}.semihosting" for name in emulated.machines)]
+        self._width = max(map(len, names))
         self._leds = {
             f"{name}.{led.pin}": (led.name, led.active == "high")
             for name, board in emulated.bench_file.boards.items()
@@ -106,7 +108,7 @@ class Narrator:
         return lines.add
 
     def _tell(self, ns: int, source: str, text: str) -> None:
-        self._say(f"{ns / NS_PER_S:12.6f}  {source:<16}  {text}")
+        self._say(f"{ns / NS_PER_S:12.6f}  {source:<{self._width}}  {text}")
 
     def _event(self, event: Mapping[str, Any]) -> None:
         text = self._words(event)

@@ -179,6 +179,7 @@ class _Report:
                 name: {"sent": port.counters.received, "framing_errors": port.counters.framing_errors}
                 for name, port in self._emulated.ports.items()
             },
+            "waiting": dict(self._waiting()),
             "notes": self._emulated.notes(),
             "exit_code": int(self.exit_code),
         }
@@ -192,11 +193,19 @@ class _Report:
         stopped = "interrupted after" if self._interrupted else "ran"
         lines.append(f"{stopped} {self._bench_s:.6f} s of bench time at {factor:.2f} x real time")
         lines += [f"  {name}: {port.counters.received} bytes sent" for name, port in self._used_lines()]
+        lines += [f"  {name}: {text}, at the end" for name, text in self._waiting()]
         notes = self._emulated.notes()
         if notes:
             lines.append(f"{len(notes)} notes on what the firmware did:")
             lines += [f"  {note['board']}: {note['where']}: {note['text']}{_at(note)}" for note in notes]
         return "\n".join(lines)
+
+    def _waiting(self) -> list[tuple[str, str]]:
+        """Return which boards wait in a loop at the end, and where."""
+        if self._emulated.end is not None:
+            return []
+        waiting = [(name, self._emulated.waiting(name)) for name in self._emulated.machines]
+        return [(name, text) for name, text in waiting if text]
 
     def _used_lines(self) -> Iterator[tuple[str, UsartPort]]:
         return ((name, port) for name, port in self._emulated.ports.items() if port.counters.received)

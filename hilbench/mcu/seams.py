@@ -12,6 +12,7 @@ from typing import Protocol
 
 from targets.mcu.fidelity import Notes
 from targets.mcu.pins import Pins
+from targets.mcu.registers import Peripheral
 from targets.mcu.serial_line import SerialFormat, SerialFrame
 
 __all__ = ["Ending", "Machine", "Usart"]
@@ -66,6 +67,20 @@ class Ending(Protocol):
     def ns(self) -> int: ...  # noqa: D102
 
 
+class Waiting(Protocol):
+    """A loop that changes nothing.
+
+    Attributes:
+        pc: an instruction of it.
+        polled: addresses of the registers that are read in it.
+    """
+
+    @property
+    def pc(self) -> int: ...
+    @property
+    def polled(self) -> tuple[int, ...]: ...
+
+
 class Chip(Protocol):
     """What of a chip its surroundings can touch."""
 
@@ -76,6 +91,10 @@ class Chip(Protocol):
     @property
     def usarts(self) -> Mapping[str, Usart]:
         """The USARTs, by name."""
+
+    @property
+    def peripherals(self) -> Mapping[str, Peripheral]:
+        """Every peripheral, by name."""
 
 
 class Machine(Protocol):
@@ -102,6 +121,10 @@ class Machine(Protocol):
     @property
     def ended(self) -> Ending | None:
         """Why it does not run on; None while it does."""
+
+    @property
+    def waits_in(self) -> Waiting | None:
+        """The loop in which the program waits for something to happen, or None."""
 
     def run_to(self, limit_ns: int) -> None:
         """Execute until `limit_ns`, or until it has ended."""

@@ -50,7 +50,8 @@ class FakeMachine:
                 ("USART3", 0x4000_4800, 39),
             )
         }
-        self.chip = SimpleNamespace(pins=pins, usarts=usarts)
+        self.chip = SimpleNamespace(pins=pins, usarts=usarts, peripherals=usarts)
+        self.waits_in = None
         self.on_console = lambda _text, _channel: None
         self.on_reset = lambda _cause: None
         self.ended = None
@@ -85,7 +86,7 @@ class FakeMachine:
         self._limit_ns = min(self._limit_ns, ns)
 
     def reset(self, cause="PIN"):
-        self.on_reset(cause)
+        self.at_ns(self.now_ns, lambda: self.on_reset(cause))
 
     def forget_resets(self):
         pass
@@ -135,6 +136,11 @@ class FakeMachine:
 
         self.at_ns(self.now_ns + period_ns, again)
 
+    def stop_all(self):
+        """Let nothing happen any more."""
+        for item in self.time._heap:
+            item[3].action = None
+
     def end(self, kind="exit", status=0):
         self.ended = FakeEnding(kind, status, self.now_ns)
 
@@ -150,8 +156,14 @@ def bench():
 
 
 @pytest.fixture
-def fake_machine():
-    return FakeMachine
+def fake_maker():
+    """Return what makes machines that run these programs, one after the other."""
+
+    def maker(*programs):
+        waiting = iter(programs)
+        return lambda _board, _image: FakeMachine(next(waiting))
+
+    return maker
 
 
 @pytest.fixture
@@ -174,16 +186,13 @@ def bench_file(tmp_path, image):
 
 
 @pytest.fixture
-def emulate(bench_file):
+def emulate(bench_file, fake_maker):
     """Build a bench on which each board runs a program."""
     opened = []
 
     def build(*programs, more="", **options):
-        machines = [FakeMachine(program) for program in programs]
-        waiting = iter(machines)
-        emulated = EmulatedBench(
-            bench_file(more, boards=len(programs)), make_machine=lambda _board, _image: next(waiting), **options
-        )
+        machine_of = fake_maker(*programs)
+        emulated = EmulatedBench(bench_file(more, boards=len(programs)), make_machine=machine_of, **options)
         opened.append(emulated)
         return emulated
 

@@ -1,0 +1,187 @@
+"""An emulated board in a test: let it run, talk to it, look at its pins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from hilbench.bench import Bench
+from hilbench.errors import UsageError
+from hilbench.mcu.emulated import EmulatedBench, End
+from hilbench.mcu.narration import Narrator
+from hilbench.mcu.usart_port import UsartPort
+from hilbench.nearest import did_you_mean
+from targets.mcu.fidelity import Note
+from targets.mcu.pins import Pin
+
+__all__ = ["BoardUnderTest", "SerialLine", "boards_under_test"]
+
+
+class SerialLine:
+    """The far end of a USART's line.
+
+    Args:
+        bench: whose time passes while something is waited for.
+        port: the end of the line.
+
+    Attributes:
+        data: every byte that the board has sent so far.
+    """
+
+    def __init__(self, bench: Bench, port: UsartPort) -> None:
+        self.data = b""
+        self._bench = bench
+        self._port = port
+        self._seen = 0
+        port.reacts = True
+        port.taps.append(self._take)
+
+    @property
+    def text(self) -> str:
+        """The same as text; what is no UTF-8 stands there as an escape."""
+        return self.data.decode("utf-8", errors="backslashreplace")
+
+    @property
+    def port(self) -> UsartPort:
+        """The port itself, with its rate, counters and breaks."""
+        return self._port
+
+    def write(self, data: bytes | str) -> None:
+        """Send to the board, byte by byte, at the line's rate."""
+        self._port.write(data.encode() if isinstance(data, str) else data)
+
+    def expect(self, what: bytes | str, within_s: float = 1.0) -> bytes:
+        """Let time pass until the board has sent `what`, after what was expected before.
+
+        Returns:
+            Everything it has sent since, up to and including `what`.
+
+        Raises:
+            AssertionError: it has not, in `within_s` seconds of bench time.
+        """
+        wanted = what.encode() if isinstance(what, str) else what
+        if not self._bench.run_until(lambda: wanted in self.data[self._seen :], within_s):
+            since = self.data[self._seen :]
+            raise AssertionError(f"{self._port.name} did not send {wanted!r} within {within_s} s, but {since!r}")
+        begin, self._seen = self._seen, self.data.index(wanted, self._seen) + len(wanted)
+        return self.data[begin : self._seen]
+
+    def _take(self, data: bytes, _at_ns: int) -> None:
+        self.data += data
+
+
+class BoardUnderTest:
+    """One board of a bench.
+
+    Args:
+        emulated: the bench.
+        name: of the board in it.
+        transcript: where the lines of all boards go.
+
+    Attributes:
+        name: of the board in the bench.
+        emulated: the bench, with all there is.
+        transcript: what has happened so far, as lines: bench time, who, what.
+        console: what the firmware has written by ITM port 0 or by semihosting.
+    """
+
+    def __init__(self, emulated: EmulatedBench, name: str, transcript: list[str]) -> None:
+        self.name = name
+        self.emulated = emulated
+        self.transcript = transcript
+        self.console = ""
+        machine = emulated.machines[name]
+        self._machine = machine
+        self._lines = {
+            full.partition(".")[2]: SerialLine(emulated.bench, port)
+            for full, port in emulated.ports.items()
+            if full.startswith(f"{name}.") and not port.joined
+        }
+
+    # --- time
+
+    @property
+    def now_s(self) -> float:
+        """Bench time since power-on, in seconds."""
+        return self.emulated.bench.now_s
+
+    def run(self, seconds: float) -> None:
+        """Let `seconds` of bench time pass, or less if the firmware comes to its end."""
+        self.run_until(lambda: False, seconds)
+
+    def run_until(self, condition: Callable[[], bool], within_s: float) -> bool:
+        """Let time pass until `condition` holds, the firmware has come to its end, or `within_s` seconds are over.
+
+        Returns:
+            Whether the condition holds.
+        """
+        self.emulated.bench.run_until(lambda: condition() or self.emulated.end is not None, within_s)
+        return condition()
+
+    # --- what can be touched and seen
+
+    @property
+    def end(self) -> End | None:
+        """How the firmware came to its end; None while it runs."""
+        return self.emulated.end
+
+    @property
+    def notes(self) -> list[Note]:
+        """What the firmware touched that is not modelled, or got wrong."""
+        return self._machine.notes.all
+
+    def usart(self, name: str) -> SerialLine:
+        """Return the line of a USART: ``usart1``.
+
+        Raises:
+            UsageError: the board has none of that name, or it is linked to another board.
+        """
+        line = self._lines.get(name.lower())
+        if line is None:
+            hint = did_you_mean(name.lower(), self._lines, "USARTs")
+            raise UsageError(f"{self.name} has no free line '{name}'", hint=hint)
+        return line
+
+    def pin(self, name: str) -> Pin:
+        """Return a pin by its port (``PA0``) or by what is printed on the board (``A0``).
+
+        Raises:
+            UsageError: the board has none of that name.
+        """
+        board = self.emulated.bench_file.boards[self.name].board
+        port_pin = board.port_pin(name)
+        if port_pin is None:
+            raise UsageError(f"{self.name} has no pin '{name}'", hint=did_you_mean(name, board.pins, "pins"))
+        return self._machine.chip.pins[port_pin]
+
+    def is_lit(self, led: str = "") -> bool:
+        """Say whether a light of the board is lit; its first one if none is named."""
+        leds = self.emulated.bench_file.boards[self.name].board.leds
+        for known in leds:
+            if led in {"", known.name, known.pin}:
+                return self.pin(known.pin).level is (known.active == "high")
+        raise UsageError(f"{self.name} has no light '{led}'", hint=did_you_mean(led, [one.name for one in leds]))
+
+    def reset(self) -> None:
+        """Press the reset button."""
+        self._machine.reset()
+
+
+def boards_under_test(emulated: EmulatedBench) -> dict[str, BoardUnderTest]:
+    """Return every board of a bench, ready for a test."""
+    transcript: list[str] = []
+    narrator = Narrator(emulated, transcript.append)
+    boards = {name: BoardUnderTest(emulated, name, transcript) for name in emulated.machines}
+    announce = emulated.on_console
+
+    def console(full: str) -> None:
+        board = boards[full.partition(".")[0]]
+
+        def take(data: bytes, _at_ns: int) -> None:
+            board.console += data.decode("utf-8", errors="backslashreplace")
+
+        emulated.consoles[full].append(take)
+        announce(full)
+
+    emulated.on_console = console
+    emulated.at_close.append(narrator.finish)
+    return boards
