@@ -255,16 +255,21 @@ def _read_bin(data: bytes, chip: ChipLimits, base: int | None) -> _Contents:
 
 
 def _guess_base(data: bytes, chip: ChipLimits) -> int:
-    """Return where raw bytes were linked for, judging by handlers that are `b .`; without such, the base of flash."""
+    """Return where raw bytes were linked for, judging by their vectors; where they tell nothing, the base of flash.
+
+    All handlers must lie inside the bytes. If that leaves several places, one of the handlers must be `b .`, as default
+    handlers mostly are.
+    """
     vectors = struct.unpack_from(f"<{min(len(data) // 4, TABLE_WORDS)}I", data)[1:]
     handlers = {vector - 1 for vector in vectors if vector & 1 and FLASH_BASE < vector < chip.flash_end}
-
-    def fits(base: int) -> bool:
-        return any(data[handler - base :].startswith(LOOP_FOREVER) for handler in handlers if handler > base)
-
     candidates = (FLASH_BASE, *(FLASH_BASE + size for size in BOOT_LOADER_SIZES))
-    in_reach = (base for base in candidates if base < vectors[0] < base + len(data))
-    return next((base for base in in_reach if fits(base)), FLASH_BASE)
+    possible = [base for base in candidates if handlers and base < min(handlers) and max(handlers) < base + len(data)]
+    if len(possible) == 1:
+        return possible[0]
+    for base in possible:
+        if any(data.startswith(LOOP_FOREVER, handler - base) for handler in handlers):
+            return base
+    return FLASH_BASE
 
 
 # --- checking
@@ -369,5 +374,5 @@ def _check_reset_vector(segments: list[Segment], reset_vector: int, where: str, 
         raise ImageError(text + "has no Thumb bit", where=where, hint="declare the handler as a function (.thumb_func)")
     code = _bytes_at(segments, reset_vector - 1, 2)
     if code is None or code == b"\xff\xff":
-        hint = "the file is truncated, or raw bytes that belong elsewhere (give their base)"
+        hint = "is the file truncated? raw bytes that were linked for another address need that as base"
         raise ImageError(text + "points to erased flash", where=where, hint=hint)

@@ -186,6 +186,18 @@ def test_images_behind_a_boot_loader_find_their_table(save, offset):
     assert load_image(files[2], CHIP, base=base).table == base
 
 
+@pytest.mark.parametrize("offset", [0, 0x2000, 0x5000])
+def test_raw_bytes_without_default_handlers_are_placed_by_their_length(save, offset):
+    data = firmware(FLASH + offset).replace(LOOP, b"\x70\x47")
+    assert load_image(save(data), CHIP).table == FLASH + offset
+
+
+def test_raw_bytes_that_could_belong_anywhere_are_put_at_the_beginning(save):
+    data = firmware(FLASH + 0x2000, size=0x4000).replace(LOOP, b"\x70\x47")
+    assert load_image(save(data), CHIP).table == FLASH
+    assert load_image(save(data), CHIP, base=FLASH + 0x2000).table == FLASH + 0x2000
+
+
 def test_a_named_table_behind_a_boot_loader(save):
     base = FLASH + 0x2000
     data = b"header".ljust(0x200, b"\0") + firmware(base + 0x200)
