@@ -167,10 +167,10 @@ static void timer_requests(void)
         wait_cycles(100);
         wrong += GPIOB->ODR != pattern[i % 4];
     }
+    TIM3->CR1 = 0;
     check_equal("timer-moves-pattern", wrong, 0);
     check_equal("circular-cndtr-reloads", DMA1_CHANNEL(DMA_TIM3_UP)->CNDTR, 2);
     check("half-and-complete-in-circular", (DMA1->ISR & (DMA_HTIF(3) | DMA_TCIF(3))) == (DMA_HTIF(3) | DMA_TCIF(3)));
-    TIM3->CR1 = 0;
     TIM3->DIER = 0;
     DMA1_CHANNEL(DMA_TIM3_UP)->CCR = 0;
 

@@ -133,13 +133,16 @@ static void handlers(void)
 
 static void software(void)
 {
-    EXTI->IMR = 0;
+    EXTI->IMR = BIT;
     edges(0, 0);
-    EXTI->SWIER = BIT; // "writing a 1 to this bit when it is at 0 sets the corresponding pending bit in EXTI_PR"
-    check("swier-sets-pr-when-masked", EXTI->PR & BIT);
+    irq_line_disable(EXTI9_5_IRQ);
+    EXTI->SWIER = BIT;
+    check("swier-sets-pr", EXTI->PR & BIT);
     check_equal("swier-reads-back", EXTI->SWIER, BIT);
     EXTI->PR = BIT;
     check_equal("swier-cleared-with-pr", EXTI->SWIER, 0);
+    irq_unpend(EXTI9_5_IRQ);
+    irq_line_enable(EXTI9_5_IRQ);
 
     EXTI->IMR = BIT | 1u | 1u << 12;
     interrupts = 0;

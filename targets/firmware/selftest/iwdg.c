@@ -15,7 +15,7 @@
 #define BITE_MIN (BITE_TICKS * 4u * 1000u / 60u * (HCLK_PER_MS / 1000u))
 #define BITE_MAX (BITE_TICKS * 4u * 1000u / 30u * (HCLK_PER_MS / 1000u))
 
-static struct {
+static volatile struct {
     uint32_t cycles; // from the start of the watchdog to the last time anybody was there to look
     uint32_t kept;
 } before_bite NOINIT;

@@ -13,7 +13,7 @@
 #define TICK 4096u // cycles of PCLK1, times 2^WDGTB
 #define LATE 80u
 
-static uint32_t before_bite NOINIT; // cycles from a known moment to the last look
+static volatile uint32_t before_bite NOINIT; // cycles from a known moment to the last look
 
 static uint32_t counter(void) { return WWDG->CR & WWDG_T; }
 
