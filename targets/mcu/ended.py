@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["Ended", "EndKind"]
+__all__ = ["EndKind", "Ended"]
 
 EndKind = Literal["exit", "lockup", "fault-loop", "reset-loop", "no-boot"]
 

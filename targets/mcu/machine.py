@@ -29,6 +29,7 @@ from targets.mcu.engine.straight import straight_run
 from targets.mcu.engine.timing import make_timing
 from targets.mcu.engine.unicorn_engine import UnicornEngine
 from targets.mcu.errors import BusFault
+from targets.mcu.fault_watch import FaultWatch
 from targets.mcu.fidelity import Notes
 from targets.mcu.image import Image
 from targets.mcu.services import Services
@@ -102,7 +103,10 @@ class Machine:
         self.core = self.chip.core
         self.ram = bytearray(board.variant.ram_bytes)
         self.semihosting = Semihosting(self.engine, self.bus, self.time, self.notes, image.path.name)
-        self._idle = IdleSkipper(self.engine, self.bus, self.time, self.ram) if skip_idle else None
+        self._idle = IdleSkipper(self.engine, self.bus, self.time, self.ram)
+        self._skips = skip_idle
+        self._watch = FaultWatch(self.time, self._ask_for_look)
+        self._look_at_fault = False
         self._horizon_ns = 0
         self._reset_cause: str | None = "POR"
         self._resets: list[tuple[str, int]] = []
@@ -166,7 +170,7 @@ class Machine:
     @property
     def waits_in(self) -> Loop | None:
         """The loop that changes nothing in which the program is at present, or None."""
-        return self._idle.found if self._idle else None
+        return self._idle.found
 
     # --- the loop
 
@@ -174,18 +178,19 @@ class Machine:
         """Do the next thing that there is to do before cycle `limit`."""
         time, engine, core = self.time, self.engine, self.core
         now = engine.cycle
-        if time.run_due(now) and self._idle:
+        if time.run_due(now):
             self._idle.restart()
         if self._reset_cause is not None:
             self._reset()
         elif core.locked_up is not None:
-            self._locked_up()
+            self._locked_up(limit)
+        elif self._watch.hopeless is not None and not self.chip.watchdog_runs():
+            self._hopeless(self._watch.hopeless)
         elif self._stalled_until > now and self._runs_from_flash():
             self._pass_to(limit, self._stalled_until)
         elif core.can_take():
             core.take()
-            if self._idle:
-                self._idle.restart()
+            self._idle.restart()
         elif core.sleeping:
             self._sleep(limit)
         else:
@@ -200,7 +205,9 @@ class Machine:
         try:
             if masked:
                 stop = self._run_masked(target)
-            elif self._idle is not None:
+            elif self._look_at_fault:
+                stop = self._look(target)
+            elif self._skips:
                 stop = self._idle.run(target)
             else:
                 stop = engine.run(target)
@@ -211,8 +218,6 @@ class Machine:
             self.core.handle(Stop(StopKind.FAULT, fault=FaultKind.WRITE, address=fault.address))
         if stop.kind is not StopKind.LIMIT:
             self._handle(stop)
-        elif self._idle is not None and self._idle.found is not None:
-            self._check_fault_loop()
 
     def _run_masked(self, target: int) -> Stop:
         engine = self.engine
@@ -279,8 +284,8 @@ class Machine:
                     self._load(segment.address, segment.data)
         self.chip.reset(cause)
         self.core.reset(self._boot_table(), power_on=cause == "POR")
-        if self._idle:
-            self._idle.restart()
+        self._idle.restart()
+        self._watch.reset()
         self.on_reset(cause)
         self._count_reset(cause, pc)
 
@@ -304,22 +309,39 @@ class Machine:
         """Count resets anew: something from outside happened, so what follows is not the same again."""
         self._resets.clear()
 
-    def _locked_up(self) -> None:
+    def _locked_up(self, limit: int) -> None:
         lockup = self.core.locked_up
         assert lockup is not None
         if self.chip.watchdog_runs():
-            self._pass_to(self.time.cycle_at_ns(self._horizon_ns), self.time.cycle_at_ns(self._horizon_ns))
+            self._pass_to(limit, limit)
             return
-        chain = "; ".join(fault.describe() for fault in lockup.faults)
+        chain = "; ".join(self._tell(fault) for fault in lockup.faults)
         self._end("lockup", f"lockup: {lockup.cause}" + (f"; {chain}" if chain else ""), lockup.pc)
 
-    def _check_fault_loop(self) -> None:
-        """A fault handler that waits for ever ends the run, unless something can still get it out of there."""
-        core = self.core
-        if core.running not in _FAULTS or self.chip.watchdog_runs() or core.last_fault is None:
-            return
-        fault = core.last_fault
-        self._end("fault-loop", f"a fault handler waits for ever: {fault.describe()}{self._explain(fault)}", fault.pc)
+    def _ask_for_look(self) -> None:
+        self._look_at_fault = self.core.running in _FAULTS and not self.chip.watchdog_runs()
+
+    def _look(self, target: int) -> Stop:
+        """End the run if the handler of a fault waits for ever."""
+        self._look_at_fault = False
+        now = self.time.now
+        fault = self.core.last_fault
+        stop = self._idle.look(target)
+        if self._idle.found is None or fault is None:
+            self._watch.look_again()
+        else:
+            self._end("fault-loop", f"a fault handler waits for ever: {self._tell(fault)}", fault.pc, cycle=now)
+        return stop
+
+    def _hopeless(self, fault: Fault) -> None:
+        self._end("fault-loop", f"the same fault over and over: {self._tell(fault)}", fault.pc)
+
+    def _tell(self, fault: Fault) -> str:
+        """Return a fault in one line, and where it came from if its own address says nothing."""
+        text = fault.describe() + self._explain(fault)
+        if not self.image.function_at(fault.pc) and self.image.function_at(fault.lr & ~1):
+            text += f"; LR points to {self.place(fault.lr & ~1)}"
+        return text
 
     def _explain(self, fault: Fault) -> str:
         """Return what is known of an address that should not have been executed."""
@@ -327,9 +349,11 @@ class Machine:
             return "; the flash is erased there: a jump or call to code that was never programmed"
         return ""
 
-    def _end(self, kind: EndKind, cause: str, pc: int | None = None, status: int = 1) -> None:
+    def _end(
+        self, kind: EndKind, cause: str, pc: int | None = None, *, status: int = 1, cycle: int | None = None
+    ) -> None:
         pc = self.engine.get(Reg.PC) if pc is None else pc
-        now = self.time.now
+        now = self.time.now if cycle is None else cycle
         place = self.place(pc) if self.image.function_at(pc) or self.image.line_at(pc) else ""
         self.ended = Ended(kind=kind, status=status, cause=cause, pc=pc, place=place, cycle=now, ns=self.time.ns(now))
 
@@ -352,11 +376,8 @@ class Machine:
     def _exit(self, ending: Exit) -> None:
         self._end("exit", "the program ended by semihosting", status=ending.status)
 
-    def _wkup(self, _cycle: int, _ns: int, level: bool | None) -> None:
-        if self.chip.pwr.wkup_edge(bool(level)) and self._deep is DeepSleep.STANDBY:
-            self._ask_reset("STANDBY")
-
     def _fault(self, fault: Fault) -> None:
+        self._watch.fault(fault)
         self.on_fault(fault)
 
     def _stimulus(self, port: int, size: int, value: int) -> None:
@@ -438,7 +459,6 @@ class Machine:
         self.chip.flash.on_latency = self._latency
         self.chip.flash.stall_until = self._stall
         self.chip.pins.deliver = self.at_ns
-        self.chip.pins["PA0"].on_edge(self._wkup)
 
     def _cycle_of_engine(self) -> int:
         return self.engine.cycle

@@ -71,15 +71,19 @@ class IdleSkipper:
     def run(self, target: int) -> Stop:
         """Execute up to cycle `target` or less; the same as `CpuEngine.run` in every effect."""
         if self._wait <= 0:
-            return self._look(target)
+            return self._look(target, skip=True)
         engine = self._engine
         began = engine.instructions
         stop = engine.run(target, self._wait)
         self._wait -= engine.instructions - began
         return stop
 
-    def _look(self, target: int) -> Stop:
-        stop, self.found = self._attempt(target)
+    def look(self, target: int) -> Stop:
+        """Execute a period of the loop in which the program waits, if there is one; `found` says whether."""
+        return self._look(target, skip=False)
+
+    def _look(self, target: int, *, skip: bool) -> Stop:
+        stop, self.found = self._attempt(target, skip=skip)
         if self.found is None:
             self._shortest = min(self._shortest * _GROWTH, _LONGEST_WAIT)
             self._period = 0
@@ -89,8 +93,8 @@ class IdleSkipper:
         self._wait = self._shortest
         return stop
 
-    def _attempt(self, target: int) -> tuple[Stop, Loop | None]:
-        """Execute one period of a loop, if there is one, and pass over as many as fit before `target`."""
+    def _attempt(self, target: int, *, skip: bool) -> tuple[Stop, Loop | None]:
+        """Execute one period of a loop, if there is one; if it may `skip`, pass over those that fit before `target`."""
         engine, bus = self._engine, self._bus
         before, memory, writes = engine.fingerprint(), bytes(self._memory), bus.writes
         began, cycle = engine.instructions, engine.cycle
@@ -106,7 +110,8 @@ class IdleSkipper:
             and self._memory == memory
         ):
             addresses = tuple(dict.fromkeys(address for address, _value, _live in polled))
-            engine.skip_periods(self._due(target), ran, engine.cycle - cycle)
+            if skip:
+                engine.skip_periods(self._due(target), ran, engine.cycle - cycle)
             return stop, Loop(engine.get(Reg.PC), ran, addresses)
         return stop, None
 

@@ -161,8 +161,8 @@ class UnicornEngine:
     def map_registers(self, base: int, size: int, access: Access) -> None:
         """Put registers at `base`; see `CpuEngine`.
 
-        A `BusFault` in an access is a fault of its instruction. Any other exception ends the slice after the instruction
-        and comes out of `run`.
+        A `BusFault` in an access is a fault of its instruction. Any other exception ends the slice after it and comes
+        out of `run`.
         """
 
         def read(_uc: object, offset: int, length: int, _data: object) -> int:
