@@ -141,6 +141,8 @@ class Image:
 
     def function_at(self, pc: int) -> str | None:
         """Return the name of the function that holds `pc`, or None."""
+        if not any(segment.address <= pc < segment.end for segment in self.segments):
+            return None
         return self.symbols.function_at(pc)
 
     def line_at(self, pc: int) -> str | None:

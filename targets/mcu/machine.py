@@ -449,6 +449,7 @@ class Machine:
         self.time.on_earlier = self.engine.stop_by
         self.core.on_change = lambda: self.engine.stop_by(0)
         self.core.on_fault = self._fault
+        self.core.on_monitor_clear = self.engine.clear_exclusive
         self.core.itm.on_stimulus = self._stimulus
         self.core.trace_as_debugger()
         self.semihosting.on_output = lambda text: self.on_console(text, "semihosting")

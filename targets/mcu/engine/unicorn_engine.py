@@ -15,6 +15,7 @@ What is worked around, each pinned by a test in tests/targets/mcu/engine:
 from __future__ import annotations
 
 import ctypes
+import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -30,6 +31,9 @@ _WIDE_HINTS = {0xF3AF8002: _WFE, 0xF3AF8001: _YIELD, 0xF3AF8004: _SEV}
 _T_BIT = 1 << 24
 _EXC_RETURN = 0xFFFF_FFE0
 _PAGE_BITS = 10  # M-profile pages are 1 KB
+_LDREX = re.compile(rb"[\x50-\x5f]\xe8|[\xd0-\xdf]\xe8.[\x40-\x5f]", re.DOTALL)
+_CLREX = b"\xbf\xf3\x2f\x8f"
+_CLREX_PLACE = 0xF000_0000  # in the vendor's region, where no program executes
 
 _READ_FN = ctypes.CFUNCTYPE(ctypes.c_uint64, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint, ctypes.c_void_p)
 _WRITE_FN = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint, ctypes.c_uint64, ctypes.c_void_p)
@@ -81,6 +85,7 @@ class UnicornEngine:
         self._code_pages: set[int] = set()
         self._kept: list[object] = []  # what C holds pointers to
         self._hint_hooks: dict[int, int] = {}
+        self._has_exclusives = False
         self.on_flash_store: FlashStore = lambda _address, _size, _value: None
         self._hook()
         timing.attach(self._uc, self._words, self.get)
@@ -156,7 +161,7 @@ class UnicornEngine:
         self._uc.mem_map_ptr(base, len(data), rights, ctypes.addressof(window))
         self._memory.append((base, data, writable))
         if not writable:
-            self._hook_hints(base, data)
+            self._note_code(base, data)
 
     def map_registers(self, base: int, size: int, access: Access) -> None:
         """Put registers at `base`; see `CpuEngine`.
@@ -192,7 +197,7 @@ class UnicornEngine:
         self._uc.ctl_remove_cache(base, base + size)
         for start, data, writable in self._memory:
             if not writable and start <= base < start + len(data):
-                self._hook_hints(base, data[base - start : base - start + size])
+                self._note_code(base, data[base - start : base - start + size])
 
     # --- running
 
@@ -292,6 +297,18 @@ class UnicornEngine:
             return short
         return _WIDE_HINTS.get(self.half(pc - 4) << 16 | short, 0)
 
+    def clear_exclusive(self) -> None:
+        """Forget what LDREX has marked, as exception entry and return do.
+
+        Unicorn does not tell its monitor, so a CLREX is executed outside of the program; only if the program has any
+        LDREX at all, for that takes as long as some hundred instructions.
+        """
+        if not self._has_exclusives:
+            return
+        pc = self.get(Reg.PC)
+        self._lib.uc_emu_start(self._handle, _CLREX_PLACE | 1, 0, 0, 1)
+        self.set(Reg.PC, pc)
+
     def half(self, address: int) -> int:
         """Return the half-word of memory at an even address; 0 where there is none."""
         for base, data, _ in self._memory:
@@ -321,6 +338,8 @@ class UnicornEngine:
         self._apsr = arm_const.UC_ARM_REG_APSR_NZCV
         uc.ctl_exits_enabled(True)
         uc.ctl_set_exits([])
+        uc.mem_map(_CLREX_PLACE, 0x400, const.UC_PROT_READ | const.UC_PROT_EXEC)
+        uc.mem_write(_CLREX_PLACE, _CLREX)
         uc.ctl_set_tlb_mode(const.UC_TLB_VIRTUAL)
         uc.hook_add(const.UC_HOOK_TLB_FILL, self._on_tlb_fill)
         uc.hook_add(const.UC_HOOK_INTR, self._on_intr)
@@ -371,8 +390,9 @@ class UnicornEngine:
         for address, size, value, _before in stores:
             self.on_flash_store(address, size, value)
 
-    def _hook_hints(self, base: int, data: bytes | bytearray) -> None:
+    def _note_code(self, base: int, data: bytes | bytearray) -> None:
         """Have SEV noticed wherever its encoding stands; where it is data, the hook is never called."""
+        self._has_exclusives = self._has_exclusives or _LDREX.search(data) is not None
         for offset in _find_hints(data):
             address = base + offset
             if address not in self._hint_hooks:
