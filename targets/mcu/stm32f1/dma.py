@@ -128,10 +128,14 @@ class _Channel:
     def update(self) -> None:
         """See whether it wants a transfer, after registers or requests have changed."""
         ready = self._wants()
-        if ready and not self.ready:
-            self.ready, self.ready_since = True, self._controller.time.now
-            self._controller.proceed()
+        if ready is self.ready:
+            return
         self.ready = ready
+        if ready:
+            self.ready_since = self._controller.time.now
+            self._controller.proceed()
+        else:
+            self._controller.reconsider()
 
     def _wants(self) -> bool:
         control = self.control
@@ -277,6 +281,12 @@ class Dma(Peripheral):
         ):
             self._begun = self.time.now
             self._event = self.time.after(TRANSFER_CYCLES, self._transfer)
+
+    def reconsider(self) -> None:
+        """Do not begin a transfer at this very cycle that nobody wants any more."""
+        if self._begun == self.time.now and not any(channel.ready for channel in self._channels):
+            self.time.cancel(self._event)
+            self._event = None
 
     def _transfer(self) -> None:
         self._event = None

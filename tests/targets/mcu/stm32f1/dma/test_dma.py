@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.errors import BusFault
@@ -380,7 +380,7 @@ CHANNEL = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200, deadline=None, phases=(Phase.generate,))
 @given(setup=st.dictionaries(st.integers(1, 7), CHANNEL, min_size=1, max_size=4))
 def test_random_configurations(make_rig, setup):
     rig = make_rig()
