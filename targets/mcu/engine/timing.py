@@ -28,14 +28,23 @@ class Timing(Protocol):
 
     name: str
 
-    def attach(self, core: Any, words: ctypes.Array[ctypes.c_uint64], get: Callable[[Reg], int]) -> None:
-        """Begin to count for an engine: `words` are Unicorn's counter and limit."""
+    def attach(
+        self,
+        core: Any,
+        words: ctypes.Array[ctypes.c_uint64],
+        get: Callable[[Reg], int],
+        half: Callable[[int], int],
+    ) -> None:
+        """Begin to count for an engine: `words` are Unicorn's counter and limit, `half` reads code."""
 
     def cycle(self, retired: int) -> int:
         """Return the cycle at which the instruction after the first `retired` begins."""
 
-    def instructions_until(self, cycle: int, retired: int) -> int:
-        """Return how many instructions after the first `retired` reach `cycle`: the bound given to the engine."""
+    def begin_slice(self, cycle: int, retired: int) -> int:
+        """Begin to run up to `cycle`; return how many instructions after the first `retired` the engine may execute."""
+
+    def lower_limit(self, cycle: int, retired: int) -> int:
+        """Lower the limit of the running slice, which began after the first `retired`; return as `begin_slice`."""
 
     def end_slice(self, retired: int) -> None:
         """A slice has ended with `retired` instructions in all."""
@@ -46,11 +55,14 @@ class Timing(Protocol):
     def periods_until(self, cycle: int, retired: int, instructions: int, cycles: int) -> int:
         """Return how many periods of a loop, of so many instructions and cycles, end before `cycle`."""
 
-    def skip(self, cycles: int) -> None:
-        """Account for cycles of instructions that count as retired but were not executed."""
+    def skip(self, instructions: int, cycles: int) -> None:
+        """Account for instructions that count as retired from here on but were not executed."""
 
     def set_wait_states(self, wait_states: int, retired: int) -> None:
         """Change the flash wait states after the first `retired` instructions."""
+
+    def forget(self) -> None:
+        """Code has changed."""
 
 
 class FlatTiming:
@@ -63,17 +75,27 @@ class FlatTiming:
         self._from = 0
         self._numerator, self._denominator = FLAT_CPI[0].as_integer_ratio()
 
-    def attach(self, core: Any, words: ctypes.Array[ctypes.c_uint64], get: Callable[[Reg], int]) -> None:
+    def attach(
+        self,
+        core: Any,
+        words: ctypes.Array[ctypes.c_uint64],
+        get: Callable[[Reg], int],
+        half: Callable[[int], int],
+    ) -> None:
         """Nothing is needed of the engine but its count."""
 
     def cycle(self, retired: int) -> int:
         """Return the cycle at which the instruction after the first `retired` begins."""
         return self._base + (retired - self._from) * self._numerator // self._denominator
 
-    def instructions_until(self, cycle: int, retired: int) -> int:
+    def begin_slice(self, cycle: int, retired: int) -> int:
         """Return how many instructions after the first `retired` reach `cycle`."""
         ahead = (cycle - self._base) * self._denominator
         return -(-ahead // self._numerator) - (retired - self._from)
+
+    def lower_limit(self, cycle: int, retired: int) -> int:
+        """Return how many instructions after the first `retired` reach `cycle`."""
+        return self.begin_slice(cycle, retired)
 
     def end_slice(self, retired: int) -> None:
         """Nothing is counted but instructions."""
@@ -85,9 +107,9 @@ class FlatTiming:
     def periods_until(self, cycle: int, retired: int, instructions: int, cycles: int) -> int:
         """Return how many periods of so many instructions end before `cycle`."""
         del cycles  # a period takes now one cycle more, now one less
-        return (self.instructions_until(cycle, retired) - 1) // instructions
+        return (self.begin_slice(cycle, retired) - 1) // instructions
 
-    def skip(self, cycles: int) -> None:
+    def skip(self, instructions: int, cycles: int) -> None:
         """Nothing to do: the cycles follow from the instructions."""
 
     def set_wait_states(self, wait_states: int, retired: int) -> None:
@@ -96,6 +118,9 @@ class FlatTiming:
         self._from = retired
         self._numerator, self._denominator = FLAT_CPI[min(wait_states, len(FLAT_CPI) - 1)].as_integer_ratio()
 
+    def forget(self) -> None:
+        """Nothing is known of the code."""
+
 
 def make_timing(name: str) -> Timing:
     """Return the timing model of that name: ``flat`` or ``table``.
@@ -103,4 +128,7 @@ def make_timing(name: str) -> Timing:
     Raises:
         KeyError: there is no such model.
     """
-    return {"flat": FlatTiming}[name]()
+    from targets.mcu.engine.table_timing import TableTiming
+
+    models: dict[str, Callable[[], Timing]] = {"flat": FlatTiming, "table": TableTiming}
+    return models[name]()

@@ -88,7 +88,7 @@ class UnicornEngine:
         self._has_exclusives = False
         self.on_flash_store: FlashStore = lambda _address, _size, _value: None
         self._hook()
-        timing.attach(self._uc, self._words, self.get)
+        timing.attach(self._uc, self._words, self.get, self.half)
 
     # --- time
 
@@ -123,7 +123,7 @@ class UnicornEngine:
         periods = self._timing.periods_until(cycle, self._retired, instructions, cycles)
         if periods > 0:
             self._retired += periods * instructions
-            self._timing.skip(periods * cycles)
+            self._timing.skip(periods * instructions, periods * cycles)
 
     def set_wait_states(self, wait_states: int) -> None:
         """Change the flash wait states, from the instruction in flight on."""
@@ -195,6 +195,7 @@ class UnicornEngine:
     def forget(self, base: int, size: int) -> None:
         """Drop what was translated from `size` bytes at `base`; see `CpuEngine`."""
         self._uc.ctl_remove_cache(base, base + size)
+        self._timing.forget()
         for start, data, writable in self._memory:
             if not writable and start <= base < start + len(data):
                 self._note_code(base, data[base - start : base - start + size])
@@ -211,7 +212,7 @@ class UnicornEngine:
 
     def _run_slice(self, limit_cycle: int, limit: int | None) -> Stop | None:
         """Execute; None when an instruction that Unicorn cannot take was passed over and there is time left."""
-        budget = self._timing.instructions_until(limit_cycle, self._retired)
+        budget = self._timing.begin_slice(limit_cycle, self._retired)
         if limit is not None:
             budget = min(budget, limit - self._retired)
         budget = max(1, budget)
@@ -238,7 +239,7 @@ class UnicornEngine:
         if not self._running:
             return
         words = self._words
-        limit = self._timing.instructions_until(limit_cycle, self._retired)
+        limit = self._timing.lower_limit(limit_cycle, self._retired)
         words[1] = min(words[1], max(words[0], limit))
 
     def _why(self, status: int, counted: int, at_limit: bool) -> tuple[Stop | None, int]:

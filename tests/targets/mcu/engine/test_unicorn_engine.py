@@ -253,7 +253,6 @@ class TestStops:
         machine.run(1)
         assert (len(machine.log), machine.engine.get(Reg.R0)) == (1, 1)
 
-
     @pytest.mark.parametrize("half", [LDR_R0_R1, STR_R0_R1])
     def test_a_register_that_answers_with_a_bus_fault(self, machine, at, half):
         def fail(_kind, offset):
@@ -272,7 +271,6 @@ class TestStops:
         for expected in (2, 4):
             assert machine.engine.run(1000, 2).kind is StopKind.LIMIT
             assert machine.engine.instructions == expected
-
 
     @pytest.mark.parametrize("cleared", [False, True])
     def test_exclusive_monitor(self, machine, at, cleared):

@@ -1,0 +1,145 @@
+"""The timing model ``table``: every instruction takes what the Cortex-M3's manual says for it; slow in Python.
+
+Before each instruction a hook settles the one before it: its own cycles, and, if it was a branch taken, the refill of
+the pipeline. Flash wait states come on top of every refill and of every load from flash relative to PC; what runs
+straight ahead is fetched in time by the prefetch buffer. Instructions that an IT passes over take a cycle each.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+from targets.mcu.engine.api import Reg
+from targets.mcu.engine.opcode_cycles import REFILL, Cost, cost_of, is_wide
+
+__all__ = ["TableTiming"]
+
+_NO_LIMIT = 1 << 62
+_RAM_BASE = 0x2000_0000
+
+
+class TableTiming:
+    """Every instruction takes its own number of cycles."""
+
+    name = "table"
+
+    def __init__(self) -> None:
+        self._cycles = 0  # at the beginning of the instruction last seen
+        self._wait_states = 0
+        self._limit = _NO_LIMIT
+        self._seen: Cost | None = None  # the instruction that has begun and is not settled
+        self._at = 0  # its address
+        self._begun = 0  # instructions begun so far, those retired and the one in flight
+        self._it_end = 0  # address behind the instructions that the last IT governs
+        self._it_from = 0
+        self._costs: dict[int, Cost] = {}
+
+    def attach(
+        self,
+        core: Any,
+        words: ctypes.Array[ctypes.c_uint64],
+        get: Callable[[Reg], int],
+        half: Callable[[int], int],
+    ) -> None:
+        """Hook every instruction of `core`."""
+        import unicorn
+
+        self._core, self._words, self._get, self._half = core, words, get, half
+        core.hook_add(unicorn.UC_HOOK_CODE, self._on_instruction)
+
+    # --- counting
+
+    def _on_instruction(self, _uc: object, address: int, _size: int, _data: object) -> None:
+        self._settle(address)
+        if self._cycles >= self._limit and not self._it_from < address < self._it_end:
+            # as if Unicorn's own count had run out before this instruction
+            self._words[1] = self._words[0] - 1
+            self._core.emu_stop()
+            return
+        self._seen = cost = self._cost_at(address)
+        self._at = address
+        self._begun += 1
+        if cost.it_length:
+            self._it_from, self._it_end = address, self._end_of(address + 2, cost.it_length)
+
+    def _settle(self, following: int) -> None:
+        """Count the instruction that has begun; `following` is where the program went after it."""
+        cost = self._seen
+        if cost is None:
+            return
+        self._seen = None
+        cycles = cost.cycles + (self._wait_states if cost.literal else 0)
+        straight = self._at + cost.size
+        if following != straight:
+            passed = self._passed_over(straight, following)
+            cycles += passed or REFILL + self._wait_states
+        self._cycles += cycles
+
+    def _passed_over(self, start: int, end: int) -> int:
+        """Return how many instructions of an IT block lie from `start` to `end`; 0 if that was a branch."""
+        if not self._it_from < start < end <= self._it_end:
+            return 0
+        count = 0
+        while start < end:
+            start += 4 if is_wide(self._half(start)) else 2
+            count += 1
+        return count
+
+    def _cost_at(self, address: int) -> Cost:
+        cost = self._costs.get(address)
+        if cost is None:
+            cost = cost_of(self._half(address), self._half(address + 2))
+            if address < _RAM_BASE:  # code in RAM may change
+                self._costs[address] = cost
+        return cost
+
+    def _end_of(self, address: int, instructions: int) -> int:
+        for _ in range(instructions):
+            address += 4 if is_wide(self._half(address)) else 2
+        return address
+
+    # --- what the engine asks
+
+    def cycle(self, _retired: int) -> int:
+        """Return the present cycle: the beginning of the instruction in flight, or of the next."""
+        return self._cycles
+
+    def begin_slice(self, cycle: int, _retired: int) -> int:
+        """Set the limit of a slice; the engine need not count instructions."""
+        self._limit = cycle
+        return _NO_LIMIT
+
+    def lower_limit(self, cycle: int, _retired: int) -> int:
+        """Lower the limit of the running slice; return how many instructions it may have in all at most."""
+        self._limit = min(self._limit, cycle)
+        return 0 if cycle <= self._cycles else _NO_LIMIT
+
+    def end_slice(self, retired: int) -> None:
+        """Settle the last instruction, if it has retired."""
+        if self._seen is not None and self._begun <= retired:
+            self._settle(self._get(Reg.PC))
+        self._seen = None
+        self._begun = retired
+
+    def add(self, cycles: int) -> None:
+        """Let cycles pass without an instruction."""
+        self._cycles += cycles
+
+    def periods_until(self, cycle: int, _retired: int, _instructions: int, cycles: int) -> int:
+        """Return how many periods of so many cycles end before `cycle`."""
+        return (cycle - self._cycles - 1) // cycles
+
+    def skip(self, instructions: int, cycles: int) -> None:
+        """Account for cycles of instructions that were not executed."""
+        self._begun += instructions
+        self._cycles += cycles
+
+    def set_wait_states(self, wait_states: int, _retired: int) -> None:
+        """Change the flash wait states, from the instruction in flight on."""
+        self._wait_states = wait_states
+
+    def forget(self) -> None:
+        """Code has changed."""
+        self._costs.clear()
