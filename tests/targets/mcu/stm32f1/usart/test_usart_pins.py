@@ -1,0 +1,143 @@
+"""USARTs at real pins: what configuration they need, what stands on the pins, wires between them."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+
+from targets.mcu.nets import Nets
+from targets.mcu.serial_line import SerialFormat
+from targets.mcu.stm32f1.usart import Usart
+from targets.mcu.testing import peek, poke
+
+SITES = {"USART1": (0x4001_3800, "APB2", 37), "USART2": (0x4000_4400, "APB1", 38)}
+AF_PP, AF_OD, FLOATING, PULLED, ANALOG, OUTPUT = 0xB, 0xF, 0x4, 0x8, 0x0, 0x3
+MAPR, USART1_REMAP = 0x04, 1 << 2
+
+
+@pytest.fixture
+def board(pinout):
+    """The chip with USART1 and USART2 running at 16 cycles a bit."""
+    for name, (base, bus, irq) in SITES.items():
+        usart = pinout.chip.add(Usart(name, base, pinout.services, bus=bus, irq=irq))
+        usart.reset()
+        poke(usart, "BRR", 16)
+        poke(usart, "CR1", 0x200C)
+        setattr(pinout, name.lower(), usart)
+    pinout.chip.advance(400)
+    return pinout
+
+
+def frame(board, value):
+    time = board.chip.time
+    return SerialFormat().frame(value, time.seconds(time.now), Fraction(16, 72_000_000))
+
+
+@pytest.mark.parametrize(("nibble", "leaves"), [(AF_PP, True), (AF_OD, True), (OUTPUT, False), (FLOATING, False)])
+def test_tx_needs_an_alternate_function_output(board, nibble, leaves):
+    sent = []
+    board.usart1.on_frame = sent.append
+    board.mode("PA9", nibble)
+    poke(board.usart1, "DR", 0x41)
+    board.chip.advance(200)
+    assert bool(sent) is leaves
+    assert [note.where for note in board.chip.notes.all] == ([] if leaves else ["USART1_TX"])
+
+
+@pytest.mark.parametrize(
+    ("nibble", "heard"), [(FLOATING, True), (PULLED, True), (AF_OD, True), (ANALOG, False), (OUTPUT, False)]
+)
+def test_rx_needs_an_input(board, nibble, heard):
+    board.mode("PA10", nibble)
+    board.usart1.receive(frame(board, 0x41))
+    board.chip.advance(200)
+    assert bool(peek(board.usart1, "SR") & 0x20) is heard
+    assert [note.where for note in board.chip.notes.all] == ([] if heard else ["USART1_RX"])
+
+
+def test_remapped_pins(board):
+    sent = []
+    board.usart1.on_frame = sent.append
+    board.afio.write(MAPR, USART1_REMAP)
+    board.mode("PB6", AF_PP)
+    board.mode("PB7", FLOATING)
+    board.pins["PB6"].record()
+    poke(board.usart1, "DR", 0x55)
+    board.usart1.receive(frame(board, 0xAA))
+    board.chip.advance(200)
+    assert len(sent) == 1
+    assert peek(board.usart1, "DR") == 0xAA
+    assert len(board.pins["PB6"].take_edges()) == 10
+
+
+def test_the_record_of_a_pin_is_the_waveform(board):
+    board.mode("PA9", AF_PP)
+    pin = board.pins["PA9"]
+    assert pin.level is True
+    pin.record()
+    start = board.chip.time.now
+    poke(board.usart1, "DR", 0x0F)
+    poke(board.usart1, "DR", 0xFF)
+    board.chip.advance(400)
+    edges = [(edge.cycle - start, edge.level) for edge in pin.take_edges()]
+    assert edges == [(0, False), (16, True), (80, False), (144, True), (160, False), (176, True)]
+
+
+def test_a_wire_between_pins_carries_bytes(board):
+    """No frame is handed over: the receiver samples the level of its pin."""
+    board.mode("PA9", AF_PP)
+    board.mode("PA3", FLOATING)
+    Nets().wire("line", board.pins["PA9"], board.pins["PA3"])
+    for value in b"over the wire":
+        poke(board.usart1, "DR", value)
+        board.chip.advance(165)
+        assert peek(board.usart2, "SR") & 0x2F == 0x20
+        assert peek(board.usart2, "DR") == value
+
+
+def test_a_port_pin_may_send_by_hand(board):
+    board.mode("PB0", OUTPUT)
+    board.ports["B"].write(0x10, 1)
+    board.mode("PA10", PULLED)
+    board.ports["A"].write(0x10, 1 << 10)
+    Nets().wire("line", board.pins["PB0"], board.pins["PA10"])
+    board.chip.advance(100)
+    for level in (0, 1, 0, 0, 0, 0, 0, 1, 0, 1):
+        board.ports["B"].write(0x10, 1 if level else 1 << 16)
+        board.chip.advance(16)
+    assert peek(board.usart1, "SR") & 0x2F == 0x20
+    assert peek(board.usart1, "DR") == 0x41
+
+
+def test_who_reads_the_port_sees_the_bits(board):
+    board.mode("PA9", AF_PP)
+    poke(board.usart1, "DR", 0x55)
+    seen = []
+    for _ in range(10):
+        board.chip.advance(8)
+        seen.append(board.ports["A"].read(0x08) >> 9 & 1)
+        board.chip.advance(8)
+    assert seen == [0, 1, 0, 1, 0, 1, 0, 1, 0, 1]
+
+
+def test_flow_control_at_the_pins(board):
+    """RTS of one at CTS of the other: PA12 is USART1_RTS, PA0 is USART2_CTS."""
+    board.mode("PA12", AF_PP)
+    board.mode("PA0", FLOATING)
+    board.mode("PA2", AF_PP)
+    Nets().wire("flow", board.pins["PA12"], board.pins["PA0"])
+    sent = []
+    board.usart2.on_frame = lambda one: (sent.append(one.bits), board.usart1.receive(one))
+    poke(board.usart1, "CR3", 0x100)
+    poke(board.usart2, "CR3", 0x200)
+    for value in (1, 2, 3):
+        poke(board.usart2, "DR", value)
+        board.chip.advance(400)
+    assert sent == [1]
+    received = []
+    for _ in range(2):
+        received.append(peek(board.usart1, "DR"))
+        board.chip.advance(400)
+    assert received == [1, 3]  # 2 was overwritten in the data register
+    assert not peek(board.usart1, "SR") & 0x8
