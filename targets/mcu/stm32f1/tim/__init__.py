@@ -1,0 +1,7 @@
+"""Timers of the STM32F1: `timer.Timer` is TIM1 to TIM4."""
+
+from __future__ import annotations
+
+from targets.mcu.stm32f1.tim.timer import Timer
+
+__all__ = ["Timer"]
