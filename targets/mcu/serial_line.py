@@ -279,13 +279,13 @@ class LineHistory:
 
     def level(self, time_s: Fraction) -> bool:
         """Return the level; at an edge, that after it."""
-        times, levels = self._edges()
+        times, levels = self.edges()
         index = bisect_right(times, time_s)
         return levels[index - 1] if index else True
 
     def next_edge(self, after_s: Fraction, level: bool) -> Fraction | None:
         """Return when the line changes to `level` next, later than `after_s`, as far as is known; or None."""
-        times, levels = self._edges()
+        times, levels = self.edges()
         for index in range(bisect_right(times, after_s), len(times)):
             if levels[index] is level:
                 return times[index]
@@ -299,7 +299,8 @@ class LineHistory:
             after_s = edge_s
         return None
 
-    def _edges(self) -> tuple[list[Fraction], list[bool]]:
+    def edges(self) -> tuple[list[Fraction], list[bool]]:
+        """Return when the level changes, and to what, as far as is known."""
         if self._merged is None:
             self._merged = _merge([frame.edges() for frame in self._frames] + [self._driven])
         return self._merged

@@ -14,6 +14,7 @@ Choices where the manual is silent:
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable
 from fractions import Fraction
 
@@ -203,11 +204,15 @@ class Receiver:
         self._done_event = self._time.at(self._clock.cycle(self._plan.done), self._done)
 
     def _take(self, until_cycle: int) -> None:
+        times, levels = self._line.edges()
+        # At a cycle an edge has passed if the first cycle not before the edge is this one or an earlier one.
+        edges = [self._time.cycle_at(time_s) for time_s in times]
         for position in self._plan.positions[len(self._taken) :]:
             cycle = self._clock.cycle(position)
             if cycle > until_cycle:
                 return
-            self._taken.append(self._line.level(self._time.seconds(cycle)))
+            index = bisect_right(edges, cycle)
+            self._taken.append(levels[index - 1] if index else True)
 
     def _done(self) -> None:
         edge_s, sampled = self._edge_s, self._known
