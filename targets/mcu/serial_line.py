@@ -257,6 +257,11 @@ class LineHistory:
         self._driven.append((time_s, level))
         self._merged = None
 
+    @property
+    def driven_low(self) -> bool:
+        """True if the line is driven low at the end of what is known, apart from frames."""
+        return bool(self._driven) and not self._driven[-1][1]
+
     def undrive(self) -> None:
         """Forget whatever was driven apart from frames."""
         self._driven.clear()

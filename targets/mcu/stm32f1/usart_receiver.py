@@ -126,6 +126,9 @@ class Receiver:
 
     def receive(self, frame: SerialFrame) -> None:
         """Put a frame on the line, at the cycle at which its start bit begins, or later, but before its stop bit."""
+        if self._line.driven_low:
+            # It begins with a falling edge, so the line was high: the pin floats, which reads as low.
+            self._line.undrive()
         alone = self._line.empty
         self._line.add(frame)
         if not self.running:

@@ -56,6 +56,22 @@ def test_rx_needs_an_input(board, nibble, heard):
     assert [note.where for note in board.chip.notes.all] == ([] if heard else ["USART1_RX"])
 
 
+def test_a_pin_that_begins_to_float_does_not_hold_the_line_down(board):
+    """It reads as low then. But the frames that come in say that somebody outside holds the line high."""
+    board.mode("PA10", PULLED)
+    board.ports["A"].write(0x10, 1 << 10)
+    board.chip.advance(400)
+    board.mode("PA10", FLOATING)
+    board.chip.advance(400)
+    assert peek(board.usart1, "SR") & 0x22 == 0x22
+    assert peek(board.usart1, "DR") == 0
+    for value in (0x41, 0x42):
+        board.usart1.receive(frame(board, value))
+        board.chip.advance(200)
+        assert peek(board.usart1, "SR") & 0x2F == 0x20
+        assert peek(board.usart1, "DR") == value
+
+
 def test_remapped_pins(board):
     sent = []
     board.usart1.on_frame = sent.append
