@@ -136,13 +136,15 @@ class Machine:
         self._horizon_ns = limit_ns
         time, engine = self.time, self.engine
         while self.ended is None:
-            limit = time.cycle_at_ns(self._horizon_ns)
-            if engine.cycle >= limit:
-                time.run_due(min(limit, engine.cycle))
-                if engine.cycle >= time.cycle_at_ns(self._horizon_ns):
-                    return
+            limit = max(time.cycle_at_ns(self._horizon_ns), time.now)
+            if engine.cycle < limit:
+                self._step(limit)
                 continue
-            self._step(limit)
+            # Time stands at the limit, even if the last instruction has gone beyond it: what comes from outside may
+            # still happen in between.
+            time.run_due(limit)
+            if engine.cycle >= time.cycle_at_ns(self._horizon_ns):
+                return
 
     def horizon(self, ns: int) -> None:
         """End the present `run_to` at bench time `ns` already; the past means at once. For output callbacks."""

@@ -1,0 +1,219 @@
+"""The machine: how a run begins and ends, what stops it, and that it does not matter how it is cut."""
+
+from __future__ import annotations
+
+import struct
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from targets.boards import Straps, built_in_board
+from targets.firmware import image_path
+from targets.mcu.image import Image, Segment, limits_for, load_image
+from targets.mcu.machine import Machine
+from targets.mcu.symbols import NO_SYMBOLS
+
+FLASH, RAM, STACK = 0x0800_0000, 0x2000_0000, 0x2000_5000
+CODE = FLASH + 0x100
+MS = 1_000_000
+NOP, HANG, WFI = 0xBF00, 0xE7FE, 0xBF30
+
+# PC13 as an output, then toggled for ever: written in C, compiled with -Os for ARMv7-M
+# RCC->APB2ENR = 1 << 4; GPIOC->CRH = 0x44344444; for (;;) GPIOC->ODR ^= 1 << 13;
+TOGGLE = (
+    *(0x4B07, 0x2210, 0x619A),  # ldr r3, [pc, #28]; movs r2, #16; str r2, [r3, #24]
+    *(0x4B07, 0x4A07, 0x605A),  # ldr r3, [pc, #28]; ldr r2, [pc, #28]; str r2, [r3, #4]
+    *(0x68DA, 0xF482, 0x5200),  # ldr r2, [r3, #12]; eor r2, r2, #8192
+    *(0x60DA, 0xE7FA, NOP),  # str r2, [r3, #12]; b to the load
+    *(NOP, NOP, NOP, NOP),
+    *(0x1000, 0x4002, 0x1000, 0x4001, 0x4444, 0x4434),
+)
+
+
+def program(*halves, vectors=(), table=FLASH, stack=STACK, reset=None, more=()):
+    """Return an image of a vector table and code at `CODE`; `vectors` are (number, address)."""
+    words = [stack, (CODE if reset is None else reset) | 1, *[CODE + 0x80 | 1] * 57]
+    for number, address in vectors:
+        words[number] = address
+    code = struct.pack(f"<{len(halves)}H", *halves)
+    hang = struct.pack("<H", HANG)
+    segments = (
+        Segment(table, struct.pack(f"<{len(words)}I", *words)),
+        Segment(CODE, code),
+        Segment(CODE + 0x80, hang),
+        *more,
+    )
+    return Image(
+        path=image_path("selftest-crc"),
+        format="bin",
+        digest="0" * 64,
+        segments=segments,
+        table=table,
+        stack_pointer=stack,
+        reset_vector=words[1],
+        flash_bytes=0x200,
+        ram_bytes=0,
+        symbols=NO_SYMBOLS,
+        notes=(),
+    )
+
+
+@pytest.fixture(scope="module")
+def board():
+    return built_in_board("bluepill")
+
+
+@pytest.fixture
+def start(board):
+    def starter(*halves, machine=None, **options):
+        return Machine(board, program(*halves, **options), **(machine or {}))
+
+    return starter
+
+
+@pytest.fixture
+def run_image(board):
+    def runner(name, until_ms, **options):
+        machine = Machine(board, load_image(image_path(name), limits_for(board.chip)), **options)
+        machine.run_to(until_ms * MS)
+        return machine
+
+    return runner
+
+
+class TestTime:
+    def test_a_run_ends_at_its_limit(self, start):
+        machine = start(HANG)
+        for limit_ns in (1, 999_999, 1_000_000, 123_456_789):
+            machine.run_to(limit_ns)
+            assert limit_ns <= machine.now_ns < limit_ns + 125
+
+    def test_a_run_that_is_over_already_does_nothing(self, start):
+        machine = start(HANG)
+        machine.run_to(MS)
+        cycle = machine.cycle
+        machine.run_to(MS // 2)
+        assert machine.cycle == cycle
+
+    def test_an_outside_event_happens_at_the_first_cycle_not_before_it(self, start):
+        machine = start(*TOGGLE)
+        seen = []
+        machine.at_ns(1_000_001, lambda: seen.append(machine.cycle))
+        machine.run_to(2 * MS)
+        assert seen == [8001]
+
+    def test_an_outside_event_in_the_past_happens_now(self, start):
+        machine = start(HANG)
+        machine.run_to(MS)
+        seen = []
+        machine.at_ns(10, lambda: seen.append(machine.now_ns))
+        machine.run_to(2 * MS)
+        assert seen == [MS]
+
+    def test_an_output_can_end_the_run(self, start):
+        machine = start(*TOGGLE)
+        machine.chip.pins["PC13"].on_edge(lambda _cycle, ns, _level: machine.horizon(ns))
+        machine.run_to(MS)
+        first_ns = machine.now_ns
+        assert first_ns < 10_000
+        machine.run_to(MS)
+        assert first_ns < machine.now_ns < 20_000
+
+    @settings(max_examples=20, deadline=None)
+    @given(
+        cuts=st.lists(st.integers(1, 400_000), max_size=12),
+        inputs=st.lists(st.integers(0, 400_000), max_size=4),
+        skip=st.booleans(),
+        timing=st.sampled_from(["flat", "table"]),
+    )
+    def test_it_does_not_matter_how_a_run_is_cut(self, board, cuts, inputs, skip, timing):
+        def edges(cuts, skip):
+            machine = Machine(board, program(*TOGGLE), timing=timing, skip_idle=skip)
+            machine.chip.pins["PC13"].record()
+            for at_ns in inputs:
+                machine.at_ns(at_ns, lambda: machine.chip.pins["PA0"].drive(True))
+            for cut_ns in sorted(cuts):
+                machine.run_to(cut_ns)
+            machine.run_to(400_000)
+            return machine.chip.pins["PC13"].edges, machine.engine.instructions, machine.engine.cycle
+
+        assert edges(cuts, skip) == edges([], True)
+
+
+class TestBoot:
+    def test_power_on(self, start):
+        causes = []
+        machine = start(HANG)
+        machine.on_reset = causes.append
+        machine.run_to(1000)
+        assert causes == ["POR"]
+
+    def test_button(self, start):
+        machine = start(HANG)
+        machine.run_to(MS)
+        causes = []
+        machine.on_reset = causes.append
+        machine.reset()
+        machine.run_to(2 * MS)
+        assert causes == ["PIN"]
+        assert machine.bus.read(0x4002_1024, 4) >> 24 == 0x0C  # PORRSTF of power-on is kept, PINRSTF
+
+    def test_an_image_behind_a_boot_loader_starts_at_its_own_table(self, run_image):
+        machine = run_image("boot-application", 100)
+        assert machine.ended is None
+        assert machine.chip.pins["PC13"].level is not None
+
+    def test_system_memory_has_no_boot_loader(self, board):
+        machine = Machine(board, program(HANG), straps=Straps(boot0=1, boot1=0))
+        machine.run_to(MS)
+        assert machine.ended.kind == "no-boot"
+        assert "system memory" in machine.ended.cause
+
+
+class TestEnds:
+    @pytest.mark.parametrize("options", [{}, {"skip_idle": False}], ids=["skipping", "stepping"])
+    @pytest.mark.parametrize(
+        ("name", "kind", "words"),
+        [
+            ("bad-hardfault-loop", "fault-loop", ("over and over", "0x60000000", "PRECISERR")),
+            ("bad-jump-erased", "fault-loop", ("erased", "0x0800F000", "call_application")),
+            ("bad-runaway-nowhere", "fault-loop", ("fetch", "0x30000000")),
+            ("bad-runaway-ram", "fault-loop", ("undefined instruction", "call_junk")),
+            ("bad-stack-overflow", "fault-loop", ("STKERR",)),
+            ("bad-lockup", "lockup", ("lockup", "0x60000004")),
+        ],
+    )
+    def test_a_firmware_that_cannot_go_on(self, run_image, name, kind, words, options):
+        machine = run_image(name, 20, **options)
+        assert machine.ended.kind == kind
+        assert machine.ended.status == 1
+        assert machine.ended.ns < 10 * MS
+        assert all(word in machine.ended.cause for word in words), machine.ended.cause
+
+    @pytest.mark.parametrize("name", ["bad-hardfault-loop", "bad-jump-erased", "bad-lockup", "bad-stack-overflow"])
+    def test_the_end_is_the_same_however_it_is_run(self, board, name):
+        def end(step_ns, skip):
+            machine = Machine(board, load_image(image_path(name), limits_for(board.chip)), skip_idle=skip)
+            limit_ns = 0
+            while machine.ended is None and limit_ns < 20 * MS:
+                limit_ns += step_ns
+                machine.run_to(limit_ns)
+            return machine.ended
+
+        assert end(20 * MS, True) == end(20 * MS, False) == end(77_777, True) == end(1_000_000, False)
+
+    def test_watchdog_over_and_over(self, run_image):
+        machine = run_image("bad-iwdg-loop", 20_000)
+        assert machine.ended.kind == "reset-loop"
+        assert "watchdog" in machine.ended.cause
+        assert "forget_to_feed" in machine.ended.place
+
+    def test_a_wait_for_what_never_comes_is_told_but_no_end(self, run_image):
+        machine = run_image("bad-stuck", 1000)
+        assert machine.ended is None
+        assert machine.waits_in.polled
+
+    def test_semihosting_ends_with_a_status(self, run_image):
+        machine = run_image("selftest-crc", 1000)
+        assert (machine.ended.kind, machine.ended.status) == ("exit", 0)
