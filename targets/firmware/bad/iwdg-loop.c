@@ -15,7 +15,10 @@ int main(void)
 {
     IWDG->KR = IWDG_KEY_START;
     IWDG->KR = IWDG_KEY_UNLOCK;
-    IWDG->RLR = 250; // of 0.1 ms each
+    IWDG->RLR = 250; // of 0.1 ms each; the counter gets it with the next reload
+    while (IWDG->SR) {
+    }
+    IWDG->KR = IWDG_KEY_RELOAD;
     alive("iwdg-loop\r\n");
     forget_to_feed();
     return 0;

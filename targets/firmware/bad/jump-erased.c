@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // A call into flash memory that was never programmed, 0x0800F000: as a boot loader would do without an application. Erased
-// memory reads 0xFFFFFFFF, which as an instruction is one for a coprocessor, and faults.
+// memory reads 0xFFFF, which is no instruction, and faults.
 
 #include "bad.h"
 #include <stdint.h>

@@ -2,6 +2,8 @@
 //
 // How a self-test speaks: a line for each check, "ok NAME" or "FAIL NAME got=.. want=..", and at the end
 // "done N ok M failed". A check's name says what the manual promises.
+//
+// Over a serial line a check takes milliseconds: what is timed, or goes on meanwhile, is measured first and checked after.
 
 #pragma once
 

@@ -75,11 +75,14 @@ static void counting(void)
 static void count_flag(void)
 {
     start(5000, RUN);
-    check("countflag", wait_until(SYSTICK->CTRL & SYSTICK_COUNTFLAG));
-    check("countflag-clears-on-read", !(SYSTICK->CTRL & SYSTICK_COUNTFLAG));
+    bool flagged = wait_until(SYSTICK->CTRL & SYSTICK_COUNTFLAG);
+    bool cleared = !(SYSTICK->CTRL & SYSTICK_COUNTFLAG);
+    check("countflag", flagged);
+    check("countflag-clears-on-read", cleared);
     wait_cycles(6000);
     SYSTICK->VAL = 1;
-    check("countflag-clears-on-val-write", !(SYSTICK->CTRL & SYSTICK_COUNTFLAG));
+    cleared = !(SYSTICK->CTRL & SYSTICK_COUNTFLAG);
+    check("countflag-clears-on-val-write", cleared);
     check("no-interrupt-without-tickint", !(SCB->ICSR & ICSR_PENDSTSET) && ticks == 0);
     start(5000, RUN);
     wait_cycles(100);
