@@ -8,7 +8,8 @@ Choices where the manual is silent, besides those of the transmitter and the rec
 * Of a word that is lost by an overrun, ORE is the only flag (the manual says so of FE).
 * IDLE needs a word that has set RXNE before it, also the first time.
 * The end of the preamble does not set TC: TC is "the transmission of a frame containing data".
-* In single-wire half-duplex mode the receiver hears what is sent, unless RE is off.
+* In single-wire half-duplex mode the receiver hears what is sent, unless RE is off. Meanwhile it hears others as far as
+  they come in as frames, but not what they do to the level of the pin.
 * A BRR below 16 stops the bit clock.
 """
 
@@ -73,6 +74,8 @@ class Usart(Peripheral):
     Attributes:
         on_frame: called with every frame that leaves the chip, at the cycle at which its start bit begins.
         on_format_change: called when `baud_hz` or `format` have changed.
+        on_word: called with the data of every word that was read and is not muted, and the bits of SR that say what was
+            wrong with it (PE, FE, NE; ORE: it was lost).
     """
 
     REGISTERS = (
@@ -105,6 +108,7 @@ class Usart(Peripheral):
         super().__init__(name, base, services)
         self.on_frame: Callable[[SerialFrame], None] = lambda _frame: None
         self.on_format_change: Callable[[], None] = lambda: None
+        self.on_word: Callable[[int, int], None] = lambda _data, _errors: None
         self._bus = bus
         self._line_tx = services.output(f"{name}_TX")
         self._line_rts = services.output(f"{name}_RTS")
@@ -274,6 +278,7 @@ class Usart(Peripheral):
         self._tx.show_idle()
         self._tx.proceed()
         _listen(self._line_rx, self._rx.drive if wanted & RE and not cr3 & HDSEL else None)
+        _listen(self._line_single, self._single_changed if wanted & RE and cr3 & HDSEL else None)
         _listen(self._line_cts, self._cts_changed if cr3 & CTSE else None)
 
     def _bit_cycles(self) -> int:
@@ -321,18 +326,28 @@ class Usart(Peripheral):
 
     # --- receiving
 
+    def _single_changed(self, level: bool) -> None:
+        # What is sent here has come in as a frame.
+        if self._tx.quiet:
+            self._rx.drive(level)
+
     def _word(self, sampled: Sampled) -> None:
-        flags = self[SR]
-        if flags & ORE or self._is_muted_for(sampled.word):
+        flags, errors = self[SR], 0
+        if flags & ORE:
+            self.on_word(self._format.value(sampled.word), ORE)
+            return
+        if self._is_muted_for(sampled.word):
             return
         if flags & RXNE:
-            flags |= ORE
+            errors = ORE
         else:
             self._received = sampled.word
             self._idle_armed = True
-            flags |= RXNE | (NE if sampled.noise else 0) | (FE if sampled.framing_error else 0)
-            flags |= PE if self._format.parity_wrong(sampled.word) else 0
-        self[SR] = flags
+            flags |= RXNE
+            errors = (NE if sampled.noise else 0) | (FE if sampled.framing_error else 0)
+            errors |= PE if self._format.parity_wrong(sampled.word) else 0
+        self[SR] = flags | errors
+        self.on_word(self._format.value(sampled.word), errors)
         self._update()
 
     def _is_muted_for(self, word: int) -> bool:

@@ -51,6 +51,7 @@ class Transmitter:
         half_duplex: the line is released while nothing is sent.
         clear_to_send: False holds back the next word.
         holding: the word in the data register, or None.
+        quiet: False from the start of a frame until the line has its idle level again.
         on_load: called when the word has moved from the data register into the shift register.
         on_frame: called with what begins on the line.
         on_complete: called when the last frame of data has ended and nothing follows.
@@ -66,6 +67,7 @@ class Transmitter:
         self.half_duplex = False
         self.clear_to_send = True
         self.holding: int | None = None
+        self.quiet = True
         self.on_load: Callable[[], None] = lambda: None
         self.on_frame: Callable[[SerialFrame], None] = lambda _frame: None
         self.on_complete: Callable[[], None] = lambda: None
@@ -98,6 +100,7 @@ class Transmitter:
         self._sending = _Sending.NOTHING
         self._preamble_due = self.break_wanted = self._data_sent = self._enabled = False
         self._output.set(None)
+        self.quiet = True
 
     def write(self, word: int) -> None:
         """Put a word into the data register; it goes on into the shift register at once if that is free."""
@@ -174,6 +177,7 @@ class Transmitter:
             stop_half_bits=stop_half_bits,
             is_break=is_break,
         )
+        self.quiet = False
         self._edges = [(16 * bit, level) for bit, level in frame.edge_bits()]
         self._follow_edges()
         self.on_frame(frame)
@@ -198,6 +202,7 @@ class Transmitter:
 
     def _fell_quiet(self) -> None:
         self.show_idle()
+        self.quiet = True
         if self._data_sent and self.holding is None:
             self._data_sent = False
             self.on_complete()

@@ -137,6 +137,38 @@ def test_who_reads_the_port_sees_the_bits(board):
     assert seen == [0, 1, 0, 1, 0, 1, 0, 1, 0, 1]
 
 
+@pytest.mark.parametrize("nibble", [AF_OD, AF_PP])
+def test_half_duplex_on_one_wire(board, nibble):
+    """Both TX pins on one wire with a pull-up."""
+    for pin in ("PA9", "PA2"):
+        board.mode(pin, nibble)
+    Nets().wire("bus", board.pins["PA9"], board.pins["PA2"], pull=True)
+    for usart in (board.usart1, board.usart2):
+        poke(usart, "CR3", 0x8)
+    board.chip.advance(400)
+    for usart in (board.usart1, board.usart2):
+        peek(usart, "SR")
+        peek(usart, "DR")
+    for talker, listener in ((board.usart1, board.usart2), (board.usart2, board.usart1)) * 2:
+        for value in b"ping":
+            poke(talker, "DR", value)
+            board.chip.advance(165)
+            assert [peek(usart, "SR") & 0x2F for usart in (talker, listener)] == [0x20, 0x20]
+            assert [peek(usart, "DR") for usart in (talker, listener)] == [value, value]
+
+
+@pytest.mark.parametrize("nibble", [AF_OD, AF_PP])
+def test_half_duplex_without_a_pull_up(board, nibble):
+    """Between frames the pin floats, which reads as low: that is no break."""
+    board.mode("PA9", nibble)
+    poke(board.usart1, "CR3", 0x8)
+    for value in b"to myself":
+        poke(board.usart1, "DR", value)
+        board.chip.advance(400)
+        assert peek(board.usart1, "SR") & 0x2F == 0x20
+        assert peek(board.usart1, "DR") == value
+
+
 def test_flow_control_at_the_pins(board):
     """RTS of one at CTS of the other: PA12 is USART1_RTS, PA0 is USART2_CTS."""
     board.mode("PA12", AF_PP)

@@ -466,6 +466,17 @@ class TestHalfDuplex:
         assert not port.flags & RXNE
         assert "PA9" in port.chip.notes.all[0].text
 
+    def test_others_by_the_level_of_the_pin(self, port):
+        port.open(cr3=0x8)
+        pin = port.chip.input("USART1_TX")
+        pin.drive(True)
+        port.bits(20)
+        for level in (0, *(0x3C >> n & 1 for n in range(8)), 1):
+            pin.drive(bool(level))
+            port.bits(1)
+        assert port.peek("SR") & 0x2F == RXNE
+        assert port.peek("DR") == 0x3C
+
     def test_two_at_a_time_are_anded(self, port):
         port.open(cr3=0x8)
         port.poke("DR", 0xF5)
