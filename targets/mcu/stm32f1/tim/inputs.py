@@ -2,8 +2,8 @@
 
 RM0008 sections 14.3.5 (input stage), 14.3.16 (TI1S) and 15.3.14 (ETR). An edge takes effect at its own cycle; the two
 or three timer clocks of resynchronisation are left out (choice), which shifts every edge by the same time. A filter
-samples at ticks that are multiples of its sampling period (choice), and passes a level that N samples in a row saw. With
-TI1S an edge of channel 2 reaches TI1 before it reaches TI2 (choice).
+samples at ticks that are multiples of its sampling period (choice), and passes a level that N samples in a row saw.
+With TI1S an edge of channel 2 reaches TI1 before it reaches TI2 (choice).
 """
 
 from __future__ import annotations
