@@ -129,12 +129,16 @@ class PtyDoor(Door):
             return
         # Notices may have been merged: the count is only a guess, but whether anybody is there can be found out.
         somebody, heir = self._who_is_there()
+        read = self._held is None or leaving > 0
+        chunks = self._chunks(everything=leaving > 0 or not somebody) if read else []
+        if chunks and not somebody:
+            # They may come from a client whose opening was taken for our own: then it is still there.
+            somebody = heir = self._who_is_there()[0]
         if heir:
             self._count(self._clients - leaving, at_ns)
             self._count(self._clients + 1, at_ns)
             leaving = 0
-        if self._held is None or leaving:
-            self._read(at_ns, everything=leaving > 0 or not somebody)
+        self._bring(chunks, at_ns)
         self._count(max(1, self._clients - leaving) if somebody else 0, at_ns)
         if not somebody:
             self._reset_slave()
@@ -152,11 +156,20 @@ class PtyDoor(Door):
         super()._client_came()
 
     def _read(self, at_ns: int, *, everything: bool) -> None:
-        while True:
+        self._bring(self._chunks(everything=everything), at_ns)
+
+    def _chunks(self, *, everything: bool) -> list[bytes]:
+        """Return what clients have written: all of it, or one piece."""
+        chunks: list[bytes] = []
+        while everything or not chunks:
             try:
-                data = os.read(self._master, READ_BYTES)
+                chunks.append(os.read(self._master, READ_BYTES))
             except OSError:
-                return  # nothing there
+                break  # nothing there
+        return chunks
+
+    def _bring(self, chunks: list[bytes], at_ns: int) -> None:
+        for data in chunks:
             if not self._clients:
                 self._count(1, at_ns)  # who writes has opened; the notice of it was merged with our own
             client_baud = self.client_baud
@@ -164,8 +177,6 @@ class PtyDoor(Door):
                 self._garbled = True
                 self._in_order(at_ns, partial(self.on_garbled, client_baud))
             self._came_in(self._input, self._across(data, client_baud, self.baud), at_ns)
-            if not everything:
-                return
 
     def _put(self, data: bytes, _at_ns: int) -> None:
         if not self._clients:
