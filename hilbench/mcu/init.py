@@ -36,7 +36,7 @@ pytest_plugins = ["hilbench.pytest_plugin"]
 def test_it_runs_for_a_second_without_a_crash(board):
     board.run(1.0)
     print(*board.transcript, sep="\\n")  # what it said and did; pytest shows it with -s, and when the test fails
-    assert board.end is None or board.end.good, board.end
+    assert board.end is None or board.end.good, str(board.end)
 '''
 
 

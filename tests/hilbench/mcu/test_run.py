@@ -1,0 +1,161 @@
+"""`hilbench run`: what it prints, what it returns, how it ends."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import signal
+
+import pytest
+
+from hilbench.config import open_bench
+from hilbench.console import Console
+from hilbench.errors import UsageError
+from hilbench.exit_codes import ExitCode
+from hilbench.journal import Journal
+from hilbench.mcu.run import RunOptions, run
+
+SECOND_NS = 10**9
+
+
+@pytest.fixture
+def ran(bench_file, fake_maker):
+    """Run programs; return exit code, standard output, standard error."""
+
+    def go(*programs, more="", **options):
+        out, err = io.StringIO(), io.StringIO()
+        options = {"for_ns": SECOND_NS // 10} | options
+        code = run(
+            RunOptions(**options),
+            bench_file(more, boards=len(programs)),
+            Console(out, err),
+            make_machine=fake_maker(*programs),
+        )
+        return code, out.getvalue(), err.getvalue()
+
+    return go
+
+
+def hello(machine):
+    machine.usart("USART1")
+    machine.send_all("USART1", b"hello\r\nworld")
+    machine.output("PC13")
+    machine.at_ns(50_000_000, lambda: machine.chip.pins["PC13"].set_latch(True))
+    machine.at_ns(60_000_000, lambda: machine.notes.add("unmodelled", "ADC1_CR2", "ADC1 is not modelled"))
+    machine.at_ns(70_000_000, lambda: machine.on_console(b"from a debugger\n", "semihosting"))
+    machine.at_ns(80_000_000, machine.reset)
+
+
+def test_it_ends_when_the_time_is_up_and_says_how_it_went(ran):
+    code, out, err = ran(hello)
+    assert (code, out) == (ExitCode.OK, "")
+    assert err.startswith("ran 0.100000 s of bench time at ")
+    assert "brain.usart1: 12 bytes sent" in err
+    assert "1 notes on what the firmware did:\n  brain: ADC1_CR2: ADC1 is not modelled\n" in err
+
+
+def test_follow_tells_everything_line_by_line_in_order_of_time(ran):
+    code, out, _ = ran(hello, follow=True)
+    lines = [line.split(maxsplit=2) for line in out.splitlines()]
+    assert code == ExitCode.OK
+    assert [line[1:] for line in lines] == [
+        ["brain.PC13", "low (LED PC13 on)"],
+        ["brain.usart1", "> hello"],
+        ["brain.PC13", "high (LED PC13 off)"],
+        ["brain", "note: ADC1_CR2: ADC1 is not modelled"],
+        ["brain.semihosting", "> from a debugger"],
+        ["brain", "reset (PIN)"],
+        ["brain.usart1", "> world"],
+    ]
+
+
+def test_what_would_not_show_is_escaped(ran):
+    def program(machine):
+        machine.usart("USART1")
+        machine.send_all("USART1", b"\x1b[2J\xff\x07\t.\xc3\xa4\n")
+
+    _, out, _ = ran(program, follow=True)
+    assert out.split("> ")[1] == "\\x1b[2J\\xff\\x07\t.ä\n"
+
+
+def test_a_fast_pin_is_told_once(ran):
+    def program(machine):
+        machine.output("PA8")
+        machine.every(10_000, lambda: machine.chip.pins["PA8"].set_latch(machine.chip.pins["PA8"].level is False))
+
+    _, out, _ = ran(program, follow=True, for_ns=SECOND_NS)
+    told = [line.split(maxsplit=2)[2] for line in out.splitlines() if "period" in line]
+    assert told == ["period 20000 ns, high 10000 ns (50.00 %)"]
+
+
+@pytest.mark.parametrize(("status", "code"), [(0, ExitCode.OK), (3, ExitCode.VIOLATION)])
+def test_firmware_that_ends_itself_gives_its_status(ran, status, code):
+    got, _, err = ran(lambda machine: machine.at_ns(30_000_000, lambda: machine.end("exit", status)), for_ns=None)
+    assert got == code
+    first = err.splitlines()[0]
+    assert first == (
+        f"hilbench: brain: the firmware ended with status {status}: main (main.c:7), PC 0x08000124, at 0.030000 s"
+    )
+    assert "ran 0.030000 s" in err
+
+
+def test_firmware_that_cannot_run_on_is_one_line_and_exit_1(ran):
+    got, _, err = ran(lambda machine: machine.at_ns(30_000_000, lambda: machine.end("lockup", 1)), for_ns=None)
+    assert got == ExitCode.VIOLATION
+    assert err.splitlines()[0] == ("hilbench: brain: lockup in main (main.c:7), PC 0x08000124, at 0.030000 s: as told")
+
+
+def test_the_first_of_two_boards_to_end_ends_the_run(ran):
+    def late(machine):
+        machine.at_ns(9_000_000, machine.end)
+
+    def soon(machine):
+        machine.at_ns(8_000_000, lambda: machine.end("exit", 4))
+
+    got, out, _ = ran(late, soon, as_json=True)
+    report = json.loads(out)
+    assert (got, report["exit_code"]) == (ExitCode.VIOLATION, 1)
+    assert (report["end"]["board"], report["end"]["ns"], report["bench_time_s"]) == ("other", 8_000_000, 0.008)
+
+
+def test_json_is_all_of_the_standard_output(ran):
+    code, out, err = ran(hello, as_json=True)
+    report = json.loads(out)
+    assert (code, err) == (ExitCode.OK, "")
+    assert report["bench_time_s"] == 0.1
+    assert report["end"] is None
+    assert report["lines"]["brain.usart1"] == {"sent": 12, "framing_errors": 0}
+    assert [note["where"] for note in report["notes"]] == ["ADC1_CR2"]
+
+
+def test_two_runs_are_the_same(ran, tmp_path):
+    events = []
+    for name in ("a", "b"):
+        ran(hello, journal=tmp_path / name)
+        events.append(Journal.read(tmp_path / name).events)
+    assert events[0] == events[1]
+    assert {"tx", "pin", "note", "console", "reset"} <= {event["kind"] for event in events[0]}
+
+
+def test_in_real_time_it_is_no_faster_than_the_clock(ran):
+    _, out, _ = ran(hello, realtime=True, as_json=True)
+    assert json.loads(out)["real_time_factor"] <= 1.05
+
+
+def test_an_interrupted_run_says_so_and_is_complete(ran, tmp_path):
+    def program(machine):
+        hello(machine)
+        machine.at_ns(90_000_000, lambda: os.kill(os.getpid(), signal.SIGINT))
+
+    code, _, err = ran(program, for_ns=None, journal=tmp_path / "j")
+    assert code == ExitCode.INTERRUPTED
+    assert err.startswith("interrupted after 0.")
+    assert Journal.read(tmp_path / "j").ended
+
+
+def test_what_cannot_be_run_is_said_in_one_line(ran):
+    with pytest.raises(UsageError, match="--follow and --json both want the standard output"):
+        ran(hello, follow=True, as_json=True)
+    with pytest.raises(UsageError, match=r"^pioneer: runs no firmware; serve it: hilbench serve pioneer --pty ./p2$"):
+        run(RunOptions(), open_bench("pioneer"), Console(io.StringIO(), io.StringIO()))

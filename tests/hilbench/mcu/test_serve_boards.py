@@ -1,0 +1,206 @@
+"""Doors of emulated boards, and `hilbench serve bluepill:IMAGE` as a process."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import select
+import signal
+import socket
+import subprocess
+import sys
+import termios
+from pathlib import Path
+
+import pytest
+
+from hilbench.errors import UsageError
+from hilbench.mcu.doors import assign
+from hilbench.options import PtyDoor, ServeOptions, TcpDoor
+
+IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
+PATIENCE_S = 20
+MAIN = "import sys; from hilbench.cli import main; sys.exit(main())"
+
+
+# --- which USART gets which door
+
+FREE = ["bluepill.usart1", "bluepill.usart2", "bluepill.usart3"]
+
+
+def assigned(*wishes, free=FREE):
+    ptys = tuple(wish for wish in wishes if isinstance(wish, PtyDoor))
+    tcps = tuple(wish for wish in wishes if isinstance(wish, TcpDoor))
+    return dict(assign(ServeOptions(what="x", ptys=ptys, tcps=tcps), free))
+
+
+def pty(path, link=""):
+    return PtyDoor(path=Path(path), link=link)
+
+
+def test_without_a_wish_each_usart_has_a_pty_called_after_it():
+    doors = assigned()
+    assert [str(door.path) for (door,) in doors.values()] == ["bluepill-usart1", "bluepill-usart2", "bluepill-usart3"]
+    assert list(doors) == FREE
+
+
+def test_doors_without_a_name_take_the_usarts_in_order():
+    tcp = TcpDoor(port=8101)
+    assert assigned(pty("a"), pty("b"), tcp) == {FREE[0]: [pty("a"), tcp], FREE[1]: [pty("b")]}
+    assert assigned(pty("a"), pty("b", "usart1")) == {FREE[0]: [pty("b", "usart1")], FREE[1]: [pty("a")]}
+    assert list(assigned(pty("a", "bluepill.usart3"))) == [FREE[2]]
+    assert list(assigned(pty("a", "USART2"))) == [FREE[1]]
+
+
+@pytest.mark.parametrize(
+    ("wishes", "free", "said"),
+    [
+        (
+            [pty("a", "usart4")],
+            FREE,
+            "--pty usart4=: no such USART, or it is linked already; USARTs: bluepill.",
+        ),
+        ([pty("a")] * 4, FREE, "--pty: more of them than USARTs (bluepill.usart1, "),
+        ([TcpDoor(port=0)], [], "--tcp: more of them than USARTs (none is free)"),
+        ([pty("a", "usart1")], ["a.usart1", "b.usart1"], "several boards have it; write one of a.usart1, b.usart1"),
+    ],
+)
+def test_doors_that_lead_nowhere(wishes, free, said):
+    with pytest.raises(UsageError) as raised:
+        assigned(*wishes, free=free)
+    assert said in str(raised.value)
+
+
+# --- as a process
+
+
+class Served:
+    def __init__(self, folder, *words):
+        command = [sys.executable, "-c", MAIN, "serve", *map(str, words)]
+        self.process = subprocess.Popen(command, text=True, stderr=subprocess.PIPE, cwd=folder)
+        self.said = ""
+
+    def has_said(self, words):
+        return self.has_said_often(words, 1)
+
+    def has_said_often(self, words, times):
+        descriptor = self.process.stderr.fileno()
+        while self.said.count(words) < times:
+            assert select.select((descriptor,), (), (), PATIENCE_S)[0], self.said
+            more = os.read(descriptor, 4096)
+            assert more, self.said
+            self.said += more.decode()
+        return self
+
+    def end(self, number=signal.SIGINT):
+        self.process.send_signal(number)
+        return self.wait()
+
+    def wait(self):
+        self.said += self.process.communicate(timeout=PATIENCE_S)[1]
+        return self.process.returncode
+
+
+@pytest.fixture
+def serve(tmp_path):
+    with contextlib.ExitStack() as stack:
+
+        def start(*words):
+            served = Served(tmp_path, *words)
+            stack.callback(served.process.communicate)
+            stack.callback(served.process.kill)
+            return served
+
+        yield start
+
+
+def exchange(descriptor, data):
+    """Send data and wait for as much."""
+    got = b""
+    os.write(descriptor, data)
+    while len(got) < len(data):
+        assert select.select((descriptor,), (), (), PATIENCE_S)[0], got
+        got += os.read(descriptor, 4096)
+    return got
+
+
+def open_pty(path, baud=None):
+    descriptor = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+    if baud is not None:
+        attributes = termios.tcgetattr(descriptor)
+        attributes[4] = attributes[5] = baud
+        termios.tcsetattr(descriptor, termios.TCSANOW, attributes)
+    return descriptor
+
+
+def echoes(path, *, patience=50):
+    """Ask until the firmware is up: before that the line is deaf."""
+    descriptor = open_pty(path)
+    try:
+        for _ in range(patience):
+            os.write(descriptor, b"?")
+            if select.select((descriptor,), (), (), 0.2)[0]:
+                return os.read(descriptor, 1) == b"?"
+        return False
+    finally:
+        os.close(descriptor)
+
+
+@pytest.mark.slow
+def test_an_echo_on_a_pty_and_a_hundred_clients(serve, tmp_path):
+    served = serve(f"bluepill:{IMAGES / 'echo-irq.elf'}", "--pty", "./u1", "--journal", "j").has_said("stop with")
+    assert "serving bluepill.usart1 at u1 (/dev/pts/" in served.said
+    assert "at the rate the firmware sets" in served.said
+    assert echoes(tmp_path / "u1")
+    before = len(os.listdir(f"/proc/{served.process.pid}/fd"))
+    for number in range(100):
+        client = open_pty(tmp_path / "u1", termios.B115200)
+        # What a client leaves unread is thrown away when the next one opens, so the first bytes are fresh.
+        assert exchange(client, bytes([number])) == bytes([number])
+        os.close(client)
+    assert len(os.listdir(f"/proc/{served.process.pid}/fd")) <= before
+    served.has_said_often("a client left", 101)
+    assert served.end() == 0
+    assert served.said.count("a client came") == served.said.count("a client left") == 101
+    assert not (tmp_path / "u1").is_symlink()
+    assert '"kind":"tx"' in (tmp_path / "j").read_text()
+
+
+@pytest.mark.slow
+def test_each_usart_on_a_door_of_its_own(serve, tmp_path):
+    served = serve(f"bluepill:{IMAGES / 'echo-all.elf'}", "--tcp", "usart2=0", "--pty", "usart1=a", "--pty", "usart3=c")
+    served.has_said("stop with")
+    assert echoes(tmp_path / "a")
+    with socket.create_connection(("127.0.0.1", int(re.search(r"usart2 at tcp .*:(\d+),", served.said)[1]))) as client:
+        client.setblocking(False)
+        assert exchange(client.fileno(), b"over tcp") == b"over tcp"
+    assert echoes(tmp_path / "c")
+    assert served.end(signal.SIGTERM) == 0
+
+
+@pytest.mark.slow
+def test_a_client_at_a_wrong_rate_gets_garbage_and_is_told(serve, tmp_path):
+    served = serve(f"bluepill:{IMAGES / 'echo-irq.elf'}").has_said("stop with")
+    assert echoes(tmp_path / "bluepill-usart1")
+    served.has_said("a client left")
+    client = open_pty(tmp_path / "bluepill-usart1", termios.B9600)
+    os.write(client, b"UUUU")
+    served.has_said("the client at bluepill-usart1 set 9600 baud, the line runs at 115200; bytes are garbled")
+    os.close(client)
+    assert served.end() == 0
+
+
+@pytest.mark.slow
+def test_firmware_that_cannot_run_on_ends_serving(serve):
+    served = serve(f"bluepill:{IMAGES / 'bad-lockup.elf'}")
+    assert served.wait() == 1
+    assert "hilbench: bluepill: lockup in " in served.said
+
+
+def test_a_refused_one_has_touched_nothing(serve, tmp_path):
+    (tmp_path / "mine").write_text("mine")
+    served = serve(f"bluepill:{IMAGES / 'echo-irq.elf'}", "--pty", "a", "--pty", "usart2=mine", "--journal", "j")
+    assert served.wait() == 2
+    assert "mine: something is there already" in served.said
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine"]
