@@ -15,7 +15,7 @@ from targets.mcu.pins import Pins, Source
 from targets.mcu.registers import Peripheral
 from targets.mcu.services import DmaRequest, IrqLine, Services
 from targets.mcu.signals import Signals
-from targets.mcu.stm32f1.absent import absent_peripherals
+from targets.mcu.stm32f1.absent import Rtc, absent_peripherals
 from targets.mcu.stm32f1.afio import Afio
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.clocks import ClockTree
@@ -134,8 +134,9 @@ class Chip:
             bus.add(peripheral, ahb=name in AHB_PERIPHERALS)
         for base, size in BRIDGES:
             bus.add_quiet(base, size)
-        self.rcc.connect(GATES, self.peripherals, others=(self.core.systick,), backup=(self.bkp,))
+        self.rcc.connect(GATES, self.peripherals, others=(self.core.systick,), backup=(self.bkp, self._rtc))
         self.rcc.on_nmi = self.core.set_nmi
+        self.rcc.on_clock_failure = self._timers[0].clock_failed
         self.exti.on_event = self.core.receive_event
         for name, level in board.pulled(straps).items():
             self.pins[name].set_source("board", Source(self.pins.vdd_volts if level else 0.0, _PULL_OHMS))
@@ -180,7 +181,9 @@ class Chip:
             Usart("USART3", 0x4000_4800, services, bus="APB1", irq=39),
         )
         self.usarts = {usart.name: usart for usart in usarts}
-        timers = [Timer(name, base, services) for name, base in TIMERS.items()]
+        self._timers = [Timer(name, base, services) for name, base in TIMERS.items()]
+        absent = absent_peripherals(services)
+        self._rtc = next(peripheral for peripheral in absent if isinstance(peripheral, Rtc))
         self._others: tuple[Peripheral, ...] = (
             *ports,
             self.afio,
@@ -189,8 +192,8 @@ class Chip:
             self.dma,
             Crc(0x4002_3000, services),
             *usarts,
-            *timers,
-            *absent_peripherals(services),
+            *self._timers,
+            *absent,
         )
 
     def _irq(self, number: int) -> IrqLine:

@@ -11,6 +11,7 @@ from targets.mcu.stm32f1.tim.counting import FROZEN, Compare
 from targets.mcu.stm32f1.tim.registers import (
     BDTR,
     BIF,
+    BKE,
     CCDS,
     CCER,
     CCMR1,
@@ -96,6 +97,11 @@ class TimerEffects(TimerCore):
         """Hold the channels low that ETRF clears."""
         if level:
             self._clear_by_etrf()
+
+    def clock_failed(self) -> None:
+        """Break, if BKE is set: the clock security system has found the HSE dead (RM0008 section 14.3.12)."""
+        if self[BDTR] & BKE:
+            self._break_arrived()
 
     def _break_arrived(self) -> None:
         """The break input has become active, or BG was set."""

@@ -1,0 +1,47 @@
+"""How the peripherals of the STM32F103 are tied together."""
+
+from __future__ import annotations
+
+import pytest
+
+from targets.boards import built_in_board
+from targets.firmware import image_path
+from targets.mcu.image import limits_for, load_image
+from targets.mcu.machine import Machine
+from targets.mcu.testing import peek, poke
+
+
+@pytest.fixture
+def chip():
+    board = built_in_board("bluepill")
+    return Machine(board, load_image(image_path("selftest-crc"), limits_for(board.chip))).chip
+
+
+def open_backup_domain(chip):
+    poke(chip.rcc, "APB1ENR", 0x1800_0000)
+    poke(chip.pwr, "CR", 0x100)
+
+
+def test_a_reset_of_the_backup_domain_reaches_the_rtc_and_the_backup_registers(chip):
+    rtc = chip.peripherals["RTC"]
+    open_backup_domain(chip)
+    poke(chip.bkp, "DR1", 0x1234)
+    poke(rtc, "CNTL", 0x5678)
+    chip.reset("SFT")
+    assert (peek(chip.bkp, "DR1"), peek(rtc, "CNTL")) == (0x1234, 0x5678)
+    open_backup_domain(chip)
+    poke(chip.rcc, "BDCR", 0x1_0000)
+    assert (peek(chip.bkp, "DR1"), peek(rtc, "CNTL")) == (0, 0)
+
+
+@pytest.mark.parametrize(("enabled", "main_output"), [(0x1000, 0), (0, 0x8000)])
+def test_a_clock_failure_is_a_break_of_tim1(chip, enabled, main_output):
+    """RM0008 section 14.3.12: the break source is the pin or the clock security system, both enabled by BKE."""
+    tim1 = chip.peripherals["TIM1"]
+    poke(chip.rcc, "CR", 0x9_0083)  # HSEON, CSSON
+    chip.services.time.run_due(1_000_000)
+    poke(chip.rcc, "APB2ENR", 0x800)
+    poke(tim1, "BDTR", 0x8000 | 0x2000 | enabled)  # MOE, BKP: the pin, low, is not active
+    chip.rcc.fail_hse()
+    assert peek(tim1, "BDTR") & 0x8000 == main_output
+    assert bool(peek(tim1, "SR") & 0x80) is bool(enabled)
