@@ -16,6 +16,7 @@ machine has not reached.
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from targets.mcu.bus import ALIAS_SIZE, ALIASES, Bus
@@ -37,7 +38,7 @@ from targets.mcu.stm32f1.chip import REGISTER_WINDOWS, Chip
 from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import DeepSleep
 from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE
-from targets.mcu.timebase import Timebase
+from targets.mcu.timebase import NS_PER_S, Timebase
 
 if TYPE_CHECKING:
     from targets.boards import Board
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
 __all__ = ["Machine"]
 
 _HSI_HZ = 8_000_000
+_OUTSIDE = 1  # order of events from outside: after those of the chip, which are of order 0
 _RAM_BASE, _FLASH_BASE = 0x2000_0000, 0x0800_0000
 _SEMIHOSTING = 0xAB
 _STRAIGHT_LIMIT = 64
@@ -153,8 +155,11 @@ class Machine:
             self.engine.stop_by(self.time.cycle_at_ns(ns))
 
     def at_ns(self, ns: int, action: Callable[[], None]) -> None:
-        """Have `action` happen at the first cycle that does not fall before bench time `ns`, or now if that passed."""
-        self.time.at(self.time.cycle_at_ns(ns), action)
+        """Have `action` happen at the first cycle that does not fall before bench time `ns`, or now if that passed.
+
+        Whatever the chip does by itself at that cycle comes first.
+        """
+        self.time.at_time(Fraction(ns, NS_PER_S), action, order=_OUTSIDE)
 
     def reset(self, cause: str = "PIN") -> None:
         """Reset the chip at the next instruction boundary: ``PIN`` (the button), ``POR`` (power off and on)."""
@@ -472,3 +477,4 @@ class Machine:
             self.ram[offset : offset + len(data)] = data
         else:
             self.chip.flash.load(address, data)
+            self.engine.forget(address, len(data))

@@ -10,6 +10,8 @@ What is worked around, each pinned by a test in tests/targets/mcu/engine:
 - An exception return is only recognised when the core's cached flags were rebuilt, which a write to APSR does.
 - Stores into flash reach the memory although it is read-only, after a hook; they are undone and handed on.
 - A slice cannot end within an IT block: Unicorn runs to the end of it.
+- Special registers of a core in unprivileged Thread mode read as zero and ignore writes for us as for the program; so
+  privilege is taken for as long as that lasts.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ _WFE, _YIELD, _SEV = 0xBF20, 0xBF10, 0xBF40
 _WIDE_HINTS = {0xF3AF8002: _WFE, 0xF3AF8001: _YIELD, 0xF3AF8004: _SEV}
 _T_BIT = 1 << 24
 _EXC_RETURN = 0xFFFF_FFE0
+_NPRIV, _IPSR, _HARD_FAULT = 1, 0x1FF, 3
 _PAGE_BITS = 10  # M-profile pages are 1 KB
 _LDREX = re.compile(rb"[\x50-\x5f]\xe8|[\xd0-\xdf]\xe8.[\x40-\x5f]", re.DOTALL)
 _CLREX = b"\xbf\xf3\x2f\x8f"
@@ -134,7 +137,12 @@ class UnicornEngine:
     def get(self, register: Reg) -> int:
         """Return a core register."""
         self._lib.uc_reg_read(self._handle, self._ids[register], self._word_ref)
-        return self._word.value
+        value = self._word.value
+        if not value and register >= Reg.MSP and self._unprivileged():
+            control = self._take_privilege()
+            value = self.get(register)
+            self.set(Reg.CONTROL, control)
+        return value
 
     def fingerprint(self) -> bytes:
         """Return all core registers, as bytes to compare."""
@@ -145,11 +153,34 @@ class UnicornEngine:
         """Set a core register. PC keeps the state of Thumb; writing XPSR also rebuilds the cached flags."""
         if register is Reg.PC:
             value |= 1
+        elif register >= Reg.MSP and self._unprivileged():
+            control = self._take_privilege()
+            self.set(register, value)
+            if register is not Reg.CONTROL:
+                self.set(Reg.CONTROL, control)
+            return
         self._word.value = value
         self._lib.uc_reg_write(self._handle, self._ids[register], self._word_ref)
         if register is Reg.XPSR:
             self._word.value = value & 0xF800_0000
             self._lib.uc_reg_write(self._handle, self._apsr, self._word_ref)
+
+    def _unprivileged(self) -> bool:
+        """Say whether the core is in unprivileged Thread mode; not while it runs, when it cannot be helped."""
+        lib, handle = self._lib, self._handle
+        lib.uc_reg_read(handle, self._ids[Reg.CONTROL], self._word_ref)
+        if not self._word.value & _NPRIV or self._running:
+            return False
+        lib.uc_reg_read(handle, self._ids[Reg.XPSR], self._word_ref)
+        return not self._word.value & _IPSR
+
+    def _take_privilege(self) -> int:
+        """Go to privileged Thread mode, by way of Handler mode; return CONTROL as it was."""
+        control, xpsr = self.get(Reg.CONTROL), self.get(Reg.XPSR)
+        self.set(Reg.XPSR, xpsr | _HARD_FAULT)
+        self.set(Reg.CONTROL, control & ~_NPRIV)
+        self.set(Reg.XPSR, xpsr)
+        return control
 
     # --- the memory map
 

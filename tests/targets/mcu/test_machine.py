@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from targets.boards import Straps, built_in_board
 from targets.firmware import image_path
+from targets.mcu.engine.api import Reg
 from targets.mcu.image import Image, Segment, limits_for, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.symbols import NO_SYMBOLS
@@ -17,7 +18,7 @@ from targets.mcu.symbols import NO_SYMBOLS
 FLASH, RAM, STACK = 0x0800_0000, 0x2000_0000, 0x2000_5000
 CODE = FLASH + 0x100
 MS = 1_000_000
-NOP, HANG, WFI = 0xBF00, 0xE7FE, 0xBF30
+NOP, HANG, WFI, WFE, SEV = 0xBF00, 0xE7FE, 0xBF30, 0xBF20, 0xBF40
 
 # PC13 as an output, then toggled for ever: written in C, compiled with -Os for ARMv7-M
 # RCC->APB2ENR = 1 << 4; GPIOC->CRH = 0x44344444; for (;;) GPIOC->ODR ^= 1 << 13;
@@ -169,6 +170,50 @@ class TestBoot:
         machine.run_to(MS)
         assert machine.ended.kind == "no-boot"
         assert "system memory" in machine.ended.cause
+
+
+class TestCore:
+    def test_sev_lets_the_next_wfe_through(self, start):
+        machine = start(SEV, WFE, 0x2001, WFE, 0x2002, HANG)  # movs r0, #1 and #2
+        machine.run_to(MS)
+        assert machine.core.sleeping
+        assert machine.engine.get(Reg.R0) == 1
+
+    def test_an_exception_forgets_what_ldrex_marked(self, start):
+        machine = start(
+            *(0x4669, 0x3980),  # mov r1, sp; subs r1, #128
+            *(0xE851, 0x0F00),  # ldrex r0, [r1]
+            0xDF00,  # svc 0
+            *(0xE841, 0x2300),  # strex r3, r2, [r1]
+            HANG,
+            vectors=[(11, CODE + 0x60 | 1)],
+            more=(Segment(CODE + 0x60, b"\x70\x47"),),  # bx lr
+        )
+        machine.run_to(MS)
+        assert machine.engine.get(Reg.R3) == 1
+
+    @pytest.mark.parametrize("control", [1, 3])
+    def test_unprivileged_code_is_interrupted_and_gone_back_to(self, start, control):
+        machine = start(
+            *(0x4668, 0x3880),  # mov r0, sp; subs r0, #128
+            *(0xF380, 0x8809),  # msr psp, r0
+            0x2000 | control,  # movs r0, #control
+            *(0xF380, 0x8814),  # msr control, r0
+            *(0xF3BF, 0x8F6F),  # isb
+            0xDF00,  # svc 0
+            *(0x2507, 0x466F, HANG),  # movs r5, #7; mov r7, sp
+            vectors=[(11, CODE + 0x60 | 1)],
+            more=(
+                Segment(CODE + 0x60, struct.pack("<4H", 0x2409, 0x466E, 0x4770, 0)),
+            ),  # movs r4, #9; mov r6, sp; bx lr
+        )
+        machine.run_to(MS)
+        engine = machine.engine
+        assert (engine.get(Reg.R4), engine.get(Reg.R5)) == (9, 7)
+        assert engine.get(Reg.R6) == (STACK if control == 3 else STACK - 32)
+        assert engine.get(Reg.R7) == (STACK - 128 if control == 3 else STACK)
+        assert engine.get(Reg.CONTROL) == control
+        assert not machine.notes.all
 
 
 class TestEnds:

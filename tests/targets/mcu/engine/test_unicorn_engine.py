@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import ClassVar
 
 import pytest
 import unicorn
@@ -342,6 +343,43 @@ class TestCodeThatChanges:
         machine.run(3)
         machine.load(NOP, SEV, HANG)
         assert machine.run().kind is StopKind.SEV
+
+
+class TestWithoutPrivilege:
+    """What unprivileged code may not see, the machine around it sees all the same."""
+
+    VALUES: ClassVar = {Reg.MSP: 0x2000_0800, Reg.PSP: 0x2000_0400, Reg.BASEPRI: 0x40, Reg.PRIMASK: 1, Reg.FAULTMASK: 1}
+
+    @pytest.mark.parametrize("control", [1, 3])
+    def test_registers_are_read(self, machine, control):
+        engine = machine.engine
+        for register, value in self.VALUES.items():
+            engine.set(register, value)
+        engine.set(Reg.CONTROL, control)
+        assert {register: engine.get(register) for register in self.VALUES} == self.VALUES
+        assert engine.get(Reg.SP) == self.VALUES[Reg.PSP if control & 2 else Reg.MSP]
+        assert engine.get(Reg.CONTROL) == control
+
+    @pytest.mark.parametrize("control", [1, 3])
+    def test_registers_are_written(self, machine, control):
+        engine = machine.engine
+        engine.set(Reg.XPSR, 0x6100_0000)
+        engine.set(Reg.CONTROL, control)
+        for register, value in self.VALUES.items():
+            engine.set(register, value)
+        assert engine.get(Reg.CONTROL) == control
+        assert engine.get(Reg.XPSR) == 0x6100_0000
+        engine.set(Reg.CONTROL, 0)
+        assert {register: engine.get(register) for register in self.VALUES} == self.VALUES
+
+    def test_privilege_and_stack_are_given_back(self, machine):
+        engine = machine.engine
+        engine.set(Reg.MSP, 0x2000_0800)
+        engine.set(Reg.PSP, 0x2000_0400)
+        engine.set(Reg.CONTROL, 3)
+        engine.set(Reg.CONTROL, 0)
+        assert engine.get(Reg.CONTROL) == 0
+        assert engine.get(Reg.SP) == 0x2000_0800
 
 
 def test_virtual_tlb_asks_once_per_page(machine, at):
