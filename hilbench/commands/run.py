@@ -30,6 +30,8 @@ def parser() -> Parser:
     add("--for", metavar="TIME", dest="for_ns", type=typed(arguments.duration_ns),
         help="bench time to run, such as 10s, 500ms, 2min (default: until the firmware ends, or Ctrl-C)")  # fmt: skip
     add("--follow", action="store_true", help="print console text and events as they come")
+    add("--edges", action="store_true",
+        help="with --follow and --journal: edges of serial lines, too, not only their bytes")  # fmt: skip
     add("--journal", metavar="FILE", type=typed(arguments.output_file), help="write the journal of the run")
     add("--vcd", metavar="FILE", type=typed(arguments.output_file),
         help="write pins, nets and serial lines as waveforms (GTKWave, PulseView)")  # fmt: skip
@@ -51,6 +53,7 @@ def run(parsed: argparse.Namespace) -> int:
     options = RunOptions(
         for_ns=parsed.for_ns,
         follow=parsed.follow,
+        edges=parsed.edges,
         journal=parsed.journal,
         vcd=parsed.vcd,
         realtime=parsed.realtime,

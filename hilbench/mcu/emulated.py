@@ -76,10 +76,12 @@ class End:
         return self.kind == "exit" and self.status == 0
 
     def __str__(self) -> str:
-        where = f"{f'{self.place}, ' if self.place else ''}PC 0x{self.pc:08X}, at {self.ns / NS_PER_S:.6f} s"
+        where = f"PC 0x{self.pc:08X}, after {self.ns / NS_PER_S:.6f} s"
         if self.kind == "exit":
-            return f"{self.board}: the firmware ended with status {self.status}: {where}"
-        return f"{self.board}: {self.kind} in {where}: {self.cause}"
+            at = f"{self.place}, {where}" if self.place else where
+            return f"{self.board}: the firmware ended with status {self.status}: {at}"
+        at = f"in {self.place}, {where}" if self.place else f"at {where}"
+        return f"{self.board}: {self.kind} {at}: {self.cause}"
 
 
 class EmulatedBench:
@@ -91,6 +93,7 @@ class EmulatedBench:
         journal: where the journal is written; None keeps the latest events in memory only.
         vcd: where waveforms are written; None for none.
         step_ns: how far the chips run ahead of bench time.
+        edges_of_frames: whether the journal gets the edges of pins that send serial frames, beside the bytes.
         make_machine: makes the chips.
 
     Raises:
@@ -117,11 +120,13 @@ class EmulatedBench:
         journal: Path | None = None,
         vcd: Path | None = None,
         step_ns: int = FREE_STEP_NS,
+        edges_of_frames: bool = False,
         make_machine: MachineFactory = make_machine,
     ) -> None:
         self.bench_file = bench_file
         self._seed = seed
         self._step_ns = step_ns
+        self._edges_of_frames = edges_of_frames
         self.images: Mapping[str, Image] = {name: load(emulated) for name, emulated in bench_file.boards.items()}
         self.at_close: list[Callable[[], None]] = []
         self._notes: list[dict[str, object]] = []
@@ -289,7 +294,7 @@ class EmulatedBench:
         if waveforms is not None:
             for pin in pins:
                 waveforms.declare(scope, [pin.name], pin.level)
-        PinLog(
+        pin_log = PinLog(
             self.bench,
             self._group,
             name,
@@ -299,6 +304,10 @@ class EmulatedBench:
         for full, port in self.ports.items():
             if full.startswith(f"{name}."):
                 self._record_line(full, port)
+                if not self._edges_of_frames:
+                    port.frame_taps.append(
+                        partial(self._leave_out, machine, f"{full.partition('.')[2].upper()}_TX", pin_log)
+                    )
         if waveforms is not None:
             self._group.after_round.append(waveforms.write_to)
 
@@ -309,7 +318,7 @@ class EmulatedBench:
         waveforms = self._waveforms
         if waveforms is not None:
             waveforms.declare(full, ["tx", "rx"], initial=True)
-            port.on_frame = partial(waveforms.frame, full, "tx")
+            port.frame_taps.append(partial(waveforms.frame, full, "tx"))
 
         def take(frame: SerialFrame) -> None:
             heard.add(bytes((port.line_format.value(frame.bits) & 0xFF,)), port.chip_time.now_ns)
@@ -317,6 +326,12 @@ class EmulatedBench:
                 waveforms.frame(full, "rx", frame)
 
         port.on_heard = take
+
+    @staticmethod
+    def _leave_out(machine: Machine, signal: str, pin_log: PinLog, frame: SerialFrame) -> None:
+        pin = machine.chip.signals.route_of(signal)
+        if pin is not None and machine.chip.pins[pin].alternate:
+            pin_log.leave_out(pin, frame)
 
     def _declare_nets(self) -> None:
         if self._waveforms is not None:

@@ -4,18 +4,23 @@ Time is cut into windows of 100 ms. The first 20 edges of a pin in a window are 
 the pin is fast, and the window ends with one event that says how many edges there were, what the last whole period was
 like and which level it ended with. In the window after that there are no single edges, and where nobody wants them all,
 only its first 10 ms are looked at. (All choices.)
+
+The edges of serial frames are left out, unless they are asked for: what was sent stands in the journal as bytes. A pin
+that carries TX when a frame begins carries that frame; its edges until the frame ends are the frame's.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import partial
 
 from hilbench.bench import Bench
-from hilbench.clock import NS_PER_MS, EventClass
+from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass
 from hilbench.mcu.group import MachineGroup
 from targets.mcu.pins import Edge, Pin
+from targets.mcu.serial_line import SerialFrame
 
 __all__ = ["PinLog"]
 
@@ -28,13 +33,36 @@ OnEdges = Callable[[str, list[Edge]], None]
 
 @dataclass(slots=True)
 class _Watched:
-    """A pin and what it has done in this window."""
+    """A pin and what it has done in this window.
+
+    Attributes:
+        pin: the pin.
+        seen: all its edges in this window, and
+        count: those of them that are to be told.
+        was_busy: whether there were many edges in the window before, and
+        was_fast: whether there were many to be told.
+        level: after the last edge that was to be told.
+        last: the last three of them.
+        frames: begin and end of the serial frames that its next edges may belong to, in ns.
+    """
 
     pin: Pin
+    seen: int = 0
     count: int = 0
+    was_busy: bool = False
     was_fast: bool = False
     level: bool | None = None
     last: list[Edge] = field(default_factory=list)
+    frames: deque[tuple[int, int]] = field(default_factory=deque)
+
+    def without_frames(self, edges: list[Edge]) -> list[Edge]:
+        """Return the edges that belong to no frame."""
+        return [edge for edge in edges if not self._of_frame(edge)] if self.frames else edges
+
+    def _of_frame(self, edge: Edge) -> bool:
+        while self.frames and self.frames[0][1] <= edge.ns:
+            self.frames.popleft()
+        return bool(self.frames) and self.frames[0][0] <= edge.ns and edge.level is not None
 
     def take(self, edges: list[Edge]) -> None:
         self.count += len(edges)
@@ -75,10 +103,21 @@ class PinLog:
         self._name = name
         self._everything = everything
         self._watched = [_Watched(pin) for pin in pins]
+        self._by_name = {watched.pin.name: watched for watched in self._watched}
         for watched in self._watched:
             watched.pin.record()
         group.after_round.append(self._collect)
         self._next(bench.now_ns + WINDOW_NS, self._end_window)
+
+    def leave_out(self, pin: str, frame: SerialFrame) -> None:
+        """Tell nothing of the edges of a frame that begins now at a pin."""
+        watched = self._by_name.get(pin)
+        if watched is not None:
+            if not watched.pin.recording:
+                watched.frames.clear()
+            begin_s, end_s = frame.start_s, frame.end_s
+            begin_ns = begin_s.numerator * NS_PER_S // begin_s.denominator
+            watched.frames.append((begin_ns, end_s.numerator * NS_PER_S // end_s.denominator))
 
     def _next(self, when_ns: int, action: Callable[[], None]) -> None:
         self._bench.scheduler.at(when_ns, action, order=EventClass.CHECK, source=f"{self._name}.pins")
@@ -91,6 +130,11 @@ class PinLog:
     def _take(self, watched: _Watched, edges: list[Edge]) -> None:
         if self._everything is not None:
             self._everything(watched.pin.name, edges)
+        watched.seen += len(edges)
+        if edges := watched.without_frames(edges):
+            self._tell(watched, edges)
+
+    def _tell(self, watched: _Watched, edges: list[Edge]) -> None:
         alone = 0 if watched.was_fast else max(0, SLOW_EDGES - watched.count)
         for edge in edges[:alone]:
             action = partial(self._changed, watched.pin.name, edge.level)
@@ -111,10 +155,11 @@ class PinLog:
             if fast or watched.was_fast:
                 self._tell_fast(watched, span_ns)
             watched.was_fast = fast
-            watched.count = 0
+            watched.was_busy = watched.seen * WINDOW_NS > SLOW_EDGES * span_ns
+            watched.seen = watched.count = 0
             if not watched.pin.recording:
                 watched.pin.record()
-        if self._everything is None and any(watched.was_fast for watched in self._watched):
+        if self._everything is None and any(watched.was_busy for watched in self._watched):
             self._next(self._bench.now_ns + LOOK_NS, self._look_away)
         self._next(self._bench.now_ns + WINDOW_NS, self._end_window)
 
@@ -125,8 +170,8 @@ class PinLog:
         self._bench.record("pwm", self._source(watched), **about)
 
     def _look_away(self) -> None:
-        """Let go of the pins that are fast still."""
+        """Let go of the pins that are busy still."""
         self._collect(self._bench.now_ns)
         for watched in self._watched:
-            if watched.was_fast and watched.count * WINDOW_NS > SLOW_EDGES * LOOK_NS:
+            if watched.was_busy and watched.seen * WINDOW_NS > SLOW_EDGES * LOOK_NS:
                 watched.pin.record(on=False)

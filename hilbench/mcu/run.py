@@ -33,6 +33,7 @@ class RunOptions:
         for_ns: bench time to run; None until the firmware ends.
         follow: tell what happens, line by line.
         journal: where to write the journal.
+        edges: tell the edges of pins that send serial frames, too.
         vcd: where to write waveforms.
         realtime: keep pace with the wall clock.
         as_json: say how it went as JSON.
@@ -41,6 +42,7 @@ class RunOptions:
 
     for_ns: int | None = None
     follow: bool = False
+    edges: bool = False
     journal: Path | None = None
     vcd: Path | None = None
     realtime: bool = False
@@ -69,6 +71,7 @@ def run(
         journal=options.journal,
         vcd=options.vcd,
         step_ns=step_ns,
+        edges_of_frames=options.edges,
         make_machine=make_machine,
     )
     watch = Stopwatch()
@@ -196,7 +199,7 @@ class _Report:
         lines += [f"  {name}: {text}, at the end" for name, text in self._waiting()]
         notes = self._emulated.notes()
         if notes:
-            lines.append(f"{len(notes)} notes on what the firmware did:")
+            lines.append(f"{len(notes)} note{'s' if len(notes) > 1 else ''} on what the firmware did:")
             lines += [f"  {note['board']}: {note['where']}: {note['text']}{_at(note)}" for note in notes]
         return "\n".join(lines)
 

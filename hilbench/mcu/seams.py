@@ -14,6 +14,7 @@ from targets.mcu.fidelity import Notes
 from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
 from targets.mcu.serial_line import SerialFormat, SerialFrame
+from targets.mcu.signals import Signals
 
 __all__ = ["Ending", "Machine", "Usart"]
 
@@ -87,6 +88,10 @@ class Chip(Protocol):
     @property
     def pins(self) -> Pins:
         """The pins, by name."""
+
+    @property
+    def signals(self) -> Signals:
+        """Which pin carries which signal."""
 
     @property
     def usarts(self) -> Mapping[str, Usart]:

@@ -48,7 +48,7 @@ class UsartPort(PortBase):
         reacts: whether anybody here may answer at once to what the USART sends, so that the chip waits for that.
         on_follow: called when the USART's rate or format have changed, or this end's rate.
         on_heard: called with each frame that is put on the RX line.
-        on_frame: called with each frame that the USART sends, when its start bit begins.
+        frame_taps: called with each frame that the USART sends, when its start bit begins.
         taps: called with each byte that this end reads and the bench time of it, before `on_receive`.
         joined: the far ends that are USARTs themselves; see `join`.
         chip_time: the time of the chip.
@@ -70,7 +70,7 @@ class UsartPort(PortBase):
         self.reacts = True
         self.on_follow: Callable[[], None] = lambda: None
         self.on_heard: Callable[[SerialFrame], None] = lambda _frame: None
-        self.on_frame: Callable[[SerialFrame], None] = lambda _frame: None
+        self.frame_taps: list[Callable[[SerialFrame], None]] = []
         self.taps: list[Callable[[bytes, int], None]] = []
         self._bench = bench
         self._group = group
@@ -182,7 +182,8 @@ class UsartPort(PortBase):
     # --- from the USART
 
     def _sent(self, frame: SerialFrame) -> None:
-        self.on_frame(frame)
+        for tap in self.frame_taps:
+            tap(frame)
         for port in self.joined:
             port.hear(frame)
         if frame.is_break:

@@ -15,6 +15,7 @@ from hilbench.journal import Journal
 from hilbench.mcu.emulated import EmulatedBench
 from targets.mcu.fidelity import Notes
 from targets.mcu.pins import PadMode, Pins
+from targets.mcu.signals import Signals
 from targets.mcu.stm32f1.usart import Usart
 from targets.mcu.stm32f1.variants import VARIANTS
 from targets.mcu.testing import FakeChip, peek, poke
@@ -50,7 +51,7 @@ class FakeMachine:
                 ("USART3", 0x4000_4800, 39),
             )
         }
-        self.chip = SimpleNamespace(pins=pins, usarts=usarts, peripherals=usarts)
+        self.chip = SimpleNamespace(pins=pins, usarts=usarts, peripherals=usarts, signals=Signals(pins))
         self.waits_in = None
         self.on_console = lambda _text, _channel: None
         self.on_reset = lambda _cause: None

@@ -52,7 +52,7 @@ def test_it_ends_when_the_time_is_up_and_says_how_it_went(ran):
     assert (code, out) == (ExitCode.OK, "")
     assert err.startswith("ran 0.100000 s of bench time at ")
     assert "brain.usart1: 12 bytes sent" in err
-    assert "1 notes on what the firmware did:\n  brain: ADC1_CR2: ADC1 is not modelled\n" in err
+    assert "1 note on what the firmware did:\n  brain: ADC1_CR2: ADC1 is not modelled\n" in err
 
 
 def test_follow_tells_everything_line_by_line_in_order_of_time(ran):
@@ -95,7 +95,7 @@ def test_firmware_that_ends_itself_gives_its_status(ran, status, code):
     assert got == code
     first = err.splitlines()[0]
     assert first == (
-        f"hilbench: brain: the firmware ended with status {status}: main (main.c:7), PC 0x08000124, at 0.030000 s"
+        f"hilbench: brain: the firmware ended with status {status}: main (main.c:7), PC 0x08000124, after 0.030000 s"
     )
     assert "ran 0.030000 s" in err
 
@@ -103,7 +103,9 @@ def test_firmware_that_ends_itself_gives_its_status(ran, status, code):
 def test_firmware_that_cannot_run_on_is_one_line_and_exit_1(ran):
     got, _, err = ran(lambda machine: machine.at_ns(30_000_000, lambda: machine.end("lockup", 1)), for_ns=None)
     assert got == ExitCode.VIOLATION
-    assert err.splitlines()[0] == ("hilbench: brain: lockup in main (main.c:7), PC 0x08000124, at 0.030000 s: as told")
+    assert err.splitlines()[0] == (
+        "hilbench: brain: lockup in main (main.c:7), PC 0x08000124, after 0.030000 s: as told"
+    )
 
 
 def test_the_first_of_two_boards_to_end_ends_the_run(ran):
