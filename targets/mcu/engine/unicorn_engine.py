@@ -10,6 +10,7 @@ What is worked around, each pinned by a test in tests/targets/mcu/engine:
 - An exception return is only recognised when the core's cached flags were rebuilt, which a write to APSR does.
 - Stores into flash reach the memory although it is read-only, after a hook; they are undone and handed on.
 - A slice cannot end within an IT block: Unicorn runs to the end of it.
+- The first access to a page within an IT block would make what follows the block conditional.
 - Special registers of a core in unprivileged Thread mode read as zero and ignore writes for us as for the program; so
   privilege is taken for as long as that lasts.
 """
@@ -83,6 +84,7 @@ class UnicornEngine:
         self._bad_address = 0
         self._refused: tuple[Stop, int] | None = None
         self._event_sent = False
+        self._no_conditions = ctypes.byref(ctypes.c_uint32(_T_BIT))
         self._flash_stores: list[tuple[int, int, int, bytes]] = []
         self._memory: list[tuple[int, bytearray, bool]] = []
         self._code_pages: set[int] = set()
@@ -367,7 +369,7 @@ class UnicornEngine:
         const, uc = self._const, self._uc
         from unicorn import arm_const
 
-        self._apsr = arm_const.UC_ARM_REG_APSR_NZCV
+        self._apsr, self._epsr = arm_const.UC_ARM_REG_APSR_NZCV, arm_const.UC_ARM_REG_EPSR
         uc.ctl_exits_enabled(True)
         uc.ctl_set_exits([])
         uc.mem_map(_CLREX_PLACE, 0x400, const.UC_PROT_READ | const.UC_PROT_EXEC)
@@ -383,6 +385,9 @@ class UnicornEngine:
         const, page = self._const, address >> _PAGE_BITS
         if access == const.UC_MEM_FETCH:
             self._code_pages.add(page)
+        else:
+            # Unicorn has set the IT state of the instruction in flight, and would leave it to what follows the block.
+            self._lib.uc_reg_write(self._handle, self._epsr, self._no_conditions)
         rights = const.UC_PROT_READ
         # Flash is answered as writable so that the store reaches the hook for read-only memory.
         if access == const.UC_MEM_WRITE or not self._read_only(address):

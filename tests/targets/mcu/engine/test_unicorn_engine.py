@@ -134,6 +134,18 @@ class TestItBlocks:
             assert found
             assert all(end in stepped for end in found)
 
+    @pytest.mark.parametrize("access", [LDR_R0_R1, STR_R0_R1])
+    @pytest.mark.parametrize("where", ["ram", "registers"])
+    def test_the_first_access_to_a_page_does_not_carry_conditions_beyond_the_block(self, machine, at, access, where):
+        engine = machine.engine
+        engine.set(Reg.R1, getattr(at, where) + 0x200 * (where == "ram"))
+        engine.set(Reg.R2, 5)
+        # movs r5, #0; ite eq; access; bne; adds r4, #1; subs r2, #1; adds r3, #1
+        machine.load(0x2500, 0xBF0C, access, 0xE000, 0x3401, 0x3A01, 0x3301, HANG)
+        machine.run(7)
+        assert [engine.get(register) for register in (Reg.R2, Reg.R3, Reg.R4)] == [4, 1, 1]
+        assert engine.get(Reg.XPSR) == 0x0100_0000
+
 
 class TestStops:
     def test_svc(self, machine, at):
