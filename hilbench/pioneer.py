@@ -1,8 +1,8 @@
 """The virtual Pioneer: its controller, its body in a world, and the loop that closes through both.
 
-Every physics step has the same order. At tick k the world is moved from tick k-1 to tick k with the wheel commands
-given at tick k-1; then the controller senses the world as it is at tick k and commands the wheels for the next slice.
-So the controller acts on what is true now, and its command takes effect from now on: a latency of at most one step.
+At tick k the world is moved from tick k-1 to tick k with the wheel commands given at tick k-1; then the controller
+senses the world as it is at tick k and commands the wheels for the next slice (`hilbench.world_runner`). So the
+controller acts on what is true now, and its command takes effect from now on: a latency of at most one step.
 """
 
 from __future__ import annotations
@@ -11,11 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from hilbench.bench import Bench
-from hilbench.clock import ClockDomain, EventClass
 from hilbench.config import BenchFile
 from hilbench.devices import DeviceActor
-from hilbench.journal import metres, radians
 from hilbench.links import Port
+from hilbench.world_runner import WorldRunner
 from protocols.p2os import robot_parameters
 from targets.robots.pioneer import CommandIgnored, CommandObeyed, NotModelled, PioneerRobot, RobotSettings
 from worlds.scenes import Scene
@@ -23,9 +22,6 @@ from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 from worlds.world import World, open_world
 
 VEHICLE = "pioneer-2dx"
-TRUTH_HZ = 10
-"""How often the true pose goes into the journal; as often as the robot reports its own idea of it."""
-
 OBEYED = "obeyed"
 UNKNOWN = "not modelled"
 
@@ -80,38 +76,17 @@ class VirtualPioneer:
         self.actor = DeviceActor(
             bench, self.robot, port, name="robot", on_event=self._note_command, after=self._follow_baud
         )
-        self._domain = ClockDomain(plan.step_hz)
-        self._dt_s = 1 / plan.step_hz
-        self._epoch_ns = bench.now_ns
-        self._tick = 0
-        self._truth_every = max(1, plan.step_hz // TRUTH_HZ)
+        self.runner = WorldRunner(bench, self.world)
+        self.runner.after.append(self._control)
         self._follow_baud()
-        self._book_step()
 
     def close(self) -> None:
         """Give the world back."""
         self.world.close()
 
-    def _book_step(self) -> None:
-        self._tick += 1
-        when_ns = self._epoch_ns + self._domain.ns(self._tick)
-        self._bench.scheduler.at(when_ns, self._step, order=EventClass.PHYSICS, source="world")
-
-    def _step(self) -> None:
-        self.world.step()
-        self.robot.control_step(self._bench.now_ns, self._dt_s)
+    def _control(self, _from_ns: int, now_ns: int) -> None:
+        self.robot.control_step(now_ns, self.runner.dt_s)
         self.actor.settle()
-        if self._tick % self._truth_every == 0:
-            self._record_truth()
-        self._book_step()
-        self._bench.journal.flush_step()
-
-    def _record_truth(self) -> None:
-        pose = self.world.pose()
-        x_m, y_m, z_m = pose.position_m
-        self._bench.record(
-            "pose", "world", x_m=metres(x_m), y_m=metres(y_m), z_m=metres(z_m), yaw_rad=radians(pose.yaw_rad)
-        )
 
     def _note_command(self, event: object) -> None:
         match event:

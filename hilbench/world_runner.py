@@ -1,0 +1,76 @@
+"""The physics steps of a bench, and what acts before and after each.
+
+Every step has the same order. At tick k, whatever drives the vehicle says what it did from tick k-1 to tick k
+(`WorldRunner.before`); the world is moved by that from tick k-1 to tick k; then whatever senses the world does so, as
+it is at tick k (`WorldRunner.after`). A controller acts on what is true now, and its command takes effect from now on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from hilbench.bench import Bench
+from hilbench.clock import ClockDomain, EventClass
+from hilbench.journal import metres, radians
+from worlds.world import World
+
+__all__ = ["TRUTH_HZ", "OnStep", "WorldRunner"]
+
+TRUTH_HZ = 10
+"""How often the true pose goes into the journal; as often as a robot reports its own idea of it."""
+
+OnStep = Callable[[int, int], None]
+"""Called with begin and end of a step, in ns of bench time; its end is the present."""
+
+
+class WorldRunner:
+    """Moves a world along with bench time.
+
+    Args:
+        bench: whose time it lives in.
+        world: what is moved; its first step ends one step from now.
+
+    Attributes:
+        before: what is called before each step.
+        after: what is called after each step.
+    """
+
+    def __init__(self, bench: Bench, world: World) -> None:
+        self.world = world
+        self.before: list[OnStep] = []
+        self.after: list[OnStep] = []
+        self._bench = bench
+        self._domain = ClockDomain(world.step_hz)
+        self._epoch_ns = self._reached_ns = bench.now_ns
+        self._tick = 0
+        self._truth_every = max(1, world.step_hz // TRUTH_HZ)
+        self._book()
+
+    @property
+    def dt_s(self) -> float:
+        """Length of a step in seconds."""
+        return 1 / self.world.step_hz
+
+    def _book(self) -> None:
+        self._tick += 1
+        when_ns = self._epoch_ns + self._domain.ns(self._tick)
+        self._bench.scheduler.at(when_ns, self._step, order=EventClass.PHYSICS, source="world")
+
+    def _step(self) -> None:
+        from_ns, self._reached_ns = self._reached_ns, self._bench.now_ns
+        for act in self.before:
+            act(from_ns, self._reached_ns)
+        self.world.step()
+        for act in self.after:
+            act(from_ns, self._reached_ns)
+        if self._tick % self._truth_every == 0:
+            self._record_truth()
+        self._book()
+        self._bench.journal.flush_step()
+
+    def _record_truth(self) -> None:
+        pose = self.world.pose()
+        x_m, y_m, z_m = pose.position_m
+        self._bench.record(
+            "pose", "world", x_m=metres(x_m), y_m=metres(y_m), z_m=metres(z_m), yaw_rad=radians(pose.yaw_rad)
+        )
