@@ -1,0 +1,46 @@
+"""Parts: what is soldered between a board and the world, or between a board and a robot. See `part.py`.
+
+Kinds that come with hilbench, by the name that a bench file uses. They are imported when they are asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from types import MappingProxyType
+
+from targets.parts.part import DigitalInput, DigitalOutput, Direction, Part, Ports, Quantity, Terminal
+
+__all__ = [
+    "PARTS",
+    "DigitalInput",
+    "DigitalOutput",
+    "Direction",
+    "Part",
+    "Ports",
+    "Quantity",
+    "Terminal",
+    "part_class",
+]
+
+PARTS: Mapping[str, str] = MappingProxyType(
+    {
+        "distance-switch": "targets.parts.distance_switch:DistanceSwitch",
+        "encoder-3bit": "targets.parts.encoder_3bit:Encoder3Bit",
+        "gamepad": "targets.parts.gamepad:Gamepad",
+        "motor-code": "targets.parts.motor_code:MotorCode",
+        "p2os-adapter": "targets.parts.p2os_adapter:P2osAdapter",
+    }
+)
+"""Module and class of each kind."""
+
+
+def part_class(kind: str) -> type[Part]:
+    """Return the class of a kind of part.
+
+    Raises:
+        KeyError: there is no such kind.
+    """
+    module, _, name = PARTS[kind].partition(":")
+    found: type[Part] = getattr(import_module(module), name)
+    return found

@@ -1,0 +1,218 @@
+"""What the bench sees of a part: terminals (digital wires), quantities (physical values), serial ends, timers.
+
+A part is something soldered between a board and the rest of the world: a switch, an encoder, a motor driver, another
+controller. It knows no bench, no world and no clock: levels and values go in with a time, levels, values and bytes
+come out. Time is bench time in integer nanoseconds and never goes back.
+
+How the bench calls it:
+
+1. `Part.power_on` once, before anything else. Until then its outputs drive nothing.
+2. At every physics step from `from_ns` to `to_ns`: `before_step` while all pins have been run up to `from_ns` and not
+   further; then the world moves; then `after_step`, which may set outputs at exact times in `from_ns`..`to_ns`, because
+   the chips that see them have not been run there yet.
+3. `advance` at or before the time that `next_deadline_ns` has named; `receive` when bytes have come in. Pins have then
+   been run up to `now_ns`. What is due at the time of a step comes before that step.
+
+A new kind of part derives from `Part`, names its terminals and quantities, and is entered in `targets.parts.PARTS`.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Protocol
+
+__all__ = [
+    "HISTORY_NS",
+    "DigitalInput",
+    "DigitalOutput",
+    "Direction",
+    "Part",
+    "Ports",
+    "Quantity",
+    "Terminal",
+]
+
+HISTORY_NS = 200_000_000
+"""How far back a `DigitalInput` remembers, at least: 0.2 s (choice). Before it began, a level counts as low."""
+
+
+class Direction(enum.Enum):
+    """Which way something goes, as the part sees it."""
+
+    IN = "in"
+    OUT = "out"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Terminal:
+    """A digital wire of a part, 0 or 3.3 V. What goes out is push-pull, or not driven at all.
+
+    Attributes:
+        name: such as ``comm1``.
+        direction: as the part sees it.
+        needed: the part makes no sense while nothing is connected here; others may stay open, and read low then.
+        text: what it is for.
+    """
+
+    name: str
+    direction: Direction
+    needed: bool = False
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity:
+    """A physical value that a part takes from the world or gives to it.
+
+    Attributes:
+        name: such as ``range``.
+        direction: as the part sees it.
+        unit: as the signal of the world that fits has it: ``m``, ``m/s``, ``rad``, ...
+        needed: the part makes no sense without it.
+        text: what it is.
+    """
+
+    name: str
+    direction: Direction
+    unit: str
+    needed: bool = True
+    text: str = ""
+
+
+class DigitalInput(Protocol):
+    """What a part can know of a wire that comes in. A wire that nobody drives reads low."""
+
+    def level(self) -> bool:
+        """The level now."""
+
+    def level_at(self, ns: int) -> bool:
+        """The level at `ns`, not later than now and not earlier than `HISTORY_NS` before; at an edge the new one."""
+
+    def mean(self, from_ns: int, to_ns: int) -> float:
+        """The part of the time from `from_ns` to `to_ns` in which the level was high, 0..1; the same bounds hold.
+
+        An empty span has the level at that instant.
+        """
+
+    def latch(self) -> bool:
+        """What a chip's output latch holds, whatever the direction of its pin; elsewhere the same as `level`."""
+
+
+class DigitalOutput(Protocol):
+    """A wire that a part can drive."""
+
+    def set(self, level: bool | None, at_ns: int) -> None:
+        """Drive the wire from `at_ns` on, or let it go (None).
+
+        `at_ns` is not before the present and never before that of an earlier call; in `Part.after_step` it lies within
+        the step.
+        """
+
+
+class _Low:
+    """An input to which nothing is connected."""
+
+    def level(self) -> bool:
+        return False
+
+    def level_at(self, ns: int) -> bool:  # noqa: ARG002
+        return False
+
+    def mean(self, from_ns: int, to_ns: int) -> float:  # noqa: ARG002
+        return 0.0
+
+    def latch(self) -> bool:
+        return False
+
+
+class _Nowhere:
+    """An output to which nothing is connected."""
+
+    def set(self, level: bool | None, at_ns: int) -> None:
+        pass
+
+
+_LOW, _NOWHERE = _Low(), _Nowhere()
+
+
+def _deaf(event: object) -> None:
+    """Nobody listens."""
+
+
+def _no_line(data: bytes) -> None:
+    """No line is connected."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ports:
+    """What a part is connected to.
+
+    Attributes:
+        inputs: by name of terminal; what is not connected may be missing.
+        outputs: likewise.
+        serial: takes the bytes that the part sends, at the time at which it was called.
+        tell: takes frozen events for the journal, at the time at which the part was called.
+    """
+
+    inputs: Mapping[str, DigitalInput] = field(default_factory=dict)
+    outputs: Mapping[str, DigitalOutput] = field(default_factory=dict)
+    serial: Callable[[bytes], None] = _no_line
+    tell: Callable[[object], None] = _deaf
+
+    def input(self, name: str) -> DigitalInput:
+        """The input of a terminal; one that is always low if nothing is connected."""
+        return self.inputs.get(name, _LOW)
+
+    def output(self, name: str) -> DigitalOutput:
+        """The output of a terminal; one that leads nowhere if nothing is connected."""
+        return self.outputs.get(name, _NOWHERE)
+
+
+class Part:
+    """A part that does nothing; what a real one needs, it overrides.
+
+    Class attributes:
+        TERMINALS: digital wires, by unique names.
+        QUANTITIES: physical values, by names that no terminal has.
+        SERIAL: names of serial ends; at most one for now.
+        Settings: a frozen dataclass of keywords whose fields carry ``unit`` and ``source`` in their metadata, see
+            `targets.parts.settings`; its constructor raises `ValueError` with a text that begins with a field's name.
+
+    Args:
+        settings: an instance of `Settings`.
+        ports: what it is connected to.
+        seed: of everything random in it.
+    """
+
+    TERMINALS: ClassVar[tuple[Terminal, ...]] = ()
+    QUANTITIES: ClassVar[tuple[Quantity, ...]] = ()
+    SERIAL: ClassVar[tuple[str, ...]] = ()
+    Settings: ClassVar[type[Any]]
+
+    def __init__(self, settings: Any, ports: Ports, *, seed: int) -> None:
+        raise NotImplementedError
+
+    def power_on(self, now_ns: int) -> None:
+        """Supply is there."""
+
+    def before_step(self, from_ns: int, to_ns: int) -> Mapping[str, float]:  # noqa: ARG002
+        """Return the quantities that go out, all of them, for the coming physics step; see the head of this file."""
+        return {}
+
+    def after_step(self, from_ns: int, to_ns: int, before: Mapping[str, float], after: Mapping[str, float]) -> None:
+        """Take the quantities that come in, as they were at both ends of the step that the world has just made."""
+
+    def advance(self, now_ns: int) -> None:
+        """Do what is due at `now_ns`."""
+
+    def next_deadline_ns(self) -> int | None:
+        """When `advance` has something to do next, in ns of bench time; None if nothing is waited for.
+
+        It is asked again after every call of the part.
+        """
+        return None
+
+    def receive(self, data: bytes, now_ns: int) -> None:
+        """Take bytes that have come in on the serial end. Whatever they are, this raises nothing."""
