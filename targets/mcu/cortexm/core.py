@@ -51,6 +51,11 @@ _T_BIT = 1 << 24
 _APSR = 0xF800_0000
 _SPSEL, _NPRIV = 1 << 1, 1 << 0
 _HARD_FAULT_PRIORITY = -1
+_USAGE = {
+    FaultKind.STATE: Cfsr.INVSTATE,
+    FaultKind.DIVISION: Cfsr.DIVBYZERO,
+    FaultKind.UNALIGNED: Cfsr.UNALIGNED,
+}
 _EXECUTE_NEVER = frozenset({2, 5, 6, 7})  # eighths of the address space: peripherals, devices, system (table B3-1)
 
 
@@ -110,6 +115,7 @@ class Core:
         self.on_monitor_clear: Callable[[], None] = lambda: None
         self.exceptions.on_change = self._changed
         self.scb.on_trace = self.dwt.gate
+        self.scb.on_traps = lambda division, unaligned: cpu.set_traps(division=division, unaligned=unaligned)
         self._traced = False
         self._for_event = False  # asleep by WFE
         self._step = _Step.NONE
@@ -431,8 +437,8 @@ class Core:
                 self._fault(Number.MEM_MANAGE, cfsr=Cfsr.IACCVIOL)
             else:
                 self._fault(Number.BUS_FAULT, cfsr=Cfsr.IBUSERR)
-        elif stop.fault is FaultKind.STATE:
-            self._fault(Number.USAGE_FAULT, cfsr=Cfsr.INVSTATE)
+        elif stop.fault in _USAGE:
+            self._fault(Number.USAGE_FAULT, cfsr=_USAGE[stop.fault])
         else:
             self._fault(Number.USAGE_FAULT, cfsr=Cfsr.NOCP if self._is_coprocessor(pc) else Cfsr.UNDEFINSTR)
         self._stack_unless_locked()

@@ -50,6 +50,8 @@ _MEANING = {
     "INVSTATE": "a jump to an even address, which would leave Thumb state",
     "INVPC": "an exception return with a wrong EXC_RETURN, stack or exception number",
     "NOCP": "a coprocessor or floating point instruction, which a Cortex-M3 does not have",
+    "UNALIGNED": "an unaligned access",
+    "DIVBYZERO": "a division by zero",
     "VECTTBL": "the vector table could not be read",
     "DEBUGEVT": "a breakpoint instruction without a debugger",
     "SVC": "a supervisor call where its priority does not allow one",

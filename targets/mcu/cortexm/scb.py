@@ -85,6 +85,7 @@ class Scb(LaneBlock):
         on_core_reset: called when firmware asks for a reset of the core alone (AIRCR.VECTRESET); it must happen at
             the next instruction boundary.
         on_trace: called with the new DEMCR.TRCENA when it changes.
+        on_traps: called with DIV_0_TRP and UNALIGN_TRP of CCR when one of them changes.
     """
 
     REGISTERS = (
@@ -100,9 +101,9 @@ class Scb(LaneBlock):
             _CCR,
             0,
             _NONBASETHRDENA | _USERSETMPEND | _UNALIGN_TRP | _DIV_0_TRP | _BFHFNMIGN | _STKALIGN,
-            _UNALIGN_TRP | _DIV_0_TRP,
             fidelity=Fidelity.PARTLY,
-            note="UNALIGN_TRP and DIV_0_TRP are remembered, but nothing traps",
+            note="DIV_0_TRP finds divisions in flash only; UNALIGN_TRP traps after the access has happened; "
+            "without it an unaligned LDM, STM, LDRD or STRD is done, where silicon faults",
         ),
         Register("SHPR1", _SHPR1),
         Register("SHPR2", _SHPR1 + 4),
@@ -112,7 +113,7 @@ class Scb(LaneBlock):
             "CFSR",
             _CFSR,
             fidelity=Fidelity.PARTLY,
-            note="bus faults are precise: IMPRECISERR is never set; UNALIGNED and DIVBYZERO need an engine that traps",
+            note="bus faults are precise: IMPRECISERR is never set; UNALIGNED only with CCR.UNALIGN_TRP",
         ),
         Register("HFSR", _HFSR),
         Register("DFSR", _DFSR),
@@ -149,6 +150,7 @@ class Scb(LaneBlock):
         self._masks = masks
         self.on_core_reset: Callable[[], None] = self._note_core_reset
         self.on_trace: Callable[[bool], None] = lambda _enabled: None
+        self.on_traps: Callable[[bool, bool], None] = lambda _division, _unaligned: None
         super().__init__("SCB", base, services)
         self[0x004] = (exceptions.count - Number.FIRST_IRQ - 1) // 32
         self._reset_seen = True
@@ -157,6 +159,7 @@ class Scb(LaneBlock):
         """Go to the state after a system reset; the trace enable and vector catch of DEMCR last until power-on."""
         kept = self[_DEMCR] & (_TRCENA | 0x7F1)
         lines = self[0x004]
+        self.write_CCR(0)
         super().reset()
         self[0x004], self[_DEMCR] = lines, kept
         self._reset_seen = True
@@ -281,6 +284,13 @@ class Scb(LaneBlock):
         """Choose how to sleep."""
         self[_SCR] = value
         self._exceptions.event_on_pend = bool(value & _SEVONPEND)
+
+    def write_CCR(self, value: int) -> None:
+        """Choose what traps, how frames are aligned, and who may do what."""
+        changed = self[_CCR] ^ value
+        self[_CCR] = value
+        if changed & (_DIV_0_TRP | _UNALIGN_TRP):
+            self.on_traps(bool(value & _DIV_0_TRP), bool(value & _UNALIGN_TRP))
 
     def write_SHPR1(self, value: int) -> None:
         """Set the priorities of MemManage, BusFault and UsageFault."""

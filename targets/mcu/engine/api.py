@@ -68,6 +68,8 @@ class FaultKind(enum.Enum):
     FETCH = "fetch"
     UNDEFINED = "undefined"
     STATE = "state"
+    DIVISION = "division"
+    UNALIGNED = "unaligned"
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +80,7 @@ class Stop:
         kind: why.
         value: the immediate of SVC and BKPT, EXC_RETURN of an exception return.
         fault: for `StopKind.FAULT`; PC is then the instruction that faulted and has not retired.
-        address: what was accessed, for a fault of READ, WRITE or FETCH.
+        address: what was accessed, for a fault of READ, WRITE, FETCH or UNALIGNED.
     """
 
     kind: StopKind
@@ -129,6 +131,9 @@ class CpuEngine(Protocol):
 
     def forget(self, base: int, size: int) -> None:
         """Memory that may hold code was changed by somebody else than the CPU: drop what was translated."""
+
+    def set_traps(self, *, division: bool, unaligned: bool) -> None:
+        """Let divisions by zero and unaligned accesses be faults, from the next slice on; end the running one."""
 
     def run(self, limit_cycle: int, limit_instructions: int | None = None) -> Stop:
         """Execute up to `limit_cycle`, and no more than `limit_instructions`. At least one instruction is executed."""

@@ -25,6 +25,7 @@ from typing import Any
 from targets.mcu.engine.api import Access, FaultKind, Reg, Stop, StopKind
 from targets.mcu.engine.calibration import counter_words, open_unicorn
 from targets.mcu.engine.timing import Timing
+from targets.mcu.engine.traps import Traps
 from targets.mcu.errors import BusFault
 
 __all__ = ["UnicornEngine"]
@@ -91,6 +92,9 @@ class UnicornEngine:
         self._kept: list[object] = []  # what C holds pointers to
         self._hint_hooks: dict[int, int] = {}
         self._has_exclusives = False
+        self._traps = Traps(self._uc, self._core_register, self._on_division, self._on_unaligned)
+        self._trapped = False
+        self._traps_wanted = self._traps_set = (False, False)
         self.on_flash_store: FlashStore = lambda _address, _size, _value: None
         self._hook()
         timing.attach(self._uc, self._words, self.get, self.half)
@@ -237,6 +241,8 @@ class UnicornEngine:
 
     def run(self, limit_cycle: int, limit_instructions: int | None = None) -> Stop:
         """Execute up to `limit_cycle`; see `CpuEngine`."""
+        if self._traps_wanted != self._traps_set:
+            self._set_traps()
         limit = None if limit_instructions is None else self._retired + limit_instructions
         while True:
             stop = self._run_slice(limit_cycle, limit)
@@ -280,7 +286,10 @@ class UnicornEngine:
         if self._refused is not None:
             (stop, pc), self._refused = self._refused, None
             self.set(Reg.PC, pc)
-            return stop, counted - 2
+            return stop, counted - 2 if at_limit else counted - 1
+        if self._trapped:
+            self._trapped = False
+            return Stop(StopKind.FAULT, fault=FaultKind.DIVISION), counted - 1
         if self._intr is not None:
             return self._why_interrupt(self._intr, counted)
         if status == self._const.UC_ERR_OK:
@@ -363,6 +372,31 @@ class UnicornEngine:
         self._words[1] = self._words[0]
         return 0
 
+    # --- traps
+
+    def set_traps(self, *, division: bool, unaligned: bool) -> None:
+        """Let divisions by zero and unaligned accesses be faults; see `CpuEngine`."""
+        self._traps_wanted = division, unaligned
+        if self._running:
+            self._words[1] = self._words[0]
+
+    def _set_traps(self) -> None:
+        division, unaligned = self._traps_set = self._traps_wanted
+        flash = [(base, bytes(data)) for base, data, writable in self._memory if not writable]
+        self._traps.catch_divisions(flash if division else [])
+        self._traps.catch_unaligned(unaligned)
+        for base, data, _ in self._memory:
+            self._uc.ctl_remove_cache(base, base + len(data))
+
+    def _core_register(self, number: int) -> int:
+        return self.get(Reg(number))
+
+    def _on_division(self) -> None:
+        self._trapped = True
+
+    def _on_unaligned(self, address: int) -> None:
+        self._refuse(FaultKind.UNALIGNED, address)
+
     # --- hooks
 
     def _hook(self) -> None:
@@ -405,8 +439,10 @@ class UnicornEngine:
         self._intr = number
         uc.emu_stop()
 
-    def _on_unmapped(self, _uc: object, _access: int, address: int, _size: int, _value: int, _data: object) -> bool:
+    def _on_unmapped(self, _uc: object, _access: int, address: int, size: int, _value: int, _data: object) -> bool:
         self._bad_address = address
+        if self._traps_set[1] and address & size - 1:
+            self._on_unaligned(address)
         return False
 
     def _on_flash_write(self, _uc: object, _access: int, address: int, size: int, value: int, _data: object) -> bool:
@@ -429,6 +465,8 @@ class UnicornEngine:
 
     def _note_code(self, base: int, data: bytes | bytearray) -> None:
         """Have SEV noticed wherever its encoding stands; where it is data, the hook is never called."""
+        if self._traps.catches_divisions:
+            self._traps.note_divisions(base, bytes(data))
         self._has_exclusives = self._has_exclusives or _LDREX.search(data) is not None
         for offset in _find_hints(data):
             address = base + offset

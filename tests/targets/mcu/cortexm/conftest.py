@@ -25,6 +25,10 @@ class FakeCpu:
         self.registers[Reg.XPSR] = 1 << 24
         self.cycle = 0
         self.instructions = 0
+        self.traps = (False, False)
+
+    def set_traps(self, *, division: bool, unaligned: bool) -> None:
+        self.traps = division, unaligned
 
     def bank(self, register: Reg) -> Reg:
         if register is not Reg.SP:

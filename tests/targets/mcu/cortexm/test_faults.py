@@ -33,7 +33,18 @@ CAUSES = [
     (FaultKind.UNDEFINED, 0, (0xFC00, 0x0000), USAGE, 0x8_0000),
     (FaultKind.UNDEFINED, 0, (0xEF00, 0x0000), USAGE, 0x1_0000),  # where Advanced SIMD would be
     (FaultKind.STATE, 0, (), USAGE, 0x2_0000),
+    (FaultKind.UNALIGNED, 0x2000_0001, (), USAGE, 0x100_0000),
+    (FaultKind.DIVISION, 0, (), USAGE, 0x200_0000),
 ]
+
+
+def test_the_program_chooses_what_traps(rig):
+    for value, traps in ((0x10, (True, False)), (0x18, (True, True)), (0x208, (False, True))):
+        rig.poke("SCB", "CCR", value)
+        assert rig.cpu.traps == traps
+        assert rig.peek("SCB", "CCR") == value
+    rig.core.reset(rig.VECTORS)
+    assert rig.cpu.traps == (False, False)
 
 
 class TestCauses:
