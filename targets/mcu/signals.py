@@ -101,6 +101,7 @@ class PinInput:
 
     @on_change.setter
     def on_change(self, callback: Callable[[bool], None] | None) -> None:
+        self.level()  # what has changed before is not for who listens from now on
         self._on_change = callback
         if self.pin is not None:
             self.pin.update_watch()

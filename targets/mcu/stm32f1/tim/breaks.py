@@ -23,23 +23,26 @@ class Breaks:
 
     Args:
         signal: the break input.
-        on_break: called when it becomes active.
+        on_change: called with its new level while BKE is set; it is for the timer to count up to this cycle, and then
+            to put it into `level`.
 
     Attributes:
+        level: of the break input, while BKE is set.
         lock_level: LOCK, as written first after reset.
     """
 
-    def __init__(self, signal: InputSignal, on_break: Callable[[], None]) -> None:
+    def __init__(self, signal: InputSignal, on_change: Callable[[bool], None]) -> None:
         self._signal = signal
-        self._on_break = on_break
+        self._on_change = on_change
         self._bits = 0
+        self.level = False
         self.lock_level = 0
         self._written = False
 
     @property
     def active(self) -> bool:
         """True while the enabled break input has its active level."""
-        return bool(self._bits & BKE) and self._signal.level() is bool(self._bits & BKP)
+        return bool(self._bits & BKE) and self.level is bool(self._bits & BKP)
 
     @property
     def waits_for_update(self) -> bool:
@@ -68,9 +71,10 @@ class Breaks:
     def configure(self, bits: int) -> None:
         """Listen to the break input if BKE says so."""
         self._bits = bits
-        listener = self._changed if bits & BKE else None
+        listener = self._on_change if bits & BKE else None
         if self._signal.on_change != listener:
             self._signal.on_change = listener
+            self.level = self._signal.level()
 
     def disable(self, bits: int) -> int:
         """Return BDTR after a break."""
@@ -98,7 +102,3 @@ class Breaks:
         if dtg < 0xC0:
             return (64 + (dtg & 0x3F)) * 2
         return (32 + (dtg & 0x1F)) * (8 if dtg < 0xE0 else 16)
-
-    def _changed(self, _level: bool) -> None:
-        if self.active:
-            self._on_break()

@@ -62,7 +62,7 @@ class TimerCore(Peripheral, abc.ABC):
         self.kind = KINDS[name]
         super().__init__(name, base, services)
         self._clock = TickClock(self.time)
-        self._counting = Counting(self._on_update, self._on_match, self._before_ref, self._on_ref)
+        self._counting = Counting(self._on_update, self._on_match, self._before_ref, self._on_ref, self._edges_asked)
         self._queue: deque[tuple[Callable[..., None], tuple[object, ...]]] = deque()
         self._settling = False
         self._event: Event | None = None
@@ -81,11 +81,10 @@ class TimerCore(Peripheral, abc.ABC):
         )
         self._stages = [self._stage(unit) for unit in self._counting.units]
         self._slave = SlaveController(name, services, self._clock, self.kind.internal_triggers, self)
-        self._breaks = Breaks(services.input(f"{name}_BKIN"), self._break_arrived) if self.kind.advanced else None
-        self._watched()
+        self._breaks = Breaks(services.input(f"{name}_BKIN"), self._break_changed) if self.kind.advanced else None
         for signal in self._outputs():
             signal.refresh = self._refresh
-            signal.on_watch = self._watched
+            signal.on_watch = self._plan
         self._clock.change(services.clocks.timer(self.kind.bus))
 
     def registers_of(self) -> Iterable[Register]:
@@ -148,7 +147,8 @@ class TimerCore(Peripheral, abc.ABC):
         ticks = []
         for number, stage in enumerate(self._stages):
             if stage.watch is Watch.LIVE:
-                edges |= 1 << number
+                if stage.follows:
+                    edges |= 1 << number
                 if stage.due is not None:
                     ticks.append(stage.due)
         mode = self._master_mode()
@@ -221,6 +221,8 @@ class TimerCore(Peripheral, abc.ABC):
         self._stages[unit.number].reach(tick - 1)
 
     def _on_ref(self, unit: Compare, tick: int) -> None:
+        # a counter that waits for its first clock is ahead; what software does to OCxREF meanwhile happens now
+        tick = unit.since = min(tick, self._clock.now)
         self._stages[unit.number].changed(tick)
         if self._master_mode() == 4 + unit.number:
             self._queue.append((self._trgo.set, (unit.ref,)))
@@ -235,9 +237,8 @@ class TimerCore(Peripheral, abc.ABC):
 
     # --- outputs and who watches them
 
-    def _watched(self) -> None:
-        self._counting.skips = all(stage.watch is Watch.NOBODY for stage in self._stages)
-        self._plan()
+    def _edges_asked(self) -> int:
+        return sum(1 << n for n, stage in enumerate(self._stages) if stage.watch is not Watch.NOBODY and stage.follows)
 
     def _refresh(self) -> None:
         """Somebody wants the level or the record of a pin."""
@@ -315,5 +316,5 @@ class TimerCore(Peripheral, abc.ABC):
         """ETRF has changed."""
 
     @abc.abstractmethod
-    def _break_arrived(self) -> None:
-        """The break input has become active."""
+    def _break_changed(self, level: bool) -> None:
+        """The break input has changed."""

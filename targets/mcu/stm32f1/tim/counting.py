@@ -99,7 +99,8 @@ class Counting:
         rcr: what it is reloaded with.
         udis: no update events.
         units: the compare units.
-        skips: whether whole periods may be left out: nobody asks for the edges in them.
+        edges_asked: returns a mask of units of whose OCxREF somebody wants every edge; whole periods without one of
+            those are left out.
         on_update: called at an update event by the counter, after the preloaded values were taken.
         on_match: called with a mask of units whose flags are to be set.
         before_ref: called with a unit and the tick before its OCxREF changes, and
@@ -113,6 +114,7 @@ class Counting:
         "centre",
         "cnt",
         "down",
+        "edges_asked",
         "on_match",
         "on_ref",
         "on_update",
@@ -122,7 +124,6 @@ class Counting:
         "rcr",
         "rep",
         "running",
-        "skips",
         "tick",
         "udis",
         "units",
@@ -134,14 +135,15 @@ class Counting:
         on_match: Callable[[int], None],
         before_ref: Callable[[Compare, int], None],
         on_ref: Callable[[Compare, int], None],
+        edges_asked: Callable[[], int],
     ) -> None:
         self.tick = 0
         self.units = tuple(Compare(number) for number in range(4))
-        self.skips = True
         self.on_update = on_update
         self.on_match = on_match
         self.before_ref = before_ref
         self.on_ref = on_ref
+        self.edges_asked = edges_asked
         self.reset()
 
     def reset(self) -> None:
@@ -158,7 +160,7 @@ class Counting:
 
     def advance(self, tick: int) -> None:
         """Bring the state to `tick`; an earlier one changes nothing."""
-        legs = 0
+        legs, skips = 0, False
         while self.running and self.tick < tick:
             ahead = self.psc_count + tick - self.tick
             period = self.psc + 1
@@ -175,7 +177,10 @@ class Counting:
             self.psc_count = 0
             self._cross(event)
             legs += 1
-            if legs >= _LEGS_TO_SEE_ALL and self.skips:
+            if legs == _LEGS_TO_SEE_ALL:
+                asked = self.edges_asked()
+                skips = not any(asked & unit.bit and self._recurs(unit) for unit in self.units)
+            if skips:
                 self._skip(tick)
         self.tick = max(self.tick, tick)
 
@@ -417,6 +422,16 @@ class Counting:
             self.on_ref(unit, tick)
 
     # --- whole periods at once
+
+    def _recurs(self, unit: Compare) -> bool:
+        """Say whether OCxREF may change in every period."""
+        if not unit.output or unit.ccr > self.arr:
+            return False
+        if unit.mode == TOGGLE:
+            return True
+        first = 0 if self.down and not self.centre else 1
+        last = self.arr - 1 if self.down or self.centre else self.arr
+        return unit.mode >= PWM1 and first <= unit.ccr <= last
 
     def _skip(self, tick: int) -> None:
         """Leave out whole periods up to `tick`, from a boundary on; all that recurs has happened once before."""

@@ -103,6 +103,15 @@ class TimerEffects(TimerCore):
         if self[BDTR] & BKE:
             self._break_arrived()
 
+    def _break_changed(self, level: bool) -> None:
+        """The break input has changed; once it is released an update event may set MOE (AOE)."""
+        self._sync()
+        if self._breaks is not None:
+            self._breaks.level = level
+            if self._breaks.active:
+                self._break_arrived()
+        self._settle()
+
     def _break_arrived(self) -> None:
         """The break input has become active, or BG was set."""
         if self._breaks is None:

@@ -2,7 +2,8 @@
 
 RM0008 sections 14.3.5 (input stage), 14.3.16 (TI1S) and 15.3.14 (ETR). An edge takes effect at its own cycle; the two
 or three timer clocks of resynchronisation are left out (choice), which shifts every edge by the same time. A filter
-samples at ticks that are multiples of its sampling period (choice), and passes a level that N samples in a row saw.
+samples at ticks that are multiples of its sampling period (choice), and passes a level that N samples in a row saw. As
+a flip-flop does, a sample takes the level from before its cycle: an edge at that cycle is for the next one.
 With TI1S an edge of channel 2 reaches TI1 before it reaches TI2 (choice).
 """
 
@@ -18,6 +19,7 @@ __all__ = ["ChannelInputs", "ExternalTrigger", "Filter", "TickClock"]
 _SAMPLES = (1, 2, 4, 8, 6, 8, 6, 8, 6, 8, 5, 6, 8, 5, 6, 8)
 _DTS_PERIODS = (1, 0, 0, 0, 2, 2, 4, 4, 8, 8, 16, 16, 16, 32, 32, 32)
 """By ICxF or ETF: samples in a row, and sampling periods in tDTS; 0 means at the timer's clock itself."""
+_BEFORE_EDGES = -1  # order of events: whatever makes an edge at the cycle of a sample comes after the sample
 
 
 class TickClock:
@@ -117,18 +119,14 @@ class Filter:
             self._begin(self._run)
 
     def _next_sample(self) -> int:
-        # a tick that has begun before this cycle has been sampled before this cycle
-        now = self._clock.now
-        if self._clock.cycles and self._clock.cycle_of(now) < self._time.now:
-            now += 1
-        return -(-now // self._period) * self._period
+        return (self._clock.now // self._period + 1) * self._period
 
     def _begin(self, first: int) -> None:
         self._time.cancel(self._event)
         self._run, self._broken = first, None
         if self._clock.cycles:
             last = first + (self._samples - 1) * self._period
-            self._event = self._time.at(self._clock.cycle_of(last), self._pass)
+            self._event = self._time.at(self._clock.cycle_of(last), self._pass, order=_BEFORE_EDGES)
 
     def _break(self) -> None:
         self._time.cancel(self._event)

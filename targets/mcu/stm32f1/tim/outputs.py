@@ -108,6 +108,12 @@ class OutputStage:
         return max(watch, self.complement.watch()) if self.complement is not None else watch
 
     @property
+    def follows(self) -> bool:
+        """Whether OCxREF decides the level of either output at present."""
+        gate = self._gate
+        return self._unit.output and (self.enabled or self.n_enabled) and (gate.main_enable or not gate.advanced)
+
+    @property
     def due(self) -> int | None:
         """The tick at which a dead time ends, or None."""
         return self._due

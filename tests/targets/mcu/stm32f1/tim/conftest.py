@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 
+from targets.mcu.pins import Pins
+from targets.mcu.signals import Signals
 from targets.mcu.stm32f1.tim import Timer
+from targets.mcu.stm32f1.tim.kinds import KINDS
 from targets.mcu.testing import FakeChip, peek, poke
 
 REGISTERS = ("CR1", "CR2", "SMCR", "DIER", "SR", "EGR", "CCMR1", "CCMR2", "CCER", "CNT", "PSC", "ARR", "RCR", "BDTR")
@@ -664,3 +669,34 @@ def make_bench():
 @pytest.fixture
 def bench():
     return Bench()
+
+
+@pytest.fixture(scope="session")
+def make_timer():
+    """A chip in a test tube and one timer on it, its clock that of HCLK, 72 MHz."""
+
+    def make(name, **dividers):
+        chip = FakeChip(72_000_000, dividers)
+        return chip, chip.add(Timer(name, 0x4000_0000, chip.services))
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def make_timers():
+    """Several timers on one chip, with all their signals between them."""
+
+    def make(*names):
+        chip = FakeChip(72_000_000)
+        pins = Pins((), chip.time, chip.notes)
+        signals = Signals(pins)
+        inside = {f"{name}_TRGO" for name in KINDS}
+        services = dataclasses.replace(
+            chip.services,
+            output=lambda name: signals.output(name) if name in inside else chip.output(name),
+            input=lambda name: signals.input(name) if name in inside else chip.input(name),
+        )
+        timers = [chip.add(Timer(name, 0x4000_0000 + 0x400 * index, services)) for index, name in enumerate(names)]
+        return chip, *timers
+
+    return make
