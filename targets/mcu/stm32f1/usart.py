@@ -271,7 +271,9 @@ class Usart(Peripheral):
         cr1, cr3 = self[CR1], self[CR3]
         wanted = cr1 & (TE | RE) if cr1 & UE else 0
         if wanted and not self._bit_cycles():
-            self.note("misuse", "BRR", f"0x{self[BRR]:X} is no baud rate (16 is the least): {self.name} does nothing")
+            if self[BRR] < 16:  # otherwise its bus stands still, as in Stop
+                what = f"0x{self[BRR]:X} is no baud rate (16 is the least): {self.name} does nothing"
+                self.note("misuse", "BRR", what)
             wanted = 0
         self._rx.switch(bool(wanted & RE))
         self._tx.enable(bool(wanted & TE))

@@ -55,6 +55,17 @@ def test_a_divider_below_one_is_misuse_and_does_nothing(port, brr):
     assert port.values == [0x41]
 
 
+def test_a_bus_that_stands_still_is_no_misuse(port):
+    port.open(625)
+    port.chip.change_clock(APB1=0, APB2=0)  # as Stop does
+    assert port.usart.baud_hz == 0
+    port.chip.change_clock(APB1=1, APB2=1)
+    port.poke("DR", 0x41)
+    port.chip.advance(100_000)
+    assert port.values == [0x41]
+    assert not port.chip.notes.all
+
+
 @pytest.mark.parametrize(
     ("cr1", "cr2", "text"),
     [
