@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from hilbench import arguments
+from hilbench.errors import UsageError
 from hilbench.parser import Parser, typed
 
 _EXAMPLES = """
@@ -43,9 +44,13 @@ def parser() -> Parser:
 
 def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.mcu.run.run`."""
+    from hilbench.config import DEFAULT_FILE
     from hilbench.console import Console
     from hilbench.mcu.command_line import open_target
 
+    if parsed.what is None and not DEFAULT_FILE.is_file():
+        hint = f"write bluepill:IMAGE or a bench file; 'hilbench init' makes {DEFAULT_FILE}"
+        raise UsageError(f"names nothing to run, and there is no {DEFAULT_FILE} here", where="run", hint=hint)
     bench_file = open_target(parsed.what)
 
     from hilbench.mcu.run import RunOptions, run

@@ -8,6 +8,7 @@ from hilbench.bench_file import BenchFile, EmulatedBoard
 from hilbench.board_files import is_board_file, open_board
 from hilbench.config import open_bench
 from hilbench.errors import UsageError
+from hilbench.nearest import did_you_mean
 from targets.boards import board_names
 
 __all__ = ["open_target"]
@@ -21,8 +22,10 @@ def open_target(what: str | None) -> BenchFile:
         UnavailableError: an image that a bench file names is not there.
     """
     spec, colon, image = (what or "").partition(":")
-    if not (spec in board_names() or (colon and is_board_file(spec))):
+    if what is None or not (colon or spec in board_names()) or Path(what).is_file():
         return open_bench(what)
+    if not (spec in board_names() or is_board_file(spec)):
+        raise UsageError(f"no board '{spec}'", where=what, hint=did_you_mean(spec, board_names(), "built-in boards"))
     if not image:
         raise UsageError("names no image", where=what, hint=f"write {spec}:IMAGE (ELF, Intel HEX or raw binary)")
     board = open_board(spec, Path())

@@ -1,0 +1,121 @@
+"""`hilbench run` as people and scripts start it: pipes that close, Ctrl-C, wrong words, what is imported."""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hilbench.journal import Journal
+
+IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
+HAL = f"bluepill:{IMAGES / 'style-hal.elf'}"
+MAIN = "import sys; from hilbench.cli import main; sys.exit(main())"
+HEAVY = {"elftools", "intelhex", "msgspec", "numpy", "pybullet", "pytest", "rich", "serial", "unicorn", "vcd"}
+PATIENCE_S = 60
+
+
+def hilbench(*words, folder=None, program=MAIN, **options):
+    command = [sys.executable, "-c", program, *map(str, words)]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE_S, **options)
+
+
+@pytest.mark.parametrize("command", ["run", "init", "doctor", "serve"])
+def test_help_loads_nothing_heavy(command):
+    program = f"{MAIN.replace('sys.exit(main())', 'main()')}; print('loaded:', *sys.modules)"
+    done = hilbench(command, "--help", program=program)
+    loaded = {name.partition(".")[0] for name in done.stdout.partition("loaded:")[2].split()}
+    assert "hilbench" in loaded
+    assert loaded & HEAVY == set()
+
+
+def test_a_bench_file_is_read_without_an_engine(tmp_path):
+    (tmp_path / "b.toml").write_text(
+        f'version = 1\n[targets.a]\nboard = "bluepill"\nfirmware = "{IMAGES / "echo-irq.elf"}"\n'
+    )
+    program = f"{MAIN.replace('sys.exit(main())', 'main()')}; print('loaded:', *sys.modules)"
+    done = hilbench("validate", "b.toml", folder=tmp_path, program=program)
+    loaded = {name.partition(".")[0] for name in done.stdout.partition("loaded:")[2].split()}
+    assert loaded & {"elftools", "intelhex", "pybullet", "unicorn", "vcd"} == set()
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["run", "bluepill:none.elf"], 3, "none.elf: no such firmware file; build it, or check the path"),
+        (["run", "bluepil:none.elf"], 2, "bluepil:none.elf: no board 'bluepil'; did you mean 'bluepill'?"),
+        (["run", "bluepill"], 2, "bluepill: names no image; write bluepill:IMAGE (ELF, Intel HEX or raw binary)"),
+        (["run", "none.toml:x.elf"], 2, "none.toml: no such board file"),
+        (["run"], 2, "run: names nothing to run, and there is no hilbench.toml here; write bluepill:IMAGE or"),
+        (["run", HAL, "--for", "0.5"], 2, "--for: '0.5' is not a duration; write 10s, 500ms or 2min"),
+        (["run", HAL, "--folow"], 2, "run: unknown option --folow; did you mean '--follow'?"),
+        (["run", HAL, "--vcd", "none/w.vcd"], 3, "none/w.vcd: the waveforms cannot be written"),
+        (["run", HAL, "--journal", "none/j"], 3, "none/j: the journal cannot be written"),
+        (["serve", "bluepill:none.elf"], 3, "none.elf: no such firmware file"),
+        (["serve", "bluepill"], 2, "bluepill: names no image"),
+    ],
+)
+def test_what_is_wrong_is_one_line(tmp_path, words, code, said):
+    done = hilbench(*words, folder=tmp_path)
+    assert (done.returncode, done.stdout) == (code, "")
+    assert done.stderr.startswith(f"hilbench: {said}"), done.stderr
+    assert done.stderr.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_reader_that_goes_away_is_no_error(tmp_path):
+    script = f'"$@" run {HAL} --for 50ms --follow | head -1'
+    done = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", script, "sh", sys.executable, "-c", MAIN],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+    )
+    assert done.returncode == 0
+    assert done.stdout.split() == ["0.000000", "bluepill", "reset", "(POR)"]
+    assert done.stderr.startswith("ran 0.050000 s of bench time at ")
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-"])
+def test_closed_streams_are_no_error(tmp_path, closed):
+    script = f'"$@" run {HAL} --for 10ms --follow --journal j --vcd w.vcd {closed}'
+    done = subprocess.run(
+        ["sh", "-c", script, "sh", sys.executable, "-c", MAIN],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+    )
+    assert done.returncode == 0
+    assert "Traceback" not in done.stderr
+    assert Journal.read(tmp_path / "j").ended
+    assert (tmp_path / "w.vcd").read_text().startswith("$comment hilbench")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_leaves_whole_files(tmp_path, number):
+    command = [sys.executable, "-c", MAIN, "run", HAL, "--follow", "--journal", "j", "--vcd", "w.vcd"]
+    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert select.select((process.stdout,), (), (), PATIENCE_S)[0]
+    os.read(process.stdout.fileno(), 1)  # it runs
+    process.send_signal(number)
+    _, err = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 130
+    assert err.startswith(b"interrupted after ")
+    assert b"Traceback" not in err
+    assert Journal.read(tmp_path / "j").ended
+    assert (tmp_path / "w.vcd").read_text().splitlines()[-1]
+
+
+def test_json_of_a_crash():
+    done = hilbench("run", f"bluepill:{IMAGES / 'bad-lockup.elf'}", "--json")
+    report = json.loads(done.stdout)
+    assert (done.returncode, done.stderr, report["exit_code"]) == (1, "", 1)
+    assert (report["end"]["kind"], report["end"]["place"]) == ("lockup", "HardFault_Handler (lockup.c:8)")
