@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from hilbench.bench_model import TargetEntry, World
 from hilbench.errors import UsageError
@@ -23,7 +23,7 @@ class Link:
     """A serial line.
 
     Attributes:
-        ends: ``peer``, ``NAME.host`` of a model, ``NAME.usart1`` of a board.
+        ends: ``peer``, ``NAME.host`` of a model, ``NAME.usart1`` of a board, ``NAME.uart2`` of a part.
         baud: bit/s of the end that is no emulated USART; 0 to follow the USART.
     """
 
@@ -43,19 +43,47 @@ class PinEnd:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class TerminalEnd:
+    """A terminal of a part: the part's name in the bench, and the terminal."""
+
+    part: str
+    terminal: str
+
+    def __str__(self) -> str:
+        return f"{self.part}.{self.terminal}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Net:
-    """Pins that wires join.
+    """What wires join.
 
     Attributes:
-        pins: of boards, two or more unless a supply is on the net.
+        pins: of boards; two or more unless something else is on the net.
+        terminals: of parts; one of them drives at most.
         supplies: ``3v3``, ``gnd``, or neither.
     """
 
     pins: tuple[PinEnd, ...]
+    terminals: tuple[TerminalEnd, ...] = ()
     supplies: frozenset[str] = frozenset()
 
     def __str__(self) -> str:
-        return "--".join([*sorted(self.supplies), *map(str, self.pins)])
+        return "--".join([*sorted(self.supplies), *map(str, self.pins), *map(str, self.terminals)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PartPlan:
+    """A part.
+
+    Attributes:
+        kind: what it is, by its name in `targets.parts.PARTS`.
+        settings: what differs from a standard one, as an instance of the kind's own class.
+        signals: the signal of the world that each of its quantities is; without ``world.`` before it.
+    """
+
+    kind: str
+    settings: Any
+    signals: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,8 +122,9 @@ class BenchFile:
         world: where the robot stands.
         targets: the models that answer, by name.
         boards: the boards that run firmware, by name.
+        parts: what stands between boards and the world, by name.
         links: the serial lines.
-        nets: the pins that wires join.
+        nets: what wires join.
         lockstep_ns: how far one of several boards that wires join may be ahead of the others.
         faults: what goes wrong on the lines; each says which way (``towards``), but for those of both ways.
     """
@@ -106,6 +135,7 @@ class BenchFile:
     world: World = field(default_factory=World)
     targets: Mapping[str, TargetEntry] = field(default_factory=dict)
     boards: Mapping[str, EmulatedBoard] = field(default_factory=dict)
+    parts: Mapping[str, PartPlan] = field(default_factory=dict)
     links: tuple[Link, ...] = ()
     nets: tuple[Net, ...] = ()
     lockstep_ns: int = LOCKSTEP_NS
@@ -118,6 +148,11 @@ class BenchFile:
         if self.boards:
             about["timing"] = {name: emulated.timing for name, emulated in self.boards.items()}
         return about
+
+    @property
+    def has_world(self) -> bool:
+        """True if a robot stands in a world, or a vehicle that parts drive or sense."""
+        return bool(self.targets) or any(part.signals for part in self.parts.values())
 
     def robot(self) -> TargetEntry:
         """Return the one model of the bench.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import UNSET, UnsetType
@@ -64,11 +64,28 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     straps: StrapsEntry = StrapsEntry()
 
 
+class PartEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A part between boards and the world, or between a board and a robot.
+
+    Attributes:
+        kind: what it is: ``distance-switch``, ``encoder-3bit``, ``motor-code``, ``p2os-adapter``, ``gamepad``.
+        pins: what its terminals are wired to, by their names: ``NAME.PIN`` of a board, ``3v3`` or ``gnd``.
+        signals: what its quantities are, by their names: ``world.SIGNAL``.
+        settings: what differs from a standard part, by the names that its kind has for it.
+    """
+
+    kind: str
+    pins: dict[str, str] = {}
+    signals: dict[str, str] = {}
+    settings: dict[str, Any] = {}
+
+
 class LinkEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A serial line between two ends.
 
     Attributes:
-        ends: ``peer``, where the checker or a served client sits; ``NAME.host`` of a model; ``NAME.usart1`` of a board.
+        ends: ``peer``, where the checker or a served client sits; ``NAME.host`` of a model; ``NAME.usart1`` of a board;
+            a serial end of a part, as ``NAME.uart2``.
         baud: speed in bit/s of the end that is no emulated USART, which has its own; 9600 for a model, and that of
             the USART for ``peer``, if it is left out.
     """
@@ -82,7 +99,7 @@ class WireEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     Attributes:
         ends: what it joins: ``NAME.PIN`` of a board, by the name of the port pin (``PA0``) or the one printed on the
-            board (``A0``); ``3v3`` and ``gnd``.
+            board (``A0``); ``NAME.TERMINAL`` of a part; ``3v3`` and ``gnd``.
     """
 
     ends: Annotated[tuple[str, ...], msgspec.Meta(min_length=2)]
@@ -94,7 +111,8 @@ class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     Attributes:
         version: version of this format.
         targets: what answers at the far end, by names of your choosing.
-        world: where a model stands.
+        parts: what stands between boards and the world, by names of your choosing.
+        world: where a model, or the vehicle that parts drive, stands.
         links: the serial lines.
         wires: what joins pins of boards.
         faults: what goes wrong on the links.
@@ -104,6 +122,7 @@ class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
     version: Literal[1]
     targets: dict[str, TargetEntry]
+    parts: dict[str, PartEntry] = {}
     world: World = World()
     links: tuple[LinkEntry, ...] = ()
     wires: tuple[WireEntry, ...] = ()

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import msgspec
 from msgspec import UNSET
 
-from hilbench.bench_file import CHECKER_END, BenchFile, EmulatedBoard, Link, Net, PinEnd
+from hilbench.bench_file import CHECKER_END, BenchFile, EmulatedBoard, Link
 from hilbench.bench_model import BenchModel, LinkEntry, TargetEntry, World
 from hilbench.board_files import open_board
 from hilbench.clock import NS_PER_US
@@ -25,6 +25,7 @@ from hilbench.nearest import did_you_mean
 from hilbench.schema import json_schema
 from hilbench.strict import Strict
 from hilbench.toml_file import TomlFile
+from hilbench.wiring.reader import WiringReader
 from targets.robots.pioneer import RobotSettings
 from targets.robots.pioneer.hostbaud import RATES
 from worlds.errors import SceneFileError
@@ -47,7 +48,6 @@ DEFAULT_BENCH = "pioneer"
 _MODEL_BAUD = 9600
 _MODEL_KEYS = ("model", "settings")
 _BOARD_KEYS = ("board", "firmware", "base", "timing", "skip_idle", "straps")
-_SUPPLIES = ("3v3", "gnd")
 
 
 def built_in_benches() -> tuple[str, ...]:
@@ -126,7 +126,8 @@ class _Reader:
         model = self._strict.convert(self._file.data, BenchModel)
         self._check_targets(model)
         boards = {name: self._board(name, entry) for name, entry in model.targets.items() if entry.board is not UNSET}
-        links = self._links(model, boards)
+        wiring = WiringReader(model, boards, self._strict)
+        links = self._links(model, boards, wiring.serial_ends())
         return BenchFile(
             name=bench_name,
             path=self._file.path,
@@ -134,8 +135,9 @@ class _Reader:
             world=self._world(model),
             targets={name: entry for name, entry in model.targets.items() if entry.board is UNSET},
             boards=boards,
+            parts=wiring.parts(),
             links=links,
-            nets=self._nets(model, boards),
+            nets=wiring.nets(),
             lockstep_ns=model.lockstep_us * NS_PER_US,
             faults=self._faults(model, links),
         )
@@ -151,7 +153,8 @@ class _Reader:
         if len(models) > 1:
             message = f"'{models[1]}': more than one robot is not available in this version of hilbench"
             raise self._strict.error(message, ("targets", models[1]))
-        if "world" in self._file.data and not models:
+        signals = any(entry.signals for entry in model.parts.values())
+        if "world" in self._file.data and not models and not signals:
             raise self._strict.error("nothing stands in a world here: the targets are boards", ("world",))
 
     def _check_target(self, name: str, entry: TargetEntry) -> None:
@@ -192,12 +195,12 @@ class _Reader:
         scene = resolve_scene(model.world.scene, self._folder, self._file.place(("world", "scene")))
         return msgspec.structs.replace(model.world, scene=scene)
 
-    # --- lines and wires
+    # --- lines
 
-    def _links(self, model: BenchModel, boards: dict[str, EmulatedBoard]) -> tuple[Link, ...]:
+    def _links(self, model: BenchModel, boards: dict[str, EmulatedBoard], part_ends: Sequence[str]) -> tuple[Link, ...]:
         if len(model.links) > 1 and not boards:
             raise self._strict.error("a second link: this bench has one line", ("links", 1))
-        known = _ends(model, boards)
+        known = (*_ends(model, boards), *part_ends)
         taken: set[str] = set()
         links = []
         for number, entry in enumerate(model.links):
@@ -205,9 +208,16 @@ class _Reader:
                 self._check_end(number, end, known, taken)
             if entry.ends[0] == entry.ends[1]:
                 raise self._strict.error(f"both ends are '{entry.ends[0]}'", ("links", number, "ends"))
+            if not {*entry.ends}.isdisjoint(part_ends):
+                self._check_part_line(number, entry)
             taken |= {*entry.ends} - {CHECKER_END}
             links.append(Link(ends=entry.ends, baud=self._baud(number, entry)))
         return tuple(links)
+
+    def _check_part_line(self, number: int, entry: LinkEntry) -> None:
+        if not any(end.endswith(".host") for end in entry.ends):
+            message = f"{' and '.join(entry.ends)}: a line of a part leads to a robot in this version of hilbench"
+            raise self._strict.error(message, ("links", number, "ends"), 'write ends = [..., "robot.host"]')
 
     def _check_end(self, number: int, end: str, known: Sequence[str], taken: set[str]) -> None:
         path = ("links", number, "ends")
@@ -229,37 +239,6 @@ class _Reader:
             rates = ", ".join(map(str, RATES))
             raise self._strict.error(f"{baud} is not a value it takes", path, f"{model_end} takes: {rates}")
         return baud
-
-    def _nets(self, model: BenchModel, boards: dict[str, EmulatedBoard]) -> tuple[Net, ...]:
-        """Return what the wires join, each net once."""
-        groups: list[list[PinEnd | str]] = []
-        for number, wire in enumerate(model.wires):
-            joined = [self._pin_end(number, end, boards) for end in wire.ends]
-            apart = []
-            for group in groups:
-                if any(end in group and end not in _SUPPLIES for end in joined):
-                    joined = group + [end for end in joined if end not in group]
-                else:
-                    apart.append(group)
-            groups = [*apart, joined]
-            if {*_SUPPLIES} <= {*joined}:
-                raise self._strict.error("joins 3v3 and gnd", ("wires", number, "ends"))
-        return tuple(_net(group) for group in groups)
-
-    def _pin_end(self, number: int, end: str, boards: dict[str, EmulatedBoard]) -> PinEnd | str:
-        if end.lower() in _SUPPLIES:
-            return end.lower()
-        path = ("wires", number, "ends")
-        name, _, pin = end.partition(".")
-        if name not in boards:
-            hint = did_you_mean(end, [f"{name}.{pin}" for name in boards], "write one as")
-            raise self._strict.error(f"'{end}' is not a pin of a board, 3v3 or gnd", path, hint)
-        board = boards[name].board
-        port_pin = board.port_pin(pin)
-        if port_pin is None:
-            hint = did_you_mean(pin, [*sorted(board.variant.pins), *board.pins], "pins")
-            raise self._strict.error(f"'{name}' has no pin '{pin}'", path, hint)
-        return PinEnd(board=name, pin=port_pin)
 
     # --- faults
 
@@ -293,10 +272,3 @@ def _ends(model: BenchModel, boards: dict[str, EmulatedBoard]) -> tuple[str, ...
     hosts = [f"{name}.host" for name, entry in model.targets.items() if entry.board is UNSET]
     usarts = [f"{name}.{usart.lower()}" for name, entry in boards.items() for usart in entry.board.variant.usarts]
     return (CHECKER_END, *hosts, *usarts)
-
-
-def _net(group: Iterable[PinEnd | str]) -> Net:
-    return Net(
-        pins=tuple(end for end in group if isinstance(end, PinEnd)),
-        supplies=frozenset(end for end in group if isinstance(end, str)),
-    )

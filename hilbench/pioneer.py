@@ -84,7 +84,7 @@ class VirtualPioneer:
         """Give the world back."""
         self.world.close()
 
-    def _control(self, _from_ns: int, now_ns: int) -> None:
+    def _control(self, now_ns: int, _next_ns: int) -> None:
         self.robot.control_step(now_ns, self.runner.dt_s)
         self.actor.settle()
 

@@ -56,6 +56,16 @@ class Strict:
         converted: ModelT = self._converted(data, model, ())
         return converted
 
+    def convert_at(self, data: Any, model: type[ModelT], path: Path) -> ModelT:
+        """Return the model that the data at a path describe; see `convert`.
+
+        Raises:
+            UsageError: an unknown key, a wrong type, a value out of range.
+        """
+        self._refuse_unknown_keys(data, inspect.type_info(model), path)
+        converted: ModelT = self._converted(data, model, path)
+        return converted
+
     def error(self, message: str, path: Path, hint: str | None = None) -> UsageError:
         """Return the error for a mistake at a path."""
         return UsageError(message, where=self._locate(path), hint=hint)

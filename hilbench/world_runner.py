@@ -20,7 +20,7 @@ TRUTH_HZ = 10
 """How often the true pose goes into the journal; as often as a robot reports its own idea of it."""
 
 OnStep = Callable[[int, int], None]
-"""Called with begin and end of a step, in ns of bench time; its end is the present."""
+"""Called with the present, at which a step ends, and the end of the step after it, in ns of bench time."""
 
 
 class WorldRunner:
@@ -41,7 +41,7 @@ class WorldRunner:
         self.after: list[OnStep] = []
         self._bench = bench
         self._domain = ClockDomain(world.step_hz)
-        self._epoch_ns = self._reached_ns = bench.now_ns
+        self._epoch_ns = bench.now_ns
         self._tick = 0
         self._truth_every = max(1, world.step_hz // TRUTH_HZ)
         self._book()
@@ -53,16 +53,19 @@ class WorldRunner:
 
     def _book(self) -> None:
         self._tick += 1
-        when_ns = self._epoch_ns + self._domain.ns(self._tick)
+        when_ns = self._tick_ns(self._tick)
         self._bench.scheduler.at(when_ns, self._step, order=EventClass.PHYSICS, source="world")
 
+    def _tick_ns(self, tick: int) -> int:
+        return self._epoch_ns + self._domain.ns(tick)
+
     def _step(self) -> None:
-        from_ns, self._reached_ns = self._reached_ns, self._bench.now_ns
+        now_ns, next_ns = self._bench.now_ns, self._tick_ns(self._tick + 1)
         for act in self.before:
-            act(from_ns, self._reached_ns)
+            act(now_ns, next_ns)
         self.world.step()
         for act in self.after:
-            act(from_ns, self._reached_ns)
+            act(now_ns, next_ns)
         if self._tick % self._truth_every == 0:
             self._record_truth()
         self._book()

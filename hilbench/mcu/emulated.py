@@ -7,14 +7,11 @@ import dataclasses
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile, EmulatedBoard, Link, Net
 from hilbench.clock import NS_PER_S, EventClass, Scheduler
-from hilbench.errors import UnavailableError
 from hilbench.journal import Journal
-from hilbench.links import Line, MemoryLink, Port
 from hilbench.mcu.byte_log import ByteLog
 from hilbench.mcu.group import FREE_STEP_NS, MachineGroup
 from hilbench.mcu.images import load, translated
@@ -22,15 +19,13 @@ from hilbench.mcu.pin_log import PinLog
 from hilbench.mcu.seams import Ending, Machine
 from hilbench.mcu.usart_port import UsartPort
 from hilbench.mcu.vcd import Waveforms
+from hilbench.wiring.surroundings import Surroundings
 from targets.mcu.errors import McuError
 from targets.mcu.fidelity import Note
 from targets.mcu.image import Image
 from targets.mcu.nets import Nets
 from targets.mcu.pins import Pin
 from targets.mcu.serial_line import SerialFrame
-
-if TYPE_CHECKING:
-    from hilbench.pioneer import VirtualPioneer
 
 __all__ = ["EmulatedBench", "End", "MachineFactory", "make_machine"]
 
@@ -107,7 +102,7 @@ class EmulatedBench:
         ports: the far ends of the USARTs' lines, as ``BOARD.usart1``.
         consoles: who is told of what a console says, as ``BOARD.CHANNEL``; a console is there once it has spoken.
         on_console: called with the name of each new console.
-        robot: the virtual Pioneer, if the bench has one.
+        surroundings: parts, and a robot or a vehicle in its world, as far as the bench has them.
         at_close: called before the bench closes.
         end: how the firmware of the first board that ended came to its end; None while all run.
     """
@@ -133,7 +128,6 @@ class EmulatedBench:
         self.consoles: dict[str, list[Callable[[bytes, int], None]]] = {}
         self.on_console: Callable[[str], None] = lambda _name: None
         self.end: End | None = None
-        self.robot: VirtualPioneer | None = None
         with contextlib.ExitStack() as undo:
             self.machines = self._make_machines(make_machine)
             header = bench_file.header(seed) | {
@@ -151,7 +145,9 @@ class EmulatedBench:
             self.ports: dict[str, UsartPort] = dict(self._make_ports())
             self._byte_logs: list[ByteLog] = []
             self._wire()
-            self._join_lines(undo)
+            self._join_lines()
+            self.surroundings = Surroundings(self.bench, bench_file, self.machines, self.ports, seed=seed)
+            undo.callback(self.surroundings.close)
             for name in self.machines:
                 self._listen_to(name)
             self._declare_nets()
@@ -220,7 +216,7 @@ class EmulatedBench:
                 pins = self._pins_of(net)
                 if len(pins) > 1:
                     nets.wire(str(net), *pins)
-                for supply in net.supplies:
+                for supply in net.supplies if pins else ():
                     pins[0].drive(supply == "3v3")
         except McuError as error:
             raise translated(error) from error
@@ -228,7 +224,7 @@ class EmulatedBench:
     def _pins_of(self, net: Net) -> list[Pin]:
         return [self.machines[end.board].chip.pins[end.pin] for end in net.pins]
 
-    def _join_lines(self, undo: contextlib.ExitStack) -> None:
+    def _join_lines(self) -> None:
         for link in self.bench_file.links:
             ends = [self.ports[end] for end in link.ends if end in self.ports]
             if len(ends) == 2:
@@ -236,8 +232,6 @@ class EmulatedBench:
                 for end in ends:
                     end.on_follow = self._set_turn
         self._set_turn()
-        if self.bench_file.targets:
-            self._add_robot(undo)
 
     def _set_turn(self) -> None:
         """Let no board be further ahead of another than what they tell each other allows."""
@@ -255,27 +249,6 @@ class EmulatedBench:
         if not all(rates):
             return self.bench_file.lockstep_ns  # the first frame comes one idle frame after the rate is set
         return int(_FRAME_BITS * NS_PER_S / max(rates))
-
-    def _add_robot(self, undo: contextlib.ExitStack) -> None:
-        from hilbench.pioneer import VirtualPioneer, plan_of
-        from worlds.errors import WorldError
-
-        port = next((port for link in self.bench_file.links if (port := self._robot_port(link)) is not None), None)
-        plan = plan_of(self.bench_file)
-        if port is None:
-            port = MemoryLink(self.bench.scheduler, Line(baud=plan.settings.host_baud), name="robot").b
-        try:
-            self.robot = VirtualPioneer(self.bench, port, plan, seed=self._seed)
-        except WorldError as error:
-            raise UnavailableError(str(error), where=f"scene {plan.scene}") from error
-        undo.callback(self.robot.close)
-
-    def _robot_port(self, link: Link) -> Port | None:
-        names = [end for end in link.ends if end in self.ports]
-        if not names or not any(end.endswith(".host") for end in link.ends):
-            return None
-        self.ports[names[0]].reacts = True
-        return self.ports[names[0]]
 
     # --- what is recorded
 
@@ -336,6 +309,8 @@ class EmulatedBench:
     def _declare_nets(self) -> None:
         if self._waveforms is not None:
             for net in self.bench_file.nets:
+                if not net.pins:
+                    continue
                 end = net.pins[0]
                 level = self.machines[end.board].chip.pins[end.pin].level
                 self._waveforms.declare_net(str(net), f"{end.board}.pins", end.pin, level)

@@ -284,16 +284,43 @@ class Pioneer2dxBody:
         Raises:
             UnknownNameError: no such disc.
         """
-        if not 0 <= number < len(self._discs):
-            raise UnknownNameError("sonar disc", str(number), map(str, range(len(self._discs))))
+        disc = self._disc(number)
         if RAYS not in self.world.capabilities:
             return None
-        disc, pose = self._discs[number], self.world.pose()
+        pose = self.world.pose()
         frame = rotation(pose.yaw_rad, pose.pitch_rad, pose.roll_rad)
         start = add(pose.position_m, turn(frame, disc.face_m))
         ends = [add(pose.position_m, turn(frame, end)) for end in disc.ends_m]
         nearest = min(self.world.cast([start] * len(ends), ends))
         return max(nearest * self.parameters.sonar_range_m, self.parameters.sonar_blind_m) if nearest < 1.0 else None
+
+    def ray_ranges_m(self, numbers: Sequence[int]) -> list[float]:
+        """Cast one ray from the face of each of these discs, along its axis.
+
+        Args:
+            numbers: of discs, from 0.
+
+        Returns:
+            The distance of each from the disc's face to what it hits, metres; infinite where that is farther than the
+            range of 5 m, or in a world without rays.
+
+        Raises:
+            UnknownNameError: no such disc.
+        """
+        discs = [self._disc(number) for number in numbers]
+        if RAYS not in self.world.capabilities:
+            return [math.inf] * len(discs)
+        pose = self.world.pose()
+        frame = rotation(pose.yaw_rad, pose.pitch_rad, pose.roll_rad)
+        starts = [add(pose.position_m, turn(frame, disc.face_m)) for disc in discs]
+        ends = [add(pose.position_m, turn(frame, disc.ends_m[0])) for disc in discs]
+        shares = self.world.cast(starts, ends)
+        return [share * self.parameters.sonar_range_m if share < 1.0 else math.inf for share in shares]
+
+    def _disc(self, number: int) -> _Disc:
+        if not 0 <= number < len(self._discs):
+            raise UnknownNameError("sonar disc", str(number), map(str, range(len(self._discs))))
+        return self._discs[number]
 
     def _mask(self, ring: str, center_x_m: float, ahead: float) -> int:
         mask = 0

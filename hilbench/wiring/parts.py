@@ -1,0 +1,201 @@
+"""The parts of a bench, alive: called at each step of the world, when they are due, and when bytes come in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from hilbench.bench import Bench
+from hilbench.bench_file import Net, PartPlan
+from hilbench.check.provider import case_seed
+from hilbench.clock import Entry, EventClass
+from hilbench.links import Port
+from hilbench.mcu.seams import Machine
+from hilbench.wiring.terminals import PinInput, PinOutput
+from hilbench.wiring.world_signals import WorldSignals
+from hilbench.world_runner import WorldRunner
+from targets.parts import DigitalInput, DigitalOutput, Direction, Part, Ports, part_class
+from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
+
+__all__ = ["Parts"]
+
+
+class _Held:
+    """An input that a supply holds."""
+
+    def __init__(self, level: bool) -> None:
+        self._level = level
+
+    def level(self) -> bool:
+        return self._level
+
+    def level_at(self, ns: int) -> bool:
+        del ns
+        return self._level
+
+    def mean(self, from_ns: int, to_ns: int) -> float:
+        del from_ns, to_ns
+        return float(self._level)
+
+    def latch(self) -> bool:
+        return self._level
+
+
+class _Actor:
+    """Calls one part when it is due."""
+
+    def __init__(self, bench: Bench, name: str) -> None:
+        self._bench = bench
+        self._name = name
+        self._entry: Entry | None = None
+        self._entry_ns: int | None = None
+        self.part: Part
+        self.port: Port | None = None
+
+    def tell(self, event: object) -> None:
+        """Take an event of the part into the journal."""
+        self._bench.record_event(self._name, event)
+
+    def send(self, data: bytes) -> None:
+        """Put bytes of the part on its line."""
+        self._bench.record("tx", self._name, data=data)
+        if self.port is not None:
+            self.port.write(data)
+
+    def attach(self, port: Port) -> None:
+        """Give the part the end of a line."""
+        self.port = port
+        port.on_receive = self._received
+
+    def settle(self) -> None:
+        """Book the next call of the part, after it has been called."""
+        deadline_ns = self.part.next_deadline_ns()
+        if self._entry is not None and deadline_ns == self._entry_ns:
+            return
+        if self._entry is not None:
+            self._bench.scheduler.cancel(self._entry)
+            self._entry = None
+        if deadline_ns is not None:
+            when_ns = max(deadline_ns, self._bench.now_ns)
+            self._entry = self._bench.scheduler.at(when_ns, self._due, order=EventClass.TIMER, source=self._name)
+            self._entry_ns = deadline_ns
+
+    def _due(self) -> None:
+        self._entry = None
+        self.part.advance(self._bench.now_ns)
+        self.settle()
+
+    def _received(self, data: bytes, at_ns: int) -> None:
+        self._bench.record("rx", self._name, data=data)
+        self.part.receive(data, at_ns)
+        self.settle()
+
+
+class Parts:
+    """The parts of one bench.
+
+    Args:
+        bench: whose time they live in.
+        plans: what to build.
+        machines: the chips, by board.
+        nets: what the wires join.
+        seed: of everything random in them.
+
+    Attributes:
+        by_name: the parts.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        plans: Mapping[str, PartPlan],
+        machines: Mapping[str, Machine],
+        nets: Sequence[Net],
+        *,
+        seed: int,
+    ) -> None:
+        self._bench = bench
+        self._plans = plans
+        self._signals: WorldSignals | None = None
+        self._values: dict[str, float] = {}
+        self._actors = {name: _Actor(bench, name) for name in plans}
+        self._inputs: dict[str, dict[str, DigitalInput]] = {name: {} for name in plans}
+        self._outputs: dict[str, dict[str, DigitalOutput]] = {name: {} for name in plans}
+        for net in nets:
+            self._connect(net, machines)
+        self.by_name: dict[str, Part] = {name: self._make(name, plan, seed) for name, plan in plans.items()}
+
+    def attach(self, name: str, port: Port) -> None:
+        """Give a part the end of its line."""
+        self._actors[name].attach(port)
+
+    def join(self, runner: WorldRunner, body: Pioneer2dxBody) -> None:
+        """Let the parts drive and sense a vehicle, from the next step of its world on."""
+        wanted = dict.fromkeys(
+            plan.signals[quantity.name]
+            for plan in self._plans.values()
+            for quantity in part_class(plan.kind).QUANTITIES
+            if quantity.direction is Direction.IN and quantity.name in plan.signals
+        )
+        self._signals = WorldSignals(body, list(wanted))
+        self._values = self._signals.read()
+        runner.before.append(self._before)
+        runner.after.append(self._after)
+
+    def power_on(self) -> None:
+        """Switch every part on, now."""
+        for name, part in self.by_name.items():
+            part.power_on(self._bench.now_ns)
+            self._actors[name].settle()
+
+    def settle(self, name: str) -> None:
+        """Book the next call of a part that was touched directly."""
+        self._actors[name].settle()
+
+    # --- how they are connected
+
+    def _connect(self, net: Net, machines: Mapping[str, Machine]) -> None:
+        for end in net.terminals:
+            kind = part_class(self._plans[end.part].kind)
+            direction = next(one.direction for one in kind.TERMINALS if one.name == end.terminal)
+            if direction is Direction.OUT:
+                self._outputs[end.part][end.terminal] = _output(net, machines)
+            else:
+                self._inputs[end.part][end.terminal] = self._input(net, machines)
+
+    def _input(self, net: Net, machines: Mapping[str, Machine]) -> DigitalInput:
+        if not net.pins:
+            return _Held("3v3" in net.supplies)
+        end = net.pins[0]
+        return PinInput(self._bench, machines[end.board].chip.pins[end.pin])
+
+    def _make(self, name: str, plan: PartPlan, seed: int) -> Part:
+        actor = self._actors[name]
+        ports = Ports(inputs=self._inputs[name], outputs=self._outputs[name], serial=actor.send, tell=actor.tell)
+        actor.part = part_class(plan.kind)(plan.settings, ports, seed=case_seed(seed, f"part {name}"))
+        return actor.part
+
+    # --- the world's steps
+
+    def _before(self, now_ns: int, next_ns: int) -> None:
+        assert self._signals is not None
+        for name, part in self.by_name.items():
+            for quantity, value in part.before_step(now_ns, next_ns).items():
+                self._signals.drive(self._plans[name].signals[quantity], value)
+
+    def _after(self, now_ns: int, next_ns: int) -> None:
+        assert self._signals is not None
+        before, self._values = self._values, self._signals.read()
+        for name, part in self.by_name.items():
+            signals = self._plans[name].signals
+            part.after_step(now_ns, next_ns, _seen(signals, before), _seen(signals, self._values))
+            self._actors[name].settle()
+
+
+def _output(net: Net, machines: Mapping[str, Machine]) -> DigitalOutput:
+    end = net.pins[0]
+    machine = machines[end.board]
+    return PinOutput(machine, machine.chip.pins[end.pin])
+
+
+def _seen(signals: Mapping[str, str], values: Mapping[str, float]) -> dict[str, float]:
+    return {quantity: values[signal] for quantity, signal in signals.items() if signal in values}

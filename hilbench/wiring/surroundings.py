@@ -1,0 +1,117 @@
+"""What stands around the emulated boards of a bench: parts, and a robot or a bare vehicle in its world."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from hilbench.bench import Bench
+from hilbench.bench_file import BenchFile, Link
+from hilbench.errors import UnavailableError
+from hilbench.links import Line, MemoryLink, Port
+from hilbench.mcu.seams import Machine
+from hilbench.mcu.usart_port import UsartPort
+from hilbench.wiring.parts import Parts
+from worlds.errors import WorldError
+
+if TYPE_CHECKING:
+    from hilbench.pioneer import VirtualPioneer
+    from hilbench.wiring.vehicle import BareVehicle
+    from hilbench.world_runner import WorldRunner
+    from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
+    from worlds.world import World
+
+__all__ = ["Surroundings"]
+
+
+class Surroundings:
+    """See the module.
+
+    Args:
+        bench: whose time everything lives in.
+        bench_file: what to build.
+        machines: the chips, by board.
+        ports: the far ends of the USARTs' lines, as ``BOARD.usart1``.
+        seed: of everything random.
+
+    Raises:
+        UnavailableError: the world cannot be opened.
+
+    Attributes:
+        robot: the virtual Pioneer, if the bench has one.
+        world: the world, if anything stands in one.
+        body: the vehicle in it.
+        runner: who moves the world.
+        parts: the parts.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        bench_file: BenchFile,
+        machines: Mapping[str, Machine],
+        ports: Mapping[str, UsartPort],
+        *,
+        seed: int,
+    ) -> None:
+        self._bench = bench
+        self._bench_file = bench_file
+        self._ports = ports
+        self._seed = seed
+        self._undo = contextlib.ExitStack()
+        self.robot: VirtualPioneer | None = None
+        self.world: World | None = None
+        self.body: Pioneer2dxBody | None = None
+        self.runner: WorldRunner | None = None
+        self.parts = Parts(bench, bench_file.parts, machines, bench_file.nets, seed=seed)
+        try:
+            if bench_file.targets:
+                self._add_robot()
+            elif bench_file.has_world:
+                self._add_vehicle()
+        except WorldError as error:
+            raise UnavailableError(str(error), where=f"scene {bench_file.world.scene}") from error
+        self.parts.power_on()
+
+    def close(self) -> None:
+        """Give the world back."""
+        self._undo.close()
+
+    def _add_robot(self) -> None:
+        from hilbench.pioneer import VirtualPioneer, plan_of
+
+        plan = plan_of(self._bench_file)
+        line = Line(baud=plan.settings.host_baud)
+        port = next((port for link in self._bench_file.links if (port := self._robot_port(link, line))), None)
+        self.robot = VirtualPioneer(
+            self._bench, port or MemoryLink(self._bench.scheduler, line, name="robot").b, plan, seed=self._seed
+        )
+        self._undo.callback(self.robot.close)
+        self._join(self.robot)
+
+    def _add_vehicle(self) -> None:
+        from hilbench.wiring.vehicle import BareVehicle
+
+        vehicle = BareVehicle(self._bench, self._bench_file.world, seed=self._seed)
+        self._undo.callback(vehicle.close)
+        self._join(vehicle)
+
+    def _join(self, vehicle: VirtualPioneer | BareVehicle) -> None:
+        self.world, self.body, self.runner = vehicle.world, vehicle.body, vehicle.runner
+        self.parts.join(vehicle.runner, vehicle.body)
+
+    def _robot_port(self, link: Link, line: Line) -> Port | None:
+        """Return the robot's end of a link that leads to it: that of a board's USART, or of a part."""
+        if not any(end.endswith(".host") for end in link.ends):
+            return None
+        for end in link.ends:
+            name = end.partition(".")[0]
+            if end in self._ports:
+                self._ports[end].reacts = True
+                return self._ports[end]
+            if name in self._bench_file.parts:
+                memory = MemoryLink(self._bench.scheduler, line, name=end)
+                self.parts.attach(name, memory.a)
+                return memory.b
+        return None

@@ -1,0 +1,45 @@
+"""A vehicle in its world without a controller of its own: what parts do is all that moves it."""
+
+from __future__ import annotations
+
+from hilbench.bench import Bench
+from hilbench.bench_model import World as WorldEntry
+from hilbench.pioneer import sonar_poses
+from hilbench.world_runner import WorldRunner
+from worlds.scenes import Scene
+from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
+from worlds.world import open_world
+
+__all__ = ["BareVehicle"]
+
+_SUBCLASS = "p2dx"
+
+
+class BareVehicle:
+    """A Pioneer 2-DX without its controller: wheels, body and the places of its sonar discs.
+
+    Args:
+        bench: whose time it lives in.
+        world: which scene, which physics.
+        scene: the scene, if it is made already.
+        seed: of a scene that places boxes at random.
+
+    Raises:
+        WorldError: the world cannot be opened.
+
+    Attributes:
+        world: the world.
+        body: the vehicle.
+        runner: who moves the world.
+    """
+
+    def __init__(self, bench: Bench, world: WorldEntry, *, scene: Scene | None = None, seed: int) -> None:
+        self.world = open_world(
+            scene or world.scene, world.vehicle, physics=world.physics, step_hz=world.step_hz, seed=seed
+        )
+        self.body = Pioneer2dxBody(self.world, sonar_poses=sonar_poses(_SUBCLASS))
+        self.runner = WorldRunner(bench, self.world)
+
+    def close(self) -> None:
+        """Give the world back."""
+        self.world.close()
