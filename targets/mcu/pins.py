@@ -234,6 +234,11 @@ class Pin:
         self.refresh()
         return self._reads_high
 
+    @property
+    def latch(self) -> bool:
+        """What the output latch of the port holds for the pin, whatever its mode."""
+        return self._latch
+
     def configure(self, mode: PadMode, *, latch: bool, pull: bool | None) -> None:
         """Set the mode of the pad, the output latch and, for an input, the pull resistor (True is up)."""
         self.refresh()
