@@ -69,3 +69,28 @@ def test_an_installed_wheel_has_its_command_and_its_data(wheel, tmp_path, bench)
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "S01     must   pass" in done.stdout
+
+
+def test_it_holds_boards_and_the_images_of_our_own_firmware_but_nothing_built_beside(names):
+    assert "targets/boards/bluepill.toml" in names
+    images = {Path(name).name for name in names if name.startswith("targets/firmware/images/")}
+    assert images == {path.name for path in (ROOT / "targets/firmware/images").iterdir()}
+    assert {"echo-irq.elf", "style-hal.elf", "selftest-cpu.elf"} <= images
+    assert not [name for name in names if "/build/" in name or name.endswith((".o", ".map", ".pyc"))]
+
+
+def test_an_installed_wheel_runs_an_image_on_a_board(wheel, tmp_path):
+    home = tmp_path / "site"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(home)
+    program = (
+        f"import sys; sys.path.insert(0, {str(home)!r}); "
+        "from hilbench.cli import main; from targets.firmware import image_path; image = image_path('style-hal'); "
+        f"assert str(image).startswith({str(home)!r}); "
+        "sys.exit(main(['run', f'bluepill:{image}', '--for', '10ms', '--follow']))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    assert "bluepill.usart2       > style-hal at 72000000 Hz" in done.stdout
