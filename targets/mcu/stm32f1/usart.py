@@ -270,11 +270,16 @@ class Usart(Peripheral):
         """Start and stop transmitter and receiver, and listen to the pins that matter."""
         cr1, cr3 = self[CR1], self[CR3]
         wanted = cr1 & (TE | RE) if cr1 & UE else 0
-        if wanted and not self._bit_cycles():
-            if self[BRR] < 16:  # otherwise its bus stands still, as in Stop
-                what = f"0x{self[BRR]:X} is no baud rate (16 is the least): {self.name} does nothing"
-                self.note("misuse", "BRR", what)
+        if wanted and self[BRR] < 16:
+            what = f"0x{self[BRR]:X} is no baud rate (16 is the least): {self.name} does nothing"
+            self.note("misuse", "BRR", what)
             wanted = 0
+        if wanted and not self._bit_cycles():
+            # Its bus stands still: Stop. Pins keep their levels (RM0008 section 4.3.4), nothing is sampled.
+            if not self._tx.quiet:
+                what = "Stop began while a frame was being sent: silicon breaks off, here it was sent to its end"
+                self.note("misuse", "SR.TC", what)
+            wanted &= ~RE
         self._rx.switch(bool(wanted & RE))
         self._tx.enable(bool(wanted & TE))
         self._tx.show_idle()

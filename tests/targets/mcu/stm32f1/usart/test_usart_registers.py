@@ -201,3 +201,21 @@ def test_addresses_between_the_registers(port):
     port.usart.write(0x1C, 1)
     assert port.usart.read(0x1C) == 0
     assert port.chip.noted("reserved") == ["USART1_0x1C"]
+
+
+def test_in_stop_the_line_keeps_its_level_and_no_preamble_follows(port):
+    """All pins keep the state of Run mode (RM0008 section 4.3.4)."""
+    port.open()
+    port.chip.change_clock(APB1=0, APB2=0)
+    assert port.tx.level is True
+    port.chip.change_clock(APB1=1, APB2=1)
+    port.poke("DR", 0x41)
+    assert [frame.bits for _, frame in port.sent] == [0x41]
+    assert port.chip.notes.all == []
+
+
+def test_a_frame_that_stop_breaks_off_is_noted(port):
+    port.open()
+    port.poke("DR", 0x41)
+    port.chip.change_clock(APB1=0, APB2=0)
+    assert [note.where for note in port.chip.notes.all] == ["USART1_SR.TC"]
