@@ -36,7 +36,7 @@ def test_the_suite_in_the_docs_runs(tmp_path: Path) -> None:
     assert "2 clauses: 2 pass" in done.stdout
 
 
-@pytest.mark.parametrize("bench", sorted((ROOT / "examples/benches").glob("*.toml")), ids=lambda bench: bench.stem)
+@pytest.mark.parametrize("bench", sorted((ROOT / "examples").rglob("*.toml")), ids=lambda bench: bench.stem)
 def test_example_benches_are_right(bench: Path) -> None:
     done = subprocess.run([sys.executable, "-m", "hilbench", "validate", str(bench)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

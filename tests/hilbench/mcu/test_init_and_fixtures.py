@@ -157,6 +157,13 @@ def test_what_init_refuses(tmp_path, monkeypatch, capsys, words, code, said):
     assert [path.name for path in tmp_path.iterdir()] == ["empty.elf"]
 
 
+@pytest.mark.slow
+def test_the_example_of_two_boards_passes():
+    done = pytest_in(Path(__file__).parents[3] / "examples/two-boards", "-q", "-W", "error")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "2 passed" in done.stdout
+
+
 def test_a_board_fixture_without_a_board_says_so(tmp_path):
     (tmp_path / "test_it.py").write_text('pytest_plugins = ["hilbench.pytest_plugin"]\ndef test_it(board): pass\n')
     done = pytest_in(tmp_path, "-q")
