@@ -4,8 +4,8 @@ The loop, between any two slices of instructions:
 
 1. everything that is due by now happens, each event at its own cycle;
 2. a reset that was asked for is carried out;
-3. an exception that may be taken is entered (its cycles pass, and step 1 comes again before its handler begins);
-4. a CPU that sleeps, or that waits for the flash, lets time pass up to the next event;
+3. a CPU that sleeps, or that waits for the flash, wakes up or lets time pass up to the next event;
+4. an exception that may be taken is entered (its cycles pass, and step 1 comes again before its handler begins);
 5. otherwise the CPU executes up to the next event or the limit, whichever comes first.
 
 A slice is cut short when an access to a register makes an earlier event, changes what is pending, or changes the clock.
@@ -187,6 +187,7 @@ class Machine:
         now = engine.cycle
         if time.run_due(now):
             self._idle.restart()
+            return  # with the clock, the cycle of the limit may have changed
         if self._reset_cause is not None:
             self._reset()
         elif core.locked_up is not None:
@@ -195,11 +196,11 @@ class Machine:
             self._hopeless(self._watch.hopeless)
         elif self._stalled_until > now and self._runs_from_flash():
             self._pass_to(limit, self._stalled_until)
+        elif core.sleeping:
+            self._sleep(limit)
         elif core.can_take():
             core.take()
             self._idle.restart()
-        elif core.sleeping:
-            self._sleep(limit)
         else:
             self._execute(limit)
 
@@ -244,8 +245,9 @@ class Machine:
             self.core.wake()
             return
         if self.core.deep and self._deep is None:
-            self._enter_deep_sleep()
-        self._pass_to(limit, limit)
+            self._enter_deep_sleep()  # which changes the clock
+        else:
+            self._pass_to(limit, limit)
 
     def _enter_deep_sleep(self) -> None:
         chip, mode = self.chip, self.chip.pwr.deep_sleep()

@@ -82,6 +82,7 @@ class Core:
         sleeping: WFI, WFE or SLEEPONEXIT stopped the CPU; see `wakes`.
         locked_up: how the core came to stop for good, or None.
         last_fault: the last fault since the core was made, or None.
+        on_running: called with `running` at every exception entry and return, when the next instruction may begin.
         on_fault: called with every fault, before its handler runs.
         on_change: called when something could have become takeable or woken the CPU: the running slice must end.
         on_monitor_clear: called where LDREX is forgotten: exception entry and return.
@@ -110,6 +111,7 @@ class Core:
         self.sleeping = False
         self.locked_up: Lockup | None = None
         self.last_fault: Fault | None = None
+        self.on_running: Callable[[int], None] = lambda _number: None
         self.on_fault: Callable[[Fault], None] = lambda _fault: None
         self.on_change: Callable[[], None] = lambda: None
         self.on_monitor_clear: Callable[[], None] = lambda: None
@@ -301,6 +303,7 @@ class Core:
         self.exceptions.activate(number)
         self.exceptions.event = True
         self.running = number
+        self.on_running(number)
         self.on_monitor_clear()
         # before XPSR: in handler mode SPSEL cannot be cleared
         control = cpu.get(Reg.CONTROL)
@@ -398,6 +401,7 @@ class Core:
         frame.restore(self._cpu, words, self._exc_return, align=self.scb.stack_align)
         self._step = _Step.NONE
         self.running = number
+        self.on_running(number)
         self.exceptions.event = True
         self.on_monitor_clear()
         if not number and self.scb.sleep_on_exit and not self.exceptions.active:

@@ -80,6 +80,7 @@ class IdleSkipper:
 
     def look(self, target: int) -> Stop:
         """Execute a period of the loop in which the program waits, if there is one; `found` says whether."""
+        self._period = 0  # the effect does not depend on what was found before
         return self._look(target, skip=False)
 
     def _look(self, target: int, *, skip: bool) -> Stop:
@@ -123,7 +124,7 @@ class IdleSkipper:
             if engine.cycle >= due:
                 break
             stop = engine.run(due, instructions)
-            if stop.kind is not StopKind.LIMIT or engine.fingerprint() == before:
+            if stop.kind is not StopKind.LIMIT or engine.reached_limit or engine.fingerprint() == before:
                 return stop
         return _LIMIT
 

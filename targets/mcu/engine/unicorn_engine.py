@@ -79,6 +79,7 @@ class UnicornEngine:
         self._all_pointers = (ctypes.c_void_p * len(Reg))(*(first + 4 * index for index in range(len(Reg))))
         self._timing = timing
         self._retired = 0
+        self._limit_cycle = 0
         self._running = False
         self._trouble: BaseException | None = None
         self._intr: int | None = None
@@ -244,14 +245,20 @@ class UnicornEngine:
         if self._traps_wanted != self._traps_set:
             self._set_traps()
         limit = None if limit_instructions is None else self._retired + limit_instructions
+        self._limit_cycle = limit_cycle
         while True:
-            stop = self._run_slice(limit_cycle, limit)
+            stop = self._run_slice(limit)
             if stop is not None:
                 return stop
 
-    def _run_slice(self, limit_cycle: int, limit: int | None) -> Stop | None:
+    @property
+    def reached_limit(self) -> bool:
+        """True if the last run has come to its `limit_cycle`, perhaps lowered: something else is to be done now."""
+        return self.cycle >= self._limit_cycle
+
+    def _run_slice(self, limit: int | None) -> Stop | None:
         """Execute; None when an instruction that Unicorn cannot take was passed over and there is time left."""
-        budget = self._timing.begin_slice(limit_cycle, self._retired)
+        budget = self._timing.begin_slice(self._limit_cycle, self._retired)
         if limit is not None:
             budget = min(budget, limit - self._retired)
         budget = max(1, budget)
@@ -269,7 +276,7 @@ class UnicornEngine:
         if self._trouble is not None:
             trouble, self._trouble = self._trouble, None
             raise trouble
-        if stop is None and (budget <= retired or self._timing.cycle(self._retired) >= limit_cycle):
+        if stop is None and (budget <= retired or self.reached_limit):
             return Stop(StopKind.LIMIT)
         return stop
 
@@ -277,6 +284,7 @@ class UnicornEngine:
         """Lower the limit of the running slice; see `CpuEngine`."""
         if not self._running:
             return
+        self._limit_cycle = min(self._limit_cycle, limit_cycle)
         words = self._words
         limit = self._timing.lower_limit(limit_cycle, self._retired)
         words[1] = min(words[1], max(words[0], limit))
@@ -454,6 +462,7 @@ class UnicornEngine:
         return True
 
     def _hand_on_flash_stores(self) -> None:
+        self._limit_cycle = 0
         stores, self._flash_stores = self._flash_stores, []
         for address, size, _value, before in reversed(stores):
             for base, data, _ in self._memory:

@@ -1,0 +1,68 @@
+"""What comes from outside happens at its bench time, whatever the chip does with its clock."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.targets.mcu.timing.assembly import CLOCK_72_MHZ, EXTI, NOP, RCC, SCS, WFI, Code
+
+MS = 1_000_000
+HALF_CLOCK = Code().poke((RCC + 4, 8 << 4)).hang()
+STOP = (
+    Code(*CLOCK_72_MHZ.halves)
+    .poke((RCC + 0x18, 1), (EXTI, 1), (EXTI + 8, 1), (SCS + 0x100, 1 << 6))  # EXTI0 on PA0, rising; IRQ 6
+    .poke((RCC + 0x1C, 1 << 28), (SCS + 0xD10, 4))  # PWREN; SLEEPDEEP
+    .add(WFI)
+    .load(7, 77)
+    .hang()
+)
+
+
+@pytest.mark.parametrize("main", [HALF_CLOCK, Code(*CLOCK_72_MHZ.halves).hang()], ids=["4 MHz", "72 MHz"])
+@pytest.mark.parametrize("at_ns", [5 * MS, 5 * MS + 1, 7_654_321])
+def test_a_change_of_the_clock_does_not_move_it(start, skip_idle, main, at_ns):
+    machine = start(main, skip_idle=skip_idle)
+    seen = []
+    machine.at_ns(at_ns, lambda: seen.append(machine.now_ns))
+    machine.run_to(10 * MS)
+    assert at_ns <= seen[0] < at_ns + 250
+    assert len(seen) == 1
+
+
+@pytest.mark.parametrize("entered_early", [True, False])
+def test_it_comes_after_what_the_chip_does_at_the_same_cycle(start, entered_early):
+    machine = start(Code(NOP).hang())
+    order = []
+    if entered_early:
+        machine.at_ns(125_000, lambda: order.append("outside"))
+    machine.run_to(1000)
+    machine.time.at(1000, lambda: order.append("inside"))
+    if not entered_early:
+        machine.at_ns(125_000, lambda: order.append("outside"))
+    machine.run_to(MS)
+    assert order == ["inside", "outside"]
+
+
+def test_a_run_that_enters_stop_mode_ends_at_its_limit(start, skip_idle):
+    machine = start(STOP, skip_idle=skip_idle)
+    machine.run_to(50 * MS)
+    assert machine.core.sleeping
+    assert machine.time.hclk_hz == 8_000_000
+    assert 50 * MS <= machine.now_ns < 50 * MS + 125
+
+
+@pytest.mark.parametrize("entered_early", [True, False])
+def test_waking_from_stop_takes_the_regulators_time(start, entered_early):
+    # 3.6 us with the regulator on (DS5319 section 5.3.6), as whole cycles of HSI, then the entry of the exception.
+    machine = start(STOP, {22: Code(0x4770)})
+    running = []
+    machine.core.on_running = lambda number: running.append((number, machine.cycle))
+    if entered_early:
+        machine.at_ns(40 * MS, lambda: machine.chip.pins["PA0"].drive(True))
+    machine.run_to(40 * MS)
+    woken_cycle = machine.cycle
+    if not entered_early:
+        machine.chip.pins["PA0"].drive(True)
+    machine.run_to(41 * MS)
+    assert running[0] == (22, woken_cycle + 28 + 12)
+    assert not machine.core.sleeping
