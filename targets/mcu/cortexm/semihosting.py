@@ -1,7 +1,8 @@
 """Semihosting: what firmware asks of a debugger with BKPT 0xAB (Arm, Semihosting for AArch32 and AArch64, 2.0).
 
 The operation is in R0, its parameter or the address of its parameter block in R1; the result goes to R0. There is a
-console to write to and an end of the program; there are no files, and nothing to read.
+console to write to and an end of the program. The only file is the one that tells which extensions there are (section
+"Feature reporting"): newlib hands on the status of `exit` only if it finds there that it may.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ SEMIHOSTING_BREAKPOINT = 0xAB
 _FAILED = 0xFFFF_FFFF
 _ENOENT, _EBADF, _ENOSYS = 2, 9, 38
 _APPLICATION_EXIT = 0x20026
+_FEATURES_NAME = b":semihosting-features"
+_EXIT_EXTENDED, _STDOUT_STDERR = 1, 2
+_FEATURES = b"SHFB" + bytes([_EXIT_EXTENDED | _STDOUT_STDERR])
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +65,7 @@ class Semihosting:
         self._command_line = command_line.encode()
         self._errno = 0
         self._consoles: set[int] = set()
+        self._positions: dict[int, int] = {}  # in the file of features, by handle
         self._next_handle = 1
         self.on_output: Callable[[bytes], None] = lambda _text: None
         self.on_exit: Callable[[Exit], None] = lambda _exit: None
@@ -74,6 +79,7 @@ class Semihosting:
             0x07: ("SYS_READC", lambda _parameter: _FAILED),
             0x08: ("SYS_ISERROR", lambda block: self._word(block, 0) >> 31),
             0x09: ("SYS_ISTTY", self._is_console),
+            0x0A: ("SYS_SEEK", self._seek),
             0x0C: ("SYS_FLEN", self._length),
             0x10: ("SYS_CLOCK", lambda _parameter: self._elapsed(100)),
             0x11: ("SYS_TIME", lambda _parameter: self._elapsed(1)),
@@ -100,21 +106,25 @@ class Semihosting:
         cpu.set(Reg.PC, cpu.get(Reg.PC) + 2)
         cpu.add_cycles(1)
 
-    # --- the console
+    # --- the console, and the file of features
 
     def _open(self, block: int) -> int:
         name = self._bytes(self._word(block, 0), self._word(block, 2))
-        if name != b":tt":
+        if name not in (b":tt", _FEATURES_NAME):
             return self._fail(_ENOENT)
         handle, self._next_handle = self._next_handle, self._next_handle + 1
-        self._consoles.add(handle)
+        if name == _FEATURES_NAME:
+            self._positions[handle] = 0
+        else:
+            self._consoles.add(handle)
         return handle
 
     def _close(self, block: int) -> int:
         handle = self._word(block, 0)
-        if handle not in self._consoles:
+        if handle not in self._consoles and handle not in self._positions:
             return self._fail(_EBADF)
         self._consoles.discard(handle)
+        self._positions.pop(handle, None)
         return 0
 
     def _write_character(self, address: int) -> int:
@@ -138,14 +148,34 @@ class Semihosting:
         return 0
 
     def _read(self, block: int) -> int:
-        """Read nothing; returns how many bytes were not read: all of them, which is the end of the file."""
-        return self._word(block, 2)
+        """Return how many bytes were not read: of the console all, which is the end of the file."""
+        handle, address, length = (self._word(block, index) for index in range(3))
+        position = self._positions.get(handle, len(_FEATURES))
+        data = _FEATURES[position : position + length]
+        for index, byte in enumerate(data):
+            self._bus.write(address + index, 1, byte)
+        if handle in self._positions:
+            self._positions[handle] += len(data)
+        return length - len(data)
+
+    def _seek(self, block: int) -> int:
+        handle, position = self._word(block, 0), self._word(block, 1)
+        if handle not in self._positions or position > len(_FEATURES):
+            return self._fail(_EBADF)
+        self._positions[handle] = position
+        return 0
 
     def _is_console(self, block: int) -> int:
-        return 1 if self._word(block, 0) in self._consoles else self._fail(_EBADF)
+        handle = self._word(block, 0)
+        if handle in self._positions:
+            return 0
+        return 1 if handle in self._consoles else self._fail(_EBADF)
 
     def _length(self, block: int) -> int:
-        return 0 if self._word(block, 0) in self._consoles else self._fail(_EBADF)
+        handle = self._word(block, 0)
+        if handle in self._positions:
+            return len(_FEATURES)
+        return 0 if handle in self._consoles else self._fail(_EBADF)
 
     # --- the rest
 

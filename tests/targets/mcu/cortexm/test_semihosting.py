@@ -74,8 +74,24 @@ def test_console_as_newlib_uses_it(host):
     assert host.call(0x09, host.block(99)) == FAILED
 
 
-def test_there_are_no_files(host):
-    assert host.open(b":semihosting-features", 0) == FAILED
+def test_the_extensions_as_newlib_looks_for_them(host):
+    """Without the first, newlib ends a program with status 0 whatever it gave to exit()."""
+    handle = host.open(b":semihosting-features", 0)
+    assert host.call(0x09, host.block(handle)) == 0
+    assert host.call(0x0C, host.block(handle)) == 5
+    assert host.call(0x06, host.block(handle, host.rig.RAM + 0x200, 4)) == 0
+    assert host.call(0x0A, host.block(handle, 4)) == 0
+    assert host.call(0x06, host.block(handle, host.rig.RAM + 0x204, 3)) == 2
+    assert host.rig.memory.dump(host.rig.RAM + 0x200, 5) == b"SHFB\x03"
+    assert host.call(0x06, host.block(handle, host.rig.RAM + 0x204, 1)) == 1
+    assert host.call(0x0A, host.block(handle, 6)) == FAILED
+    assert host.call(0x05, host.block(handle, host.text(b"abc"), 3)) == 3
+    assert host.call(0x02, host.block(handle)) == 0
+    assert host.call(0x0C, host.block(handle)) == FAILED
+
+
+def test_there_are_no_other_files(host):
+    assert host.open(b"result.txt", 0) == FAILED
     assert host.call(0x13) == 2
     assert host.rig.chip.notes.all == []
 
@@ -122,9 +138,9 @@ def test_exits(host, operation, parameter, expected):
 
 
 def test_what_is_not_there_is_noted(host):
-    assert host.call(0x0A, host.block(1, 0)) == FAILED
+    assert host.call(0x0E, host.block(1, 0)) == FAILED
     assert host.call(0x13) == 38
-    assert host.rig.chip.noted("unmodelled") == ["semihosting 0xA"]
+    assert host.rig.chip.noted("unmodelled") == ["semihosting 0xE"]
 
 
 def test_parameters_that_cannot_be_read(host):
