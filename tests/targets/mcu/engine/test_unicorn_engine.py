@@ -112,6 +112,17 @@ class TestCounting:
 
 
 class TestItBlocks:
+    @pytest.mark.parametrize("place", ["ram", "registers", "flash"])
+    @pytest.mark.parametrize("access", [LDR_R0_R1, STR_R0_R1])
+    def test_the_first_access_to_a_page_leaves_no_condition_behind(self, machine, at, place, access):
+        # cmp r2, r2; itt eq; access; addeq r3; movs r4, #1 (Z is clear); bx r5
+        machine.load(0x4292, 0xBF04, access, 0x3301, 0x2401, 0x4728, HANG, 0x3601, 0x3701, HANG)
+        machine.engine.set(Reg.R1, getattr(at, place) + 0x800 * (place != "registers"))
+        machine.engine.set(Reg.R5, at.code + 15)
+        machine.run(20)
+        machine.run(20)  # a store to flash ends a slice
+        assert [machine.engine.get(reg) for reg in (Reg.R3, Reg.R6, Reg.R7)] == [1, 1, 1]
+
     @pytest.mark.parametrize("z", [True, False])
     @pytest.mark.parametrize("mask", [0x4, 0xC, 0x2, 0x6, 0xA, 0xE, 0x1, 0xF, 0x5])
     def test_no_slice_ends_inside(self, make, mask, z):
