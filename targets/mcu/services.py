@@ -127,7 +127,7 @@ class Services:
         irq: interrupt line by number (position in the vector table less 16).
         dma: DMA request by the peripheral's own name for it, such as ``USART1_TX`` or ``TIM2_UP``.
         output: output signal by name.
-        input: input signal by name.
+        input: a listener to the input signal of that name, for the caller to keep.
         bus: memory and registers.
         chip_reset: asks for a reset of the chip with its cause, as RCC_CSR names it: ``IWDG``, ``WWDG``, ``SFT``,
             ``LPWR``, ``PIN``, ``POR``. It happens at the next instruction boundary.

@@ -22,16 +22,16 @@ class PinOutput:
         name: such as ``TIM2_CH1``.
         level: as last set.
         pin: the pad it is routed to.
-        peer: the input of the same name inside the chip, if one is listening there.
+        peers: the inputs of the same name inside the chip, if the signal stays there.
     """
 
-    __slots__ = ("_watch", "level", "name", "on_watch", "peer", "pin", "refresh")
+    __slots__ = ("_watch", "level", "name", "on_watch", "peers", "pin", "refresh")
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.level: bool | None = None
         self.pin: Pin | None = None
-        self.peer: PinInput | None = None
+        self.peers: tuple[PinInput, ...] = ()
         self.refresh: Callable[[], None] | None = None
         self.on_watch: Callable[[], None] | None = None
         self._watch = Watch.NOBODY
@@ -59,7 +59,7 @@ class PinOutput:
         if self.pin is not None:
             watch = self.pin.watch() if self.pin.alternate else Watch.NOBODY
         else:
-            watch = Watch.LIVE if self.peer is not None and self.peer.on_change is not None else Watch.NOBODY
+            watch = Watch.LIVE if any(peer.on_change is not None for peer in self.peers) else Watch.NOBODY
         if watch is not self._watch:
             if self.refresh is not None:
                 self.refresh()
@@ -73,12 +73,14 @@ class PinOutput:
         if self.pin is not None:
             if self.pin.alternate:
                 self.pin.update(cycle)
-        elif self.peer is not None and self.peer.on_change is not None and (level is True) is not was_high:
-            self.peer.on_change(level is True)
+        elif (level is True) is not was_high:
+            for peer in self.peers:
+                if peer.on_change is not None:
+                    peer.on_change(level is True)
 
 
 class PinInput:
-    """An input signal of a peripheral; see `targets.mcu.services.InputSignal`.
+    """One listener to an input signal of a peripheral; see `targets.mcu.services.InputSignal`.
 
     Attributes:
         name: such as ``TIM2_CH1``.
@@ -133,7 +135,7 @@ class Signals:
     def __init__(self, pins: Pins) -> None:
         self._pins = pins
         self._outputs: dict[str, PinOutput] = {}
-        self._inputs: dict[str, PinInput] = {}
+        self._inputs: dict[str, list[PinInput]] = {}
         self._routes: dict[str, str] = {}
 
     def output(self, name: str) -> PinOutput:
@@ -145,11 +147,10 @@ class Signals:
         return signal
 
     def input(self, name: str) -> PinInput:
-        """Return the input signal of that name."""
-        signal = self._inputs.get(name)
-        if signal is None:
-            signal = self._inputs[name] = PinInput(name)
-            self._connect(name)
+        """Return a new listener to the input signal of that name; ``TIM2_TRGO`` may have several."""
+        signal = PinInput(name)
+        self._inputs.setdefault(name, []).append(signal)
+        self._connect(name)
         return signal
 
     def route(self, name: str, pin: str | None) -> None:
@@ -157,8 +158,7 @@ class Signals:
         old = self._routes.get(name)
         if old == pin:
             return
-        listener = self._inputs.get(name)
-        before = listener.level() if listener else False
+        before = [(listener, listener.level()) for listener in self._inputs.get(name, ())]
         if pin is None:
             del self._routes[name]
         else:
@@ -166,8 +166,9 @@ class Signals:
         self._connect(name)
         if old is not None:
             self._attach(old)
-        if listener is not None and listener.on_change is not None and listener.level() is not before:
-            listener.on_change(not before)
+        for listener, level in before:
+            if listener.on_change is not None and listener.level() is not level:
+                listener.on_change(not level)
 
     def route_of(self, name: str) -> str | None:
         """Return the pin that carries the signal."""
@@ -176,11 +177,11 @@ class Signals:
     def _connect(self, name: str) -> None:
         route = self._routes.get(name)
         pin = self._pins[route] if route is not None else None
-        output, listener = self._outputs.get(name), self._inputs.get(name)
+        output, listeners = self._outputs.get(name), self._inputs.get(name, [])
         inside = pin is None
         if output is not None:
-            output.pin, output.peer = pin, listener if inside else None
-        if listener is not None:
+            output.pin, output.peers = pin, tuple(listeners) if inside else ()
+        for listener in listeners:
             listener.pin, listener.peer = pin, output if inside else None
         if route is not None:
             self._attach(route)
@@ -191,5 +192,5 @@ class Signals:
         names = sorted(name for name, at in self._routes.items() if at == pin)
         self._pins[pin].attach(
             [self._outputs[name] for name in names if name in self._outputs],
-            [self._inputs[name] for name in names if name in self._inputs],
+            [listener for name in names for listener in self._inputs.get(name, ())],
         )

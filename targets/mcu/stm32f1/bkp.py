@@ -37,6 +37,7 @@ class Bkp(Peripheral):
         super().__init__("BKP", base, services)
         self._writable = backup_writable
         self._irq = services.irq(TAMPER_IRQ)
+        self._tamper = services.input("TAMPER")
 
     def reset(self) -> None:
         """A reset of the chip reaches TPIE and the flag of the interrupt only."""
@@ -59,9 +60,8 @@ class Bkp(Peripheral):
         """Enable the pin and choose the level that counts as tampering."""
         self[CR] = value
         if value & TPE:
-            pin = self.services.input("TAMPER")
-            pin.on_change = self._on_pin
-            self._on_pin(pin.level())
+            self._tamper.on_change = self._on_pin
+            self._on_pin(self._tamper.level())
 
     def write_CSR(self, value: int) -> None:
         """CTE and CTI clear TEF and TIF and read 0."""

@@ -48,13 +48,14 @@ class Pwr(Peripheral):
 
     def __init__(self, base: int, services: Services) -> None:
         super().__init__("PWR", base, services)
+        self._wkup = services.input("WKUP")
         self._in_standby = False
 
     def reset(self) -> None:
         """Go to the state after a reset; WUF and SBF stay."""
         kept = self[CSR] & (WUF | SBF)
         if self[CSR] & EWUP:
-            self.services.input("WKUP").on_change = None
+            self._wkup.on_change = None
         super().reset()
         self[CSR] = kept
         self._in_standby = False
@@ -80,9 +81,8 @@ class Pwr(Peripheral):
         changed = (value ^ self[CSR]) & EWUP
         self[CSR] = value
         if changed:
-            pin = self.services.input("WKUP")
-            pin.on_change = self._on_wkup if value & EWUP else None
-            self._on_wkup(bool(value & EWUP) and pin.level())
+            self._wkup.on_change = self._on_wkup if value & EWUP else None
+            self._on_wkup(bool(value & EWUP) and self._wkup.level())
 
     def deep_sleep(self) -> DeepSleep:
         """Return the mode that CR chooses for SLEEPDEEP."""

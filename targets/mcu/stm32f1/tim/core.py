@@ -268,6 +268,8 @@ class TimerCore(Peripheral, abc.ABC):
     def _set_main_enable(self) -> None:
         gate, breaks = self._gate, self._breaks
         if breaks is not None:
+            for stage in self._stages:
+                stage.reach(self._clock.now)
             gate.off_state_run, gate.off_state_idle = breaks.off_states(self[BDTR])
             if gate.main_enable and not breaks.enabled(self[BDTR]):
                 gate.idle_since = self._clock.now

@@ -643,6 +643,20 @@ def test_aoe_waits_for_an_update_after_the_break_is_released(make_timer):
     assert chip.output("TIM1_CH1").level is True
 
 
+@pytest.mark.parametrize("watch", list(Watch))
+def test_an_idle_time_that_ends_before_aoe_sets_moe_changes_nothing(make_timer, watch):
+    chip, timer = make_timer("TIM1")
+    out = chip.output("TIM1_CH1")
+    out.set_watch(watch)
+    setup(timer, ARR=9, CCER=1, EGR=1, BDTR=0x4003, CR1=CEN)
+    chip.advance(11)
+    poke(timer, "EGR", 0x80)
+    chip.advance(10)
+    out.look()
+    assert out.level is False
+    assert watch is Watch.NOBODY or out.edges == [(11, False), (11, None), (21, False)]
+
+
 def test_commutation(make_timer):
     """CCPC: a six-step drive prepares the next step, and COM puts it into effect on all channels at once."""
     chip, timer = make_timer("TIM1")
