@@ -98,6 +98,7 @@ class EmulatedBoard:
         timing: ``flat`` or ``table``.
         skip_idle: whether waiting loops are skipped.
         straps: the boot jumpers.
+        programs: other images for it, by what they do.
         where: who asked for it, for messages: file and line, or the words of a command line.
     """
 
@@ -108,6 +109,7 @@ class EmulatedBoard:
     timing: Literal["flat", "table"] = "flat"
     skip_idle: bool = True
     straps: Straps = field(default_factory=Straps)
+    programs: Mapping[str, Path] = field(default_factory=dict)
     where: str = ""
 
 
@@ -126,6 +128,8 @@ class BenchFile:
         links: the serial lines.
         nets: what wires join.
         lockstep_ns: how far one of several boards that wires join may be ahead of the others.
+        suites: what is checked where no suite is asked for: names of shipped suites, and paths.
+        variants: the files of other benches, by names that cases use.
         faults: what goes wrong on the lines; each says which way (``towards``), but for those of both ways.
     """
 
@@ -139,6 +143,8 @@ class BenchFile:
     links: tuple[Link, ...] = ()
     nets: tuple[Net, ...] = ()
     lockstep_ns: int = LOCKSTEP_NS
+    suites: tuple[str, ...] = ()
+    variants: Mapping[str, Path] = field(default_factory=dict)
     faults: tuple[FaultEntry, ...] = ()
 
     def header(self, seed: int) -> dict[str, object]:

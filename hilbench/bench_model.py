@@ -52,6 +52,7 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
             ``table`` (by instruction; exacter and slower).
         skip_idle: whether waiting loops are skipped; what the firmware does is the same.
         straps: boot jumpers that are set otherwise than the board is delivered.
+        programs: other images for the same board, by what they do; a suite that checks them asks for them by name.
     """
 
     model: Literal["pioneer-2dx"] | UnsetType = UNSET
@@ -62,6 +63,7 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     timing: Literal["flat", "table"] = "flat"
     skip_idle: bool = True
     straps: StrapsEntry = StrapsEntry()
+    programs: dict[str, str] = {}
 
 
 class PartEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -118,6 +120,9 @@ class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         faults: what goes wrong on the links.
         lockstep_us: how far one of several boards that wires join may be ahead of the others, in microseconds: an edge
             from one to another is that much late at most. Frames on lines between boards are never late.
+        suites: what ``hilbench check`` runs on this bench where no suite is asked for: names of shipped suites, or
+            paths of suite files or folders, seen from the bench file.
+        variants: other benches, by names that cases of these suites use: paths of bench files, seen from this one.
     """
 
     version: Literal[1]
@@ -128,3 +133,5 @@ class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     wires: tuple[WireEntry, ...] = ()
     faults: tuple[FaultEntry, ...] = ()
     lockstep_us: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 20
+    suites: tuple[str, ...] = ()
+    variants: dict[str, str] = {}

@@ -48,16 +48,24 @@ def make_provider(options: CheckOptions) -> BenchProvider:
         UsageError: the bench file or the target is wrong.
     """
     bench_file = open_bench(options.bench)
-    if bench_file.boards and not options.targets:
-        hint = "test them with pytest ('hilbench init' begins one), or see them run: hilbench run"
-        raise UsageError("no suite checks emulated boards yet", where=str(bench_file.path), hint=hint)
+    if bench_file.boards and not (options.suites or bench_file.suites):
+        hint = 'write suites = ["my_suite.py"] into it, or --suite; without clauses: pytest (hilbench init begins one)'
+        raise UsageError("names no suite for its boards", where=str(bench_file.path), hint=hint)
     journal = Journal(options.journal, bench_file.header(options.seed)) if options.journal else None
     shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal or Journal())
+    if bench_file.boards:
+        return _for_boards(shared, options)
     if not options.targets:
         return VirtualProvider(shared)
     if len(options.targets) > 1:
         raise UsageError("this bench has one target", where=f"--target {options.targets[1].spec}", hint="name only one")
     return _for_target(shared, options.targets[0].spec)
+
+
+def _for_boards(shared: Shared, options: CheckOptions) -> BenchProvider:
+    from hilbench.mcu.board_provider import BoardProvider
+
+    return BoardProvider(shared, options.targets)
 
 
 def _for_target(shared: Shared, spec: str) -> BenchProvider:
@@ -111,6 +119,11 @@ class VirtualProvider:
         if settings.aux_loop_back:
             capabilities |= {"aux-loopback"}
         return capabilities
+
+    @property
+    def suites(self) -> Sequence[str]:
+        """The suites of the bench file."""
+        return self._shared.suites
 
     def describe(self) -> Mapping[str, str]:
         """Name the bench, its target and its physics."""

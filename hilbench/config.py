@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from msgspec import UNSET
 from hilbench.bench_file import CHECKER_END, BenchFile, EmulatedBoard, Link
 from hilbench.bench_model import BenchModel, LinkEntry, TargetEntry, World
 from hilbench.board_files import open_board
+from hilbench.check.suites import shipped_suites
 from hilbench.clock import NS_PER_US
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.fault_entries import FaultEntry
@@ -45,9 +46,12 @@ BUILT_IN_FOLDER = Path(__file__).parent / "benches"
 DEFAULT_FILE = Path("hilbench.toml")
 DEFAULT_BENCH = "pioneer"
 
+ROBOT_SUITES = ("p2os-client", "p2os-server", "pioneer-motion")
+"""What is checked on a bench with a robot, unless its file says otherwise."""
+
 _MODEL_BAUD = 9600
 _MODEL_KEYS = ("model", "settings")
-_BOARD_KEYS = ("board", "firmware", "base", "timing", "skip_idle", "straps")
+_BOARD_KEYS = ("board", "firmware", "base", "timing", "skip_idle", "straps", "programs")
 
 
 def built_in_benches() -> tuple[str, ...]:
@@ -139,6 +143,8 @@ class _Reader:
             links=links,
             nets=wiring.nets(),
             lockstep_ns=model.lockstep_us * NS_PER_US,
+            suites=self._suites(model),
+            variants={name: self._file_beside(text, ("variants", name)) for name, text in model.variants.items()},
             faults=self._faults(model, links),
         )
 
@@ -188,8 +194,40 @@ class _Reader:
             timing=entry.timing,
             skip_idle=entry.skip_idle,
             straps=dataclasses.replace(board.straps, **straps),
+            programs=self._programs(name, entry),
             where=where,
         )
+
+    def _programs(self, name: str, entry: TargetEntry) -> dict[str, Path]:
+        paths = {program: self._folder / image for program, image in entry.programs.items()}
+        for program, path in paths.items():
+            if not path.is_file():
+                where = self._file.place(("targets", name, "programs", program))
+                raise UnavailableError(f"no firmware file '{path}'", where=where)
+        return paths
+
+    def _file_beside(self, text: str, path: tuple[str | int, ...]) -> Path:
+        file = self._folder / text
+        if not file.is_file():
+            raise self._strict.error(f"no file '{file}'", path)
+        return file
+
+    def _suites(self, model: BenchModel) -> tuple[str, ...]:
+        """Return the suites of the file, or those of every robot where it names none."""
+        boards = any(entry.board is not UNSET for entry in model.targets.values())
+        if "suites" not in self._file.data:
+            return () if boards else ROBOT_SUITES
+        shipped = shipped_suites()
+        return tuple(
+            suite if suite in shipped else str(self._suite_file(suite, number, shipped))
+            for number, suite in enumerate(model.suites)
+        )
+
+    def _suite_file(self, suite: str, number: int, shipped: Collection[str]) -> Path:
+        if (self._folder / suite).exists():
+            return self._folder / suite
+        hint = did_you_mean(suite, shipped, "shipped suites")
+        raise self._strict.error(f"no suite '{suite}'", ("suites", number), hint)
 
     def _world(self, model: BenchModel) -> World:
         scene = resolve_scene(model.world.scene, self._folder, self._file.place(("world", "scene")))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import shlex
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from hilbench.cases import AttachedCase, ForeignClientCase
 from hilbench.check.observations import Observations
@@ -43,6 +43,11 @@ class _LockedProvider:
         self._bench = shared.bench(self._scheduler)
         self._locked = False
         self._ports: list[Port] = []
+
+    @property
+    def suites(self) -> Sequence[str]:
+        """The suites of the bench file."""
+        return self._shared.suites
 
     def describe(self) -> Mapping[str, str]:
         """Name the target; there is no physics of ours."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from hilbench.bench import Bench
@@ -26,6 +26,11 @@ class Shared:
     bench_file: BenchFile
     timeout_scale: float
     journal: Journal
+
+    @property
+    def suites(self) -> Sequence[str]:
+        """What is checked where no suite is asked for."""
+        return self.bench_file.suites
 
     def bench(self, scheduler: Scheduler) -> Bench:
         """Return a bench on a scheduler."""

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from hilbench.check.catalogue import Clause
+from hilbench.check.provider import PLAIN_SETUP, CaseSetup
 from hilbench.check.verdicts import Level
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., object])
@@ -35,6 +36,7 @@ class CaseSpec:
         bench_time_s: about how long it takes, in seconds of bench time; what ``--list`` adds up.
         needs: the capabilities without which it is not applicable, on top of those its clauses need.
         scene: the scene its bench is to be opened with; empty for that of the bench file.
+        setup: how else its bench is to differ from that of the bench file.
         clause: the clause it brings along, if it is not in a catalogue.
     """
 
@@ -42,6 +44,7 @@ class CaseSpec:
     bench_time_s: float = 0.0
     needs: frozenset[str] = frozenset()
     scene: str = ""
+    setup: CaseSetup = PLAIN_SETUP
     clause: Clause | None = None
 
 
@@ -50,6 +53,7 @@ def case(
     bench_time_s: float = 0.0,
     needs: Iterable[str] = (),
     scene: str = "",
+    setup: CaseSetup = PLAIN_SETUP,
     text: str = "",
     title: str = "",
     level: Level = "must",
@@ -62,6 +66,7 @@ def case(
         bench_time_s: about how long the case takes, in seconds of bench time, for each set of parameters.
         needs: capabilities of the bench without which the case is not applicable, such as ``"world"``.
         scene: scene to open the bench with; the default is that of the bench file.
+        setup: variant, program and settings of parts to open a bench of emulated boards with.
         text: defines the clause in place: what the target has to do.
         title: short form of ``text``; the default is its first sentence.
         level: ``"must"`` or ``"should"``, of a clause defined in place.
@@ -87,7 +92,14 @@ def case(
             text=text,
             source=source,
         )
-    spec = CaseSpec(clause_ids=clause_ids, bench_time_s=bench_time_s, needs=frozenset(needs), scene=scene, clause=own)
+    spec = CaseSpec(
+        clause_ids=clause_ids,
+        bench_time_s=bench_time_s,
+        needs=frozenset(needs) | setup.needs,
+        scene=scene,
+        setup=setup,
+        clause=own,
+    )
 
     def declare(function: FunctionT) -> FunctionT:
         setattr(function, _ATTRIBUTE, spec)

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from hilbench.check.catalogue import Clause
+from hilbench.check.provider import CaseSetup
 from hilbench.check.results import CaseResult
 from hilbench.check.verdicts import Verdict
 
@@ -26,6 +27,7 @@ class PlannedCase:
         needs: the capabilities it needs, those of its clauses included.
         missing: those of them that the bench lacks.
         scene: the scene it asks for.
+        setup: how else its bench differs from that of the bench file.
         seed: its seed.
     """
 
@@ -37,6 +39,7 @@ class PlannedCase:
     needs: frozenset[str]
     missing: tuple[str, ...]
     scene: str
+    setup: CaseSetup
     seed: int
 
     @property

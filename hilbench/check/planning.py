@@ -45,6 +45,7 @@ def plan_case(
         needs=needs,
         missing=tuple(sorted(needs.difference(capabilities))),
         scene=spec.scene,
+        setup=spec.setup,
         seed=case_seed(run_seed, case_id),
     )
 

@@ -324,7 +324,12 @@ def _suite_argument(path: Path) -> str:
 
 def _info(planned: PlannedCase) -> CaseInfo:
     return CaseInfo(
-        id=planned.id, clause_ids=planned.clause_ids, seed=planned.seed, scene=planned.scene, needs=planned.needs
+        id=planned.id,
+        clause_ids=planned.clause_ids,
+        seed=planned.seed,
+        scene=planned.scene,
+        needs=planned.needs,
+        setup=planned.setup,
     )
 
 

@@ -9,8 +9,34 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CaseSetup:
+    """How the bench of a case differs from the one of the bench file; for benches of emulated boards.
+
+    Attributes:
+        variant: the variant of the bench, by the name that the bench file has for it; empty for the bench itself.
+        program: which program of the board runs, by the name that the bench file has for it; empty for its firmware.
+        settings: settings of parts, by part and setting.
+    """
+
+    variant: str = ""
+    program: str = ""
+    settings: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
+
+    @property
+    def needs(self) -> frozenset[str]:
+        """The capabilities that follow from it."""
+        named = (("variant", self.variant), ("program", self.program))
+        parts = {f"part '{part}'" for part in self.settings}
+        return frozenset({f"{kind} '{name}'" for kind, name in named if name} | parts)
+
+
+PLAIN_SETUP = CaseSetup()
+"""The bench as its file says."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,6 +49,7 @@ class CaseInfo:
         seed: of this case alone, so that selection and order change nothing; 0 to 2**63 - 1.
         scene: the scene it asks for; empty for that of the bench file.
         needs: the capabilities it was declared to need; all of them are there.
+        setup: how else its bench is to differ from that of the bench file.
     """
 
     id: str
@@ -30,6 +57,7 @@ class CaseInfo:
     seed: int
     scene: str = ""
     needs: frozenset[str] = frozenset()
+    setup: CaseSetup = PLAIN_SETUP
 
 
 def case_seed(run_seed: int, case_id: str) -> int:
@@ -84,6 +112,15 @@ class BenchProvider(Protocol):
 
     def close(self) -> None:
         """Give everything back. Called once, also after an error."""
+
+
+@runtime_checkable
+class Choosing(Protocol):
+    """What a provider may have besides: the suites that are meant where none is named."""
+
+    @property
+    def suites(self) -> Sequence[str]:
+        """Names of shipped suites, or paths."""
 
 
 @runtime_checkable

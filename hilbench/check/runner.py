@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from hilbench.check.collector import Collector, PlannedCase
 from hilbench.check.evaluate import make_report
 from hilbench.check.observations import Observing
-from hilbench.check.provider import BenchProvider
+from hilbench.check.provider import BenchProvider, Choosing
 from hilbench.check.report import check_outputs, listing, write_report
 from hilbench.check.results import Report
 from hilbench.check.suites import SHIPPED_FOLDER, find_suites
@@ -100,7 +100,8 @@ def _pytest(
     from hilbench.check.plugin import CheckPlugin
     from hilbench.check.pytest_run import run_pytest
 
-    files = find_suites(options.suites)
+    chosen = provider.suites if isinstance(provider, Choosing) else ()
+    files = find_suites(options.suites or chosen)
     collector = Collector()
     plugin = CheckPlugin(collector, provider, seed=options.seed, select=options.select, on_case=on_case)
     printed = run_pytest(files, plugin, collect_only=collect_only) if files else ""

@@ -90,6 +90,7 @@ class EmulatedBench:
         step_ns: how far the chips run ahead of bench time.
         edges_of_frames: whether the journal gets the edges of pins that send serial frames, beside the bytes.
         make_machine: makes the chips.
+        bench: time and journal to live in, which stay the caller's to close; None for its own.
 
     Raises:
         UsageError: an image cannot run on its board; a wire or a robot is wrong.
@@ -117,6 +118,7 @@ class EmulatedBench:
         step_ns: int = FREE_STEP_NS,
         edges_of_frames: bool = False,
         make_machine: MachineFactory = make_machine,
+        bench: Bench | None = None,
     ) -> None:
         self.bench_file = bench_file
         self._seed = seed
@@ -130,13 +132,10 @@ class EmulatedBench:
         self.end: End | None = None
         with contextlib.ExitStack() as undo:
             self.machines = self._make_machines(make_machine)
-            header = bench_file.header(seed) | {
-                "images": {
-                    name: {"format": image.format, "sha256": image.digest} for name, image in self.images.items()
-                }
-            }
-            self.bench = Bench(Scheduler(), Journal(journal, header))
-            undo.callback(lambda: self.bench.journal.close(self.bench.now_ns))
+            if bench is None:
+                bench = Bench(Scheduler(), Journal(journal, self._header()))
+                undo.callback(lambda: self.bench.journal.close(self.bench.now_ns))
+            self.bench = bench
             self._group = MachineGroup(self.bench, self.machines, step_ns=step_ns)
             self._group.on_ended = self._ended
             self._waveforms = Waveforms(vcd) if vcd is not None else None

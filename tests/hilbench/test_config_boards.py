@@ -175,4 +175,4 @@ def test_the_published_schema_of_boards_is_that_of_the_model():
 def test_a_bench_of_boards_alone_has_no_robot_to_serve_or_check(read, tmp_path, capsys):
     read(BRAIN)
     assert main(["check", str(tmp_path / "my.toml")]) == 2
-    assert "my.toml: no suite checks emulated boards yet; test them with pytest" in capsys.readouterr().err
+    assert "my.toml: names no suite for its boards; write suites = " in capsys.readouterr().err

@@ -1,0 +1,153 @@
+"""Gives each case a fresh bench of emulated boards, in virtual time: the bench of a file, or one of its variants.
+
+What a case may ask for beside the bench itself: another program of the board, a variant, settings of parts, a scene.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+
+import msgspec
+
+from hilbench.bench_file import BenchFile, EmulatedBoard, PartPlan
+from hilbench.check.provider import CaseInfo, CaseSetup
+from hilbench.clock import Scheduler
+from hilbench.config import read_bench
+from hilbench.errors import UsageError
+from hilbench.mcu.board_case import BoardCase
+from hilbench.mcu.command_line import open_target
+from hilbench.mcu.emulated import EmulatedBench
+from hilbench.nearest import did_you_mean
+from hilbench.options import TargetChoice
+from hilbench.shared import Shared
+
+__all__ = ["BoardProvider"]
+
+_BULLET = frozenset({"rays", "contacts", "gravity"})
+
+
+class BoardProvider:
+    """See the module.
+
+    Args:
+        shared: bench file, journal, waiting.
+        choices: the images to check instead of those of the bench file.
+
+    Raises:
+        UsageError: no suite is known for this bench, or a choice fits nothing.
+    """
+
+    def __init__(self, shared: Shared, choices: Sequence[TargetChoice] = ()) -> None:
+        self._shared = shared
+        self._images = _Images(self._variants, choices)
+
+    @property
+    def suites(self) -> Sequence[str]:
+        """The suites of the bench file."""
+        return self._shared.suites
+
+    @property
+    def capabilities(self) -> frozenset[str]:
+        """Boards, programs, variants, parts, and what the world can do."""
+        bench_file = self._shared.bench_file
+        found = {"boards", *(f"variant '{name}'" for name in self._variants if name)}
+        for variant in self._variants.values():
+            found |= {f"program '{name}'" for emulated in variant.boards.values() for name in emulated.programs}
+            found |= {f"part '{name}'" for name in variant.parts}
+        if bench_file.has_world:
+            found |= {"world", "scene"}
+        if bench_file.has_world and bench_file.world.physics == "bullet":
+            found |= _BULLET
+        return frozenset(found)
+
+    def describe(self) -> Mapping[str, str]:
+        """Name the bench, its boards and its physics."""
+        bench_file = self._shared.bench_file
+        boards = ", ".join(f"{emulated.board_name} ({emulated.timing})" for emulated in bench_file.boards.values())
+        world = bench_file.world
+        physics = f"{world.physics} at {world.step_hz} Hz" if bench_file.has_world else "none"
+        about = self._shared.describe(f"emulated {boards}", physics)
+        return {**about, "instead": self._images.text} if self._images.text else about
+
+    @contextlib.contextmanager
+    def open_case(self, case: CaseInfo) -> Iterator[BoardCase]:
+        """Open a bench for one case."""
+        bench = self._shared.bench(Scheduler())
+        bench_file = self._bench_file(case)
+        with contextlib.closing(EmulatedBench(bench_file, seed=case.seed, bench=bench)) as emulated:
+            yield BoardCase(bench, case, emulated)
+
+    def close(self) -> None:
+        """Close the journal."""
+        self._shared.journal.close()
+
+    # --- the bench of a case
+
+    @cached_property
+    def _variants(self) -> Mapping[str, BenchFile]:
+        """Every bench there is, the one that was asked for under the empty name."""
+        bench_file = self._shared.bench_file
+        return {"": bench_file} | {name: read_bench(path) for name, path in bench_file.variants.items()}
+
+    def _bench_file(self, case: CaseInfo) -> BenchFile:
+        bench_file = self._variants[case.setup.variant]
+        boards = {
+            name: self._images.chosen(name, emulated, case.setup.program)
+            for name, emulated in bench_file.boards.items()
+        }
+        parts = {name: _set(plan, name, case.setup) for name, plan in bench_file.parts.items()}
+        world = msgspec.structs.replace(bench_file.world, scene=case.scene) if case.scene else bench_file.world
+        return replace(bench_file, boards=boards, parts=parts, world=world)
+
+
+def _set(plan: PartPlan, name: str, setup: CaseSetup) -> PartPlan:
+    settings = setup.settings.get(name)
+    return replace(plan, settings=replace(plan.settings, **settings)) if settings else plan
+
+
+class _Images:
+    """Which image a board runs.
+
+    Attributes:
+        text: what was put in the place of the bench file's, for people; empty for nothing.
+    """
+
+    def __init__(self, variants: Mapping[str, BenchFile], choices: Sequence[TargetChoice]) -> None:
+        boards = {name: emulated for variant in variants.values() for name, emulated in variant.boards.items()}
+        programs = {
+            f"{name}.{program}": None
+            for variant in variants.values()
+            for name, emulated in variant.boards.items()
+            for program in emulated.programs
+        }
+        known = [*boards, *programs]
+        self._chosen: dict[str, EmulatedBoard] = {}
+        for choice in choices:
+            name = choice.name or next(iter(boards))
+            if name not in known:
+                hint = did_you_mean(name, known, "this bench has")
+                raise UsageError("nothing of that name to replace", where=f"--target {name}=...", hint=hint)
+            self._chosen[name] = _only_board(choice.spec)
+        self.text = ", ".join(f"{name}: {emulated.firmware}" for name, emulated in self._chosen.items())
+
+    def chosen(self, name: str, emulated: EmulatedBoard, program: str) -> EmulatedBoard:
+        """Return the board of a case with its image: `program` of it, or its firmware where that is empty."""
+        full = f"{name}.{program}" if program else name
+        instead = self._chosen.get(full)
+        if instead is not None:
+            return replace(emulated, firmware=instead.firmware, base=instead.base, where=instead.where)
+        if not program:
+            return emulated
+        image: Path = emulated.programs[program]
+        return replace(emulated, firmware=image, base=None)
+
+
+def _only_board(spec: str) -> EmulatedBoard:
+    boards = open_target(spec).boards if ":" in spec else {}
+    if len(boards) != 1:
+        raise UsageError("not a board with an image", where=f"--target {spec}", hint="write bluepill:IMAGE")
+    return next(iter(boards.values()))
