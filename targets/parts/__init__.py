@@ -9,10 +9,11 @@ from collections.abc import Mapping
 from importlib import import_module
 from types import MappingProxyType
 
-from targets.parts.part import DigitalInput, DigitalOutput, Direction, Part, Ports, Quantity, Terminal
+from targets.parts.part import Control, DigitalInput, DigitalOutput, Direction, Part, Ports, Quantity, Terminal
 
 __all__ = [
     "PARTS",
+    "Control",
     "DigitalInput",
     "DigitalOutput",
     "Direction",

@@ -10,8 +10,8 @@ How the bench calls it:
 2. At every physics step from `from_ns` to `to_ns`: `before_step` while all pins have been run up to `from_ns` and not
    further; then the world moves; then `after_step`, which may set outputs at exact times in `from_ns`..`to_ns`, because
    the chips that see them have not been run there yet.
-3. `advance` at or before the time that `next_deadline_ns` has named; `receive` when bytes have come in. Pins have then
-   been run up to `now_ns`. What is due at the time of a step comes before that step.
+3. `advance` at the time that `next_deadline_ns` has named; `receive` when bytes have come in. Pins have then been run
+   up to `now_ns`. What is due at the time of a step comes before that step.
 
 A new kind of part derives from `Part`, names its terminals and quantities, and is entered in `targets.parts.PARTS`.
 """
@@ -25,6 +25,7 @@ from typing import Any, ClassVar, Protocol
 
 __all__ = [
     "HISTORY_NS",
+    "Control",
     "DigitalInput",
     "DigitalOutput",
     "Direction",
@@ -32,6 +33,7 @@ __all__ = [
     "Ports",
     "Quantity",
     "Terminal",
+    "check_controls",
 ]
 
 HISTORY_NS = 200_000_000
@@ -78,6 +80,25 @@ class Quantity:
     direction: Direction
     unit: str
     needed: bool = True
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Control:
+    """Something on a part that a person or a script moves: a stick, a button (0 or 1).
+
+    Attributes:
+        name: such as ``r2``.
+        least: where it can go,
+        greatest: likewise,
+        rest: and where it is when nobody touches it.
+        text: what it is.
+    """
+
+    name: str
+    least: float
+    greatest: float
+    rest: float = 0.0
     text: str = ""
 
 
@@ -177,6 +198,7 @@ class Part:
         TERMINALS: digital wires, by unique names.
         QUANTITIES: physical values, by names that no terminal has.
         SERIAL: names of serial ends; at most one for now.
+        CONTROLS: what can be moved by hand, by names that are nothing else's.
         Settings: a frozen dataclass of keywords whose fields carry ``unit`` and ``source`` in their metadata, see
             `targets.parts.settings`; its constructor raises `ValueError` with a text that begins with a field's name.
 
@@ -189,6 +211,7 @@ class Part:
     TERMINALS: ClassVar[tuple[Terminal, ...]] = ()
     QUANTITIES: ClassVar[tuple[Quantity, ...]] = ()
     SERIAL: ClassVar[tuple[str, ...]] = ()
+    CONTROLS: ClassVar[tuple[Control, ...]] = ()
     Settings: ClassVar[type[Any]]
 
     def __init__(self, settings: Any, ports: Ports, *, seed: int) -> None:
@@ -216,3 +239,22 @@ class Part:
 
     def receive(self, data: bytes, now_ns: int) -> None:
         """Take bytes that have come in on the serial end. Whatever they are, this raises nothing."""
+
+    def set(self, values: Mapping[str, float], now_ns: int) -> None:  # noqa: ARG002
+        """Move controls; those that are not named stay where they are.
+
+        Raises:
+            ValueError: no such control, or a value that it cannot have; nothing is moved then.
+        """
+        check_controls(self.CONTROLS, values)
+
+
+def check_controls(controls: tuple[Control, ...], values: Mapping[str, float]) -> None:
+    """Check what somebody wants controls to be; raises ValueError as `Part.set` does."""
+    known = {control.name: control for control in controls}
+    for name, value in values.items():
+        control = known.get(name)
+        if control is None:
+            raise ValueError(f"no control '{name}'; there are: {', '.join(known) or 'none'}")
+        if not control.least <= value <= control.greatest:
+            raise ValueError(f"{name} goes from {control.least:g} to {control.greatest:g}, not to {value!r}")
