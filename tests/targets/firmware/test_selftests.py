@@ -1,0 +1,80 @@
+"""Each self-test on the emulated chip: all of its checks, in both timing models, however it is run."""
+
+from __future__ import annotations
+
+import pytest
+
+from targets.firmware import image_names
+
+CHECKS = {
+    "cpu": 121,
+    "crc": 10,
+    "dma": 43,
+    "dwt-itm": 13,
+    "exti": 29,
+    "faults": 35,
+    "flash": 49,
+    "gpio": 46,
+    "iwdg": 23,
+    "nvic": 88,
+    "pwr-bkp": 22,
+    "rcc": 57,
+    "systick": 21,
+    "tim": 66,
+    "tim-inputs": 56,
+    "tim1": 54,
+    "unaligned": 5,
+    "usart": 93,
+    "wwdg": 18,
+}
+
+FAILS = {"unaligned": ["ldm-faults", "stm-faults", "ldrd-faults", "strd-faults"]}
+"""What the emulated chip does not do as silicon does: the ledger tells it at SCB_CCR."""
+
+QUICK = [pytest.param(name, marks=pytest.mark.thorough if name in ("iwdg", "usart") else ()) for name in CHECKS]
+LIMIT_MS = 1000
+
+
+def test_all_self_tests_are_run():
+    assert [f"selftest-{name}" for name in CHECKS] == [name for name in image_names() if name.startswith("selftest-")]
+
+
+def check_all(start, name, timing):
+    run = start(f"selftest-{name}", timing=timing).to(LIMIT_MS)
+    passed, failed = run.checks
+    expected = FAILS.get(name, [])
+    assert failed == expected
+    assert len(passed) == CHECKS[name] - len(expected)
+    ended = run.machine.ended
+    assert (ended.kind, ended.status) == ("exit", len(expected))
+    assert run.console.endswith(b"done %d ok %d failed\n" % (len(passed), len(failed)))
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_every_check_holds(start, name):
+    check_all(start, name, "flat")
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_every_check_holds_with_other_timing(start, name):
+    check_all(start, name, "table")
+
+
+def end(start, name, step_ns=None, **options):
+    run = start(f"selftest-{name}", **options).to(LIMIT_MS, step_ns=step_ns)
+    return run.machine.ended, run.console, run.sent, run.resets
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_it_ends_at_the_same_cycle_however_it_is_run(start, name):
+    assert end(start, name) == end(start, name, step_ns=77_777, skip_idle=False)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", CHECKS)
+@pytest.mark.parametrize("skip_idle", [True, False])
+@pytest.mark.parametrize("step_ns", [1009, 77_777])
+@pytest.mark.parametrize("timing", ["flat", "table"])
+def test_steps_and_skipping_change_nothing(start, name, skip_idle, step_ns, timing):
+    plain = end(start, name, timing=timing)
+    assert plain == end(start, name, timing=timing, step_ns=step_ns, skip_idle=skip_idle)

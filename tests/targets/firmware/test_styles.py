@@ -1,0 +1,124 @@
+"""The images in different styles, echoes and benchmarks: that they do what their sources say."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+TEXT = bytes(range(256))
+
+
+def periods_ms(run, pin):
+    edges = run.edges_ms(pin)[1:]  # the first is the pin's becoming an output
+    return [round(later - earlier, 3) for earlier, later in itertools.pairwise(edges)]
+
+
+def test_registers_blinks_at_about_1_hz(start):
+    run = start("style-registers").record("PC13").to(1500)
+    periods = periods_ms(run, "PC13")[1:]
+    assert len(periods) >= 2
+    assert all(300 < period < 700 for period in periods)
+    assert not run.machine.notes.all
+
+
+def test_hal_ticks_and_echoes_in_upper_case(start):
+    run = start("style-hal").record("PB0", "PC13").send("USART2", b"shout", baud=115_200, at_ms=250).to(450)
+    text = run.sent["USART2"]
+    assert text.startswith(b"style-hal at 72000000 Hz\r\ntick 1\r\n")
+    assert b"tick 4\r\n" in text
+    assert b"SHOUT" in text
+    assert set(periods_ms(run, "PB0")[1:]) == {5.0}
+    assert not run.misuses
+
+
+def test_hal_pwm_grows_with_each_tick(start):
+    run = start("style-hal").record("PA6").to(350)
+    edges = run.machine.chip.pins["PA6"].edges
+    pulses = [(rise, fall) for (_, rise, up), (_, fall, _down) in itertools.pairwise(edges) if up]
+    widths = [fall - rise for rise, fall in pulses]
+    assert sorted(set(widths)) == [100_000, 200_000, 300_000]
+    assert widths == sorted(widths)
+    assert {later - earlier for (earlier, _), (later, _) in itertools.pairwise(pulses)} == {1_000_000}
+
+
+def test_interrupts_and_dma(start):
+    run = start("style-irq-dma").record("PC13", "PB1")
+    run.drive("PA0", (50, False), (51, True), (70, False), (71, None))
+    run.send("USART1", b"led\r\nwhat\r\ncount\r\n", baud=115_200, at_ms=100).to(200)
+    assert run.sent["USART1"].decode().splitlines() == [
+        "style-irq-dma",
+        "button",
+        "button",
+        "ok",
+        "? what",
+        "bytes 18 ticks 9 presses 2",
+    ]
+    assert run.edges_ms("PC13")[1:] == [pytest.approx(100 + 50 / 115.2, abs=1.5)]
+    assert set(periods_ms(run, "PB1")) == {10.0}
+    assert not run.misuses
+
+
+@pytest.mark.parametrize("name", ["style-kernel", "style-kernel-busy"])
+def test_kernel(start, name):
+    run = start(name).record("PA0", "PA1", "PA2").to(450)
+    assert run.sent["USART1"].startswith(b"messages 50 wrong 0 sum ")
+    assert b"messages 100 wrong 0" in run.sent["USART1"]
+    for pin, period in (("PA0", 1), ("PA1", 5), ("PA2", 20)):
+        mean = periods_ms(run, pin)
+        assert sum(mean) / len(mean) == pytest.approx(period, rel=0.02)
+    assert not run.misuses
+
+
+def test_sleep_and_stop(start):
+    run = start("style-ll-sleep").record("PC13").drive("PA0", (1500, True), (1510, False)).to(1499)
+    assert run.sent["USART1"] == b"stop\r\n"
+    assert periods_ms(run, "PC13") == [100.0] * 9
+    run.to(2700)
+    assert run.sent["USART1"] == b"stop\r\nwoken 1\r\nstop\r\n"
+    assert not run.misuses
+
+
+@pytest.mark.parametrize("name", ["boot-combined", "boot-application"])
+def test_the_application_runs_at_its_address(start, name):
+    run = start(name).to(50)
+    assert run.sent["USART1"] == b"application at 0x8002000\r\n"
+    assert run.machine.bus.read(0xE000_ED08, 4) == 0x0800_2000
+    assert not run.misuses
+
+
+@pytest.mark.parametrize(("name", "pin"), [("boot-combined", False), ("boot-loader", None), ("boot-loader", False)])
+def test_the_boot_loader_stays(start, name, pin):
+    run = start(name).record("PC13").drive("PB9", (0, pin)).to(300)
+    assert not run.sent["USART1"]
+    assert len(run.edges_ms("PC13")) > 5
+
+
+@pytest.mark.parametrize("timing", ["flat", "table"])
+@pytest.mark.parametrize(
+    ("name", "usarts", "baud"),
+    [
+        ("echo-irq", ["USART1"], 115_200),
+        ("echo-irq-921600", ["USART1"], 921_600),
+        ("echo-dma", ["USART1"], 921_600),
+        ("echo-all", ["USART1", "USART2", "USART3"], 115_200),
+    ],
+)
+def test_echo(start, name, usarts, baud, timing):
+    run = start(name, timing=timing)
+    for usart in usarts:
+        run.send(usart, TEXT, baud=baud, at_ms=10)
+    run.to(10 + len(TEXT) * 10_000 / baud + 3)
+    assert {usart: bytes(run.sent[usart]) for usart in usarts} == dict.fromkeys(usarts, TEXT)
+    assert not run.misuses
+
+
+def test_bench_tick_toggles_each_millisecond(start):
+    run = start("bench-tick-1khz").record("PA0").to(50)
+    assert set(periods_ms(run, "PA0")) == {1.0}
+
+
+def test_bench_busy_gets_round(start):
+    run = start("bench-busy").record("PA0").to(300)
+    assert len(run.edges_ms("PA0")) >= 2
+    assert run.machine.ended is None
