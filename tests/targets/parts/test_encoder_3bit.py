@@ -112,6 +112,8 @@ def test_at_every_tick_the_wires_have_the_sector_of_the_angle(angles_rad, form, 
     last = len(angles_rad) - 1
     bench = _turned(EncoderSettings(form=form, bit_order=order), lambda tick: angles_rad[min(last, round(tick))], last)
     for tick, angle_rad in enumerate(angles_rad):
+        if abs(angle_rad / SECTOR_RAD - round(angle_rad / SECTOR_RAD)) < 1e-9:
+            continue  # on a boundary: it may be left in that very nanosecond
         assert _read(bench, order, tick * STEP_NS) == sector_word(angle_rad, form)
     for wire in bench.wires.values():
         levels = [level for _, level in wire.edges]
