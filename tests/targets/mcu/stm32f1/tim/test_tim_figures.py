@@ -647,7 +647,8 @@ def test_aoe_waits_for_an_update_after_the_break_is_released(make_timer):
 def test_an_idle_time_that_ends_before_aoe_sets_moe_changes_nothing(make_timer, watch):
     chip, timer = make_timer("TIM1")
     out = chip.output("TIM1_CH1")
-    out.set_watch(watch)
+    for name in ("1", "1N", "2", "2N", "3", "3N", "4"):
+        chip.output(f"TIM1_CH{name}").set_watch(watch)
     setup(timer, ARR=9, CCER=1, EGR=1, BDTR=0x4003, CR1=CEN)
     chip.advance(11)
     poke(timer, "EGR", 0x80)
