@@ -1,0 +1,31 @@
+"""Runs one sequence alone, in QEMU and in our machine: ``python -m tests.targets.mcu.differential SEED NUMBER``."""
+
+from __future__ import annotations
+
+import sys
+
+from tests.targets.mcu.differential import qemu
+from tests.targets.mcu.differential.emulated import make_machine, output_of, run_cut
+from tests.targets.mcu.differential.image import CASES, image_of
+from tests.targets.mcu.differential.report import differences, differences_in_block, listing
+
+
+def main(seed: int, number: int) -> int:
+    image = image_of(seed, number)
+    sys.stdout.write(listing(image.cases[number % CASES]) + "\n")
+    ours, cut = output_of(image.data), run_cut(*make_machine(image.data))
+    theirs = None if qemu.missing() else qemu.output_of(image.data)
+    status = 0
+    for name, expected, actual in (("QEMU and ours", theirs, ours), ("ours and ours in steps", ours, cut)):
+        if expected is None:
+            sys.stdout.write(f"{name}: {qemu.PROGRAM} is not installed\n")
+            continue
+        different = differences(image, seed, expected, actual)
+        status |= bool(different)
+        block = differences_in_block(image, expected, actual)
+        sys.stdout.write("\n".join([f"{name}: {'different' if different else 'the same'}", different, *block]) + "\n")
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main(int(sys.argv[1]), int(sys.argv[2])))
