@@ -324,6 +324,17 @@ class TestCodeThatChanges:
         assert machine.flash[0x800:0x808] == b"\xff" * 8
         assert engine.get(Reg.R0) == 0
 
+    def test_a_flash_store_does_not_carry_conditions_beyond_its_it_block(self, machine, at):
+        engine = machine.engine
+        engine.set(Reg.R1, at.flash + 0x1000)
+        engine.set(Reg.R2, 5)
+        # str; movs r5, #0; ite eq; streq; bne; adds r4, #1; subs r2, #1; adds r3, #1
+        machine.load(STR_R0_R1, 0x2500, 0xBF0C, STR_R0_R1, 0xE000, 0x3401, 0x3A01, 0x3301, HANG)
+        while engine.instructions < 9:
+            machine.run(1)
+        assert [engine.get(register) for register in (Reg.R2, Reg.R3, Reg.R4)] == [4, 1, 1]
+        assert len(machine.stores) == 2
+
     @pytest.mark.parametrize(("store", "size"), [(0x7008, 1), (0x8008, 2), (0x6008, 4)])
     def test_flash_stores_of_every_size_into_a_page_that_runs(self, machine, at, store, size):
         machine.load(store, NOP, HANG)
