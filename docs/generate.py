@@ -10,14 +10,18 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from hilbench.mcu.ledger import LedgerPeripheral, ledger_of
 from protocols.p2os.clauses import CLAUSES
 from protocols.p2os.command_table import COMMANDS
 from protocols.p2os.states import CLIENT_TABLE, SERVER_TABLE, State, Table
+from targets.mcu.fidelity import Fidelity
 from targets.robots.pioneer.ledger import LEDGER
 from targets.robots.pioneer.settings import RobotSettings, describe
 from worlds.vehicles.pioneer_2dx import vehicle
 
 FOLDER = Path(__file__).parent
+CHIP = "STM32F103C8"
+MANY_NAMES = 8
 NOTE = "<!-- Made from the code by docs/generate.py; change the code, then run `make docs`. -->\n\n"
 
 
@@ -28,6 +32,7 @@ def pages() -> Mapping[str, str]:
         "p2os/commands.md": commands_page(),
         "p2os/clauses.md": clauses_page(),
         "fidelity.md": fidelity_page(),
+        "mcu-registers.md": registers_page(),
     }
 
 
@@ -121,6 +126,46 @@ def fidelity_page() -> str:
         + "\n## The body\n\n"
         + _table(head, figures)
     )
+
+
+def registers_page() -> str:
+    """The fidelity ledger of the emulated microcontroller."""
+    ledger = ledger_of(CHIP)
+    rows = [(f"`{part.name}`", f"0x{part.base:08X}", *_counts(part)) for part in ledger]
+    total = [str(sum(int(row[column]) for row in rows)) for column in (2, 3, 4)]
+    head = ("Peripheral", "Base", *(fidelity.value.capitalize() for fidelity in Fidelity))
+    remarks = [row for part in ledger for row in _remarks(part)]
+    return (
+        f"# The registers of the emulated {CHIP}\n\n"
+        f"What `hilbench doctor --fidelity {CHIP}` prints, shortened. [mcu.md](mcu.md) says what the words mean.\n\n"
+        + _table(head, [*rows, ("all", "", *total)])
+        + "\n## What to know of them\n\nRegisters that are not named here are modelled, without a remark.\n\n"
+        + _table(("Registers", "How far", "Bits without effect", "Remark"), remarks)
+    )
+
+
+def _counts(part: LedgerPeripheral) -> list[str]:
+    return [str(part.counts()[fidelity.value]) for fidelity in Fidelity]
+
+
+def _remarks(part: LedgerPeripheral) -> Iterable[Sequence[str]]:
+    """Return one row for all registers of a peripheral of which the same is to be said."""
+    alike: dict[tuple[str, str, str], list[str]] = {}
+    for register in part.registers:
+        ignored = f"0x{register.ignored:X}" if register.ignored else ""
+        if register.fidelity is not Fidelity.MODELLED or ignored or register.note:
+            alike.setdefault((register.fidelity.value, ignored, register.note), []).append(register.name)
+    for (fidelity, ignored, note), names in alike.items():
+        yield (
+            f"`{part.name}`: " + ("all" if len(names) == len(part.registers) else _shortened(names)),
+            fidelity,
+            ignored,
+            note,
+        )
+
+
+def _shortened(names: Sequence[str]) -> str:
+    return ", ".join(names) if len(names) <= MANY_NAMES else f"{names[0]} to {names[-1]} ({len(names)})"
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
