@@ -66,6 +66,7 @@ class TimerCore(Peripheral, abc.ABC):
         self._queue: deque[tuple[Callable[..., None], tuple[object, ...]]] = deque()
         self._settling = False
         self._event: Event | None = None
+        self._requests = 0
         self._irqs = [(services.irq(number), mask) for mask, number in self.kind.irqs.items()]
         self._dma_update = services.dma(f"{name}_UP")
         self._dma_trigger = services.dma(f"{name}_TRIG")
@@ -80,12 +81,15 @@ class TimerCore(Peripheral, abc.ABC):
             queue=lambda signal, level: self._queue.append((signal.set, (level,))),
         )
         self._stages = [self._stage(unit) for unit in self._counting.units]
+        self._live_stages: list[OutputStage] = []
+        self._trgo_is_live = False
         self._slave = SlaveController(name, services, self._clock, self.kind.internal_triggers, self)
         self._breaks = Breaks(services.input(f"{name}_BKIN"), self._break_changed) if self.kind.advanced else None
         for signal in self._outputs():
             signal.refresh = self._refresh
-            signal.on_watch = self._plan
+            signal.on_watch = self._watched
         self._clock.change(services.clocks.timer(self.kind.bus))
+        self._watched()
 
     def registers_of(self) -> Iterable[Register]:
         """Return the registers of this kind of timer."""
@@ -112,8 +116,10 @@ class TimerCore(Peripheral, abc.ABC):
     def _settle(self) -> None:
         """Bring interrupt lines and the event up to date, then let out what waits in the queue."""
         requests = self[SR] & self[DIER]
-        for line, mask in self._irqs:
-            line.set(bool(requests & mask))
+        if requests != self._requests:
+            self._requests = requests
+            for line, mask in self._irqs:
+                line.set(bool(requests & mask))
         self._plan()
         if self._settling:
             return
@@ -145,12 +151,11 @@ class TimerCore(Peripheral, abc.ABC):
     def _next_tick(self) -> int | None:
         edges = 0
         ticks = []
-        for number, stage in enumerate(self._stages):
-            if stage.watch is Watch.LIVE:
-                if stage.follows:
-                    edges |= 1 << number
-                if stage.due is not None:
-                    ticks.append(stage.due)
+        for stage in self._live_stages:
+            if stage.follows:
+                edges |= stage.bit
+            if stage.due is not None:
+                ticks.append(stage.due)
         mode = self._master_mode()
         if mode > MMS_COMPARE:
             edges |= 1 << (mode - 4)
@@ -163,7 +168,7 @@ class TimerCore(Peripheral, abc.ABC):
 
     def _master_mode(self) -> int:
         """Return MMS, or -1 while nobody listens to TRGO."""
-        return self[CR2] >> 4 & 7 if self._trgo.watch() is Watch.LIVE else -1
+        return self[CR2] >> 4 & 7 if self._trgo_is_live else -1
 
     def _wants_update(self, master_mode: int) -> bool:
         return (
@@ -237,8 +242,15 @@ class TimerCore(Peripheral, abc.ABC):
 
     # --- outputs and who watches them
 
+    def _watched(self) -> None:
+        for stage in self._stages:
+            stage.look_round()
+        self._live_stages = [stage for stage in self._stages if stage.watch is Watch.LIVE]
+        self._trgo_is_live = self._trgo.watch() is Watch.LIVE
+        self._plan()
+
     def _edges_asked(self) -> int:
-        return sum(1 << n for n, stage in enumerate(self._stages) if stage.watch is not Watch.NOBODY and stage.follows)
+        return sum(stage.bit for stage in self._stages if stage.watch is not Watch.NOBODY and stage.follows)
 
     def _refresh(self) -> None:
         """Somebody wants the level or the record of a pin."""

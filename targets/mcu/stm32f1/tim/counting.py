@@ -303,6 +303,10 @@ class Counting:
             return start + (rep + 1) * self._whole_leg() * period
         return start
 
+    def will_load_after(self, tick: int) -> bool:
+        """Say whether a preloaded value waits for an update event, and none has come by `tick`."""
+        return self._waits_to_load() and self.count_at(tick) is not None
+
     def _waits_to_load(self) -> bool:
         return (
             self.arr != self.arr_preload

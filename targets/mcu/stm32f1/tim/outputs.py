@@ -69,6 +69,8 @@ class OutputStage:
         complement: the output OCxN, if it has one.
 
     Attributes:
+        bit: of the channel, in masks.
+        watch: who looks at either output, as of the last `look_round`.
         enabled, inverted, idle: CCxE, CCxP, OISx.
         n_enabled, n_inverted, n_idle: CCxNE, CCxNP, OISxN.
     """
@@ -77,6 +79,8 @@ class OutputStage:
         "_due",
         "_gate",
         "_unit",
+        "_watches",
+        "bit",
         "complement",
         "enabled",
         "idle",
@@ -85,14 +89,17 @@ class OutputStage:
         "n_idle",
         "n_inverted",
         "signal",
+        "watch",
     )
 
     def __init__(self, unit: Compare, gate: Gate, signal: OutputSignal, complement: OutputSignal | None) -> None:
         self._unit = unit
         self._gate = gate
+        self.bit = unit.bit
         self.signal = signal
         self.complement = complement
         self._due: int | None = None
+        self.look_round()
         self.reset()
 
     def reset(self) -> None:
@@ -101,11 +108,10 @@ class OutputStage:
         self.n_enabled = self.n_inverted = self.n_idle = False
         self._due = None
 
-    @property
-    def watch(self) -> Watch:
-        """Who looks at either output."""
-        watch = self.signal.watch()
-        return max(watch, self.complement.watch()) if self.complement is not None else watch
+    def look_round(self) -> None:
+        """Find out anew who looks at the outputs."""
+        self._watches = (self.signal.watch(), self.complement.watch() if self.complement is not None else Watch.NOBODY)
+        self.watch = max(self._watches)
 
     @property
     def follows(self) -> bool:
@@ -139,19 +145,22 @@ class OutputStage:
     def show(self, tick: int) -> None:
         """Give the outputs that nobody looks at their present levels."""
         level, n_level = self.levels(tick)
-        if self.signal.watch() is Watch.NOBODY:
+        watch, n_watch = self._watches
+        if watch is Watch.NOBODY:
             self.signal.set(level)
-        if self.complement is not None and self.complement.watch() is Watch.NOBODY:
+        if self.complement is not None and n_watch is Watch.NOBODY:
             self.complement.set(n_level)
 
     def _tell(self, tick: int) -> None:
+        if self.watch is Watch.NOBODY:
+            return
         level, n_level = self.levels(tick)
-        self._tell_one(self.signal, level, tick)
+        watch, n_watch = self._watches
+        self._tell_one(self.signal, watch, level, tick)
         if self.complement is not None:
-            self._tell_one(self.complement, n_level, tick)
+            self._tell_one(self.complement, n_watch, n_level, tick)
 
-    def _tell_one(self, signal: OutputSignal, level: bool | None, tick: int) -> None:
-        watch = signal.watch()
+    def _tell_one(self, signal: OutputSignal, watch: Watch, level: bool | None, tick: int) -> None:
         if watch is Watch.LIVE:
             self._gate.queue(signal, level)
         elif watch is Watch.RECORD:

@@ -262,9 +262,13 @@ class Timer(TimerEffects):
         unit = self._counting.units[number]
         if not unit.output:
             return
+        preloaded = self[CCMR1 + (number & 2) * 2] >> 8 * (number & 1) & 0b1000
+        if preloaded and self._counting.will_load_after(self._clock.now):
+            self[CCR1 + 4 * number] = unit.ccr_preload = value  # with what waits already; nothing else comes of it
+            return
         self._sync()
         self[CCR1 + 4 * number] = unit.ccr_preload = value
-        if not self[CCMR1 + (number & 2) * 2] >> 8 * (number & 1) & 0b1000:
+        if not preloaded:
             unit.ccr = value
             self._counting.moved()
         self._settle()

@@ -594,8 +594,19 @@ class Bench:
     def write(self, register, value):
         if register in ("RCR", "BDTR") and self.name != "TIM1":
             return
+        if register in ("CCMR1", "CCMR2"):
+            value &= ~self.filters_of_inputs_that_stay(register)
         poke(self.timer, register, value)
         self.slow.write(register, value)
+
+    def filters_of_inputs_that_stay(self, register):
+        """Return the bits that would be a filter, because CCxS cannot change while the channel is on."""
+        first = 2 * (register == "CCMR2")
+        return sum(
+            0xF0 << 8 * index
+            for index in range(2)
+            if self.slow.bit("CCER", 4 * (first + index)) and not self.slow.is_output(first + index)
+        )
 
     def read(self, register):
         if register in ("RCR", "BDTR") and self.name != "TIM1":
