@@ -1,8 +1,8 @@
 """The adapter as a part: pins of a Blue Pill on one side, the P2OS line of a robot on the other.
 
 Two tasks run on it (pioneer_2DX-Interface code-esp32_d1 task_controller.cpp). The pin task takes a pass every
-millisecond: it reads the motor wires five times in a burst and decodes the majority in the next pass, and reads
-p2dx_con once, for a verdict about every 10 ms. A change of p2dx_con is acted on after one second of uptime: the robot's
+millisecond: it reads the motor wires five times in a burst and decodes the majority in the next pass; on p2dx_con it
+has a verdict every 10 ms. A change of p2dx_con is acted on after one second of uptime: the robot's
 session is opened or closed, and the echo follows the pin (not the robot). The other task has the robot, see `link.py`.
 
 The reset line drives the enable input of the module through a transistor: high is reset. Nothing is driven then; all

@@ -52,14 +52,14 @@ class PinTask:
         return STILL if self._stopped else self._wanted
 
     def take_pass(self, at_ns: int) -> None:
-        """Read a burst, or decode the burst of the last pass; read p2dx_con."""
+        """Read a burst, or decode the burst of the last pass; look at p2dx_con."""
         burst, self._burst = self._burst, None
         if burst is None:
             reads = self._settings.motor_reads
             self._burst = read_burst(self._motors, at_ns, reads=reads, spacing_ns=self._spacing_ns)
         else:
             self._decode(burst, at_ns)
-        self._sampler.sample(at_ns, may_end=burst is None)
+        self._sampler.take_pass(at_ns)
         if self._sampler.high is not self.connected and at_ns > self._live_ns:
             self._connect(self._sampler.high, at_ns)
         self._watch(at_ns)

@@ -30,7 +30,9 @@ class P2osAdapterSettings:
     # its own program
     pass_ms: float = setting(1.0, "ms", f"{_TASKS}: a pass of the pin task waits one tick", least=0.1, greatest=20.0)
     dead_time_s: float = setting(1.0, "s", f"{_TASKS}: p2dx_con is not acted on before", least=0.0)
-    connection_sample_ms: float = setting(10.0, "ms", "pinout_config.hpp: CONNECTION_SAMPLE_INTERVAL", least=1.0)
+    connection_sample_ms: float = setting(
+        10.0, "ms", "pinout_config.hpp: CONNECTION_SAMPLE_INTERVAL", least=1.0, greatest=100.0
+    )
 
     # motor codes
     motor_reads: int = setting(5, "reads", _PINS, least=1, greatest=99)

@@ -117,7 +117,7 @@ class _Sample:
     ],
 )
 def test_settings_name_what_is_wrong(name: str, value: object, complaint: str) -> None:
-    with pytest.raises(ValueError, match=f"^{complaint}"):
+    with pytest.raises(ValueError, match=rf"^{complaint}"):
         _Sample(**{name: value})
 
 
