@@ -465,19 +465,24 @@ def test_encoder_figure(tim):
 
 
 def test_encoder_at_100_khz(tim):
+    """A second of it: 70 000 edges forwards, beyond the end of the counter, and 30 000 backwards."""
     chip, timer = tim
     setup(timer, CCMR1=0x0101, SMCR=3, ARR=0xFFFF, CR1=CEN)
-    a = b = False
-    for edge in range(100_000):
-        chip.advance(720)
-        if edge % 2:
-            b = not b
-            chip.input("TIM2_CH2").drive(b)
-        else:
-            a = not a
-            chip.input("TIM2_CH1").drive(a)
-    assert peek(timer, "CNT") == 100_000 % 65536
+    levels = [False, False]
+
+    def turn(edges, first):
+        for edge in range(edges):
+            chip.advance(720)
+            number = (edge + first) % 2
+            levels[number] = not levels[number]
+            chip.input(f"TIM2_CH{number + 1}").drive(levels[number])
+
+    turn(70_000, first=0)
+    assert peek(timer, "CNT") == 70_000 % 65536
     assert peek(timer, "SR") & 1
+    turn(30_000, first=1)
+    assert peek(timer, "CNT") == 40_000
+    assert peek(timer, "CR1") & DIR
 
 
 def test_clearing_ocxref(tim):
