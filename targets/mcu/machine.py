@@ -51,6 +51,7 @@ _OUTSIDE = 1  # order of events from outside: after those of the chip, which are
 _RAM_BASE, _FLASH_BASE = 0x2000_0000, 0x0800_0000
 _SEMIHOSTING = 0xAB
 _STRAIGHT_LIMIT = 64
+_PATIENCE = 500  # straight runs under a mask before the engine looks out for the end of masks: 0.05 s of host time
 _RESETS_IN_A_LOOP = 8
 _FAULTS = range(3, 7)  # exception numbers of HardFault, MemManage, BusFault, UsageFault
 
@@ -113,6 +114,7 @@ class Machine:
         self._reset_cause: str | None = "POR"
         self._resets: list[tuple[str, int]] = []
         self._stalled_until = 0
+        self._masked_slices = 0
         self._deep: DeepSleep | None = None
         self._store_fault: BusFault | None = None
         self._line = bytearray()
@@ -228,9 +230,19 @@ class Machine:
             self._handle(stop)
 
     def _run_masked(self, target: int) -> Stop:
+        """Execute no further than to the first instruction that may let the exception in that a mask holds back."""
         engine = self.engine
-        ahead = straight_run(engine.half, engine.get(Reg.PC), _STRAIGHT_LIMIT)
-        return engine.run(target, max(1, ahead))
+        if not engine.notices_unmasking():
+            self._masked_slices += 1
+            if self._masked_slices == _PATIENCE:
+                engine.notice_unmasking()
+            ahead = straight_run(engine.half, engine.get(Reg.PC), _STRAIGHT_LIMIT)
+            return engine.run(target, max(1, ahead))
+        engine.until_unmasked = True
+        try:
+            return self._idle.run(target) if self._skips else engine.run(target)
+        finally:
+            engine.until_unmasked = False
 
     def _handle(self, stop: Stop) -> None:
         if stop.kind is StopKind.BREAKPOINT and stop.value == _SEMIHOSTING:

@@ -27,6 +27,7 @@ from targets.mcu.engine.api import Access, FaultKind, Reg, Stop, StopKind
 from targets.mcu.engine.calibration import counter_words, open_unicorn
 from targets.mcu.engine.timing import Timing
 from targets.mcu.engine.traps import Traps
+from targets.mcu.engine.unmasking import LONGEST, unmasking_places
 from targets.mcu.errors import BusFault
 
 __all__ = ["UnicornEngine"]
@@ -56,6 +57,8 @@ class UnicornEngine:
     Attributes:
         on_flash_store: called after the instruction that stored into read-only memory, with address, size in bytes and
             value, for every part of the store in order; the memory is unchanged.
+        until_unmasked: a slice ends after an instruction that may take an interrupt mask away; only while
+            `notices_unmasking`.
 
     Raises:
         EngineError: Unicorn is missing or not the one this was written for.
@@ -94,6 +97,9 @@ class UnicornEngine:
         self._kept: list[object] = []  # what C holds pointers to
         self._hint_hooks: dict[int, int] = {}
         self._has_exclusives = False
+        self.until_unmasked = False
+        self._unmasking_hooks: set[int] | None = None
+        self._code_in_ram = False
         self._traps = Traps(self._uc, self._core_register, self._on_division, self._on_unaligned)
         self._trapped = False
         self._traps_wanted = self._traps_set = (False, False)
@@ -238,6 +244,8 @@ class UnicornEngine:
         for start, data, writable in self._memory:
             if not writable and start <= base < start + len(data):
                 self._note_code(base, data[base - start : base - start + size])
+                first = max(start, base - LONGEST)
+                self._hook_unmasking(first, data[first - start : base - start + size + LONGEST])
 
     # --- running
 
@@ -349,6 +357,18 @@ class UnicornEngine:
             return short
         return _WIDE_HINTS.get(self.half(pc - 4) << 16 | short, 0)
 
+    def notices_unmasking(self) -> bool:
+        """Say whether `until_unmasked` has an effect: not while code may be in RAM, for it may change unseen."""
+        return self._unmasking_hooks is not None and not self._code_in_ram
+
+    def notice_unmasking(self) -> None:
+        """Have `until_unmasked` obeyed from now on. Each of the instructions then costs a call into Python."""
+        self._unmasking_hooks = set()
+        for base, data, writable in self._memory:
+            if not writable:
+                self._hook_unmasking(base, data)
+            self._uc.ctl_remove_cache(base, base + len(data))
+
     def clear_exclusive(self) -> None:
         """Forget what LDREX has marked, as exception entry and return do.
 
@@ -428,6 +448,8 @@ class UnicornEngine:
         const, page = self._const, address >> _PAGE_BITS
         if access == const.UC_MEM_FETCH:
             self._code_pages.add(page)
+            if self._running:  # otherwise `forget` has asked
+                self._note_code_in_ram(address)
         else:
             self._drop_conditions()
         rights = const.UC_PROT_READ
@@ -488,6 +510,25 @@ class UnicornEngine:
                 self._hint_hooks[address] = self._uc.hook_add(
                     self._const.UC_HOOK_CODE, self._on_sev, begin=address, end=address
                 )
+
+    def _note_code_in_ram(self, address: int) -> None:
+        if not self._code_in_ram and any(w and b <= address < b + len(data) for b, data, w in self._memory):
+            self._code_in_ram = True
+            self._on_unmasking()
+
+    def _hook_unmasking(self, base: int, data: bytes | bytearray) -> None:
+        hooks = self._unmasking_hooks
+        if hooks is None:
+            return
+        for offset in unmasking_places(data):
+            if base + offset not in hooks:
+                hooks.add(base + offset)
+                self._uc.hook_add(self._const.UC_HOOK_CODE, self._on_unmasking, begin=base + offset, end=base + offset)
+
+    def _on_unmasking(self, *_args: object) -> None:
+        if self.until_unmasked:
+            self._limit_cycle = 0
+            self._words[1] = self._words[0]
 
     def _on_sev(self, _uc: object, address: int, _size: int, _data: object) -> None:
         if self.half(address) in (_SEV, 0xF3AF):

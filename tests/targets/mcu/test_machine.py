@@ -32,6 +32,24 @@ TOGGLE = (
 )
 
 
+# SysTick every 100 cycles, priority 0x80; for ever: CPSID i, a loop, CPSIE i, BASEPRI = 0x40, a loop, BASEPRI = 0.
+MASKING = (
+    *(0x4C0B, 0x2063, 0x6060, 0x2007, 0x6020),  # ldr r4, =SYST_CSR; movs r0, #99; str r0, [r4, #4]; movs r0, #7; str
+    *(0x4D0A, 0xF04F, 0x4000, 0x6028),  # ldr r5, =SHPR3; mov.w r0, #0x80000000; str r0, [r5]
+    *(0xB672, 0x204D, 0x3801, 0xD1FD, 0xB662),  # cpsid i; movs r0, #77; subs r0, #1; bne; cpsie i
+    *(0x2040, 0xF380, 0x8811, 0x2021, 0x3801, 0xD1FD),  # movs r0, #0x40; msr basepri, r0; movs r0, #33; subs; bne
+    *(0xF380, 0x8811, 0xE7F1, NOP),  # msr basepri, r0; b to the cpsid
+    *(0xE010, 0xE000, 0xED20, 0xE000),
+)
+# Its handler notes where it came in: the low byte of the return address, r0 and SYST_CVR mixed, from RAM + 4 on.
+NOTE_ENTRY = (
+    *(0xF04F, 0x5100, 0x680A, 0x3204, 0x600A),  # mov.w r1, #RAM; ldr r2, [r1]; adds r2, #4; str r2, [r1]
+    *(0x68A3, 0x021B, 0x181B),  # ldr r3, [r4, #8]; lsls r3, r3, #8; adds r3, r3, r0
+    *(0x9D06, 0x062D, 0x406B),  # ldr r5, [sp, #24]; lsls r5, r5, #24; eors r3, r5
+    *(0xF5B2, 0x6F80, 0xD200, 0x508B, 0x4770),  # cmp.w r2, #1024; bcs to the end; str r3, [r1, r2]; bx lr
+)
+
+
 def program(*halves, vectors=(), table=FLASH, stack=STACK, reset=None, more=()):
     """Return an image of a vector table and code at `CODE`; `vectors` are (number, address)."""
     words = [stack, (CODE if reset is None else reset) | 1, *[CODE + 0x80 | 1] * 57]
@@ -262,3 +280,52 @@ class TestEnds:
     def test_semihosting_ends_with_a_status(self, run_image):
         machine = run_image("selftest-crc", 1000)
         assert (machine.ended.kind, machine.ended.status) == ("exit", 0)
+
+
+class TestMasks:
+    """An exception is taken at the first instruction boundary where no mask holds it back, found one way or another."""
+
+    def noted(self, board, monkeypatch, patience, **options):
+        monkeypatch.setattr("targets.mcu.machine._PATIENCE", patience)
+        handler = FLASH + 0x200
+        more = (Segment(handler, struct.pack(f"<{len(NOTE_ENTRY)}H", *NOTE_ENTRY)),)
+        machine = Machine(board, program(*MASKING, vectors=[(15, handler | 1)], more=more), **options)
+        machine.run_to(3 * MS)
+        return bytes(machine.ram[:1024]), machine.cycle, machine.engine.instructions
+
+    @pytest.mark.parametrize("timing", ["flat", "table"])
+    @pytest.mark.parametrize("skip", [True, False])
+    def test_it_is_the_same_boundary_however_it_is_found(self, board, monkeypatch, timing, skip):
+        options = {"timing": timing, "skip_idle": skip}
+        expected = self.noted(board, monkeypatch, -1, **options)
+        assert len(set(struct.unpack("<255I", expected[0][4:]))) > 2
+        assert self.noted(board, monkeypatch, 1, **options) == expected
+        assert self.noted(board, monkeypatch, 40, **options) == expected
+
+    def test_a_loop_under_a_mask_that_changes_nothing_is_passed_over(self, start, monkeypatch):
+        monkeypatch.setattr("targets.mcu.machine._PATIENCE", 1)
+        # as above with SysTick every 28672 cycles (lsls r0, r0, #12 after movs r0, #7); then cpsid i and b .
+        code = (0x4C0B, 0x2007, 0x0300, *MASKING[2:5], 0x4D09, *MASKING[6:9], 0xB672, HANG)
+        machine = start(*code, *[NOP] * 12, *MASKING[-4:])
+        machine.run_to(20 * MS)
+        assert machine.core.masked()
+        assert machine.waits_in is not None
+
+    def test_code_in_ram_ends_masks_too(self, board, monkeypatch):
+        """It may change at any time, so what stands there is looked at anew each time."""
+        cpsie_and_back = struct.pack("<4H", NOP, 0xB662, NOP, 0x4770)
+        # cpsid i; ldr r1, =RAM + 0x800 | 1; blx r1; b to the cpsid
+        code = (*MASKING[:9], 0xB672, 0x4908, 0x4788, 0xE7FB, *[NOP] * 11, *MASKING[-4:], 0x0801, 0x2000)
+        results = []
+        for patience in (-1, 1, 40):
+            monkeypatch.setattr("targets.mcu.machine._PATIENCE", patience)
+            handler = FLASH + 0x200
+            more = (
+                Segment(handler, struct.pack(f"<{len(NOTE_ENTRY)}H", *NOTE_ENTRY)),
+                Segment(RAM + 0x800, cpsie_and_back),
+            )
+            machine = Machine(board, program(*code, vectors=[(15, handler | 1)], more=more))
+            machine.run_to(MS)
+            results.append((bytes(machine.ram[:1024]), machine.cycle, machine.engine.instructions))
+        assert any(results[0][0][4:])
+        assert results[1:] == results[:1] * 2
