@@ -42,5 +42,6 @@ def run(parsed: argparse.Namespace) -> int:
         console.data(f"wrote {file}")
     for note in written.notes:
         console.narrate(f"note: {note}")
-    console.narrate("try: pytest; hilbench run --follow --for 1s; hilbench serve hilbench.toml")
+    there = "" if parsed.dir == Path() else f"cd {parsed.dir}; "
+    console.narrate(f"try: {there}pytest; hilbench run --follow --for 1s; hilbench serve hilbench.toml")
     return ExitCode.OK

@@ -76,7 +76,7 @@ class End:
             at = f"{self.place}, {where}" if self.place else where
             return f"{self.board}: the firmware ended with status {self.status}: {at}"
         at = f"in {self.place}, {where}" if self.place else f"at {where}"
-        return f"{self.board}: {self.kind} {at}: {self.cause}"
+        return f"{self.board}: {self.kind} {at}: {self.cause.removeprefix(f'{self.kind}: ')}"
 
 
 class EmulatedBench:
@@ -293,7 +293,10 @@ class EmulatedBench:
             port.frame_taps.append(partial(waveforms.frame, full, "tx"))
 
         def take(frame: SerialFrame) -> None:
-            heard.add(bytes((port.line_format.value(frame.bits) & 0xFF,)), port.chip_time.now_ns)
+            data, now_ns = bytes((port.line_format.value(frame.bits) & 0xFF,)), port.chip_time.now_ns
+            heard.add(data, now_ns)
+            for tap in port.heard_taps:
+                self._group.output(now_ns, partial(tap, data, now_ns), source=full, reacts=False)
             if waveforms is not None:
                 waveforms.frame(full, "rx", frame)
 

@@ -96,14 +96,19 @@ class Narrator:
         emulated.on_console = lambda name: emulated.consoles[name].append(self._text(name))
         for name, port in emulated.ports.items():
             port.taps.append(self._text(name))
+            if not port.joined:  # what comes from another board is told there
+                port.heard_taps.append(self._text(name, "<"))
 
     def finish(self) -> None:
         """Show lines that have not ended."""
         for lines in self._lines:
             lines.flush()
 
-    def _text(self, source: str) -> Callable[[bytes, int], None]:
-        lines = TextLines(self._emulated.bench.scheduler, source, lambda ns, text: self._tell(ns, source, f"> {text}"))
+    def _text(self, source: str, sign: str = ">") -> Callable[[bytes, int], None]:
+        def tell(ns: int, text: str) -> None:
+            self._tell(ns, source, f"{sign} {text}")
+
+        lines = TextLines(self._emulated.bench.scheduler, source, tell)
         self._lines.append(lines)
         return lines.add
 

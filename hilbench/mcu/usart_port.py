@@ -50,6 +50,7 @@ class UsartPort(PortBase):
         on_heard: called with each frame that is put on the RX line.
         frame_taps: called with each frame that the USART sends, when its start bit begins.
         taps: called with each byte that this end reads and the bench time of it, before `on_receive`.
+        heard_taps: called with each byte that is put on the RX line, and the bench time at which it begins.
         joined: the far ends that are USARTs themselves; see `join`.
         chip_time: the time of the chip.
     """
@@ -72,6 +73,7 @@ class UsartPort(PortBase):
         self.on_heard: Callable[[SerialFrame], None] = lambda _frame: None
         self.frame_taps: list[Callable[[SerialFrame], None]] = []
         self.taps: list[Callable[[bytes, int], None]] = []
+        self.heard_taps: list[Callable[[bytes, int], None]] = []
         self._bench = bench
         self._group = group
         self._machine = machine

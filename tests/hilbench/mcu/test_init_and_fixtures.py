@@ -45,6 +45,10 @@ def test_a_test_talks_to_a_board(board):
     with pytest.raises(AssertionError, match=r"usart1 did not send b'pong' within 0.01 s, but b''"):
         line.expect("pong", within_s=0.01)
     assert line.text == "ready\nping"
+    brain.run(0.2)
+    said = [line.split(maxsplit=2) for line in brain.transcript if "usart1" in line]
+    assert [what for _, _, what in said] == ["> ready", "< ping", "> ping"]
+    assert float(said[1][0]) == pytest.approx(began_s, abs=2e-6)
 
 
 def test_a_test_sees_pins_lights_console_and_notes(board):

@@ -50,7 +50,7 @@ def test_a_bench_file_is_read_without_an_engine(tmp_path):
     [
         (["run", "bluepill:none.elf"], 3, "none.elf: no such firmware file; build it, or check the path"),
         (["run", "bluepil:none.elf"], 2, "bluepil:none.elf: no board 'bluepil'; did you mean 'bluepill'?"),
-        (["run", "bluepill"], 2, "bluepill: names no image; write bluepill:IMAGE (ELF, Intel HEX or raw binary)"),
+        (["run", "bluepill:"], 2, "bluepill:: names no image; write bluepill:IMAGE (ELF, Intel HEX or raw binary)"),
         (["run", "none.toml:x.elf"], 2, "none.toml: no such board file"),
         (["run"], 2, "run: names nothing to run, and there is no hilbench.toml here; write bluepill:IMAGE or"),
         (["run", HAL, "--for", "0.5"], 2, "--for: '0.5' is not a duration; write 10s, 500ms or 2min"),
@@ -58,7 +58,7 @@ def test_a_bench_file_is_read_without_an_engine(tmp_path):
         (["run", HAL, "--vcd", "none/w.vcd"], 3, "none/w.vcd: the waveforms cannot be written"),
         (["run", HAL, "--journal", "none/j"], 3, "none/j: the journal cannot be written"),
         (["serve", "bluepill:none.elf"], 3, "none.elf: no such firmware file"),
-        (["serve", "bluepill"], 2, "bluepill: names no image"),
+        (["serve", "bluepill:"], 2, "bluepill:: names no image"),
     ],
 )
 def test_what_is_wrong_is_one_line(tmp_path, words, code, said):
