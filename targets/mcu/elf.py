@@ -140,7 +140,8 @@ def _check_attributes(elf: ELFFile, where: str) -> Iterator[str]:
         text = f"built for an ARM of profile {PROFILES[profile]}, not for a Cortex-M"
         raise ImageError(text, where=where, hint="build it for Cortex-M3 (-mcpu=cortex-m3 -mthumb)")
     entry = elf.header["e_entry"]
-    if profile != MICROCONTROLLER and entry and not entry & 1:
+    # Without attributes the vectors decide: a chip does not know an entry point, and linker scripts forget ENTRY().
+    if attributes and profile != MICROCONTROLLER and entry and not entry & 1:
         text = f"the entry point 0x{entry:08X} is ARM code; a Cortex-M executes Thumb only"
         raise ImageError(text, where=where, hint="build it for Cortex-M3 (-mcpu=cortex-m3 -mthumb)")
     architecture = attributes.get("TAG_CPU_ARCH", 0)

@@ -349,10 +349,16 @@ def test_elf_files_for_something_else(save, options, text):
     assert text in refused(save(simple_elf(**options)))
 
 
-def test_arm_code_without_attributes(save):
+def test_arm_code_for_another_profile(save):
+    data = firmware()
+    elf = elf_file([(FLASH, FLASH, data, len(data))], entry=FLASH + RESET_AT, profile=b"S")
+    assert "ARM code" in refused(save(elf))
+
+
+def test_without_attributes_the_vectors_decide_and_not_the_entry_point(save):
     data = firmware()
     elf = elf_file([(FLASH, FLASH, data, len(data))], entry=FLASH + RESET_AT, profile=None)
-    assert "ARM code" in refused(save(elf))
+    assert load_image(save(elf), CHIP).reset_vector & 1
 
 
 def test_an_elf_without_anything_to_load(save):
