@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hilbench.bench_file import BenchFile, EmulatedBoard
 from hilbench.board_files import is_board_file, open_board
-from hilbench.config import open_bench
+from hilbench.config import built_in_benches, open_bench
 from hilbench.errors import UsageError
 from hilbench.nearest import did_you_mean
 from targets.boards import board_names
@@ -22,7 +22,8 @@ def open_target(what: str | None) -> BenchFile:
         UnavailableError: an image that a bench file names is not there.
     """
     spec, colon, image = (what or "").partition(":")
-    if what is None or not (colon or spec in board_names()) or Path(what).is_file():
+    is_bench = what in built_in_benches() or not (colon or spec in board_names())
+    if what is None or is_bench or Path(what).is_file():
         return open_bench(what)
     if not (spec in board_names() or is_board_file(spec)):
         raise UsageError(f"no board '{spec}'", where=what, hint=did_you_mean(spec, board_names(), "built-in boards"))

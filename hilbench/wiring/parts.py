@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from hilbench.bench import Bench
 from hilbench.bench_file import Net, PartPlan
@@ -17,6 +17,9 @@ from targets.parts import DigitalInput, DigitalOutput, Direction, Part, Ports, p
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 
 __all__ = ["Parts"]
+
+
+OnEvent = Callable[[str, object], None]
 
 
 class _Held:
@@ -43,9 +46,10 @@ class _Held:
 class _Actor:
     """Calls one part when it is due."""
 
-    def __init__(self, bench: Bench, name: str) -> None:
+    def __init__(self, bench: Bench, name: str, taps: Sequence[OnEvent]) -> None:
         self._bench = bench
         self._name = name
+        self._taps = taps
         self._entry: Entry | None = None
         self._entry_ns: int | None = None
         self.part: Part
@@ -54,6 +58,8 @@ class _Actor:
     def tell(self, event: object) -> None:
         """Take an event of the part into the journal."""
         self._bench.record_event(self._name, event)
+        for tap in self._taps:
+            tap(self._name, event)
 
     def send(self, data: bytes) -> None:
         """Put bytes of the part on its line."""
@@ -102,6 +108,7 @@ class Parts:
 
     Attributes:
         by_name: the parts.
+        taps: called with the name of a part and each event of it, after it is in the journal.
     """
 
     def __init__(
@@ -113,11 +120,12 @@ class Parts:
         *,
         seed: int,
     ) -> None:
+        self.taps: list[OnEvent] = []
         self._bench = bench
         self._plans = plans
         self._signals: WorldSignals | None = None
         self._values: dict[str, float] = {}
-        self._actors = {name: _Actor(bench, name) for name in plans}
+        self._actors = {name: _Actor(bench, name, self.taps) for name in plans}
         self._inputs: dict[str, dict[str, DigitalInput]] = {name: {} for name in plans}
         self._outputs: dict[str, dict[str, DigitalOutput]] = {name: {} for name in plans}
         for net in nets:
