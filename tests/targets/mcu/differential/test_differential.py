@@ -14,7 +14,7 @@ from collections import Counter
 
 import pytest
 
-from tests.targets.mcu.differential import coverage, qemu
+from tests.targets.mcu.differential import coverage, qemu, through_registers
 from tests.targets.mcu.differential.emulated import make_machine, output_of, run, run_cut
 from tests.targets.mcu.differential.encodings import ENCODINGS, LEFT_OUT, decode, is_wide
 from tests.targets.mcu.differential.image import CASES, image_of, make_image
@@ -29,20 +29,20 @@ _counts: dict[range, Counter] = {}
 
 
 class Chunk:
-    """A part of the series: its images, and what they write when our machine runs them in one go."""
+    """A part of the series: its images, what they write when our machine runs them in one go, how long they take."""
 
     def __init__(self, numbers):
         starts = range(numbers.start, numbers.stop, CASES)
         self.images = [make_image(SEED, range(start, start + CASES)) for start in starts]
-        self.outputs = [output_of(image.data) for image in self.images]
-        _counts[numbers] = sum((coverage.executed(image) for image in self.images), Counter())
+        self.outputs, self.cycles = [], []
+        for image in self.images:
+            machine, output = make_machine(image.data)
+            self.outputs.append(run(machine, output))
+            self.cycles.append(machine.cycle)
 
-
-def counts_of(numbers):
-    """Return how often each instruction was executed in a part of the series."""
-    if numbers not in _counts:
-        Chunk(numbers)
-    return _counts[numbers]
+    def counts(self):
+        """Return how often each instruction is executed."""
+        return sum((coverage.executed(image) for image in self.images), Counter())
 
 
 @pytest.fixture(
@@ -51,7 +51,10 @@ def counts_of(numbers):
     ids=lambda numbers: f"{numbers.start}-{numbers.stop - 1}",
 )
 def chunk(request):
-    return Chunk(request.param)
+    made = Chunk(request.param)
+    if request.param is not QUICK:
+        _counts[request.param] = made.counts()
+    return made
 
 
 @pytest.fixture
@@ -63,8 +66,8 @@ def needs_qemu():
 
 @pytest.fixture(scope="module")
 def counts():
-    """How often each instruction was executed in the whole series."""
-    return sum((counts_of(numbers) for numbers in (QUICK, *THOROUGH)), Counter())
+    """How often each instruction was executed in the whole series; most of it is known from the tests above."""
+    return sum((_counts.get(numbers) or Chunk(numbers).counts() for numbers in (QUICK, *THOROUGH)), Counter())
 
 
 class TestSequences:
@@ -74,22 +77,34 @@ class TestSequences:
             assert not differences(image, SEED, qemu.output_of(image.data), ours)
 
     def test_a_run_may_be_cut_after_every_instruction(self, chunk):
-        for image, whole in zip(chunk.images, chunk.outputs, strict=True):
-            assert not differences(image, SEED, whole, run_cut(*make_machine(image.data)))
+        for image, whole, cycle in zip(chunk.images, chunk.outputs, chunk.cycles, strict=True):
+            machine, output = make_machine(image.data)
+            assert not differences(image, SEED, whole, run_cut(machine, output))
+            assert machine.cycle == cycle
 
-    def test_a_run_may_be_cut_anywhere_and_takes_as_long(self, chunk):
-        for image, whole in zip(chunk.images, chunk.outputs, strict=True):
+    def test_a_run_may_be_cut_anywhere(self, chunk):
+        for image, whole, cycle in zip(chunk.images, chunk.outputs, chunk.cycles, strict=True):
             machine, output = make_machine(image.data)
             pieces = random.Random(image.cases[0].number)
             cut = run_cut(machine, output, (pieces.randint(1, 60) for _ in itertools.count()))
             assert not differences(image, SEED, whole, cut)
-            once, output = make_machine(image.data)
-            run(once, output)
-            assert machine.cycle == once.cycle
+            assert machine.cycle == cycle
+
+    def test_a_slice_may_be_ended_from_within_every_access(self, chunk):
+        for image, whole in zip(chunk.images, chunk.outputs, strict=True):
+            assert not differences(image, SEED, whole, through_registers.Run(image.data, stops=True).output())
+
+
+def test_memory_behind_registers_is_memory():
+    image = make_image(SEED, range(CASES))
+    through = through_registers.Run(image.data, stops=False)
+    assert not differences(image, SEED, output_of(image.data), through.output())
+    assert through.accesses > CASES * 128
+    assert through.slices == 4  # one for each call of the debugger
 
 
 def test_the_timing_model_changes_nothing_else():
-    image = make_image(SEED, range(CASES))
+    image = make_image(SEED, range(CASES // 4))
     whole = output_of(image.data)
     assert not differences(image, SEED, whole, run(*make_machine(image.data, "table")))
     assert not differences(image, SEED, whole, run_cut(*make_machine(image.data, "table")))
