@@ -13,6 +13,8 @@ __all__ = ["Narrator", "TextLines"]
 LINE_IDLE_NS = 100 * NS_PER_MS
 """After so long without a byte the beginning of a line is shown as it is (choice)."""
 LINE_BYTES = 160
+ROUNDING_NS = 1
+"""Spans between edges whose times are rounded down to the nanosecond differ so much by that alone."""
 
 Say = Callable[[str], None]
 
@@ -91,7 +93,7 @@ class Narrator:
             for name, board in emulated.bench_file.boards.items()
             for led in board.board.leds
         }
-        self._pwm: dict[str, tuple[object, object]] = {}
+        self._pwm: dict[str, tuple[int, int]] = {}
         emulated.bench.journal.on_event = self._event
         emulated.on_console = lambda name: emulated.consoles[name].append(self._text(name))
         for name, port in emulated.ports.items():
@@ -143,8 +145,11 @@ class Narrator:
     def _pwm_words(self, event: Mapping[str, Any]) -> str:
         """Return what a fast pin does, when it changes."""
         period_ns, high_ns = event.get("period_ns"), event.get("high_ns")
-        before = self._pwm.get(event["source"])
-        self._pwm[event["source"]] = (period_ns, high_ns)
-        if period_ns is None or high_ns is None or before == (period_ns, high_ns):
+        if period_ns is None or high_ns is None:
+            self._pwm.pop(event["source"], None)
             return ""
+        before_ns = self._pwm.get(event["source"], (0, 0))
+        if abs(period_ns - before_ns[0]) <= ROUNDING_NS and abs(high_ns - before_ns[1]) <= ROUNDING_NS:
+            return ""
+        self._pwm[event["source"]] = (period_ns, high_ns)
         return f"period {period_ns} ns, high {high_ns} ns ({100 * high_ns / period_ns:.2f} %)"

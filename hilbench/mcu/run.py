@@ -100,11 +100,13 @@ def _check(options: RunOptions, bench_file: BenchFile) -> None:
 def _run(options: RunOptions, emulated: EmulatedBench, console: Console, watch: Stopwatch) -> bool:
     """Run; return whether somebody has interrupted it."""
     scheduler = emulated.bench.scheduler
-    with _pace(emulated, realtime=options.realtime), console.progress() as show:
-        progress = _Progress(emulated, watch, show)
+    # Lines that tell what happens are progress enough, and would get mixed up with another one.
+    progress = contextlib.nullcontext(_show_nothing) if options.follow else console.progress()
+    with _pace(emulated, realtime=options.realtime), progress as show:
+        ticker = _Progress(emulated, watch, show)
         try:
             with deferred_interrupts(scheduler, STOP_SIGNALS):
-                scheduler.run_until(lambda: emulated.end is not None or progress.tick(), options.for_ns)
+                scheduler.run_until(lambda: emulated.end is not None or ticker.tick(), options.for_ns)
         except KeyboardInterrupt:
             return True
     return False
@@ -122,6 +124,10 @@ def _pace(emulated: EmulatedBench, *, realtime: bool) -> Iterator[None]:
     finally:
         emulated.bench.scheduler.unlock()
         host.close()
+
+
+def _show_nothing(_text: str) -> None:
+    """Stand in for what shows progress."""
 
 
 class _Progress:

@@ -89,6 +89,20 @@ def test_a_fast_pin_is_told_once(ran):
     assert told == ["period 20000 ns, high 10000 ns (50.00 %)"]
 
 
+def test_a_period_that_is_no_whole_number_of_nanoseconds_is_told_once_too(ran):
+    def program(machine):
+        machine.output("PA8")
+        pin = machine.chip.pins["PA8"]
+
+        def toggle(cycle):
+            machine.time.at(cycle, lambda: (pin.set_latch(pin.level is False), toggle(cycle + 7000)))
+
+        toggle(7000)
+
+    _, out, _ = ran(program, follow=True, for_ns=SECOND_NS // 2)
+    assert len([line for line in out.splitlines() if "period 1944" in line]) == 1
+
+
 @pytest.mark.parametrize(("status", "code"), [(0, ExitCode.OK), (3, ExitCode.VIOLATION)])
 def test_firmware_that_ends_itself_gives_its_status(ran, status, code):
     got, _, err = ran(lambda machine: machine.at_ns(30_000_000, lambda: machine.end("exit", status)), for_ns=None)

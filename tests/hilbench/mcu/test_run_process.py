@@ -83,6 +83,23 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("follow", [[], ["--follow"]])
+def test_progress_is_shown_on_a_terminal_unless_lines_are(follow):
+    ours, theirs = os.openpty()
+    command = [sys.executable, "-c", MAIN, "run", f"bluepill:{IMAGES / 'bench-busy.elf'}", *follow]
+    process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs)
+    os.close(theirs)
+    said = b""
+    while b"of bench time, " not in said and b"period" not in said:
+        assert select.select((ours,), (), (), PATIENCE_S)[0], said
+        said += os.read(ours, 4096)
+    process.kill()
+    process.wait()
+    os.close(ours)
+    assert (b"\x1b[K" in said) is not bool(follow)
+
+
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-"])
 def test_closed_streams_are_no_error(tmp_path, closed):
     script = f'"$@" run {HAL} --for 10ms --follow --journal j --vcd w.vcd {closed}'
