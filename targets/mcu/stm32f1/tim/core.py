@@ -67,6 +67,7 @@ class TimerCore(Peripheral, abc.ABC):
         self._settling = False
         self._event: Event | None = None
         self._requests = 0
+        self._advancing = False
         self._irqs = [(services.irq(number), mask) for mask, number in self.kind.irqs.items()]
         self._dma_update = services.dma(f"{name}_UP")
         self._dma_trigger = services.dma(f"{name}_TRIG")
@@ -109,7 +110,9 @@ class TimerCore(Peripheral, abc.ABC):
     def _sync(self) -> None:
         tick = self._clock.now
         if tick > self._counting.tick:
+            self._advancing = True
             self._counting.advance(tick)
+            self._advancing = False
         for stage in self._stages:
             stage.reach(tick)
 
@@ -228,7 +231,8 @@ class TimerCore(Peripheral, abc.ABC):
     def _on_ref(self, unit: Compare, tick: int) -> None:
         # a counter that waits for its first clock is ahead; what software does to OCxREF meanwhile happens now
         tick = unit.since = min(tick, self._clock.now)
-        self._stages[unit.number].changed(tick)
+        # the counter's edges fall at its ticks; others may fall in between, where the bus is faster than the timer
+        self._stages[unit.number].changed(tick, self._clock.cycle_of(tick) if self._advancing else self.time.now)
         if self._master_mode() == 4 + unit.number:
             self._queue.append((self._trgo.set, (unit.ref,)))
 
@@ -270,7 +274,7 @@ class TimerCore(Peripheral, abc.ABC):
         tick = self._clock.now
         for stage in self._stages:
             stage.reach(tick)
-            stage.changed(tick)
+            stage.changed(tick, self._clock.cycle_of(tick) if self._advancing else self.time.now)
         self._changed_trgo()
 
     def _changed_trgo(self) -> None:

@@ -124,10 +124,10 @@ class OutputStage:
         """The tick at which a dead time ends, or None."""
         return self._due
 
-    def changed(self, tick: int) -> None:
-        """OCxREF or a control bit has changed at `tick`: tell the outputs, and note when a dead time will end."""
+    def changed(self, tick: int, cycle: int) -> None:
+        """OCxREF or a control bit has changed at `cycle`, in `tick`: tell the outputs, note when a dead time ends."""
         gate, unit = self._gate, self._unit
-        self._tell(tick)
+        self._tell(tick, cycle)
         if not gate.dead_ticks:
             return
         if gate.main_enable:
@@ -140,7 +140,7 @@ class OutputStage:
         """Let a dead time end that does so by `tick`."""
         if self._due is not None and self._due <= tick:
             due, self._due = self._due, None
-            self._tell(due)
+            self._tell(due, self._gate.cycle_of(due))
 
     def show(self, tick: int) -> None:
         """Give the outputs that nobody looks at their present levels."""
@@ -151,20 +151,20 @@ class OutputStage:
         if self.complement is not None and n_watch is Watch.NOBODY:
             self.complement.set(n_level)
 
-    def _tell(self, tick: int) -> None:
+    def _tell(self, tick: int, cycle: int) -> None:
         if self.watch is Watch.NOBODY:
             return
         level, n_level = self.levels(tick)
         watch, n_watch = self._watches
-        self._tell_one(self.signal, watch, level, tick)
+        self._tell_one(self.signal, watch, level, cycle)
         if self.complement is not None:
-            self._tell_one(self.complement, n_watch, n_level, tick)
+            self._tell_one(self.complement, n_watch, n_level, cycle)
 
-    def _tell_one(self, signal: OutputSignal, watch: Watch, level: bool | None, tick: int) -> None:
+    def _tell_one(self, signal: OutputSignal, watch: Watch, level: bool | None, cycle: int) -> None:
         if watch is Watch.LIVE:
             self._gate.queue(signal, level)
         elif watch is Watch.RECORD:
-            signal.set_at(self._gate.cycle_of(tick), level)
+            signal.set_at(cycle, level)
 
     # --- the table of output control bits
 

@@ -24,7 +24,7 @@ class SlowTimer:
 
     def __init__(self, advanced, divider=1):
         self.advanced, self.divider = advanced, divider
-        self.cycle = 0
+        self.cycle = self.phase = 0
         self.reg = dict.fromkeys(REGISTERS + CCRS, 0) | {"ARR": 0xFFFF}
         self.cnt = self.prescale = self.repeat = self.wait = 0
         self.down = False
@@ -69,7 +69,7 @@ class SlowTimer:
     def run_to(self, cycle):
         while self.cycle < cycle:
             self.cycle += 1
-            if self.cycle % self.divider == 0:
+            if (self.cycle - self.phase) % self.divider == 0:
                 self.tick()
 
     def tick(self):
@@ -616,6 +616,13 @@ class Bench:
     def advance(self, cycles):
         self.chip.advance(cycles)
         self.slow.run_to(self.chip.time.now)
+
+    def change_clock(self, divider):
+        """Change the timer's clock; its first tick is a whole one from now."""
+        if divider != self.slow.divider:
+            self.slow.divider, self.slow.phase = divider, self.slow.cycle
+        bus = 1 if divider == 1 else 2 * divider
+        self.chip.change_clock(APB1=bus, APB2=bus)
 
     def drive(self, name, level):
         if self.slow.level[name] != level:

@@ -155,6 +155,19 @@ def test_a_divided_bus_gives_the_timers_twice_its_rate(make_timer):
     assert peek(timer, "SR") == 0x1F  # CCRx is 0, and the reload is what matches it
 
 
+@pytest.mark.parametrize("watch", [Watch.RECORD, Watch.LIVE])
+def test_what_is_written_between_two_ticks_is_seen_at_its_own_cycle(make_timer, watch):
+    chip, timer = make_timer("TIM2", APB1=8)
+    chip.output("TIM2_CH1").set_watch(watch)
+    setup(timer, ARR=9, CCR1=5, CCMR1=0x60, CCER=1, EGR=1, CR1=1)
+    chip.advance(4 * 3 + 2)
+    poke(timer, "CCER", 3)
+    chip.advance(4 * 10)
+    chip.output("TIM2_CH1").look()
+    # a tick is four cycles; the counter is at 5 after six, and at 0 again after eleven
+    assert chip.output("TIM2_CH1").edges == [(0, True), (14, False), (24, True), (44, False)]
+
+
 def test_a_change_of_the_clock_keeps_what_was_counted(make_timer):
     chip, timer = make_timer("TIM2")
     setup(timer, ARR=99, EGR=1, SR=0, CCMR1=0x60, CCR1=50, CCER=1, CR1=1)

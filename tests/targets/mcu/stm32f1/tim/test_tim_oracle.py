@@ -103,6 +103,8 @@ def play(bench, steps, look=lambda: None):
             bench.read(value)
         elif what in LEVELS:
             bench.drive(what, value)
+        elif what == "clock":
+            bench.change_clock(value)
         else:
             bench.write(what, value)
         look()
@@ -144,15 +146,15 @@ def test_outputs_of_tim1(make_bench, steps, watch):
         bench.compare_edges()
 
 
+WATCH = [st.tuples(st.just("watch"), st.tuples(st.integers(0, 6), st.sampled_from(list(Watch))))]
+CLOCK = [st.tuples(st.just("clock"), st.integers(1, 3))]
+
+
 @settings(max_examples=120, deadline=None)
-@given(
-    steps=steps_of(
-        BASE, OUTPUTS, [st.tuples(st.just("watch"), st.tuples(st.integers(0, 3), st.sampled_from(list(Watch))))]
-    )
-)
-def test_watching_changes_nothing_but_what_is_seen(make_bench, steps):
-    bench = make_bench()
-    for cycles, (what, value) in steps:
+@given(steps=steps_of(BASE, OUTPUTS, WATCH), name=st.sampled_from(["TIM1", "TIM2"]))
+def test_watching_changes_nothing_but_what_is_seen(make_bench, steps, name):
+    bench = make_bench(name)
+    for cycles, (what, value) in [(0, ("BDTR", 0x8003)), *steps]:
         bench.advance(cycles)
         if what == "watch":
             bench.output(bench.OUTPUTS[value[0]]).set_watch(value[1])
@@ -160,6 +162,19 @@ def test_watching_changes_nothing_but_what_is_seen(make_bench, steps):
             bench.write(what, value)
         bench.compare()
         bench.compare_outputs()
+
+
+@settings(max_examples=120, deadline=None)
+@given(steps=steps_of(BASE, ADVANCED, CLOCK), watch=st.sampled_from(list(Watch)))
+def test_the_clock_may_change_at_any_time(make_bench, steps, watch):
+    bench = make_bench("TIM1")
+    for name in bench.OUTPUTS:
+        bench.output(name).set_watch(watch)
+    play(bench, steps)
+    bench.compare_outputs()
+    bench.compare_log()
+    if watch is not Watch.NOBODY:
+        bench.compare_edges()
 
 
 @settings(max_examples=120, deadline=None)
