@@ -157,8 +157,11 @@ class EmulatedBench:
         return self._notes
 
     def waiting(self, name: str) -> str:
-        """Return in which loop the program of a board waits at present, for people; empty if it does not wait."""
+        """Return where the program of a board waits or sleeps at present, for people; empty if it does neither."""
         machine = self.machines[name]
+        if machine.asleep is not None:
+            mode, pc = machine.asleep
+            return f"sleeps in {machine.place(pc)}" + (f", in {mode} mode" if mode != "Sleep" else "")
         loop = machine.waits_in
         if loop is None:
             return ""

@@ -131,6 +131,10 @@ class Machine(Protocol):
     def waits_in(self) -> Waiting | None:
         """The loop in which the program waits for something to happen, or None."""
 
+    @property
+    def asleep(self) -> tuple[str, int] | None:
+        """How the CPU sleeps, ``Sleep``, ``Stop`` or ``Standby``, and since which instruction; None if it does not."""
+
     def run_to(self, limit_ns: int) -> None:
         """Execute until `limit_ns`, or until it has ended."""
 

@@ -37,7 +37,7 @@ from targets.mcu.services import Services
 from targets.mcu.stm32f1.chip import REGISTER_WINDOWS, Chip
 from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import DeepSleep
-from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE
+from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose
 from targets.mcu.timebase import NS_PER_S, Timebase
 
 if TYPE_CHECKING:
@@ -180,6 +180,14 @@ class Machine:
     def waits_in(self) -> Loop | None:
         """The loop that changes nothing in which the program is at present, or None."""
         return self._idle.found
+
+    @property
+    def asleep(self) -> tuple[str, int] | None:
+        """How the CPU sleeps at present, ``Sleep``, ``Stop`` or ``Standby``, and since which instruction; or None."""
+        if not self.core.sleeping:
+            return None
+        mode = {None: "Sleep", DeepSleep.STANDBY: "Standby"}.get(self._deep, "Stop")
+        return mode, self.engine.get(Reg.PC) - 2  # both WFI and WFE, but for their wide forms
 
     # --- the loop
 
@@ -368,7 +376,8 @@ class Machine:
         """Return what is known of an address that should not have been executed."""
         if _FLASH_BASE <= fault.pc < _FLASH_BASE + len(self.chip.flash.memory) and self.engine.half(fault.pc) == 0xFFFF:
             return "; the flash is erased there: a jump or call to code that was never programmed"
-        return ""
+        diagnosis = diagnose(fault.pc)
+        return f"; {diagnosis}" if diagnosis else ""
 
     def _end(
         self, kind: EndKind, cause: str, pc: int | None = None, *, status: int = 1, cycle: int | None = None
@@ -399,6 +408,9 @@ class Machine:
 
     def _fault(self, fault: Fault) -> None:
         self._watch.fault(fault)
+        diagnosis = diagnose(fault.pc)
+        if diagnosis:
+            self.notes.add("unmodelled", "system memory", diagnosis)
         self.on_fault(fault)
 
     def _stimulus(self, port: int, size: int, value: int) -> None:

@@ -53,6 +53,7 @@ class FakeMachine:
         }
         self.chip = SimpleNamespace(pins=pins, usarts=usarts, peripherals=usarts, signals=Signals(pins))
         self.waits_in = None
+        self.asleep = None
         self.on_console = lambda _text, _channel: None
         self.on_reset = lambda _cause: None
         self.ended = None

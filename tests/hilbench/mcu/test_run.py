@@ -103,6 +103,12 @@ def test_a_period_that_is_no_whole_number_of_nanoseconds_is_told_once_too(ran):
     assert len([line for line in out.splitlines() if "period 1944" in line]) == 1
 
 
+@pytest.mark.parametrize(("mode", "text"), [("Sleep", ""), ("Stop", ", in Stop mode")])
+def test_where_the_cpu_sleeps_at_the_end(ran, mode, text):
+    _, _, err = ran(lambda machine: setattr(machine, "asleep", (mode, 0x0800_0124)))
+    assert f"  brain: sleeps in main (main.c:7){text}, at the end\n" in err
+
+
 @pytest.mark.parametrize(("status", "code"), [(0, ExitCode.OK), (3, ExitCode.VIOLATION)])
 def test_firmware_that_ends_itself_gives_its_status(ran, status, code):
     got, _, err = ran(lambda machine: machine.at_ns(30_000_000, lambda: machine.end("exit", status)), for_ns=None)

@@ -329,3 +329,28 @@ class TestMasks:
             results.append((bytes(machine.ram[:1024]), machine.cycle, machine.engine.instructions))
         assert any(results[0][0][4:])
         assert results[1:] == results[:1] * 2
+
+
+def test_a_jump_to_the_boot_loader_of_the_vendor_is_called_that(start):
+    machine = start(0x4800, 0x4700, 0xF021, 0x1FFF)  # ldr r0, =0x1FFFF021; bx r0
+    machine.run_to(10 * MS)
+    assert machine.ended.kind == "fault-loop"
+    assert "boot loader in system memory, which is not modelled" in machine.ended.cause
+    assert [note.where for note in machine.notes.all] == ["system memory"]
+
+
+@pytest.mark.parametrize(
+    ("set_up", "mode"),
+    [
+        ((), "Sleep"),
+        # APB1ENR = PWREN; PWR_CR = 0 or PDDS; SCR = SLEEPDEEP
+        ((0x4A05, 0x4906, 0x61D1, 0x4A06, 0x2100, 0x6011, 0x4A05, 0x2104, 0x6111), "Stop"),
+        ((0x4A05, 0x4906, 0x61D1, 0x4A06, 0x2102, 0x6011, 0x4A05, 0x2104, 0x6111), "Standby"),
+    ],
+)
+def test_where_the_cpu_sleeps(start, set_up, mode):
+    """Loads of 0x40021000, 1 << 28, 0x40007000 and 0xE000ED00, which stand 24 bytes after the start."""
+    code = (*set_up, WFI, HANG, *[NOP] * (10 - len(set_up)))
+    machine = start(*code, 0x1000, 0x4002, 0x0000, 0x1000, 0x7000, 0x4000, 0xED00, 0xE000)
+    machine.run_to(MS)
+    assert machine.asleep == (mode, CODE + 2 * len(set_up))
