@@ -18,7 +18,8 @@ While such a step is outstanding `can_take` is True, and no instruction may be e
 Cycles (Cortex-M3 TRM, sections on exception latency; zero wait states): 12 for entry, 6 for tail-chaining. 12 for
 return, and that a fault at return costs as much as tail-chaining, are choices. Waking up takes no time of its own.
 
-Not modelled: imprecise bus faults, the vector's flash wait states, faults that wait until a debugger looks.
+Not modelled: imprecise bus faults, the vector's flash wait states, faults that wait until a debugger looks. Divisions,
+loads and stores of several words, which silicon abandons or interrupts, are completed before an exception is taken.
 """
 
 from __future__ import annotations

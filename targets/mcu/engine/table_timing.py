@@ -2,7 +2,8 @@
 
 Before each instruction a hook settles the one before it: its own cycles, and, if it was a branch taken, the refill of
 the pipeline. Flash wait states come on top of every refill and of every load from flash relative to PC; what runs
-straight ahead is fetched in time by the prefetch buffer. Instructions that an IT passes over take a cycle each.
+straight ahead is fetched in time by the prefetch buffer. Instructions that an IT passes over take a cycle each. What
+fills the pipeline after an exception return belongs to the cycles of the return.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from targets.mcu.engine.opcode_cycles import REFILL, Cost, cost_of, is_wide
 __all__ = ["TableTiming"]
 
 _NO_LIMIT = 1 << 62
+_EXC_RETURN = 0xFFFF_FFE0
 _RAM_BASE = 0x2000_0000
 
 
@@ -72,7 +74,7 @@ class TableTiming:
         self._seen = None
         cycles = cost.cycles + (self._wait_states if cost.literal else 0)
         straight = self._at + cost.size
-        if following != straight:
+        if following != straight and following < _EXC_RETURN:
             passed = self._passed_over(straight, following)
             cycles += passed or REFILL + self._wait_states
         self._cycles += cycles

@@ -1,0 +1,214 @@
+"""What is run for the golden traces: each image, for how long, and what comes in from outside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import partial
+
+from targets.boards import built_in_board
+from targets.firmware import image_names, image_path
+from targets.mcu.image import Image, limits_for, load_image
+from targets.mcu.machine import Machine
+from targets.mcu.serial_line import SerialFormat
+from targets.mcu.trace import Trace
+
+__all__ = ["PLAIN", "RUNS", "SCENARIOS", "Input", "Run", "Scenario", "trace"]
+
+MS = 1_000_000
+S = 1000 * MS
+BOARD = built_in_board("bluepill")
+_MOST_STEPS, _PLACES = 4000, 8
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """Something that happens outside, at a moment of bench time."""
+
+    ns: int
+    act: Callable[[Machine], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scenario:
+    """An image, how long it runs at most, and what comes in."""
+
+    image: str
+    span_ns: int
+    timing: str = "flat"
+    inputs: tuple[Input, ...] = ()
+
+    @property
+    def name(self) -> str:
+        return self.image if self.timing == "flat" else f"{self.image}.{self.timing}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """A way to run a scenario; none may change its trace.
+
+    Attributes:
+        skip_idle: pass over loops that change nothing.
+        step_ns: of the calls of `run_to`; None for a single call.
+        watched: somebody listens to each pin, so that every edge is told at its cycle.
+        late: inputs are entered when the machine has come to them, not beforehand.
+    """
+
+    skip_idle: bool = True
+    step_ns: int | None = None
+    watched: bool = False
+    late: bool = False
+
+
+PLAIN = Run()
+
+RUNS: dict[str, Run] = {
+    "executing-all": Run(skip_idle=False),
+    "steps-of-137-ns": Run(step_ns=137),
+    "steps-of-10-us": Run(step_ns=10_000),
+    "steps-of-100-us": Run(step_ns=100_000),
+    "steps-of-1-ms": Run(step_ns=MS),
+    "steps-of-7-ms": Run(step_ns=7 * MS),
+    "executing-all-in-steps-of-333-us": Run(skip_idle=False, step_ns=333_333),
+    "watched": Run(watched=True),
+    "inputs-entered-late": Run(late=True),
+}
+
+
+def load(name: str) -> Image:
+    return load_image(image_path(name), limits_for(BOARD.chip))
+
+
+def trace(scenario: Scenario, run: Run = PLAIN, *, image: str | None = None) -> tuple[list[str], list[str]]:
+    """Return header and lines of a run, of another file with the same image if one is given."""
+    machine = Machine(BOARD, load(image or scenario.image), timing=scenario.timing, skip_idle=run.skip_idle)
+    recorder = Trace(machine)
+    if run.watched:
+        for pin in machine.chip.pins:
+            pin.on_edge(lambda _cycle, _ns, _level: None)
+    if not run.late:
+        for one in scenario.inputs:
+            machine.at_ns(one.ns, partial(one.act, machine))
+    lines: list[str] = []
+    for stop_ns, due in _stops(scenario, run):
+        machine.run_to(stop_ns)
+        lines += recorder.take()
+        for one in due:
+            one.act(machine)
+    return [*recorder.header(), f"# span {scenario.span_ns} ns"], lines + recorder.close()
+
+
+def _stops(scenario: Scenario, run: Run) -> list[tuple[int, list[Input]]]:
+    """Return where `run_to` ends each time, and what comes in then."""
+    due: dict[int, list[Input]] = {}
+    if run.late:
+        for one in scenario.inputs:
+            if one.ns < scenario.span_ns:
+                due.setdefault(one.ns, []).append(one)
+    return [(ns, due.get(ns, [])) for ns in sorted({scenario.span_ns, *_steps(scenario.span_ns, run.step_ns), *due})]
+
+
+def _steps(span_ns: int, step_ns: int | None) -> set[int]:
+    """Return the ends of the steps: all over the span if they are few, otherwise in a few places of it."""
+    if step_ns is None:
+        return set()
+    if span_ns // step_ns <= _MOST_STEPS:
+        return set(range(step_ns, span_ns, step_ns))
+    places = range(0, span_ns, span_ns // _PLACES)
+    steps = {place + step * step_ns for place in places for step in range(_MOST_STEPS // _PLACES)}
+    return {ns for ns in steps if 0 < ns < span_ns}
+
+
+# --- inputs
+
+
+def sends(usart: str, data: bytes, *, baud: int, at_ns: int, text_format: str = "8N1") -> tuple[Input, ...]:
+    """Return the frames of `data`, one directly after the other, on the RX line of a USART."""
+    form = SerialFormat.parse(text_format)
+    bit_s = Fraction(1, baud)
+    frames = []
+    for index, byte in enumerate(data):
+        start_s = Fraction(at_ns, S) + index * bit_s * form.frame_half_bits / 2
+        frame = form.frame(byte, start_s, bit_s)
+        frames.append(Input(int(start_s * S), lambda machine, frame=frame: machine.chip.usarts[usart].receive(frame)))
+    return tuple(frames)
+
+
+def drives(pin: str, *changes: tuple[int, bool | None]) -> tuple[Input, ...]:
+    """Return the levels that are put on a pin, at their moments."""
+    return tuple(Input(ns, lambda machine, level=level: machine.chip.pins[pin].drive(level)) for ns, level in changes)
+
+
+# --- which
+
+_TEXT = b"The quick brown fox jumps over the lazy dog. 0123456789\r\n" + bytes(range(0x80, 0x100))
+
+_SPANS_MS = {"selftest": 1000, "bad": 1000, "style": 250, "boot": 250, "bench": 100, "echo": 60}
+
+_OWN: dict[str, Scenario] = {
+    scenario.image: scenario
+    for scenario in (
+        Scenario(
+            image="echo-irq",
+            span_ns=60 * MS,
+            inputs=(
+                *sends("USART1", _TEXT, baud=115_200, at_ns=10 * MS),
+                *sends("USART1", b"slow", baud=112_000, at_ns=40 * MS),
+                *sends("USART1", b"wrong rate", baud=76_800, at_ns=50 * MS),
+            ),
+        ),
+        Scenario(
+            image="echo-irq-921600", span_ns=20 * MS, inputs=sends("USART1", 4 * _TEXT, baud=921_600, at_ns=10 * MS)
+        ),
+        Scenario(image="echo-dma", span_ns=20 * MS, inputs=sends("USART1", 4 * _TEXT, baud=921_600, at_ns=10 * MS)),
+        Scenario(
+            image="echo-all",
+            span_ns=40 * MS,
+            inputs=(
+                *sends("USART1", _TEXT, baud=115_200, at_ns=10 * MS),
+                *sends("USART2", _TEXT[::-1], baud=115_200, at_ns=10 * MS),
+                *sends("USART3", _TEXT, baud=115_200, at_ns=10 * MS + 1),
+            ),
+        ),
+        Scenario(
+            image="style-irq-dma",
+            span_ns=60 * MS,
+            inputs=(
+                *sends("USART1", b"count\r\n", baud=115_200, at_ns=12 * MS),
+                *drives("PA0", (20 * MS, False), (21 * MS, True), (30 * MS, False), (34 * MS, None)),
+                *sends("USART1", b"led\r\nnothing like this\r\ncount\r\n", baud=115_200, at_ns=35 * MS),
+            ),
+        ),
+        Scenario(
+            image="style-hal", span_ns=220 * MS, inputs=sends("USART2", b"lower case", baud=115_200, at_ns=110 * MS)
+        ),
+        Scenario(
+            image="style-ll-sleep",
+            span_ns=1300 * MS,
+            inputs=drives("PA0", (50 * MS, True), (51 * MS, False), (1200 * MS, True), (1210 * MS, None)),
+        ),
+        Scenario(image="style-registers", span_ns=1600 * MS),
+        Scenario(image="boot-loader", span_ns=100 * MS, inputs=drives("PB9", (0, False))),
+    )
+}
+
+
+def _scenario(image: str) -> Scenario:
+    return _OWN.get(image) or Scenario(image=image, span_ns=_SPANS_MS[image.partition("-")[0]] * MS)
+
+
+_BY_TABLE = (
+    replace(_scenario("bench-tick-1khz"), timing="table"),
+    replace(_scenario("bad-hardfault-loop"), timing="table", span_ns=5 * MS),
+    replace(_scenario("echo-irq"), timing="table", span_ns=25 * MS),
+    replace(_scenario("echo-dma"), timing="table", span_ns=14 * MS),
+    replace(_scenario("style-irq-dma"), timing="table"),
+    replace(_scenario("style-kernel"), timing="table", span_ns=20 * MS),
+    replace(_scenario("style-ll-sleep"), timing="table"),
+    replace(_scenario("selftest-systick"), timing="table"),
+    replace(_scenario("selftest-nvic"), timing="table"),
+)
+
+SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in (*map(_scenario, image_names()), *_BY_TABLE)}
+"""By name: that of the image, and ``.table`` for runs with that timing model."""
