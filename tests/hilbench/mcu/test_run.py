@@ -106,7 +106,7 @@ def test_a_period_that_is_no_whole_number_of_nanoseconds_is_told_once_too(ran):
 @pytest.mark.parametrize(("mode", "text"), [("Sleep", ""), ("Stop", ", in Stop mode")])
 def test_where_the_cpu_sleeps_at_the_end(ran, mode, text):
     _, _, err = ran(lambda machine: setattr(machine, "asleep", (mode, 0x0800_0124)))
-    assert f"  brain: sleeps in main (main.c:7){text}, at the end\n" in err
+    assert f"  brain: sleeps in 0x08000124{text}, at the end\n" in err
 
 
 @pytest.mark.parametrize(("status", "code"), [(0, ExitCode.OK), (3, ExitCode.VIOLATION)])

@@ -343,7 +343,7 @@ def test_a_jump_to_the_boot_loader_of_the_vendor_is_called_that(start):
     ("set_up", "mode"),
     [
         ((), "Sleep"),
-        # APB1ENR = PWREN; PWR_CR = 0 or PDDS; SCR = SLEEPDEEP
+        # the clock of PWR; PDDS or not; SLEEPDEEP
         ((0x4A05, 0x4906, 0x61D1, 0x4A06, 0x2100, 0x6011, 0x4A05, 0x2104, 0x6111), "Stop"),
         ((0x4A05, 0x4906, 0x61D1, 0x4A06, 0x2102, 0x6011, 0x4A05, 0x2104, 0x6111), "Standby"),
     ],
