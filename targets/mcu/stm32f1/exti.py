@@ -48,7 +48,7 @@ class Exti(Peripheral):
         Register("RTSR", 0x08, writable=_ALL),
         Register("FTSR", 0x0C, writable=_ALL),
         Register("SWIER", 0x10, writable=_ALL),
-        Register("PR", 0x14),
+        Register("PR", 0x14, note="an edge sets no bit of a line that IMR masks"),
     )
 
     def __init__(self, name: str, base: int, services: Services) -> None:

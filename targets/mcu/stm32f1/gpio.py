@@ -18,6 +18,7 @@ PADS = tuple(f"P{port}{number}" for port in "ABCDE" for number in range(16))
 """The pads of the medium-density die, bonded or not."""
 
 _RESET_CONFIGURATION = 0x4444_4444
+_SPEED = "the output speed (MODE) is kept and has no effect: edges are ideal"
 _LCKK = 1 << 16
 _INPUT_PULL = 0b1000
 _OUTPUTS = (PadMode.PUSH_PULL, PadMode.OPEN_DRAIN, PadMode.AF_PUSH_PULL, PadMode.AF_OPEN_DRAIN)
@@ -34,9 +35,9 @@ class Gpio(Peripheral):
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
-        Register("CRL", 0x00, reset=_RESET_CONFIGURATION),
-        Register("CRH", 0x04, reset=_RESET_CONFIGURATION),
-        Register("IDR", 0x08, writable=0),
+        Register("CRL", 0x00, reset=_RESET_CONFIGURATION, note=_SPEED),
+        Register("CRH", 0x04, reset=_RESET_CONFIGURATION, note=_SPEED),
+        Register("IDR", 0x08, writable=0, note="shows a level at once: the clock of its synchroniser is left out"),
         Register("ODR", 0x0C, writable=0xFFFF),
         Register("BSRR", 0x10),
         Register("BRR", 0x14, writable=0xFFFF),

@@ -18,17 +18,22 @@ UG, COMG, TG, BG = 1 << 0, 1 << 5, 1 << 6, 1 << 7
 OSSI, OSSR, BKE, BKP, AOE, MOE = 1 << 10, 1 << 11, 1 << 12, 1 << 13, 1 << 14, 1 << 15
 MMS_RESET, MMS_ENABLE, MMS_UPDATE, MMS_COMPARE = range(4)
 
+_TRIGGERS = (
+    "triggers take effect at once, with MSM or without; encoder mode 1 counts the edges of TI2, mode 2 those of TI1"
+)
+_INPUTS = "an edge takes effect at its cycle: the two or three clocks of resynchronisation are left out"
+
 
 def _registers(*, advanced: bool) -> tuple[Register, ...]:
     common = (
         Register("CR1", CR1, writable=0x03FF),
         Register("CR2", CR2, writable=0x7FFD if advanced else 0x00F8),
-        Register("SMCR", SMCR, writable=0xFFF7, note="MSM is kept: triggers take effect at once with or without it"),
+        Register("SMCR", SMCR, writable=0xFFF7, note=_TRIGGERS),
         Register("DIER", DIER, writable=0x7FFF if advanced else 0x5F5F),
         Register("SR", SR, writable=0x1EFF if advanced else 0x1E5F),
         Register("EGR", EGR, writable=0xFF if advanced else 0x5F),
-        Register("CCMR1", CCMR1, writable=0xFFFF),
-        Register("CCMR2", CCMR2, writable=0xFFFF),
+        Register("CCMR1", CCMR1, writable=0xFFFF, note=_INPUTS),
+        Register("CCMR2", CCMR2, writable=0xFFFF, note=_INPUTS),
         Register("CCER", CCER, writable=0x3FFF if advanced else 0x3333),
         Register("CNT", CNT, writable=0xFFFF, live=True),
         Register("PSC", PSC, writable=0xFFFF),
