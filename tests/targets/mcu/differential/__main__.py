@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 
 from tests.targets.mcu.differential import qemu
-from tests.targets.mcu.differential.emulated import make_machine, output_of, run_cut
+from tests.targets.mcu.differential.emulated import make_machine, output_of, run_in_steps
 from tests.targets.mcu.differential.image import CASES, image_of
 from tests.targets.mcu.differential.report import differences, differences_in_block, listing
 
@@ -13,7 +13,7 @@ from tests.targets.mcu.differential.report import differences, differences_in_bl
 def main(seed: int, number: int) -> int:
     image = image_of(seed, number)
     sys.stdout.write(listing(image.cases[number % CASES]) + "\n")
-    ours, cut = output_of(image.data), run_cut(*make_machine(image.data))
+    ours, cut = output_of(image.data), run_in_steps(*make_machine(image.data), image)
     theirs = None if qemu.missing() else qemu.output_of(image.data)
     status = 0
     for name, expected, actual in (("QEMU and ours", theirs, ours), ("ours and ours in steps", ours, cut)):

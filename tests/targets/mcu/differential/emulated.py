@@ -7,10 +7,12 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from targets.boards import built_in_board
+from targets.mcu.engine.api import Reg
 from targets.mcu.image import Image, Segment
 from targets.mcu.machine import Machine
 from targets.mcu.symbols import NO_SYMBOLS
-from tests.targets.mcu.differential.image import STACK_TOP
+from tests.targets.mcu.differential.image import BETWEEN_INSTRUCTIONS, STACK_TOP
+from tests.targets.mcu.differential.image import Image as SequenceImage
 
 _FLASH = 0x0800_0000
 _LIMIT_NS = 1_000_000_000
@@ -50,8 +52,16 @@ def run(machine: Machine, output: bytearray) -> bytes:
     return bytes(output)
 
 
-def run_cut(machine: Machine, output: bytearray, cycles: Iterable[int] = itertools.repeat(1)) -> bytes:
-    """Run it in pieces of so many cycles each; every instruction takes a cycle at least."""
+def run_in_steps(machine: Machine, output: bytearray, image: SequenceImage) -> bytes:
+    """Run it instruction by instruction, but for most of what lies between two sequences."""
+    ends = {case.end for case in image.cases[:-1]}
+    get = machine.engine.get
+    # an instruction takes a cycle at least, so this cannot go too far
+    return run_cut(machine, output, (BETWEEN_INSTRUCTIONS if get(Reg.PC) in ends else 1 for _ in itertools.count()))
+
+
+def run_cut(machine: Machine, output: bytearray, cycles: Iterable[int]) -> bytes:
+    """Run it in pieces of so many cycles each."""
     for piece in itertools.islice(cycles, _STEPS_MAX):
         machine.run_to(machine.time.ns(machine.cycle + piece))
         if machine.ended is not None:

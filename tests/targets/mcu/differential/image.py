@@ -30,6 +30,7 @@ _FRAME_WORDS, _RECORD_WORDS = 16, 18
 _HEADER_SIZE = 16
 _REGISTERS = 15  # that a result holds: R0-R12 but one, LR, flags, SP
 RESULT_SIZE = 4 * (_REGISTERS + 1)
+BETWEEN_INSTRUCTIONS = 115  # and a few more, from the end of a case to the body of the next
 CASES = 200  # in an image; the smallest chip has room for them
 _FLASH_SIZE = 0x1_0000
 _SYS_OPEN, _SYS_WRITE, _SYS_EXIT = 0x01, 0x05, 0x18

@@ -14,8 +14,9 @@ from collections import Counter
 
 import pytest
 
+from targets.mcu.engine.api import Reg
 from tests.targets.mcu.differential import coverage, qemu, through_registers
-from tests.targets.mcu.differential.emulated import make_machine, output_of, run, run_cut
+from tests.targets.mcu.differential.emulated import make_machine, output_of, run, run_cut, run_in_steps
 from tests.targets.mcu.differential.encodings import ENCODINGS, LEFT_OUT, decode, is_wide
 from tests.targets.mcu.differential.image import CASES, image_of, make_image
 from tests.targets.mcu.differential.report import differences
@@ -79,7 +80,7 @@ class TestSequences:
     def test_a_run_may_be_cut_after_every_instruction(self, chunk):
         for image, whole, cycle in zip(chunk.images, chunk.outputs, chunk.cycles, strict=True):
             machine, output = make_machine(image.data)
-            assert not differences(image, SEED, whole, run_cut(machine, output))
+            assert not differences(image, SEED, whole, run_in_steps(machine, output, image))
             assert machine.cycle == cycle
 
     def test_a_run_may_be_cut_anywhere(self, chunk):
@@ -95,6 +96,15 @@ class TestSequences:
             assert not differences(image, SEED, whole, through_registers.Run(image.data, stops=True).output())
 
 
+def test_steps_do_not_skip_the_beginning_of_a_sequence():
+    image = make_image(SEED, range(20))
+    machine, output = make_machine(image.data)
+    begun, run_to = set(), machine.run_to
+    machine.run_to = lambda limit_ns: (begun.add(machine.engine.get(Reg.PC)), run_to(limit_ns))
+    run_in_steps(machine, output, image)
+    assert begun >= {case.body for case in image.cases}
+
+
 def test_memory_behind_registers_is_memory():
     image = make_image(SEED, range(CASES))
     through = through_registers.Run(image.data, stops=False)
@@ -107,7 +117,7 @@ def test_the_timing_model_changes_nothing_else():
     image = make_image(SEED, range(CASES // 4))
     whole = output_of(image.data)
     assert not differences(image, SEED, whole, run(*make_machine(image.data, "table")))
-    assert not differences(image, SEED, whole, run_cut(*make_machine(image.data, "table")))
+    assert not differences(image, SEED, whole, run_in_steps(*make_machine(image.data, "table"), image))
 
 
 @pytest.mark.parametrize("number", [CASES, CASES + 17, 2 * CASES - 1])
