@@ -18,9 +18,7 @@ UG, COMG, TG, BG = 1 << 0, 1 << 5, 1 << 6, 1 << 7
 OSSI, OSSR, BKE, BKP, AOE, MOE = 1 << 10, 1 << 11, 1 << 12, 1 << 13, 1 << 14, 1 << 15
 MMS_RESET, MMS_ENABLE, MMS_UPDATE, MMS_COMPARE = range(4)
 
-_TRIGGERS = (
-    "triggers take effect at once, with MSM or without; encoder mode 1 counts edges of TI2, mode 2 of TI1"
-)
+_TRIGGERS = "triggers take effect at once, with MSM or without; encoder mode 1 counts edges of TI2, mode 2 of TI1"
 _INPUTS = "an edge takes effect at its cycle: the two or three clocks of resynchronisation are left out"
 
 
