@@ -31,6 +31,8 @@ __all__ = ["EmulatedBench", "End", "MachineFactory", "make_machine"]
 
 _FRAME_BITS = 8
 """Of a frame of ten bits this much must have gone by at most when its receiver learns of it."""
+_LOCKSTEPS_PER_BIT = 4
+"""A frame whose edges are late by up to a quarter of a bit is read rightly in most cases, by more in few (choice)."""
 
 MachineFactory = Callable[[EmulatedBoard, Image], Machine]
 
@@ -124,6 +126,9 @@ class EmulatedBench:
         self._seed = seed
         self._step_ns = step_ns
         self._edges_of_frames = edges_of_frames
+        self._far_wired = {
+            str(pin) for net in bench_file.nets if len({pin.board for pin in net.pins}) > 1 for pin in net.pins
+        }
         self.images: Mapping[str, Image] = {name: load(emulated) for name, emulated in bench_file.boards.items()}
         self.at_close: list[Callable[[], None]] = []
         self._notes: list[dict[str, object]] = []
@@ -279,10 +284,8 @@ class EmulatedBench:
         for full, port in self.ports.items():
             if full.startswith(f"{name}."):
                 self._record_line(full, port)
-                if not self._edges_of_frames:
-                    port.frame_taps.append(
-                        partial(self._leave_out, machine, f"{full.partition('.')[2].upper()}_TX", pin_log)
-                    )
+                signal = f"{full.partition('.')[2].upper()}_TX"
+                port.frame_taps.append(partial(self._frame_at_pin, name, signal, pin_log))
         if waveforms is not None:
             self._group.after_round.append(waveforms.write_to)
 
@@ -305,11 +308,18 @@ class EmulatedBench:
 
         port.on_heard = take
 
-    @staticmethod
-    def _leave_out(machine: Machine, signal: str, pin_log: PinLog, frame: SerialFrame) -> None:
+    def _frame_at_pin(self, name: str, signal: str, pin_log: PinLog, frame: SerialFrame) -> None:
+        """Take a frame that begins now, with the pin that carries it, if there is one."""
+        machine = self.machines[name]
         pin = machine.chip.signals.route_of(signal)
-        if pin is not None and machine.chip.pins[pin].alternate:
+        if pin is None or not machine.chip.pins[pin].alternate:
+            return
+        if not self._edges_of_frames:
             pin_log.leave_out(pin, frame)
+        lockstep_ns = self.bench_file.lockstep_ns
+        if f"{name}.{pin}" in self._far_wired and frame.bit_s * NS_PER_S < _LOCKSTEPS_PER_BIT * lockstep_ns:
+            text = f"edges on a wire to another board come up to {lockstep_ns // 1000} us late, too late for this rate"
+            machine.notes.add("assumed", f"{pin}.{signal}", f"{text}; join serial lines with [[links]]")
 
     def _declare_nets(self) -> None:
         if self._waveforms is not None:

@@ -83,6 +83,26 @@ def test_what_is_told_of_a_line_does_not_depend_on_the_step(tmp_path):
     assert sum(event["source"] == "bluepill.PC13" for event in first) > 20
 
 
+@pytest.mark.parametrize(("lockstep_us", "notes"), [(20, ["one.PA9.USART1_TX", "two.PA9.USART1_TX"]), (2, [])])
+def test_a_line_made_of_wires_needs_a_short_lockstep(tmp_path, lockstep_us, notes):
+    boards = {"one": "style-irq-dma", "two": "echo-irq"}
+    targets = [
+        f'[targets.{name}]\nboard = "bluepill"\nfirmware = "{IMAGES / image}.elf"\n' for name, image in boards.items()
+    ]
+    wires = ['[[wires]]\nends = ["one.PA9", "two.PA10"]\n', '[[wires]]\nends = ["one.PA10", "two.PA9"]\n']
+    file = tmp_path / "wired.toml"
+    file.write_text("".join([f"version = 1\nlockstep_us = {lockstep_us}\n", *targets, *wires]))
+    emulated = EmulatedBench(open_target(str(file)))
+    said = bytearray()
+    emulated.ports["one.usart1"].taps.append(lambda data, _at_ns: said.extend(data))
+    emulated.bench.run_for(0.01)
+    emulated.close()
+    wired = [note for note in emulated.notes() if "[[links]]" in note["text"]]
+    assert sorted(f"{note['board']}.{note['where']}" for note in wired) == notes
+    # the second board sends back what it heard, and the first answers to that
+    assert said.startswith(b"style-irq-dma\r\n? style-irq-dma\r\n") is not bool(notes)
+
+
 # --- as a reader of waveforms sees them
 
 
