@@ -201,5 +201,5 @@ class RobotLink:
         kind = RobotConnectFailed if isinstance(event, ConnectFailed) else RobotLost
         self._tell(kind(reason=str(event.reason)))
         pause_s = self._settings.reconnect_s
-        if self._wanted and pause_s is not None:
+        if pause_s is not None:
             self._connect_ns = now_ns + round(pause_s * _S)
