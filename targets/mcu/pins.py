@@ -320,6 +320,10 @@ class Pin:
         """Tell the signals that are carried who looks at them now."""
         for output in self.outputs:
             output.update_watch()
+        self.update_laziness()
+
+    def update_laziness(self) -> None:
+        """Find out anew whether the level must be asked for before it is right."""
         lazy = any(output.refresh is not None and output.watch() is not Watch.LIVE for output in self.outputs)
         others = tuple(pin for pin in self.bank.lazy if pin is not self)
         self.bank.lazy = (*others, self) if lazy and self.alternate else others

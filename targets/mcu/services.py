@@ -70,7 +70,7 @@ class OutputSignal(Protocol):
     nobody watches: it asks `watch`, sets `on_watch` to be told when the answer changes, and offers `refresh`.
 
     Attributes:
-        refresh: brings level and record up to the present cycle, by `set_at` and `set`; None if they always are.
+        refresh: brings level and record up to the present cycle, by `set_at` and `set`; None while they always are.
         on_watch: called after a change of what `watch` returns, when level and record are up to the present cycle.
     """
 

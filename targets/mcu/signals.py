@@ -25,16 +25,27 @@ class PinOutput:
         peers: the inputs of the same name inside the chip, if the signal stays there.
     """
 
-    __slots__ = ("_watch", "level", "name", "on_watch", "peers", "pin", "refresh")
+    __slots__ = ("_refresh", "_watch", "level", "name", "on_watch", "peers", "pin")
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.level: bool | None = None
         self.pin: Pin | None = None
         self.peers: tuple[PinInput, ...] = ()
-        self.refresh: Callable[[], None] | None = None
+        self._refresh: Callable[[], None] | None = None
         self.on_watch: Callable[[], None] | None = None
         self._watch = Watch.NOBODY
+
+    @property
+    def refresh(self) -> Callable[[], None] | None:
+        """Brings level and record up to the present cycle; None while they always are."""
+        return self._refresh
+
+    @refresh.setter
+    def refresh(self, callback: Callable[[], None] | None) -> None:
+        self._refresh = callback
+        if self.pin is not None:
+            self.pin.update_laziness()
 
     def set(self, level: bool | None) -> None:
         """Drive the signal from the present cycle on; None releases it."""
@@ -61,8 +72,8 @@ class PinOutput:
         else:
             watch = Watch.LIVE if any(peer.on_change is not None for peer in self.peers) else Watch.NOBODY
         if watch is not self._watch:
-            if self.refresh is not None:
-                self.refresh()
+            if self._refresh is not None:
+                self._refresh()
             self._watch = watch
             if self.on_watch is not None:
                 self.on_watch()

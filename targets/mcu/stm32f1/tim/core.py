@@ -86,8 +86,8 @@ class TimerCore(Peripheral, abc.ABC):
         self._trgo_is_live = False
         self._slave = SlaveController(name, services, self._clock, self.kind.internal_triggers, self)
         self._breaks = Breaks(services.input(f"{name}_BKIN"), self._break_changed) if self.kind.advanced else None
+        self._trgo.refresh = self._refresh
         for signal in self._outputs():
-            signal.refresh = self._refresh
             signal.on_watch = self._watched
         self._clock.change(services.clocks.timer(self.kind.bus))
         self._watched()
@@ -275,6 +275,7 @@ class TimerCore(Peripheral, abc.ABC):
         for stage in self._stages:
             stage.reach(tick)
             stage.changed(tick, self._clock.cycle_of(tick) if self._advancing else self.time.now)
+            stage.offer(self._refresh)
         self._changed_trgo()
 
     def _changed_trgo(self) -> None:

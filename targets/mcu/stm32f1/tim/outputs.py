@@ -78,6 +78,7 @@ class OutputStage:
     __slots__ = (
         "_due",
         "_gate",
+        "_offers",
         "_unit",
         "_watches",
         "bit",
@@ -99,6 +100,7 @@ class OutputStage:
         self.signal = signal
         self.complement = complement
         self._due: int | None = None
+        self._offers = False
         self.look_round()
         self.reset()
 
@@ -112,6 +114,20 @@ class OutputStage:
         """Find out anew who looks at the outputs."""
         self._watches = (self.signal.watch(), self.complement.watch() if self.complement is not None else Watch.NOBODY)
         self.watch = max(self._watches)
+
+    def offer(self, refresh: Callable[[], None]) -> None:
+        """Offer `refresh` while the outputs are driven, and may change by themselves; otherwise they are released."""
+        gate = self._gate
+        enabled = self._unit.output and (self.enabled or self.n_enabled)
+        offers = enabled and (gate.main_enable or gate.off_state_idle or not gate.advanced)
+        if offers is self._offers:
+            return
+        self._offers = offers
+        for signal in (self.signal, self.complement):
+            if signal is not None:
+                signal.refresh = refresh if offers else None
+                if not offers and signal.watch() is Watch.NOBODY:
+                    signal.set(None)
 
     @property
     def follows(self) -> bool:

@@ -48,6 +48,29 @@ def test_idr_sees_a_waveform_that_nobody_watches(board):
     assert board.ports["A"].is_live(0x08)
 
 
+def test_a_pin_of_a_timer_that_drives_nothing_does_not_make_idr_live(board):
+    """PA9 belongs to USART1_TX in most programs, and to TIM1_CH2 as well."""
+    port = board.ports["A"]
+    for name in ("PA0", "PA9"):
+        board.mode(name, 0b1011)
+    assert not port.is_live(0x08)
+    setup(board.tim1, ARR=99, CCR2=30, CCMR1=0x6800, CCER=0x10, EGR=1, CR1=0x81)
+    assert not port.is_live(0x08)
+    poke(board.tim1, "BDTR", 0x8000)
+    assert port.is_live(0x08)
+    board.chip.advance(11)
+    assert peek(port, "IDR") & 1 << 9
+    poke(board.tim1, "BDTR", 0)
+    assert not port.is_live(0x08)
+    assert not peek(port, "IDR") & 1 << 9
+    assert board.pins["PA9"].level is None
+    setup(board.tim1, CR2=0x0400, BDTR=0x0400)  # OSSI: the idle level, after the dead time
+    assert board.pins["PA9"].level is True
+    board.tim1.reset()
+    assert board.pins["PA9"].level is None
+    assert not port.is_live(0x08)
+
+
 def test_remapping_moves_the_waveform(board):
     for name in ("PA0", "PA15"):
         board.mode(name, 0b1011)
