@@ -279,6 +279,7 @@ class Machine:
             self.core.wake()
             return
         self._deep = mode
+        self.core.hold_clocks(True)
         chip.rcc.stop()
 
     def _leave_deep_sleep(self) -> None:
@@ -287,6 +288,7 @@ class Machine:
             self.engine.add_cycles(int(self._deep.wakeup_s * self.time.hclk_hz))
             self.time.hold(self.engine.cycle)
             self.chip.rcc.resume()
+            self.core.hold_clocks(False)
             self._deep = None
 
     def _pass_to(self, limit: int, end: int) -> None:

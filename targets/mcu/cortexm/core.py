@@ -173,6 +173,7 @@ class Core:
         self.sleeping = self._for_event = False
         self.locked_up = None
         self._step = _Step.NONE
+        self.hold_clocks(False)
         self._open_faults.clear()
         cpu.set(Reg.XPSR, _T_BIT)
         for register in (Reg.CONTROL, Reg.PRIMASK, Reg.BASEPRI, Reg.FAULTMASK, Reg.PSP):
@@ -266,6 +267,11 @@ class Core:
             self.sleeping = False
             if self._for_event:
                 self.exceptions.event = False
+
+    def hold_clocks(self, held: bool) -> None:
+        """Let what counts in the core stand still, as in Stop mode, or go on."""
+        self.systick.hold(held)
+        self.dwt.hold(held)
 
     def _sleep(self, *, for_event: bool) -> None:
         self._for_event = for_event

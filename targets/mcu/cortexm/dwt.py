@@ -56,11 +56,13 @@ class Dwt(DebugBlock):
         super().__init__("DWT", 0xE000_1000, services, privileged)
         self._trace_enabled = trace_enabled
         self._start: int | None = None  # the cycle at which the counter was 0, while it counts
+        self._held = False
 
     def power_on(self) -> None:
         """Go to the state after power-on."""
         super().power_on()
         self._start = None
+        self._held = False
 
     def read_word(self, offset: int) -> int:
         """Read as somebody who may."""
@@ -88,9 +90,14 @@ class Dwt(DebugBlock):
         self[_CTRL] = value
         self.gate(self._trace_enabled())
 
+    def hold(self, held: bool) -> None:
+        """Let the clock stand still, as in Stop mode, or run again; the counter keeps its value."""
+        self._held = held
+        self.gate(self._trace_enabled())
+
     def gate(self, enabled: bool) -> None:
         """Take the new DEMCR.TRCENA: without it the counter stands still."""
-        counting = enabled and bool(self[_CTRL] & _CYCCNTENA)
+        counting = enabled and bool(self[_CTRL] & _CYCCNTENA) and not self._held
         if counting and self._start is None:
             self._start = self.time.now - self[_CYCCNT]
         elif not counting and self._start is not None:

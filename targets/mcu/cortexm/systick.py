@@ -49,6 +49,7 @@ class SysTick(LaneBlock):
         self._start = 0  # the counter was `_value` from cycle `_start` on
         self._value = 0
         self._flag = 0
+        self._held = False
 
     def reset(self) -> None:
         """Stop, with all registers zero; that LOAD and VAL are, which silicon leaves unknown, is a choice."""
@@ -56,6 +57,13 @@ class SysTick(LaneBlock):
         self.time.cancel(self._event)
         self._event = None
         self._value = self._flag = 0
+        self._held = False
+
+    def hold(self, held: bool) -> None:
+        """Let the clock stand still, as in Stop mode, or run again; the counter keeps its value."""
+        self._settle()
+        self._held = held
+        self._plan()
 
     # --- registers
 
@@ -105,7 +113,7 @@ class SysTick(LaneBlock):
         return (self._start // _REFERENCE_DIVIDER + steps) * _REFERENCE_DIVIDER
 
     def _value_at(self, cycle: int) -> int:
-        if not self[_CTRL] & _ENABLE:
+        if self._held or not self[_CTRL] & _ENABLE:
             return self._value
         steps = self._steps(cycle)
         if steps <= self._value:
@@ -130,7 +138,7 @@ class SysTick(LaneBlock):
         """Enter the next arrival at zero, if anybody could notice it."""
         self.time.cancel(self._event)
         self._event = None
-        if not self[_CTRL] & _ENABLE or (self._flag and not self[_CTRL] & _TICKINT):
+        if self._held or not self[_CTRL] & _ENABLE or (self._flag and not self[_CTRL] & _TICKINT):
             return
         steps = self._zero_after(self._steps(self.time.now))
         if steps is not None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.targets.mcu.timing.assembly import CLOCK_72_MHZ, EXTI, NOP, RCC, SCS, WFI, Code
+from targets.mcu.engine.api import Reg
+from tests.targets.mcu.timing.assembly import BX_LR, CLOCK_72_MHZ, CYCCNT, EXTI, NOP, RCC, SCS, SYSTICK, WFI, Code
 
 MS = 1_000_000
 HALF_CLOCK = Code().poke((RCC + 4, 8 << 4)).hang()
@@ -16,6 +17,7 @@ STOP = (
     .load(7, 77)
     .hang()
 )
+CLEARS = Code().load(1, EXTI + 0x14).load(0, 1).add(0x6008, BX_LR)  # str r0, [r1]
 
 
 @pytest.mark.parametrize("main", [HALF_CLOCK, Code(*CLOCK_72_MHZ.halves).hang()], ids=["4 MHz", "72 MHz"])
@@ -54,7 +56,7 @@ def test_a_run_that_enters_stop_mode_ends_at_its_limit(start, skip_idle):
 @pytest.mark.parametrize("entered_early", [True, False])
 def test_waking_from_stop_takes_the_regulators_time(start, entered_early):
     # 3.6 us with the regulator on (DS5319 section 5.3.6), as whole cycles of HSI, then the entry of the exception.
-    machine = start(STOP, {22: Code(0x4770)})
+    machine = start(STOP, {22: CLEARS})
     running = []
     machine.core.on_running = lambda number: running.append((number, machine.cycle))
     if entered_early:
@@ -66,3 +68,23 @@ def test_waking_from_stop_takes_the_regulators_time(start, entered_early):
     machine.run_to(41 * MS)
     assert running[0] == (22, woken_cycle + 28 + 12)
     assert not machine.core.sleeping
+
+
+def test_the_clocks_of_the_core_stand_still_in_stop_mode(start, skip_idle):
+    # RM0008 section 4.3.4: HCLK and FCLK stop, so SysTick wakes nobody and the cycle counter keeps its value.
+    setup = Code().poke((RCC + 0x18, 1), (RCC + 0x1C, 1 << 28), (EXTI, 1), (EXTI + 8, 1), (SCS + 0x100, 1 << 6))
+    setup.poke((SCS + 0xDFC, 1 << 24), (CYCCNT - 4, 1), (SCS + 0xD10, 4))
+    setup.poke((SYSTICK + 4, 79_999), (SYSTICK + 8, 0), (SYSTICK, 7))
+    setup.load(4, CYCCNT).add(0x6825, WFI, 0x6826).hang()  # ldr r5, [r4]; wfi; ldr r6, [r4]
+    machine = start(setup, {15: Code(BX_LR), 22: CLEARS}, skip_idle=skip_idle)
+    running = []
+    machine.core.on_running = lambda number: running.append((number, machine.now_ns)) if number else None
+    machine.at_ns(55 * MS, lambda: machine.chip.pins["PA0"].drive(True))
+    machine.run_to(56 * MS)
+    assert [number for number, _ns in running] == [22]
+    counted = machine.engine.get(Reg.R6) - machine.engine.get(Reg.R5)
+    assert counted < 200
+    machine.run_to(75 * MS)
+    systick_ns = running[1][1]
+    assert running[1][0] == 15
+    assert systick_ns == pytest.approx(65 * MS, abs=10_000)  # the rest of its 10 ms, from the end of Stop mode on
