@@ -62,6 +62,11 @@ class Served:
         return [event["reason"] for event in events if event["kind"] == "reset"]
 
 
+@pytest.fixture(autouse=True)
+def patience():
+    faulthandler.cancel_dump_traceback_later()  # minutes are no sign of a hang here
+
+
 @pytest.fixture
 def serve(tmp_path):
     with contextlib.ExitStack() as stack:
@@ -98,7 +103,6 @@ def wake(port):
 
 @pytest.mark.parametrize("image", ["echo-irq-921600", "echo-dma"])
 def test_a_megabyte_comes_back_as_it_was(serve, say, image):
-    faulthandler.cancel_dump_traceback_later()  # minutes are no sign of a hang here
     served = serve(image)
     data = random.Random(1).randbytes(BYTES)
     with served.open(921_600) as port:
