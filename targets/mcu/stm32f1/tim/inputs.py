@@ -104,7 +104,8 @@ class Filter:
             return
         self._raw = level
         if self._samples == 1:
-            self._pass()
+            if self._clock.cycles:
+                self._pass()
         elif level is self.level:
             self._break()
         else:
@@ -114,9 +115,11 @@ class Filter:
             self._begin(broken[0] if broken is not None and broken[1] == sample else sample)
 
     def replan(self) -> None:
-        """The rate of the ticks has changed: time the samples anew."""
+        """The rate of the ticks has changed: time the samples anew; what changed while they stood is seen now."""
         if self._run is not None:
             self._begin(self._run)
+        elif self._samples == 1 and self._clock.cycles:
+            self._pass()
 
     def _next_sample(self) -> int:
         return (self._clock.now // self._period + 1) * self._period

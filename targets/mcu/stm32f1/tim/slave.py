@@ -72,6 +72,7 @@ class SlaveController:
         self, name: str, services: Services, clock: TickClock, masters: tuple[str | None, ...], reactions: Reactions
     ) -> None:
         self._reactions = reactions
+        self._clock = clock
         self._channels = ChannelInputs(
             services.time, clock, [services.input(f"{name}_CH{number}") for number in range(1, 5)], self._ti_changed
         )
@@ -183,6 +184,8 @@ class SlaveController:
         return self._channels.level(number) is not self.inverted[number]
 
     def _itr_changed(self, level: bool) -> None:
+        if not self._clock.cycles:
+            return
         self._reactions.begin()
         if level:
             self._capture_trc()

@@ -79,6 +79,7 @@ class Timer(TimerEffects):
         self._clock.change(self.services.clocks.timer(self.kind.bus) if self.clocked else 0)
         self._counting.tick = max(self._counting.tick, self._clock.now)
         self._slave.replan()
+        self._set_running()
         self.time.cancel(self._event)
         self._event = None
         self._settle()

@@ -200,6 +200,50 @@ def test_a_timer_without_clock_stands_still(make_timer):
     assert peek(timer, "CNT") == 99
 
 
+def gate(timer, open_):
+    timer.before_clock_change()
+    timer.clocked = open_
+    timer.after_clock_change()
+
+
+def test_a_timer_without_clock_does_not_count_what_comes_from_outside(make_timer):
+    """Its synchronisers stand; when they go on, an input that has another level than before is an edge."""
+    chip, timer = make_timer("TIM3")
+    setup(timer, CCMR1=0x0101, SMCR=3, ARR=0xFFFF, CCER=0x11, CR1=1)
+    chip.advance(10)
+    gate(timer, open_=False)
+    for number, level in ((1, True), (2, True), (1, False), (2, False), (1, True)):
+        chip.advance(10)
+        chip.input(f"TIM3_CH{number}").drive(level)
+    assert (peek(timer, "CNT"), peek(timer, "SR")) == (0, 0)
+    gate(timer, open_=True)
+    assert (peek(timer, "CNT"), peek(timer, "SR")) == (1, 2)
+
+
+def test_a_timer_without_clock_is_not_triggered(make_timers):
+    chip, master, slave = make_timers("TIM1", "TIM2")
+    setup(slave, SMCR=0x07, CR1=1)
+    setup(master, CR2=0x20, ARR=99, CR1=1)
+    chip.advance(1 + 250)
+    gate(slave, open_=False)
+    chip.advance(1000)
+    gate(slave, open_=True)
+    chip.advance(100)
+    assert peek(slave, "CNT") == 3
+
+
+def test_a_gate_that_opened_while_the_clock_stood_is_open(make_timer):
+    chip, timer = make_timer("TIM2")
+    setup(timer, CCMR1=0x01, SMCR=0x55, CR1=1)
+    gate(timer, open_=False)
+    chip.input("TIM2_CH1").drive(True)
+    chip.advance(1000)
+    assert peek(timer, "CNT") == 0
+    gate(timer, open_=True)
+    chip.advance(30)
+    assert peek(timer, "CNT") == 30
+
+
 def test_reset_stops_the_timer_and_releases_its_pins(make_timer):
     chip, timer = make_timer("TIM1")
     setup(timer, ARR=9, CCR1=5, CCMR1=0x60, CCER=5, BDTR=0x8000, DIER=1, EGR=1, CR1=1)
