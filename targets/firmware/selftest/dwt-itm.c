@@ -21,6 +21,12 @@ static void cycle_counter(void)
     check("counts-when-enabled", DWT->CYCCNT > 1234);
     DWT->CYCCNT = 0;
     check_range("can-be-written", DWT->CYCCNT, 0, 60);
+    DWT->CTRL &= ~DWT_CYCCNTENA;
+    uint32_t stopped = DWT->CYCCNT;
+    for (int i = 0; i < 20; ++i)
+        NOP();
+    check_equal("stands-still-when-stopped", DWT->CYCCNT, stopped);
+    DWT->CTRL |= DWT_CYCCNTENA;
     DWT->CYCCNT = 0xFFFFFF00;
     wait_cycles(1000);
     check_range("wraps-at-32-bits", DWT->CYCCNT, 700, 1100);

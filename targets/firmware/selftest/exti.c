@@ -80,6 +80,8 @@ static void edge_detection(void)
     drive(true);
     EXTI->PR = 0;
     check("pr-keeps-on-writing-0", EXTI->PR & BIT);
+    irq_unpend(EXTI9_5_IRQ);
+    check("unpending-is-in-vain-while-pr-is-set", irq_is_pending(EXTI9_5_IRQ));
     EXTI->PR = BIT;
     check("pr-clears-on-writing-1", !(EXTI->PR & BIT));
     drive(true);
@@ -123,6 +125,7 @@ static void handlers(void)
     EXTI->IMR = 0;
     drive(false);
     check_equal("masked-line-is-silent", interrupts, 2);
+    check_equal("masked-line-is-not-pending", EXTI->PR & BIT, 0);
     EXTI->PR = BIT;
     EXTI->IMR = BIT;
     settle();

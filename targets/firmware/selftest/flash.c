@@ -110,6 +110,8 @@ static void unlocking(void)
     check_equal("keys-unlock", FLASH->CR & FLASH_CR_LOCK, 0);
     FLASH->CR = FLASH_CR_LOCK;
     check_equal("lock-locks", FLASH->CR & FLASH_CR_LOCK, FLASH_CR_LOCK);
+    FLASH->CR = FLASH_CR_PG;
+    check_equal("locked-cr-keeps-its-value", FLASH->CR, FLASH_CR_LOCK);
     unlock();
     check_equal("keys-unlock-again", FLASH->CR & FLASH_CR_LOCK, 0);
 }

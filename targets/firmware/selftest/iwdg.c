@@ -11,9 +11,9 @@
 #include "wait.h"
 
 #define HCLK_PER_MS 8000u
-#define BITE_TICKS 400u   // of LSI / 4: 40 ms at 40 kHz
-#define BITE_MIN (BITE_TICKS * 4u * 1000u / 60u * (HCLK_PER_MS / 1000u))
-#define BITE_MAX (BITE_TICKS * 4u * 1000u / 30u * (HCLK_PER_MS / 1000u))
+#define BITE_TICKS 25u    // of LSI / 16: 10 ms at 40 kHz
+#define BITE_MIN (BITE_TICKS * 16u * 1000u / 60u * (HCLK_PER_MS / 1000u))
+#define BITE_MAX (BITE_TICKS * 16u * 1000u / 30u * (HCLK_PER_MS / 1000u))
 
 static volatile struct {
     uint32_t cycles; // from the start of the watchdog to the last time anybody was there to look
@@ -54,7 +54,7 @@ static void feeding(void)
     IWDG->KR = IWDG_KEY_START;
     check("start-forces-lsi-on", wait_until(RCC->CSR & RCC_CSR_LSIRDY)); // 7.2.5
     IWDG->KR = IWDG_KEY_UNLOCK;
-    IWDG->PR = 0;
+    IWDG->PR = 2;
     IWDG->RLR = BITE_TICKS - 1;
     update_done(IWDG_SR_PVU);
     update_done(IWDG_SR_RVU);

@@ -259,6 +259,8 @@ static void slave_modes(void)
     check_equal("gate-closed", TIM3->CNT, 0);
     TIM2->CR1 = TIM_CR1_CEN;
     wait_cycles(500);
+    uint32_t opened = TIM3->SR & TIM_TIF;
+    TIM3->SR = 0;
     TIM2->CR1 = 0;
     timer_settle();
     uint32_t counted = TIM3->CNT;
@@ -266,7 +268,8 @@ static void slave_modes(void)
     wait_cycles(200);
     check_equal("gate-closed-again", TIM3->CNT, counted);
     check_equal("gate-keeps-cen", TIM3->CR1 & TIM_CR1_CEN, TIM_CR1_CEN);
-    check_equal("gate-sets-tif", TIM3->SR & TIM_TIF, TIM_TIF);
+    check_equal("gate-opening-sets-tif", opened, TIM_TIF);
+    check_equal("gate-closing-sets-tif", TIM3->SR & TIM_TIF, TIM_TIF);
 
     fresh();
     TIM3->CCMR1 = TIM_CC_INPUT_DIRECT << 8;

@@ -96,6 +96,26 @@ static void sending_flags(void)
     check_equal("txe-is-not-writable", USART2->SR & USART_SR_TXE, USART_SR_TXE);
 }
 
+static void sending_rules(void)
+{
+    // Only what a read of SR has seen is cleared by the write of DR after it (27.6.1)
+    set_up(TRANSMITTER, 0, 0);
+    USART2->DR = 0x55;
+    wait_cycles(12 * BIT);
+    USART2->DR = 0xAA;
+    check_equal("tc-stays-without-reading-sr", USART2->SR & USART_SR_TC, USART_SR_TC);
+    wait_cycles(12 * BIT);
+
+    set_up(USART_CR1_UE, 0, 0);
+    USART2->CR1 = TRANSMITTER;
+    USART2->DR = 0x55;
+    uint32_t start = cycles();
+    bool begun = wait_until(!pin_read(GPIOA, TX));
+    uint32_t idle = cycles() - start;
+    check("sends-once-te-is-set", begun);
+    check_range("te-begins-with-an-idle-frame", idle, 10 * BIT - LATE, 11 * BIT + LATE);
+}
+
 static void sending_times(void)
 {
     frame_time("8-bits-1-stop", 0, 0, 10);
@@ -231,6 +251,11 @@ static void receiving_errors(void)
     check_equal("overrun-cleared-by-sr-then-dr", USART2->SR & (ERRORS | USART_SR_RXNE), 0);
     receive_8(0x33);
     expect_received("receives-after-overrun", USART_SR_RXNE, 0x33);
+    receive_8(0x44);
+    receive_8(0x55);
+    (void)USART2->DR; // nobody has read of the overrun
+    check_equal("overrun-stays-without-reading-sr", USART2->SR & (ERRORS | USART_SR_RXNE), USART_SR_ORE);
+    (void)USART2->DR;
 
     wiggle(RX, 0x5A << 1, 10, BIT); // the stop bit is low
     pin_write(GPIOA, RX, true);
@@ -437,6 +462,10 @@ static void half_duplex(void)
     expect_received("half-duplex-listens-to-tx", USART_SR_RXNE, 0x3C);
     receive_8(0x18);
     check_equal("half-duplex-is-deaf-to-rx", USART2->SR & USART_SR_RXNE, 0);
+    set_up(RECEIVER | USART_CR1_TE, 0, USART_CR3_HDSEL);
+    USART2->DR = 0x3C;
+    wait_cycles(12 * BIT);
+    expect_received("half-duplex-hears-itself", USART_SR_RXNE, 0x3C);
 }
 
 int main(void)
@@ -446,6 +475,7 @@ int main(void)
     RCC->APB2ENR |= RCC_APB2_GPIOA | RCC_APB2_AFIO | RCC_APB2_USART1;
     RCC->APB1ENR |= RCC_APB1_USART2 | RCC_APB1_USART3;
     sending_flags();
+    sending_rules();
     sending_times();
     sending_shapes();
     sending_break();

@@ -1,0 +1,350 @@
+"""Self-tests can fail: each defect, put into the model, is found by the self-test that has to find it.
+
+A defect is a change of a few words in one method. If the words are no longer there, the method has changed: then
+describe the defect anew.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import textwrap
+from dataclasses import dataclass
+
+import pytest
+
+from targets.mcu.cortexm.core import Core
+from targets.mcu.cortexm.dwt import Dwt
+from targets.mcu.cortexm.exceptions import Exceptions
+from targets.mcu.cortexm.nvic import Nvic
+from targets.mcu.cortexm.scb import Scb
+from targets.mcu.cortexm.systick import SysTick
+from targets.mcu.stm32f1.bkp import Bkp
+from targets.mcu.stm32f1.crc import Crc
+from targets.mcu.stm32f1.dma import Dma
+from targets.mcu.stm32f1.exti import Exti
+from targets.mcu.stm32f1.flash import Flash
+from targets.mcu.stm32f1.gpio import Gpio
+from targets.mcu.stm32f1.iwdg import Iwdg
+from targets.mcu.stm32f1.oscillator import Oscillator
+from targets.mcu.stm32f1.pwr import Pwr
+from targets.mcu.stm32f1.rcc import Rcc
+from targets.mcu.stm32f1.tim.breaks import Breaks
+from targets.mcu.stm32f1.tim.core import TimerCore
+from targets.mcu.stm32f1.tim.counting import Counting
+from targets.mcu.stm32f1.tim.effects import TimerEffects
+from targets.mcu.stm32f1.tim.timer import Timer
+from targets.mcu.stm32f1.usart import Usart
+from targets.mcu.stm32f1.usart_transmitter import Transmitter
+from targets.mcu.stm32f1.wwdg import Wwdg
+
+
+@dataclass(frozen=True)
+class Defect:
+    """What is wrong, the self-test that has to find it, and the change that makes it so."""
+
+    what: str
+    test: str
+    owner: type
+    method: str
+    right: str
+    wrong: str
+
+
+DEFECTS = [
+    # --- USART
+    Defect(
+        "TXE a bit late",
+        "usart",
+        Usart,
+        "_loaded",
+        "self[SR] |= TXE\n    self._update()",
+        "self.time.after(self._bit_cycles(), lambda: (self.__setitem__(SR, self[SR] | TXE), self._update()))",
+    ),
+    Defect(
+        "TC a bit late",
+        "usart",
+        Usart,
+        "_complete",
+        "self[SR] |= TC\n    self._update()",
+        "self.time.after(self._bit_cycles(), lambda: (self.__setitem__(SR, self[SR] | TC), self._update()))",
+    ),
+    Defect(
+        "TC is not cleared by SR and DR", "usart", Usart, "write_DR", "TXE | self._seen & _CLEARED_BY_DR_WRITE", "TXE"
+    ),
+    Defect(
+        "TC is cleared by DR alone",
+        "usart",
+        Usart,
+        "write_DR",
+        "self._seen & _CLEARED_BY_DR_WRITE",
+        "_CLEARED_BY_DR_WRITE",
+    ),
+    Defect("RXNE is not cleared by DR", "usart", Usart, "read_DR", "RXNE | ", ""),
+    Defect(
+        "errors are cleared by DR alone",
+        "usart",
+        Usart,
+        "read_DR",
+        "self._seen & _CLEARED_BY_DR_READ)",
+        "_CLEARED_BY_DR_READ)",
+    ),
+    Defect("flags are not cleared by writing 0", "usart", Usart, "write_SR", "&= value", "&= -1"),
+    Defect("no preamble", "usart", Transmitter, "enable", "self._preamble_due = on", "self._preamble_due = False"),
+    Defect(
+        "always one stop bit",
+        "usart",
+        Transmitter,
+        "_begin_next",
+        "8 * self.stop_half_bits)\n        self.on_load",
+        "16)\n        self.on_load",
+    ),
+    Defect(
+        "an overrun takes the new word",
+        "usart",
+        Usart,
+        "_word",
+        "errors = ORE\n",
+        "errors = ORE\n        self._received = sampled.word\n",
+    ),
+    Defect("no parity error", "usart", Usart, "_word", "PE if self._format", "0 if self._format"),
+    Defect("no noise", "usart", Usart, "_word", "NE if", "0 if"),
+    Defect("no IDLE", "usart", Usart, "_idle", "self[SR] |= IDLE", "pass"),
+    Defect("mute mode hides nothing", "usart", Usart, "_is_muted_for", "return bool(cr1 & RWU)", "return False"),
+    Defect("errors interrupt without DMA", "usart", Usart, "_irq_of_errors", "cr3 & EIE and cr3 & DMAR", "cr3 & EIE"),
+    Defect("CTS is not looked at", "usart", Usart, "_cts_changed", "self._tx.clear_to_send = not level", "pass"),
+    Defect("RTS is always low", "usart", Usart, "_update", "(bool(sr & RXNE) or not self._rx.running)", "False"),
+    Defect("no LIN break", "usart", Usart, "_lin_break", "self[SR] |= LBD", "pass"),
+    Defect("one wire: nothing is heard of oneself", "usart", Usart, "_sent", "self._rx.receive(frame)", "pass"),
+    Defect("every address is mine", "usart", Usart, "_is_muted_for", "word & ADD == self[CR2] & ADD", "True"),
+    # --- DMA
+    Defect("no half transfer", "dma", Dma, "_count", "HTIF if", "0 if"),
+    Defect("a circle ends", "dma", Dma, "_count", "left = channel.reload\n", "left = 0\n"),
+    Defect("priorities are not looked at", "dma", Dma, "_transfer", "one.control >> _PL & 3", "0"),
+    Defect("CNDTR is written while enabled", "dma", Dma, "_may_write", "if channel.control & EN", "if False"),
+    Defect("CGIF clears itself only", "dma", Dma, "write_IFCR", "0 if bits & GIF else ~bits", "~bits"),
+    Defect("an error leaves the channel on", "dma", Dma, "_serve", "self[channel.base] = control & ~EN", "pass"),
+    Defect("wide targets are filled with the value again", "dma", Dma, "_move", "value & ", "(value | value << 16) & "),
+    Defect("peripheral address goes on always", "dma", Dma, "_serve", "if control & PINC", "if True"),
+    # --- TIM
+    Defect("UG sets UIF in spite of URS", "tim", TimerEffects, "_reinitialise", "if self[CR1] & URS", "if False"),
+    Defect("no overcapture", "tim-inputs", TimerEffects, "captured", "flag << 8 | flag if", "flag if"),
+    Defect(
+        "gated: TIF at the rising edge only",
+        "tim-inputs",
+        TimerEffects,
+        "triggered",
+        "if level or mode == GATED",
+        "if level",
+    ),
+    Defect("ARR at once", "tim", Timer, "write_ARR", "if not self[CR1] & ARPE", "if True"),
+    Defect(
+        "CCR at once",
+        "tim",
+        Timer,
+        "_write_ccr",
+        "if not preloaded",
+        "if True",
+    ),
+    Defect("reading CCR keeps CCxIF", "tim-inputs", Timer, "_read_ccr", "if not", "if False and not"),
+    Defect("flags are cleared by writing 1", "tim", Timer, "write_SR", "self[SR] & value", "self[SR] & ~value"),
+    Defect(
+        "break keeps MOE",
+        "tim1",
+        TimerEffects,
+        "_break_arrived",
+        "self[BDTR] = self._breaks.disable(self[BDTR])",
+        "pass",
+    ),
+    Defect("no dead time", "tim1", Breaks, "dead_time", "return dtg\n", "return 0\n"),
+    Defect(
+        "dead time in the long ranges",
+        "tim1",
+        Breaks,
+        "dead_time",
+        "(32 + (dtg & 0x1F)) * (8 if dtg < 0xE0 else 16)",
+        "dtg",
+    ),
+    Defect("LOCK is written again", "tim1", Breaks, "permitted", "frozen |= _LOCK", "pass"),
+    Defect("AOE is not looked at", "tim1", Breaks, "waits_for_update", "self._bits & (AOE | MOE) == AOE", "False"),
+    Defect("one pulse goes on", "tim-inputs", TimerCore, "_updated", "if self[CR1] & OPM and", "if False and"),
+    Defect("each overflow is an update", "tim1", Counting, "_cross", "not self.rep and", "True and"),
+    Defect("UDIS is not looked at", "tim", Counting, "_cross", "and not self.udis", ""),
+    Defect("no flag at a match", "tim", TimerCore, "_on_match", "self[SR] |= units << 1", "pass"),
+    Defect("UG keeps the prescaler's count", "tim", Counting, "reinitialise", "self.psc_count = 0", "pass"),
+    Defect("UG keeps the counter", "tim", Counting, "reinitialise", "self.cnt = self.arr if", "self.cnt = self.cnt if"),
+    Defect("the encoder counts up only", "tim-inputs", TimerEffects, "turned", "self._counting.down = down", "pass"),
+    Defect(
+        "commutation changes nothing",
+        "tim1",
+        TimerEffects,
+        "_commutate",
+        "self._apply_channels(commutation=True)",
+        "pass",
+    ),
+    Defect("no COMIF", "tim1", TimerEffects, "_commutate", "self[SR] |= COMIF", "pass"),
+    # --- RCC
+    Defect(
+        "oscillators are ready at once",
+        "rcc",
+        Oscillator,
+        "_start",
+        "self._in(self._start_s, True)",
+        "self._in(0 * self._start_s, True)",
+    ),
+    Defect("the PLL is changed while it runs", "rcc", Rcc, "write_CFGR", "if self[CR] & PLLON and", "if False and"),
+    Defect("what drives SYSCLK can be switched off", "rcc", Rcc, "write_CR", "kept = self", "kept = 0 and self"),
+    Defect("resets of peripherals do nothing", "rcc", Rcc, "_write_resets", "peripheral.reset()", "pass"),
+    Defect("the backup domain is open", "rcc", Rcc, "write_BDCR", "if not self._backup_writable()", "if False"),
+    Defect(
+        "RMVF clears nothing",
+        "wwdg",
+        Rcc,
+        "write_CSR",
+        "value & ~RESET_FLAGS if value & RMVF else value",
+        "value | self[CSR] & RESET_FLAGS",
+    ),
+    # --- GPIO, EXTI
+    Defect(
+        "BSRR: reset wins",
+        "gpio",
+        Gpio,
+        "write_BSRR",
+        "(self[0x0C] & ~(value >> 16)) | (value & 0xFFFF)",
+        "(self[0x0C] | value & 0xFFFF) & ~(value >> 16)",
+    ),
+    Defect("the lock does not lock", "gpio", Gpio, "_write_configuration", "== _LOCKED", "== -1"),
+    Defect("BRR resets the wrong half", "gpio", Gpio, "write_BRR", "~value", "~(value >> 16)"),
+    Defect("ODR does not move pulls", "gpio", Gpio, "write_ODR", "nibble == _INPUT_PULL", "False"),
+    Defect("falling edges are not seen", "exti", Exti, "_listener", "0x08 if level else 0x0C", "0x08"),
+    Defect(
+        "a masked line is pending",
+        "exti",
+        Exti,
+        "_triggered",
+        "if lines & self[0x00]:\n        self[0x14] |= lines & self[0x00]",
+        "if lines:\n        self[0x14] |= lines",
+    ),
+    Defect("PR keeps SWIER", "exti", Exti, "write_PR", "self[0x10] &= ~value", "pass"),
+    Defect("PR is cleared by writing 0", "exti", Exti, "write_PR", "self[0x14] &= ~value", "self[0x14] &= value"),
+    Defect("events do not wake", "exti", Exti, "_triggered", "self.on_event()", "pass"),
+    # --- watchdogs
+    Defect("registers without a key", "iwdg", Iwdg, "_update", "if not self._open", "if False"),
+    Defect("feeding does nothing", "iwdg", Iwdg, "write_KR", "self._reload(self[RLR])", "pass"),
+    Defect("the prescaler is not looked at", "iwdg", Iwdg, "_divider", "min(self[PR], 6)", "0"),
+    Defect("updates take no time", "iwdg", Iwdg, "_update", "Fraction(UPDATE_CYCLES)", "Fraction(0)"),
+    Defect("no window", "wwdg", Wwdg, "write_CR", "was_on and self._count > self[CFR] & W", "False"),
+    Defect("T6 clear does not reset at once", "wwdg", Wwdg, "write_CR", "(too_early or not value & T6)", "too_early"),
+    Defect("EWI can be taken back", "wwdg", Wwdg, "write_CFR", "value | (self[CFR] & EWI)", "value"),
+    Defect("EWIF is cleared by writing 1", "wwdg", Wwdg, "write_SR", "&= value", "&= ~value"),
+    # --- flash, CRC, PWR, BKP
+    Defect(
+        "what is not erased is programmed",
+        "flash",
+        Flash,
+        "_program_flash",
+        "value and self.memory",
+        "False and self.memory",
+    ),
+    Defect(
+        "zero is not programmed over something",
+        "flash",
+        Flash,
+        "_program_flash",
+        "value and self.memory",
+        "self.memory",
+    ),
+    Defect("no EOP", "flash", Flash, "_end", "set_=EOP, ", ""),
+    Defect("write protection does not protect", "flash", Flash, "_is_protected", "return not", "return False and not"),
+    Defect("LOCK does not lock", "flash", Flash, "write_CR", "if old & LOCK or", "if False or"),
+    Defect("bytes are programmed", "flash", Flash, "program", "if size != 2 or address & 1", "if False"),
+    Defect("erasing takes no time", "flash", Flash, "_begin", "+ seconds", "+ 0 * seconds"),
+    Defect("IDR is reset too", "crc", Crc, "write_CR", "self[DR] = WORD", "self[DR] = WORD\n        self[4] = 0"),
+    Defect(
+        "bytes in another order",
+        "crc",
+        Crc,
+        "write_DR",
+        "self[DR] ^ value",
+        "self[DR] ^ int.from_bytes(value.to_bytes(4, 'little'), 'big')",
+    ),
+    Defect("backup registers are open", "pwr-bkp", Bkp, "write", "if self._writable()", "if True"),
+    Defect("no standby flag", "pwr-bkp", Pwr, "enter_standby", "self[CSR] |= SBF", "pass"),
+    Defect("CSBF clears nothing", "pwr-bkp", Pwr, "write_CR", "self[CSR] &= ~SBF", "pass"),
+    # --- core
+    Defect("COUNTFLAG stays", "systick", SysTick, "read_CTRL", "self._flag = 0", "pass"),
+    Defect("VAL keeps COUNTFLAG", "systick", SysTick, "write_VAL", "self._value = self._flag = 0", "self._value = 0"),
+    Defect("a period is too long", "systick", SysTick, "_zero_after", "self[_LOAD] + 1", "self[_LOAD] + 2"),
+    Defect("TICKINT is not looked at", "systick", SysTick, "_zero", "if self[_CTRL] & _TICKINT", "if True"),
+    Defect("the counter stands still", "dwt-itm", Dwt, "read_CYCCNT", "self.time.now - self._start", "0"),
+    Defect("CYCCNT goes on when stopped", "dwt-itm", Dwt, "gate", "elif not counting and", "elif False and"),
+    Defect("groups are not looked at", "nvic", Exceptions, "set_grouping", "-(2 << prigroup)", "-2"),
+    Defect(
+        "equal priorities: the last goes first",
+        "nvic",
+        Exceptions,
+        "refresh",
+        "priorities[number] < best_priority",
+        "priorities[number] <= best_priority",
+    ),
+    Defect("eight bits of priority", "nvic", Exceptions, "set_priority", "priority & self.priority_mask", "priority"),
+    Defect("BASEPRI is not looked at", "nvic", Exceptions, "boosted", "if basepri else", "if False else"),
+    Defect(
+        "FAULTMASK stays after return", "nvic", Core, "_exception_return", "self._cpu.set(Reg.FAULTMASK, 0)", "pass"
+    ),
+    Defect("PRIMASK keeps WFI asleep", "nvic", Core, "wakes", "primask if self._for_event else 0", "primask"),
+    Defect("sleep on exit is not looked at", "nvic", Scb, "sleep_on_exit", "bool(self[_SCR] & _SLEEPONEXIT)", "False"),
+    Defect("STKALIGN is not looked at", "nvic", Scb, "stack_align", "bool(self[_CCR] & _STKALIGN)", "False"),
+    Defect("SEVONPEND is not looked at", "nvic", Scb, "write_SCR", "bool(value & _SEVONPEND)", "False"),
+    Defect("no line stays pending", "exti", Exceptions, "unpend", "~numbers | self._high & ~self.active", "~numbers"),
+    Defect("STIR does nothing", "nvic", Nvic, "_trigger", "exceptions.pend(1 << Number.FIRST_IRQ + irq)", "pass"),
+    Defect("no escalation", "faults", Core, "_escalated", "own < now", "True"),
+    Defect("FORCED is not set", "faults", Core, "_fault", "hfsr |= Hfsr.FORCED", "pass"),
+    Defect("returns are not checked", "faults", Core, "_is_legal", "return False", "return True"),
+]
+
+
+def put_in(defect, monkeypatch):
+    """Replace the method by one with the defect."""
+    member = inspect.getattr_static(defect.owner, defect.method)
+    function = member.fget if isinstance(member, property) else member
+    source = textwrap.dedent(inspect.getsource(function)).removeprefix("@property\n")
+    right = defect.right
+    assert right in source, f"{defect.owner.__name__}.{defect.method} has changed: describe this defect anew"
+    names = dict(vars(inspect.getmodule(function)))
+    # a class of its own, so that super() works
+    code = source.replace(right, defect.wrong, 1).replace("super()", f"super({defect.owner.__name__}, self)")
+    exec(compile(f"from __future__ import annotations\n{code}", f"<{defect.what}>", "exec"), names)
+    wrong = names[defect.method]
+    monkeypatch.setattr(defect.owner, defect.method, property(wrong) if isinstance(member, property) else wrong)
+
+
+@pytest.fixture(scope="module")
+def takes_ms():
+    """How long a self-test takes without a defect: ``takes_ms(start, name)``."""
+
+    @functools.cache
+    def measure(start, name):
+        return start(name).to(1000).machine.ended.ns / 1e6
+
+    return measure
+
+
+def sampled():
+    """Every defect; all but the first for each self-test take their time."""
+    seen = set()
+    for defect in DEFECTS:
+        name = f"{defect.test}: {defect.what}"
+        yield pytest.param(defect, id=name, marks=pytest.mark.thorough if defect.test in seen else ())
+        seen.add(defect.test)
+
+
+@pytest.mark.parametrize("defect", list(sampled()))
+def test_it_is_found(start, takes_ms, monkeypatch, defect):
+    name = f"selftest-{defect.test}"
+    usual_ms = takes_ms(start, name)
+    put_in(defect, monkeypatch)
+    run = start(name).to(1.5 * usual_ms + 1)
+    _passed, failed = run.checks
+    ended = run.machine.ended
+    assert failed or ended is None or ended.kind != "exit", "the self-test passes all the same"
