@@ -144,7 +144,16 @@ def drives(pin: str, *changes: tuple[int, bool | None]) -> tuple[Input, ...]:
 
 _TEXT = b"The quick brown fox jumps over the lazy dog. 0123456789\r\n" + bytes(range(0x80, 0x100))
 
-_SPANS_MS = {"selftest": 1000, "bad": 1000, "style": 250, "boot": 250, "bench": 100, "echo": 60}
+_SPANS_MS = {
+    "selftest": 1000,
+    "bad": 300,
+    "style": 250,
+    "boot": 250,
+    "robot": 250,
+    "broken": 250,
+    "bench": 100,
+    "echo": 60,
+}
 
 _OWN: dict[str, Scenario] = {
     scenario.image: scenario
