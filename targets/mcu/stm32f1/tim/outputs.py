@@ -144,6 +144,7 @@ class OutputStage:
         """OCxREF or a control bit has changed at `cycle`, in `tick`: tell the outputs, note when a dead time ends."""
         gate, unit = self._gate, self._unit
         self._tell(tick, cycle)
+        self._due = None
         if not gate.dead_ticks:
             return
         if gate.main_enable:

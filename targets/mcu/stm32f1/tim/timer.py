@@ -112,6 +112,7 @@ class Timer(TimerEffects):
         if changed & CKD:
             self._configure_inputs()
             self._set_dead_time()
+            self._changed_outputs()
         if started:
             self._start()
         else:

@@ -588,6 +588,18 @@ def test_a_write_while_the_counter_waits_for_its_first_clock_counts_from_that_wr
     assert watch is Watch.NOBODY or out.edges[-1] == (25, True)
 
 
+def test_a_dead_time_that_is_shortened_under_way_ends_earlier(make_timer):
+    """CKD is the unit of DTG."""
+    chip, timer = make_timer("TIM1")
+    setup(timer, CCER=5, CCMR1=0x40, CR1=0x200, BDTR=0x8008)
+    chip.advance(100)
+    poke(timer, "CCMR1", 0x50)
+    chip.advance(1)
+    poke(timer, "CR1", 0)
+    chip.advance(100)
+    assert chip.output("TIM1_CH1").edges[-1] == (108, True)
+
+
 def test_a_pulse_shorter_than_the_dead_time_is_not_made(make_timer):
     chip, timer = make_timer("TIM1")
     setup(timer, ARR=99, CCR1=5, CCMR1=0x68, CCER=5, EGR=1, BDTR=0x8000 | 10, CR1=CEN)
