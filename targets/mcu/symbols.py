@@ -13,6 +13,8 @@ from typing import Any
 
 __all__ = ["NO_SYMBOLS", "Symbol", "Symbols", "damage"]
 
+_ALLOC = 1 << 1  # SHF_ALLOC: the section is in memory when the program runs
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Symbol:
@@ -111,15 +113,25 @@ def _read_rows(data: bytes) -> list[tuple[int, int, str]]:
     try:
         elf = ELFFile(io.BytesIO(data))
         if elf.has_dwarf_info():
+            loaded = _loaded(elf)
             dwarf = elf.get_dwarf_info()
             for unit in dwarf.iter_CUs():
                 program = dwarf.line_program_for_CU(unit)
                 if program is not None:
-                    rows.extend(_rows_of(program))
+                    rows.extend(row for row in _rows_of(program) if any(row[0] in section for section in loaded))
     except damage():
         # Debug information is a convenience: what of it is damaged is left out.
         return rows
     return rows
+
+
+def _loaded(elf: Any) -> list[range]:
+    """Return where the sections of an image lie.
+
+    The lines of functions that the linker has dropped remain in the tables, at address 0.
+    """
+    headers = (section.header for section in elf.iter_sections())
+    return [range(head["sh_addr"], head["sh_addr"] + head["sh_size"]) for head in headers if head["sh_flags"] & _ALLOC]
 
 
 def _rows_of(program: Any) -> Iterable[tuple[int, int, str]]:

@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from intelhex import IntelHex
 
+from targets.firmware import image_path
 from targets.mcu.errors import ImageError
 from targets.mcu.image import limits_for, load_image
 
@@ -302,6 +303,13 @@ def test_lines_of_a_compiled_program(tmp_path, dwarf):
     lines = {image.line_at(pc) for pc in range(reset.address, reset.address + reset.size, 2)}
     assert lines == {"blink.c:8", "blink.c:9"}
     assert image.line_at(reset.address + reset.size + 0x100) is None
+
+
+def test_functions_that_the_linker_dropped_have_no_place():
+    """Their lines stay in the tables at address 0, which is where a call of a null pointer goes."""
+    image = load_image(image_path("style-irq-dma"), CHIP)
+    assert image.line_at(0) is None
+    assert image.line_at(image.reset_vector & ~1).startswith("startup.c:")
     assert image.segments[0].address == FLASH
     assert all(one.address < FLASH + 0x1000 for one in image.segments)
 
