@@ -19,7 +19,7 @@ BENCH_NAME = "hilbench.toml"
 TEST_NAME = "test_firmware.py"
 
 _BENCH = """\
-# {image} on a {board_name}. What else can stand here: docs/mcu.md of hilbench.
+# {image} on a {board_name}. What else can stand here: docs/firmware.md of hilbench.
 version = 1
 
 [targets.board]
