@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
 from hilbench.bench import Bench
 from hilbench.cases import CaseBase
-from hilbench.check.provider import CaseInfo
+from hilbench.check.provider import CaseInfo, CaseSetup
 from hilbench.errors import InternalError
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.under_test import BoardUnderTest, boards_under_test
@@ -16,28 +16,27 @@ from targets.parts import Part
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 from worlds.world import World
 
-__all__ = ["BoardCase"]
+__all__ = ["BoardBench", "BoardCase"]
 
 ThingT = TypeVar("ThingT")
 
 _LINES_OF_EVIDENCE = 20
 
 
-class BoardCase(CaseBase):
-    """A case on a bench of its own, in virtual time.
+class BoardBench:
+    """A bench of emulated boards, as a case sees it.
 
     Args:
-        bench: made for this case alone.
-        case: what is known of it.
         emulated: the boards and what stands around them.
 
     Attributes:
+        bench: time and journal.
         emulated: the boards and what stands around them.
         boards: the boards by name, power just on.
     """
 
-    def __init__(self, bench: Bench, case: CaseInfo, emulated: EmulatedBench) -> None:
-        super().__init__(bench, case)
+    def __init__(self, emulated: EmulatedBench) -> None:
+        self.bench: Bench = emulated.bench
         self.emulated = emulated
         self.boards: Mapping[str, BoardUnderTest] = boards_under_test(emulated)
 
@@ -65,6 +64,35 @@ class BoardCase(CaseBase):
     def runner(self) -> WorldRunner:
         """Who moves the world."""
         return _there(self.emulated.surroundings.runner, "world")
+
+
+OpenOther = Callable[[CaseSetup, str], BoardBench]
+"""Opens another bench of the same case, by setup and scene."""
+
+
+class BoardCase(CaseBase, BoardBench):
+    """A case on a bench of its own, in virtual time.
+
+    Args:
+        bench: made for this case alone.
+        case: what is known of it.
+        emulated: the boards and what stands around them.
+        open_other: opens another bench beside it.
+    """
+
+    def __init__(self, bench: Bench, case: CaseInfo, emulated: EmulatedBench, open_other: OpenOther) -> None:
+        CaseBase.__init__(self, bench, case)
+        BoardBench.__init__(self, emulated)
+        self._open_other = open_other
+
+    def open_other(self, setup: CaseSetup, scene: str = "") -> BoardBench:
+        """Open another bench, to hold against this one: with a time and a journal of its own, until the case ends.
+
+        Args:
+            setup: how it differs from the bench of the bench file; the case has to declare what that needs.
+            scene: its scene; empty for that of the bench file.
+        """
+        return self._open_other(setup, scene)
 
     def _packets(self) -> Sequence[str]:
         return self.board.transcript[-_LINES_OF_EVIDENCE:]

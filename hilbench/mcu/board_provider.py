@@ -6,19 +6,21 @@ What a case may ask for beside the bench itself: another program of the board, a
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
 import msgspec
 
+from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile, EmulatedBoard, PartPlan
 from hilbench.check.provider import CaseInfo, CaseSetup
 from hilbench.clock import Scheduler
 from hilbench.config import read_bench
 from hilbench.errors import UsageError
-from hilbench.mcu.board_case import BoardCase
+from hilbench.journal import Journal
+from hilbench.mcu.board_case import BoardBench, BoardCase
 from hilbench.mcu.command_line import open_target
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.nearest import did_you_mean
@@ -26,6 +28,8 @@ from hilbench.options import TargetChoice
 from hilbench.shared import Shared
 
 __all__ = ["BoardProvider"]
+
+Alter = Callable[[BenchFile], BenchFile]
 
 _BULLET = frozenset({"rays", "contacts", "gravity"})
 
@@ -36,13 +40,17 @@ class BoardProvider:
     Args:
         shared: bench file, journal, waiting.
         choices: the images to check instead of those of the bench file.
+        alter: makes of each bench what it is checked as, such as one with a mistake that has to be found.
 
     Raises:
         UsageError: no suite is known for this bench, or a choice fits nothing.
     """
 
-    def __init__(self, shared: Shared, choices: Sequence[TargetChoice] = ()) -> None:
+    def __init__(
+        self, shared: Shared, choices: Sequence[TargetChoice] = (), *, alter: Alter = lambda bench_file: bench_file
+    ) -> None:
         self._shared = shared
+        self._alter = alter
         self._images = _Images(self._variants, choices)
 
     @property
@@ -77,9 +85,17 @@ class BoardProvider:
     def open_case(self, case: CaseInfo) -> Iterator[BoardCase]:
         """Open a bench for one case."""
         bench = self._shared.bench(Scheduler())
-        bench_file = self._bench_file(case)
-        with contextlib.closing(EmulatedBench(bench_file, seed=case.seed, bench=bench)) as emulated:
-            yield BoardCase(bench, case, emulated)
+        with contextlib.ExitStack() as opened:
+
+            def add(bench: Bench, setup: CaseSetup, scene: str) -> EmulatedBench:
+                bench_file = self._bench_file(setup, scene)
+                return opened.enter_context(contextlib.closing(EmulatedBench(bench_file, seed=case.seed, bench=bench)))
+
+            def open_other(setup: CaseSetup, scene: str) -> BoardBench:
+                beside = Bench(Scheduler(), Journal(), timeout_scale=bench.timeout_scale)
+                return BoardBench(add(beside, setup, scene))
+
+            yield BoardCase(bench, case, add(bench, case.setup, case.scene), open_other)
 
     def close(self) -> None:
         """Close the journal."""
@@ -93,15 +109,14 @@ class BoardProvider:
         bench_file = self._shared.bench_file
         return {"": bench_file} | {name: read_bench(path) for name, path in bench_file.variants.items()}
 
-    def _bench_file(self, case: CaseInfo) -> BenchFile:
-        bench_file = self._variants[case.setup.variant]
+    def _bench_file(self, setup: CaseSetup, scene: str) -> BenchFile:
+        bench_file = self._variants[setup.variant]
         boards = {
-            name: self._images.chosen(name, emulated, case.setup.program)
-            for name, emulated in bench_file.boards.items()
+            name: self._images.chosen(name, emulated, setup.program) for name, emulated in bench_file.boards.items()
         }
-        parts = {name: _set(plan, name, case.setup) for name, plan in bench_file.parts.items()}
-        world = msgspec.structs.replace(bench_file.world, scene=case.scene) if case.scene else bench_file.world
-        return replace(bench_file, boards=boards, parts=parts, world=world)
+        parts = {name: _set(plan, name, setup) for name, plan in bench_file.parts.items()}
+        world = msgspec.structs.replace(bench_file.world, scene=scene) if scene else bench_file.world
+        return self._alter(replace(bench_file, boards=boards, parts=parts, world=world))
 
 
 def _set(plan: PartPlan, name: str, setup: CaseSetup) -> PartPlan:

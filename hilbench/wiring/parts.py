@@ -43,6 +43,23 @@ class _Held:
         return self._level
 
 
+class _Driven:
+    """An output that leads nowhere or to a pin, and what was last put on it.
+
+    Args:
+        wire: where it leads; None for nowhere.
+    """
+
+    def __init__(self, wire: DigitalOutput | None = None) -> None:
+        self.level: bool | None = None
+        self._wire = wire
+
+    def set(self, level: bool | None, at_ns: int) -> None:
+        self.level = level
+        if self._wire is not None:
+            self._wire.set(level, at_ns)
+
+
 class _Actor:
     """Calls one part when it is due."""
 
@@ -127,7 +144,7 @@ class Parts:
         self._values: dict[str, float] = {}
         self._actors = {name: _Actor(bench, name, self.taps) for name in plans}
         self._inputs: dict[str, dict[str, DigitalInput]] = {name: {} for name in plans}
-        self._outputs: dict[str, dict[str, DigitalOutput]] = {name: {} for name in plans}
+        self._outputs: dict[str, dict[str, _Driven]] = {name: _open_outputs(plan) for name, plan in plans.items()}
         for net in nets:
             self._connect(net, machines)
         self.by_name: dict[str, Part] = {name: self._make(name, plan, seed) for name, plan in plans.items()}
@@ -159,6 +176,19 @@ class Parts:
         """Book the next call of a part that was touched directly."""
         self._actors[name].settle()
 
+    def set(self, name: str, values: Mapping[str, float]) -> None:
+        """Move controls of a part, now; raises `ValueError` as `targets.parts.Part.set` does."""
+        self.by_name[name].set(values, self._bench.now_ns)
+        self.settle(name)
+
+    def driven(self, name: str, terminal: str) -> bool | None:
+        """Return what a part drives at a terminal that goes out, wired or not, as far as it has told; None: nothing.
+
+        Raises:
+            KeyError: no such part, or no such terminal.
+        """
+        return self._outputs[name][terminal].level
+
     # --- how they are connected
 
     def _connect(self, net: Net, machines: Mapping[str, Machine]) -> None:
@@ -166,7 +196,7 @@ class Parts:
             kind = part_class(self._plans[end.part].kind)
             direction = next(one.direction for one in kind.TERMINALS if one.name == end.terminal)
             if direction is Direction.OUT:
-                self._outputs[end.part][end.terminal] = _output(net, machines)
+                self._outputs[end.part][end.terminal] = _Driven(_output(net, machines))
             else:
                 self._inputs[end.part][end.terminal] = self._input(net, machines)
 
@@ -197,6 +227,11 @@ class Parts:
             signals = self._plans[name].signals
             part.after_step(now_ns, next_ns, _seen(signals, before), _seen(signals, self._values))
             self._actors[name].settle()
+
+
+def _open_outputs(plan: PartPlan) -> dict[str, _Driven]:
+    terminals = part_class(plan.kind).TERMINALS
+    return {terminal.name: _Driven() for terminal in terminals if terminal.direction is Direction.OUT}
 
 
 def _output(net: Net, machines: Mapping[str, Machine]) -> DigitalOutput:
