@@ -35,7 +35,7 @@ unit: dev
 bench: dev        ## speed, as ratios against something run beside it
 	$(BIN)/python -m pytest tests/benchmarks -s
 
-soak: dev         ## ten million bytes into both roles, whole and byte by byte
+soak: dev         ## ten million bytes into both roles, whole and byte by byte; a megabyte through firmware on a pty
 	$(BIN)/python -m pytest tests/soak -s
 
 mutants: dev      ## the matrix clause x mutant (docs/mutants.md)
