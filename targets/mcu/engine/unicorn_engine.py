@@ -152,7 +152,7 @@ class UnicornEngine:
         """Return a core register."""
         self._lib.uc_reg_read(self._handle, self._ids[register], self._word_ref)
         value = self._word.value
-        if not value and register >= Reg.MSP and self._unprivileged():
+        if not value and register >= Reg.MSP and register is not Reg.CONTROL and self._unprivileged():
             control = self._take_privilege()
             value = self.get(register)
             self.set(Reg.CONTROL, control)
