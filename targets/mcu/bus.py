@@ -10,9 +10,11 @@ a write reads, changes and writes the word or byte behind it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import struct
+from collections.abc import Callable, Sequence
 from typing import Protocol, runtime_checkable
 
+from targets.mcu.engine.api import Access
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Notes
 from targets.mcu.registers import Peripheral
@@ -46,24 +48,32 @@ class Bus:
     Attributes:
         on_code_store: called with address, size and value when somebody but the CPU stores into read-only memory.
         writes: how many register writes there have been.
+        polls_wanted: after how many reads of the same register in a row, and no write, `on_polls` is called.
         trace: while it is a list, every read of a register adds (address, value, whether it changes with time alone).
     """
 
     def __init__(self, notes: Notes) -> None:
         self._notes = notes
-        self._memory: list[tuple[int, int, bytearray, bool]] = []
+        self._memory: dict[int, tuple[int, int, bytearray, bool]] = {}  # by kilobyte
+        self._part_takers: dict[int, TakesParts] = {}
         self._pages: dict[int, Peripheral] = {}
         self._ahb: set[str] = set()
         self._quiet: list[tuple[int, int]] = []
         self.on_code_store: Callable[[int, int, int], None] = lambda _address, _size, _value: None
         self.writes = 0
         self.trace: list[tuple[int, int, bool]] | None = None
+        self.polls_wanted = 0
+        self.on_polls: Callable[[], None] = lambda: None
+        self._polled = -1
+        self._polls = 0
 
     # --- what there is
 
     def add_memory(self, base: int, data: bytearray, *, writable: bool) -> None:
         """Put memory at `base`; stores into read-only memory go to `on_code_store`."""
-        self._memory.append((base, base + len(data), data, writable))
+        place = base, base + len(data), data, writable
+        for page in range(base >> _PAGE_BITS, (base + len(data) - 1 >> _PAGE_BITS) + 1):
+            self._memory.setdefault(page, place)
 
     def add(self, peripheral: Peripheral, *, ahb: bool = False) -> None:
         """Put a peripheral at its base; `ahb`: narrow writes leave the other lanes alone."""
@@ -71,6 +81,8 @@ class Bus:
             self._ahb.add(peripheral.name)
         for page in range(peripheral.base >> _PAGE_BITS, (peripheral.base + peripheral.size - 1 >> _PAGE_BITS) + 1):
             self._pages[page] = peripheral
+            if isinstance(peripheral, TakesParts):
+                self._part_takers[page] = peripheral
 
     def add_quiet(self, base: int, size: int) -> None:
         """Let addresses without a peripheral read zero there, as behind a bridge, instead of faulting."""
@@ -84,7 +96,9 @@ class Bus:
         Raises:
             BusFault: nothing is there.
         """
-        for start, end, data, _ in self._memory:
+        place = self._memory.get(address >> _PAGE_BITS)
+        if place is not None:
+            start, end, data, _ = place
             if start <= address and address + size <= end:
                 return int.from_bytes(data[address - start : address - start + size], "little")
         return self.read_register(address, size)
@@ -95,7 +109,9 @@ class Bus:
         Raises:
             BusFault: nothing is there.
         """
-        for start, end, data, writable in self._memory:
+        place = self._memory.get(address >> _PAGE_BITS)
+        if place is not None:
+            start, end, data, writable = place
             if start <= address and address + size <= end:
                 if writable:
                     data[address - start : address - start + size] = (value & _MASK[size]).to_bytes(size, "little")
@@ -104,7 +120,56 @@ class Bus:
                 return
         self.write_register(address, size, value)
 
+    def read_words(self, address: int, count: int) -> list[int]:
+        """Read words from a multiple of 4 on.
+
+        Raises:
+            BusFault: nothing is there.
+        """
+        place = self._memory.get(address >> _PAGE_BITS)
+        if place is not None and place[0] <= address and address + 4 * count <= place[1]:
+            return list(struct.unpack_from(f"<{count}I", place[2], address - place[0]))
+        return [self.read(address + 4 * index & _WORD, 4) for index in range(count)]
+
+    def write_words(self, address: int, words: Sequence[int]) -> None:
+        """Write words from a multiple of 4 on.
+
+        Raises:
+            BusFault: nothing is there; the words before are written.
+        """
+        place = self._memory.get(address >> _PAGE_BITS)
+        if place is not None and place[3] and place[0] <= address and address + 4 * len(words) <= place[1]:
+            struct.pack_into(f"<{len(words)}I", place[2], address - place[0], *words)
+            return
+        for index, word in enumerate(words):
+            self.write(address + 4 * index & _WORD, 4, word)
+
     # --- registers
+
+    def window(self, base: int) -> Access:
+        """Return the registers from `base` on as the CPU accesses them."""
+        pages = self._pages
+
+        def read(offset: int, size: int) -> int:
+            address = base + offset
+            if size == 4 and self.trace is None:
+                peripheral = pages.get(address >> _PAGE_BITS)
+                if peripheral is not None and peripheral.clocked:
+                    if address != self._polled:
+                        self._polled, self._polls = address, 0
+                    elif (polls := self._polls) < self.polls_wanted:
+                        self._polls = polls + 1
+                    else:
+                        self._seen_polling(peripheral, address)
+                    return peripheral.read(address - peripheral.base & ~3)
+            return self.read_register(address, size)
+
+        return Access(read, lambda offset, size, value: self.write_register(base + offset, size, value))
+
+    def _seen_polling(self, peripheral: Peripheral, address: int) -> None:
+        self._polls = 0
+        if not peripheral.is_live(address - peripheral.base & ~3):
+            self.on_polls()
 
     def read_register(self, address: int, size: int) -> int:
         """Read 1, 2 or 4 bytes of a register, with its side effects.
@@ -120,8 +185,10 @@ class Bus:
             return 0
         offset = address - peripheral.base
         word = offset & ~3
-        if size != 4 and isinstance(peripheral, TakesParts):
-            value = peripheral.read_part(offset, size)
+        if size == 4:
+            value = peripheral.read(word)
+        elif (taker := self._part_takers.get(address >> _PAGE_BITS)) is not None:
+            value = taker.read_part(offset, size)
         else:
             value = peripheral.read(word) >> 8 * (offset & 3) & _MASK[size]
         if self.trace is not None:
@@ -136,6 +203,7 @@ class Bus:
         """
         peripheral = self._pages.get(address >> _PAGE_BITS)
         self.writes += 1
+        self._polled = -1
         if peripheral is None:
             self._write_nothing(address)
             return
@@ -145,8 +213,8 @@ class Bus:
         offset = address - peripheral.base
         if size == 4:
             peripheral.write(offset & ~3, value & _WORD)
-        elif isinstance(peripheral, TakesParts):
-            peripheral.write_part(offset, size, value & _MASK[size])
+        elif (taker := self._part_takers.get(address >> _PAGE_BITS)) is not None:
+            taker.write_part(offset, size, value & _MASK[size])
         elif peripheral.name in self._ahb:
             shift = 8 * (offset & 3)
             kept = peripheral[offset & ~3] if offset & ~3 in peripheral.registers else 0

@@ -460,16 +460,9 @@ class Machine:
             ),
         )
         for base, size in REGISTER_WINDOWS:
-            engine.map_registers(base, size, self._access(base))
+            engine.map_registers(base, size, bus.window(base))
         for alias, base in ALIASES.items():
             engine.map_registers(alias, ALIAS_SIZE, self._bit_access(base))
-
-    def _access(self, base: int) -> Access:
-        bus = self.bus
-        return Access(
-            lambda offset, size: bus.read_register(base + offset, size),
-            lambda offset, size, value: bus.write_register(base + offset, size, value),
-        )
 
     def _bit_access(self, base: int) -> Access:
         bus = self.bus
@@ -480,7 +473,7 @@ class Machine:
 
     def _connect(self) -> None:
         """Tie the callbacks of the parts together."""
-        self.time.read_cycle = self._cycle_of_engine
+        self.time.read_cycle = self.engine.read_cycle
         self.time.on_earlier = self.engine.stop_by
         self.core.on_change = lambda: self.engine.stop_by(0)
         self.core.on_fault = self._fault
@@ -490,14 +483,13 @@ class Machine:
         self.semihosting.on_output = lambda text: self.on_console(text, "semihosting")
         self.semihosting.on_exit = self._exit
         self.engine.on_flash_store = self._store_to_flash
+        if self._skips:
+            self.bus.on_polls = self._idle.polled
         self.bus.on_code_store = self.chip.flash.program
         self.chip.flash.on_code_changed = self.engine.forget
         self.chip.flash.on_latency = self._latency
         self.chip.flash.stall_until = self._stall
         self.chip.pins.deliver = self.at_ns
-
-    def _cycle_of_engine(self) -> int:
-        return self.engine.cycle
 
     def _load(self, address: int, data: bytes) -> None:
         if address >= _RAM_BASE:

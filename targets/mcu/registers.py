@@ -72,6 +72,7 @@ class Peripheral:
         self._values = {offset: register.reset for offset, register in self.registers.items()}
         self._readers: dict[int, Callable[[], int]] = {}
         self._writers: dict[int, Callable[[int], None]] = {}
+        self._absent = {offset for offset, register in self.registers.items() if register.fidelity is Fidelity.ABSENT}
         for offset, register in self.registers.items():
             if reader := getattr(self, f"read_{register.name}", None):
                 self._readers[offset] = reader
@@ -120,7 +121,7 @@ class Peripheral:
         if value is None:
             self.note("reserved", f"0x{offset:02X}", "a read of an address without a register gives 0")
             return 0
-        if self.registers[offset].fidelity is Fidelity.ABSENT:
+        if offset in self._absent:
             self._note_absent(offset)
         return value
 
@@ -132,7 +133,7 @@ class Peripheral:
             return
         if register.ignored & value:
             self._note_ignored(register, value & register.ignored)
-        if register.fidelity is Fidelity.ABSENT:
+        if offset in self._absent:
             self._note_absent(offset)
         value = (value & register.writable) | (self._values[offset] & ~register.writable)
         writer = self._writers.get(offset)

@@ -7,7 +7,7 @@ a whole chip.
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -114,6 +114,12 @@ class BusMaster(Protocol):
 
     def write(self, address: int, size: int, value: int) -> None:
         """Write 1, 2 or 4 bytes. Raises `BusFault`."""
+
+    def read_words(self, address: int, count: int) -> list[int]:
+        """Read words from a multiple of 4 on. Raises `BusFault`."""
+
+    def write_words(self, address: int, words: Sequence[int]) -> None:
+        """Write words from a multiple of 4 on, up to the first that cannot be written. Raises `BusFault`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,7 +16,7 @@ There is no CPU: between two calls of `FakeChip.advance` time stands still.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import TypeVar
 
@@ -207,6 +207,15 @@ class FakeBus:
             value = (word >> 8 * (address & 3)) & ((1 << 8 * size) - 1)
         self.accesses.append(("read", address, size, value))
         return value
+
+    def read_words(self, address: int, count: int) -> list[int]:
+        """Read words. Raises `BusFault`."""
+        return [self.read(address + 4 * index & 0xFFFF_FFFF, 4) for index in range(count)]
+
+    def write_words(self, address: int, words: Sequence[int]) -> None:
+        """Write words, up to the first that cannot be written. Raises `BusFault`."""
+        for index, word in enumerate(words):
+            self.write(address + 4 * index & 0xFFFF_FFFF, 4, word)
 
     def write(self, address: int, size: int, value: int) -> None:
         """Write 1, 2 or 4 bytes; a register gets a byte or halfword replicated, as over APB. Raises `BusFault`."""

@@ -79,7 +79,7 @@ class Timebase:
 
     def seconds(self, cycle: int) -> Fraction:
         """Return the exact bench time of `cycle`, of the present epoch."""
-        return self._epoch_s + (cycle - self._epoch_cycle) / self.hclk_hz
+        return Fraction(self._ns_offset + (cycle - self._epoch_cycle) * self._ns_per_cycle, self._s_scale)
 
     def cycle_at_ns(self, ns: int) -> int:
         """Return the first cycle whose `ns` is not before `ns`."""
@@ -87,8 +87,9 @@ class Timebase:
 
     def cycle_at(self, time_s: Fraction) -> int:
         """Return the first cycle that does not fall before `time_s`."""
-        ahead = (time_s - self._epoch_s) * self.hclk_hz
-        return self._epoch_cycle + -(-ahead.numerator // ahead.denominator)
+        numerator, denominator = time_s.numerator, time_s.denominator
+        behind = self._ns_offset * denominator - numerator * self._s_scale
+        return self._epoch_cycle - behind // (self._ns_per_cycle * denominator)
 
     def set_hclk(self, hclk_hz: Fraction) -> None:
         """Begin a new epoch at the present cycle; entries made by time move to their new cycles."""
@@ -113,6 +114,7 @@ class Timebase:
         self._ns_scale = epoch_ns.denominator * step_ns.denominator
         self._ns_offset = epoch_ns.numerator * step_ns.denominator
         self._ns_per_cycle = step_ns.numerator * epoch_ns.denominator
+        self._s_scale = self._ns_scale * NS_PER_S
 
     # --- the queue
 
@@ -151,13 +153,16 @@ class Timebase:
     def run_due(self, cycle: int) -> bool:
         """Let everything happen that is due by `cycle`, each at its own; return whether anything was."""
         happened = False
-        while (due := self.next_cycle()) is not None and due <= cycle:
-            event = heapq.heappop(self._heap)[3]
-            action, event.action = event.action, None
-            self._fixed = due
+        heap = self._heap
+        while heap and heap[0][0] <= cycle:
+            due, _order, _number, event = heapq.heappop(heap)
+            action = event.action
             if action is not None:
+                event.action = None
+                self._fixed = due
                 action()
-            happened = True
+                happened = True
+                heap = self._heap  # a change of the clock makes a new one
         self._fixed = cycle
         return happened
 

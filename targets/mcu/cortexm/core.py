@@ -57,6 +57,7 @@ _USAGE = {
     FaultKind.DIVISION: Cfsr.DIVBYZERO,
     FaultKind.UNALIGNED: Cfsr.UNALIGNED,
 }
+_EXCEPTION_RETURN = StopKind.EXCEPTION_RETURN
 _EXECUTE_NEVER = frozenset({2, 5, 6, 7})  # eighths of the address space: peripherals, devices, system (table B3-1)
 
 
@@ -64,6 +65,9 @@ class _Step(enum.Enum):
     NONE = "none"
     ENTER = "enter"
     LEAVE = "leave"
+
+
+_NO_STEP, _ENTER, _LEAVE = _Step
 
 
 class Core:
@@ -121,12 +125,11 @@ class Core:
         self.scb.on_traps = lambda division, unaligned: cpu.set_traps(division=division, unaligned=unaligned)
         self._traced = False
         self._for_event = False  # asleep by WFE
-        self._step = _Step.NONE
+        self._step = _NO_STEP
         self._exc_return = 0
         self._open_faults: dict[int, Fault] = {}
         self._acts: dict[StopKind, Callable[[Stop], None]] = {
             StopKind.SVC: self._supervisor_call,
-            StopKind.EXCEPTION_RETURN: self._exception_return,
             StopKind.FAULT: self._instruction_fault,
             StopKind.BREAKPOINT: self._breakpoint,
             StopKind.WFI: lambda _stop: self._sleep(for_event=False),
@@ -172,7 +175,7 @@ class Core:
         self.running = 0
         self.sleeping = self._for_event = False
         self.locked_up = None
-        self._step = _Step.NONE
+        self._step = _NO_STEP
         self.hold_clocks(False)
         self._open_faults.clear()
         cpu.set(Reg.XPSR, _T_BIT)
@@ -204,7 +207,7 @@ class Core:
 
     def can_take(self) -> bool:
         """Say whether `take` has something to do: an exception to enter, or the second step of entry or return."""
-        if self._step is not _Step.NONE:
+        if self._step is not _NO_STEP:
             return True
         exceptions = self.exceptions
         if exceptions.best_priority >= exceptions.active_priority or self.locked_up is not None:
@@ -216,13 +219,13 @@ class Core:
         exceptions = self.exceptions
         if exceptions.best_priority >= exceptions.active_priority or self.locked_up is not None:
             return False
-        return self._step is _Step.NONE and exceptions.best_priority >= exceptions.boosted(*self._masks())
+        return self._step is _NO_STEP and exceptions.best_priority >= exceptions.boosted(*self._masks())
 
     def take(self) -> bool:
         """Do one step of exception entry or return; return whether there was one. Wakes a sleeping CPU."""
-        if self._step is _Step.ENTER:
+        if self._step is _ENTER:
             self._enter()
-        elif self._step is _Step.LEAVE:
+        elif self._step is _LEAVE:
             self._leave()
         elif self.can_take():
             self.wake()
@@ -233,8 +236,9 @@ class Core:
 
     def handle(self, stop: Stop) -> None:
         """Do what the engine stopped for. A BREAKPOINT of semihosting is not for here."""
-        act = self._acts.get(stop.kind)
-        if act is not None:
+        if stop.kind is _EXCEPTION_RETURN:
+            self._exception_return(stop)
+        elif (act := self._acts.get(stop.kind)) is not None:
             act(stop)
 
     # --- sleep
@@ -295,7 +299,7 @@ class Core:
         self._exc_return, complete = frame.push(self._cpu, self._bus, align=self.scb.stack_align)
         if not complete:
             self._fault(Number.BUS_FAULT, cfsr=Cfsr.STKERR)
-        self._go_on(_Step.ENTER, ENTRY_CYCLES)
+        self._go_on(_ENTER, ENTRY_CYCLES)
 
     def _enter(self) -> None:
         """Second step of entry: begin the handler of what is most urgent by now."""
@@ -306,7 +310,7 @@ class Core:
             self._vector_fault(number)
             return
         cpu = self._cpu
-        self._step = _Step.NONE
+        self._step = _NO_STEP
         self.exceptions.activate(number)
         self.exceptions.event = True
         self.running = number
@@ -373,9 +377,9 @@ class Core:
         if not was_active or not self._is_legal(stop.value, alone=alone):
             self._bad_return(Number.USAGE_FAULT, Cfsr.INVPC)
         elif self._preempts():
-            self._go_on(_Step.ENTER, TAIL_CHAIN_CYCLES)
+            self._go_on(_ENTER, TAIL_CHAIN_CYCLES)
         else:
-            self._go_on(_Step.LEAVE, RETURN_CYCLES)
+            self._go_on(_LEAVE, RETURN_CYCLES)
 
     def _is_legal(self, exc_return: int, *, alone: bool) -> bool:
         if exc_return == frame.TO_HANDLER:
@@ -387,12 +391,12 @@ class Core:
     def _bad_return(self, origin: Number, cfsr: Cfsr) -> None:
         """A return that cannot be: its fault is tail-chained, the frame stays where it is."""
         self._fault(origin, cfsr=cfsr)
-        self._go_on(_Step.ENTER, TAIL_CHAIN_CYCLES)
+        self._go_on(_ENTER, TAIL_CHAIN_CYCLES)
 
     def _leave(self) -> None:
         """Second step of return: go back, unless something came in between."""
         if self._preempts():
-            self._go_on(_Step.ENTER, TAIL_CHAIN_CYCLES)
+            self._go_on(_ENTER, TAIL_CHAIN_CYCLES)
             return
         try:
             words = frame.pull(self._cpu, self._bus, self._exc_return)
@@ -406,7 +410,7 @@ class Core:
         if words[6] & 1:
             self._notes.add("misuse", "exception frame", "the return address on the stack is odd; bit 0 is ignored")
         frame.restore(self._cpu, words, self._exc_return, align=self.scb.stack_align)
-        self._step = _Step.NONE
+        self._step = _NO_STEP
         self.running = number
         self.on_running(number)
         self.exceptions.event = True
@@ -531,7 +535,7 @@ class Core:
     def _lock_up(self, cause: str, fault: Fault | None) -> None:
         cpu = self._cpu
         faults = (*self._open_faults.values(), *(() if fault is None else (fault,)))
-        self._step = _Step.NONE
+        self._step = _NO_STEP
         self.sleeping = False
         self.locked_up = Lockup(
             cause=cause, pc=cpu.get(Reg.PC), faults=faults, cycle=cpu.cycle, ns=self._time.ns(cpu.cycle)

@@ -142,14 +142,18 @@ class Exceptions:
             number = lowest.bit_length() - 1
             if priorities[number] < best_priority:
                 best, best_priority = number, priorities[number]
-        self.best, self.best_priority = best, self.group_priority(best_priority)
         running = IDLE_PRIORITY
         active = self.active
         while active:
             lowest = active & -active
             active ^= lowest
-            running = min(running, priorities[lowest.bit_length() - 1])
-        self.active_priority = self.group_priority(running)
+            priority = priorities[lowest.bit_length() - 1]
+            if priority < running:
+                running = priority
+        mask = self.group_mask
+        self.best = best
+        self.best_priority = best_priority if best_priority < 0 else best_priority & mask
+        self.active_priority = running if running < 0 else running & mask
         if self.best_priority < self.active_priority:
             self.on_change()
 
@@ -191,9 +195,10 @@ class Exceptions:
         """End the handler of an exception; an interrupt whose line is still high becomes pending again."""
         bit = 1 << number
         self.active &= ~bit
-        if self._high & bit:
+        if self._high & ~self.pending & bit:
             self.pend(bit)
-        self.refresh()
+        else:
+            self.refresh()
 
     def set_active(self, number: int, active: bool) -> None:
         """Set the active state as a write to SHCSR does, without its consequences."""

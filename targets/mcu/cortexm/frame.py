@@ -16,6 +16,7 @@ TO_HANDLER, TO_THREAD_MSP, TO_THREAD_PSP = 0xFFFF_FFF1, 0xFFFF_FFF9, 0xFFFF_FFFD
 """The values of EXC_RETURN of a core without floating point (DDI0403 table B1-8)."""
 
 FRAME_SIZE = 32
+_FRAME_WORDS = 8
 _WORD = 0xFFFF_FFFF
 _IPSR = 0x1FF
 _SPSEL = 1 << 1
@@ -40,12 +41,11 @@ def push(cpu: CpuEngine, bus: BusMaster, *, align: bool) -> tuple[int, bool]:
     top = cpu.get(bank) & ~3
     padding = top & 4 if align else 0
     frame = top - FRAME_SIZE - padding & _WORD
-    words = [cpu.get(register) for register in _STACKED]
+    words = cpu.get_many(_STACKED)
     words.append(xpsr & ~_ALIGNED | (_ALIGNED if padding else 0))
     cpu.set(bank, frame)
     try:
-        for index, word in enumerate(words):
-            bus.write(frame + 4 * index & _WORD, 4, word)
+        bus.write_words(frame, words)
     except BusFault:
         return exc_return, False
     return exc_return, True
@@ -58,7 +58,7 @@ def pull(cpu: CpuEngine, bus: BusMaster, exc_return: int) -> list[int]:
         BusFault: the stack cannot be read.
     """
     frame = cpu.get(_bank(exc_return))
-    return [bus.read(frame + 4 * index & _WORD, 4) for index in range(8)]
+    return bus.read_words(frame, _FRAME_WORDS)
 
 
 def restore(cpu: CpuEngine, words: list[int], exc_return: int, *, align: bool) -> None:
@@ -66,8 +66,7 @@ def restore(cpu: CpuEngine, words: list[int], exc_return: int, *, align: bool) -
     bank = _bank(exc_return)
     top = cpu.get(bank) + FRAME_SIZE & _WORD
     words[6] &= ~1
-    for register, word in zip(_STACKED, words[:7], strict=True):
-        cpu.set(register, word)
+    cpu.set_many(_STACKED, words[:7])
     cpu.set(Reg.XPSR, words[7] & ~_ALIGNED)
     # after XPSR: in handler mode SPSEL cannot be set
     control = cpu.get(Reg.CONTROL)

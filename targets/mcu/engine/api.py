@@ -12,7 +12,7 @@ Semantics are the same for every engine, whatever its speed:
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -122,6 +122,12 @@ class CpuEngine(Protocol):
 
     def set(self, register: Reg, value: int) -> None:
         """Set a core register."""
+
+    def get_many(self, registers: Sequence[Reg]) -> list[int]:
+        """Return several core registers, without SP."""
+
+    def set_many(self, registers: Sequence[Reg], values: Sequence[int]) -> None:
+        """Set several of R0 to R12, LR and PC."""
 
     def map_memory(self, base: int, data: bytearray, *, writable: bool) -> None:
         """Put memory at `base`; `data` is shared with the caller, whose writes are seen at once (but see `forget`)."""

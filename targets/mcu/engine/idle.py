@@ -6,7 +6,7 @@ and over until the next event. Whole periods of it can be accounted for at once.
 status flag and of a variable, and delay loops on a tick that call functions and use the stack.
 
 A period is looked for by executing single instructions, which is slow, so after each event the program runs for a
-while first, and longer after every vain attempt.
+while first, and longer after every vain attempt; unless it reads the same register several times in a row before that.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ __all__ = ["IdleSkipper", "Loop"]
 
 _SHORTEST_WAIT, _LONGEST_WAIT, _GROWTH = 160, 1 << 16, 4
 _LONGEST_PERIOD = 128
+_MOST_PASSES = 6  # through an instruction, without being in the same state: something is counted there
+_FEWEST_POLLS, _MOST_POLLS = 4, 1 << 14
 _LIMIT = Stop(StopKind.LIMIT)
 
 
@@ -62,10 +64,19 @@ class IdleSkipper:
         self._shortest = _SHORTEST_WAIT
         self._wait = _SHORTEST_WAIT
         self.found: Loop | None = None
+        self._polled = False
+        bus.polls_wanted = _FEWEST_POLLS
+
+    def polled(self) -> None:
+        """The program has read the same register several times in a row: it may be waiting for it."""
+        self._wait = 0
+        self._polled = True
+        self._engine.cut()
 
     def restart(self) -> None:
         """Something has happened, and the program may go elsewhere."""
-        self._wait = min(self._wait, self._shortest)
+        if self._shortest < self._wait:
+            self._wait = self._shortest
         self.found = None
 
     def run(self, target: int) -> Stop:
@@ -88,9 +99,13 @@ class IdleSkipper:
         if self.found is None:
             self._shortest = min(self._shortest * _GROWTH, _LONGEST_WAIT)
             self._period = 0
+            if self._polled:
+                self._bus.polls_wanted = min(self._bus.polls_wanted * _GROWTH, _MOST_POLLS)
         else:
             self._shortest = _SHORTEST_WAIT
+            self._bus.polls_wanted = _FEWEST_POLLS
             self._period = self.found.instructions
+        self._polled = False
         self._wait = self._shortest
         return stop
 
@@ -100,7 +115,7 @@ class IdleSkipper:
         before, memory, writes = engine.fingerprint(), bytes(self._memory), bus.writes
         began, cycle = engine.instructions, engine.cycle
         bus.trace = []
-        stop = self._run_period(target, before)
+        stop = self._run_period(target, before, _MOST_PASSES if skip else _LONGEST_PERIOD)
         polled, bus.trace = bus.trace, None
         ran = engine.instructions - began
         if (
@@ -116,16 +131,21 @@ class IdleSkipper:
             return stop, Loop(engine.get(Reg.PC), ran, addresses)
         return stop, None
 
-    def _run_period(self, target: int, before: bytes) -> Stop:
+    def _run_period(self, target: int, before: bytes, passes: int) -> Stop:
         engine = self._engine
+        start = engine.pc()
         for instructions in (*([self._period] if self._period else []), *[1] * _LONGEST_PERIOD):
             # what a register access enters comes first, so the target is looked at each time
             due = self._due(target)
             if engine.cycle >= due:
                 break
             stop = engine.run(due, instructions)
-            if stop.kind is not StopKind.LIMIT or engine.reached_limit or engine.fingerprint() == before:
+            if stop.kind is not StopKind.LIMIT or engine.reached_limit:
                 return stop
+            if engine.pc() == start:
+                passes -= 1
+                if passes == 0 or engine.fingerprint() == before:
+                    return stop
         return _LIMIT
 
     def _due(self, target: int) -> int:

@@ -7,13 +7,11 @@ What is worked around, each pinned by a test in tests/targets/mcu/engine:
 - RAM is always executable on M-profile, which makes Unicorn check every store for self-modifying code. The virtual TLB
   lets us say which pages really hold code: those that were ever fetched from ("sticky").
 - WFE and YIELD arrive as invalid instructions, SEV not at all: its places are looked up in the image and hooked.
-- An exception return is only recognised when the core's cached flags were rebuilt, which a write to APSR does.
 - Stores into flash reach the memory although it is read-only, after a hook; they are undone and handed on.
 - A slice cannot end within an IT block: Unicorn runs to the end of it.
 - The first access to a page within an IT block would make what follows the block conditional, and so would a store
   into flash.
-- Special registers of a core in unprivileged Thread mode read as zero and ignore writes for us as for the program; so
-  privilege is taken for as long as that lasts.
+- What registers need is in `register_file`.
 """
 
 from __future__ import annotations
@@ -25,6 +23,7 @@ from typing import Any
 
 from targets.mcu.engine.api import Access, FaultKind, Reg, Stop, StopKind
 from targets.mcu.engine.calibration import counter_words, open_unicorn
+from targets.mcu.engine.register_file import RegisterFile
 from targets.mcu.engine.timing import Timing
 from targets.mcu.engine.traps import Traps
 from targets.mcu.engine.unmasking import LONGEST, unmasking_places
@@ -36,7 +35,6 @@ _WFE, _YIELD, _SEV = 0xBF20, 0xBF10, 0xBF40
 _WIDE_HINTS = {0xF3AF8002: _WFE, 0xF3AF8001: _YIELD, 0xF3AF8004: _SEV}
 _T_BIT = 1 << 24
 _EXC_RETURN = 0xFFFF_FFE0
-_NPRIV, _IPSR, _HARD_FAULT = 1, 0x1FF, 3
 _PAGE_BITS = 10  # M-profile pages are 1 KB
 _LDREX = re.compile(rb"[\x50-\x5f]\xe8|[\xd0-\xdf]\xe8.[\x40-\x5f]", re.DOTALL)
 _CLREX = b"\xbf\xf3\x2f\x8f"
@@ -44,6 +42,11 @@ _CLREX_PLACE = 0xF000_0000  # in the vendor's region, where no program executes
 
 _READ_FN = ctypes.CFUNCTYPE(ctypes.c_uint64, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint, ctypes.c_void_p)
 _WRITE_FN = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint, ctypes.c_uint64, ctypes.c_void_p)
+
+_INTR_FN = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_uint32, ctypes.c_void_p)
+
+_LIMIT, _WFI = Stop(StopKind.LIMIT), Stop(StopKind.WFI)
+_RETURNS = {value & ~1: Stop(StopKind.EXCEPTION_RETURN, value) for value in (0xFFFF_FFF1, 0xFFFF_FFF9, 0xFFFF_FFFD)}
 
 FlashStore = Callable[[int, int, int], None]
 
@@ -57,6 +60,8 @@ class UnicornEngine:
     Attributes:
         on_flash_store: called after the instruction that stored into read-only memory, with address, size in bytes and
             value, for every part of the store in order; the memory is unchanged.
+        fingerprint: returns all core registers, as bytes to compare.
+        pc: returns PC, faster than `get` where nothing else is asked.
         until_unmasked: a slice ends after an instruction that may take an interrupt mask away; only while
             `notices_unmasking`.
 
@@ -73,15 +78,15 @@ class UnicornEngine:
         self._words = counter_words(self._uc)
         self._handle = self._uc._uch  # noqa: SLF001 - the binding's own call costs as much as the C call
         self._lib = uclib
+        self._emu_start = uclib.uc_emu_start
         self._const = unicorn
-        self._ids = _register_ids(arm_const)
-        self._word = ctypes.c_uint32()
-        self._word_ref = ctypes.byref(self._word)
-        self._all_values = (ctypes.c_uint32 * len(Reg))()
-        self._all_ids = (ctypes.c_int * len(Reg))(*(self._ids[register] for register in Reg))
-        first = ctypes.addressof(self._all_values)
-        self._all_pointers = (ctypes.c_void_p * len(Reg))(*(first + 4 * index for index in range(len(Reg))))
+        self._registers = registers = RegisterFile(uclib, self._handle, arm_const)
+        self.get, self.get_many = registers.get, registers.get_many
+        self.set, self.set_many = registers.set, registers.set_many
+        self.fingerprint, self.pc = registers.contents, registers.pc
         self._timing = timing
+        self._cycle_after = timing.cycle
+        self._now = 0
         self._retired = 0
         self._limit_cycle = 0
         self._running = False
@@ -112,9 +117,11 @@ class UnicornEngine:
     @property
     def cycle(self) -> int:
         """The present HCLK cycle; within a register access, the one at which its instruction began."""
-        if self._running:
-            return self._timing.cycle(self._retired + self._words[0] - 1)
-        return self._timing.cycle(self._retired)
+        return self._cycle_after(self._retired + self._words[0] - 1) if self._running else self._now
+
+    def read_cycle(self) -> int:
+        """Return `cycle`; for those who ask often."""
+        return self._cycle_after(self._retired + self._words[0] - 1) if self._running else self._now
 
     @property
     def instructions(self) -> int:
@@ -128,12 +135,13 @@ class UnicornEngine:
 
     @property
     def timing(self) -> Timing:
-        """The timing model; for adding cycles that no instruction takes, and for changing its wait states."""
+        """The timing model."""
         return self._timing
 
     def add_cycles(self, cycles: int) -> None:
         """Let cycles pass without an instruction."""
         self._timing.add(cycles)
+        self._now += cycles
 
     def skip_periods(self, cycle: int, instructions: int, cycles: int) -> None:
         """Account for loops that change nothing, as many whole ones as end before `cycle`, without executing them."""
@@ -141,60 +149,13 @@ class UnicornEngine:
         if periods > 0:
             self._retired += periods * instructions
             self._timing.skip(periods * instructions, periods * cycles)
+            self._now = self._cycle_after(self._retired)
 
     def set_wait_states(self, wait_states: int) -> None:
         """Change the flash wait states, from the instruction in flight on."""
         self._timing.set_wait_states(wait_states, self.instructions)
-
-    # --- registers
-
-    def get(self, register: Reg) -> int:
-        """Return a core register."""
-        self._lib.uc_reg_read(self._handle, self._ids[register], self._word_ref)
-        value = self._word.value
-        if not value and register >= Reg.MSP and register is not Reg.CONTROL and self._unprivileged():
-            control = self._take_privilege()
-            value = self.get(register)
-            self.set(Reg.CONTROL, control)
-        return value
-
-    def fingerprint(self) -> bytes:
-        """Return all core registers, as bytes to compare."""
-        self._lib.uc_reg_read_batch(self._handle, self._all_ids, self._all_pointers, len(Reg))
-        return bytes(self._all_values)
-
-    def set(self, register: Reg, value: int) -> None:
-        """Set a core register. PC keeps the state of Thumb; writing XPSR also rebuilds the cached flags."""
-        if register is Reg.PC:
-            value |= 1
-        elif register >= Reg.MSP and self._unprivileged():
-            control = self._take_privilege()
-            self.set(register, value)
-            if register is not Reg.CONTROL:
-                self.set(Reg.CONTROL, control)
-            return
-        self._word.value = value
-        self._lib.uc_reg_write(self._handle, self._ids[register], self._word_ref)
-        if register is Reg.XPSR:
-            self._word.value = value & 0xF800_0000
-            self._lib.uc_reg_write(self._handle, self._apsr, self._word_ref)
-
-    def _unprivileged(self) -> bool:
-        """Say whether the core is in unprivileged Thread mode; not while it runs, when it cannot be helped."""
-        lib, handle = self._lib, self._handle
-        lib.uc_reg_read(handle, self._ids[Reg.CONTROL], self._word_ref)
-        if not self._word.value & _NPRIV or self._running:
-            return False
-        lib.uc_reg_read(handle, self._ids[Reg.XPSR], self._word_ref)
-        return not self._word.value & _IPSR
-
-    def _take_privilege(self) -> int:
-        """Go to privileged Thread mode, by way of Handler mode; return CONTROL as it was."""
-        control, xpsr = self.get(Reg.CONTROL), self.get(Reg.XPSR)
-        self.set(Reg.XPSR, xpsr | _HARD_FAULT)
-        self.set(Reg.CONTROL, control & ~_NPRIV)
-        self.set(Reg.XPSR, xpsr)
-        return control
+        if not self._running:
+            self._now = self._cycle_after(self._retired)
 
     # --- the memory map
 
@@ -267,26 +228,30 @@ class UnicornEngine:
 
     def _run_slice(self, limit: int | None) -> Stop | None:
         """Execute; None when an instruction that Unicorn cannot take was passed over and there is time left."""
-        budget = self._timing.begin_slice(self._limit_cycle, self._retired)
-        if limit is not None:
-            budget = min(budget, limit - self._retired)
-        budget = max(1, budget)
+        timing, registers, words = self._timing, self._registers, self._words
+        budget = timing.begin_slice(self._limit_cycle, self._retired)
+        if limit is not None and limit - self._retired < budget:
+            budget = limit - self._retired
+        if budget < 1:
+            budget = 1
         self._intr = None
-        pc = self.get(Reg.PC)
-        self._running = True
-        status = self._lib.uc_emu_start(self._handle, pc | 1, 0, 0, budget)
-        self._running = False
-        counted = self._words[0]
-        stop, retired = self._why(status, counted, counted > self._words[1])
+        pc = registers.pc() | 1
+        registers.release()
+        self._running = registers.running = True
+        status = self._emu_start(self._handle, pc, 0, 0, budget)
+        self._running = registers.running = False
+        counted = words[0]
+        stop, retired = self._why(status, counted, counted > words[1])
         self._retired += retired
-        self._timing.end_slice(self._retired)
+        timing.end_slice(self._retired)
+        self._now = self._cycle_after(self._retired)
         if self._flash_stores:
             self._hand_on_flash_stores()
         if self._trouble is not None:
             trouble, self._trouble = self._trouble, None
             raise trouble
-        if stop is None and (budget <= retired or self.reached_limit):
-            return Stop(StopKind.LIMIT)
+        if stop is None and (budget <= retired or self._now >= self._limit_cycle):
+            return _LIMIT
         return stop
 
     def stop_by(self, limit_cycle: int) -> None:
@@ -297,6 +262,11 @@ class UnicornEngine:
         words = self._words
         limit = self._timing.lower_limit(limit_cycle, self._retired)
         words[1] = min(words[1], max(words[0], limit))
+
+    def cut(self) -> None:
+        """End the running slice after the instruction in flight, from within a register access; nothing is due."""
+        if self._running:
+            self._words[1] = self._words[0]
 
     def _why(self, status: int, counted: int, at_limit: bool) -> tuple[Stop | None, int]:
         """Return why Unicorn came back, and how many instructions have retired."""
@@ -309,23 +279,21 @@ class UnicornEngine:
             return Stop(StopKind.FAULT, fault=FaultKind.DIVISION), counted - 1
         if self._intr is not None:
             return self._why_interrupt(self._intr, counted)
-        if status == self._const.UC_ERR_OK:
-            if self._event_sent:
-                self._event_sent = False
-                return Stop(StopKind.SEV), counted - 1 if at_limit else counted
-            if at_limit:
-                return Stop(StopKind.LIMIT), counted - 1
-            return Stop(StopKind.WFI), counted
-        return self._why_error(status, counted)
+        if status:
+            return self._why_error(status, counted)
+        if self._event_sent:
+            self._event_sent = False
+            return Stop(StopKind.SEV), counted - 1 if at_limit else counted
+        return (_LIMIT, counted - 1) if at_limit else (_WFI, counted)
 
     def _why_interrupt(self, number: int, counted: int) -> tuple[Stop, int]:
-        pc = self.get(Reg.PC)
+        pc = self._registers.pc()
+        if number == 8 or (number == 3 and pc >= _EXC_RETURN):
+            return _RETURNS.get(pc) or Stop(StopKind.EXCEPTION_RETURN, pc | 1), counted
         if number == 2:
             return Stop(StopKind.SVC, self.half(pc - 2) & 0xFF), counted
         if number == 7:
             return Stop(StopKind.BREAKPOINT, self.half(pc) & 0xFF), counted - 1
-        if number == 8 or (number == 3 and pc >= _EXC_RETURN):
-            return Stop(StopKind.EXCEPTION_RETURN, pc | 1), counted
         return Stop(StopKind.FAULT, fault=FaultKind.UNDEFINED, address=pc), counted - 1
 
     def _why_error(self, status: int, counted: int) -> tuple[Stop | None, int]:
@@ -432,14 +400,16 @@ class UnicornEngine:
         const, uc = self._const, self._uc
         from unicorn import arm_const
 
-        self._apsr, self._epsr = arm_const.UC_ARM_REG_APSR_NZCV, arm_const.UC_ARM_REG_EPSR
+        self._epsr = arm_const.UC_ARM_REG_EPSR
         uc.ctl_exits_enabled(True)
         uc.ctl_set_exits([])
         uc.mem_map(_CLREX_PLACE, 0x400, const.UC_PROT_READ | const.UC_PROT_EXEC)
         uc.mem_write(_CLREX_PLACE, _CLREX)
         uc.ctl_set_tlb_mode(const.UC_TLB_VIRTUAL)
         uc.hook_add(const.UC_HOOK_TLB_FILL, self._on_tlb_fill)
-        uc.hook_add(const.UC_HOOK_INTR, self._on_intr)
+        on_intr = _INTR_FN(self._on_intr)
+        self._kept.append(on_intr)
+        self._lib.uc_hook_add(self._handle, ctypes.byref(ctypes.c_size_t()), const.UC_HOOK_INTR, on_intr, None, 1, 0)
         uc.hook_add(const.UC_HOOK_INSN_INVALID, lambda _uc, _data: False)
         uc.hook_add(const.UC_HOOK_MEM_WRITE_PROT, self._on_flash_write)
         uc.hook_add(const.UC_HOOK_MEM_READ_UNMAPPED | const.UC_HOOK_MEM_WRITE_UNMAPPED, self._on_unmapped)
@@ -469,9 +439,9 @@ class UnicornEngine:
     def _read_only(self, address: int) -> bool:
         return any(base <= address < base + len(data) and not writable for base, data, writable in self._memory)
 
-    def _on_intr(self, uc: Any, number: int, _data: object) -> None:
+    def _on_intr(self, _uc: object, number: int, _data: object) -> None:
         self._intr = number
-        uc.emu_stop()
+        self._lib.uc_emu_stop(self._handle)
 
     def _on_unmapped(self, _uc: object, _access: int, address: int, size: int, _value: int, _data: object) -> bool:
         self._bad_address = address
@@ -543,8 +513,3 @@ def _find_hints(data: bytes | bytearray) -> Iterator[int]:
             if at % 2 == 0:
                 yield at
             at = data.find(pattern, at + 1)
-
-
-def _register_ids(arm_const: Any) -> dict[Reg, int]:
-    names = {Reg.SP: "SP", Reg.LR: "LR", Reg.PC: "PC"}
-    return {reg: getattr(arm_const, f"UC_ARM_REG_{names.get(reg, reg.name)}") for reg in Reg}

@@ -45,6 +45,13 @@ class FakeCpu:
             value = value & ~2 | self.registers[Reg.CONTROL] & 2  # SPSEL cannot be written in handler mode
         self.registers[self.bank(register)] = value
 
+    def get_many(self, registers: list[Reg]) -> list[int]:
+        return [self.registers[register] for register in registers]
+
+    def set_many(self, registers: list[Reg], values: list[int]) -> None:
+        for register, value in zip(registers, values, strict=True):
+            self.set(register, value)
+
     def add_cycles(self, cycles: int) -> None:
         self.cycle += cycles
 

@@ -16,7 +16,7 @@ CODE = FLASH + 0x100
 class Machine:
     """An engine with flash, RAM and one kilobyte of registers that record."""
 
-    def __init__(self, timing="flat"):
+    def __init__(self, timing="flat", access=None):
         self.engine = UnicornEngine(make_timing(timing))
         self.flash, self.ram = bytearray(b"\xff" * 0x4000), bytearray(0x1000)
         self.log = []
@@ -25,7 +25,7 @@ class Machine:
         self.stores = []
         self.engine.map_memory(FLASH, self.flash, writable=False)
         self.engine.map_memory(RAM, self.ram, writable=True)
-        self.engine.map_registers(REGISTERS, 0x400, Access(self._read, self._write))
+        self.engine.map_registers(REGISTERS, 0x400, access or Access(self._read, self._write))
         self.engine.on_flash_store = lambda *store: self.stores.append(store)
         self.engine.set(Reg.SP, RAM + 0x1000)
         self.engine.set(Reg.XPSR, 1 << 24)

@@ -1,0 +1,86 @@
+"""What loops that change nothing cost: how often what they poll is read, and how many slices code takes that counts."""
+
+from __future__ import annotations
+
+import pytest
+
+from targets.mcu.bus import Bus
+from targets.mcu.engine.idle import IdleSkipper
+from targets.mcu.fidelity import Notes
+from targets.mcu.registers import Peripheral, Register
+from targets.mcu.testing import FakeChip
+from targets.mcu.timebase import Timebase
+
+BASE = 0x4000_0000
+POLL = [0x6808, 0x07C0, 0xD0FC]  # ldr r0, [r1]; lsls r0, r0, #31; beq to the start
+COUNT = [0x3001, 0x2800, 0xD1FC]  # adds r0, #1; cmp r0, #0; bne to the start
+
+
+class Status(Peripheral):
+    REGISTERS = (Register("SR", 0), Register("CNT", 4, live=True))
+
+    def __init__(self):
+        super().__init__("STATUS", BASE, FakeChip(hclk_hz=72_000_000).services)
+        self.reads = 0
+
+    def read(self, offset):
+        self.reads += 1
+        return super().read(offset)
+
+
+class Rig:
+    def __init__(self, make):
+        self.status, self.time = Status(), Timebase(72_000_000)
+        self.bus = Bus(Notes(lambda: (0, 0), lambda: None))
+        self.bus.add(self.status)
+        self.machine = make(access=self.bus.window(BASE))
+        self.engine = self.machine.engine
+        self.idle = IdleSkipper(self.engine, self.bus, self.time, self.machine.ram)
+        self.bus.on_polls = self.idle.polled
+
+    def run(self, cycles):
+        """Return how many slices it took."""
+        end, slices = self.engine.cycle + cycles, 0
+        while self.engine.cycle < end:
+            self.idle.run(end)
+            slices += 1
+        return slices
+
+
+@pytest.fixture
+def rig(make):
+    return Rig(make)
+
+
+def test_polling_a_flag_reads_it_a_few_times(rig):
+    rig.machine.load(*POLL)
+    rig.engine.set(1, BASE)
+    assert rig.run(1_000_000) < 20
+    assert rig.status.reads < 20
+    assert rig.idle.found is not None
+    assert rig.idle.found.polled == (BASE,)
+
+
+def test_it_is_found_at_once_after_each_event(rig):
+    rig.machine.load(*POLL)
+    rig.engine.set(1, BASE)
+    rig.run(1000)
+    reads = rig.status.reads
+    for _ in range(100):
+        rig.idle.restart()
+        rig.run(10_000)
+    assert rig.status.reads - reads < 100 * 12
+
+
+def test_a_counter_is_never_passed_over(rig):
+    rig.machine.load(*POLL)
+    rig.engine.set(1, BASE + 4)
+    rig.run(10_000)
+    assert rig.idle.found is None
+    assert rig.status.reads == -(-rig.engine.instructions // 3)
+
+
+def test_code_that_counts_is_left_alone_soon(rig):
+    rig.machine.load(*COUNT)
+    assert rig.run(2_000_000) < 400
+    assert rig.idle.found is None
