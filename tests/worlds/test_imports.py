@@ -29,7 +29,7 @@ def test_names_and_the_plane_need_no_physics(python):
     )
     assert run.returncode == 0, run.stderr
     assert run.stdout.splitlines() == [
-        "('empty', 'wall', 'room-with-boxes', 'corridor', 'ramp') ('pioneer-2dx',) ('bullet', 'plane')",
+        "('empty', 'wall', 'room-with-boxes', 'corridor', 'ramp', 'post', 'cell') ('pioneer-2dx',) ('bullet', 'plane')",
         "1",
     ]
 

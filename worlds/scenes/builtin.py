@@ -17,6 +17,9 @@ CORRIDOR_LENGTH_M = 20.0
 RAMP_FOOT_M = 1.5
 RAMP_LENGTH_M = 3.0
 RAMP_SLOPE_RAD = math.radians(8)
+POST_WIDTH_M = 0.04
+CELL_LENGTH_M = 1.15
+CELL_WIDTH_M = 0.9
 
 _WALL_HEIGHT_M = 0.5
 _WALL_THICKNESS_M = 0.1
@@ -85,8 +88,38 @@ def ramp(seed: int) -> Scene:
     return Scene(name="ramp", start=Start(), boxes=(slope, top))
 
 
+def post(seed: int) -> Scene:
+    """A square post of 40 mm, 3 m ahead of the start: something that one sensor can see alone."""
+    del seed
+    box = Box(name="post", center_m=(3.0, 0.0, _WALL_HEIGHT_M / 2), size_m=(POST_WIDTH_M, POST_WIDTH_M, _WALL_HEIGHT_M))
+    return Scene(name="post", boxes=(box,))
+
+
+def cell(seed: int) -> Scene:
+    """A closed cell of 1.15 x 0.9 m round a point 3 m ahead of the start: just room for a Pioneer, walls all round."""
+    del seed
+    x, half, side, t = 3.0, CELL_LENGTH_M / 2, CELL_WIDTH_M / 2, _WALL_THICKNESS_M
+    return Scene(
+        name="cell",
+        boxes=(
+            _wall("wall_front", x + half + t / 2, 0.0, t, CELL_WIDTH_M + 2 * t),
+            _wall("wall_back", x - half - t / 2, 0.0, t, CELL_WIDTH_M + 2 * t),
+            _wall("wall_left", x, side + t / 2, CELL_LENGTH_M, t),
+            _wall("wall_right", x, -side - t / 2, CELL_LENGTH_M, t),
+        ),
+    )
+
+
 BUILTIN: MappingProxyType[str, Callable[[int], Scene]] = MappingProxyType(
-    {"empty": empty, "wall": wall, "room-with-boxes": room_with_boxes, "corridor": corridor, "ramp": ramp}
+    {
+        "empty": empty,
+        "wall": wall,
+        "room-with-boxes": room_with_boxes,
+        "corridor": corridor,
+        "ramp": ramp,
+        "post": post,
+        "cell": cell,
+    }
 )
 """Scene by name; each is made from a seed, which only the room uses."""
 
