@@ -1,4 +1,4 @@
-"""A second opinion on the self-tests of the core: QEMU's Cortex-M passes them too, the checks our chip fails included."""
+"""A second opinion on the self-tests of the core: QEMU passes them too, the checks that our chip fails included."""
 
 from __future__ import annotations
 
