@@ -318,6 +318,7 @@ class Timer(TimerEffects):
         self._slave.external_clock_2 = bool(value & ECE)
         self._configure_inputs()
         self._set_alignment()
+        self._counting.moved()
         self._set_running()
         self._changed_trgo()
         self._settle()

@@ -485,6 +485,15 @@ def test_encoder_at_100_khz(tim):
     assert peek(timer, "CR1") & DIR
 
 
+def test_a_counter_at_its_end_turns_when_encoder_mode_gives_way_to_centre_alignment(tim):
+    chip, timer = tim
+    setup(timer, ARR=4, SMCR=3, CNT=4, CR1=CEN | 3 << 5)
+    chip.advance(10)
+    poke(timer, "SMCR", 0)
+    chip.advance(2)
+    assert (peek(timer, "CNT"), peek(timer, "CR1") & DIR) == (2, DIR)
+
+
 def test_clearing_ocxref(tim):
     """Figure "clearing TIMx OCxREF": low from a high ETRF on, until the next update event after it is low again."""
     chip, timer = tim
