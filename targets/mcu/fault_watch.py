@@ -3,6 +3,9 @@
 It looks at times that depend on the program alone, so the end of a run is the same however the run is cut and whether
 loops are passed over or executed: a millisecond of bench time after a fault (a choice), then after two, four and so on
 while the handler has not returned.
+
+A jump to itself cannot be left. Any other loop may wait for something, as handlers do that print: only after a second
+in which nothing was written (a choice) it waits for ever.
 """
 
 from __future__ import annotations
@@ -18,6 +21,8 @@ __all__ = ["FaultWatch"]
 _FIRST_LOOK_S = Fraction(1, 1000)
 _LAST_LOOK_S = Fraction(60)
 _SAME_FAULTS = 1000
+_PROOF_S = Fraction(1)
+_SHORT = 2  # so many instructions cannot load, compare and branch
 
 
 class FaultWatch:
@@ -38,6 +43,8 @@ class FaultWatch:
         self._wait_s = _FIRST_LOOK_S
         self._same = 0
         self._last: tuple[int, int, tuple[str, ...]] | None = None
+        self._written: object = None
+        self._since_s = Fraction(0)
         self.hopeless: Fault | None = None
 
     def reset(self) -> None:
@@ -53,7 +60,23 @@ class FaultWatch:
         if self._same >= _SAME_FAULTS:
             self.hopeless = fault
         self._wait_s = _FIRST_LOOK_S
+        self._written = None
         self._book()
+
+    def waits_for_ever(self, instructions: int, written: object) -> bool:
+        """Say whether the handler, found in a loop of so many instructions, will stay there; if not, look later.
+
+        Args:
+            instructions: in one period of the loop.
+            written: what differs from the look before if anything was written in between.
+        """
+        now_s = self._time.seconds(self._time.now)
+        if written != self._written:
+            self._written, self._since_s = written, now_s
+        if instructions <= _SHORT or now_s - self._since_s >= _PROOF_S:
+            return True
+        self.look_again()
+        return False
 
     def look_again(self) -> None:
         """The handler runs on, but it does something: look later."""

@@ -358,10 +358,14 @@ class Machine:
         now = self.time.now
         fault = self.core.last_fault
         stop = self._idle.look(target)
-        if self._idle.found is None or fault is None:
+        loop = self._idle.found
+        if loop is None or fault is None:
             self._watch.look_again()
-        else:
+        elif self._watch.waits_for_ever(loop.instructions, (self.bus.writes, bytes(self.ram))):
             self._end("fault-loop", f"a fault handler waits for ever: {self._tell(fault)}", fault.pc, cycle=now)
+            return stop
+        if fault is not None:
+            self.notes.add("misuse", self.place(fault.pc), f"{self._tell(fault)}; the handler has not returned")
         return stop
 
     def _hopeless(self, fault: Fault) -> None:

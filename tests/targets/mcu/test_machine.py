@@ -354,3 +354,46 @@ def test_where_the_cpu_sleeps(start, set_up, mode):
     machine = start(*code, 0x1000, 0x4002, 0x0000, 0x1000, 0x7000, 0x4000, 0xED00, 0xE000)
     machine.run_to(MS)
     assert machine.asleep == (mode, CODE + 2 * len(set_up))
+
+
+class TestFaultHandlers:
+    """A fault handler that waits for something is not one that waits for ever."""
+
+    HANDLER = FLASH + 0x200
+    # USART1 on, at 9600 baud from 8 MHz; then a load from 0x30000000
+    CRASH = (
+        *(0x4806, 0xF244, 0x0104, 0x6181),  # ldr r0, =RCC; movw r1, #0x4004; str r1, [r0, #0x18]
+        *(0x4C05, 0xF240, 0x3141, 0x60A1, 0xF242, 0x010C, 0x60E1),  # ldr r4, =USART1; BRR = 833; CR1 = 0x200C
+        *(0xF04F, 0x5040, 0x6800),  # mov.w r0, #0x30000000; ldr r0, [r0]
+        *(0x1000, 0x4002, 0x3800, 0x4001),
+    )
+    # Five words, each when TXE is there: movs r5, #5; 1: ldr r0, [r4]; lsls r0, #24; bpl 1b; str r5, [r4, #4]; ...
+    PRINT = (0x2505, 0x6820, 0x0600, 0xD5FC, 0x6065, 0x3D01, 0xD1F9)
+    POLL_FOR_EVER = (0x6820, 0x07C0, 0xD5FC)  # 2: ldr r0, [r4]; lsls r0, r0, #31; bpl 2b
+
+    @pytest.fixture
+    def crash(self, board):
+        def crashed(*handler):
+            more = (Segment(self.HANDLER, struct.pack(f"<{len(handler)}H", *handler)),)
+            return Machine(board, program(*self.CRASH, vectors=[(3, self.HANDLER | 1)], more=more))
+
+        return crashed
+
+    def test_it_may_print_before_it_hangs(self, crash):
+        machine = crash(*self.PRINT, HANG)
+        machine.run_to(MS * 3 // 2)
+        assert machine.ended is None
+        told = {note.where: note.text for note in machine.notes.all}
+        assert told[machine.place(CODE + 26)].endswith("; the handler has not returned")
+        machine.run_to(100 * MS)
+        assert machine.engine.get(Reg.R5) == 0
+        assert machine.ended.kind == "fault-loop"
+        assert 3 * MS < machine.ended.ns < 10 * MS
+
+    def test_it_waits_for_ever_when_nothing_was_written_for_a_second(self, crash):
+        machine = crash(*self.PRINT, *self.POLL_FOR_EVER)
+        machine.run_to(1000 * MS)
+        assert machine.ended is None
+        machine.run_to(5000 * MS)
+        assert machine.engine.get(Reg.R5) == 0
+        assert machine.ended.kind == "fault-loop"
