@@ -346,8 +346,8 @@ class Machine:
         if self.chip.watchdog_runs():
             self._pass_to(limit, limit)
             return
-        chain = "; ".join(self._tell(fault) for fault in lockup.faults)
-        self._end("lockup", f"lockup: {lockup.cause}" + (f"; {chain}" if chain else ""), lockup.pc)
+        chain = dict.fromkeys((lockup.cause, *(self._tell(fault) for fault in lockup.faults)))
+        self._end("lockup", f"lockup: {'; '.join(chain)}", lockup.pc)
 
     def _ask_for_look(self) -> None:
         self._look_at_fault = self.core.running in _FAULTS and not self.chip.watchdog_runs()

@@ -397,3 +397,10 @@ class TestFaultHandlers:
         machine.run_to(5000 * MS)
         assert machine.engine.get(Reg.R5) == 0
         assert machine.ended.kind == "fault-loop"
+
+
+def test_a_lockup_tells_each_fault_once(start):
+    machine = start(0xB671, 0xDF00)  # cpsid f; svc 0
+    machine.run_to(MS)
+    assert machine.ended.kind == "lockup"
+    assert machine.ended.cause.count("SVCall") == 1
