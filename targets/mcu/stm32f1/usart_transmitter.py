@@ -93,6 +93,7 @@ class Transmitter:
 
     def reset(self) -> None:
         """Stop in mid-frame and forget everything."""
+        self.refresh()
         self._time.cancel(self._end_event)
         self._time.cancel(self._edge_event)
         self.holding = None

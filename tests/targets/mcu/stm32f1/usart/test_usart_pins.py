@@ -189,3 +189,21 @@ def test_flow_control_at_the_pins(board):
         board.chip.advance(400)
     assert received == [1, 3]  # 2 was overwritten in the data register
     assert not peek(board.usart1, "SR") & 0x8
+
+
+def test_the_edges_before_a_reset_in_mid_frame_are_recorded(board):
+    """Each edge is recorded, also if nobody asks for them before the frame is broken off."""
+    board.mode("PA9", AF_PP)
+    pin = board.pins["PA9"]
+    pin.record()
+    begin = board.chip.time.now
+    poke(board.usart1, "DR", 0x55)
+    board.chip.advance(3 * 16 + 5)
+    board.usart1.reset()
+    assert [(edge.cycle - begin, edge.level) for edge in pin.take_edges()] == [
+        (0, False),
+        (16, True),
+        (32, False),
+        (48, True),
+        (53, None),
+    ]
