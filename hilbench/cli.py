@@ -23,6 +23,7 @@ _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 COMMANDS = {
     "check": "run conformance suites on a target and report clause by clause",
     "run": "run firmware on emulated boards, in virtual time",
+    "diff": "compare what the pins did in two recordings",
     "serve": "offer a virtual target on a pty or a TCP port, in real time",
     "init": "write a bench file and a test for firmware of your own",
     "doctor": "say what the models of a chip do and do not",

@@ -1,0 +1,89 @@
+"""``hilbench diff``."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from hilbench import arguments
+from hilbench.errors import UsageError
+from hilbench.exit_codes import ExitCode
+from hilbench.parser import Parser, typed
+
+_EXAMPLES = """
+hilbench diff pins.jsonl adapter.jsonl --pins 'brain.PB[567]' --order-only
+hilbench diff run.jsonl analyser.csv --map D0=brain.PB7 --map D1=brain.PB6 --tolerance 1ms
+hilbench diff check.jsonl check.jsonl --case bluepill-pins/A --case bluepill-pins/B --json
+"""
+
+_NOTES = """
+A recording is a journal (of run, serve or check), waveforms (.vcd), or a table as logic analysers export it (.csv: a
+column of times in seconds, then one for each pin). Both are laid over each other at the first change they have in
+common, and compared until the first of them ends. Of a capture that cannot tell it, a wire that floats counts as low.
+Exit code 0: equal, up to the tolerance; 1: different; 2: wrong usage, or nothing to compare; 3: a file cannot be read.
+"""
+
+
+def parser() -> Parser:
+    """Return the parser of this command."""
+    made = Parser("hilbench diff", "Compare what the pins did in two recordings.", _EXAMPLES, _NOTES)
+    add = made.add_argument
+    add("a", metavar="A", help="journal, VCD or CSV")
+    add("b", metavar="B", help="journal, VCD or CSV")
+    add("--case", metavar="ID", action="append", default=[],
+        help="case of a journal of 'hilbench check'; twice for one of A and one of B")  # fmt: skip
+    add("--map", metavar="NAME=NET", action="append", default=[], type=typed(_named),
+        help="a column or variable of a capture is this pin, such as D0=brain.PB7 (repeatable)")  # fmt: skip
+    add("--pins", metavar="GLOB", action="append", default=[],
+        help="compare these signals only, such as 'PB*' (repeatable)")  # fmt: skip
+    add("--order-only", action="store_true", help="compare the order of the changes, not their times")
+    add("--tolerance", metavar="TIME", type=typed(arguments.duration_ns), default=0,
+        help="how far times may be apart, such as 10ms (default: not at all)")  # fmt: skip
+    add("--json", action="store_true", help="print the comparison as JSON")
+    return made
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Compare, print, and return the exit code."""
+    from hilbench.console import Console
+    from hilbench.diff.compare import Options, compare
+    from hilbench.diff.files import check_mapping, named, read_capture
+
+    mapping = dict(parsed.map)
+    if len(mapping) != len(parsed.map):
+        raise UsageError("names a column twice", where="--map")
+    a_case, b_case = _cases(parsed.case)
+    a, b = read_capture(Path(parsed.a), a_case), read_capture(Path(parsed.b), b_case)
+    for case in {a_case, b_case} - {a.case, b.case}:
+        raise UsageError("is no case of these recordings: they have none", where=f"--case {case}")
+    check_mapping(mapping, a, b)
+    a = named(a, b, mapping)
+    b = named(b, a, mapping)
+    options = Options(pins=tuple(parsed.pins), order_only=parsed.order_only, tolerance_ns=parsed.tolerance)
+    comparison = compare(a, b, options)
+    if parsed.json:
+        import json
+
+        from hilbench.diff.report import as_data
+
+        Console().data(json.dumps(as_data(comparison), indent=2))
+    else:
+        from hilbench.diff.report import as_text
+
+        Console().data(as_text(comparison))
+    return ExitCode.OK if comparison.first is None else ExitCode.VIOLATION
+
+
+def _named(text: str) -> tuple[str, str]:
+    name, _, net = text.rpartition("=")
+    if not name or not net:
+        raise ValueError(f"'{text}' is not NAME=NET, such as D0=brain.PB7")
+    return name, net
+
+
+def _cases(chosen: Sequence[str]) -> tuple[str, str]:
+    """Return the cases of A and of B; one alone is meant for whichever has cases."""
+    if len(chosen) > 2:
+        raise UsageError("more than two cases for two recordings", where="--case")
+    return (chosen[0], chosen[-1]) if chosen else ("", "")

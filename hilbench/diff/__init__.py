@@ -1,0 +1,1 @@
+"""`hilbench diff`: what the pins did in two recordings, side by side."""

@@ -1,0 +1,116 @@
+"""Reads what logic analysers export: a column of times in seconds, and one column of levels for each pin.
+
+The first line names the columns. A line stands for a sample or for a change, whichever the program writes; commas,
+semicolons or tabs separate. A level is 0 or 1; ``z``, ``x`` or nothing is a wire that floats.
+"""
+
+from __future__ import annotations
+
+import csv
+import decimal
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from hilbench.clock import NS_PER_S
+from hilbench.diff.capture import Capture, Track
+from hilbench.errors import UnavailableError
+
+__all__ = ["read_csv"]
+
+_LEVELS: dict[str, bool | None] = {"0": False, "1": True, "": None, "z": None, "x": None}
+_COMMENTS = (";", "#")
+
+Row = tuple[int, list[bool | None]]
+
+
+def read_csv(path: Path) -> Capture:
+    """Read a file.
+
+    Raises:
+        UnavailableError: it cannot be read, or is no such table; the line is named.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no text"
+        raise UnavailableError(f"cannot be read: {reason}", where=str(path)) from error
+    head, rows = _table(path, lines)
+    tracks, end_ns = _tracks(path, head, rows)
+    return Capture(
+        label=str(path),
+        kind="table of samples",
+        tracks={track.name: track for track in tracks},
+        end_ns=end_ns,
+        floats=any(None in track.values or track.initial is None for track in tracks),
+    )
+
+
+def _table(path: Path, lines: Sequence[str]) -> tuple[list[str], Iterator[Row]]:
+    start = next((at for at, line in enumerate(lines) if line.strip() and not line.startswith(_COMMENTS)), None)
+    if start is None:
+        raise UnavailableError("is empty", where=str(path))
+    delimiter = max(",;\t", key=lines[start].count)
+    head = [cell.strip() for cell in next(csv.reader([lines[start]], delimiter=delimiter))]
+    if len(head) < 2 or not head[0].lower().startswith("time"):
+        hint = "the first line of a table names the columns, 'Time [s]' first, then one for each pin"
+        raise UnavailableError("is neither a journal, nor waveforms (VCD), nor a table", where=str(path), hint=hint)
+    twice = next((name for name in head if head.count(name) > 1), None)
+    if twice is not None:
+        raise UnavailableError(f"has two columns '{twice}'", where=f"{path}:{start + 1}")
+    return head, _rows(path, lines[start + 1 :], start + 2, delimiter, len(head))
+
+
+def _rows(path: Path, lines: Sequence[str], first: int, delimiter: str, columns: int) -> Iterator[Row]:
+    last_ns = None
+    for number, cells in enumerate(csv.reader(lines, delimiter=delimiter), first):
+        if not cells:
+            continue
+        where = f"{path}:{number}"
+        if len(cells) != columns:
+            raise UnavailableError(f"has {len(cells)} columns instead of {columns}", where=where)
+        ns = _ns(cells[0], where)
+        if last_ns is not None and ns < last_ns:
+            raise UnavailableError(f"its time goes back to {cells[0].strip()} s", where=where)
+        last_ns = ns
+        yield ns, [_level(cell, where) for cell in cells[1:]]
+
+
+def _ns(text: str, where: str) -> int:
+    try:
+        return round(decimal.Decimal(text.strip()) * NS_PER_S)
+    except (decimal.DecimalException, ValueError, OverflowError) as error:
+        raise UnavailableError(f"'{text.strip()}' is no time in seconds", where=where) from error
+
+
+def _level(text: str, where: str) -> bool | None:
+    try:
+        return _LEVELS[text.strip().lower()]
+    except KeyError as error:
+        raise UnavailableError(f"'{text.strip()}' is no level: 0, 1 or z", where=where) from error
+
+
+def _tracks(path: Path, head: list[str], rows: Iterator[Row]) -> tuple[list[Track], int]:
+    initial: list[bool | None] = []
+    levels: list[bool | None] = []
+    edges: list[list[tuple[int, bool | None]]] = [[] for _ in head[1:]]
+    end_ns = 0
+    for end_ns, now in rows:
+        if not levels:
+            initial = levels = now
+        for column, level in enumerate(now):
+            if level is not levels[column]:
+                edges[column].append((end_ns, level))
+        levels = now
+    if not initial:
+        raise UnavailableError("has no samples", where=str(path))
+    tracks = [
+        Track(
+            name=name,
+            times_ns=[ns for ns, _ in edges[column]],
+            values=[level for _, level in edges[column]],
+            initial=initial[column],
+            initial_known=True,
+        )
+        for column, name in enumerate(head[1:])
+    ]
+    return tracks, end_ns
