@@ -1,7 +1,8 @@
 """Finds the clause behind an id.
 
-Each protocol brings a table ``CLAUSES`` in its module ``clauses``. Those of this distribution are looked at first;
-another distribution's, found by its entry point in the group ``hilbench.protocols``, only for an id they do not hold.
+Each protocol brings a table ``CLAUSES`` in its module ``clauses``; so does the bench of emulated boards. Those of this
+distribution are looked at first; another distribution's, found by its entry point in the group ``hilbench.protocols``,
+only for an id they do not hold.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from importlib import metadata
 
 from hilbench.check.verdicts import Level
 
-OWN_CATALOGUES = ("protocols.p2os.clauses",)
+OWN_CATALOGUES = ("protocols.p2os.clauses", "hilbench.suites._bluepill_clauses")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

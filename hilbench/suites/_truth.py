@@ -189,17 +189,22 @@ class Truth:
         self._book()
 
     def _sample(self, near_deg: float) -> Sample:
-        pose, velocity = self._world.pose(), self._world.velocity()
-        frame = rotation(pose.yaw_rad, pose.pitch_rad, pose.roll_rad)
-        ahead = (frame[0][0], frame[1][0], frame[2][0])
-        x_m, y_m, z_m = pose.position_m
-        return Sample(
-            at_ns=self._bench.now_ns,
-            x_mm=x_m * 1000,
-            y_mm=y_m * 1000,
-            z_mm=z_m * 1000,
-            heading_deg=near_deg + math.remainder(math.degrees(pose.yaw_rad) - near_deg, 360),
-            pitch_deg=math.degrees(pose.pitch_rad),
-            speed_mm_s=dot(velocity.linear_m_s, ahead) * 1000,
-            turn_deg_s=math.degrees(velocity.angular_rad_s[2]),
-        )
+        return sample(self._world, self._bench.now_ns, near_deg)
+
+
+def sample(world: World, at_ns: int, near_deg: float) -> Sample:
+    """Return where the robot is now, its heading unwrapped to less than half a turn from ``near_deg``."""
+    pose, velocity = world.pose(), world.velocity()
+    frame = rotation(pose.yaw_rad, pose.pitch_rad, pose.roll_rad)
+    ahead = (frame[0][0], frame[1][0], frame[2][0])
+    x_m, y_m, z_m = pose.position_m
+    return Sample(
+        at_ns=at_ns,
+        x_mm=x_m * 1000,
+        y_mm=y_m * 1000,
+        z_mm=z_m * 1000,
+        heading_deg=near_deg + math.remainder(math.degrees(pose.yaw_rad) - near_deg, 360),
+        pitch_deg=math.degrees(pose.pitch_rad),
+        speed_mm_s=dot(velocity.linear_m_s, ahead) * 1000,
+        turn_deg_s=math.degrees(velocity.angular_rad_s[2]),
+    )

@@ -126,6 +126,7 @@ class Parts:
     Attributes:
         by_name: the parts.
         taps: called with the name of a part and each event of it, after it is in the journal.
+        senses: whether the parts are shown the world after each step; False where a test shows them something else.
     """
 
     def __init__(
@@ -138,6 +139,7 @@ class Parts:
         seed: int,
     ) -> None:
         self.taps: list[OnEvent] = []
+        self.senses = True
         self._bench = bench
         self._plans = plans
         self._signals: WorldSignals | None = None
@@ -179,6 +181,12 @@ class Parts:
     def set(self, name: str, values: Mapping[str, float]) -> None:
         """Move controls of a part, now; raises `ValueError` as `targets.parts.Part.set` does."""
         self.by_name[name].set(values, self._bench.now_ns)
+        self.settle(name)
+
+    def show(self, name: str, values: Mapping[str, float]) -> None:
+        """Show a part quantities as they are now, whatever the world is like; those by their own names."""
+        now_ns = self._bench.now_ns
+        self.by_name[name].after_step(now_ns, now_ns, values, values)
         self.settle(name)
 
     def driven(self, name: str, terminal: str) -> bool | None:
@@ -223,6 +231,8 @@ class Parts:
     def _after(self, now_ns: int, next_ns: int) -> None:
         assert self._signals is not None
         before, self._values = self._values, self._signals.read()
+        if not self.senses:
+            return
         for name, part in self.by_name.items():
             signals = self._plans[name].signals
             part.after_step(now_ns, next_ns, _seen(signals, before), _seen(signals, self._values))
