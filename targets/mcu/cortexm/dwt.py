@@ -64,6 +64,12 @@ class Dwt(DebugBlock):
         self._start = None
         self._held = False
 
+    def read(self, offset: int) -> int:
+        """Read the word at `offset`; the counter without detours, for delay loops read nothing else."""
+        if offset == _CYCCNT and self._start is not None and self._privileged():
+            return self.time.now - self._start & _WORD
+        return super().read(offset)
+
     def read_word(self, offset: int) -> int:
         """Read as somebody who may."""
         return super().read_word(offset) if self._trace_enabled() else _FOUR_COMPARATORS
