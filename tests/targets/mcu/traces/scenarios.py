@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from random import Random
 
 from targets.boards import built_in_board
 from targets.firmware import image_names, image_path
@@ -51,12 +52,14 @@ class Run:
     Attributes:
         skip_idle: pass over loops that change nothing.
         step_ns: of the calls of `run_to`; None for a single call.
+        seed: the calls of `run_to` end at times by chance, more of them in the beginning; None for not so.
         watched: somebody listens to each pin, so that every edge is told at its cycle.
         late: inputs are entered when the machine has come to them, not beforehand.
     """
 
     skip_idle: bool = True
     step_ns: int | None = None
+    seed: int | None = None
     watched: bool = False
     late: bool = False
 
@@ -70,7 +73,8 @@ RUNS: dict[str, Run] = {
     "steps-of-100-us": Run(step_ns=100_000),
     "steps-of-1-ms": Run(step_ns=MS),
     "steps-of-7-ms": Run(step_ns=7 * MS),
-    "executing-all-in-steps-of-333-us": Run(skip_idle=False, step_ns=333_333),
+    "irregular-steps": Run(seed=1),
+    "executing-all-in-irregular-steps": Run(skip_idle=False, seed=2),
     "watched": Run(watched=True),
     "inputs-entered-late": Run(late=True),
 }
@@ -106,11 +110,17 @@ def _stops(scenario: Scenario, run: Run) -> list[tuple[int, list[Input]]]:
         for one in scenario.inputs:
             if one.ns < scenario.span_ns:
                 due.setdefault(one.ns, []).append(one)
-    return [(ns, due.get(ns, [])) for ns in sorted({scenario.span_ns, *_steps(scenario.span_ns, run.step_ns), *due})]
+    return [(ns, due.get(ns, [])) for ns in sorted({scenario.span_ns, *_steps(scenario.span_ns, run), *due})]
 
 
-def _steps(span_ns: int, step_ns: int | None) -> set[int]:
+def _steps(span_ns: int, run: Run) -> set[int]:
     """Return the ends of the steps: all over the span if they are few, otherwise in a few places of it."""
+    if run.seed is not None:
+        chance = Random(run.seed)
+        everywhere = {chance.randrange(1, span_ns) for _ in range(_MOST_STEPS // 2)}
+        early = {int(10 ** chance.uniform(2, 8)) for _ in range(_MOST_STEPS // 4)}
+        return {ns for ns in everywhere | early if ns < span_ns}
+    step_ns = run.step_ns
     if step_ns is None:
         return set()
     if span_ns // step_ns <= _MOST_STEPS:

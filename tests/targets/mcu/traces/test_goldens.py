@@ -50,9 +50,16 @@ def test_it_does_not_matter_how_it_is_run(name, run):
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
-@pytest.mark.parametrize("name", [name for name in SCENARIOS if name not in FEW])
+@pytest.mark.parametrize("name", [name for name in SCENARIOS if name not in (*FEW, *LONG)])
 def test_it_does_not_matter_how_any_image_is_run(name, run):
     check(name, run)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("run", ["executing-all", "steps-of-100-us", "irregular-steps"])
+@pytest.mark.parametrize("name", sorted(LONG))
+def test_it_does_not_matter_how_a_long_one_is_run(name, run):
+    check(name, RUNS[run])
 
 
 @pytest.mark.parametrize("seed", ["0", "4242"])
