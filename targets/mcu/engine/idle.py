@@ -20,7 +20,8 @@ from targets.mcu.timebase import Timebase
 
 __all__ = ["IdleSkipper", "Loop"]
 
-_SHORTEST_WAIT, _LONGEST_WAIT, _GROWTH = 160, 1 << 16, 4
+_SHORTEST_WAIT, _GROWTH = 160, 4
+_WAIT_PER_STEP = 8000  # instructions for each one of a vain attempt: attempts then take a fifth of the time at most
 _LONGEST_PERIOD = 128
 _MOST_PASSES = 6  # through an instruction, without being in the same state: something is counted there
 _FEWEST_POLLS, _MOST_POLLS = 4, 1 << 14
@@ -61,6 +62,7 @@ class IdleSkipper:
         self._time = time
         self._memory = memory
         self._period = 0
+        self._steps = 0  # of the last attempt
         self._shortest = _SHORTEST_WAIT
         self._wait = _SHORTEST_WAIT
         self.found: Loop | None = None
@@ -97,7 +99,7 @@ class IdleSkipper:
     def _look(self, target: int, *, skip: bool) -> Stop:
         stop, self.found = self._attempt(target, skip=skip)
         if self.found is None:
-            self._shortest = min(self._shortest * _GROWTH, _LONGEST_WAIT)
+            self._shortest = min(self._shortest * _GROWTH, max(_SHORTEST_WAIT, self._steps * _WAIT_PER_STEP))
             self._period = 0
             if self._polled:
                 self._bus.polls_wanted = min(self._bus.polls_wanted * _GROWTH, _MOST_POLLS)
@@ -134,12 +136,14 @@ class IdleSkipper:
     def _run_period(self, target: int, before: bytes, passes: int) -> Stop:
         engine = self._engine
         start = engine.pc()
+        self._steps = 0
         for instructions in (*([self._period] if self._period else []), *[1] * _LONGEST_PERIOD):
             # what a register access enters comes first, so the target is looked at each time
             due = self._due(target)
             if engine.cycle >= due:
                 break
             stop = engine.run(due, instructions)
+            self._steps += 1
             if stop.kind is not StopKind.LIMIT or engine.reached_limit:
                 return stop
             if engine.pc() == start:

@@ -8,6 +8,7 @@ What is worked around, each pinned by a test in tests/targets/mcu/engine:
   lets us say which pages really hold code: those that were ever fetched from ("sticky").
 - WFE and YIELD arrive as invalid instructions, SEV not at all: its places are looked up in the image and hooked.
 - Stores into flash reach the memory although it is read-only, after a hook; they are undone and handed on.
+- Hooks for accesses that fail make those slow that do not, so they keep clear of memory.
 - A slice cannot end within an IT block: Unicorn runs to the end of it.
 - The first access to a page within an IT block would make what follows the block conditional, and so would a store
   into flash.
@@ -101,6 +102,7 @@ class UnicornEngine:
         self._code_pages: set[int] = set()
         self._kept: list[object] = []  # what C holds pointers to
         self._hint_hooks: dict[int, int] = {}
+        self._hole_hooks: list[int] = []
         self._has_exclusives = False
         self.until_unmasked = False
         self._unmasking_hooks: set[int] | None = None
@@ -167,7 +169,11 @@ class UnicornEngine:
         self._uc.mem_map_ptr(base, len(data), rights, ctypes.addressof(window))
         self._memory.append((base, data, writable))
         if not writable:
+            self._uc.hook_add(
+                self._const.UC_HOOK_MEM_WRITE_PROT, self._on_flash_write, begin=base, end=base + len(data) - 1
+            )
             self._note_code(base, data)
+        self._watch_holes()
 
     def map_registers(self, base: int, size: int, access: Access) -> None:
         """Put registers at `base`; see `CpuEngine`.
@@ -200,13 +206,29 @@ class UnicornEngine:
 
     def forget(self, base: int, size: int) -> None:
         """Drop what was translated from `size` bytes at `base`; see `CpuEngine`."""
-        self._uc.ctl_remove_cache(base, base + size)
+        self._drop_translations(base, size)
         self._timing.forget()
         for start, data, writable in self._memory:
             if not writable and start <= base < start + len(data):
                 self._note_code(base, data[base - start : base - start + size])
                 first = max(start, base - LONGEST)
                 self._hook_unmasking(first, data[first - start : base - start + size + LONGEST])
+
+    def _drop_translations(self, base: int, size: int) -> None:
+        """Drop what was translated; also the answer of the TLB that Unicorn asks for on that occasion, as for code."""
+        self._uc.ctl_remove_cache(base, base + size)
+        self._lib.uc_ctl(self._handle, self._const.UC_CTL_TLB_FLUSH | self._const.UC_CTL_IO_WRITE << 30)
+
+    def _watch_holes(self) -> None:
+        """Hook accesses to where no memory is."""
+        while self._hole_hooks:
+            self._uc.hook_del(self._hole_hooks.pop())
+        kinds = self._const.UC_HOOK_MEM_READ_UNMAPPED | self._const.UC_HOOK_MEM_WRITE_UNMAPPED
+        places = sorted((base, base + len(data)) for base, data, _ in self._memory)
+        starts, ends = [0, *(end for _, end in places)], [*(base for base, _ in places), 1 << 32]
+        for start, end in zip(starts, ends, strict=True):
+            if start < end:
+                self._hole_hooks.append(self._uc.hook_add(kinds, self._on_unmapped, begin=start, end=end - 1))
 
     # --- running
 
@@ -335,7 +357,7 @@ class UnicornEngine:
         for base, data, writable in self._memory:
             if not writable:
                 self._hook_unmasking(base, data)
-            self._uc.ctl_remove_cache(base, base + len(data))
+            self._drop_translations(base, len(data))
 
     def clear_exclusive(self) -> None:
         """Forget what LDREX has marked, as exception entry and return do.
@@ -383,7 +405,7 @@ class UnicornEngine:
         self._traps.catch_divisions(flash if division else [])
         self._traps.catch_unaligned(unaligned)
         for base, data, _ in self._memory:
-            self._uc.ctl_remove_cache(base, base + len(data))
+            self._drop_translations(base, len(data))
 
     def _core_register(self, number: int) -> int:
         return self.get(Reg(number))
@@ -411,14 +433,12 @@ class UnicornEngine:
         self._kept.append(on_intr)
         self._lib.uc_hook_add(self._handle, ctypes.byref(ctypes.c_size_t()), const.UC_HOOK_INTR, on_intr, None, 1, 0)
         uc.hook_add(const.UC_HOOK_INSN_INVALID, lambda _uc, _data: False)
-        uc.hook_add(const.UC_HOOK_MEM_WRITE_PROT, self._on_flash_write)
-        uc.hook_add(const.UC_HOOK_MEM_READ_UNMAPPED | const.UC_HOOK_MEM_WRITE_UNMAPPED, self._on_unmapped)
 
     def _on_tlb_fill(self, _uc: object, address: int, access: int, result: Any, _data: object) -> bool:
         const, page = self._const, address >> _PAGE_BITS
         if access == const.UC_MEM_FETCH:
-            self._code_pages.add(page)
-            if self._running:  # otherwise `forget` has asked
+            if self._running:  # otherwise translations are dropped
+                self._code_pages.add(page)
                 self._note_code_in_ram(address)
         else:
             self._drop_conditions()
@@ -426,7 +446,7 @@ class UnicornEngine:
         # Flash is answered as writable so that the store reaches the hook for read-only memory.
         if access == const.UC_MEM_WRITE or not self._read_only(address):
             rights |= const.UC_PROT_WRITE
-        if page in self._code_pages:
+        if access == const.UC_MEM_FETCH or page in self._code_pages:
             rights |= const.UC_PROT_EXEC
         result.paddr = page << _PAGE_BITS
         result.perms = rights
@@ -465,7 +485,7 @@ class UnicornEngine:
             for base, data, _ in self._memory:
                 if base <= address < base + len(data):
                     data[address - base : address - base + size] = before
-            self._uc.ctl_remove_cache(address, address + size)
+            self._drop_translations(address, size)
         for address, size, value, _before in stores:
             self.on_flash_store(address, size, value)
 

@@ -11,6 +11,7 @@ from unicorn import arm_const
 
 from targets.mcu.engine import calibration
 from targets.mcu.engine.api import FaultKind, Reg, StopKind
+from targets.mcu.engine.unicorn_engine import UnicornEngine
 from targets.mcu.errors import BusFault, EngineError
 
 NOP, WFI, WFE, YIELD, SEV, HANG = 0xBF00, 0xBF30, 0xBF20, 0xBF10, 0xBF40, 0xE7FE
@@ -425,3 +426,17 @@ def test_virtual_tlb_asks_once_per_page(machine, at):
     for _ in range(200):
         machine.run(50)
     assert next(asked) <= 3
+
+
+def test_memory_stays_in_the_tlb(make, at, monkeypatch):
+    """A question of the TLB costs as much as hundreds of instructions, and pages of flash and RAM take turns there."""
+    asked = []
+    answer = UnicornEngine._on_tlb_fill
+    monkeypatch.setattr(UnicornEngine, "_on_tlb_fill", lambda *args: asked.append(args[2]) or answer(*args))
+    machine = make()
+    machine.engine.forget(at.ram, 0x1000)  # as after a reset
+    # ldr r0, [pc, #8]; str r0, [r1]; b to the start, with all three in the same place of the TLB
+    machine.load(0x4802, STR_R0_R1, 0xE7FC, at=at.flash + 0x400)
+    machine.engine.set(Reg.R1, at.ram + 0x400)
+    machine.run(30_000)
+    assert len(asked) < 10
