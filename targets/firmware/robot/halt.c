@@ -12,6 +12,6 @@ int main(void)
     robot_drive(3, 3);
     robot_wait_ms(5000);
     irq_disable();
-    for (;;)
-        WFI();
+    for (;;) {
+    }
 }
