@@ -14,6 +14,7 @@ __all__ = ["Board", "Connector", "Led", "Straps"]
 BOOT1_PIN = "PB2"
 _SLOWEST_HSE_HZ, _FASTEST_HSE_HZ = 1_000_000, 25_000_000
 _FASTEST_LSE_HZ = 1_000_000
+_SLOWEST_START_US = 60_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,6 +70,10 @@ class Board:
         chip: part number, without package material and temperature range.
         hse_hz: rate of the crystal or clock at OSC_IN, 1 to 25 MHz; left out where there is none.
         lse_hz: rate of the crystal at OSC32_IN; left out where there is none.
+        hse_startup_us: from HSEON to HSERDY. Each crystal has its own (DS5319: typically 2 ms). 500 us is a choice:
+            StdPeriph's SystemInit gives up after 1280 polls, which at 8 MHz is 0.8 to 2.4 ms, depending on the
+            compiler, and boards are known to run such images from the crystal.
+        lse_startup_us: from LSEON to LSERDY (DS5319: typically 2.5 s at 25 degrees).
         straps: the boot pins as the board is delivered.
         leds: the lights.
         pull_ups: port pins with a resistor to 3.3 V.
@@ -85,6 +90,8 @@ class Board:
     version: Literal[1] = 1
     hse_hz: int | None = None
     lse_hz: int | None = None
+    hse_startup_us: int = 500
+    lse_startup_us: int = 2_500_000
     straps: Straps = Straps()
     leds: tuple[Led, ...] = ()
     pull_ups: tuple[str, ...] = ()
@@ -97,6 +104,9 @@ class Board:
             raise ValueError(f"hse_hz must be between {_SLOWEST_HSE_HZ} and {_FASTEST_HSE_HZ}, not {self.hse_hz}")
         if self.lse_hz is not None and not 0 < self.lse_hz <= _FASTEST_LSE_HZ:
             raise ValueError(f"lse_hz must be between 1 and {_FASTEST_LSE_HZ}, not {self.lse_hz}")
+        for about, startup_us in (("hse", self.hse_startup_us), ("lse", self.lse_startup_us)):
+            if not 0 < startup_us <= _SLOWEST_START_US:
+                raise ValueError(f"{about}_startup_us must be between 1 and {_SLOWEST_START_US}, not {startup_us}")
         self._check_pins("leds", (led.pin for led in self.leds))
         self._check_pins("pull_ups", self.pull_ups)
         self._check_pins("pull_downs", self.pull_downs)

@@ -6,6 +6,7 @@ Addresses: RM0008 table 3. Interrupts: RM0008 table 63. Clock gates: RM0008 sect
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from targets.mcu.bus import Bus
@@ -75,6 +76,7 @@ BRIDGES = ((0x4000_0000, 0x1_0000), (0x4001_0000, 0x8000))
 REGISTER_WINDOWS = ((0x4000_0000, 0x1_8000), (0x4002_0000, 0x4000), (0xE000_0000, 0x10_0000))
 # The last is the private peripheral bus.
 
+_US_PER_S = 1_000_000
 _PULL_OHMS = 10_000.0  # of resistors on the board; a choice where its schematic says otherwise
 
 
@@ -150,7 +152,9 @@ class Chip:
             services,
             self._tree,
             hse_hz=board.hse_hz,
+            hse_start_s=Fraction(board.hse_startup_us, _US_PER_S),
             lse=board.lse_hz is not None,
+            lse_start_s=Fraction(board.lse_startup_us, _US_PER_S),
             backup_writable=self.pwr.backup_writable,
         )
         size = board.variant.flash_bytes

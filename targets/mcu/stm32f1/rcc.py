@@ -37,12 +37,10 @@ LSION, LSIRDY, RMVF, RESET_FLAGS = 1 << 0, 1 << 1, 1 << 24, 0xFC00_0000
 CSSF = 1 << 7
 DEFAULT_TRIM = 0x10
 
-# Start-up: DS5319, tables of the HSI (1 to 2 us), HSE (typically 2 ms), LSE (typically 2.5 s at 25 degrees), LSI (at
-# most 85 us) and PLL (lock time at most 200 us). Where a limit is all that is given, the slower one is taken.
+# Start-up: DS5319, tables of the HSI (1 to 2 us), LSI (at most 85 us) and PLL (lock time at most 200 us). Where a limit
+# is all that is given, the slower one is taken. That of HSE and LSE is a matter of the board's crystals.
 START_S = {
     "HSI": Fraction(2, 1_000_000),
-    "HSE": Fraction(2, 1000),
-    "LSE": Fraction(5, 2),
     "LSI": Fraction(85, 1_000_000),
     "PLL": Fraction(200, 1_000_000),
 }
@@ -103,7 +101,9 @@ class Rcc(Peripheral):
         tree: the clock tree this sets; it is also the chip's `services.clocks`.
         hse_hz: crystal or clock at OSC_IN; None if the board has neither.
         hse_is_clock: the board drives OSC_IN with a clock; HSEBYP works only then.
+        hse_start_s: from HSEON to HSERDY; DS5319: typically 2 ms.
         lse: the board has a crystal of 32.768 kHz.
+        lse_start_s: from LSEON to LSERDY; DS5319: typically 2.5 s at 25 degrees.
         lsi_hz: rate of the internal low-speed oscillator.
         backup_writable: says whether PWR_CR.DBP opens the backup domain.
 
@@ -134,7 +134,9 @@ class Rcc(Peripheral):
         *,
         hse_hz: int | Fraction | None,
         hse_is_clock: bool = False,
+        hse_start_s: Fraction = Fraction(2, 1000),
         lse: bool = True,
+        lse_start_s: Fraction = Fraction(5, 2),
         lsi_hz: int | Fraction = 40_000,
         backup_writable: Callable[[], bool],
     ) -> None:
@@ -156,16 +158,17 @@ class Rcc(Peripheral):
         self._parts: list[ClockedPart] = []
         self._backup: list[BackupPart] = []
         rates = {"HSI": Fraction(8_000_000), "HSE": self.hse_hz, "LSE": Fraction(32_768), "LSI": self.lsi_hz}
+        starts = START_S | {"HSE": hse_start_s, "LSE": lse_start_s}
         self._hsi, self._hse, self._lse, self._lsi, self._pll = (
-            self._oscillator(name, rates.get(name)) for name in ("HSI", "HSE", "LSE", "LSI", "PLL")
+            self._oscillator(name, starts[name], rates.get(name)) for name in ("HSI", "HSE", "LSE", "LSI", "PLL")
         )
         self._hse.works = self._hse_healthy
         self._lse.works = lse
         self._hsi.run_now()
 
-    def _oscillator(self, name: str, rate: Fraction | None) -> Oscillator:
+    def _oscillator(self, name: str, start_s: Fraction, rate: Fraction | None) -> Oscillator:
         stop_s = CYCLES_TO_STOP[name] / rate if rate else Fraction(0)
-        return Oscillator(self.time, START_S[name], stop_s, lambda ready: self._on_ready(name, ready))
+        return Oscillator(self.time, start_s, stop_s, lambda ready: self._on_ready(name, ready))
 
     def connect(
         self,

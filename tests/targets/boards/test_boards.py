@@ -12,6 +12,7 @@ from targets.mcu.stm32f1.variants import VARIANTS
 def test_the_blue_pill_is_what_its_schematic_says():
     board = built_in_board("bluepill")
     assert (board.chip, board.hse_hz, board.lse_hz) == ("STM32F103C8", 8_000_000, 32_768)
+    assert (board.hse_startup_us, board.lse_startup_us) == (500, 2_500_000)
     assert (board.variant.flash_bytes, board.variant.ram_bytes) == (65_536, 20_480)
     assert [(led.pin, led.active) for led in board.leds] == [("PC13", "low")]
     assert board.straps == Straps(boot0=0, boot1=0)
@@ -55,6 +56,8 @@ def test_a_board_may_have_no_crystal():
         ({"chip": "STM32F103ZE"}, "no chip 'STM32F103ZE'"),
         ({"hse_hz": 32_768}, "hse_hz must be between 1000000 and 25000000, not 32768"),
         ({"lse_hz": 0}, "lse_hz must be between"),
+        ({"hse_startup_us": 0}, "hse_startup_us must be between 1 and 60000000, not 0"),
+        ({"lse_startup_us": 60_000_001}, "lse_startup_us must be between"),
         ({"leds": [{"name": "L", "pin": "PE1"}]}, "leds names 'PE1', which the STM32F103C8 does not have"),
         ({"pins": {"D7": "PD7"}}, "pins names 'PD7'"),
         ({"pull_ups": ["PX"]}, "pull_ups names 'PX'"),

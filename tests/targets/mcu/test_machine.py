@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import struct
 
 import pytest
@@ -188,6 +189,31 @@ class TestBoot:
         machine.run_to(MS)
         assert machine.ended.kind == "no-boot"
         assert "system memory" in machine.ended.cause
+
+
+@pytest.mark.parametrize("timing", ["flat", "table"])
+def test_an_image_of_the_vendors_library_gets_its_crystal_however_well_it_was_compiled(board, timing):
+    """SystemInit waits for HSERDY by 0x500 polls; no compiler makes the loop shorter than this."""
+    wait = (
+        *(0x4C05, 0xF44F, 0x3080, 0x6020),  # ldr r4, =RCC; mov.w r0, #HSEON; str r0, [r4]
+        *(0xF44F, 0x61A0),  # mov.w r1, #0x500
+        *(0x6820, 0x0382, 0xD401, 0x3901, 0xD1FA),  # 1: ldr r0, [r4]; lsls r2, r0, #14; bmi 2f; subs r1, #1; bne 1b
+        *(HANG, 0x1000, 0x4002),  # 2: b .
+    )
+    machine = Machine(board, program(*wait), timing=timing)
+    machine.run_to(3 * MS)
+    assert machine.engine.get(Reg.R1) > 0
+    assert machine.bus.read(0x4002_1000, 4) & 1 << 17
+
+
+@pytest.mark.parametrize("startup_us", [40, 3000])
+def test_the_crystal_takes_as_long_as_the_board_says(board, startup_us):
+    code = (0x4C05, 0xF44F, 0x3080, 0x6020, HANG, *[NOP] * 7, 0x1000, 0x4002)
+    machine = Machine(dataclasses.replace(board, hse_startup_us=startup_us), program(*code))
+    machine.run_to(startup_us * 1000)
+    assert not machine.bus.read(0x4002_1000, 4) & 1 << 17
+    machine.run_to(startup_us * 1000 + 10_000)
+    assert machine.bus.read(0x4002_1000, 4) & 1 << 17
 
 
 class TestCore:
