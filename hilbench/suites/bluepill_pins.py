@@ -340,7 +340,7 @@ def test_each_sensor_on_wheels(bench: BoardCase) -> None:
     required(line.text.splitlines() == said(range(1, 9)), "the program says something else", line.text.splitlines())
 
 
-@on_adapter("G05", program="sensors", lasts_s=10.7, scene="post")
+@on_adapter("G05", program="sensors", lasts_s=10.4, scene="post")
 def test_each_sensor_on_the_adapter(bench: BoardCase) -> None:
     """As published: DD1 is forced low, DD7 and DD8 are not driven."""
     line = bench.board.usart("usart1")
@@ -353,7 +353,7 @@ def test_each_sensor_on_the_adapter(bench: BoardCase) -> None:
     required(line.text.splitlines() == said(range(2, 7)), "the program says something else", line.text.splitlines())
 
 
-@on_adapter("G05", program="sensors", lasts_s=5.3, scene="post", dd1_forced_low=False, dd7_8_driven=True)
+@on_adapter("G05", program="sensors", lasts_s=5.1, scene="post", dd1_forced_low=False, dd7_8_driven=True)
 def test_the_outer_sensors_on_a_mended_adapter(bench: BoardCase) -> None:
     bench.board.run(2.0)
     for sensor in (1, 7, 8):
@@ -375,7 +375,7 @@ def require_all(bench: BoardBench, numbers: Sequence[int], period_s: float) -> N
     at_most((last_ns - placed_ns) / NS_PER_S, period_s + 0.001, unit="s", what="time until all are high")
 
 
-@on_wheels("G06", program="sensors", lasts_s=0.2, scene="cell")
+@on_wheels("G06", program="sensors", lasts_s=0.16, scene="cell")
 def test_all_sensors_on_wheels(bench: BoardCase) -> None:
     """The period of the sensors is a step of the physics."""
     bench.board.run(0.1)
@@ -411,7 +411,7 @@ def _level(high: bool) -> str:
     return "high" if high else "low"
 
 
-@on_wheels("G07", program="sensors", lasts_s=0.2, scene="wall")
+@on_wheels("G07", program="sensors", lasts_s=0.15, scene="wall")
 def test_threshold_of_the_simulation(bench: BoardCase) -> None:
     """Strict: low at the threshold. Nearer and farther by 1 cm before a real wall, too."""
     bench.board.run(0.05)
@@ -423,7 +423,7 @@ def test_threshold_of_the_simulation(bench: BoardCase) -> None:
     require_threshold(bench, SIMULATED_THRESHOLD_M, at_threshold=False)
 
 
-@on_wheels("G07", program="sensors", lasts_s=0.1, settings={"switch_4": {"profile": "robot"}})
+@on_wheels("G07", program="sensors", lasts_s=0.06, settings={"switch_4": {"profile": "robot"}})
 def test_threshold_as_on_the_robot(bench: BoardCase) -> None:
     require_threshold(bench, ROBOT_THRESHOLD_M, at_threshold=True)
 
@@ -468,7 +468,7 @@ def motion_changes(watch: Watch, since_ns: int) -> Sample | None:
     return next((one for one in samples if abs(one.speed_mm_s - samples[0].speed_mm_s) > MOVES_MM_S), None)
 
 
-@on_wheels("G08", program="reactive", lasts_s=1.5, scene="post")
+@on_wheels("G08", program="reactive", lasts_s=1.0, scene="post")
 def test_reaction_on_wheels(bench: BoardCase) -> None:
     """The post is as wide as 40 mm: 15 mm of it are behind the ray of sensor 1, to be driven past."""
     watch = Watch(bench, (*DISTANCES, *MOTORS))
@@ -477,7 +477,7 @@ def test_reaction_on_wheels(bench: BoardCase) -> None:
     require_reaction(bench, watch, 1, 2.0)
 
 
-@on_adapter("G08", program="reactive", lasts_s=6.0, scene="post")
+@on_adapter("G08", program="reactive", lasts_s=4.4, scene="post")
 def test_reaction_on_the_adapter(bench: BoardCase) -> None:
     """Sensor 2 looks 50 degrees to the left; its cone is driven out of."""
     watch = Watch(bench, (*DISTANCES, *MOTORS))
@@ -540,7 +540,7 @@ BACK_S = 4.8
 """At code -2 a wheel turns back by 417 degrees in this time."""
 
 
-@on_wheels("G10", program="quiet", lasts_s=BACK_S + 0.1)
+@on_wheels("G10", program="quiet", lasts_s=BACK_S)
 def test_encoders_backward(bench: BoardCase) -> None:
     watch = Watch(bench)
     drive_codes(bench.board, -2, -2)
@@ -554,7 +554,7 @@ def test_encoders_backward(bench: BoardCase) -> None:
 _TRUNCATING: Settings = {"encoder_left": {"form": "truncating"}, "encoder_right": {"form": "truncating"}}
 
 
-@on_wheels("G10", program="quiet", lasts_s=BACK_S + 1.0, settings=_TRUNCATING)
+@on_wheels("G10", program="quiet", lasts_s=BACK_S + 0.9, settings=_TRUNCATING)
 def test_encoders_backward_as_the_plug_in_has_it(bench: BoardCase) -> None:
     """First forward into sector 1, so that the whole of the wide sector 0 is passed."""
     watch = Watch(bench)
@@ -572,7 +572,7 @@ def show_number(bench: BoardBench, part: str, number: int) -> None:
     show(bench, part, {"angle": math.radians((number + 0.5) * SECTOR_DEG)})
 
 
-@on_wheels("G11", program="encoders", lasts_s=0.4)
+@on_wheels("G11", program="encoders", lasts_s=0.24)
 def test_pins_of_the_encoders(bench: BoardCase) -> None:
     """The program has to read the numbers as well: PB3, PB4 and PA15 belong to the debug port after reset."""
     line = bench.board.usart("usart1")
@@ -588,7 +588,7 @@ def test_pins_of_the_encoders(bench: BoardCase) -> None:
             required(pair[side == "right"] == number, f"the program reads {pair} (left, right)")
 
 
-@on_wheels("G12", program="quiet", lasts_s=0.1)
+@on_wheels("G12", program="quiet", lasts_s=0.02)
 def test_bit_order_of_the_encoders(bench: BoardCase) -> None:
     require_order(bench, {1: (True, False, False), 4: (False, False, True)})
 
@@ -596,7 +596,7 @@ def test_bit_order_of_the_encoders(bench: BoardCase) -> None:
 _MSB_FIRST: Settings = {"encoder_left": {"bit_order": "msb-first"}, "encoder_right": {"bit_order": "msb-first"}}
 
 
-@on_wheels("G12", program="quiet", lasts_s=0.1, settings=_MSB_FIRST)
+@on_wheels("G12", program="quiet", lasts_s=0.02, settings=_MSB_FIRST)
 def test_bit_order_as_on_the_adapter(bench: BoardCase) -> None:
     require_order(bench, {1: (False, False, True), 4: (True, False, False)})
 
@@ -612,12 +612,12 @@ def require_order(bench: BoardBench, wanted: Mapping[int, tuple[bool, bool, bool
             required(seen == right, f"{part} shows {number}: s1 to s3 are {seen}, not {right}")
 
 
-@on_adapter("G12", program="quiet", lasts_s=5.0)
+@on_adapter("G12", program="quiet", lasts_s=2.0)
 def test_bit_order_of_the_adapter(bench: BoardCase) -> None:
     require_adapter_order(bench, mirrored=True)
 
 
-@on_adapter("G12", program="quiet", lasts_s=5.0, encoder_order="lsb-first")
+@on_adapter("G12", program="quiet", lasts_s=2.0, encoder_order="lsb-first")
 def test_bit_order_of_a_mended_adapter(bench: BoardCase) -> None:
     require_adapter_order(bench, mirrored=False)
 
@@ -704,7 +704,7 @@ def echo(bench: BoardBench) -> bool:
     return bench.emulated.surroundings.parts.driven("adapter", "echo") is True
 
 
-@on_adapter("G15", program="quiet", lasts_s=2.6)
+@on_adapter("G15", program="quiet", lasts_s=2.05)
 def test_short_pulses_do_not_connect(bench: BoardCase) -> None:
     """Seven of them, at all places of the window of 10 ms in which the wire is read."""
     watch = Watch(bench)
@@ -744,7 +744,7 @@ SPACING_US = 100
 """Far enough apart that the reads can be told from each other: at 0, 100, 200, 300 and 400 us before the pass."""
 
 
-@on_adapter("G16", program="quiet", lasts_s=0.2, pass_ms=1.0, motor_reads=5, motor_read_spacing_us=float(SPACING_US))
+@on_adapter("G16", program="quiet", lasts_s=0.025, pass_ms=1.0, motor_reads=5, motor_read_spacing_us=float(SPACING_US))
 @pytest.mark.parametrize("pin", MOTORS)
 @pytest.mark.parametrize(("reads", "seen"), [(2, False), (3, True)])
 def test_majority_of_five(bench: BoardCase, pin: str, reads: int, seen: bool) -> None:
@@ -809,7 +809,7 @@ ENABLE = bytes.fromhex("fafb06043b0100053b")
 WATCH_S = 10.0
 
 
-@on_adapter("G18", program="quiet", lasts_s=11.8)
+@on_adapter("G18", program="quiet", lasts_s=11.3)
 def test_the_robot_is_kept_alive(bench: BoardCase) -> None:
     watch = Watch(bench)
     connected_ns = connect(bench, watch, RobotConnected)
@@ -827,12 +827,12 @@ def test_the_robot_is_kept_alive(bench: BoardCase) -> None:
 # --- G19, G20: the game pad, and turning
 
 
-@on_adapter("G19", program="quiet", lasts_s=5.5, mode="gamepad")
+@on_adapter("G19", program="quiet", lasts_s=3.5, mode="gamepad")
 def test_the_game_pad(bench: BoardCase) -> None:
     require_pad(bench, 500)
 
 
-@on_adapter("G19", program="quiet", lasts_s=5.5, mode="gamepad", trigger_mm_s=400)
+@on_adapter("G19", program="quiet", lasts_s=3.5, mode="gamepad", trigger_mm_s=400)
 def test_the_game_pad_of_the_thesis(bench: BoardCase) -> None:
     require_pad(bench, 400)
 
@@ -870,7 +870,7 @@ def test_turning_on_wheels(bench: BoardCase) -> None:
     require_turn(bench, Watch(bench), wheel_turn_mrad_s(-1, 1))
 
 
-@on_adapter("G20", program="quiet", lasts_s=4.3)
+@on_adapter("G20", program="quiet", lasts_s=3.8)
 def test_turning_on_the_adapter(bench: BoardCase) -> None:
     """42 mrad/s are asked for; a robot is told whole degrees per second, which makes 2 of 2.4."""
     watch = Watch(bench)
@@ -882,7 +882,7 @@ def test_turning_on_the_adapter(bench: BoardCase) -> None:
     required(asked.speed_m_s == 0, f"a speed is asked for: {asked}")
 
 
-@on_adapter("G20", program="quiet", lasts_s=4.3, turning="differential")
+@on_adapter("G20", program="quiet", lasts_s=3.8, turning="differential")
 def test_turning_on_a_mended_adapter(bench: BoardCase) -> None:
     watch = Watch(bench)
     connect(bench, watch, RobotConnected)
@@ -919,7 +919,7 @@ SLOPE_DEG = math.degrees(RAMP_SLOPE_RAD)
 BEFORE_RAMP_M = 0.4
 
 
-@on_wheels("G21", program="quiet", lasts_s=11.5, scene="ramp", needs=("gravity",))
+@on_wheels("G21", program="quiet", lasts_s=11.3, scene="ramp", needs=("gravity",))
 def test_ramp_on_wheels(bench: BoardCase) -> None:
     watch = Watch(bench)
     bench.world.place(RAMP_FOOT_M - BEFORE_RAMP_M, 0.0, 0.0)
@@ -927,7 +927,7 @@ def test_ramp_on_wheels(bench: BoardCase) -> None:
     require_ramp(bench, watch)
 
 
-@on_adapter("G21", program="quiet", lasts_s=13.3, scene="ramp", needs=("gravity",))
+@on_adapter("G21", program="quiet", lasts_s=12.3, scene="ramp", needs=("gravity",))
 def test_ramp_on_the_adapter(bench: BoardCase) -> None:
     watch = Watch(bench)
     bench.world.place(RAMP_FOOT_M - BEFORE_RAMP_M, 0.0, 0.0)
@@ -942,7 +942,7 @@ REJOIN_S = 4.0
 opened. A choice."""
 
 
-@on_adapter("G22", program="quiet", lasts_s=8.5)
+@on_adapter("G22", program="quiet", lasts_s=7.8)
 def test_the_reset_line(bench: BoardCase) -> None:
     watch = Watch(bench)
     bench.board.pin(RESET).drive(False)
