@@ -1,0 +1,121 @@
+"""Does a program find its way between obstacles? The dodger drives a Pioneer in seeded rooms, in each of three ways.
+
+Its pins straight to the wheels; its pins over the P2OS adapter, the same image; and a program that speaks P2OS itself.
+Rooms come from the seed of the case, so that each case has its own. Besides the free drives there are scenes in which
+one thing is looked at: one obstacle before one sensor, one wall to turn away from, and the same inputs twice.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from hilbench.check import CaseSetup, Inconclusive, Violation, at_most, case
+from hilbench.mcu.board_case import BoardCase
+from hilbench.suites._bluepill import obstacles, place_before
+from hilbench.suites._dodge import AHEAD, FORWARD, LONGEST_BLIND_S, TURN, Drive, longest_overlap_s
+from hilbench.suites._replay import Inputs, Outputs
+
+FREE_S = 180.0
+"""Three minutes (bachelor-thesis, section 5.4)."""
+
+ROOMS = (1, 2)
+"""Rooms for each way; there are more in the campaign."""
+
+PINS = CaseSetup(program="dodge")
+ADAPTER = CaseSetup(variant="robot", program="dodge")
+P2OS = CaseSetup(variant="p2os", program="dodge-p2os")
+ALONE = CaseSetup(variant="bare", program="dodge")
+
+SETTLE_S = 0.2
+RANGE_M = 0.35
+"""From a sensor to the post before it: within the threshold of 0.5 m of the simulated sensor."""
+
+WALL_X_M = 1.0
+"""Where the robot begins before the wall, which is 2 m ahead of the origin."""
+
+TURN_AWAY_S = 8.0
+"""To drive 0.3 m, turn by up to 180 degrees at 60 degrees a second and drive on, and as much again."""
+
+REPLAY_S = 60.0
+LEAST_CHANGES = 20
+"""Fewer edges of outputs would say little about them."""
+
+
+@case("G13", "D01", "D02", "D03", "D04", bench_time_s=FREE_S, setup=PINS)
+@pytest.mark.parametrize("room", ROOMS)
+def test_straight_on_wheels(bench: BoardCase, room: int) -> None:
+    drive = Drive(bench)
+    bench.board.run(FREE_S)
+    drive.require_alive()
+    drive.require_no_contact()
+    drive.require_ends()
+    drive.require_sight()
+    drive.require_way()
+
+
+@case("G13", "D01", "D02", "D03", "D04", bench_time_s=FREE_S, setup=ADAPTER)
+@pytest.mark.parametrize("room", ROOMS)
+def test_over_the_adapter(bench: BoardCase, room: int) -> None:
+    drive = Drive(bench)
+    bench.board.run(FREE_S)
+    drive.require_alive()
+    drive.require_no_contact()
+    drive.require_ends()
+    drive.require_sight()
+    drive.require_way()
+
+
+@case("G13", "D01", "D02", "D04", "D06", bench_time_s=FREE_S, setup=P2OS)
+@pytest.mark.parametrize("room", ROOMS)
+def test_by_p2os(bench: BoardCase, room: int) -> None:
+    drive = Drive(bench, commands=True)
+    bench.board.run(FREE_S)
+    drive.require_alive()
+    drive.require_no_contact()
+    drive.require_ends()
+    drive.require_sight_over_p2os()
+    drive.require_way()
+
+
+@case("D03", bench_time_s=0.5, setup=PINS, scene="post")
+@pytest.mark.parametrize("sensor", AHEAD)
+def test_each_sensor_ahead_is_looked_at(bench: BoardCase, sensor: int) -> None:
+    drive = Drive(bench)
+    bench.board.run(SETTLE_S)
+    place_before(bench, sensor, RANGE_M)
+    seen = bench.board.run_until(lambda: obstacles(bench.board) == [sensor], SETTLE_S)
+    if not seen:
+        raise Inconclusive(f"DD{sensor} is not high alone, but {obstacles(bench.board)}")
+    bench.board.run(2 * LONGEST_BLIND_S)
+    if not any(spell.motion == FORWARD for spell in drive.spells()):
+        raise Violation("the program does not drive where nothing is near")
+    what = f"time that DD{sensor} is high alone and both codes forward"
+    at_most(longest_overlap_s(drive.high(sensor), drive.spells()), LONGEST_BLIND_S, unit="s", what=what)
+
+
+@case("D02", bench_time_s=TURN_AWAY_S, setup=PINS, scene="wall")
+def test_a_wall_is_turned_away_from(bench: BoardCase) -> None:
+    bench.world.place(WALL_X_M, 0.0, 0.0)
+    drive = Drive(bench)
+
+    def turned_away() -> bool:
+        motions = [spell.motion for spell in drive.spells()]
+        return TURN in motions and FORWARD in motions[motions.index(TURN) :]
+
+    if not bench.board.run_until(turned_away, TURN_AWAY_S):
+        motions = ", ".join(f"{spell.motion} for {spell.length_s:.2f} s" for spell in drive.spells())
+        raise Violation(f"it does not drive on within {TURN_AWAY_S:g} s before a wall: {motions}")
+    drive.require_ends(TURN_AWAY_S)
+
+
+@case("D05", bench_time_s=2 * REPLAY_S, setup=CaseSetup(program="dodge"), needs=ALONE.needs)
+def test_the_same_inputs_give_the_same_outputs(bench: BoardCase) -> None:
+    inputs, outputs = Inputs(bench), Outputs(bench)
+    bench.board.run(REPLAY_S)
+    alone = bench.open_other(ALONE)
+    again = Outputs(alone)
+    inputs.give(alone)
+    alone.board.run(REPLAY_S)
+    if len(outputs.edges) < LEAST_CHANGES or not inputs.edges:
+        raise Inconclusive(f"{len(outputs.edges)} edges of outputs are too few to compare")
+    outputs.require_same(again)
