@@ -16,8 +16,8 @@ class Ended:
 
     Attributes:
         kind: ``exit`` (the program ended itself by semihosting), ``lockup`` (the core stopped for good), ``fault-loop``
-            (a fault handler waits for ever, and no watchdog runs), ``reset-loop`` (the same reset over and over),
-            ``no-boot`` (the boot straps choose memory in which there is no program).
+            (a fault handler waits or sleeps for ever, and no watchdog runs), ``reset-loop`` (the same reset over and
+            over), ``no-boot`` (the boot straps choose memory in which there is no program).
         status: exit status of the program, for ``exit``; otherwise 1.
         cause: one line for people.
         pc: address of the instruction.

@@ -5,7 +5,8 @@ loops are passed over or executed: a millisecond of bench time after a fault (a 
 while the handler has not returned.
 
 A jump to itself cannot be left. Any other loop may wait for something, as handlers do that print: only after a second
-in which nothing was written (a choice) it waits for ever.
+in which nothing was written (a choice) it waits for ever. One that sleeps is lost if nothing may still come that is
+more urgent than the fault; an NMI is not waited for, nor a button.
 """
 
 from __future__ import annotations

@@ -264,6 +264,8 @@ class Machine:
             self._leave_deep_sleep()
             self.core.wake()
             return
+        if self._look_at_fault and self._sleeps_for_ever():
+            return
         if self.core.deep and self._deep is None:
             self._enter_deep_sleep()  # which changes the clock
         else:
@@ -365,8 +367,28 @@ class Machine:
             self._end("fault-loop", f"a fault handler waits for ever: {self._tell(fault)}", fault.pc, cycle=now)
             return stop
         if fault is not None:
-            self.notes.add("misuse", self.place(fault.pc), f"{self._tell(fault)}; the handler has not returned")
+            self._note_open(fault)
         return stop
+
+    def _sleeps_for_ever(self) -> bool:
+        """End the run if the handler of a fault sleeps, and nothing can wake it but an NMI or a button."""
+        self._look_at_fault = False
+        fault, chip = self.core.last_fault, self.chip
+        if fault is None:
+            return False
+        if self._deep is DeepSleep.STANDBY:
+            may_wake = chip.pwr.wakes_by_pin()
+        else:
+            may_wake = self.core.may_wake(events=chip.exti.sends_events())
+        if not may_wake:
+            self._end("fault-loop", f"a fault handler sleeps for ever: {self._tell(fault)}", fault.pc)
+            return True
+        self._watch.look_again()
+        self._note_open(fault)
+        return False
+
+    def _note_open(self, fault: Fault) -> None:
+        self.notes.add("misuse", self.place(fault.pc), f"{self._tell(fault)}; the handler has not returned")
 
     def _hopeless(self, fault: Fault) -> None:
         self._end("fault-loop", f"the same fault over and over: {self._tell(fault)}", fault.pc)

@@ -265,6 +265,24 @@ class Core:
         boosted = exceptions.boosted(primask if self._for_event else 0, basepri, faultmask)
         return exceptions.best_priority < boosted
 
+    def may_wake(self, *, events: bool) -> bool:
+        """Say whether a sleeping CPU can still wake: by an exception that may yet come, but for an NMI, or an event.
+
+        Args:
+            events: the chip may send events besides its interrupts.
+        """
+        exceptions = self.exceptions
+        if self._for_event and (events or exceptions.event_on_pend):
+            return True
+        primask, basepri, faultmask = self._masks()
+        boosted = exceptions.boosted(primask if self._for_event else 0, basepri, faultmask)
+        now = min(exceptions.active_priority, boosted)
+        first = Number.SYSTICK if self.systick.interrupts() else Number.FIRST_IRQ
+        return any(
+            exceptions.enabled >> number & 1 and exceptions.group_priority(exceptions.priorities[number]) < now
+            for number in range(first, exceptions.count)
+        )
+
     def wake(self) -> None:
         """Stop sleeping; WFE consumes the event register."""
         if self.sleeping:

@@ -98,6 +98,10 @@ class SysTick(LaneBlock):
         self._value = self._flag = 0
         self._plan()
 
+    def interrupts(self) -> bool:
+        """Say whether it makes its exception pending from time to time."""
+        return bool(self[_CTRL] & _ENABLE and self[_CTRL] & _TICKINT and self[_LOAD]) and not self._held
+
     # --- counting
 
     def _steps(self, cycle: int) -> int:

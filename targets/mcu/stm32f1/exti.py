@@ -91,6 +91,10 @@ class Exti(Peripheral):
         self[0x10] &= ~value
         self._drive_irqs()
 
+    def sends_events(self) -> bool:
+        """Say whether an edge from outside could be an event for WFE."""
+        return bool(self[0x04] & (self[0x08] | self[0x0C]))
+
     def _listener(self, line: int) -> Callable[[bool], None]:
         bit = 1 << line
 

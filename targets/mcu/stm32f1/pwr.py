@@ -90,6 +90,10 @@ class Pwr(Peripheral):
             return DeepSleep.STANDBY
         return DeepSleep.STOP_LOW_POWER if self[CR] & LPDS else DeepSleep.STOP
 
+    def wakes_by_pin(self) -> bool:
+        """Say whether WKUP ends Standby."""
+        return bool(self[CSR] & EWUP)
+
     def enter_standby(self) -> bool:
         """Enter Standby; return False if WUF is still set, which wakes up at once (RM0008 section 5.3.5)."""
         self[CSR] |= SBF

@@ -425,6 +425,105 @@ class TestFaultHandlers:
         assert machine.ended.kind == "fault-loop"
 
 
+class TestSleepInFaultHandlers:
+    """A fault handler that sleeps is lost, unless something may still come that interrupts or resets it."""
+
+    HANDLER = FLASH + 0x200
+    CRASH = (HANG, 0xF04F, 0x5040, 0x6800)  # b . until the test has set things up; ldr r0, [#0x30000000]
+    SHCSR, SHPR1, SHPR3, SCR, ISER = 0xE000_ED24, 0xE000_ED18, 0xE000_ED20, 0xE000_ED10, 0xE000_E100
+    SYST_CSR, SYST_RVR = 0xE000_E010, 0xE000_E014
+    BUS_FAULT_AT_0X80 = ((SHCSR, 1 << 17), (SHPR1, 0x80 << 8))
+    TICKING = ((SYST_RVR, 7999), (SYST_CSR, 7))
+    APB2ENR, EXTI_EMR, EXTI_RTSR = 0x4002_1018, 0x4001_0404, 0x4001_0408
+    PWR_CLOCK, STANDBY, WAKE_UP_PIN = ((0x4002_101C, 1 << 28),), ((0x4000_7000, 2), (SCR, 4)), ((0x4000_7004, 1 << 8),)
+
+    @pytest.fixture
+    def crash(self, board):
+        def crashed(*set_up, sleep=WFI, number=3, steps_ns=20 * MS, masks=(), **options):
+            more = (
+                Segment(self.HANDLER, struct.pack("<3H", sleep, 0xE7FD, 0x4770)),  # sleep; b back; SysTick: bx lr
+            )
+            vectors = [(number, self.HANDLER | 1), (15, self.HANDLER + 4 | 1)]
+            machine = Machine(board, program(*self.CRASH, vectors=vectors, more=more), **options)
+            machine.run_to(10_000)
+            for address, value in set_up:
+                machine.bus.write(address, 4, value)
+            machine.engine.set(Reg.PC, CODE + 2)
+            machine.run_to(50_000)
+            for register, value in masks:  # with them set before, a BusFault would have become a HardFault
+                machine.engine.set(register, value)
+            while machine.ended is None and machine.now_ns < 20 * MS:
+                machine.run_to(machine.now_ns + steps_ns)
+            return machine
+
+        return crashed
+
+    @pytest.mark.parametrize("sleep", [WFI, WFE])
+    @pytest.mark.parametrize("set_up", [(), TICKING, ((SCR, 4),), (*PWR_CLOCK, *STANDBY)])
+    def test_nothing_wakes_a_hard_fault(self, crash, sleep, set_up):
+        machine = crash(*set_up, sleep=sleep)
+        assert machine.ended.kind == "fault-loop"
+        assert machine.ended.status == 1
+        assert "a fault handler sleeps for ever: BusFault, escalated to HardFault" in machine.ended.cause
+        assert machine.ended.ns < 2 * MS
+        assert machine.ended.pc == CODE + 6
+
+    @pytest.mark.parametrize("options", [{"skip_idle": False}, {"steps_ns": 77_777}, {"steps_ns": 1_000}])
+    def test_the_end_is_the_same_however_it_is_run(self, crash, options):
+        assert crash(*self.TICKING, **options).ended == crash(*self.TICKING).ended
+
+    @pytest.mark.parametrize(
+        ("set_up", "masks", "ends"),
+        [
+            (TICKING, (), False),
+            (((SYST_RVR, 7999), (SYST_CSR, 5)), (), True),  # no TICKINT
+            ((*TICKING, (SHPR3, 0x80 << 24)), (), True),  # no more urgent than the handler
+            (TICKING, ((Reg.PRIMASK, 1),), False),  # which WFI passes by
+            (TICKING, ((Reg.BASEPRI, 0x40),), False),
+            ((*TICKING, (SHPR3, 0x40 << 24)), ((Reg.BASEPRI, 0x40),), True),
+            ((), (), True),
+            (((ISER, 1 << 6),), (), False),  # an interrupt of a pin may come
+            (((ISER, 1 << 6), (0xE000_E404, 0x80 << 16)), (), True),
+        ],
+    )
+    def test_a_bus_fault_is_woken_by_what_is_more_urgent(self, crash, set_up, masks, ends):
+        machine = crash(*self.BUS_FAULT_AT_0X80, *set_up, masks=masks, number=5)
+        assert (machine.ended is not None) is ends
+
+    def test_that_it_has_not_returned_is_noted(self, crash):
+        machine = crash(*self.BUS_FAULT_AT_0X80, *self.TICKING, number=5)
+        (note,) = (note for note in machine.notes.all if note.kind == "misuse")
+        assert note.text.endswith("; the handler has not returned")
+
+    @pytest.mark.parametrize(
+        ("set_up", "ends"),
+        [
+            (((SCR, 1 << 4),), False),  # SEVONPEND
+            (((APB2ENR, 1), (EXTI_EMR, 1), (EXTI_RTSR, 1)), False),
+            (((APB2ENR, 1), (EXTI_EMR, 1)), True),  # no edge is chosen
+        ],
+    )
+    def test_an_event_ends_wfe(self, crash, set_up, ends):
+        assert (crash(*set_up, sleep=WFE).ended is not None) is ends
+        assert crash(*set_up, sleep=WFI).ended is not None
+
+    def test_the_wake_up_pin_ends_standby(self, crash):
+        assert crash(*self.PWR_CLOCK, *self.STANDBY, *self.WAKE_UP_PIN).ended is None
+
+    def test_a_watchdog_resets_it(self, crash):
+        machine = crash((0x4000_3000, 0x5555), (0x4000_3008, 1), (0x4000_3000, 0xAAAA), (0x4000_3000, 0xCCCC))
+        assert machine.ended is None
+        assert machine.bus.read(0x4002_1024, 4) & 1 << 29  # IWDGRSTF
+
+    def test_sleep_after_a_fault_is_no_end(self, board):
+        handler = (0x9806, 0x3002, 0x9006, 0x4770)  # ldr r0, [sp, #24]; adds r0, #2; str r0, [sp, #24]; bx lr
+        more = (Segment(self.HANDLER, struct.pack("<4H", *handler)),)
+        machine = Machine(board, program(*self.CRASH[1:], WFI, HANG, vectors=[(3, self.HANDLER | 1)], more=more))
+        machine.run_to(20 * MS)
+        assert machine.ended is None
+        assert machine.asleep is not None
+
+
 def test_a_lockup_tells_each_fault_once(start):
     machine = start(0xB671, 0xDF00)  # cpsid f; svc 0
     machine.run_to(MS)
