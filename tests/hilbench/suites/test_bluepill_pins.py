@@ -1,0 +1,241 @@
+"""The suite of the Blue Pill's pins: what is right passes, and each clause has something wrong that fails it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+
+from hilbench.bench_file import Net, PinEnd, TerminalEnd
+from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
+from hilbench.cli import main
+from hilbench.config import open_bench
+from hilbench.exit_codes import ExitCode
+from hilbench.journal import Journal
+from hilbench.mcu.board_provider import BoardProvider
+from hilbench.options import TargetChoice
+from hilbench.shared import Shared
+from hilbench.suites._bluepill_clauses import CLAUSES
+from targets.firmware import image_path
+
+pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
+
+MINE = {clause.id for clause in CLAUSES} - {"G13"}
+SUITE = ("bluepill-pins",)
+SHORT = (
+    "each_sensor_on_wheels or all_sensors_on_wheels or threshold_of_the_simulation or threshold_as_on_the_robot or "
+    "reaction_on_wheels or pins_of_the_encoders or bit_order_of_the_encoders or bit_order_as_on_the_adapter or "
+    "the_first_second or majority or turning_on_wheels or no_sensors or wires_that_were_left_inputs"
+)
+
+
+def check(select="", *, alter=lambda bench_file: bench_file, images=None, seed=0, act=run_suites):
+    """Run the suite on benches with a mistake in each; `images` are programs to run instead of others."""
+    choices = [
+        TargetChoice(name=f"brain.{name}", spec=f"bluepill:{image_path(image)}")
+        for name, image in (images or {}).items()
+    ]
+    shared = Shared(bench_file=open_bench("bluepill"), timeout_scale=1.0, journal=Journal())
+    options = CheckOptions(bench="bluepill", suites=SUITE, select=select, seed=seed)
+    return act(options, BoardProvider(shared, choices, alter=alter))
+
+
+def setting(kind, **settings):
+    """Set something wrong on all parts of a kind."""
+
+    def alter(bench_file):
+        parts = {
+            name: replace(plan, settings=replace(plan.settings, **settings)) if plan.kind == kind else plan
+            for name, plan in bench_file.parts.items()
+        }
+        return replace(bench_file, parts=parts)
+
+    return alter
+
+
+def motor(**settings):
+    return setting("motor-code", **settings)
+
+
+def switch(**settings):
+    return setting("distance-switch", **settings)
+
+
+def encoder(**settings):
+    return setting("encoder-3bit", **settings)
+
+
+def adapter(**settings):
+    return setting("p2os-adapter", **settings)
+
+
+def swapped(*terminals):
+    """Solder the wires of two terminals the other way round, wherever both are."""
+    one, other = (TerminalEnd(part=name.partition(".")[0], terminal=name.partition(".")[2]) for name in terminals)
+    change = {one: other, other: one}
+
+    def alter(bench_file):
+        nets = [replace(net, terminals=tuple(change.get(end, end) for end in net.terminals)) for net in bench_file.nets]
+        return replace(bench_file, nets=tuple(nets))
+
+    return alter
+
+
+def moved(terminal, pin):
+    """Solder a terminal to another pin; to none if that is empty."""
+
+    def alter(bench_file):
+        nets = [net for net in bench_file.nets if terminal not in map(str, net.terminals)]
+        if pin:
+            part, _, name = terminal.partition(".")
+            nets.append(Net(pins=(PinEnd(board="brain", pin=pin),), terminals=(TerminalEnd(part=part, terminal=name),)))
+        return replace(bench_file, nets=tuple(nets))
+
+    return alter
+
+
+def stuck_high(pin):
+    """Let a pin be held high by something."""
+
+    def alter(bench_file):
+        held = Net(pins=(PinEnd(board="brain", pin=pin),), supplies=frozenset({"3v3"}))
+        return replace(bench_file, nets=(*bench_file.nets, held))
+
+    return alter
+
+
+def only_on(part, alter):
+    """Make a mistake only on benches with this part."""
+    return lambda bench_file: alter(bench_file) if part in bench_file.parts else bench_file
+
+
+MUTANTS = [
+    # clause, cases, what is wrong, programs that run instead; those of the first rows are quick
+    ("G01", "words_on_wheels", None, {"words": "broken-bit-order"}),
+    ("G05", "each_sensor_on_wheels", swapped("switch_3.out", "switch_4.out"), {}),
+    ("G05", "each_sensor_on_wheels", switch(threshold_m=0.2), {}),
+    ("G06", "all_sensors_on_wheels", switch(period_ms=30.0), {}),
+    ("G07", "threshold_of_the_simulation", switch(profile="robot", threshold_m=0.5), {}),
+    ("G07", "threshold_as_on_the_robot", switch(profile="simulation", threshold_m=1.0), {}),
+    ("G08", "reaction_on_wheels", motor(period_ms=400.0), {}),
+    ("G11", "pins_of_the_encoders", moved("encoder_left.s3", "PB15"), {}),
+    ("G12", "bit_order_of_the_encoders", encoder(bit_order="msb-first"), {}),
+    ("G12", "bit_order_as_on_the_adapter", encoder(bit_order="lsb-first"), {}),
+    ("G15", "the_first_second", adapter(dead_time_s=0.0), {}),
+    ("G16", "majority and PB7", adapter(motor_reads=3), {}),
+    ("G20", "turning_on_wheels", motor(speed_per_code_m_s=0.05), {}),
+    ("G23", "no_sensors", stuck_high("PA4"), {}),
+    ("G25", "left_inputs", motor(reads="odr"), {}),
+    ("G25", "left_inputs_as_published", motor(reads="pins"), {}),
+]
+LONG_MUTANTS = [
+    ("G01", "words_on_the_adapter", adapter(motor_order="msb-first"), {}),
+    ("G01", "words_on_wheels", motor(bit_order="msb-first"), {}),
+    ("G02", "motion_on_wheels", motor(speed_per_code_m_s=0.055), {}),
+    ("G02", "motion_on_the_adapter", adapter(speed_range_mm_s=450), {}),
+    ("G03", "a_step_on_wheels", None, {"words": "robot-sweep"}),
+    ("G03", "a_step_on_the_adapter", None, {"words": "robot-sweep"}),
+    ("G04", "all_codes_on_wheels", swapped("motor_left.comm1", "motor_right.comm1"), {}),
+    ("G04", "all_codes_on_the_adapter", adapter(turn_range_mrad_s=400), {}),
+    ("G05", "each_sensor_on_the_adapter", adapter(dd1_forced_low=False), {}),
+    ("G05", "each_sensor_on_the_adapter", swapped("adapter.dd3", "adapter.dd4"), {}),
+    ("G05", "the_outer_sensors", adapter(dd7_8_driven=False), {}),
+    ("G06", "all_sensors_on_the_adapter", moved("adapter.dd5", ""), {}),
+    ("G07", "threshold_of_the_adapter", adapter(distance_threshold_m=0.999), {}),
+    ("G07", "threshold_of_the_adapter", adapter(distance_sense="far"), {}),
+    ("G08", "reaction_on_the_adapter", None, {"reactive": "robot-sensors"}),
+    ("G09", "encoders_forward", encoder(bit_order="msb-first"), {}),
+    ("G10", "encoders_backward", encoder(form="truncating"), {}),
+    ("G10", "encoders_backward_as", encoder(form="floor"), {}),
+    ("G12", "bit_order_of_the_adapter", adapter(encoder_order="lsb-first"), {}),
+    ("G12", "bit_order_of_a_mended_adapter", adapter(encoder_order="msb-first"), {}),
+    ("G14", "words_on_both", only_on("adapter", stuck_high("PB7")), {}),
+    ("G14", "sensors_on_both", swapped("adapter.dd3", "adapter.dd4"), {}),
+    ("G15", "short_pulses", adapter(connection_sample_ms=2.0), {}),
+    ("G17", "drives_on", adapter(safe_stop_s=2.0), {}),
+    ("G17", "is_noticed", adapter(safe_stop_s=None), {}),
+    ("G18", "kept_alive", adapter(pulse_s=0.6), {}),
+    ("G18", "kept_alive", adapter(enable_ms=200.0), {}),
+    ("G19", "the_game_pad", adapter(trigger_mm_s=450), {}),
+    ("G20", "turning_on_the_adapter", adapter(turning="differential"), {}),
+    ("G20", "turning_on_a_mended_adapter", adapter(turning="published"), {}),
+    ("G21", "ramp_on_wheels", motor(speed_per_code_m_s=0.04), {}),
+    ("G21", "ramp_on_the_adapter", adapter(speed_range_mm_s=350), {}),
+    ("G22", "the_reset_line", moved("adapter.rst", ""), {}),
+    ("G23", "motors_without_sensors", motor(period_ms=0.0), {}),
+    ("G24", "period", motor(period_ms=90.0), {}),
+    ("G24", "period", motor(period_ms=0.0), {}),
+]
+
+
+def failures(report):
+    return {case.id.partition("/")[2]: case.cause for case in report.cases if case.verdict is not Verdict.PASS}
+
+
+def require_found(clause, select, alter, images):
+    report = check(f"{clause} and {select}", alter=alter or (lambda bench_file: bench_file), images=images)
+    assert report.exit_code == ExitCode.VIOLATION, failures(report)
+    assert {case.verdict for case in report.cases} <= {Verdict.PASS, Verdict.FAIL}
+    assert clause in {one.id for one in report.clauses if one.verdict is Verdict.FAIL}
+
+
+def test_what_is_right_passes():
+    report = check(SHORT)
+    assert failures(report) == {}
+    assert report.exit_code == ExitCode.OK
+    assert report.run_hash
+
+
+@pytest.mark.parametrize(("clause", "select", "alter", "images"), MUTANTS)
+def test_what_is_wrong_is_found(clause, select, alter, images):
+    require_found(clause, select, alter, images)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("clause", "select", "alter", "images"), LONG_MUTANTS)
+def test_what_is_wrong_is_found_in_longer_cases(clause, select, alter, images):
+    require_found(clause, select, alter, images)
+
+
+def test_an_image_with_the_wrong_order_of_bits_is_found_from_the_command_line(capsys):
+    image = image_path("broken-bit-order")
+    words = ["check", "bluepill", "--target", f"brain.words=bluepill:{image}", "--suite", "bluepill-pins"]
+    assert main([*words, "-k", "words_on_wheels"]) == ExitCode.VIOLATION
+    assert "code 3: PB7..5 carry 011, not 110" in capsys.readouterr().out
+
+
+def test_every_clause_has_a_case_and_something_wrong_that_fails_it():
+    cases = check(act=list_cases)
+    assert {clause.id for case in cases for clause in case.clauses} == MINE
+    assert {mutant[0] for mutant in (*MUTANTS, *LONG_MUTANTS)} == MINE
+    assert not [case.id for case in cases if case.missing]
+
+
+def test_on_another_bench_it_does_not_apply(capsys):
+    assert main(["check", "pioneer-plane", "--suite", "bluepill-pins"]) == ExitCode.INCONCLUSIVE
+    assert "nothing that was selected applies" in capsys.readouterr().out
+
+
+@pytest.mark.thorough
+class TestAll:
+    @pytest.fixture(scope="class")
+    def report(self):
+        return check()
+
+    def test_every_clause_passes(self, report):
+        assert failures(report) == {}
+        assert report.exit_code == ExitCode.OK
+        assert {clause.id for clause in report.clauses} == MINE
+
+    def test_it_takes_as_long_as_it_says(self, report):
+        declared_s = Counter()
+        for case in check(act=list_cases):
+            declared_s[case.clauses[0].id] += case.bench_time_s
+        measured_s = {clause.id: clause.bench_time_s for clause in report.clauses}
+        assert measured_s == pytest.approx(dict(declared_s), rel=0.1)
+
+    def test_equal_runs_have_equal_hashes(self, report):
+        again = check("G05 or G08 or G14 or G22")
+        hashes = {case.id: case.case_hash for case in report.cases}
+        assert {case.id: case.case_hash for case in again.cases}.items() <= hashes.items()
