@@ -11,10 +11,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from hilbench.mcu.ledger import LedgerPeripheral, ledger_of
+from hilbench.suites import _bluepill_clauses, _dodge_clauses
 from protocols.p2os.clauses import CLAUSES
 from protocols.p2os.command_table import COMMANDS
 from protocols.p2os.states import CLIENT_TABLE, SERVER_TABLE, State, Table
 from targets.mcu.fidelity import Fidelity
+from targets.parts import PARTS, Part, part_class
+from targets.parts import settings as part_settings
 from targets.robots.pioneer.ledger import LEDGER
 from targets.robots.pioneer.settings import RobotSettings, describe
 from worlds.vehicles.pioneer_2dx import vehicle
@@ -33,6 +36,8 @@ def pages() -> Mapping[str, str]:
         "p2os/clauses.md": clauses_page(),
         "fidelity.md": fidelity_page(),
         "mcu-registers.md": registers_page(),
+        "bluepill-clauses.md": bluepill_page(),
+        "parts.md": parts_page(),
     }
 
 
@@ -105,6 +110,55 @@ def clauses_page() -> str:
         ]
         text += f"## {suite}: {len(rows)} clauses\n\n" + _table(("Id", "Level", "Text", "Needs", "Source"), rows) + "\n"
     return text
+
+
+def bluepill_page() -> str:
+    """Every clause of the suites for the Blue Pill at the robot's connector."""
+    text = (
+        "# What the suites of the Blue Pill bench check\n\n"
+        "`hilbench check bluepill` runs both suites; [bluepill.md](bluepill.md) says what the bench is. G01 to G25 are "
+        "the experiments of the bachelor's thesis, with figures; D01 to D06 say in figures what "
+        "finding one's way is.\n\n"
+    )
+    clauses = [*_bluepill_clauses.CLAUSES, *_dodge_clauses.CLAUSES]
+    for suite in dict.fromkeys(clause.suite for clause in clauses):
+        rows = [(clause.id, clause.level, clause.text, clause.source) for clause in clauses if clause.suite == suite]
+        text += f"## {suite}: {len(rows)} clauses\n\n" + _table(("Id", "Level", "Text", "Source"), rows) + "\n"
+    return text
+
+
+def parts_page() -> str:
+    """Every kind of part with what it is joined by and what can be set."""
+    return (
+        "# Parts: what stands between a board and the world\n\n"
+        "In a bench file, `[parts.NAME]` with `kind`; `pins` joins terminals to pins (`brain.PB7`), other parts' "
+        "terminals, `3v3` or `gnd`; `signals` joins quantities to those of the world (`world.ray_1`); `settings` "
+        "changes what the tables have. Quirks of the originals are settings, each with the source that has it.\n\n"
+        + "\n".join(_part(kind, part_class(kind)) for kind in PARTS)
+    )
+
+
+def _part(kind: str, part: type[Part]) -> str:
+    joined = [(one.name, f"wire {one.direction.value}", _needed(one.text, one.needed)) for one in part.TERMINALS]
+    joined += [
+        (one.name, f"quantity {one.direction.value}, {one.unit}", _needed(one.text, one.needed))
+        for one in part.QUANTITIES
+    ]
+    joined += [(one.name, f"control, {one.least:g} to {one.greatest:g}", one.text) for one in part.CONTROLS]
+    joined += [(name, "serial end", "for `[[links]]`") for name in part.SERIAL]
+    rows = [(row.name, _value(row.value), row.unit, row.source) for row in part_settings.describe(part.Settings())]
+    settings = "\n" + _table(("Setting", "Default", "Unit", "Source"), rows) if rows else ""
+    return f"## {kind}\n\n" + _table(("Name", "What", "Remark"), joined) + settings
+
+
+def _needed(text: str, needed: bool) -> str:
+    return "; ".join(word for word in (text, "has to be joined" if needed else "") if word)
+
+
+def _value(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return "none" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def fidelity_page() -> str:
