@@ -16,6 +16,7 @@ from hilbench.exit_codes import ExitCode
 from hilbench.mcu.emulated import EmulatedBench, MachineFactory, make_machine
 from hilbench.mcu.group import FREE_STEP_NS, LOCKED_STEP_NS
 from hilbench.mcu.narration import Narrator
+from hilbench.mcu.note_lines import note_lines
 from hilbench.mcu.usart_port import UsartPort
 from hilbench.serving import STOP_SIGNALS
 
@@ -203,10 +204,10 @@ class _Report:
         lines.append(f"{stopped} {self._bench_s:.6f} s of bench time at {factor:.2f} x real time")
         lines += [f"  {name}: {port.counters.received} bytes sent" for name, port in self._used_lines()]
         lines += [f"  {name}: {text}, at the end" for name, text in self._waiting()]
-        notes = self._emulated.notes()
+        notes = note_lines(self._emulated.notes())
         if notes:
             lines.append(f"{len(notes)} note{'s' if len(notes) > 1 else ''} on what the firmware did:")
-            lines += [f"  {note['board']}: {note['where']}: {note['text']}{_at(note)}" for note in notes]
+            lines += [f"  {note}" for note in notes]
         return "\n".join(lines)
 
     def _waiting(self) -> list[tuple[str, str]]:
@@ -218,7 +219,3 @@ class _Report:
 
     def _used_lines(self) -> Iterator[tuple[str, UsartPort]]:
         return ((name, port) for name, port in self._emulated.ports.items() if port.counters.received)
-
-
-def _at(note: dict[str, object]) -> str:
-    return f" ({note['at']})" if note["at"] else ""

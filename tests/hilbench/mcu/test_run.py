@@ -55,6 +55,28 @@ def test_it_ends_when_the_time_is_up_and_says_how_it_went(ran):
     assert "1 note on what the firmware did:\n  brain: ADC1_CR2: ADC1 is not modelled\n" in err
 
 
+def test_notes_that_say_the_same_of_one_peripheral_are_one_line(ran):
+    """The journal and JSON have each."""
+
+    def program(machine):
+        for where in ("CAN_MCR", "ADC1_CR2", *(f"CAN_FR{number}" for number in range(4)), "ADC1_CR1", "CAN2_X"):
+            machine.notes.add("unmodelled", where, f"{where[:3]} is not modelled")
+        machine.notes.add("misuse", "CAN_MSR", "CAN is not modelled")
+        machine.notes.add("unmodelled", "CAN_BTR", "the rate is only kept")
+
+    _, _, err = ran(program)
+    assert err.partition(" x real time\n")[2].splitlines() == [
+        "5 notes on what the firmware did:",
+        "  brain: CAN_MCR and 4 more registers: CAN is not modelled",
+        "  brain: ADC1_CR2, ADC1_CR1: ADC is not modelled",
+        "  brain: CAN2_X: CAN is not modelled",
+        "  brain: CAN_MSR: CAN is not modelled",
+        "  brain: CAN_BTR: the rate is only kept",
+    ]
+    _, out, _ = ran(program, as_json=True)
+    assert len(json.loads(out)["notes"]) == 10
+
+
 def test_follow_tells_everything_line_by_line_in_order_of_time(ran):
     code, out, _ = ran(hello, follow=True)
     lines = [line.split(maxsplit=2) for line in out.splitlines()]
