@@ -95,12 +95,12 @@ def moved(terminal, pin):
     return alter
 
 
-def stuck_high(pin):
-    """Let a pin be held high by something."""
+def held(pin, supply):
+    """Solder a pin to a supply."""
 
     def alter(bench_file):
-        held = Net(pins=(PinEnd(board="brain", pin=pin),), supplies=frozenset({"3v3"}))
-        return replace(bench_file, nets=(*bench_file.nets, held))
+        net = Net(pins=(PinEnd(board="brain", pin=pin),), supplies=frozenset({supply}))
+        return replace(bench_file, nets=(*bench_file.nets, net))
 
     return alter
 
@@ -125,7 +125,7 @@ MUTANTS = [
     ("G15", "the_first_second", adapter(dead_time_s=0.0), {}),
     ("G16", "majority and PB7", adapter(motor_reads=3), {}),
     ("G20", "turning_on_wheels", motor(speed_per_code_m_s=0.05), {}),
-    ("G23", "no_sensors", stuck_high("PA4"), {}),
+    ("G23", "no_sensors", held("PA4", "3v3"), {}),
     ("G25", "left_inputs", motor(reads="odr"), {}),
     ("G25", "left_inputs_as_published", motor(reads="pins"), {}),
 ]
@@ -150,7 +150,7 @@ LONG_MUTANTS = [
     ("G10", "encoders_backward_as", encoder(form="floor"), {}),
     ("G12", "bit_order_of_the_adapter", adapter(encoder_order="lsb-first"), {}),
     ("G12", "bit_order_of_a_mended_adapter", adapter(encoder_order="msb-first"), {}),
-    ("G14", "words_on_both", only_on("adapter", stuck_high("PB7")), {}),
+    ("G14", "words_on_both", only_on("adapter", held("PB7", "gnd")), {}),
     ("G14", "sensors_on_both", swapped("adapter.dd3", "adapter.dd4"), {}),
     ("G15", "short_pulses", adapter(connection_sample_ms=2.0), {}),
     ("G17", "drives_on", adapter(safe_stop_s=2.0), {}),
