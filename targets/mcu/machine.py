@@ -51,7 +51,8 @@ _OUTSIDE = 1  # order of events from outside: after those of the chip, which are
 _RAM_BASE, _FLASH_BASE = 0x2000_0000, 0x0800_0000
 _SEMIHOSTING = 0xAB
 _STRAIGHT_LIMIT = 64
-_PATIENCE = 500  # straight runs under a mask before the engine looks out for the end of masks: 0.05 s of host time
+_PATIENCE = 500  # straight runs under a mask that are looked at together
+_RARE = 2000  # instructions between two of them: then to look out for the end of masks, which slows all code, costs more
 _RESETS_IN_A_LOOP = 8
 _FAULTS = range(3, 7)  # exception numbers of HardFault, MemManage, BusFault, UsageFault
 
@@ -115,6 +116,7 @@ class Machine:
         self._resets: list[tuple[str, int]] = []
         self._stalled_until = 0
         self._masked_slices = 0
+        self._masked_from = 0
         self._deep: DeepSleep | None = None
         self._store_fault: BusFault | None = None
         self._line = bytearray()
@@ -243,7 +245,7 @@ class Machine:
         if not engine.notices_unmasking():
             self._masked_slices += 1
             if self._masked_slices == _PATIENCE:
-                engine.notice_unmasking()
+                self._judge_masks()
             ahead = straight_run(engine.half, engine.get(Reg.PC), _STRAIGHT_LIMIT)
             return engine.run(target, max(1, ahead))
         engine.until_unmasked = True
@@ -251,6 +253,12 @@ class Machine:
             return self._idle.run(target) if self._skips else engine.run(target)
         finally:
             engine.until_unmasked = False
+
+    def _judge_masks(self) -> None:
+        """Have the engine look out for the end of masks, if interrupts are often pending under one."""
+        if self.engine.instructions - self._masked_from < _PATIENCE * _RARE:
+            self.engine.notice_unmasking()
+        self._masked_from, self._masked_slices = self.engine.instructions, 0
 
     def _handle(self, stop: Stop) -> None:
         if stop.kind is StopKind.BREAKPOINT and stop.value == _SEMIHOSTING:
