@@ -52,7 +52,7 @@ _RAM_BASE, _FLASH_BASE = 0x2000_0000, 0x0800_0000
 _SEMIHOSTING = 0xAB
 _STRAIGHT_LIMIT = 64
 _PATIENCE = 500  # straight runs under a mask that are looked at together
-_RARE = 2000  # instructions between two of them: then to look out for the end of masks, which slows all code, costs more
+_RARE = 2000  # instructions between two of them: looking out for the end of masks slows all code, and costs more then
 _RESETS_IN_A_LOOP = 8
 _FAULTS = range(3, 7)  # exception numbers of HardFault, MemManage, BusFault, UsageFault
 
