@@ -32,12 +32,14 @@ class EngineError(McuError):
 
 
 class BusFault(McuError):  # noqa: N818 - the name the field uses
-    """Nothing answers at an address.
+    """Nothing answers at an address, or what is there answers with an error.
 
     Attributes:
         address: where.
+        refusal: who refused the access and why; empty where nothing is.
     """
 
-    def __init__(self, address: int) -> None:
-        super().__init__(f"nothing answers at 0x{address:08X}")
+    def __init__(self, address: int, refusal: str = "") -> None:
+        super().__init__(f"{refusal or 'nothing answers'} at 0x{address:08X}")
         self.address = address
+        self.refusal = refusal

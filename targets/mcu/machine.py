@@ -235,7 +235,7 @@ class Machine:
             time.hold(engine.cycle)
         if self._store_fault is not None:
             fault, self._store_fault = self._store_fault, None
-            self.core.handle(Stop(StopKind.FAULT, fault=FaultKind.WRITE, address=fault.address))
+            self.core.handle(Stop(StopKind.FAULT, fault=FaultKind.WRITE, address=fault.address, refusal=fault.refusal))
         if stop.kind is not StopKind.LIMIT:
             self._handle(stop)
 

@@ -487,7 +487,7 @@ class Core:
         if self._execution_priority() < 0 and self.scb.ignores_bus_faults:
             self._pass_over(stop.address)
             return
-        self._fault(Number.BUS_FAULT, cfsr=cfsr, address=stop.address)
+        self._fault(Number.BUS_FAULT, cfsr=cfsr, address=stop.address, refusal=stop.refusal)
         self._stack_unless_locked()
 
     def _pass_over(self, address: int) -> None:
@@ -509,13 +509,15 @@ class Core:
 
     # --- faults
 
-    def _fault(self, origin: Number, *, cfsr: int = 0, hfsr: int = 0, address: int | None = None) -> None:
+    def _fault(
+        self, origin: Number, *, cfsr: int = 0, hfsr: int = 0, address: int | None = None, refusal: str = ""
+    ) -> None:
         """Make a fault pending, escalated if need be (DDI0403 section B1.5.4), or lock up."""
         number = self._escalated(origin)
         if number == Number.HARD_FAULT != origin:
             hfsr |= Hfsr.FORCED
         self.scb.record_fault(cfsr, hfsr, address)
-        fault = self._record(origin, number, cfsr, hfsr, address)
+        fault = self._record(origin, number, cfsr, hfsr, address, refusal)
         self.last_fault = fault
         self.on_fault(fault)
         if number:
@@ -532,7 +534,7 @@ class Core:
             return origin
         return Number.HARD_FAULT if now > _HARD_FAULT_PRIORITY else 0
 
-    def _record(self, origin: Number, number: int, cfsr: int, hfsr: int, address: int | None) -> Fault:
+    def _record(self, origin: Number, number: int, cfsr: int, hfsr: int, address: int | None, refusal: str) -> Fault:
         cpu, time = self._cpu, self._time
         causes = [bit.name or "" for bit in Cfsr(cfsr) if bit is not Cfsr.BFARVALID]
         causes += [bit.name or "" for bit in Hfsr(hfsr) if bit is not Hfsr.FORCED]
@@ -541,6 +543,7 @@ class Core:
             origin=origin,
             causes=tuple(causes) or ("SVC",),
             address=address,
+            refusal=refusal,
             pc=cpu.get(Reg.PC),
             lr=cpu.get(Reg.LR),
             sp=cpu.get(Reg.SP),

@@ -87,6 +87,7 @@ class Fault:
         origin: the exception that it is by nature; differs from `exception` if it was escalated to HardFault.
         causes: what the fault status registers say, by bit name (``PRECISERR``), or ``SVC`` for an escalated call.
         address: what was accessed, from BFAR; None if that does not apply.
+        refusal: who refused the access and why; empty where nothing is.
         pc: the instruction that faulted; for INVPC, the exception return.
         lr: LR at that moment.
         sp: the stack pointer in use at that moment.
@@ -100,6 +101,7 @@ class Fault:
     origin: int
     causes: tuple[str, ...]
     address: int | None
+    refusal: str
     pc: int
     lr: int
     sp: int
@@ -116,6 +118,8 @@ class Fault:
     def describe(self) -> str:
         """Return one line for people."""
         what = " and ".join(_MEANING.get(cause, cause) for cause in self.causes)
+        if self.refusal:
+            what = f"an access that was refused: {self.refusal}"
         where = "" if self.address is None else f" (0x{self.address:08X})"
         name = exception_name(self.origin)
         if self.escalated and self.exception:

@@ -91,7 +91,7 @@ class PpbBlock(LaneBlock):
     def check(self, offset: int) -> None:
         """Raise `BusFault` if the access in flight may not touch the word at `offset`."""
         if not self._privileged() and not self.open_to_all(offset):
-            raise BusFault(self.base + offset)
+            raise BusFault(self.base + offset, f"{self.name} is for privileged software only")
 
     def open_to_all(self, _offset: int) -> bool:
         """Say whether unprivileged software may touch the word at `_offset`; it may not, unless a block says so."""

@@ -81,12 +81,14 @@ class Stop:
         value: the immediate of SVC and BKPT, EXC_RETURN of an exception return.
         fault: for `StopKind.FAULT`; PC is then the instruction that faulted and has not retired.
         address: what was accessed, for a fault of READ, WRITE, FETCH or UNALIGNED.
+        refusal: who refused a READ or WRITE and why, as `BusFault` says.
     """
 
     kind: StopKind
     value: int = 0
     fault: FaultKind | None = None
     address: int = 0
+    refusal: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -186,7 +186,7 @@ class UnicornEngine:
             try:
                 return access.read(offset, length)
             except BusFault as fault:
-                return self._refuse(FaultKind.READ, fault.address)
+                return self._refuse(FaultKind.READ, fault.address, fault.refusal)
             except BaseException as trouble:  # noqa: BLE001 - ctypes would swallow it
                 return self._break_off(trouble)
 
@@ -194,7 +194,7 @@ class UnicornEngine:
             try:
                 access.write(offset, length, value)
             except BusFault as fault:
-                self._refuse(FaultKind.WRITE, fault.address)
+                self._refuse(FaultKind.WRITE, fault.address, fault.refusal)
             except BaseException as trouble:  # noqa: BLE001
                 self._break_off(trouble)
 
@@ -378,10 +378,10 @@ class UnicornEngine:
                 return int.from_bytes(data[address - base : address - base + 2], "little")
         return 0
 
-    def _refuse(self, kind: FaultKind, address: int) -> int:
+    def _refuse(self, kind: FaultKind, address: int, refusal: str = "") -> int:
         # The instruction cannot be stopped any more: a load has put 0 into its register when the fault is taken.
         if self._refused is None:
-            self._refused = Stop(StopKind.FAULT, fault=kind, address=address), self.get(Reg.PC)
+            self._refused = Stop(StopKind.FAULT, fault=kind, address=address, refusal=refusal), self.get(Reg.PC)
         self._words[1] = self._words[0]
         return 0
 

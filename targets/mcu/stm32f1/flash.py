@@ -144,10 +144,11 @@ class Flash(Peripheral):
         needed = OPTPG | OPTWRE if in_options else PG
         if self[CR] & needed != needed:
             self.note("misuse", "CR.PG", f"a store to 0x{address:08X} without programming enabled is a bus error")
-            raise BusFault(address)
+            what, bits = ("option bytes take", "OPTPG and OPTWRE") if in_options else ("the flash takes", "PG")
+            raise BusFault(address, f"{what} stores only with {bits} of FLASH_CR set")
         if size != 2 or address & 1:
             self.note("misuse", "CR.PG", "flash is programmed by half-words; any other store is a bus error")
-            raise BusFault(address)
+            raise BusFault(address, "the flash takes half-words only")
         begin = self._program_option if in_options else self._program_flash
         self._when_free(partial(begin, address, value & 0xFFFF))
 
@@ -189,7 +190,8 @@ class Flash(Peripheral):
             self.note(
                 "misuse", self.registers[register].name, "wrong key: a bus error, and locked until the next reset"
             )
-            raise BusFault(self.base + register)
+            name = f"{self.name}_{self.registers[register].name}"
+            raise BusFault(self.base + register, f"{name} got a wrong key, and takes none until the next reset")
         self._keys[register] ^= 1
         return not self._keys[register]
 

@@ -524,6 +524,44 @@ class TestSleepInFaultHandlers:
         assert machine.asleep is not None
 
 
+class TestRefusals:
+    """A bus error of a peripheral that is there is not told as an address where nothing is."""
+
+    # ldr r0, =address; ldr r1, =value; the store
+    @pytest.mark.parametrize(
+        ("address", "value", "store", "said"),
+        [
+            (0x4002_2004, 0xBAD, 0x6001, "FLASH_KEYR got a wrong key, and takes none until the next reset"),
+            (0x0800_0400, 1, 0x8001, "the flash takes stores only with PG of FLASH_CR set (0x08000400)"),
+            (0x1FFF_F800, 1, 0x8001, "option bytes take stores only with OPTPG and OPTWRE of FLASH_CR set"),
+            (0x3000_0000, 1, 0x6001, "an access to an address where nothing answers (0x30000000)"),
+        ],
+    )
+    def test_a_store(self, start, address, value, store, said):
+        literals = (address & 0xFFFF, address >> 16, value, 0)
+        machine = start(0x4801, 0x4902, store, HANG, *literals)
+        machine.run_to(10 * MS)
+        assert machine.ended.kind == "fault-loop"
+        assert said in machine.ended.cause
+        assert ("refused" in machine.ended.cause) is ("nothing" not in said)
+
+    def test_a_word_into_flash(self, start):
+        machine = start(HANG, 0x4801, 0x4902, 0x6001, 0x0400, 0x0800)  # ldr r0, =0x08000400; str r1, [r0]
+        machine.run_to(10_000)
+        for key in (0x4567_0123, 0xCDEF_89AB):
+            machine.bus.write(0x4002_2004, 4, key)
+        machine.bus.write(0x4002_2010, 4, 1)
+        machine.engine.set(Reg.PC, CODE + 2)
+        machine.run_to(10 * MS)
+        assert "refused: the flash takes half-words only (0x08000400)" in machine.ended.cause
+
+    def test_unprivileged_software(self, start):
+        # movs r0, #1; msr control, r0; isb; ldr r0, =SHCSR; ldr r1, [r0]
+        machine = start(0x2001, 0xF380, 0x8814, 0xF3BF, 0x8F6F, 0x4801, 0x6801, HANG, 0xED24, 0xE000)
+        machine.run_to(10 * MS)
+        assert "refused: SCS is for privileged software only (0xE000ED24)" in machine.ended.cause
+
+
 def test_a_lockup_tells_each_fault_once(start):
     machine = start(0xB671, 0xDF00)  # cpsid f; svc 0
     machine.run_to(MS)
