@@ -6,11 +6,11 @@ from collections.abc import Iterable, Mapping
 
 __all__ = ["note_lines"]
 
-_MOST_NAMES = 3
+_MOST_LINES = 2  # that say the same
 
 
 def note_lines(notes: Iterable[Mapping[str, object]]) -> list[str]:
-    """Return lines for notes, with the place of the first where several registers of a peripheral share one.
+    """Return lines for notes; where many registers of a peripheral share one, with the place of the first.
 
     Args:
         notes: in order, with `board`, `kind`, `where` (``CAN_MCR``), `text` and `at`, the place in the program or "".
@@ -19,12 +19,15 @@ def note_lines(notes: Iterable[Mapping[str, object]]) -> list[str]:
     for note in notes:
         peripheral = str(note["where"]).partition("_")[0]
         groups.setdefault((note["board"], note["kind"], peripheral, note["text"]), []).append(note)
-    return [_line(group) for group in groups.values()]
+    return [line for group in groups.values() for line in _lines(group)]
 
 
-def _line(notes: list[Mapping[str, object]]) -> str:
-    first = notes[0]
-    names = [str(note["where"]) for note in notes]
-    where = ", ".join(names) if len(names) <= _MOST_NAMES else f"{names[0]} and {len(names) - 1} more registers"
-    at = f" ({first['at']})" if first["at"] else ""
-    return f"{first['board']}: {where}: {first['text']}{at}"
+def _lines(notes: list[Mapping[str, object]]) -> list[str]:
+    if len(notes) <= _MOST_LINES:
+        return [_line(note) for note in notes]
+    return [_line(notes[0], f" and {len(notes) - 1} more registers")]
+
+
+def _line(note: Mapping[str, object], more: str = "") -> str:
+    at = f" ({note['at']})" if note["at"] else ""
+    return f"{note['board']}: {note['where']}{more}: {note['text']}{at}"

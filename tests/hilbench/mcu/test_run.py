@@ -66,9 +66,10 @@ def test_notes_that_say_the_same_of_one_peripheral_are_one_line(ran):
 
     _, _, err = ran(program)
     assert err.partition(" x real time\n")[2].splitlines() == [
-        "5 notes on what the firmware did:",
+        "6 notes on what the firmware did:",
         "  brain: CAN_MCR and 4 more registers: CAN is not modelled",
-        "  brain: ADC1_CR2, ADC1_CR1: ADC is not modelled",
+        "  brain: ADC1_CR2: ADC is not modelled",
+        "  brain: ADC1_CR1: ADC is not modelled",
         "  brain: CAN2_X: CAN is not modelled",
         "  brain: CAN_MSR: CAN is not modelled",
         "  brain: CAN_BTR: the rate is only kept",
