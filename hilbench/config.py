@@ -132,6 +132,7 @@ class _Reader:
         boards = {name: self._board(name, entry) for name, entry in model.targets.items() if entry.board is not UNSET}
         wiring = WiringReader(model, boards, self._strict)
         links = self._links(model, boards, wiring.serial_ends())
+        wiring.check_lines(links)
         return BenchFile(
             name=bench_name,
             path=self._file.path,

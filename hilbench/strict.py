@@ -24,6 +24,7 @@ _WORDS = [
         ("^Object missing required field `(.*)`", r"the key '\1' is missing"),
         ("^Expected ", "must be "),
         (", got ", ", not "),
+        (r" \| null`", "`"),
         ("`int`", "a whole number"),
         ("`float`", "a number"),
         ("`str`", "a text"),

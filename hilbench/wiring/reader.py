@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from hilbench.bench_file import EmulatedBoard, Net, PartPlan, PinEnd, TerminalEnd
+from hilbench.bench_file import EmulatedBoard, Link, Net, PartPlan, PinEnd, TerminalEnd
 from hilbench.bench_model import BenchModel, PartEntry
 from hilbench.nearest import did_you_mean
 from hilbench.strict import Path, Strict
@@ -19,6 +19,7 @@ __all__ = ["WiringReader"]
 
 SUPPLIES = ("3v3", "gnd")
 _WORLD = "world"
+_TAKEN = {_WORLD: "the world", "peer": "the checker's end of a line", **dict.fromkeys(SUPPLIES, "a supply")}
 
 End = PinEnd | TerminalEnd | str
 
@@ -55,16 +56,38 @@ class WiringReader:
         """Return the serial ends of all parts, as ``PART.END``."""
         return [f"{name}.{end}" for name, kind in self._kinds.items() for end in kind.SERIAL]
 
+    def check_lines(self, links: Iterable[Link]) -> None:
+        """Require that a part with a serial end has a line to the robot, if there is a robot.
+
+        Raises:
+            UsageError: an end leads nowhere.
+        """
+        joined = {end for link in links for end in link.ends}
+        for end in self.serial_ends():
+            if self._robot and end not in joined:
+                part, _, name = end.partition(".")
+                hint = f'add [[links]] with ends = ["{end}", "{self._robot}.host"]'
+                raise self._strict.error(f"'{part}': its serial end '{name}' leads nowhere", ("parts", part), hint)
+
     def _kind(self, name: str, entry: PartEntry) -> type[Part]:
         path: Path = ("parts", name, "kind")
-        if name in self._model.targets or name == _WORLD:
-            taken = "the world" if name == _WORLD else "a target"
-            raise self._strict.error(f"'{name}' is the name of {taken} already", ("parts", name))
+        if name in self._model.targets or name in _TAKEN:
+            taken = "a target" if name in self._model.targets else _TAKEN[name]
+            message = f"'{name}' is the name of {taken} already"
+            raise self._strict.error(message, ("parts", name), "give the part another name")
+        if "." in name:
+            hint = f"write [parts.{name.replace('.', '_')}]"
+            raise self._strict.error(f"'{name}': a name of a part has no dot", ("parts", name), hint)
         if entry.kind not in PARTS:
             raise self._strict.error(f"no kind of part '{entry.kind}'", path, did_you_mean(entry.kind, PARTS, "kinds"))
         return part_class(entry.kind)
 
     def _part(self, name: str, entry: PartEntry) -> PartPlan:
+        for quantity in self._kinds[name].QUANTITIES:
+            if quantity.name in entry.pins:
+                message = f"'{quantity.name}' is a quantity, not a wire"
+                hint = f"put it under signals: {quantity.name} = ..."
+                raise self._strict.error(message, ("parts", name, "pins", quantity.name), hint)
         settings = self._strict.convert_at(entry.settings, self._kinds[name].Settings, ("parts", name, "settings"))
         return PartPlan(kind=entry.kind, settings=settings, signals=self._signals(name, entry))
 
@@ -91,16 +114,19 @@ class WiringReader:
     def _signal(self, path: Path, text: str, direction: Direction, unit: str) -> str:
         owner, _, name = text.partition(".")
         fits = [f"world.{one.name}" for one in SIGNALS.values() if (one.direction, one.unit) == (direction, unit)]
+        instead = f"it can be {', '.join(fits[:4])}" + (", ..." if len(fits) > 4 else "")
         if owner != _WORLD or name not in SIGNALS:
-            known = [f"world.{name}" for name in SIGNALS]
-            raise self._strict.error(f"no signal '{text}'", path, did_you_mean(text, known, "signals"))
+            hint = did_you_mean(text, [f"world.{name}" for name in SIGNALS]) if owner == _WORLD else instead
+            raise self._strict.error(f"no signal '{text}'", path, hint)
         signal = SIGNALS[name]
         if signal.direction is not direction:
             way = "takes" if signal.direction is Direction.OUT else "gives"
-            raise self._strict.error(f"'{text}' is what the world {way}", path, f"it can be {', '.join(fits[:4])}")
+            raise self._strict.error(f"'{text}' is what the world {way}", path, instead)
         if signal.unit != unit:
-            message = f"'{text}' is in {signal.unit}, and this in {unit}"
-            raise self._strict.error(message, path, f"it can be {', '.join(fits[:4])}")
+            raise self._strict.error(f"'{text}' is in {signal.unit}, and this in {unit}", path, instead)
+        if signal.by_rays and self._model.world.physics == "plane":
+            message = f"'{text}': physics \"plane\" has no rays, and nothing would ever be seen"
+            raise self._strict.error(message, path, 'write physics = "bullet" under [world]')
         return name
 
     def _fitting(self, direction: Direction, unit: str) -> str:
@@ -117,7 +143,8 @@ class WiringReader:
                 if SIGNALS[signal].direction is Direction.IN:
                     continue
                 if signal in drivers:
-                    raise self._strict.error(f"world.{signal} is driven by '{drivers[signal]}' already", path)
+                    message = f"world.{signal} is driven by '{drivers[signal]}' already"
+                    raise self._strict.error(message, path, "take the other wheel, or leave one of the two parts out")
                 if self._robot:
                     message = f"world.{signal} is driven by the controller of '{self._robot}'"
                     raise self._strict.error(message, path, f"leave out [targets.{self._robot}], or this")
@@ -176,7 +203,7 @@ class WiringReader:
             raise self._strict.error(message, path, "join lines under [[links]]")
         port_pin = board.port_pin(pin)
         if port_pin is None:
-            hint = did_you_mean(pin, [*sorted(board.variant.pins), *board.pins], "pins")
+            hint = did_you_mean(pin.upper(), [*sorted(board.variant.pins), *board.pins], "pins")
             raise self._strict.error(f"'{name}' has no pin '{pin}'", path, hint)
         return PinEnd(board=name, pin=port_pin)
 
@@ -215,7 +242,8 @@ class WiringReader:
             message = f"{drivers[0]} and {drivers[1]} drive one wire"
             raise self._strict.error(message, self._where[drivers[1]], "give each a pin of its own")
         if drivers and supplies:
-            raise self._strict.error(f"{drivers[0]} drives a wire that {supplies[0]} holds", self._where[drivers[0]])
+            message = f"{drivers[0]} drives a wire that {supplies[0]} holds"
+            raise self._strict.error(message, self._where[drivers[0]], "join it to a pin instead")
         if not any(isinstance(end, PinEnd) for end in group) and not supplies:
             names = " and ".join(map(str, group))
             raise self._strict.error(f"{names}: no pin of a board is on this wire", path, "join one of them to a pin")

@@ -27,6 +27,7 @@ __all__ = ["SIGNALS", "WorldSignal", "WorldSignals"]
 
 _WHEELS = {"wheel_left": LEFT, "wheel_right": RIGHT}
 _DISCS = 16
+_BY_RAYS = ("ray", "sonar")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,12 +44,17 @@ class WorldSignal:
     direction: Direction
     unit: str
 
+    @property
+    def by_rays(self) -> bool:
+        """It is found by casting rays, which not every physics can."""
+        return self.name.partition("_")[0] in _BY_RAYS
+
 
 def _signals() -> list[WorldSignal]:
     taken = [WorldSignal(name=name, direction=Direction.OUT, unit="m/s") for name in _WHEELS]
     given = [WorldSignal(name=f"{name}_angle", direction=Direction.IN, unit="rad") for name in _WHEELS]
     for number in range(1, _DISCS + 1):
-        given += [WorldSignal(name=f"{kind}_{number}", direction=Direction.IN, unit="m") for kind in ("ray", "sonar")]
+        given += [WorldSignal(name=f"{kind}_{number}", direction=Direction.IN, unit="m") for kind in _BY_RAYS]
     return taken + given
 
 
