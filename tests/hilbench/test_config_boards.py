@@ -113,7 +113,11 @@ def test_wires_that_touch_are_one_net(read):
         (BRAIN + "[[links]]\nends = ['brain.usart1', 'peer']\nbaud = 9\n", 7, "must be a whole number >= 300"),
         (BRAIN + "[[wires]]\nends = ['brain.PA0']\n", 6, "length >= 2"),
         (BRAIN + "[[wires]]\nends = ['brain.PA0', 'brain.PE1']\n", 6, "'brain' has no pin 'PE1'; did you mean 'P"),
-        (BRAIN + "[[wires]]\nends = ['brain.PA0', 'PA1']\n", 6, "'PA1' is not a pin of a board, a terminal of a part, 3v3 or gnd"),
+        (
+            BRAIN + "[[wires]]\nends = ['brain.PA0', 'PA1']\n",
+            6,
+            "'PA1' is not a pin of a board, a terminal of a part, 3v3 or gnd",
+        ),
         (BRAIN + "[[wires]]\nends = ['brain.PA0', '3v3', 'gnd']\n", 6, "joins 3v3 and gnd"),
         (
             BRAIN + "[[faults]]\nkind = 'drop'\nbyte = 1\n",
