@@ -4,7 +4,7 @@
 VENV ?= .venv
 BIN  := $(VENV)/bin
 
-.PHONY: check test lint types layers unit bench soak mutants docs clean
+.PHONY: check test lint types layers unit bench soak mutants campaign docs clean
 
 check:            ## the main job: the virtual Pioneer against its conformance suites
 	@.ci/setup $(VENV)
@@ -40,6 +40,9 @@ soak: dev         ## ten million bytes into both roles, whole and byte by byte; 
 
 mutants: dev      ## the matrix clause x mutant (docs/mutants.md)
 	$(BIN)/python -m tests.mutants
+
+campaign: dev     ## the dodger in twenty rooms, in three ways (docs/campaign.md); half an hour
+	$(BIN)/python -m tests.campaign
 
 docs: dev         ## regenerate what the docs take from the code
 	$(BIN)/python docs/generate.py

@@ -1,0 +1,1 @@
+"""Twenty rooms, three ways: how the dodger fares beyond the rooms of the suite. ``make campaign``."""
