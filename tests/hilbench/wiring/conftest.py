@@ -57,7 +57,7 @@ def bench():
     return Bench(Scheduler(), Journal())
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def pin():
     return FakePin
 
