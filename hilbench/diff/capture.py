@@ -26,6 +26,7 @@ class Track:
         levels: whether these are the levels of a wire.
         initial: the level before the first edge, and
         initial_known: whether the recording says so.
+        without_frames: whether the edges of serial frames are left out, because their bytes are told.
         summarised_from_ns: from here on the recording has only summaries; None if it has everything.
     """
 
@@ -35,6 +36,7 @@ class Track:
     levels: bool = True
     initial: bool | None = None
     initial_known: bool = False
+    without_frames: bool = False
     summarised_from_ns: int | None = None
 
     def __len__(self) -> int:

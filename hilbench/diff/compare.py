@@ -220,23 +220,14 @@ def _pairs(a: Capture, b: Capture, options: Options) -> tuple[list[tuple[Track, 
         if one is None or other is None:
             if one or other:
                 left_out[name] = "only in B" if one is None else "only in A"
-        elif why := _bytes_only(one, other, a, b) or _bytes_only(other, one, b, a):
-            left_out[name] = why
+        elif one.without_frames is not other.without_frames:
+            side = "A" if one.without_frames else "B"
+            left_out[name] = f"{side} has bytes in the place of its edges (hilbench run --edges records both)"
         else:
             if one.initial_known is not other.initial_known:
                 one, other = one.begun(), other.begun()
             pairs.append((one.folded(other), other.folded(one)) if fold else (one, other))
     return pairs, left_out
-
-
-def _bytes_only(one: Track, other: Track, journal: Capture, capture: Capture) -> str:
-    """Say why the edges of a pin cannot be compared that a journal tells as bytes; empty if they can."""
-    board = one.name.partition(".")[0]
-    speaks = any(name.startswith(f"{board}.usart") and name.endswith(" tx") for name in journal.tracks)
-    if not (one.levels and journal.boards and speaks) or capture.boards:
-        return ""
-    few = len(one) <= 2 and len(other) > 2 * len(one) + 2
-    return "the journal has bytes in the place of its edges (hilbench run --edges records both)" if few else ""
 
 
 def _nothing(a: Capture, b: Capture, options: Options, left_out: Mapping[str, str]) -> UsageError:
@@ -254,13 +245,16 @@ def _some(capture: Capture) -> str:
 
 
 def _anchor(pairs: Iterable[tuple[Track, Track]]) -> Change | None:
-    """Return the first change of a signal that is its first in both captures, and to the same value."""
+    """Return the first change of a signal that is its first in both captures, and to the same value.
+
+    The first is the one that is earliest in both together, so that A and B can change places.
+    """
     found = [
         _change(one, other, 0, 0, 0)
         for one, other in pairs
         if one.times_ns and other.times_ns and one.values[0] == other.values[0]
     ]
-    return min(found, key=lambda change: (_a(change), change.signal), default=None)
+    return min(found, key=lambda change: (_a(change) + _b(change), change.signal), default=None)
 
 
 def _change(one: Track, other: Track, at: int, a0: int, b0: int) -> Change:

@@ -88,6 +88,7 @@ class _Gathered:
         self._begin_ns = begin_ns
         self._happened: dict[str, list[tuple[int, Value]]] = {}
         self._summarised: dict[str, int] = {}
+        self._without_frames: set[str] = set()
         self.boards: set[str] = set()
 
     def take(self, event: Event) -> None:
@@ -96,6 +97,8 @@ class _Gathered:
         if kind == "pin":
             self.boards.add(source.partition(".")[0])
             self._add(source, ns, event["level"])
+        elif kind == "frames":
+            self._without_frames.add(f"{source}.{event['pin']}")
         elif kind == "pwm":
             self._summary(source, ns, event)
         elif kind in _BYTES:
@@ -107,7 +110,7 @@ class _Gathered:
 
     def tracks(self) -> dict[str, Track]:
         """Return the signals."""
-        return {name: self._track(name) for name in sorted({*self._happened, *self._summarised})}
+        return {name: self._track(name) for name in sorted({*self._happened, *self._summarised, *self._without_frames})}
 
     def _track(self, name: str) -> Track:
         happened = sorted(self._happened.get(name, []), key=lambda pair: pair[0])
@@ -116,6 +119,7 @@ class _Gathered:
             times_ns=[ns for ns, _ in happened],
             values=[value for _, value in happened],
             levels=" " not in name,
+            without_frames=name in self._without_frames,
             summarised_from_ns=self._summarised.get(name),
         )
 

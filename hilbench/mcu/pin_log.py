@@ -6,7 +6,8 @@ like and which level it ended with. In the window after that there are no single
 only its first 10 ms are looked at. (All choices.)
 
 The edges of serial frames are left out, unless they are asked for: what was sent stands in the journal as bytes. A pin
-that carries TX when a frame begins carries that frame; its edges until the frame ends are the frame's.
+that carries TX when a frame begins carries that frame; its edges until the frame ends are the frame's. That edges are
+left out is told with the first frame, once for each pin.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ class _Watched:
         level: after the last edge that was to be told.
         last: the last three of them.
         frames: begin and end of the serial frames that its next edges may belong to, in ns.
+        carries: whether there were any.
     """
 
     pin: Pin
@@ -54,6 +56,7 @@ class _Watched:
     level: bool | None = None
     last: list[Edge] = field(default_factory=list)
     frames: deque[tuple[int, int]] = field(default_factory=deque)
+    carries: bool = False
 
     def without_frames(self, edges: list[Edge]) -> list[Edge]:
         """Return the edges that belong to no frame."""
@@ -118,6 +121,10 @@ class PinLog:
             begin_s, end_s = frame.start_s, frame.end_s
             begin_ns = begin_s.numerator * NS_PER_S // begin_s.denominator
             watched.frames.append((begin_ns, end_s.numerator * NS_PER_S // end_s.denominator))
+            if not watched.carries:
+                watched.carries = True
+                tell = partial(self._bench.record, "frames", self._name, pin=pin)
+                self._group.output(begin_ns, tell, order=EventClass.CONTROL, source=self._name, reacts=False)
 
     def _next(self, when_ns: int, action: Callable[[], None]) -> None:
         self._bench.scheduler.at(when_ns, action, order=EventClass.CHECK, source=f"{self._name}.pins")
