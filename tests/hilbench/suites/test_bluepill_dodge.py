@@ -51,6 +51,15 @@ def test_a_program_that_never_leaves_a_turn_is_found_before_a_wall():
     assert "does not drive on within 8 s before a wall" in failed(report)["a_wall_is_turned_away_from"]
 
 
+@pytest.mark.parametrize("image", ["bad-lockup", "bad-iwdg-loop"])
+def test_a_program_that_crashes_is_found_at_once(image):
+    report = check(image, "straight_on_wheels")
+    assert report.exit_code == ExitCode.VIOLATION
+    verdicts = {clause.id: clause.verdict for clause in report.clauses}
+    assert verdicts.pop("D04") is Verdict.FAIL
+    assert set(verdicts.values()) == {Verdict.INCONCLUSIVE}
+
+
 def test_every_clause_has_a_case_and_bench_times_are_said():
     cases = check(act=list_cases)
     cited = {clause.id for case in cases for clause in case.clauses}

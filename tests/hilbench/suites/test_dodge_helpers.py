@@ -49,6 +49,18 @@ def test_commands_are_motions(asked, motion):
     assert _dodge._motion_of_speeds(asked) == motion
 
 
+def test_commands_that_the_robot_obeys_make_spells():
+    commands = _dodge._Commands(0)
+    for ms, number, argument in ((10, 11, 200), (20, 21, 0), (200, 11, 0), (209, 21, -40), (300, 4, 1)):
+        value = {"command": {"number": number, "argument": argument}}
+        commands.take({"kind": "event", "name": "CommandObeyed", "ns": ms * MS, "value": value})
+    commands.take({"kind": "tx", "ns": 310 * MS, "data": "00"})
+    assert [(one.start_ns / MS, one.end_ns / MS, one.motion) for one in commands.spells(400 * MS)] == [
+        (10, 200, "forward"),
+        (209, 400, "turn"),
+    ]
+
+
 def test_the_longest_time_that_something_is_seen_and_driven_at():
     motions = [
         _dodge.Spell(0, 50 * MS, (3, 3), "forward"),
