@@ -3,6 +3,9 @@
 Every step has the same order. At tick k, whatever drives the vehicle says what it did from tick k-1 to tick k
 (`WorldRunner.before`); the world is moved by that from tick k-1 to tick k; then whatever senses the world does so, as
 it is at tick k (`WorldRunner.after`). A controller acts on what is true now, and its command takes effect from now on.
+
+Parts put what they sense on their wires at its exact time within a step, so they have to know its end at its beginning
+(`targets.parts.part`). A world that they drive is therefore a step `ahead`: at tick k it is moved to tick k+1.
 """
 
 from __future__ import annotations
@@ -28,15 +31,18 @@ class WorldRunner:
 
     Args:
         bench: whose time it lives in.
-        world: what is moved; its first step ends one step from now.
+        world: what is moved; its first step is made one step from now.
+        ahead: whether a step is made at its beginning; see the module.
 
     Attributes:
+        ahead: likewise.
         before: what is called before each step.
         after: what is called after each step.
     """
 
-    def __init__(self, bench: Bench, world: World) -> None:
+    def __init__(self, bench: Bench, world: World, *, ahead: bool = False) -> None:
         self.world = world
+        self.ahead = ahead
         self.before: list[OnStep] = []
         self.after: list[OnStep] = []
         self._bench = bench
@@ -61,12 +67,15 @@ class WorldRunner:
 
     def _step(self) -> None:
         now_ns, next_ns = self._bench.now_ns, self._tick_ns(self._tick + 1)
+        truth_is_due = self._tick % self._truth_every == 0
+        if truth_is_due and self.ahead:
+            self._record_truth()
         for act in self.before:
             act(now_ns, next_ns)
         self.world.step()
         for act in self.after:
             act(now_ns, next_ns)
-        if self._tick % self._truth_every == 0:
+        if truth_is_due and not self.ahead:
             self._record_truth()
         self._book()
         self._bench.journal.flush_step()

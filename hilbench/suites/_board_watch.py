@@ -1,8 +1,7 @@
 """Writes down what happens on a bench of emulated boards: what parts tell, edges of pins, and how the vehicle moves.
 
-Where parts drive the vehicle, a step of the physics is made at its beginning, so that parts can put what they sense on
-their wires at its exact time within the step (`targets.parts.part`): the world is then a step ahead of the bench. Where
-a robot's controller drives it, a step is made at its end. Times here are those of the world.
+Times of the vehicle are those of its world, which is a step ahead of the bench where parts drive it
+(`hilbench.world_runner`).
 """
 
 from __future__ import annotations
@@ -66,7 +65,6 @@ class Watch:
         self.sent: list[tuple[int, bytes]] = []
         self._bench = bench
         self._told: list[Told[Any]] = []
-        self._ahead = bench.emulated.surroundings.robot is None
         bench.emulated.surroundings.parts.taps.append(self._take)
         for pin in pins:
             bench.board.pin(pin).on_edge(partial(self._edge, pin))
@@ -121,7 +119,7 @@ class Watch:
         self.edges.append(PinEdge(ns, pin, level))
 
     def _step(self, now_ns: int, next_ns: int) -> None:
-        world, at_ns = self._bench.world, next_ns if self._ahead else now_ns
+        world, at_ns = self._bench.world, next_ns if self._bench.runner.ahead else now_ns
         self.samples.append(sample(world, at_ns, self.samples[-1].heading_deg if self.samples else 0.0))
         self.angles.append(WheelAngles(at_ns, world.joint(LEFT).angle_rad, world.joint(RIGHT).angle_rad))
 

@@ -38,7 +38,7 @@ class BareVehicle:
             scene or world.scene, world.vehicle, physics=world.physics, step_hz=world.step_hz, seed=seed
         )
         self.body = Pioneer2dxBody(self.world, sonar_poses=sonar_poses(_SUBCLASS))
-        self.runner = WorldRunner(bench, self.world)
+        self.runner = WorldRunner(bench, self.world, ahead=True)
 
     def close(self) -> None:
         """Give the world back."""
