@@ -1,4 +1,4 @@
-"""The steps of a world on a bench: when they are made, in which order, and of which time the truth in the journal is."""
+"""Steps of a world on a bench: when they are made, in which order, and of which time the truth in the journal is."""
 
 from __future__ import annotations
 
@@ -57,6 +57,6 @@ def test_the_truth_is_that_of_its_own_time(bench, world, ahead, steps):
     runner = WorldRunner(bench, world, ahead=ahead)
     runner.before.append(lambda *_: [world.command(wheel, 1.0, 1.0) for wheel in ("wheel_left", "wheel_right")])
     bench.run_for(0.1)
-    ((ns, x_m),) = poses(bench)
+    ((ns, x_um),) = poses(bench)
     assert ns == 100_000_000
-    assert x_m == pytest.approx(steps / HZ * world.vehicle.drive.wheel_radius_m, abs=1e-5)
+    assert x_um == pytest.approx(steps / HZ * world.vehicle.drive.wheel_radius_m * 1e6, abs=2)
