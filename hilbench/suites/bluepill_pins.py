@@ -551,6 +551,22 @@ def test_encoders_backward(bench: BoardCase) -> None:
         require_widths(side, begins_deg, [SECTOR_DEG] * (len(begins_deg) - 1))
 
 
+@on_wheels("G10", program="encoders", lasts_s=25.2)
+def test_encoders_back_again(bench: BoardCase) -> None:
+    """After its turn and more forward the program waits, and turns the wheels back."""
+    watch = Watch(bench)
+    line = bench.board.usart("usart1")
+    bench.board.run(14.0)
+    begun_ns, said_before = bench.now_ns, len(line.text)
+    bench.board.run(11.2)
+    back = TURN[::-1]
+    for place, side in enumerate(("left", "right")):
+        shown = [told.event.word for told in watch.told(EncoderMoved, f"encoder_{side}", begun_ns)]
+        required(shown[: len(back)] == back, f"the {side} encoder shows {shown}, not {back}")
+        heard = runs([pair[place] for pair in numbers_said(line.text[said_before:])])
+        required(heard[: len(back)] == back, f"the program says {heard} of the {side} encoder, not {back}")
+
+
 _TRUNCATING: Settings = {"encoder_left": {"form": "truncating"}, "encoder_right": {"form": "truncating"}}
 
 
