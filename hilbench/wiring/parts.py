@@ -225,8 +225,10 @@ class Parts:
     def _before(self, now_ns: int, next_ns: int) -> None:
         assert self._signals is not None
         for name, part in self.by_name.items():
+            signals = self._plans[name].signals
             for quantity, value in part.before_step(now_ns, next_ns).items():
-                self._signals.drive(self._plans[name].signals[quantity], value)
+                if quantity in signals:
+                    self._signals.drive(signals[quantity], value)
 
     def _after(self, now_ns: int, next_ns: int) -> None:
         assert self._signals is not None

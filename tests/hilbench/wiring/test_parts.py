@@ -301,6 +301,17 @@ def test_before_and_after_each_step(make, bench):
     assert calls(parts, "two")[-1] == ("after_step", 20, 30, {"angle": 1.5}, {"angle": 2.0})
 
 
+def test_what_goes_out_and_is_not_wired_is_left_out(bench, machine, monkeypatch):
+    monkeypatch.setattr(wiring, "part_class", lambda _kind: Probe)
+    monkeypatch.setattr(wiring, "WorldSignals", FakeSignals)
+    plans = {"one": PartPlan(kind="probe", settings=Settings(), signals={"angle": "wheel_left_angle"})}
+    parts, runner = Parts(bench, plans, {"brain": machine()}, [], seed=1), FakeRunner()
+    parts.join(runner, body=None)
+    parts.power_on()
+    runner.step(10, 20)
+    assert FakeSignals.made.driven == []
+
+
 def test_a_test_may_show_something_else_than_the_world(make, bench):
     parts, runner = make(), FakeRunner()
     parts.join(runner, body=None)
