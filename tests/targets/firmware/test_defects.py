@@ -276,7 +276,7 @@ DEFECTS = [
     Defect("VAL keeps COUNTFLAG", "systick", SysTick, "write_VAL", "self._value = self._flag = 0", "self._value = 0"),
     Defect("a period is too long", "systick", SysTick, "_zero_after", "self[_LOAD] + 1", "self[_LOAD] + 2"),
     Defect("TICKINT is not looked at", "systick", SysTick, "_zero", "if self[_CTRL] & _TICKINT", "if True"),
-    Defect("the counter stands still", "dwt-itm", Dwt, "read_CYCCNT", "self.time.now - self._start", "0"),
+    Defect("the counter stands still", "dwt-itm", Dwt, "read", "self.time.now - self._start", "0"),
     Defect("CYCCNT goes on when stopped", "dwt-itm", Dwt, "gate", "elif not counting and", "elif False and"),
     Defect("groups are not looked at", "nvic", Exceptions, "set_grouping", "-(2 << prigroup)", "-2"),
     Defect(

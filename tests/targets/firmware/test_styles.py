@@ -52,7 +52,7 @@ def test_interrupts_and_dma(start):
         "button",
         "ok",
         "? what",
-        "bytes 18 ticks 9 presses 2",
+        "bytes 18 ticks 10 presses 2",
     ]
     assert run.edges_ms("PC13")[1:] == [pytest.approx(100 + 50 / 115.2, abs=1.5)]
     assert set(periods_ms(run, "PB1")) == {10.0}
