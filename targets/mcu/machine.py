@@ -24,12 +24,11 @@ from targets.mcu.cortexm.core import Core
 from targets.mcu.cortexm.faults import Fault
 from targets.mcu.cortexm.semihosting import Exit, Semihosting
 from targets.mcu.ended import Ended, EndKind
-from targets.mcu.engine.api import Access, FaultKind, Reg, Stop, StopKind
+from targets.mcu.engine.api import Access, Reg, Stop, StopKind
 from targets.mcu.engine.idle import IdleSkipper, Loop
 from targets.mcu.engine.straight import straight_run
 from targets.mcu.engine.timing import make_timing
 from targets.mcu.engine.unicorn_engine import UnicornEngine
-from targets.mcu.errors import BusFault
 from targets.mcu.fault_watch import FaultWatch
 from targets.mcu.fidelity import Notes
 from targets.mcu.image import Image
@@ -118,7 +117,6 @@ class Machine:
         self._masked_slices = 0
         self._masked_from = 0
         self._deep: DeepSleep | None = None
-        self._store_fault: BusFault | None = None
         self._line = bytearray()
         self._map()
         self._connect()
@@ -233,9 +231,6 @@ class Machine:
                 stop = engine.run(target)
         finally:
             time.hold(engine.cycle)
-        if self._store_fault is not None:
-            fault, self._store_fault = self._store_fault, None
-            self.core.handle(Stop(StopKind.FAULT, fault=FaultKind.WRITE, address=fault.address, refusal=fault.refusal))
         if stop.kind is not StopKind.LIMIT:
             self._handle(stop)
 
@@ -453,12 +448,6 @@ class Machine:
         if port == 0:
             self.on_console(value.to_bytes(size, "little"), "itm")
 
-    def _store_to_flash(self, address: int, size: int, value: int) -> None:
-        try:
-            self.chip.flash.program(address, size, value)
-        except BusFault as fault:
-            self._store_fault = fault
-
     def _stall(self, cycle: int) -> None:
         self._stalled_until = cycle
         self.engine.stop_by(0)
@@ -516,7 +505,7 @@ class Machine:
         self.core.trace_as_debugger()
         self.semihosting.on_output = lambda text: self.on_console(text, "semihosting")
         self.semihosting.on_exit = self._exit
-        self.engine.on_flash_store = self._store_to_flash
+        self.engine.on_flash_store = self.chip.flash.program
         if self._skips:
             self.bus.on_polls = self._idle.polled
         self.bus.on_code_store = self.chip.flash.program

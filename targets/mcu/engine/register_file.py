@@ -20,6 +20,7 @@ __all__ = ["RegisterFile"]
 
 _NPRIV, _SPSEL = 1 << 0, 1 << 1
 _IPSR, _HARD_FAULT = 0x1FF, 3
+_FLAGS, _THUMB = 0xF800_0000, 1 << 24
 _SP, _PC, _XPSR, _MSP, _PSP, _CONTROL = Reg.SP, Reg.PC, Reg.XPSR, Reg.MSP, Reg.PSP, Reg.CONTROL
 
 # Values of a register on the way to its last one, behind the registers themselves.
@@ -29,6 +30,7 @@ _FETCHED = [register for register in Reg if register is not _SP]  # SP is one of
 _GENERAL = [*range(Reg.R12 + 1), Reg.LR]
 _GENERAL_AND_MODE = [*_GENERAL, _MSP, _PSP, _XPSR, _APSR]
 _TAKE_PRIVILEGE = [_XPSR_HANDLER, _CONTROL_PRIVILEGED, _XPSR_THREAD]
+_OF_THE_PROGRAM = [*range(Reg.PC + 1), _XPSR]
 _ALL = [
     *_GENERAL,
     *_TAKE_PRIVILEGE,
@@ -60,6 +62,8 @@ class RegisterFile:
         self._general_and_mode = self._batch(_GENERAL_AND_MODE)
         self._take_privilege = self._batch(_TAKE_PRIVILEGE)
         self._all = self._batch(_ALL)
+        self._program_values = (ctypes.c_uint32 * len(_OF_THE_PROGRAM))()
+        self._program = self._batch(_OF_THE_PROGRAM, self._program_values)
         self._one = ctypes.c_uint32()
         self._one_ref = ctypes.byref(self._one)
         self._pc_id = self._ids[_PC]
@@ -125,6 +129,19 @@ class RegisterFile:
         self._values[_SP] = self._values[self._stack_in_use()]
         return bytes(self._values)[: 4 * len(Reg)]
 
+    def of_the_program(self) -> list[int]:
+        """Return R0 to R15 and xPSR as they are before the instruction in flight, while the core executes."""
+        ids, pointers, count = self._program
+        self._lib.uc_reg_read_batch(self._handle, ids, pointers, count)
+        return list(self._program_values)
+
+    def roll_back(self, values: Sequence[int], it_state: int) -> None:
+        """Set what `of_the_program` gave, with other bits for ITSTATE; not while the core executes."""
+        *general, xpsr = values
+        for number, value in enumerate(general):
+            self.set(number, value)
+        self.set(_XPSR, self.get(_XPSR) & _IPSR | xpsr & _FLAGS | _THUMB | it_state)
+
     def release(self) -> None:
         """Put back what has changed: the core is about to execute, from `pc` on."""
         batch, self._changed, self._stale = self._changed, None, True
@@ -162,10 +179,12 @@ class RegisterFile:
         values = self._values
         return _PSP if values[_CONTROL] & _SPSEL and not values[_XPSR] & _IPSR else _MSP
 
-    def _batch(self, slots: Sequence[int]) -> tuple[Any, Any, int]:
-        first = ctypes.addressof(self._values)
+    def _batch(self, slots: Sequence[int], values: Any = None) -> tuple[Any, Any, int]:
+        """Return what Unicorn wants to be told: each register goes to its slot, or to `values` one by one."""
+        places = slots if values is None else range(len(slots))
+        first = ctypes.addressof(self._values if values is None else values)
         ids = (ctypes.c_int * len(slots))(*(self._ids[slot] for slot in slots))
-        pointers = (ctypes.c_void_p * len(slots))(*(first + 4 * slot for slot in slots))
+        pointers = (ctypes.c_void_p * len(slots))(*(first + 4 * place for place in places))
         return ids, pointers, len(slots)
 
     def _write(self, batch: tuple[Any, Any, int]) -> None:

@@ -125,6 +125,10 @@ class TableTiming:
         self._seen = None
         self._begun = retired
 
+    def go_back(self, retired: int, cycle: int) -> None:
+        """What came after the first `retired` instructions, which took up to `cycle`, has not happened."""
+        self._begun, self._cycles = retired, cycle
+
     def add(self, cycles: int) -> None:
         """Let cycles pass without an instruction."""
         self._cycles += cycles

@@ -49,6 +49,9 @@ class Timing(Protocol):
     def end_slice(self, retired: int) -> None:
         """A slice has ended with `retired` instructions in all."""
 
+    def go_back(self, retired: int, cycle: int) -> None:
+        """What came after the first `retired` instructions, which took up to `cycle`, has not happened."""
+
     def add(self, cycles: int) -> None:
         """Let cycles pass without an instruction."""
 
@@ -99,6 +102,9 @@ class FlatTiming:
 
     def end_slice(self, retired: int) -> None:
         """Nothing is counted but instructions."""
+
+    def go_back(self, retired: int, cycle: int) -> None:
+        """Nothing to do: the cycles follow from the instructions."""
 
     def add(self, cycles: int) -> None:
         """Let cycles pass without an instruction."""

@@ -5,7 +5,6 @@ Both are hooks, which are put in when the program asks for them, so that they co
 - Divisions are looked up in the image, and each gets a hook that reads its divisor before it is executed. One in RAM is
   not found.
 - For unaligned accesses every access to memory is looked at; a program that asks for that runs several times slower.
-  The access has happened when its instruction faults: a load has changed its register, a store its memory.
 """
 
 from __future__ import annotations

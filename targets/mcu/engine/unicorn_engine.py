@@ -12,6 +12,7 @@ What is worked around, each pinned by a test in tests/targets/mcu/engine:
 - A slice cannot end within an IT block: Unicorn runs to the end of it.
 - The first access to a page within an IT block would make what follows the block conditional, and so would a store
   into flash.
+- An access that fails does not stop its instruction, nor the rest of an IT block: all of that is undone (`rollback`).
 - What registers need is in `register_file`.
 """
 
@@ -24,7 +25,9 @@ from typing import Any
 
 from targets.mcu.engine.api import Access, FaultKind, Reg, Stop, StopKind
 from targets.mcu.engine.calibration import counter_words, open_unicorn
+from targets.mcu.engine.it_state import it_state_at
 from targets.mcu.engine.register_file import RegisterFile
+from targets.mcu.engine.rollback import Before
 from targets.mcu.engine.timing import Timing
 from targets.mcu.engine.traps import Traps
 from targets.mcu.engine.unmasking import LONGEST, unmasking_places
@@ -60,7 +63,8 @@ class UnicornEngine:
 
     Attributes:
         on_flash_store: called after the instruction that stored into read-only memory, with address, size in bytes and
-            value, for every part of the store in order; the memory is unchanged.
+            value, for every part of the store in order; the memory is unchanged. A `BusFault` is a fault of the
+            instruction.
         fingerprint: returns all core registers, as bytes to compare.
         pc: returns PC, faster than `get` where nothing else is asked.
         until_unmasked: a slice ends after an instruction that may take an interrupt mask away; only while
@@ -94,10 +98,10 @@ class UnicornEngine:
         self._trouble: BaseException | None = None
         self._intr: int | None = None
         self._bad_address = 0
-        self._refused: tuple[Stop, int] | None = None
+        self._refused: tuple[Stop, Before] | None = None
         self._event_sent = False
         self._no_conditions = ctypes.byref(ctypes.c_uint32(_T_BIT))
-        self._flash_stores: list[tuple[int, int, int, bytes]] = []
+        self._flash_stores: list[tuple[int, int, int, bytes, Before]] = []
         self._memory: list[tuple[int, bytearray, bool]] = []
         self._code_pages: set[int] = set()
         self._kept: list[object] = []  # what C holds pointers to
@@ -183,6 +187,8 @@ class UnicornEngine:
         """
 
         def read(_uc: object, offset: int, length: int, _data: object) -> int:
+            if self._refused is not None:
+                return 0
             try:
                 return access.read(offset, length)
             except BusFault as fault:
@@ -191,6 +197,8 @@ class UnicornEngine:
                 return self._break_off(trouble)
 
         def write(_uc: object, offset: int, length: int, value: int, _data: object) -> None:
+            if self._refused is not None:
+                return
             try:
                 access.write(offset, length, value)
             except BusFault as fault:
@@ -269,6 +277,8 @@ class UnicornEngine:
         self._now = self._cycle_after(self._retired)
         if self._flash_stores:
             self._hand_on_flash_stores()
+        if self._refused is not None:
+            stop = self._roll_back()
         if self._trouble is not None:
             trouble, self._trouble = self._trouble, None
             raise trouble
@@ -293,9 +303,8 @@ class UnicornEngine:
     def _why(self, status: int, counted: int, at_limit: bool) -> tuple[Stop | None, int]:
         """Return why Unicorn came back, and how many instructions have retired."""
         if self._refused is not None:
-            (stop, pc), self._refused = self._refused, None
-            self.set(Reg.PC, pc)
-            return stop, counted - 2 if at_limit else counted - 1
+            self._event_sent = self._trapped = False
+            return None, counted - 1
         if self._trapped:
             self._trapped = False
             return Stop(StopKind.FAULT, fault=FaultKind.DIVISION), counted - 1
@@ -379,11 +388,30 @@ class UnicornEngine:
         return 0
 
     def _refuse(self, kind: FaultKind, address: int, refusal: str = "") -> int:
-        # The instruction cannot be stopped any more: a load has put 0 into its register when the fault is taken.
         if self._refused is None:
-            self._refused = Stop(StopKind.FAULT, fault=kind, address=address, refusal=refusal), self.get(Reg.PC)
+            stop = Stop(StopKind.FAULT, fault=kind, address=address, refusal=refusal)
+            self._refused = stop, self._remember()
         self._words[1] = self._words[0]
         return 0
+
+    def _remember(self) -> Before:
+        ram = [(base, bytes(data)) for base, data, writable in self._memory if writable]
+        return Before(self._registers.of_the_program(), ram, len(self._flash_stores), self.instructions, self.cycle)
+
+    def _roll_back(self) -> Stop:
+        """Undo the instruction whose access failed, and what was executed after it."""
+        assert self._refused is not None
+        (stop, before), self._refused = self._refused, None
+        for base, contents in before.ram:
+            memory = next(data for start, data, _ in self._memory if start == base)
+            if memory != contents:
+                memory[:] = contents
+                self._drop_translations(base, len(memory))
+        pc = before.registers[Reg.PC]
+        self._registers.roll_back(before.registers, it_state_at(self.half, pc))
+        self._retired, self._now = before.instructions, before.cycle
+        self._timing.go_back(before.instructions, before.cycle)
+        return stop
 
     def _break_off(self, trouble: BaseException) -> int:
         if self._trouble is None:
@@ -463,17 +491,20 @@ class UnicornEngine:
         self._intr = number
         self._lib.uc_emu_stop(self._handle)
 
-    def _on_unmapped(self, _uc: object, _access: int, address: int, size: int, _value: int, _data: object) -> bool:
+    def _on_unmapped(self, _uc: object, access: int, address: int, size: int, _value: int, _data: object) -> bool:
         self._bad_address = address
         if self._traps_set[1] and address & size - 1:
             self._on_unaligned(address)
+        elif access == self._const.UC_MEM_WRITE_UNMAPPED:
+            self._refuse(FaultKind.WRITE, address)
         return False
 
     def _on_flash_write(self, _uc: object, _access: int, address: int, size: int, value: int, _data: object) -> bool:
         for base, data, _ in self._memory:
             if base <= address < base + len(data):
-                before = bytes(data[address - base : address - base + size])
-                self._flash_stores.append((address, size, value & ((1 << 8 * size) - 1), before))
+                contents = bytes(data[address - base : address - base + size])
+                value &= (1 << 8 * size) - 1
+                self._flash_stores.append((address, size, value, contents, self._remember()))
         self._drop_conditions()
         self._words[1] = self._words[0]
         return True
@@ -481,13 +512,19 @@ class UnicornEngine:
     def _hand_on_flash_stores(self) -> None:
         self._limit_cycle = 0
         stores, self._flash_stores = self._flash_stores, []
-        for address, size, _value, before in reversed(stores):
+        for address, size, _value, contents, _before in reversed(stores):
             for base, data, _ in self._memory:
                 if base <= address < base + len(data):
-                    data[address - base : address - base + size] = before
+                    data[address - base : address - base + size] = contents
             self._drop_translations(address, size)
-        for address, size, value, _before in stores:
-            self.on_flash_store(address, size, value)
+        happened = len(stores) if self._refused is None else self._refused[1].flash_stores
+        for address, size, value, _contents, before in stores[:happened]:
+            try:
+                self.on_flash_store(address, size, value)
+            except BusFault as fault:
+                stop = Stop(StopKind.FAULT, fault=FaultKind.WRITE, address=fault.address, refusal=fault.refusal)
+                self._refused = stop, before
+                return
 
     def _note_code(self, base: int, data: bytes | bytearray) -> None:
         """Have SEV noticed wherever its encoding stands; where it is data, the hook is never called."""
