@@ -217,12 +217,13 @@ def test_on_another_bench_it_does_not_apply(capsys):
     assert "nothing that was selected applies" in capsys.readouterr().out
 
 
+@pytest.fixture(scope="module")
+def report():
+    return check()
+
+
 @pytest.mark.thorough
 class TestAll:
-    @pytest.fixture(scope="class")
-    def report(self):
-        return check()
-
     def test_every_clause_passes(self, report):
         assert failures(report) == {}
         assert report.exit_code == ExitCode.OK
