@@ -36,6 +36,7 @@ from targets.mcu.cortexm.itm import Itm
 from targets.mcu.cortexm.nvic import Nvic
 from targets.mcu.cortexm.scb import Scb
 from targets.mcu.cortexm.scs import SCS_BASE, Scs
+from targets.mcu.cortexm.stepping import step_over
 from targets.mcu.cortexm.systick import SysTick
 from targets.mcu.engine.api import CpuEngine, FaultKind, Reg, Stop, StopKind
 from targets.mcu.errors import BusFault
@@ -496,8 +497,7 @@ class Core:
         self._notes.add("assumed", "SCB_CCR.BFHFNMIGN", "a load that fails leaves its destination register unchanged")
         pc = self._cpu.get(Reg.PC)
         wide = self._bus.read(pc, 2) >> 11 in (0b11101, 0b11110, 0b11111)
-        self._cpu.set(Reg.PC, pc + (4 if wide else 2))
-        self._cpu.add_cycles(1)
+        step_over(self._cpu, 4 if wide else 2)
 
     def _is_coprocessor(self, pc: int) -> bool:
         """Say whether the instruction at `pc` is a coprocessor's (DDI0403 section A5.3.18)."""

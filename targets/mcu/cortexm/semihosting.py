@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
+from targets.mcu.cortexm.stepping import step_over
 from targets.mcu.engine.api import CpuEngine, Reg
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Notes
@@ -103,8 +104,7 @@ class Semihosting:
             self._notes.add("misuse", f"semihosting {name}", f"its parameters cannot be accessed: {fault}")
             result = _FAILED
         cpu.set(Reg.R0, result & 0xFFFF_FFFF)
-        cpu.set(Reg.PC, cpu.get(Reg.PC) + 2)
-        cpu.add_cycles(1)
+        step_over(cpu, 2)
 
     # --- the console, and the file of features
 

@@ -524,6 +524,44 @@ class TestSleepInFaultHandlers:
         assert machine.asleep is not None
 
 
+class TestConditions:
+    """What is gone over in the middle of an IT block leaves the conditions of the rest as they are."""
+
+    # itet eq with what is in its middle; adds r2, #1; adds r3, #1; b .  r2 is for NE
+    REST = (0x3201, 0x3301, HANG)
+
+    @pytest.mark.parametrize(("compare", "sums"), [(0x4280, (0, 1)), (0x2800, (1, 0))])  # cmp r0, r0; cmp r0, #0
+    def test_semihosting(self, start, compare, sums):
+        machine = start(0x2013, compare, 0xBF0A, 0xBEAB, *self.REST)  # BKPT, whatever the condition: SYS_ERRNO
+        machine.run_to(MS)
+        assert (machine.engine.get(Reg.R2), machine.engine.get(Reg.R3)) == sums
+        assert machine.engine.get(Reg.R0) == 0
+
+    @pytest.mark.parametrize("fault", [(0x6801,), (0x6001,), (0xF8D0, 0x1000), (0xF8C0, 0x1000)])
+    def test_a_bus_error_that_is_ignored(self, start, fault):
+        set_up = (
+            *(0xF04F, 0x20E0, 0xF44F, 0x7180, 0xF8C0, 0x1D14),  # mov.w r0, #SCS; mov.w r1, #BFHFNMIGN; str CCR
+            *(0xB671, 0xF04F, 0x5040),  # cpsid f; mov.w r0, #0x30000000
+            *(0x4280, 0xBF0A),  # cmp r0, r0; itet eq
+        )
+        machine = start(*set_up, *fault, *self.REST)
+        machine.run_to(MS)
+        assert machine.ended is None
+        assert (machine.engine.get(Reg.R2), machine.engine.get(Reg.R3)) == (0, 1)
+        assert machine.engine.get(Reg.R1) == 0x100  # a load that fails leaves its register
+
+    def test_a_fault_may_be_returned_to(self, start):
+        """The handler makes the address good, and the block goes on with the load."""
+        handler = FLASH + 0x200
+        more = (Segment(handler, struct.pack("<4H", 0xA800, 0xF8CD, 0xD000, 0x4770)),)  # str.w sp, [sp]: r0 = sp
+        code = (0xF04F, 0x5040, 0x4280, 0xBF0A, 0x6801, *self.REST)  # mov.w r0, #0x30000000; cmp r0, r0; itet; ldr
+        machine = start(*code, vectors=[(3, handler | 1)], more=more)
+        machine.run_to(MS)
+        assert machine.ended is None
+        assert machine.engine.get(Reg.R1) == STACK - 32
+        assert (machine.engine.get(Reg.R2), machine.engine.get(Reg.R3)) == (0, 1)
+
+
 class TestRefusals:
     """A bus error of a peripheral that is there is not told as an address where nothing is."""
 
