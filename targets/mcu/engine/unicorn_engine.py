@@ -12,6 +12,7 @@ What is worked around, each pinned by a test in tests/targets/mcu/engine:
 - A slice cannot end within an IT block: Unicorn runs to the end of it.
 - The first access to a page within an IT block would make what follows the block conditional, and so would a store
   into flash.
+- After an ISB within an IT block the rest of it would be unconditional; those are looked up in the image, too.
 - An access that fails does not stop its instruction, nor the rest of an IT block: all of that is undone (`rollback`).
 - What registers need is in `register_file`.
 """
@@ -25,7 +26,7 @@ from typing import Any
 
 from targets.mcu.engine.api import Access, FaultKind, Reg, Stop, StopKind
 from targets.mcu.engine.calibration import counter_words, open_unicorn
-from targets.mcu.engine.it_state import it_state_at
+from targets.mcu.engine.it_state import advanced, it_state_at
 from targets.mcu.engine.register_file import RegisterFile
 from targets.mcu.engine.rollback import Before
 from targets.mcu.engine.timing import Timing
@@ -42,6 +43,7 @@ _EXC_RETURN = 0xFFFF_FFE0
 _PAGE_BITS = 10  # M-profile pages are 1 KB
 _LDREX = re.compile(rb"[\x50-\x5f]\xe8|[\xd0-\xdf]\xe8.[\x40-\x5f]", re.DOTALL)
 _CLREX = b"\xbf\xf3\x2f\x8f"
+_ISB = b"\xbf\xf3\x6f\x8f"
 _CLREX_PLACE = 0xF000_0000  # in the vendor's region, where no program executes
 
 _READ_FN = ctypes.CFUNCTYPE(ctypes.c_uint64, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint, ctypes.c_void_p)
@@ -106,6 +108,7 @@ class UnicornEngine:
         self._code_pages: set[int] = set()
         self._kept: list[object] = []  # what C holds pointers to
         self._hint_hooks: dict[int, int] = {}
+        self._isb_hooks: set[int] = set()
         self._hole_hooks: list[int] = []
         self._has_exclusives = False
         self.until_unmasked = False
@@ -527,7 +530,7 @@ class UnicornEngine:
                 return
 
     def _note_code(self, base: int, data: bytes | bytearray) -> None:
-        """Have SEV noticed wherever its encoding stands; where it is data, the hook is never called."""
+        """Have SEV and ISB noticed wherever their encodings stand; where it is data, the hook is never called."""
         if self._traps.catches_divisions:
             self._traps.note_divisions(base, bytes(data))
         self._has_exclusives = self._has_exclusives or _LDREX.search(data) is not None
@@ -537,6 +540,17 @@ class UnicornEngine:
                 self._hint_hooks[address] = self._uc.hook_add(
                     self._const.UC_HOOK_CODE, self._on_sev, begin=address, end=address
                 )
+        for offset in _find(_ISB, data):
+            address = base + offset
+            if address not in self._isb_hooks and it_state_at(self.half, address):
+                self._isb_hooks.add(address)
+                self._uc.hook_add(self._const.UC_HOOK_CODE, self._on_isb, begin=address, end=address)
+
+    def _on_isb(self, _uc: object, address: int, _size: int, _data: object) -> None:
+        if self.half(address) != 0xF3BF or self.half(address + 2) != 0x8F6F:
+            return
+        conditions = advanced(_T_BIT | it_state_at(self.half, address))
+        self._lib.uc_reg_write(self._handle, self._epsr, ctypes.byref(ctypes.c_uint32(conditions)))
 
     def _note_code_in_ram(self, address: int) -> None:
         if not self._code_in_ram and any(w and b <= address < b + len(data) for b, data, w in self._memory):
@@ -565,8 +579,12 @@ class UnicornEngine:
 
 def _find_hints(data: bytes | bytearray) -> Iterator[int]:
     for pattern in (_SEV.to_bytes(2, "little"), b"\xaf\xf3\x04\x80"):
-        at = data.find(pattern)
-        while at >= 0:
-            if at % 2 == 0:
-                yield at
-            at = data.find(pattern, at + 1)
+        yield from _find(pattern, data)
+
+
+def _find(pattern: bytes, data: bytes | bytearray) -> Iterator[int]:
+    at = data.find(pattern)
+    while at >= 0:
+        if at % 2 == 0:
+            yield at
+        at = data.find(pattern, at + 1)

@@ -541,13 +541,29 @@ def test_exclusive_stores(core, halves, status, word):
     assert core.words(0x100, 1) == [word]
 
 
-# --- where Unicorn departs from the architecture, and nothing is done about it
+@pytest.mark.parametrize("place", [0, 1, 2, 3])
+@pytest.mark.parametrize("flags", ["nZcvq", "nzcvq"])
+@pytest.mark.parametrize("mask", [0b1001, 0b0101, 0b1111, 0b0001])
+def test_isb_within_an_it_block(core, place, flags, mask):
+    """It is executed or not, and the block goes on: after one, two or three of adds r0; adds r1; adds r2, #1."""
+    sums = [0x3001, 0x3101, 0x3201]
+    sides = [0, *(mask >> bit & 1 for bit in (3, 2, 1))]
+    del sides[place]
+    core.execute(0xBF00 | mask, *sums[:place], 0xF3BF, 0x8F6F, *sums[place:], flags=flags, instructions=9)
+    assert [core.r0, core.r1, core.r2] == [int((side == 0) == ("Z" in flags)) for side in sides]
 
 
-@pytest.mark.xfail(strict=True, reason="Unicorn forgets the rest of an IT block at an ISB")
-def test_isb_within_an_it_block(core):
-    core.execute(0xBF0A, 0xF3BF, 0x8F6F, 0x2001, 0x2101, flags="nZcvq", instructions=3)  # itet eq
+def test_isb_that_is_no_longer_in_an_it_block(core):
+    core.execute(0xBF0A, 0xF3BF, 0x8F6F, 0x3001, 0x3101, flags="nZcvq", instructions=9)  # itet eq
     assert [core.r0, core.r1] == [0, 1]
+    core.execute(NOP, 0xF3BF, 0x8F6F, 0x3001, 0x3101, flags="nzcvq", instructions=5)
+    assert [core.r0, core.r1] == [1, 1]
+    # itt eq; adds r0, #1; adds r1, #1; cmp r0, #5; b to the next; adds r2, #1
+    core.execute(0xBF04, 0x3001, 0x3101, 0x2805, 0xE7FF, 0x3201, flags="nZcvq", instructions=7)
+    assert [core.r0, core.r1, core.r2] == [1, 1, 1]
+
+
+# --- where Unicorn departs from the architecture, and nothing is done about it
 
 
 @pytest.mark.xfail(strict=True, reason="Unicorn keeps bits 0 and 1 of a stack pointer that MSR writes")
