@@ -32,15 +32,17 @@ def page(record: Sequence[Row]) -> str:
 
 
 def _summary(record: Sequence[Row]) -> str:
-    lines = ["| | Way | Drives | With contact | Way driven, m | Least clearance, m | Longest turn, s |"]
-    lines.append("|---|---|--:|--:|--:|--:|--:|")
+    lines = ["| | Way | Drives | With contact | Way driven, m | Least clearance, m | Longest turn, s | Backed |"]
+    lines.append("|---|---|--:|--:|--:|--:|--:|--:|")
     for way, name in NAMES.items():
         rows = [row for row in record if row["way"] == way]
         if rows:
             touched = sum(1 for row in rows if row["contacts"] or row["end"])
             driven = f"{_least(rows, 'way_m'):.1f} to {-_least(rows, 'way_m', -1):.1f}"
             clearance, turn = _least(rows, "least_clearance_m"), -_least(rows, "longest_turn_s", -1)
-            lines.append(f"| {way} | {name} | {len(rows)} | {touched} | {driven} | {clearance:.2f} | {turn:.1f} |")
+            backs = sum(round(_number(row, "backs")) for row in rows)
+            figures = f"{driven} | {clearance:.2f} | {turn:.1f} | {backs}"
+            lines.append(f"| {way} | {name} | {len(rows)} | {touched} | {figures} |")
     return "\n".join(lines) + "\n"
 
 
@@ -59,7 +61,7 @@ def _rooms(record: Sequence[Row]) -> str:
     lines = ["For each seed and way: metres driven, contacts, changes of state, least clearance in metres.", ""]
     lines.append("| Seed |" + "".join(f" {way}: m | contacts | changes | clearance |" for way in NAMES))
     lines.append("|--:|" + "--:|" * 4 * len(NAMES))
-    for seed in sorted({seed for seed, _ in found}, key=str):
+    for seed in sorted({int(_number(row, "seed")) for row in record}):
         cells = [_cells(found.get((seed, way))) for way in NAMES]
         lines.append(f"| {seed} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
@@ -67,6 +69,6 @@ def _rooms(record: Sequence[Row]) -> str:
 
 def _cells(row: Row | None) -> str:
     if row is None:
-        return " | | | "
+        return "- | - | - | -"
     clearance = _number(row, "least_clearance_m")
     return f"{_number(row, 'way_m'):.1f} | {row['contacts']} | {row['changes']} | {clearance:.2f}"
