@@ -125,7 +125,7 @@ def _clause_result(group: _ClauseCases, options: CheckOptions) -> ClauseResult:
         counts=options.strict or clause.level == "must",
         cause=f"not judged to the end: {worst_one.cause}" if elsewhere else worst_one.cause,
         evidence=worst_one.evidence,
-        worst_margin=worst_margin(group.results),
+        worst_margin=worst_margin(group.results, clause.id),
         bench_time_s=sum(result.bench_time_s for result in group.results if _ran(result)),
         case_ids=tuple(result.id for result in group.results),
         reproduce=_reproduce(group, options),

@@ -75,7 +75,7 @@ def _judge(
 ) -> Measure:
     if math.isnan(value) or math.isnan(uncertainty) or uncertainty < 0:
         raise ValueError(f"{what}: {value} ± {uncertainty} {unit} is not a measurement")
-    measure = record_measure(what, value, unit, low=low, high=high, uncertainty=uncertainty)
+    measure = record_measure(what, value, unit, low=low, high=high, uncertainty=uncertainty, clause=clause)
     seen = _sentence(measure)
     if _outside(value, low, high, uncertainty):
         raise Violation(seen, clause=clause)

@@ -40,6 +40,7 @@ def record_measure(
     low: float | None = None,
     high: float | None = None,
     uncertainty: float = 0.0,
+    clause: str = "",
 ) -> Measure:
     """Keep a figure with the verdict of the running case, without judging it.
 
@@ -52,6 +53,7 @@ def record_measure(
         low: the lowest value allowed, if there is one.
         high: the highest value allowed, if there is one.
         uncertainty: half the width of the interval in which the true value lies.
+        clause: the clause it is about, where a case cites several.
     """
     distances = [distance for distance in (_above(value, low), _below(value, high)) if distance is not None]
     measure = Measure(
@@ -62,6 +64,7 @@ def record_measure(
         high=high,
         uncertainty=uncertainty,
         margin=min(distances) if distances else None,
+        clause=clause,
     )
     measures = _measures.get()
     if measures is not None:

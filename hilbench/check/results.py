@@ -193,9 +193,16 @@ def worst_case(results: Sequence[CaseResult], clause_id: str) -> CaseResult:
     return min(results, key=lambda result: WORST_FIRST.index(verdict_for(result, clause_id)))
 
 
-def worst_margin(results: Iterable[CaseResult]) -> Measure | None:
-    """Return the measure that came nearest to its limit, relative to that limit, or None if none has a limit."""
+def worst_margin(results: Iterable[CaseResult], clause_id: str = "") -> Measure | None:
+    """Return the measure that came nearest to its limit, relative to that limit, or None if none has a limit.
+
+    Args:
+        results: of cases.
+        clause_id: look at the figures that are about this clause only; empty for all.
+    """
     measures = [measure for result in results for measure in result.measures if measure.margin is not None]
+    if clause_id:
+        measures = [measure for measure in measures if measure.clause in {"", clause_id}]
     return min(measures, key=relative_margin, default=None)
 
 
@@ -207,11 +214,10 @@ def tightest_margins(results: Iterable[CaseResult], number: int = TIGHTEST) -> t
         if measure is None:
             continue
         share = relative_margin(measure)
-        known = found.get(result.clause_ids)
+        about = (measure.clause,) if measure.clause in result.clause_ids else result.clause_ids
+        known = found.get(about)
         if known is None or share < known.share:
-            found[result.clause_ids] = TightMargin(
-                clause_ids=result.clause_ids, case_id=result.id, measure=measure, share=share
-            )
+            found[about] = TightMargin(clause_ids=about, case_id=result.id, measure=measure, share=share)
     return tuple(sorted(found.values(), key=lambda margin: (margin.share, margin.case_id))[:number])
 
 

@@ -95,6 +95,7 @@ class Measure(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
         high: the highest value allowed, if there is one.
         uncertainty: half the width of the interval, around the value, in which the true one lies.
         margin: distance to the nearest limit, in the same unit; negative outside. None where there is no limit.
+        clause: the clause it is about, of the several that the case cites; empty for all of them.
     """
 
     name: str
@@ -104,3 +105,4 @@ class Measure(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     high: float | None = None
     uncertainty: float = 0.0
     margin: float | None = None
+    clause: str = ""

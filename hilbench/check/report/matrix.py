@@ -35,9 +35,10 @@ def render(report: Report, *, colours: bool, width: int | None) -> str:
     lines = [headline(report.bench, report.seed, report.hilbench), ""]
     for suite, clauses in groupby(report.clauses, key=lambda clause: clause.suite):
         lines += [*_suite(suite, list(clauses), colours, width or _PLAIN_WIDTH), ""]
-    for clause in report.clauses:
-        if clause.verdict in {Verdict.FAIL, Verdict.ERROR, Verdict.INCONCLUSIVE}:
-            lines += [*_account(clause, colours), ""]
+    for verdicts in ({Verdict.FAIL, Verdict.ERROR}, {Verdict.INCONCLUSIVE}):
+        for clause in report.clauses:
+            if clause.verdict in verdicts:
+                lines += [*_account(clause, colours), ""]
     return "\n".join([*lines, *_summary(report, colours)])
 
 

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.check import Inconclusive, Violation, at_least, at_most, near, within
+from hilbench.check import CaseResult, Inconclusive, Verdict, Violation, at_least, at_most, near, within
 from hilbench.check.recorder import recording
+from hilbench.check.results import tightest_margins, worst_margin
 
 figures = st.floats(-1e6, 1e6)
 doubts = st.floats(0, 1e6)
@@ -79,3 +80,14 @@ def test_every_figure_is_recorded_with_its_margin_also_when_it_fails():
     assert [(measure.name, measure.margin) for measure in measures] == [("a", 1.0), ("b", -1.0)]
     assert not at_most(1.0, 2.0, unit="s", what="outside a case").margin < 0
     assert len(measures) == 2
+
+
+def test_a_figure_that_is_about_one_clause_is_the_margin_of_no_other():
+    with recording() as measures:
+        at_most(1.9, 2.0, unit="s", what="one", clause="X1")
+        at_most(1.0, 2.0, unit="s", what="all")
+    result = CaseResult(
+        id="s/c", suite="s", clause_ids=("X1", "X2"), verdict=Verdict.PASS, cause="", measures=tuple(measures), seed=0
+    )
+    assert [worst_margin([result], clause).name for clause in ("X1", "X2")] == ["one", "all"]
+    assert tightest_margins([result])[0].clause_ids == ("X1",)
