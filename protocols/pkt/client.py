@@ -18,8 +18,8 @@ __all__ = ["ClientMachine"]
 class ClientMachine(Machine):
     """Hands on reports, keeps the rover's watchdog fed, notices when the rover falls silent."""
 
-    def __init__(self, options: ClientOptions, table: Table | None, epoch_ns: int) -> None:
-        super().__init__(CLIENT_TABLE if table is None else table, ClientState.IDLE, epoch_ns)
+    def __init__(self, options: ClientOptions, table: Table | None) -> None:
+        super().__init__(CLIENT_TABLE if table is None else table, ClientState.IDLE)
         self._options = options
         self._report: Report = GeneralReport()
         self.totals: PacketTotals | None = None

@@ -39,7 +39,7 @@ class Connection:
     Args:
         role: which end: the client is the host, the server the rover.
         options: of that role; its defaults if None.
-        epoch_ns: the bench time, in ns, at which it begins: tick 0 of a rover's reports.
+        epoch_ns: server: the bench time, in ns, at which the rover begins to work: tick 0 of its reports and looks.
         table: another state machine than the default one, for tests that must be able to fail.
         frames: likewise another decoder than that of the options.
 
@@ -71,8 +71,8 @@ class Connection:
             self._machine = ServerMachine(options, table, epoch_ns)
         else:
             lines = options.split_lines
-            self._reader = LineReader() if lines else FrameReader(options.frames, table=frames, epoch_ns=epoch_ns)
-            self._machine = ClientMachine(options, table, epoch_ns)
+            self._reader = LineReader() if lines else FrameReader(options.frames, table=frames)
+            self._machine = ClientMachine(options, table)
 
     @property
     def state(self) -> State:

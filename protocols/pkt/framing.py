@@ -165,7 +165,8 @@ class FrameReader:
         self._found: list[Frame | Dropped] = []
         self._buffer = bytearray(options.payload_limit + 1) if keep_buffer else None
         self._timeout_ns = round(options.timeout_s * _NS_PER_S)
-        self._now_ns = self._reset_ns = self._held_since_ns = epoch_ns
+        self._reset_ns = epoch_ns
+        self._now_ns = self._held_since_ns = 0
         self._deadline_ns: int | None = None
         self._steps: dict[FrameState, Callable[[bytes, int], int]] = {
             FrameState.IDLE: self._step_idle,

@@ -82,10 +82,10 @@ class Machine(ABC):
         events: what has happened and was not fetched yet.
     """
 
-    def __init__(self, table: Table, state: State, epoch_ns: int) -> None:
+    def __init__(self, table: Table, state: State) -> None:
         self.table = table
         self.state = state
-        self.now_ns = epoch_ns
+        self.now_ns = 0
         self.counters = Counters()
         self.visits: Counter[tuple[State, Trigger]] = Counter()
         self.events: list[Event] = []
@@ -138,12 +138,12 @@ class Machine(ABC):
         self.counters.frames_out += 1
         self.counters.bytes_out += len(frame)
 
-    def start(self, timer: Timer, after_s: float | None) -> None:
-        """Starts a timer from now, or ends it where the time is None."""
+    def start(self, timer: Timer, after_s: float | None, *, since_ns: int = 0) -> None:
+        """Starts a timer from now, or from `since_ns` if that is later, or ends it where the time is None."""
         if after_s is None:
             self._timers.pop(timer, None)
         elif self.state in TIMER_STATES[timer]:
-            self._timers[timer] = self.now_ns + max(1, round(after_s * _NS_PER_S))
+            self._timers[timer] = max(self.now_ns, since_ns) + max(1, round(after_s * _NS_PER_S))
 
     def next_deadline_ns(self) -> int | None:
         """When the next timer runs out, in ns of bench time."""

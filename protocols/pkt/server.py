@@ -40,7 +40,7 @@ class ServerMachine(Machine):
     """Takes commands, keeps the rover's counters, answers and reports."""
 
     def __init__(self, options: ServerOptions, table: Table | None, epoch_ns: int) -> None:
-        super().__init__(SERVER_TABLE if table is None else table, ServerState.WAITING, epoch_ns)
+        super().__init__(SERVER_TABLE if table is None else table, ServerState.WAITING)
         self._options = options
         self._epoch_ns = epoch_ns
         self._accepted = self._rejected = self._last_opcode = 0
@@ -52,7 +52,7 @@ class ServerMachine(Machine):
         self._due_ticks = [0 if options.report_at_once else rate.ticks for rate in options.rates]
         self._report = ReportId.GENERAL
         self._byte_1 = 0  # of the report sent last
-        self.start(Timer.WATCHDOG, options.silence_s)
+        self.start(Timer.WATCHDOG, options.silence_s, since_ns=epoch_ns)
 
     @property
     def telemetry(self) -> GeneralReport:
