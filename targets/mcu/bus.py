@@ -17,7 +17,7 @@ from typing import Protocol, runtime_checkable
 from targets.mcu.engine.api import Access
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Notes
-from targets.mcu.registers import Peripheral
+from targets.mcu.registers import Count, Peripheral
 
 __all__ = ["ALIASES", "ALIAS_SIZE", "Bus", "TakesParts"]
 
@@ -152,24 +152,26 @@ class Bus:
 
         def read(offset: int, size: int) -> int:
             address = base + offset
-            if size == 4 and self.trace is None:
-                peripheral = pages.get(address >> _PAGE_BITS)
-                if peripheral is not None and peripheral.clocked:
-                    if address != self._polled:
-                        self._polled, self._polls = address, 0
-                    elif (polls := self._polls) < self.polls_wanted:
-                        self._polls = polls + 1
-                    else:
-                        self._seen_polling(peripheral, address)
-                    return peripheral.read(address - peripheral.base & ~3)
+            if self.trace is None:
+                if address != self._polled:
+                    self._polled, self._polls = address, 0
+                elif (polls := self._polls) < self.polls_wanted:
+                    self._polls = polls + 1
+                else:
+                    self._polls = 0
+                    self.on_polls()
+                if size == 4:
+                    peripheral = pages.get(address >> _PAGE_BITS)
+                    if peripheral is not None and peripheral.clocked:
+                        return peripheral.read(address - peripheral.base & ~3)
             return self.read_register(address, size)
 
         return Access(read, lambda offset, size, value: self.write_register(base + offset, size, value))
 
-    def _seen_polling(self, peripheral: Peripheral, address: int) -> None:
-        self._polls = 0
-        if not peripheral.is_live(address - peripheral.base & ~3):
-            self.on_polls()
+    def count(self, address: int) -> Count | None:
+        """Return how the word at an address counts from now on; None: nobody knows."""
+        peripheral = self._pages.get(address >> _PAGE_BITS)
+        return None if peripheral is None else peripheral.count(address - peripheral.base & ~3)
 
     def read_register(self, address: int, size: int) -> int:
         """Read 1, 2 or 4 bytes of a register, with its side effects.

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.services import Services
 
-__all__ = ["Peripheral", "Register"]
+__all__ = ["Count", "Peripheral", "Register"]
 
 WORD = 0xFFFF_FFFF
 
@@ -30,7 +30,8 @@ class Register:
         writable: bits that a write changes; the others keep their value.
         ignored: bits of these that silicon obeys and the model only remembers: the first write of 1 is noted.
         live: the value changes with time without any event of the chip, as a counter's does. A loop that polls it is
-            never skipped. A status register must not need this: what sets its flags is an event.
+            passed over only if `Peripheral.count` says how. A status register must not need this: what sets its flags
+            is an event.
         fidelity: how far it is modelled.
         note: what to know before trusting it, for the ledger.
     """
@@ -43,6 +44,30 @@ class Register:
     live: bool = False
     fidelity: Fidelity = Fidelity.MODELLED
     note: str = field(default="", kw_only=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """How a register counts, from now until something else happens to it.
+
+    Attributes:
+        value: at cycle `origin`.
+        origin: a cycle, not after now.
+        divider: HCLK cycles per step.
+        until: the first cycle at which this may not hold any more; an event of the chip may come before.
+        down: it counts down.
+    """
+
+    value: int
+    origin: int
+    divider: int
+    until: int
+    down: bool = False
+
+    def at(self, cycle: Any) -> Any:
+        """Return the register at a cycle, or a vector of it."""
+        steps = (cycle - self.origin) // self.divider
+        return (self.value - steps if self.down else self.value + steps) & WORD
 
 
 class Peripheral:
@@ -143,9 +168,13 @@ class Peripheral:
             self._values[offset] = value
 
     def is_live(self, offset: int) -> bool:
-        """Say whether the register changes with time alone, so that polling it cannot be skipped."""
+        """Say whether the register changes with time alone."""
         register = self.registers.get(offset)
         return register is not None and register.live
+
+    def count(self, _offset: int) -> Count | None:
+        """Return how the register counts from now on, if it is live and a read has no effect; None: nobody knows."""
+        return None
 
     def _note_ignored(self, register: Register, bits: int) -> None:
         why = register.note or "is remembered without effect"

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 
 from targets.mcu.cortexm.ppb import DebugBlock, component_id
 from targets.mcu.fidelity import Fidelity
-from targets.mcu.registers import Register
+from targets.mcu.registers import Count, Register
 from targets.mcu.services import Services
 
 __all__ = ["Dwt"]
@@ -21,6 +21,7 @@ _CTRL, _CYCCNT = 0x000, 0x004
 _CYCCNTENA = 1 << 0
 _FOUR_COMPARATORS = 0x4000_0000
 _WORD = 0xFFFF_FFFF
+_NEVER = 1 << 62
 
 
 def _registers() -> Iterator[Register]:
@@ -80,6 +81,16 @@ class Dwt(DebugBlock):
             super().write_word(offset, value)
         else:
             self.note("misuse", "TRCENA", "a write while DEMCR.TRCENA is clear is lost")
+
+    def is_live(self, offset: int) -> bool:
+        """CYCCNT changes while it counts."""
+        return offset == _CYCCNT and self._start is not None
+
+    def count(self, offset: int) -> Count | None:
+        """Return how CYCCNT counts."""
+        if offset != _CYCCNT or self._start is None:
+            return None
+        return Count(0, self._start, 1, until=_NEVER)
 
     def read_CYCCNT(self) -> int:
         """Return the counter."""

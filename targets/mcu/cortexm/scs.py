@@ -8,7 +8,7 @@ from targets.mcu.cortexm.nvic import Nvic
 from targets.mcu.cortexm.ppb import LaneBlock, PpbBlock
 from targets.mcu.cortexm.scb import Scb
 from targets.mcu.cortexm.systick import SysTick
-from targets.mcu.registers import Register
+from targets.mcu.registers import Count, Register
 from targets.mcu.services import Services
 
 __all__ = ["SCS_BASE", "Scs"]
@@ -53,6 +53,16 @@ class Scs(PpbBlock):
             super().write_word(offset, value)
         else:
             part.write(offset, value)
+
+    def is_live(self, offset: int) -> bool:
+        """Say whether the register changes with time alone."""
+        part = self._part_at.get(offset)
+        return part is not None and part.is_live(offset)
+
+    def count(self, offset: int) -> Count | None:
+        """Return how the register counts from now on, or None."""
+        part = self._part_at.get(offset)
+        return None if part is None else part.count(offset)
 
     def open_to_all(self, offset: int) -> bool:
         """Say whether unprivileged software may touch the word at `offset`: STIR, if CCR.USERSETMPEND is set."""

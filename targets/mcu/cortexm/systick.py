@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from targets.mcu.cortexm.exceptions import Exceptions, Number
 from targets.mcu.cortexm.ppb import LaneBlock
-from targets.mcu.registers import Register
+from targets.mcu.registers import Count, Register
 from targets.mcu.services import Services
 from targets.mcu.timebase import Event
 
@@ -98,11 +98,29 @@ class SysTick(LaneBlock):
         self._value = self._flag = 0
         self._plan()
 
+    def is_live(self, offset: int) -> bool:
+        """VAL changes while the timer counts."""
+        return offset == _VAL and self._counts()
+
+    def count(self, offset: int) -> Count | None:
+        """Return how VAL counts down to zero."""
+        if offset != _VAL or not self._counts():
+            return None
+        ahead, value, first = self._steps(self.time.now) - self._value, self._value, 0
+        if ahead > 0:  # it was reloaded since
+            value = self[_LOAD]
+            first = self._value + 1 + (ahead - 1) // (value + 1) * (value + 1)
+        divider = 1 if self[_CTRL] & _CLKSOURCE else _REFERENCE_DIVIDER
+        return Count(value, self._cycle_of(first), divider, until=self._cycle_of(first + value + 1), down=True)
+
     def interrupts(self) -> bool:
         """Say whether it makes its exception pending from time to time."""
         return bool(self[_CTRL] & _ENABLE and self[_CTRL] & _TICKINT and self[_LOAD]) and not self._held
 
     # --- counting
+
+    def _counts(self) -> bool:
+        return bool(self[_CTRL] & _ENABLE) and not self._held
 
     def _steps(self, cycle: int) -> int:
         """Return how often the counter has stepped from `_start` to `cycle`."""
@@ -111,13 +129,13 @@ class SysTick(LaneBlock):
         return cycle // _REFERENCE_DIVIDER - self._start // _REFERENCE_DIVIDER
 
     def _cycle_of(self, steps: int) -> int:
-        """Return the cycle at which the counter has stepped `steps` times (at least once) from `_start`."""
+        """Return the cycle at which the counter has stepped `steps` times from `_start`; for 0 one not after that."""
         if self[_CTRL] & _CLKSOURCE:
             return self._start + steps
         return (self._start // _REFERENCE_DIVIDER + steps) * _REFERENCE_DIVIDER
 
     def _value_at(self, cycle: int) -> int:
-        if self._held or not self[_CTRL] & _ENABLE:
+        if not self._counts():
             return self._value
         steps = self._steps(cycle)
         if steps <= self._value:

@@ -7,6 +7,8 @@ status flag and of a variable, and delay loops on a tick that call functions and
 
 A period is looked for by executing single instructions, which is slow, so after each event the program runs for a
 while first, and longer after every vain attempt; unless it reads the same register several times in a row before that.
+
+Loops that poll a counter do change something; most of them can be passed over too (`counted`).
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from dataclasses import dataclass
 
 from targets.mcu.bus import Bus
 from targets.mcu.engine.api import Reg, Stop, StopKind
+from targets.mcu.engine.counted import CountedLoops
 from targets.mcu.engine.unicorn_engine import UnicornEngine
 from targets.mcu.timebase import Timebase
 
@@ -25,6 +28,7 @@ _WAIT_PER_STEP = 8000  # instructions for each one of a vain attempt: attempts t
 _LONGEST_PERIOD = 128
 _MOST_PASSES = 6  # through an instruction, without being in the same state: something is counted there
 _FEWEST_POLLS, _MOST_POLLS = 4, 1 << 14
+_FEWEST_TURNS = 24  # of a loop that waits for a counter, for its attempt to have been worth it
 _LIMIT = Stop(StopKind.LIMIT)
 
 
@@ -67,6 +71,8 @@ class IdleSkipper:
         self._wait = _SHORTEST_WAIT
         self.found: Loop | None = None
         self._polled = False
+        self._reads = False  # the last attempt was about a loop that reads registers
+        self._counted = CountedLoops(engine, bus, time, memory)
         bus.polls_wanted = _FEWEST_POLLS
 
     def polled(self) -> None:
@@ -84,11 +90,26 @@ class IdleSkipper:
     def run(self, target: int) -> Stop:
         """Execute up to cycle `target` or less; the same as `CpuEngine.run` in every effect."""
         if self._wait <= 0:
-            return self._look(target, skip=True)
+            return self._pass(target)
         engine = self._engine
         began = engine.instructions
         stop = engine.run(target, self._wait)
         self._wait -= engine.instructions - began
+        return stop
+
+    def _pass(self, target: int) -> Stop:
+        """Execute a little, and pass over the loop that this is part of, if there is one."""
+        known = self._counted.pass_known(target)
+        if known is not None:
+            self.found = None
+            stop, turns = known
+            self._reckon(turns >= _FEWEST_TURNS)
+            return stop
+        stop = self._look(target, skip=True)
+        if self.found is None and self._reads:
+            stop, turns = self._counted.pass_new(target)
+            if turns >= _FEWEST_TURNS:
+                self._reckon(True)
         return stop
 
     def look(self, target: int) -> Stop:
@@ -98,18 +119,21 @@ class IdleSkipper:
 
     def _look(self, target: int, *, skip: bool) -> Stop:
         stop, self.found = self._attempt(target, skip=skip)
-        if self.found is None:
-            self._shortest = min(self._shortest * _GROWTH, max(_SHORTEST_WAIT, self._steps * _WAIT_PER_STEP))
-            self._period = 0
-            if self._polled:
-                self._bus.polls_wanted = min(self._bus.polls_wanted * _GROWTH, _MOST_POLLS)
-        else:
+        self._period = 0 if self.found is None else self.found.instructions
+        self._reckon(self.found is not None)
+        return stop
+
+    def _reckon(self, worth_it: bool) -> None:
+        """Say when to try again, after an attempt that was worth it or not."""
+        if worth_it:
             self._shortest = _SHORTEST_WAIT
             self._bus.polls_wanted = _FEWEST_POLLS
-            self._period = self.found.instructions
+        else:
+            self._shortest = min(self._shortest * _GROWTH, max(_SHORTEST_WAIT, self._steps * _WAIT_PER_STEP))
+            if self._polled:
+                self._bus.polls_wanted = min(self._bus.polls_wanted * _GROWTH, _MOST_POLLS)
         self._polled = False
         self._wait = self._shortest
-        return stop
 
     def _attempt(self, target: int, *, skip: bool) -> tuple[Stop, Loop | None]:
         """Execute one period of a loop, if there is one; if it may `skip`, pass over those that fit before `target`."""
@@ -120,10 +144,11 @@ class IdleSkipper:
         stop = self._run_period(target, before, _MOST_PASSES if skip else _LONGEST_PERIOD)
         polled, bus.trace = bus.trace, None
         ran = engine.instructions - began
+        goes_on = stop.kind is StopKind.LIMIT and bus.writes == writes
+        self._reads = goes_on and bool(polled) and not engine.reached_limit and engine.cycle < self._due(target)
         if (
-            stop.kind is StopKind.LIMIT
+            goes_on
             and engine.fingerprint() == before
-            and bus.writes == writes
             and not any(live for _address, _value, live in polled)
             and self._memory == memory
         ):

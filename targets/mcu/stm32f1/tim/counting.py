@@ -196,6 +196,10 @@ class Counting:
             return None
         return self.cnt - possible if self.down else self.cnt + possible
 
+    def steps_left(self) -> int:
+        """Return the steps from the counter as it stands to its next boundary; 0 for never."""
+        return self._leg(self.cnt, self.down)[0]
+
     def pulse(self, tick: int) -> None:
         """Clock the prescaler once, at `tick`, from something else than the ticks."""
         self.tick = tick

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from targets.mcu.registers import Count
 from targets.mcu.stm32f1.tim.effects import TimerEffects
 from targets.mcu.stm32f1.tim.registers import (
     ARPE,
@@ -88,6 +89,19 @@ class Timer(TimerEffects):
         """CNT changes while the timer's clock counts, and so does the direction in the centre-aligned modes."""
         counting = self._counting
         return counting.running and (offset == CNT or (offset == CR1 and bool(counting.centre)))
+
+    def count(self, offset: int) -> Count | None:
+        """Return how CNT counts up to its next boundary."""
+        counting, clock = self._counting, self._clock
+        if offset != CNT or not clock.cycles or clock.now < counting.tick:
+            return None
+        if counting.count_at(clock.now) is None:
+            self._sync()
+        steps = counting.steps_left()
+        if not counting.running or not steps:
+            return None
+        origin, divider = clock.cycle_of(counting.tick - counting.psc_count), (counting.psc + 1) * clock.cycles
+        return Count(counting.cnt, origin, divider, until=origin + steps * divider, down=counting.down)
 
     # --- the counter
 

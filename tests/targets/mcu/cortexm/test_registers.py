@@ -359,9 +359,18 @@ class TestCycleCounter:
         rig.advance(10)
         assert rig.read(DWT_CYCCNT) == 0
 
-    def test_polling_it_is_never_skipped(self, rig):
+    def test_it_changes_with_time_alone_while_it_counts(self, rig):
+        assert not rig.core.dwt.is_live(4)
+        assert rig.core.dwt.count(4) is None
+        rig.write(DEMCR, TRCENA)
+        rig.write(DWT_CTRL, 1)
         assert rig.core.dwt.is_live(4)
         assert not rig.core.dwt.is_live(0)
+        rig.advance(10)
+        count = rig.core.dwt.count(4)
+        for _ in range(3):
+            assert count.at(rig.chip.time.now) == rig.read(DWT_CYCCNT)
+            rig.advance(7)
 
     def test_what_is_absent_is_noted(self, rig):
         rig.write(DEMCR, TRCENA)
