@@ -14,7 +14,7 @@ from targets.mcu.bus import Bus
 from targets.mcu.engine.api import Reg, Stop, StopKind
 from targets.mcu.engine.counting_loop import CountingLoop, State, Turns
 from targets.mcu.engine.dataflow import Node
-from targets.mcu.engine.thumb import FLAGS, Follower, NotUnderstood, Place
+from targets.mcu.engine.thumb import FLAGS, SP, Follower, NotUnderstood, Place
 from targets.mcu.engine.timing import FlatTiming
 from targets.mcu.engine.unicorn_engine import UnicornEngine
 from targets.mcu.registers import Count
@@ -134,6 +134,7 @@ class CountedLoops:
             NotUnderstood: it is none, or not one that can be passed over.
         """
         turn = Follower(before, head)
+        turn.at(SP)
         for _ in offsets[1:]:
             turn.step()
         if turn.pc != head or before.is_left or any(read.conditional for read in turn.reads):
@@ -170,6 +171,7 @@ class CountedLoops:
         most = self._engine.timing.periods_until(due, self._engine.instructions, loop.instructions, loop.cycles)
         state = self._state(loop.starts)
         turns, end = self._same_way(loop, state, most, same, counts)
+        loop.usual_turns = turns
         if turns > 0:
             self._skip(loop, turns, end)
         return stop, turns
@@ -184,7 +186,7 @@ class CountedLoops:
     ) -> tuple[int, State]:
         """Return how many turns can be passed over, and the state after them."""
         sizes = {read.node: (read.address, read.size) for read in loop.reads}
-        done, size = 0, _FEWEST_TURNS
+        done, size = 0, min(max(loop.usual_turns, _FEWEST_TURNS), _MOST_TURNS)
         last: Turns | None = None
         last_size = 0
         while done < most:

@@ -40,12 +40,13 @@ class CountingLoop:
     """What a turn of a loop computes.
 
     Args:
-        turn: has followed one turn.
+        turn: has followed one turn; it knows where SP was.
 
     Attributes:
         instructions: in a turn, as the engine counts them; the caller sets this and the next two.
         cycles: in a turn, by a timing model that knows each instruction's.
         offsets: instructions and cycles from the head to each instruction (an IT block is one).
+        usual_turns: how many were passed over last.
         reads: of peripherals.
         starts: what a turn reads.
 
@@ -56,18 +57,25 @@ class CountingLoop:
     def __init__(self, turn: Follower) -> None:
         self.instructions = 0
         self.cycles = 0
+        self.usual_turns = 0
         self.offsets: Sequence[tuple[int, int]] = ()
         self.reads: Sequence[RegisterRead] = turn.reads
         self.starts: Mapping[Place, Node] = turn.starts
         self._graph = graph = turn.graph
         self._code = turn.code
-        self._conditions = [(node, graph.value[node]) for node in turn.conditions]
         self._ends = {place: node for place, node in turn.ends.items() if node != turn.starts.get(place)}
-        if SP in self._ends:
-            raise NotUnderstood("the stack moves")
+        conditions = list(turn.conditions)
+        if SP in self._ends:  # put back from another register, as code with a frame pointer does
+            conditions.append(self._fixed_stack(graph, self._ends.pop(SP)))
+        self._conditions = [(node, graph.value[node]) for node in conditions]
         carried = {self.starts[place]: self._carry(place) for place in self._ends if place in self.starts}
-        self._steps = list(_in_order(graph, [*turn.conditions, *carried], carried))
+        self._steps = list(_in_order(graph, [*conditions, *carried], carried))
         self._last = sorted(graph.needed_for(self._ends.values()))
+
+    def _fixed_stack(self, graph: Graph, end: Node) -> Node:
+        if graph.value[end] != graph.value[self.starts[SP]]:
+            raise NotUnderstood("the stack moves")
+        return end
 
     def _carry(self, place: Place) -> _Carried:
         start, end = self.starts[place], self._ends[place]

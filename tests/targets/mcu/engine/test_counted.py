@@ -117,6 +117,12 @@ LOOPS = {
     ),
     # a function that reads the counter: bl; subs r0, r0, r4; cmp r0, r5; bcc; hang / push {r3, lr}; ldr r0, [r7]; pop
     "call": (0x683C, 0xF000, 0xF804, 0x1B00, 0x42A8, 0xD3FA, HANG, 0xB508, 0x6838, 0xBD08),
+    # the same with a frame pointer, as with -O0: bl; mov r1, r0; bl; subs r0, r0, r1; cmp r0, r5; bcc; hang /
+    # push {r7}; add r7, sp, #0; ldr r0, [r4]; mov sp, r7; pop {r7}; bx lr
+    "frame": (
+        *(0xF000, 0xF807, 0x4601, 0xF000, 0xF804, 0x1A40, 0x42A8, 0xD3FA, HANG),
+        *(0xB480, 0xAF00, 0x6820, 0x46BD, 0xBC80, 0x4770),
+    ),
     # a count of tries, too: subs r1, #1; beq out; ldr r3, [r7]; subs r3, r3, r4; cmp r3, r5; bcc
     "tries": (0x683C, 0xF240, 0x71D0, 0x3901, 0xD003, 0x683B, 0x1B1B, 0x42AB, 0xD3F9, HANG),
     # milliseconds from memory with a handler that counts, read again until they are the same: as micros() is
@@ -133,14 +139,16 @@ def test_a_waiting_loop_is_the_same_passed_over_as_executed(loop, counter, timin
     address, setup = counters[counter]
     span_ns = 2 * MS if timing == "flat" else MS // 4
     ends_ns = [US, 7 * US, 150 * US, span_ns]
-    compare(LOOPS[loop], ends_ns, timing=timing, registers=((OTHER_REGISTER, address), (5, 3000)), setup=setup)
+    compare(
+        LOOPS[loop], ends_ns, timing=timing, registers=((OTHER_REGISTER, address), (4, address), (5, 3000)), setup=setup
+    )
 
 
-@pytest.mark.parametrize("loop", ["O2", "halfword", "O0", "adding", "call", "tries", "micros", "it"])
+@pytest.mark.parametrize("loop", ["O2", "halfword", "O0", "adding", "call", "frame", "tries", "micros", "it"])
 @pytest.mark.parametrize("timing", ["flat", "table"])
 def test_most_of_a_wait_is_passed_over(loop, timing):
     address, setup = counters["tim2"]
-    rig = (OTHER_REGISTER, address), (5, 600)
+    rig = (OTHER_REGISTER, address), (4, address), (5, 600)
     assert compare(LOOPS[loop], [MS], timing=timing, registers=rig, setup=setup) > 200
 
 
