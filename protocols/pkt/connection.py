@@ -133,8 +133,8 @@ class Connection:
         self._machine.counters.bytes_in += len(data)
         if self._queue is None:
             self._take(self._reader.receive(data, now_ns))
-        elif (lost := self._queue.put(data, now_ns)) is not None:
-            self._machine.drop(lost)
+        else:
+            self._queue.put(data, now_ns)
         return self._machine.fetch()
 
     def advance(self, now_ns: int) -> list[Event]:
@@ -233,10 +233,7 @@ class Connection:
         if reader_ns == deadline_ns:
             self._take(self._reader.expire(deadline_ns))
         elif self._queue is not None and look_ns == deadline_ns:
-            taken = self._queue.take()
-            if isinstance(taken, Dropped):
-                self._machine.drop(taken)
-            else:
-                self._take(self._reader.receive(taken, deadline_ns))
+            taken, dropped = self._queue.take()
+            self._take([*dropped, *self._reader.receive(taken, deadline_ns)])
         else:
             self._machine.expire_next()

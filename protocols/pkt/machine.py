@@ -32,7 +32,7 @@ class Counters:
         timed_out: unfinished frames given up.
         bad_bodies: client: sound frames whose payload makes no sense.
         polls_of_eleven: server: looks that threw their eleven bytes away.
-        overruns: server: times that bytes found the receive buffer full.
+        overruns: server: looks before which bytes had found the receive buffer full.
         refused: server: sound frames that could not be carried out.
         ignored: triggers that the state has no edge for.
         silences: times that the other end was silent for too long.

@@ -6,7 +6,7 @@ they were cut. A byte that comes at the very time of a look waits for the next o
 
 from __future__ import annotations
 
-from protocols.pkt.framing import Dropped, DropReason
+from protocols.pkt.framing import NOISE_RUN, Dropped, DropReason
 from protocols.pkt.options import PollOptions
 
 __all__ = ["PollQueue"]
@@ -28,6 +28,7 @@ class PollQueue:
         self._options = options
         self._epoch_ns = epoch_ns
         self._waiting = bytearray()
+        self._lost = bytearray()
         self._look_ns: int | None = None
 
     @property
@@ -39,24 +40,26 @@ class PollQueue:
         """When the next look takes bytes, in ns of bench time; None when none wait."""
         return self._look_ns
 
-    def put(self, data: bytes, now_ns: int) -> Dropped | None:
-        """Takes bytes that came at `now_ns`; returns those for which there was no room."""
+    def put(self, data: bytes, now_ns: int) -> None:
+        """Takes bytes that came at `now_ns`, as many as there is room for."""
         room = self._options.buffer_bytes - len(self._waiting)
         self._waiting += data[:room]
+        self._lost += data[room : room + NOISE_RUN - len(self._lost)]
         if self._waiting and self._look_ns is None:
             self._look_ns = self._look_after(now_ns)
-        return Dropped(reason=DropReason.OVERRUN, data=data[room:]) if len(data) > room else None
 
-    def take(self) -> bytes | Dropped:
-        """What the look that is due yields."""
+    def take(self) -> tuple[bytes, list[Dropped]]:
+        """What the look that is due yields, and what was lost: of the bytes without room the first `NOISE_RUN`."""
+        dropped = [Dropped(reason=DropReason.OVERRUN, data=bytes(self._lost))] if self._lost else []
+        self._lost.clear()
         taken = bytes(self._waiting[: self._options.bytes_each])
         del self._waiting[: len(taken)]
         looked_ns, self._look_ns = self._look_ns, None
         if self._waiting and looked_ns is not None:
             self._look_ns = self._look_after(looked_ns)
         if self._options.lose_eleven and len(taken) == _UNLUCKY:
-            return Dropped(reason=DropReason.POLL_OF_ELEVEN, data=taken)
-        return taken
+            return b"", [*dropped, Dropped(reason=DropReason.POLL_OF_ELEVEN, data=taken)]
+        return taken, dropped
 
     def _look_after(self, now_ns: int) -> int:
         """The first look behind this time; rates that do not divide a second are rounded down, never accumulated."""

@@ -246,9 +246,12 @@ _TOLERANT: _FrameEdges = {
     (_F.BODY, _FT.BAD_END): FrameTransition(_F.BODY),
     (_F.BODY, _FT.TOO_LONG_AFTER_END): FrameTransition(_F.IDLE, (_FA.FAIL_CRC,)),
 }
-_FAILURES = frozenset(
-    (_FA.FAIL_SYNC, _FA.FAIL_LENGTH, _FA.FAIL_CRC, _FA.FAIL_TERMINATOR, _FA.ABANDON),
-)
+_FAILURES = frozenset((_FA.FAIL_SYNC, _FA.FAIL_LENGTH, _FA.FAIL_CRC, _FA.FAIL_TERMINATOR, _FA.ABANDON))
+
+
+def _may_hold_a_frame(cell: tuple[FrameState, FrameTrigger]) -> bool:
+    """More than a piece of a sync word has come, so that there may be another one in it."""
+    return cell[0] not in (_F.SYNC1, _F.SYNC2, _F.SYNC3)
 
 
 def frame_table(options: FramingOptions) -> FrameTable:
@@ -258,7 +261,7 @@ def frame_table(options: FramingOptions) -> FrameTable:
         table |= _TOLERANT
     given_up = FrameTransition(_F.IDLE, (_FA.ABANDON,))
     table |= {(state, _FT.TIME_UP): given_up for state, _ in tuple(table) if state is not _F.IDLE}
-    if options.resync is Resync.SYNC:
+    if options.resync is not Resync.NONE:
         table |= {
             cell: FrameTransition(_F.SYNC1, (*edge.actions, _FA.BEGIN))
             for cell, edge in table.items()
@@ -266,9 +269,9 @@ def frame_table(options: FramingOptions) -> FrameTable:
         }
     if options.resync is Resync.SCAN:
         table |= {
-            cell: FrameTransition(edge.next_state, (*edge.actions, _FA.RESCAN))
+            cell: FrameTransition(_F.IDLE, (*(_FAILURES & set(edge.actions)), _FA.RESCAN))
             for cell, edge in table.items()
-            if _FAILURES & set(edge.actions)
+            if _FAILURES & set(edge.actions) and _may_hold_a_frame(cell)
         }
     return MappingProxyType(table)
 

@@ -133,6 +133,6 @@ def test_a_throttle_with_newlines_in_it():
 
 def test_how_many_speeds_hide_a_newline():
     """1.56 % of all commands of two speeds cannot be told to a rover without length bytes."""
-    speeds = range(-255, 256)
-    hidden = sum(hides_newline(encode_command(MotorSpeeds(a=a, b=b), V1)) for a in speeds for b in speeds)
+    speeds = [n.to_bytes(2, "big", signed=True) for n in range(-255, 256)]
+    hidden = sum(hides_newline(b"\x03" + a + b + b"\x03") for a in speeds for b in speeds)
     assert hidden == 4062
