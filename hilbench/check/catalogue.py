@@ -15,7 +15,12 @@ from importlib import metadata
 
 from hilbench.check.verdicts import Level
 
-OWN_CATALOGUES = ("protocols.p2os.clauses", "hilbench.suites._bluepill_clauses", "hilbench.suites._dodge_clauses")
+OWN_CATALOGUES = (
+    "protocols.p2os.clauses",
+    "protocols.pkt.clauses",
+    "hilbench.suites._bluepill_clauses",
+    "hilbench.suites._dodge_clauses",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

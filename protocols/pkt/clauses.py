@@ -1,0 +1,16 @@
+"""The catalogue of what the peers of this protocol must do.
+
+P01 to P35 and P38 to P43 for the rover's end, P36 and P37 for the host's. A D behind an id marks the twin of a clause
+in which shipped behaviour is a defect.
+"""
+
+from __future__ import annotations
+
+from protocols.pkt.board_clauses import BOARD_CLAUSES
+from protocols.pkt.clause import Clause
+from protocols.pkt.host_clauses import HOST_CLAUSES
+
+__all__ = ["BOARD_CLAUSES", "CLAUSES", "HOST_CLAUSES", "Clause"]
+
+CLAUSES: tuple[Clause, ...] = (*BOARD_CLAUSES, *HOST_CLAUSES)
+"""All clauses, in the order of their ids within each suite."""

@@ -1,0 +1,92 @@
+"""The catalogue of clauses, the profiles they belong to, and the package around them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import protocols.pkt
+from protocols.p2os.clauses import CLAUSES as P2OS_CLAUSES
+from protocols.pkt import PROFILES, Framing, Profile, Schema
+from protocols.pkt.clauses import CLAUSES
+
+NEEDS = {"server", "client", "led", "wheels", "duty", "imu", "gps", "boot", "client.report"}
+BY_ID = {clause.id: clause for clause in CLAUSES}
+
+
+def test_catalogue_is_complete():
+    numbered = [clause.id for clause in CLAUSES if not clause.id.endswith("D")]
+    assert sorted(numbered) == [f"P{n:02}" for n in range(1, 44)]
+    assert len(BY_ID) == len(CLAUSES) >= 60
+    assert not BY_ID.keys() & {clause.id for clause in P2OS_CLAUSES}
+    assert {clause.id for clause in CLAUSES if clause.suite == "pkt-host"} == {"P36", "P36D", "P37", "P37D"}
+    assert {clause.suite for clause in CLAUSES} == {"pkt-board", "pkt-host"}
+
+
+@pytest.mark.parametrize("clause", CLAUSES, ids=lambda clause: clause.id)
+def test_a_clause_is_whole(clause):
+    assert clause.level in ("must", "should")
+    assert clause.title
+    assert not clause.title.endswith(".")
+    assert clause.text.endswith(".")
+    assert clause.source
+    assert all(clause.sources)
+    assert set(clause.needs) <= NEEDS
+    assert len({"server", "client"} & set(clause.needs)) == 1
+    assert clause.profiles
+    assert set(clause.profiles) <= PROFILES.keys()
+    assert list(clause.profiles) == [name for name in PROFILES if name in clause.profiles]
+
+
+@pytest.mark.parametrize("clause", [c for c in CLAUSES if c.twin], ids=lambda clause: clause.id)
+def test_what_was_shipped_broken_was_promised_otherwise(clause):
+    twin = BY_ID[clause.twin]
+    assert "documented" in twin.profiles
+    assert "documented" not in clause.profiles
+    assert not set(twin.profiles) & set(clause.profiles)
+    assert twin.suite == clause.suite
+
+
+def test_every_promise_beside_a_defect_is_named_by_it():
+    twins = {clause.twin for clause in CLAUSES if clause.twin}
+    assert {clause.id for clause in CLAUSES if clause.id.endswith("D")} - twins == {
+        "P04D"
+    }  # P04 itself is promised too
+    assert len(twins) >= 15
+
+
+@pytest.mark.parametrize("name", ["documented", "term-doc", "g0", "g2"])
+def test_a_profile_is_whole(name):
+    profile = PROFILES[name]
+    assert profile.name == name
+    assert profile.text.endswith(".")
+    assert profile.server.schema is profile.client.schema
+    if not profile.client.split_lines:
+        assert profile.client.frames.framing is profile.server.frames.framing
+    assert any(name in clause.profiles for clause in CLAUSES)
+
+
+def test_what_the_profiles_are():
+    assert Profile(name="documented", text="x").server == PROFILES["documented"].server
+    assert {n: (p.server.frames.framing, p.server.schema) for n, p in PROFILES.items()} == {
+        "documented": (Framing.LEN, Schema.V2),
+        "term-doc": (Framing.TERM, Schema.V1),
+        "g0": (Framing.LEN, Schema.V1),
+        "g2": (Framing.LEN, Schema.V2),
+    }
+
+
+def test_the_package_exports_what_it_says():
+    assert sorted(set(protocols.pkt.__all__)) == sorted(protocols.pkt.__all__)
+    for name in protocols.pkt.__all__:
+        assert getattr(protocols.pkt, name) is not None
+
+
+def test_importing_it_brings_nothing_heavy():
+    code = "import sys, protocols.pkt; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split())
+    assert not loaded & {"numpy", "pybullet", "serial", "asyncio", "socket", "threading", "hilbench", "msgspec", "rich"}
+    assert loaded >= {"protocols"}
