@@ -15,6 +15,13 @@ from hilbench.suites import _bluepill_clauses, _dodge_clauses
 from protocols.p2os.clauses import CLAUSES
 from protocols.p2os.command_table import COMMANDS
 from protocols.p2os.states import CLIENT_TABLE, SERVER_TABLE, State, Table
+from protocols.pkt import commands as pkt_commands
+from protocols.pkt import profiles as pkt_profiles
+from protocols.pkt import reports as pkt_reports
+from protocols.pkt import states as pkt_states
+from protocols.pkt.clauses import CLAUSES as PKT_CLAUSES
+from protocols.pkt.framing import encode_frame
+from protocols.pkt.options import Framing, FramingOptions, Schema
 from targets.mcu.fidelity import Fidelity
 from targets.parts import PARTS, Part, part_class
 from targets.parts import settings as part_settings
@@ -34,6 +41,10 @@ def pages() -> Mapping[str, str]:
         "p2os/states.md": states_page(),
         "p2os/commands.md": commands_page(),
         "p2os/clauses.md": clauses_page(),
+        "pkt/states.md": pkt_states_page(),
+        "pkt/messages.md": pkt_messages_page(),
+        "pkt/frames.md": pkt_frames_page(),
+        "pkt/clauses.md": pkt_clauses_page(),
         "fidelity.md": fidelity_page(),
         "mcu-registers.md": registers_page(),
         "bluepill-clauses.md": bluepill_page(),
@@ -67,7 +78,8 @@ def _diagram(table: Table) -> str:
 
 def _states(table: Table) -> str:
     kind = type(next(iter(table))[0])
-    return _table(("State", "Meaning"), [(f"`{state.name}`", state.value) for state in kind])
+    used = {state for state, _ in table} | {transition.next_state for transition in table.values()}
+    return _table(("State", "Meaning"), [(f"`{state.name}`", state.value) for state in kind if state in used])
 
 
 def _edges(table: Table) -> str:
@@ -109,6 +121,102 @@ def clauses_page() -> str:
             if clause.suite == suite
         ]
         text += f"## {suite}: {len(rows)} clauses\n\n" + _table(("Id", "Level", "Text", "Needs", "Source"), rows) + "\n"
+    return text
+
+
+def pkt_states_page() -> str:
+    """The decoder's two machines and those of both roles."""
+    return (
+        "# The state machines of PKT!\n\n"
+        "All are data in `protocols/pkt/states.py`. A pair of state and trigger without an edge changes nothing. The "
+        "decoders are those of the firmware and of the seed document; `frame_table` makes those that resynchronise.\n\n"
+        + _machine("The decoder with a length byte (all firmware)", pkt_states.LEN_TABLE)
+        + "\n"
+        + _machine("The decoder without one (the seed document)", pkt_states.TERM_TABLE)
+        + "\n"
+        + _machine("The server: the rover", pkt_states.SERVER_TABLE)
+        + "\n"
+        + _machine("The client: the ground station", pkt_states.CLIENT_TABLE)
+    )
+
+
+def pkt_messages_page() -> str:
+    """Every command and report in every schema."""
+    text = (
+        "# What is said in PKT!\n\n"
+        "A payload is one byte, the opcode or the id of the report, and what the tables have. Offsets follow from the "
+        "order; floats have 32 bits.\n"
+    )
+    for schema in Schema:
+        commands = [
+            (f"`{spec.opcode:02X}`", spec.name, str(1 + spec.size), spec.text, spec.source)
+            for spec in pkt_commands.COMMANDS[schema].values()
+        ]
+        reports = [
+            (f"`{spec.report:02X}`", spec.kind.__name__, str(spec.size), spec.text, spec.source)
+            for spec in pkt_reports.REPORTS[schema]
+        ]
+        text += f"\n## Schema {schema.name}: {schema.value}\n\n"
+        text += _table(("Opcode", "Command", "Bytes", "Meaning and parameters", "Source"), commands) + "\n"
+        text += _table(("Id", "Report", "Bytes", "Fields", "Source"), reports)
+    return text
+
+
+def pkt_frames_page() -> str:
+    """Worked examples of frames, in both framings."""
+    term = FramingOptions(framing=Framing.TERM)
+    v1, v2 = Schema.V1, Schema.V2
+    commands = [
+        (pkt_commands.RequestTelemetry(), v1),
+        (pkt_commands.LedOn(), v1),
+        (pkt_commands.LedOff(), v1),
+        (pkt_commands.MotorSpeeds(a=100, b=-100), v1),
+        (pkt_commands.MotorThrottles(a=0.5, b=-0.25), v2),
+        (pkt_commands.SpeedSetpoints(a_rpm=30.0, b_rpm=30.0), v2),
+        (pkt_commands.PidGains(kp=0.01, kd=0.0001, ki=0.0001), v2),
+    ]
+    reports = [
+        (pkt_reports.GeneralReport(), v2),
+        (pkt_reports.GeneralReport(accepted=1, last_opcode=1, status=None), v1),
+        (pkt_reports.ExecutionReport(opcode=1), v1),
+        (pkt_reports.GpsReport(first_deg=-58.3683, second_deg=-34.6175), v2),
+    ]
+    messages = [(f"`{one}`", schema, pkt_commands.encode_command(one, schema)) for one, schema in commands]
+    messages += [(f"`{one}`", schema, pkt_reports.encode_report(one, schema)) for one, schema in reports]
+    rows = [
+        (text, schema.name, f"`{_hex(encode_frame(payload))}`", f"`{_hex(encode_frame(payload, term))}`")
+        for text, schema, payload in messages
+    ]
+    return (
+        "# Frames of PKT!, worked out\n\n"
+        "`PKT!`, the length (or none), the payload, the CRC-16/IBM-3740 of the payload with its high byte first, a "
+        "newline. Without a length byte a newline in payload or CRC, `0A`, ends a frame too early.\n\n"
+        + _table(("Message", "Schema", "With a length byte", "Without"), rows)
+        + "\n## Profiles\n\n"
+        + _table(("Name", "What it is"), [(one.name, one.text) for one in pkt_profiles.PROFILES.values()])
+    )
+
+
+def _hex(data: bytes) -> str:
+    return data.hex(" ").upper()
+
+
+def pkt_clauses_page() -> str:
+    """Every clause of the rover's protocol, with its profiles."""
+    text = (
+        "# What a rover and its host must do\n\n"
+        "A clause belongs to profiles: *documented* is what seed document and manual promise, *term-doc* the document "
+        "to the letter, *g0* and *g2* what was shipped. Where shipped behaviour is a defect, its twin says what was "
+        "promised.\n\n"
+    )
+    for suite in dict.fromkeys(clause.suite for clause in PKT_CLAUSES):
+        rows = [
+            (one.id, one.level, ", ".join(one.profiles), one.text, one.twin or "", ", ".join(one.needs), one.source)
+            for one in PKT_CLAUSES
+            if one.suite == suite
+        ]
+        head = ("Id", "Level", "Profiles", "Text", "Twin", "Needs", "Source")
+        text += f"## {suite}: {len(rows)} clauses\n\n" + _table(head, rows) + "\n"
     return text
 
 
