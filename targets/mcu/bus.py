@@ -168,6 +168,11 @@ class Bus:
 
         return Access(read, lambda offset, size, value: self.write_register(base + offset, size, value))
 
+    def changing(self, address: int) -> int:
+        """Return the bits that change with time alone, of the word at an address."""
+        peripheral = self._pages.get(address >> _PAGE_BITS)
+        return 0 if peripheral is None else peripheral.changing(address - peripheral.base & ~3)
+
     def count(self, address: int) -> Count | None:
         """Return how the word at an address counts from now on; None: nobody knows."""
         peripheral = self._pages.get(address >> _PAGE_BITS)

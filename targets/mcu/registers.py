@@ -172,6 +172,10 @@ class Peripheral:
         register = self.registers.get(offset)
         return register is not None and register.live
 
+    def changing(self, offset: int) -> int:
+        """Return the bits of the register that change with time alone."""
+        return WORD if self.is_live(offset) else 0
+
     def count(self, _offset: int) -> Count | None:
         """Return how the register counts from now on, if it is live and a read has no effect; None: nobody knows."""
         return None

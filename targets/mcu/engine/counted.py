@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from targets.mcu.bus import Bus
 from targets.mcu.engine.api import Reg, Stop, StopKind
 from targets.mcu.engine.counting_loop import CountingLoop, State, Turns
 from targets.mcu.engine.dataflow import Node
-from targets.mcu.engine.thumb import FLAGS, SP, Follower, NotUnderstood, Place
+from targets.mcu.engine.thumb import FLAGS, SP, Follower, NotUnderstood, Place, RegisterRead
 from targets.mcu.engine.timing import FlatTiming
 from targets.mcu.engine.unicorn_engine import UnicornEngine
 from targets.mcu.registers import Count
@@ -29,6 +30,23 @@ _RAM_BASE, _FLASH_END = 0x2000_0000, 0x1000_0000
 _LIMIT = Stop(StopKind.LIMIT)
 
 _Reads = list[tuple[int, int, bool]]
+
+
+@dataclass(slots=True)
+class _Given:
+    """What every turn of a loop gets from peripherals.
+
+    Attributes:
+        same: what is the same, by node.
+        unknown: but for these bits of it.
+        counts: what counts.
+        until: the first cycle at which it may not count on.
+    """
+
+    same: dict[Node, int] = field(default_factory=dict)
+    unknown: dict[Node, int] = field(default_factory=dict)
+    counts: dict[RegisterRead, Count] = field(default_factory=dict)
+    until: int = 1 << 62
 
 
 class CountedLoops:
@@ -47,6 +65,7 @@ class CountedLoops:
         self._time = time
         self._memory = memory
         self._loops: dict[int, CountingLoop] = {}
+        self._detours: dict[int, int] = {}
 
     def pass_known(self, target: int) -> tuple[Stop, int] | None:
         """Execute two turns of the loop that begins here, and pass over more of them; None if no such loop is known.
@@ -54,20 +73,32 @@ class CountedLoops:
         Returns:
             how the execution stopped, and how many turns were passed over.
         """
-        head = self._engine.pc()
+        engine, head = self._engine, self._engine.pc()
+        detour = self._detours.get(head)
+        if detour is not None:
+            stop, goes_on = self._go_on(detour, target)
+            head = engine.pc()
+            if not goes_on or head not in self._loops:
+                self._detours.clear()
+                return stop, 0
         loop = self._loops.get(head)
         if loop is None:
             return None
         passed = 0
         stop, reads = self._execute(loop, head, target)
-        if reads is not None and loop.is_still(self._engine.half):
+        if reads is not None and loop.is_still(engine.half):
             stop, passed = self._pass(loop, head, reads, target)
         if not passed:
-            self._loops.pop(head, None)
+            del self._loops[head]
         return stop, passed
 
-    def pass_new(self, target: int) -> tuple[Stop, int]:
-        """Execute what follows, and if that is a loop that waits for a counter, pass over it; returns as above."""
+    def pass_new(self, target: int, *, may_go_on: bool = True) -> tuple[Stop, int]:
+        """Execute what follows, and if that is a loop that waits for a counter, pass over it; returns as above.
+
+        Args:
+            target: the cycle to execute up to at most.
+            may_go_on: the head may be looked for further on.
+        """
         head = self._engine.pc()
         registers, memory = self._registers(), bytes(self._memory)
         stop, reads, offsets = self._execute_step_by_step(head, target)
@@ -77,10 +108,33 @@ class CountedLoops:
             loop = self._understand(_Before(registers, memory, reads, self._engine.half), head, offsets)
         except NotUnderstood:
             return stop, 0
-        if len(self._loops) >= _MOST_LOOPS:
+        if len(self._loops) + len(self._detours) >= _MOST_LOOPS:
             self._loops.clear()
+            self._detours.clear()
+        if may_go_on and (detour := self._to_the_first_in_part(loop, reads)):
+            self._detours[head] = detour
+            stop, goes_on = self._go_on(detour, target)
+            return self.pass_new(target, may_go_on=False) if goes_on else (stop, 0)
         self._loops[head] = loop
         return self._pass(loop, head, reads, target)
+
+    def _to_the_first_in_part(self, loop: CountingLoop, reads: _Reads) -> int:
+        """Return how many instructions there are to the first read of which only some bits are known.
+
+        A turn has to begin there: what was read must not be kept from one turn to the next.
+        """
+        for read, (address, _value, live) in zip(loop.reads, reads, strict=True):
+            if live and self._bus.count(address) is None:
+                return loop.offsets[read.instruction][0]
+        return 0
+
+    def _go_on(self, instructions: int, target: int) -> tuple[Stop, bool]:
+        """Execute some instructions; return how that stopped, and whether nothing else is to be done now."""
+        due = self._due(target)
+        if self._engine.cycle >= due:
+            return _LIMIT, False
+        stop = self._engine.run(due, instructions)
+        return stop, stop.kind is StopKind.LIMIT and not self._engine.reached_limit
 
     # --- one turn
 
@@ -152,49 +206,57 @@ class CountedLoops:
     def _pass(self, loop: CountingLoop, head: int, before: _Reads, target: int) -> tuple[Stop, int]:
         """Execute a turn, and pass over as many as are the same way, but for one; that one is executed later."""
         stop, reads = self._execute(loop, head, target)
-        if reads is None or not _agree(before, reads) or len(reads) != len(loop.reads):
+        given = None if reads is None else self._given(loop, before, reads)
+        if given is None:
             return stop, 0
-        same: dict[Node, int] = {}
-        counts: dict[Node, tuple[Count, int]] = {}
-        due = self._due(target)
-        for read, (address, value, live) in zip(loop.reads, reads, strict=True):
-            if address != read.address:
-                return stop, 0
-            if live:
-                count = self._bus.count(address)
-                if count is None:
-                    return stop, 0
-                counts[read.node] = count, read.instruction
-                due = min(due, count.until)
-            else:
-                same[read.node] = value
+        due = min(self._due(target), given.until)
         most = self._engine.timing.periods_until(due, self._engine.instructions, loop.instructions, loop.cycles)
         state = self._state(loop.starts)
-        turns, end = self._same_way(loop, state, most, same, counts)
+        turns, end = self._same_way(loop, state, most, given)
         loop.usual_turns = turns
         if turns > 0:
             self._skip(loop, turns, end)
         return stop, turns
 
-    def _same_way(
-        self,
-        loop: CountingLoop,
-        state: State,
-        most: int,
-        same: dict[Node, int],
-        counts: dict[Node, tuple[Count, int]],
-    ) -> tuple[int, State]:
+    def _given(self, loop: CountingLoop, before: _Reads, after: _Reads) -> _Given | None:
+        """Return what each turn gets, judging by two; None if nobody knows."""
+        if not len(loop.reads) == len(before) == len(after):
+            return None
+        given = _Given()
+        for read, (address_before, before_, _live), (address, value, live) in zip(
+            loop.reads, before, after, strict=True
+        ):
+            if not address_before == address == read.address:
+                return None
+            count = self._bus.count(address) if live else None
+            if count is not None:
+                given.counts[read] = count
+                given.until = min(given.until, count.until)
+                continue
+            unknown = self._unknown(read) if live else 0
+            if (before_ ^ value) & ~unknown:
+                return None
+            given.same[read.node] = value
+            if unknown:
+                given.unknown[read.node] = unknown
+        return given
+
+    def _unknown(self, read: RegisterRead) -> int:
+        return self._bus.changing(read.address) >> 8 * (read.address & 3) & (1 << 8 * read.size) - 1
+
+    def _same_way(self, loop: CountingLoop, state: State, most: int, given: _Given) -> tuple[int, State]:
         """Return how many turns can be passed over, and the state after them."""
-        sizes = {read.node: (read.address, read.size) for read in loop.reads}
         done, size = 0, min(max(loop.usual_turns, _FEWEST_TURNS), _MOST_TURNS)
         last: Turns | None = None
         last_size = 0
         while done < most:
             size = min(size, most - done)
-            given: dict[Node, Any] = dict(same)
-            for node, (count, instruction) in counts.items():
-                given[node] = self._counted(loop, count, instruction, done, size, *sizes[node])
-            turns = Turns(loop, state, size, given)
+            values: dict[Node, Any] = dict(given.same)
+            for read, count in given.counts.items():
+                values[read.node] = self._counted(loop, count, read, done, size)
+            turns = Turns(loop, state, size, values, given.unknown)
+            if turns.unknown:
+                break
             if turns.same_way == 0 and last is not None:
                 return done - 1, last.state_after(last_size - 1)
             if turns.same_way < size or done + size == most:
@@ -206,17 +268,15 @@ class CountedLoops:
             size = min(size * _GROWTH, _MOST_TURNS)
         return 0, state
 
-    def _counted(
-        self, loop: CountingLoop, count: Count, instruction: int, first: int, turns: int, address: int, size: int
-    ) -> Any:
+    def _counted(self, loop: CountingLoop, count: Count, read: RegisterRead, first: int, turns: int) -> Any:
         """Return what a counter gives in each turn."""
         import numpy as np
 
-        instructions, cycles = loop.offsets[instruction]
+        instructions, cycles = loop.offsets[read.instruction]
         index = np.arange(first, first + turns, dtype=np.int64)
         cycle = self._cycle_ahead(index * loop.instructions + instructions, index * loop.cycles + cycles)
         value = count.at(cycle).view(np.uint64)
-        return value if size == 4 else value >> 8 * (address & 3) & (1 << 8 * size) - 1
+        return value if read.size == 4 else value >> 8 * (read.address & 3) & (1 << 8 * read.size) - 1
 
     def _cycle_ahead(self, instructions: Any, cycles: Any) -> Any:
         """Return the cycle at which begins what is so many instructions, and so many cycles of them, ahead."""
@@ -281,13 +341,6 @@ class _Before:
         """Return what the next read gave, if it is of this address."""
         read = next(self._reads, None)
         return read[1] if read is not None and read[0] == address else None
-
-
-def _agree(before: _Reads, after: _Reads) -> bool:
-    """Say whether two turns read the same, but for the values of counters."""
-    return len(before) == len(after) and all(
-        a[0] == b[0] and a[2] == b[2] and (a[2] or a[1] == b[1]) for a, b in zip(before, after, strict=True)
-    )
 
 
 def _value_of(place: Place, registers: Sequence[int], memory: bytes | bytearray, half: Any) -> int:

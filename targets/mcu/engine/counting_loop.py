@@ -18,7 +18,7 @@ from targets.mcu.engine.thumb import SP, Follower, NotUnderstood, Place, Registe
 __all__ = ["CountingLoop", "State", "Turns"]
 
 State = dict[Place, int]
-"""What is in the places that a loop reads or writes, at its head."""
+"""What is in the places that a turn reads, at its head. What it only writes is not kept: the next turn writes it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ class CountingLoop:
         self._conditions = [(node, graph.value[node]) for node in conditions]
         carried = {self.starts[place]: self._carry(place) for place in self._ends if place in self.starts}
         self._steps = list(_in_order(graph, [*conditions, *carried], carried))
-        self._last = sorted(graph.needed_for(self._ends.values()))
+        self._last = sorted(graph.needed_for(self._ends[place] for place in self._ends if place in self.starts))
 
     def _fixed_stack(self, graph: Graph, end: Node) -> Node:
         if graph.value[end] != graph.value[self.starts[SP]]:
@@ -90,7 +90,22 @@ class CountingLoop:
         """Return the state after one turn from inputs: everything that a turn gets from outside."""
         values: dict[Node, Value] = dict(inputs)
         self._graph.evaluate(self._last, values)
-        return state | {place: values[node] for place, node in self._ends.items()}
+        return state | {place: values[node] for place, node in self._ends.items() if place in self.starts}
+
+    def depends_on(self, unknown: dict[Node, int], values: Mapping[Node, Value]) -> bool:
+        """Say whether the way, or what is carried, depends on bits that are not known.
+
+        Args:
+            unknown: such bits, by node; others are added.
+            values: of all nodes.
+        """
+        for nodes, carried in self._steps:
+            for node in nodes:
+                if bits := self._graph.unknown_bits(node, values, unknown):
+                    unknown[node] = bits
+            if carried is not None and unknown.get(carried.source):
+                return True
+        return any(node in unknown for node, _expected in self._conditions)
 
     def carry(self, values: dict[Node, Value], count: int) -> int:
         """Compute `count` turns from what they get from outside; return the first that goes another way, or `count`."""
@@ -170,19 +185,24 @@ class Turns:
         loop: the loop.
         state: at its head, before the first of them.
         count: how many, at least one.
-        given: what peripherals give, by node: the same in every turn, or a vector.
+        given: what peripherals give, by node: the same in every turn, or a vector,
+        unknown: and the bits of that that are not known.
 
     Attributes:
+        unknown: it depends on bits that are not known.
         same_way: how many of them, from the first on, go the way that is known.
     """
 
-    def __init__(self, loop: CountingLoop, state: State, count: int, given: Mapping[Node, Any]) -> None:
+    def __init__(
+        self, loop: CountingLoop, state: State, count: int, given: Mapping[Node, Any], unknown: Mapping[Node, int]
+    ) -> None:
         self._loop = loop
         self._state = state
         self._values: dict[Node, Value] = {node: state[place] for place, node in loop.starts.items()}
         self._values.update(given)
         self._inputs = tuple(self._values)
         self.same_way = loop.carry(self._values, count)
+        self.unknown = bool(unknown) and loop.depends_on(dict(unknown), self._values)
 
     def state_after(self, turns: int) -> State:
         """Return the state at the head after so many of the turns that go the known way."""

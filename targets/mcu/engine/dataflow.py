@@ -8,7 +8,7 @@ made once, and so is what follows from constants alone. Every operation here tak
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 __all__ = ["WORD", "Graph", "Node", "Value"]
@@ -206,6 +206,35 @@ class Graph:
                 values[node] = operation(*[values[argument] for argument in arguments])
             elif node in self._constants:
                 values[node] = self.value[node]
+
+    def unknown_bits(self, node: Node, values: Mapping[Node, Value], unknown: Mapping[Node, int]) -> int:
+        """Return the bits of an operation's result that are not known, from those of its arguments.
+
+        Args:
+            node: the operation.
+            values: of its arguments; where one is the same in all runs, it tells more.
+            unknown: bits of its arguments, where there are any.
+        """
+        operation, arguments = self._operations[node]
+        bits = [unknown.get(argument, 0) for argument in arguments]
+        if operation is None or not any(bits):
+            return 0
+        (a, *others), first, second = bits, values[arguments[0]], values[arguments[-1]]
+        b = any(others)
+        if b and not a and operation in (operator.and_, operator.or_, operator.xor):
+            a, b, second = bits[1], False, first
+        if b or len(arguments) == 1 or not isinstance(second, int):
+            return WORD
+        if operation in (operator.and_, operator.rshift, _lsl, _asr, _ror):
+            result: int = operation(a, second)
+            return result
+        if operation is operator.or_:
+            return a & ~second
+        if operation is operator.xor:
+            return a
+        if operation is _bit:
+            return a >> second & 1
+        return a >> 31 if operation is operator.ge and second == _SIGN else WORD
 
     def _append(self, operation: _Operation | None, arguments: tuple[Node, ...], value: int) -> Node:
         self._operations.append((operation, arguments))

@@ -66,6 +66,10 @@ class Gpio(Peripheral):
         """IDR changes without an event while a pin carries a timer's output that nobody watches."""
         return offset == 0x08 and bool(self.bank.lazy)
 
+    def changing(self, offset: int) -> int:
+        """Return those pins, for IDR."""
+        return sum(pin.mask for pin in self.bank.lazy) if offset == 0x08 else 0
+
     # --- configuration
 
     def write_CRL(self, value: int) -> None:

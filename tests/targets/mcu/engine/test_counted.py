@@ -22,8 +22,9 @@ FLASH, CODE = 0x0800_0000, 0x0800_0100
 BOARD = built_in_board("bluepill")
 DEMCR, DWT_CTRL, CYCCNT = 0xE000_EDFC, 0xE000_1000, 0xE000_1004
 SYST_CSR, SYST_RVR, SYST_CVR = 0xE000_E010, 0xE000_E014, 0xE000_E018
-APB1ENR, TIM2, FLASH_ACR = 0x4002_101C, 0x4000_0000, 0x4002_2000
-CR1, EGR, CNT, PSC, ARR = 0x00, 0x14, 0x24, 0x28, 0x2C
+APB1ENR, APB2ENR, FLASH_ACR = 0x4002_101C, 0x4002_1018, 0x4002_2000
+TIM2, GPIOA = 0x4000_0000, 0x4001_0800
+CR1, EGR, CCMR1, CCER, CNT, PSC, ARR, CCR1 = 0x00, 0x14, 0x18, 0x20, 0x24, 0x28, 0x2C, 0x34
 HANG = 0xE7FE
 
 
@@ -68,16 +69,18 @@ class Rig:
         return engine.fingerprint(), engine.cycle, engine.instructions, bytes(self.machine.ram), self.machine.now_ns
 
 
-def compare(code, ends_ns, **options):
+def compare(code, ends_ns, prepare=lambda _machine: None, **options):
     """Run with and without passing over; return how many turns were passed over."""
     executed, skipped = Rig(code, skip=False, **options), Rig(code, skip=True, **options)
+    prepare(executed.machine)
+    prepare(skipped.machine)
     passed = 0
     for name in ("pass_known", "pass_new"):
         method = getattr(CountedLoops, name)
 
-        def counted(target, method=method, loops=skipped.machine._idle._counted):
+        def counted(target, method=method, loops=skipped.machine._idle._counted, **options):
             nonlocal passed
-            known = method(loops, target)
+            known = method(loops, target, **options)
             passed += 0 if known is None else known[1]
             return known
 
@@ -90,6 +93,11 @@ def compare(code, ends_ns, **options):
 
 
 US, MS = 1000, 1_000_000
+# nobody watches the PWM at PA0, so IDR must be asked for; PA3 is another input of the port
+PWM = (
+    *((APB2ENR, 4), (GPIOA, 0x4444_444B), (TIM2 + ARR, 359), (TIM2 + CCR1, 100), (TIM2 + CCMR1, 0x68)),
+    *((TIM2 + CCER, 1), (TIM2 + EGR, 1), (TIM2 + CR1, 1)),
+)
 counters = {
     "cyccnt": (CYCCNT, ()),
     "tim2": (TIM2 + CNT, ((TIM2 + PSC, 7), (TIM2 + EGR, 1), (TIM2 + CR1, 1))),
@@ -97,6 +105,7 @@ counters = {
     "tim2-centre": (TIM2 + CNT, ((TIM2 + ARR, 1500), (TIM2 + EGR, 1), (TIM2 + CR1, 0x21))),
     "systick": (SYST_CVR, ((SYST_RVR, 0xFF_FFFF), (SYST_CVR, 0), (SYST_CSR, 5))),
     "systick-8": (SYST_CVR, ((SYST_RVR, 1999), (SYST_CVR, 0), (SYST_CSR, 1))),
+    "pins-with-pwm": (GPIOA + 8, PWM),
     "systick-irq": (SYST_CVR, ((SYST_RVR, 7999), (SYST_CVR, 0), (SYST_CSR, 7))),
 }
 
@@ -137,8 +146,8 @@ LOOPS = {
 @pytest.mark.parametrize("loop", LOOPS)
 def test_a_waiting_loop_is_the_same_passed_over_as_executed(loop, counter, timing):
     address, setup = counters[counter]
-    span_ns = 2 * MS if timing == "flat" else MS // 4
-    ends_ns = [US, 7 * US, 150 * US, span_ns]
+    span_ns = MS if timing == "flat" else MS // 8
+    ends_ns = [US, 7 * US, 90 * US, span_ns]
     compare(
         LOOPS[loop], ends_ns, timing=timing, registers=((OTHER_REGISTER, address), (4, address), (5, 3000)), setup=setup
     )
@@ -175,6 +184,34 @@ def test_random_loops(body, condition, compared, registers, counter, wait_states
         setup=(*setup, (FLASH_ACR, 0x30 | wait_states)),
     )
     event("passed over" if passed else "executed")
+
+
+WAITS_FOR_PA3 = {
+    "shifted": (0x683B, 0x071B, 0xD5FC, HANG),  # ldr r3, [r7]; lsls r3, r3, #28; bpl
+    "masked": (0x683B, 0x422B, 0xD0FC, HANG),  # ldr r3, [r7]; tst r3, r5; beq
+    "masked-in-a-copy": (0x683B, 0xEA05, 0x0203, 0x2A00, 0xD0FA, HANG),  # ldr; and.w r2, r5, r3; cmp r2, #0; beq
+    "field": (0x8838, 0xF3C0, 0x00C0, 0x2800, 0xD0FA, HANG),  # ldrh r0, [r7]; ubfx r0, r0, #3, #1; cmp r0, #0; beq
+    # the port is kept, on the stack and in r4: ldr r3, [r7]; str r3, [sp, #4]; mov r4, r3; ldr r3, [sp, #4]; tst; beq
+    "kept": (0x683B, 0x9301, 0x461C, 0x9B01, 0x422B, 0xD0F9, HANG),
+}
+
+
+@pytest.mark.parametrize("timing", ["flat", "table"])
+@pytest.mark.parametrize("loop", WAITS_FOR_PA3)
+def test_a_pin_is_waited_for_beside_pwm_that_nobody_watches(loop, timing):
+    registers = (OTHER_REGISTER, GPIOA + 8), (5, 8)
+    options = {"timing": timing, "registers": registers, "setup": PWM}
+
+    def press(machine):
+        machine.at_ns(MS // 2, lambda: machine.chip.pins["PA3"].drive(True))
+
+    assert compare(WAITS_FOR_PA3[loop], [MS // 10, MS // 3, MS], prepare=press, **options) > 200
+
+
+def test_a_wait_for_a_pin_with_pwm_itself_is_executed():
+    # ldr r3, [r7]; lsls r3, r3, #31; bpl
+    registers = ((OTHER_REGISTER, GPIOA + 8),)
+    assert not compare((0x683B, 0x07DB, 0xD5FC, HANG), [MS // 10], registers=registers, setup=PWM)
 
 
 def test_what_is_read_once_differently_is_not_passed_over():
