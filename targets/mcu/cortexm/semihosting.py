@@ -63,7 +63,7 @@ class Semihosting:
         self._bus = bus
         self._time = time
         self._notes = notes
-        self._command_line = command_line.encode()
+        self._command_line = command_line.encode(errors="surrogateescape")
         self._errno = 0
         self._consoles: set[int] = set()
         self._positions: dict[int, int] = {}  # in the file of features, by handle
