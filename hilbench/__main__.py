@@ -1,14 +1,30 @@
-"""``python -m hilbench``: the same as the command ``hilbench``."""
+"""The process: the command ``hilbench``, and ``python -m hilbench``, which does the same.
+
+From its first line on an interruption is one line and an exit code; everything else is imported after that.
+"""
 
 from __future__ import annotations
 
 import sys
 
-from hilbench.siblings import leave_working_folder
+from hilbench import interruption
 
-leave_working_folder()
 
-from hilbench.cli import main  # noqa: E402 - what it imports must not come from the working folder
+def main() -> int:
+    """Run the command line of this process and return its exit code; nothing is left to be done then but to exit."""
+    interruption.end_at_once()
+    if __name__ == "__main__":
+        from hilbench.siblings import leave_working_folder
+
+        leave_working_folder()  # what is imported from now on must not come from there
+
+    from hilbench.cli import main as run
+
+    try:
+        return run()
+    finally:
+        interruption.ignore()
+
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -65,6 +65,8 @@ def baud(text: str) -> int:
 
 def duration_ns(text: str) -> int:
     """Read a span of bench time, such as ``10s``, ``500ms``, ``2min``; return it in nanoseconds."""
+    if text.startswith("-") and _DURATION.fullmatch(text[1:]):
+        raise ValueError(f"'{text}' is negative; a duration is positive: 10s, 500ms or 2min")
     match = _DURATION.fullmatch(text)
     if match is None:
         raise ValueError(f"'{text}' is not a duration; write 10s, 500ms or 2min")

@@ -17,6 +17,8 @@ from hilbench.client_under_test import OWN_CAPABILITIES
 from hilbench.clock import Scheduler
 from hilbench.config import open_bench
 from hilbench.errors import UnavailableError, UsageError
+from hilbench.files import refuse_overwriting
+from hilbench.inputs import inputs_of, inputs_of_targets
 from hilbench.journal import Journal
 from hilbench.links import Line
 from hilbench.locked_providers import AttachedProvider, ExecProvider, ListenProvider
@@ -45,9 +47,10 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     """Return the provider that the options mean; nothing is opened yet.
 
     Raises:
-        UsageError: the bench file or the target is wrong.
+        UsageError: the bench file or the target is wrong, or would be overwritten.
     """
     bench_file = open_bench(options.bench)
+    refuse_overwriting(options.outputs(), [*inputs_of(bench_file), *inputs_of_targets(options.targets)])
     if bench_file.boards and not (options.suites or bench_file.suites):
         hint = 'write suites = ["my_suite.py"] into it, or --suite; without clauses: pytest (hilbench init begins one)'
         raise UsageError("names no suite for its boards", where=str(bench_file.path), hint=hint)
@@ -59,7 +62,11 @@ def make_provider(options: CheckOptions) -> BenchProvider:
         return VirtualProvider(shared)
     if len(options.targets) > 1:
         raise UsageError("this bench has one target", where=f"--target {options.targets[1].spec}", hint="name only one")
-    return _for_target(shared, options.targets[0].spec)
+    choice = options.targets[0]
+    if choice.name and choice.name not in bench_file.targets:
+        nearest = did_you_mean(choice.name, bench_file.targets, "targets")
+        raise UsageError(f"no target '{choice.name}'", where=f"--target {choice.name}={choice.spec}", hint=nearest)
+    return _for_target(shared, choice.spec)
 
 
 def _for_boards(shared: Shared, options: CheckOptions) -> BenchProvider:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from hilbench.errors import UsageError
+from hilbench.names import file_name
 from hilbench.nearest import did_you_mean
 from hilbench.schema import json_schema
 from hilbench.strict import Strict
@@ -29,7 +30,7 @@ def open_board(spec: str, folder: Path, where: str | None = None) -> Board:
     if not is_board_file(spec):
         hint = did_you_mean(spec, board_names(), "built-in boards")
         raise UsageError(f"no board '{spec}'", where=where, hint=f"{hint} (a file of yours ends in .toml)")
-    return read_board(folder / spec)
+    return read_board(folder / file_name(spec))
 
 
 def is_board_file(spec: str) -> bool:

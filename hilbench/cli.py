@@ -8,17 +8,14 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import io
 import os
-import signal
 import sys
 from collections.abc import Sequence
-from types import FrameType
 
-from hilbench import __version__
-from hilbench.errors import HilbenchError, InternalError, UsageError
+from hilbench import __version__, interruption
+from hilbench.errors import HilbenchError, InternalError, UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
-
-_ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 COMMANDS = {
     "check": "run conformance suites on a target and report clause by clause",
@@ -26,7 +23,7 @@ COMMANDS = {
     "diff": "compare what the pins did in two recordings",
     "serve": "offer a virtual target on a pty or a TCP port, in real time",
     "init": "write a bench file and a test for firmware of your own",
-    "doctor": "say what the models of a chip do and do not",
+    "doctor": "say what is installed, and what the models of a chip do and do not",
     "validate": "read a bench file and say whether it is right",
 }
 
@@ -68,10 +65,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
-    _fill_closed_descriptors()
-    _let_termination_interrupt()
+    interruption.end_at_once()
+    _prepare_streams()
+    code = _answered(list(sys.argv[1:] if argv is None else argv))
+    return _flushed(code)
+
+
+def _answered(words: list[str]) -> int:
     try:
-        return int(_dispatch(list(sys.argv[1:] if argv is None else argv)))
+        return int(_dispatch(words))
     except KeyboardInterrupt:
         return _end("interrupted", ExitCode.INTERRUPTED)
     except InternalError as error:
@@ -84,8 +86,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         return done.code if isinstance(done.code, int) else ExitCode.OK
     except Exception as error:  # noqa: BLE001 - the last line of defence: whatever it is, it is ours
         return _defect(error)
-    finally:
-        _flush()
 
 
 def _dispatch(words: list[str]) -> int:
@@ -93,10 +93,10 @@ def _dispatch(words: list[str]) -> int:
         raise UsageError("no command", hint="try 'hilbench check' or 'hilbench --help'")
     first = words[0]
     if first in {"-h", "--help", "help"}:
-        print(_HELP.format(commands="\n".join(f"  {name:<10}{what}" for name, what in COMMANDS.items())))
+        _say(_HELP.format(commands="\n".join(f"  {name:<10}{what}" for name, what in COMMANDS.items())))
         return ExitCode.OK
     if first == "--version":
-        print(f"hilbench {__version__}")
+        _say(f"hilbench {__version__}")
         return ExitCode.OK
     if first not in COMMANDS:
         raise _unknown_command(first)
@@ -106,7 +106,14 @@ def _dispatch(words: list[str]) -> int:
     from hilbench.siblings import check_siblings
 
     check_siblings()
+    interruption.raise_once()
     return int(command.run(arguments))
+
+
+def _say(text: str) -> None:
+    from hilbench.console import Console
+
+    Console().data(text)
 
 
 def _unknown_command(word: str) -> UsageError:
@@ -137,38 +144,31 @@ def _defect(error: BaseException) -> ExitCode:
     return _end(f"defect in hilbench: {what} (traceback in {path})", ExitCode.DEFECT)
 
 
-def _fill_closed_descriptors() -> None:
-    """Open what is closed of 0, 1 and 2, so that no file or port of ours gets one of these numbers."""
+def _prepare_streams() -> None:
+    """Let every name be printed, and what is closed of 0, 1 and 2 be taken, so that no file or port of ours gets it.
+
+    What takes the place of a closed stream cannot be written to either: what is printed there is known to be lost.
+    """
     for descriptor in (0, 1, 2):
         try:
             os.fstat(descriptor)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)
-
-
-def _let_termination_interrupt() -> None:
-    """Have SIGTERM (a CI system cancels a job) and SIGHUP (a terminal is closed) end a run as Ctrl-C does.
-
-    Only the first of them interrupts: what comes after it must not tear the report apart that it asked for.
-    """
-    with contextlib.suppress(ValueError):  # not in the main thread: an embedding program's business
-        for number in _ENDINGS:
-            signal.signal(number, _interrupt_once)
-
-
-def _interrupt_once(_number: int, _frame: FrameType | None) -> None:
-    for number in _ENDINGS:
-        signal.signal(number, signal.SIG_IGN)
-    raise KeyboardInterrupt
-
-
-def _flush() -> None:
+            os.open(os.devnull, os.O_RDONLY)
+    if sys.stdout is None:
+        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115 - a descriptor
     for stream in (sys.stdout, sys.stderr):
-        try:
-            if stream is not None:
-                stream.flush()
-        except (OSError, ValueError):
-            with contextlib.suppress(OSError, ValueError):
-                nowhere = os.open(os.devnull, os.O_WRONLY)
-                os.dup2(nowhere, stream.fileno())
-                os.close(nowhere)
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _flushed(code: int) -> int:
+    from hilbench.console import flush_data, flush_narration
+
+    try:
+        flush_data()
+    except UnavailableError as error:
+        said = _end(str(error), error.exit_code)
+        return code if code in {ExitCode.INTERRUPTED, ExitCode.DEFECT} else said
+    finally:
+        flush_narration()
+    return code

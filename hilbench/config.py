@@ -22,6 +22,7 @@ from hilbench.check.suites import shipped_suites
 from hilbench.clock import NS_PER_US
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.fault_entries import FaultEntry
+from hilbench.names import file_name
 from hilbench.nearest import did_you_mean
 from hilbench.schema import json_schema
 from hilbench.strict import Strict
@@ -50,6 +51,8 @@ ROBOT_SUITES = ("p2os-client", "p2os-server", "pioneer-motion")
 """What is checked on a bench with a robot, unless its file says otherwise."""
 
 _MODEL_BAUD = 9600
+_TABLE_ALIGNMENT = 0x80
+"""VTOR holds no lower bits (ARMv7-M ARM, DDI0403, section B3.2.5)."""
 _MODEL_KEYS = ("model", "settings")
 _BOARD_KEYS = ("board", "firmware", "base", "timing", "skip_idle", "straps", "programs")
 
@@ -97,6 +100,7 @@ def resolve_scene(scene: str, folder: Path, where: str) -> str:
     """
     if scene in scene_names():
         return scene
+    scene = file_name(scene)
     if not scene.endswith(".toml"):
         raise UsageError(f"no scene '{scene}'", where=where, hint=did_you_mean(scene, scene_names(), "built-in scenes"))
     if not (folder / scene).is_file():
@@ -182,7 +186,7 @@ class _Reader:
         assert entry.firmware is not UNSET
         board = open_board(entry.board, self._folder, self._file.place(("targets", name, "board")))
         where = self._file.place(("targets", name, "firmware"))
-        firmware = self._folder / entry.firmware
+        firmware = self._folder / file_name(entry.firmware)
         if not firmware.is_file():
             raise UnavailableError(f"no firmware file '{firmware}'", where=where)
         given = msgspec.structs.asdict(entry.straps)
@@ -191,7 +195,7 @@ class _Reader:
             board=board,
             board_name=entry.board,
             firmware=firmware,
-            base=None if entry.base is UNSET else entry.base,
+            base=self._base(name, entry),
             timing=entry.timing,
             skip_idle=entry.skip_idle,
             straps=dataclasses.replace(board.straps, **straps),
@@ -199,8 +203,18 @@ class _Reader:
             where=where,
         )
 
+    def _base(self, name: str, entry: TargetEntry) -> int | None:
+        """Return where a raw binary belongs, which is where its vector table is."""
+        if entry.base is UNSET:
+            return None
+        if entry.base % _TABLE_ALIGNMENT:
+            message = f"0x{entry.base:08X} is no multiple of 0x{_TABLE_ALIGNMENT:X}, as the place of a vector table is"
+            hint = "write that of the linker script, such as 0x08002000"
+            raise self._strict.error(message, ("targets", name, "base"), hint)
+        return entry.base
+
     def _programs(self, name: str, entry: TargetEntry) -> dict[str, Path]:
-        paths = {program: self._folder / image for program, image in entry.programs.items()}
+        paths = {program: self._folder / file_name(image) for program, image in entry.programs.items()}
         for program, path in paths.items():
             if not path.is_file():
                 where = self._file.place(("targets", name, "programs", program))
@@ -208,7 +222,7 @@ class _Reader:
         return paths
 
     def _file_beside(self, text: str, path: tuple[str | int, ...]) -> Path:
-        file = self._folder / text
+        file = self._folder / file_name(text)
         if not file.is_file():
             raise self._strict.error(f"no file '{file}'", path)
         return file
@@ -225,8 +239,9 @@ class _Reader:
         )
 
     def _suite_file(self, suite: str, number: int, shipped: Collection[str]) -> Path:
-        if (self._folder / suite).exists():
-            return self._folder / suite
+        file = self._folder / file_name(suite)
+        if file.exists():
+            return file
         hint = did_you_mean(suite, shipped, "shipped suites")
         raise self._strict.error(f"no suite '{suite}'", ("suites", number), hint)
 

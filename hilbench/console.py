@@ -1,17 +1,20 @@
 """The process's own standard streams: data on one, narration on the other.
 
-A reader that goes away (``hilbench check | head``) and a stream that was closed are nobody's error: what is left is
-dropped.
+A reader that goes away (``hilbench check | head``) is nobody's error: what is left is dropped. Data that is lost in any
+other way, such as on a full disk, was not delivered, and says so. Narration never stands in anybody's way.
 """
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import select
 import sys
 from collections.abc import Callable, Iterator
 from typing import TextIO
+
+from hilbench.errors import UnavailableError
 
 _DEFAULT_WIDTH = 100
 
@@ -29,8 +32,15 @@ class Console:
         self._err = err or sys.stderr or _nowhere()
 
     def data(self, text: str) -> None:
-        """Print lines of data."""
-        _write(self._out, f"{text}\n")
+        """Print lines of data.
+
+        Raises:
+            UnavailableError: they cannot be written. What follows is dropped.
+        """
+        try:
+            _put(self._out, f"{text}\n")
+        except (OSError, ValueError) as error:
+            raise _lost(error) from error
 
     def narrate(self, text: str) -> None:
         """Print lines for a person."""
@@ -76,12 +86,48 @@ class Console:
             _write(self._err, "\r\x1b[K")
 
 
-def _write(stream: TextIO, text: str) -> None:
+def flush_data() -> None:
+    """Print what is buffered of the standard output.
+
+    Raises:
+        UnavailableError: it cannot be written.
+    """
     try:
-        stream.write(text)
+        _put(sys.stdout, "")
+    except (OSError, ValueError) as error:
+        raise _lost(error) from error
+
+
+def flush_narration() -> None:
+    """Print what is buffered of the standard error, if that is possible."""
+    _write(sys.stderr, "")
+
+
+def _lost(error: OSError | ValueError) -> UnavailableError:
+    reason = str(error)
+    if isinstance(error, OSError):
+        reason = "it is closed" if error.errno == errno.EBADF else error.strerror or reason
+    return UnavailableError(f"cannot be written: {reason}", where="the standard output")
+
+
+def _write(stream: TextIO, text: str) -> None:
+    with contextlib.suppress(OSError, ValueError):
+        _put(stream, text)
+
+
+def _put(stream: TextIO | None, text: str) -> None:
+    """Write; whatever goes wrong goes wrong once, and a reader that has gone is no error."""
+    if stream is None:
+        return
+    try:
+        if text:
+            stream.write(text)
         stream.flush()
+    except BrokenPipeError:
+        _point_nowhere(stream)
     except (OSError, ValueError):
         _point_nowhere(stream)
+        raise
 
 
 def _nowhere() -> TextIO:

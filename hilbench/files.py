@@ -1,15 +1,19 @@
-"""Writes a file whole or not at all."""
+"""Writes a file whole or not at all, and none that is read."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 from hilbench.errors import UnavailableError, UsageError
 
 _DEFAULT_MODE = 0o666
+
+Named = tuple[str, Path | None]
+"""A file, after what it is to the reader of a message; None for one that is not asked for."""
 
 
 def write_atomically(path: Path, text: str) -> None:
@@ -49,6 +53,31 @@ def check_writable(path: Path, option: str) -> None:
         raise UsageError("cannot be written: permission denied", where=where)
 
 
+def refuse_overwriting(outputs: Iterable[Named], inputs: Iterable[Named] = ()) -> None:
+    """Make sure that no output is an input or another output, whatever links lead there.
+
+    A terminal or ``/dev/null`` may take several. A folder among the inputs stands for the Python files in it.
+
+    Args:
+        outputs: what will be written, after the option that named it.
+        inputs: what is read.
+
+    Raises:
+        UsageError: one file is meant twice.
+    """
+    asked = [(option, path) for option, path in outputs if path is not None and not path.is_char_device()]
+    if not asked:
+        return
+    read = [(what, path) for what, path in inputs if path is not None]
+    taken = {identity: what for what, path in read for identity in _identities(path)}
+    folders = [(what, os.path.realpath(path)) for what, path in read if path.is_dir()]
+    for option, path in asked:
+        what = next((taken[one] for one in _identities(path) if one in taken), None) or _holder(path, folders)
+        if what is not None:
+            raise UsageError(f"would overwrite {what}", where=f"{option} {path}", hint="choose another file")
+        taken |= dict.fromkeys(_identities(path), f"what {option} writes")
+
+
 def _replace(path: Path, text: str) -> None:
     descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
@@ -66,3 +95,19 @@ def _umask() -> int:
     current = os.umask(0)
     os.umask(current)
     return current
+
+
+def _identities(path: Path) -> tuple[object, ...]:
+    """Return what a file is known by: its place in the file system, and the name under which it was asked for."""
+    name = os.path.join(os.path.realpath(path.parent), path.name)  # noqa: PTH118 - the name itself is not resolved
+    try:
+        status = path.stat()
+    except OSError:
+        return (os.path.realpath(path), name)
+    return ((status.st_dev, status.st_ino), name)
+
+
+def _holder(path: Path, folders: Iterable[tuple[str, str]]) -> str | None:
+    """Return the folder of suites in which a path is a suite."""
+    real = Path(os.path.realpath(path))
+    return next((what for what, folder in folders if real.suffix == ".py" and real.is_relative_to(folder)), None)

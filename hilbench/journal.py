@@ -28,6 +28,7 @@ import msgspec
 
 import hilbench
 from hilbench.errors import HilbenchError, InternalError, UnavailableError, UsageError
+from hilbench.names import escaped_all
 
 FORMAT = 1
 KEEP_EVENTS = 2000
@@ -61,8 +62,7 @@ def run_hash(case_hashes: Mapping[str, str]) -> str:
     """Return the hash of a run, made of its cases' hashes in the order of their ids."""
     digest = hashlib.sha256()
     for case_id in sorted(case_hashes):
-        digest.update(_canonical_encoder.encode([case_id, case_hashes[case_id]]))
-        digest.update(b"\n")
+        digest.update(_encoded(_canonical_encoder, [case_id, case_hashes[case_id]]))
     return digest.hexdigest()
 
 
@@ -205,20 +205,19 @@ class Journal:
             if name not in _PROSE_FIELDS and not name.startswith("host")
         }
         canonical["ns"] -= self._case_start_ns
-        self._digest.update(_canonical_encoder.encode(canonical))
-        self._digest.update(b"\n")
+        self._digest.update(_encoded(_canonical_encoder, canonical))
 
     # --- the file
 
     def _queue(self, event: Mapping[str, Any]) -> None:
-        line = _encoder.encode(event) + b"\n"
+        line = _encoded(_encoder, event)
         self._pending.append(line)
         self._pending_bytes += len(line)
         if self._pending_bytes >= _FLUSH_BYTES:
             self.flush_step()
 
     def _write_header(self) -> None:
-        line = _encoder.encode({"kind": "journal", "part": self._part} | self.header) + b"\n"
+        line = _encoded(_encoder, {"kind": "journal", "part": self._part} | self.header)
         self._write(line)
         self._written_bytes = len(line)
 
@@ -327,6 +326,14 @@ def _canonical(value: Any) -> Any:
     if isinstance(value, dict):
         return {name: _canonical(item) for name, item in value.items() if not name.startswith("host")}
     return [_canonical(item) for item in value] if isinstance(value, list) else value
+
+
+def _encoded(encoder: msgspec.json.Encoder, value: object) -> bytes:
+    """Return a line of JSON; names that are not UTF-8 are rare, and cost only those who have them."""
+    try:
+        return encoder.encode(value) + b"\n"
+    except UnicodeEncodeError:
+        return encoder.encode(escaped_all(value)) + b"\n"
 
 
 def _decoded(line: bytes) -> dict[str, Any] | None:

@@ -50,6 +50,11 @@ class CheckOptions:
     journal: Path | None = None
     list_only: bool = False
 
+    def outputs(self) -> tuple[tuple[str, Path | None], ...]:
+        """Return the files to write, by the options that name them."""
+        json = None if self.json in {None, "-"} else Path(str(self.json))
+        return (("--junit", self.junit), ("--json", json), ("--journal", self.journal))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PtyDoor:
@@ -104,3 +109,7 @@ class ServeOptions:
     baud: int | None = None
     any_baud: bool = False
     journal: Path | None = None
+
+    def outputs(self) -> tuple[tuple[str, Path | None], ...]:
+        """Return the files and links to make, by the options that name them."""
+        return (*(("--pty", pty.path) for pty in self.ptys), ("--journal", self.journal))

@@ -5,10 +5,14 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable
-from typing import NoReturn, TypeVar
+from typing import TYPE_CHECKING, NoReturn, TypeVar
 
+from hilbench.console import Console
 from hilbench.errors import UsageError
 from hilbench.nearest import did_you_mean
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
 
 ValueT = TypeVar("ValueT")
 
@@ -37,6 +41,8 @@ class Parser(argparse.ArgumentParser):
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
+        # -1s and -1 are values, and wrong ones mostly: then it is their option that has to say so.
+        self._negative_number_matcher = re.compile(r"-\d")
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong with the command line.
@@ -52,6 +58,17 @@ class Parser(argparse.ArgumentParser):
             # -k/--select: one name is enough
             raise UsageError(about["what"], where=about["option"].partition("/")[0])
         raise UsageError(message, where=self._command)
+
+    def print_help(self, file: SupportsWrite[str] | None = None) -> None:
+        """Print the help; on the standard output like any other data.
+
+        Raises:
+            UnavailableError: it cannot be written.
+        """
+        if file is None:
+            Console().data(self.format_help().removesuffix("\n"))
+        else:
+            super().print_help(file)
 
     def _unknown(self, words: str) -> UsageError:
         first = words.split(maxsplit=1)[0]

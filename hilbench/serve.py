@@ -16,6 +16,7 @@ from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
 from hilbench.line_faults import LineFaults, describe_faults
 from hilbench.links import Line, Port, PtyDoor, TcpDoor
+from hilbench.nearest import did_you_mean
 from hilbench.options import ServeOptions
 from hilbench.pioneer import PioneerPlan, VirtualPioneer, plan_of
 from hilbench.serving import AnyDoor, Say, place, run_until_stopped, signals_held, traffic
@@ -34,11 +35,12 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         OK: being interrupted is how serving ends, from the moment this function is entered.
 
     Raises:
-        UsageError: no door, or a scene that does not exist.
+        UsageError: no door, one that leads nowhere, or a scene that does not exist.
         UnavailableError: a door cannot be opened, the physics is missing, or the journal can no longer be written.
     """
     if not options.ptys and not options.tcps:
         raise UsageError("no door", where="hilbench serve", hint="add --pty PATH or --tcp PORT")
+    _check_links(options, bench_file)
     plan = _plan(options, bench_file)
     # What is half built or half gone cannot be cleaned up: a signal waits until the robot runs, or until all is gone.
     with signals_held(), contextlib.ExitStack() as stack:
@@ -60,6 +62,15 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         for door in doors:
             say(traffic(door))
     return ExitCode.OK
+
+
+def _check_links(options: ServeOptions, bench_file: BenchFile) -> None:
+    """Make sure that a door which says where it leads means the robot's line, which is the only one."""
+    known = [end for name in bench_file.targets for end in (name, f"{name}.host")]
+    asked = [("--pty", pty.link) for pty in options.ptys] + [("--tcp", tcp.link) for tcp in options.tcps]
+    for option, link in asked:
+        if link and link not in known:
+            raise UsageError(f"no line '{link}'", where=f"{option} {link}=", hint=did_you_mean(link, known, "lines"))
 
 
 def _plan(options: ServeOptions, bench_file: BenchFile) -> PioneerPlan:

@@ -5,10 +5,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ from hilbench.check.results import Report
 from hilbench.check.suites import SHIPPED_FOLDER, find_suites
 from hilbench.clock import Stopwatch
 from hilbench.console import Console
-from hilbench.errors import HilbenchError, InternalError, UsageError
+from hilbench.errors import HilbenchError, InternalError, UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.options import CheckOptions
 
@@ -74,17 +74,24 @@ def run_check(options: CheckOptions, provider_factory: ProviderFactory, console:
     check_outputs(options)
     console = console or Console()
     provider = provider_factory(options)
-    try:
+    with contextlib.ExitStack() as stack:
+        stack.callback(provider.close)
         if options.list_only:
             listing.show(list_cases(options, provider), options, console)
             return ExitCode.OK
         with console.progress() as show:
             report = run_suites(options, provider, on_case=_teller(show))
         with _no_interruption():
-            write_report(report, options, console)
-        return report.exit_code
-    finally:
-        provider.close()
+            return write_report(report, options, console, _closing_error(stack))
+
+
+def _closing_error(stack: contextlib.ExitStack) -> HilbenchError | None:
+    """Close the provider, whose journal may have no room for its last lines: the report has to say so."""
+    try:
+        stack.close()
+    except UnavailableError as error:
+        return error
+    return None
 
 
 def _teller(show: Callable[[str], None]) -> ProgressCallback:
@@ -134,7 +141,7 @@ def _selection(options: CheckOptions) -> str:
     return " ".join(words) or "check"
 
 
-@contextmanager
+@contextlib.contextmanager
 def _no_interruption() -> Iterator[None]:
     """Let a second Ctrl-C not tear the report apart that the first one asked for."""
     if threading.current_thread() is not threading.main_thread():

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from hilbench.errors import UsageError
+from hilbench.names import escaped
 from hilbench.nearest import did_you_mean
 
 SHIPPED_FOLDER = Path(__file__).parent.parent / "suites"
@@ -19,7 +20,7 @@ def shipped_suites(folder: Path = SHIPPED_FOLDER) -> dict[str, Path]:
 
 def suite_name(file: Path) -> str:
     """Return the name of the suite in a file: ``p2os_server.py`` holds ``p2os-server``, ``test_lamp.py`` ``lamp``."""
-    return file.stem.removeprefix("test_").replace("_", "-")
+    return escaped(file.stem.removeprefix("test_").replace("_", "-"))
 
 
 def find_suites(wanted: Sequence[str]) -> list[Path]:

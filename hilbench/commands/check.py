@@ -55,12 +55,13 @@ def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.check.runner.run_check`."""
     from hilbench.bench_provider import make_provider
     from hilbench.check.runner import run_check
+    from hilbench.names import escaped
 
     options = CheckOptions(
         bench=parsed.bench,
         targets=tuple(parsed.target),
         suites=tuple(parsed.suite),
-        select=parsed.select,
+        select=escaped(parsed.select),
         seed=parsed.seed,
         strict=parsed.strict,
         timeout_scale=parsed.timeout_scale,

@@ -63,11 +63,10 @@ def run(parsed: argparse.Namespace) -> int:
     options = Options(pins=tuple(parsed.pins), order_only=parsed.order_only, tolerance_ns=parsed.tolerance)
     comparison = compare(a, b, options)
     if parsed.json:
-        import json
-
         from hilbench.diff.report import as_data
+        from hilbench.names import json_text
 
-        Console().data(json.dumps(as_data(comparison), indent=2))
+        Console().data(json_text(as_data(comparison)))
     else:
         from hilbench.diff.report import as_text
 

@@ -13,8 +13,8 @@ hilbench init --board ./my-board.toml --image firmware.hex --dir tests
 """
 
 _NOTES = """
-Writes hilbench.toml and test_firmware.py, and overwrites nothing. Then: 'pytest' runs the test, 'hilbench run --follow'
-shows what the firmware does, 'hilbench serve hilbench.toml' puts its serial ports on ptys.
+Writes hilbench.toml, test_firmware.py and conftest.py, and overwrites nothing. Then: 'pytest' runs the test,
+'hilbench run --follow' shows what the firmware does, 'hilbench serve hilbench.toml' puts its serial ports on ptys.
 """
 
 

@@ -46,12 +46,15 @@ def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.mcu.run.run`."""
     from hilbench.config import DEFAULT_FILE
     from hilbench.console import Console
+    from hilbench.files import refuse_overwriting
+    from hilbench.inputs import inputs_of
     from hilbench.mcu.command_line import open_target
 
     if parsed.what is None and not DEFAULT_FILE.is_file():
         hint = f"write bluepill:IMAGE or a bench file; 'hilbench init' makes {DEFAULT_FILE}"
         raise UsageError(f"names nothing to run, and there is no {DEFAULT_FILE} here", where="run", hint=hint)
     bench_file = open_target(parsed.what)
+    refuse_overwriting((("--journal", parsed.journal), ("--vcd", parsed.vcd)), inputs_of(bench_file))
 
     from hilbench.mcu.run import RunOptions, run
 

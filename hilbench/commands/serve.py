@@ -46,6 +46,8 @@ def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.serve.serve` and `hilbench.mcu.serve.serve_boards`."""
     from hilbench.config import resolve_scene
     from hilbench.console import Console
+    from hilbench.files import refuse_overwriting
+    from hilbench.inputs import inputs_of
     from hilbench.mcu.command_line import open_target
 
     options = ServeOptions(
@@ -59,6 +61,8 @@ def run(parsed: argparse.Namespace) -> int:
         journal=parsed.journal,
     )
     bench_file = open_target(options.what)
+    scene = None if options.scene is None else Path(options.scene)
+    refuse_overwriting(options.outputs(), [*inputs_of(bench_file), ("the scene", scene)])
     say = Console().mention
     if bench_file.boards:
         from hilbench.mcu.serve import serve_boards

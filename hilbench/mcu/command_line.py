@@ -13,15 +13,19 @@ from targets.boards import board_names
 
 __all__ = ["open_target"]
 
+_IMAGE_SUFFIXES = frozenset({".elf", ".axf", ".out", ".hex", ".ihex", ".bin"})
+
 
 def open_target(what: str | None) -> BenchFile:
     """Return the bench that a command line means: one board with an image, a built-in bench, or a bench file.
 
     Raises:
-        UsageError: there is no such board or bench, or its file is wrong.
+        UsageError: there is no such board or bench, or its file is wrong or firmware.
         UnavailableError: an image that a bench file names is not there.
     """
     spec, colon, image = (what or "").partition(":")
+    if what is not None:
+        _refuse_image(what)
     is_bench = what in built_in_benches() or not (colon or spec in board_names())
     if what is None or is_bench or Path(what).is_file():
         return open_bench(what)
@@ -33,3 +37,22 @@ def open_target(what: str | None) -> BenchFile:
     emulated = EmulatedBoard(board=board, board_name=spec, firmware=Path(image), straps=board.straps, where=what or "")
     name = Path(spec).stem
     return BenchFile(name=name, path=None, digest="", boards={name: emulated})
+
+
+def _refuse_image(what: str) -> None:
+    """Tell somebody who names firmware alone what is missing before it."""
+    path = Path(what)
+    if ":" in what and not path.is_file():
+        return
+    if path.suffix.lower() in _IMAGE_SUFFIXES or _is_elf(path):
+        raise UsageError("is firmware, and no bench", where=what, hint=f"write bluepill:{what}")
+
+
+def _is_elf(path: Path) -> bool:
+    if not path.is_file():
+        return False
+    try:
+        with path.open("rb") as file:
+            return file.read(4) == b"\x7fELF"
+    except OSError:
+        return False

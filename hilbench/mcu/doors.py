@@ -47,14 +47,14 @@ def assign(options: ServeOptions, free: Sequence[str]) -> Mapping[str, list[Wish
         free: the USARTs that can have doors, as ``bluepill.usart1``.
 
     Raises:
-        UsageError: no such USART, or more doors than USARTs.
+        UsageError: no such USART, two doors of a kind for one, or more doors than USARTs.
     """
     wishes: list[Wish] = [*options.ptys, *options.tcps]
     if not wishes:
         return {name: [PtyWish(path=Path(f"./{name.replace('.', '-')}"))] for name in free}
     found: dict[str, list[Wish]] = {}
     for wish in sorted(wishes, key=lambda wish: not wish.link):
-        name = _named(wish, free) if wish.link else _next(wish, free, found)
+        name = _named(wish, free, found) if wish.link else _next(wish, free, found)
         found.setdefault(name, []).append(wish)
     return {name: found[name] for name in free if name in found}
 
@@ -63,12 +63,14 @@ def _option(wish: Wish) -> str:
     return "--pty" if isinstance(wish, PtyWish) else "--tcp"
 
 
-def _named(wish: Wish, free: Sequence[str]) -> str:
+def _named(wish: Wish, free: Sequence[str], found: Mapping[str, Sequence[Wish]]) -> str:
     link = wish.link.lower()
     fitting = [name for name in free if name == link or name.partition(".")[2] == link]
-    if len(fitting) == 1:
-        return fitting[0]
     where = f"{_option(wish)} {wish.link}="
+    if len(fitting) == 1:
+        if _has_such(wish, found.get(fitting[0], ())):
+            raise UsageError(f"{fitting[0]} has a door of this kind already", where=where, hint="one of each kind")
+        return fitting[0]
     if fitting:
         raise UsageError("several boards have it", where=where, hint=f"write one of {', '.join(fitting)}")
     raise UsageError("no such USART, or it is linked already", where=where, hint=did_you_mean(link, free, "USARTs"))
@@ -76,9 +78,13 @@ def _named(wish: Wish, free: Sequence[str]) -> str:
 
 def _next(wish: Wish, free: Sequence[str], found: Mapping[str, Sequence[Wish]]) -> str:
     for name in free:
-        if not any(isinstance(other, type(wish)) for other in found.get(name, ())):
+        if not _has_such(wish, found.get(name, ())):
             return name
     raise UsageError(f"more of them than USARTs ({', '.join(free) or 'none is free'})", where=_option(wish))
+
+
+def _has_such(wish: Wish, others: Sequence[Wish]) -> bool:
+    return any(isinstance(other, type(wish)) for other in others)
 
 
 def open_doors(emulated: EmulatedBench, name: str, wishes: Sequence[Wish], options: ServeOptions) -> Iterator[AnyDoor]:

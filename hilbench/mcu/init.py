@@ -12,11 +12,15 @@ from hilbench.board_files import is_board_file, open_board
 from hilbench.errors import UsageError
 from hilbench.files import check_writable, write_atomically
 from hilbench.mcu.images import load
+from hilbench.names import as_utf8, escaped
 
-__all__ = ["BENCH_NAME", "TEST_NAME", "Written", "init"]
+__all__ = ["BENCH_NAME", "CONFTEST_NAME", "TEST_NAME", "Written", "init"]
 
 BENCH_NAME = "hilbench.toml"
 TEST_NAME = "test_firmware.py"
+CONFTEST_NAME = "conftest.py"
+
+PLUGIN = "hilbench.pytest_plugin"
 
 _BENCH = """\
 # {image} on a {board_name}. What else can stand here: docs/firmware.md of hilbench.
@@ -30,14 +34,23 @@ firmware = {firmware}
 _TEST = '''\
 """What {image} must do, on an emulated {board_name}. Run it with: pytest"""
 
-pytest_plugins = ["hilbench.pytest_plugin"]
-
 
 def test_it_runs_for_a_second_without_a_crash(board):
     board.run(1.0)
     print(*board.transcript, sep="\\n")  # what it said and did; pytest shows it with -s, and when the test fails
     assert board.end is None or board.end.good, str(board.end)
 '''
+
+_CONFTEST = '''\
+"""Gives the tests beside it and below it what hilbench has for them: `board`, `boards`."""
+
+
+def pytest_addoption(pluginmanager):
+    # As pytest_plugins would do, which pytest allows in the topmost conftest.py only.
+    pluginmanager.import_plugin("hilbench.pytest_plugin")
+'''
+_CONFTEST_IS_THERE = """\
+{file} is there already and stays as it is; it needs this line: pytest_plugins = ["hilbench.pytest_plugin"]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +59,7 @@ class Written:
 
     Attributes:
         files: the files.
-        notes: what the image is like, for the user to know.
+        notes: what the image is like and what else there is to do, for the user to know.
     """
 
     files: tuple[Path, ...]
@@ -54,7 +67,7 @@ class Written:
 
 
 def init(board: str, image: Path, folder: Path) -> Written:
-    """Write a bench file and a test.
+    """Write a bench file and a test, and have pytest know hilbench.
 
     Args:
         board: name of a built-in board, or path of a board file.
@@ -69,24 +82,30 @@ def init(board: str, image: Path, folder: Path) -> Written:
     loaded = load(EmulatedBoard(board=opened, board_name=board, firmware=image, straps=opened.straps))
     texts = {
         folder / BENCH_NAME: _BENCH.format(
-            image=image.name,
+            image=escaped(image.name),
             board_name=opened.name,
             board=_quoted(_seen_from(folder, board) if is_board_file(board) else board),
             firmware=_quoted(_seen_from(folder, str(image))),
         ),
-        folder / TEST_NAME: _TEST.format(image=image.name.replace('"', "'"), board_name=opened.name),
+        folder / TEST_NAME: _TEST.format(image=escaped(image.name).replace('"', "'"), board_name=opened.name),
     }
+    notes = list(loaded.notes)
+    conftest = folder / CONFTEST_NAME
+    if not conftest.exists():
+        texts[conftest] = _CONFTEST
+    elif PLUGIN not in conftest.read_text(encoding="utf-8", errors="replace"):
+        notes.append(_CONFTEST_IS_THERE.format(file=conftest))
     for file in texts:
         if file.exists() or file.is_symlink():
             raise UsageError("is there already", where=str(file), hint="remove it, or choose another folder with --dir")
         check_writable(file, "--dir")
     for file, text in texts.items():
         write_atomically(file, text)
-    return Written(files=tuple(texts), notes=loaded.notes)
+    return Written(files=tuple(texts), notes=tuple(notes))
 
 
 def _seen_from(folder: Path, file: str) -> str:
-    return os.path.relpath(Path(file).resolve(), folder.resolve())
+    return as_utf8(os.path.relpath(Path(file).resolve(), folder.resolve()))
 
 
 def _quoted(text: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ from hilbench.mcu.group import FREE_STEP_NS, LOCKED_STEP_NS
 from hilbench.mcu.narration import Narrator
 from hilbench.mcu.note_lines import note_lines
 from hilbench.mcu.usart_port import UsartPort
+from hilbench.names import json_text
 from hilbench.serving import STOP_SIGNALS
 
 __all__ = ["RunOptions", "run"]
@@ -83,7 +83,7 @@ def run(
             narrator.finish()
         report = _Report(emulated, watch.elapsed_s(), interrupted=interrupted)
         if options.as_json:
-            console.data(json.dumps(report.data(), indent=2))
+            console.data(json_text(report.data()))
         else:
             console.narrate(report.text())
     return report.exit_code

@@ -39,7 +39,7 @@ class Waveforms:
         from vcd import VCDWriter
 
         try:
-            self._file = path.open("w", encoding="utf-8")
+            self._file = path.open("w", encoding="utf-8", errors="backslashreplace")
         except OSError as error:
             raise _cannot_write(path, error) from error
         self._path = path

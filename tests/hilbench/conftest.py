@@ -5,7 +5,7 @@ import signal
 import pytest
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def keep_signals():
     """Put back what the command makes of the signals that end it."""
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}

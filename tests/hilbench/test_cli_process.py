@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -78,15 +79,80 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path):
     os.close(write)
 
 
-@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
-def test_closed_streams_are_no_error_and_get_no_file(run, tmp_path, closed):
+NO_OUTPUT = "hilbench: the standard output: cannot be written: it is closed\n"
+
+
+@pytest.mark.parametrize(
+    ("closed", "code", "said"),
+    [("<&-", 0, ""), (">&-", 3, NO_OUTPUT), ("2>&-", 0, ""), ("<&- >&- 2>&-", 3, "")],
+)
+def test_closed_streams_get_no_file_and_lost_data_is_said(run, tmp_path, closed, code, said):
     suite = panel(tmp_path)
     script = f'"$@" check pioneer-plane --suite {suite} --journal j --json r.json {closed}'
     done = run([], command=["sh", "-c", script, "sh", *HILBENCH])
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.returncode, done.stderr) == (code, said)
     assert json.loads((tmp_path / "r.json").read_text())["exit_code"] == 0
     for line in (tmp_path / "j").read_text().splitlines():
         assert line.startswith("{")
+
+
+@pytest.mark.parametrize("words", ["--help", "check --help", "--version", "check pioneer-plane --list", "doctor"])
+def test_data_that_a_full_disk_does_not_take_is_no_success(words):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([*HILBENCH, *words.split()], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+    said = "hilbench: the standard output: cannot be written: No space left on device\n"
+    assert (done.returncode, done.stderr) == (3, said)
+
+
+@pytest.mark.parametrize(
+    ("words", "written"), [("--junit /dev/full --json r.json", True), ("--json /dev/full --junit r.xml", False)]
+)
+def test_the_report_of_a_check_knows_that_a_file_could_not_be_written(run, tmp_path, words, written):
+    done = run(["check", "pioneer-plane", "--suite", panel(tmp_path), *words.split()])
+    assert (done.returncode, done.stderr) == (
+        3,
+        "hilbench: /dev/full: cannot be written: No space left on device\n",
+    )
+    assert done.stdout.splitlines()[-1] == "exit 3: a file could not be written"
+    if written:
+        assert json.loads((tmp_path / "r.json").read_text())["exit_code"] == 3
+
+
+# As the process begins: the command of the package, and `python -m`.
+
+PROCESS = [sys.executable, "-c", "import sys; from hilbench.__main__ import main; sys.exit(main())"]
+INTERRUPTED_IMPORT = """\
+import os, signal, sys
+
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == {name!r}:
+            os.kill(os.getpid(), signal.{number})
+
+sys.meta_path.insert(0, Interrupting())
+from hilbench.__main__ import main
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("name", ["hilbench.cli", "hilbench.commands.check", "argparse", "hilbench.check.runner"])
+def test_an_interruption_of_an_import_is_one_line(run, name, number):
+    program = INTERRUPTED_IMPORT.format(name=name, number=number)
+    done = run(["check", "pioneer-plane", "--list"], command=[sys.executable, "-c", program])
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "hilbench: interrupted\n")
+
+
+@pytest.mark.parametrize("command", [PROCESS, [sys.executable, "-m", "hilbench"]], ids=["script", "python -m"])
+def test_the_process_is_the_command(run, command):
+    done = run(["validate", "pionere"], command=command)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "hilbench: pionere: no such bench; did you mean 'pioneer'?\n"
+
+
+def test_the_command_of_the_package_is_the_process():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert project["scripts"] == {"hilbench": "hilbench.__main__:main"}
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

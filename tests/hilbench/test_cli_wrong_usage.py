@@ -6,8 +6,6 @@ import pytest
 
 from hilbench.cli import main
 
-pytestmark = pytest.mark.usefixtures("keep_signals")
-
 WRONG = [
     ("", "no command; try 'hilbench check' or 'hilbench --help'"),
     ("chekc", "unknown command 'chekc'; did you mean 'check'?"),
@@ -34,6 +32,9 @@ WRONG = [
     ("check pioneer --json none/r.json", "--json none/r.json: there is no folder"),
     ("serve", "serve: TARGET|BENCH is missing; see 'hilbench serve --help'"),
     ("serve pioneer", "no door; add --pty PATH or --tcp PORT"),
+    ("serve pioneer-plane --pty robt=p", "--pty robt=: no line 'robt'; did you mean 'robot'?"),
+    ("serve pioneer-plane --tcp x=0", "--tcp x=: no line 'x'; lines: robot, robot.host"),
+    ("check pioneer --target robt=pioneer", "--target robt=pioneer: no target 'robt'; did you mean 'robot'?"),
     ("serve pioneer --tcp 70000", "--tcp: '70000' does not end in a port from 0 to 65535"),
     ("serve pioneer --tcp localhost", "--tcp: 'localhost' does not end in a port"),
     ("serve pioneer --tcp 0 --scene coridor", "did you mean 'corridor'?"),

@@ -96,6 +96,7 @@ def test_wires_that_touch_are_one_net(read):
         (BRAIN + "frimware = 1\n", 5, "unknown key 'frimware' in [targets.brain]; did you mean 'firmware'?"),
         (BRAIN + "timing = 'tabel'\n", 5, "'tabel' is not a value it takes; did you mean 'table'?"),
         (BRAIN + "skip_idle = 1\n", 5, "must be true or false"),
+        (BRAIN + "base = 0x08000001\n", 5, "0x08000001 is no multiple of 0x80, as the place of a vector table is"),
         (BRAIN + "straps.boot0 = 2\n", 5, "2 is not a value it takes; it takes: 0, 1"),
         (BRAIN + "straps.boot2 = 1\n", 5, "did you mean 'boot"),
         (BRAIN + "settings.watchdog_ms = 100\n", 5, "'settings' says nothing about a board"),

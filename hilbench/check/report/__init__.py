@@ -4,49 +4,85 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
+
 from hilbench.check.report import junit, matrix
 from hilbench.check.report.schema import report_json
 from hilbench.check.results import Report
 from hilbench.console import Console
-from hilbench.errors import UsageError
-from hilbench.files import check_writable, write_atomically
+from hilbench.errors import HilbenchError, UnavailableError
+from hilbench.exit_codes import ExitCode, worst
+from hilbench.files import Named, check_writable, refuse_overwriting, write_atomically
 from hilbench.options import CheckOptions
 
 
 def check_outputs(options: CheckOptions) -> None:
-    """Make sure that the files asked for can be written.
+    """Make sure that the files asked for can be written, and are not what is read.
 
     Raises:
-        UsageError: one cannot.
+        UsageError: one cannot, or is.
     """
-    json = None if options.json in {None, "-"} else Path(str(options.json))
-    taken = {Path(suite).resolve(): f"--suite {suite}" for suite in options.suites}
-    if options.bench is not None:
-        taken[Path(options.bench).resolve()] = "the bench file"
-    for option, path in (("--junit", options.junit), ("--json", json), ("--journal", options.journal)):
-        if path is None:
-            continue
-        check_writable(path, option)
-        if path.resolve() in taken and not path.is_char_device():
-            raise UsageError(f"would overwrite {taken[path.resolve()]}", where=f"{option} {path}")
-        taken[path.resolve()] = option
+    for option, path in options.outputs():
+        if path is not None:
+            check_writable(path, option)
+    suites: list[Named] = [(f"--suite {suite}", Path(suite)) for suite in options.suites]
+    bench = None if options.bench is None else Path(options.bench)
+    refuse_overwriting(options.outputs(), [*suites, ("the bench file", bench)])
 
 
-def write_report(report: Report, options: CheckOptions, console: Console) -> None:
-    """Print the matrix and write the files that were asked for.
+def write_report(report: Report, options: CheckOptions, console: Console, lost: HilbenchError | None = None) -> int:
+    """Write the files that were asked for, and print the matrix.
 
-    The matrix goes to standard error when the JSON report takes standard output.
+    The matrix goes to standard error when the JSON report takes standard output. It comes last, and also when a file
+    could not be written: the exit code in it is that of the process.
+
+    Args:
+        report: what to tell.
+        options: where to.
+        console: for what is printed.
+        lost: what could not be written already.
+
+    Returns:
+        The exit code.
 
     Raises:
-        UnavailableError: a file cannot be written.
+        UnavailableError: the standard output cannot be written.
     """
+    for write in (_write_junit, _write_json):
+        try:
+            write(report if lost is None else _without_files(report), options)
+        except UnavailableError as error:
+            lost = lost or error
+    if lost is not None:
+        report = _without_files(report)
+    _print(report, options, console)
+    if lost is not None:
+        console.narrate(f"hilbench: {lost}")
+    return report.exit_code
+
+
+def _without_files(report: Report) -> Report:
+    """Return the report of a run of which a file could not be written; what outranks that, an interruption, stays."""
+    code = worst([ExitCode(report.exit_code), ExitCode.UNAVAILABLE])
+    if code == report.exit_code:
+        return report
+    return msgspec.structs.replace(report, exit_code=int(code), exit_meaning="a file could not be written")
+
+
+def _print(report: Report, options: CheckOptions, console: Console) -> None:
     if options.json == "-":
         console.data(report_json(report))
         console.narrate(matrix.render(report, colours=False, width=None))
     else:
         width = console.width if console.terminal else None
         console.data(matrix.render(report, colours=console.colours, width=width))
+
+
+def _write_json(report: Report, options: CheckOptions) -> None:
     if options.json not in {None, "-"}:
         write_atomically(Path(str(options.json)), f"{report_json(report)}\n")
+
+
+def _write_junit(report: Report, options: CheckOptions) -> None:
     if options.junit is not None:
         write_atomically(options.junit, junit.junit_xml(report))

@@ -25,6 +25,7 @@ from xml.etree import ElementTree as ET
 
 from hilbench.check.results import ClauseResult, Report
 from hilbench.check.verdicts import Verdict
+from hilbench.names import escaped
 
 # What XML 1.0 cannot hold, not even as a character reference.
 _NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -98,4 +99,4 @@ def _sum_up(root: ET.Element, suites: Sequence[ET.Element]) -> None:
 
 
 def _clean(text: str) -> str:
-    return _NOT_XML.sub("\ufffd", text)
+    return _NOT_XML.sub("\ufffd", escaped(text))

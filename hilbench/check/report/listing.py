@@ -11,6 +11,7 @@ import msgspec
 from hilbench.check.collector import PlannedCase
 from hilbench.console import Console
 from hilbench.files import write_atomically
+from hilbench.names import escaped_all
 from hilbench.options import CheckOptions
 
 
@@ -47,7 +48,8 @@ def show(planned: Sequence[PlannedCase], options: CheckOptions, console: Console
     if options.json is None:
         console.data(as_text(planned))
         return
-    text = msgspec.json.format(msgspec.json.encode([_listed(case) for case in planned]), indent=2).decode()
+    listed = escaped_all(msgspec.to_builtins([_listed(case) for case in planned]))
+    text = msgspec.json.format(msgspec.json.encode(listed), indent=2).decode()
     if options.json == "-":
         console.data(text)
     else:

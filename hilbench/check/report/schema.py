@@ -7,12 +7,13 @@ from typing import Any
 import msgspec
 
 from hilbench.check.results import FORMAT, Report
+from hilbench.names import escaped_all
 from hilbench.schema import json_schema
 
 
 def report_json(report: Report) -> str:
     """Return the report as indented JSON."""
-    return msgspec.json.format(msgspec.json.encode(report), indent=2).decode()
+    return msgspec.json.format(msgspec.json.encode(escaped_all(msgspec.to_builtins(report))), indent=2).decode()
 
 
 def report_schema() -> dict[str, Any]:

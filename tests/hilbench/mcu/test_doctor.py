@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+from hilbench import __version__
 from hilbench.cli import main
 
 
@@ -31,10 +32,22 @@ def test_as_json_it_adds_up(capsys):
             assert register["note"] or register["fidelity"] != "partly", (part["name"], register["name"])
 
 
+def test_without_a_question_it_says_what_is_installed(capsys):
+    assert main(["doctor"]) == 0
+    out, err = capsys.readouterr()
+    said = {line.split(maxsplit=1)[0]: line.split(maxsplit=1)[1] for line in out.splitlines()}
+    assert said["hilbench"] == __version__
+    assert said["boards"] == "bluepill"
+    assert "STM32F103C8" in said["chips"].split(", ")
+    assert err == "what is modelled of a chip: hilbench doctor --fidelity CHIP\n"
+    assert main(["doctor", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert (data["parts"]["unicorn"], data["benches"][0]) == (said["unicorn"], "bluepill")
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["doctor"], "doctor: looking for what is wrong with a machine is not available in this version"),
         (["doctor", "--fidelity", "STM32F103ZE"], "--fidelity: no chip 'STM32F103ZE'; did you mean 'STM32F103"),
     ],
 )

@@ -101,14 +101,45 @@ def test_what_init_writes_passes(tmp_path, capsys):
     folder = tmp_path / "project" / "tests"
     folder.mkdir(parents=True)
     assert main(["init", "--board", "bluepill", "--image", str(image), "--dir", str(folder)]) == 0
-    assert capsys.readouterr().out == f"wrote {folder}/hilbench.toml\nwrote {folder}/test_firmware.py\n"
+    assert (
+        capsys.readouterr().out
+        == f"wrote {folder}/hilbench.toml\nwrote {folder}/test_firmware.py\nwrote {folder}/conftest.py\n"
+    )
     bench = open_bench(str(folder / "hilbench.toml"))
     assert bench.boards["board"].firmware.resolve() == image
+    (folder / "test_mine.py").write_text("def test_x(board): assert not board.end\n")
     # from the folder above, and with a pytest that turns warnings into errors
     done = pytest_in(tmp_path / "project", "-q", "-s", "-W", "error")
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "1 passed" in done.stdout
+    assert "2 passed" in done.stdout
     assert "board.PC13" in done.stdout
+    done = pytest_in(folder, "-q", "test_mine.py", "--hilbench-bench", "hilbench.toml")
+    assert "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("folder", ["tests", "firmware"])  # pytest reads the first one's conftest.py early
+def test_what_init_writes_is_found_by_a_pytest_that_has_it_loaded_already(tmp_path, folder):
+    for name in (folder, "twice"):
+        (tmp_path / name).mkdir()
+        image = str(IMAGES / "style-registers.elf")
+        assert main(["init", "--board", "bluepill", "--image", image, "--dir", str(tmp_path / name)]) == 0
+    for words in ([], ["-p", "hilbench.pytest_plugin"]):
+        done = pytest_in(tmp_path, "-q", "--import-mode=importlib", "-W", "error", *words)
+        assert "2 passed" in done.stdout, done.stdout + done.stderr
+
+
+def test_a_conftest_of_the_user_stays_and_init_says_what_it_needs(tmp_path, capsys):
+    (tmp_path / "conftest.py").write_text("# mine\n")
+    image = str(IMAGES / "style-registers.elf")
+    assert main(["init", "--board", "bluepill", "--image", image, "--dir", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    assert "conftest.py" not in out
+    assert err.startswith(
+        f"note: {tmp_path}/conftest.py is there already and stays as it is; it needs this line: "
+        'pytest_plugins = ["hilbench.pytest_plugin"]\n'
+    )
+    assert (tmp_path / "conftest.py").read_text() == "# mine\n"
 
 
 @pytest.mark.slow

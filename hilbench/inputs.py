@@ -1,0 +1,40 @@
+"""What a bench is read from: files that nothing may be written to; see `hilbench.files.refuse_overwriting`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from hilbench.bench_file import BenchFile
+from hilbench.board_files import is_board_file
+from hilbench.config import read_bench
+from hilbench.files import Named
+from hilbench.names import file_name
+from hilbench.options import TargetChoice
+
+__all__ = ["inputs_of", "inputs_of_targets"]
+
+
+def inputs_of(bench_file: BenchFile) -> Iterator[Named]:
+    """Yield everything that a bench is read from."""
+    yield "the bench file", bench_file.path
+    folder = Path() if bench_file.path is None else bench_file.path.parent
+    for emulated in bench_file.boards.values():
+        yield "the firmware", emulated.firmware
+        for name, image in emulated.programs.items():
+            yield f"the program '{name}'", image
+        if is_board_file(emulated.board_name):
+            yield "the board file", folder / file_name(emulated.board_name)
+    yield "the scene", Path(bench_file.world.scene)
+    for suite in bench_file.suites:
+        yield f"the suite {suite}", Path(suite)
+    for variant in bench_file.variants.values():
+        yield from inputs_of(read_bench(variant))
+
+
+def inputs_of_targets(choices: Iterable[TargetChoice]) -> Iterator[Named]:
+    """Yield the images and board files that ``--target`` may name."""
+    for choice in choices:
+        board, _, image = choice.spec.partition(":")
+        yield f"--target {choice.spec}", Path(board)
+        yield f"--target {choice.spec}", Path(image)
