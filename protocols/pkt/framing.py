@@ -25,6 +25,7 @@ import enum
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from protocols.pkt.crc import CRC_BYTES, crc16
 from protocols.pkt.errors import LocalProtocolError
@@ -131,6 +132,30 @@ _SYNC_BYTES = {FrameState.SYNC1: SYNC[1], FrameState.SYNC2: SYNC[2], FrameState.
 _WAITED_FOR = {**_SYNC_BYTES, FrameState.TERMINATOR: _NEWLINE}
 
 
+class _Edge:
+    """An edge of the table, ready to be taken."""
+
+    __slots__ = ("acts", "begins", "count", "place")
+
+    def __init__(self, place: _Place, acts: tuple[Callable[[], None], ...], begins: bool) -> None:
+        self.place = place
+        self.acts = acts
+        self.begins = begins
+        self.count = 0
+
+
+class _Place:
+    """A state of the table with what is done there."""
+
+    __slots__ = ("edges", "state", "step", "waited_for")
+
+    def __init__(self, state: FrameState, step: Callable[[bytes, int], int]) -> None:
+        self.state = state
+        self.step = step
+        self.waited_for = _WAITED_FOR.get(state)
+        self.edges: dict[FrameTrigger, _Edge] = {}
+
+
 class FrameReader:
     """Finds the frames in a stream of bytes.
 
@@ -150,14 +175,12 @@ class FrameReader:
         keep_buffer: bool = False,
         epoch_ns: int = 0,
     ) -> None:
-        self._visits: Counter[tuple[FrameState, FrameTrigger]] = Counter()
         self._whole_frames = 0
-        self._table = frame_table(options) if table is None else table
+        table = frame_table(options) if table is None else table
         self._options = options
         self._body_limit = options.payload_limit + (0 if options.strict_diagram else CRC_BYTES)
         self._body_at = len(SYNC) + (_LENGTH_BYTES if options.framing is Framing.LEN else 0)
-        self._way = _way_of_a_frame(self._table, options.framing)
-        self._state = FrameState.IDLE
+        self._way = _way_of_a_frame(table, options.framing)
         self._raw = bytearray()  # the frame so far, sync word and all
         self._noise = bytearray()
         self._length = 0
@@ -168,7 +191,13 @@ class FrameReader:
         self._reset_ns = epoch_ns
         self._now_ns = self._held_since_ns = 0
         self._deadline_ns: int | None = None
-        self._steps: dict[FrameState, Callable[[bytes, int], int]] = {
+        places = self._compile(table)
+        self._places = tuple(places.values())
+        self._place = places[FrameState.IDLE]
+
+    def _compile(self, table: FrameTable) -> dict[FrameState, _Place]:
+        """The table as places that know their edges: looking up pairs of enumerations takes most of a step."""
+        steps: dict[FrameState, Callable[[bytes, int], int]] = {
             FrameState.IDLE: self._step_idle,
             **dict.fromkeys(_WAITED_FOR, self._step_waiting),
             FrameState.LENGTH: self._step_length,
@@ -177,16 +206,30 @@ class FrameReader:
             FrameState.CRC2: self._step_crc_low,
             FrameState.BODY: self._step_body,
         }
+        acts: dict[FrameAction, Callable[[], None]] = {
+            FrameAction.BEGIN: self._begin,
+            FrameAction.DISPATCH: self._dispatch,
+            FrameAction.RESCAN: self._rescan,
+            **{action: partial(self._drop, reason) for action, reason in _REASONS.items()},
+        }
+        places = {state: _Place(state, steps[state]) for state in FrameState}
+        for (state, trigger), edge in table.items():
+            place, begins = places[edge.next_state], FrameAction.BEGIN in edge.actions
+            places[state].edges[trigger] = _Edge(place, tuple(acts[action] for action in edge.actions), begins)
+        return places
 
     @property
     def state(self) -> FrameState:
         """Where the decoder is."""
-        return self._state
+        return self._place.state
 
     @property
     def visits(self) -> Counter[tuple[FrameState, FrameTrigger]]:
         """How often each edge of the table was taken."""
-        return self._visits + Counter(dict.fromkeys(self._way, self._whole_frames))
+        stepped = {
+            (place.state, trigger): edge.count for place in self._places for trigger, edge in place.edges.items()
+        }
+        return Counter(dict.fromkeys(self._way, self._whole_frames)) + Counter(stepped)
 
     @property
     def held(self) -> int:
@@ -221,8 +264,8 @@ class FrameReader:
 
     def _give_up(self) -> None:
         """Ends every unfinished frame, one after the other where they are searched again, until nothing is held."""
-        while self._raw:
-            self._fire(FrameTrigger.TIME_UP)
+        while self._raw and self._fire(FrameTrigger.TIME_UP):
+            pass
         self._end_noise()
         self._reset_ns = self._now_ns
         self._deadline_ns = None
@@ -245,31 +288,24 @@ class FrameReader:
 
     def _feed(self, data: bytes) -> None:
         """Takes bytes, in as few steps as the table allows."""
-        at, size, steps = 0, len(data), self._steps
+        at, size = 0, len(data)
         while at < size:
-            at = steps[self._state](data, at)
+            at = self._place.step(data, at)
 
-    def _fire(self, trigger: FrameTrigger) -> None:
-        """Takes the edge for this trigger, if there is one."""
-        cell = (self._state, trigger)
-        edge = self._table.get(cell)
+    def _fire(self, trigger: FrameTrigger) -> bool:
+        """Takes the edge for this trigger; says whether there is one."""
+        edge = self._place.edges.get(trigger)
         if edge is None:
-            return
-        self._visits[cell] += 1
-        self._state = edge.next_state
-        for action in edge.actions:
-            self._act(action)
+            return False
+        edge.count += 1
+        self._place = edge.place
+        for act in edge.acts:
+            act()
+        return True
 
-    def _act(self, action: FrameAction) -> None:
-        if action is FrameAction.BEGIN:
-            self._begin()
-        elif action is FrameAction.DISPATCH:
-            self._dispatch()
-        elif action is FrameAction.RESCAN:
-            self._rescan()
-        else:
-            self._found.append(Dropped(reason=_REASONS[action], data=bytes(self._raw)))
-            self._clear()
+    def _drop(self, reason: DropReason) -> None:
+        self._found.append(Dropped(reason=reason, data=bytes(self._raw)))
+        self._clear()
 
     def _begin(self) -> None:
         """A frame begins with the P just seen."""
@@ -351,14 +387,14 @@ class FrameReader:
 
     def _step_waiting(self, data: bytes, at: int) -> int:
         """Takes the one byte that stands at each of these places."""
-        byte = data[at]
-        if byte == _WAITED_FOR[self._state]:
+        byte, place = data[at], self._place
+        if byte == place.waited_for:
             self._raw.append(byte)
             self._fire(FrameTrigger.EXPECTED)
             return at + 1
         trigger = FrameTrigger.WRONG_P if byte == _P else FrameTrigger.WRONG
-        edge = self._table.get((self._state, trigger))
-        if edge is None or FrameAction.BEGIN not in edge.actions:
+        edge = place.edges.get(trigger)
+        if edge is None or not edge.begins:
             self._raw.append(byte)
         self._fire(trigger)
         return at + 1
@@ -403,7 +439,7 @@ class FrameReader:
         self._raw += taken
         if end >= 0:
             self._end_body()
-        if len(taken) > room and self._state is FrameState.BODY:
+        if len(taken) > room and self._place.state is FrameState.BODY:
             self._fire(FrameTrigger.TOO_LONG_AFTER_END if self._newline_seen else FrameTrigger.TOO_LONG)
         return at + len(taken)
 

@@ -347,3 +347,36 @@ def test_another_table_is_another_decoder():
     deaf = {**LEN_TABLE, (FrameState.TERMINATOR, FrameTrigger.EXPECTED): FrameTransition(FrameState.IDLE)}
     assert made_by(FrameReader(LEN, table=deaf), LED_ON) == []
     assert FrameAction.DISPATCH not in {action for edge in deaf.values() for action in edge.actions}
+
+
+def test_a_decoder_that_never_gives_up_is_not_stuck():
+    table = {cell: edge for cell, edge in LEN_TABLE.items() if cell[1] is not FrameTrigger.TIME_UP}
+    reader = FrameReader(LEN, table=table)
+    reader.receive(LED_ON[:6], 0)
+    assert reader.expire(10 * SECOND) == []
+    assert [item.raw for item in reader.receive(LED_ON[6:], 10 * SECOND)] == [LED_ON]
+
+
+@every_option
+def test_every_edge_is_taken(options):
+    """Every way in which a frame can be cut, damaged or wrong, and the time that runs out at each of its bytes."""
+    frame = encode_frame(b"\x01", options)
+    with_newline = encode_frame(b"\x03\0\x3b\0\x3b\x03", options)  # in its CRC
+    reader = FrameReader(options)
+    for whole in (frame, with_newline):
+        for at in range(len(whole)):
+            for wrong in (0x50, 0xFF, 0x0A):
+                reader.receive(whole[:at] + bytes((wrong,)), 0)
+                reader.reset()
+            reader.receive(whole[:at], 0)
+            reader.reset()
+        for byte in whole:
+            reader.receive(bytes((byte,)), 0)
+        reader.reset()
+    reader.receive(SYNC + b"x" * 80, 0)
+    reader.reset()
+    reader.receive(SYNC + b"\n" + b"x" * 80, 0)
+    reader.reset()
+    reader.receive(SYNC + b"\0" + frame, 0)
+    reader.reset()
+    assert {cell for cell, count in reader.visits.items() if count} == set(frame_table(options))
