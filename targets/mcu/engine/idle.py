@@ -25,6 +25,7 @@ __all__ = ["IdleSkipper", "Loop"]
 
 _SHORTEST_WAIT, _GROWTH = 160, 4
 _WAIT_PER_STEP = 8000  # instructions for each one of a vain attempt: attempts then take a fifth of the time at most
+_STEP, _READ = 800, 250  # what a step of an attempt and a read of a register take, in instructions
 _LONGEST_PERIOD = 128
 _MOST_PASSES = 6  # through an instruction, without being in the same state: something is counted there
 _FEWEST_POLLS, _MOST_POLLS = 4, 1 << 14
@@ -67,6 +68,7 @@ class IdleSkipper:
         self._memory = memory
         self._period = 0
         self._steps = 0  # of the last attempt
+        self._saved = 0  # by it, in steps
         self._shortest = _SHORTEST_WAIT
         self._wait = _SHORTEST_WAIT
         self.found: Loop | None = None
@@ -120,7 +122,7 @@ class IdleSkipper:
     def _look(self, target: int, *, skip: bool) -> Stop:
         stop, self.found = self._attempt(target, skip=skip)
         self._period = 0 if self.found is None else self.found.instructions
-        self._reckon(self.found is not None)
+        self._reckon(self.found is not None and self._saved >= self._steps)
         return stop
 
     def _reckon(self, worth_it: bool) -> None:
@@ -144,6 +146,7 @@ class IdleSkipper:
         stop = self._run_period(target, before, _MOST_PASSES if skip else _LONGEST_PERIOD)
         polled, bus.trace = bus.trace, None
         ran = engine.instructions - began
+        self._saved = self._steps
         goes_on = stop.kind is StopKind.LIMIT and bus.writes == writes
         self._reads = goes_on and bool(polled) and not engine.reached_limit and engine.cycle < self._due(target)
         if (
@@ -154,7 +157,10 @@ class IdleSkipper:
         ):
             addresses = tuple(dict.fromkeys(address for address, _value, _live in polled))
             if skip:
+                began = engine.instructions
                 engine.skip_periods(self._due(target), ran, engine.cycle - cycle)
+                passed = engine.instructions - began
+                self._saved = (passed + passed // ran * len(polled) * _READ) // _STEP
             return stop, Loop(engine.get(Reg.PC), ran, addresses)
         return stop, None
 

@@ -84,3 +84,14 @@ def test_code_that_counts_is_left_alone_soon(rig):
     rig.machine.load(*COUNT)
     assert rig.run(2_000_000) < 400
     assert rig.idle.found is None
+
+
+def test_where_events_come_so_often_that_nothing_is_saved_it_executes(rig):
+    rig.machine.load(0xE7FE)  # b to itself
+    slices = 0
+    for _ in range(1000):
+        rig.idle.restart()
+        slices += rig.run(400)
+    assert slices < 1300
+    rig.idle.restart()
+    assert rig.run(10_000_000) < 10
