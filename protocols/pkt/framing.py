@@ -186,6 +186,7 @@ class FrameReader:
         self._length = 0
         self._newline_seen = False
         self._found: list[Frame | Dropped] = []
+        self._dropped = Dropped(reason=DropReason.NOISE, data=b"")  # the last frame that failed
         self._buffer = bytearray(options.payload_limit + 1) if keep_buffer else None
         self._timeout_ns = round(options.timeout_s * _NS_PER_S)
         self._reset_ns = epoch_ns
@@ -304,7 +305,8 @@ class FrameReader:
         return True
 
     def _drop(self, reason: DropReason) -> None:
-        self._found.append(Dropped(reason=reason, data=bytes(self._raw)))
+        self._dropped = Dropped(reason=reason, data=bytes(self._raw))
+        self._found.append(self._dropped)
         self._clear()
 
     def _begin(self) -> None:
@@ -333,9 +335,7 @@ class FrameReader:
 
     def _rescan(self) -> None:
         """Reads on from the next sync word, or the beginning of one at the very end, in what was just dropped."""
-        last = self._found[-1]
-        if not isinstance(last, Dropped):
-            return
+        last = self._dropped
         at = _sync_start(last.data, 1)
         if at < len(last.data):
             self._found[-1] = Dropped(reason=last.reason, data=last.data[:at])

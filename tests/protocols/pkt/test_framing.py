@@ -347,6 +347,8 @@ def test_another_table_is_another_decoder():
     deaf = {**LEN_TABLE, (FrameState.TERMINATOR, FrameTrigger.EXPECTED): FrameTransition(FrameState.IDLE)}
     assert made_by(FrameReader(LEN, table=deaf), LED_ON) == []
     assert FrameAction.DISPATCH not in {action for edge in deaf.values() for action in edge.actions}
+    without_k = {cell: edge for cell, edge in LEN_TABLE.items() if cell != (FrameState.SYNC1, FrameTrigger.EXPECTED)}
+    assert made_by(FrameReader(LEN, table=without_k), LED_ON) == [1]
 
 
 def test_a_decoder_that_never_gives_up_is_not_stuck():
