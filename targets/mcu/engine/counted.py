@@ -134,7 +134,12 @@ class CountedLoops:
         if self._engine.cycle >= due:
             return _LIMIT, False
         stop = self._engine.run(due, instructions)
-        return stop, stop.kind is StopKind.LIMIT and not self._engine.reached_limit
+        return stop, self._went_on(stop, due)
+
+    def _went_on(self, stop: Stop, due: int) -> bool:
+        """Say whether nothing has happened in a run up to `due` but instructions; an access may have lowered that."""
+        engine = self._engine
+        return stop.kind is StopKind.LIMIT and not engine.reached_limit and engine.limit_cycle == due
 
     # --- one turn
 
@@ -151,7 +156,7 @@ class CountedLoops:
                     return _LIMIT, [], offsets
                 stop = engine.run(due, 1)
                 offsets.append((engine.instructions - began, engine.cycle - cycle))
-                if stop.kind is not StopKind.LIMIT or engine.reached_limit or bus.writes != writes:
+                if not self._went_on(stop, due) or bus.writes != writes:
                     return stop, [], offsets
                 if engine.pc() == head:
                     return stop, bus.trace, offsets
@@ -172,8 +177,7 @@ class CountedLoops:
         finally:
             reads, bus.trace = bus.trace, None
         is_turn = (
-            stop.kind is StopKind.LIMIT
-            and not engine.reached_limit
+            self._went_on(stop, due)
             and bus.writes == writes
             and engine.instructions - began == loop.instructions
             and (isinstance(engine.timing, FlatTiming) or engine.cycle - cycle == loop.cycles)

@@ -147,7 +147,7 @@ class IdleSkipper:
         polled, bus.trace = bus.trace, None
         ran = engine.instructions - began
         self._saved = self._steps
-        goes_on = stop.kind is StopKind.LIMIT and bus.writes == writes
+        goes_on = stop.kind is StopKind.LIMIT and bus.writes == writes and engine.limit_cycle >= self._due(target)
         self._reads = goes_on and bool(polled) and not engine.reached_limit and engine.cycle < self._due(target)
         if (
             goes_on
@@ -175,7 +175,7 @@ class IdleSkipper:
                 break
             stop = engine.run(due, instructions)
             self._steps += 1
-            if stop.kind is not StopKind.LIMIT or engine.reached_limit:
+            if stop.kind is not StopKind.LIMIT or engine.reached_limit or engine.limit_cycle < due:
                 return stop
             if engine.pc() == start:
                 passes -= 1

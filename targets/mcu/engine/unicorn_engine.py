@@ -259,6 +259,11 @@ class UnicornEngine:
         """True if the last run has come to its `limit_cycle`, perhaps lowered: something else is to be done now."""
         return self.cycle >= self._limit_cycle
 
+    @property
+    def limit_cycle(self) -> int:
+        """The `limit_cycle` of the last run, as lowered since."""
+        return self._limit_cycle
+
     def _run_slice(self, limit: int | None) -> Stop | None:
         """Execute; None when an instruction that Unicorn cannot take was passed over and there is time left."""
         timing, registers, words = self._timing, self._registers, self._words

@@ -22,9 +22,11 @@ class Status(Peripheral):
     def __init__(self):
         super().__init__("STATUS", BASE, FakeChip(hclk_hz=72_000_000).services)
         self.reads = 0
+        self.on_read = lambda: None
 
     def read(self, offset):
         self.reads += 1
+        self.on_read()
         return super().read(offset)
 
 
@@ -84,6 +86,24 @@ def test_code_that_counts_is_left_alone_soon(rig):
     rig.machine.load(*COUNT)
     assert rig.run(2_000_000) < 400
     assert rig.idle.found is None
+
+
+@pytest.mark.parametrize("number", range(1, 40))
+def test_a_limit_that_a_read_has_lowered_holds(rig, number):
+    rig.machine.load(*POLL)
+    rig.engine.set(1, BASE)
+    limits = []
+
+    def lower():
+        if rig.status.reads == number:
+            limits.append(rig.engine.cycle + 300)
+            rig.engine.stop_by(limits[0])
+
+    rig.status.on_read = lower
+    end = 5000
+    while not limits and rig.engine.cycle < end:
+        rig.idle.run(end)
+    assert rig.engine.cycle <= (limits[0] if limits else end) + 3
 
 
 def test_where_events_come_so_often_that_nothing_is_saved_it_executes(rig):
