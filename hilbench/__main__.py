@@ -5,6 +5,7 @@ From its first line on an interruption is one line and an exit code; everything 
 
 from __future__ import annotations
 
+import os
 import sys
 
 from hilbench import interruption
@@ -19,11 +20,14 @@ def main() -> int:
         leave_working_folder()  # what is imported from now on must not come from there
 
     from hilbench.cli import main as run
+    from hilbench.exit_codes import ExitCode
 
-    try:
-        return run()
-    finally:
-        interruption.ignore()
+    code = run()
+    interruption.ignore()
+    if code == ExitCode.INTERRUPTED:
+        # Python dies of SIGINT at its end if KeyboardInterrupt has ever left an exec(), as it may in an import.
+        os._exit(code)
+    return code
 
 
 if __name__ == "__main__":

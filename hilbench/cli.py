@@ -1,7 +1,8 @@
 """The command line: finds the command, runs it, and turns what goes wrong into one line and an exit code.
 
 A command is a module in `hilbench.commands` with ``SUMMARY``, ``parser()`` and ``run(arguments)``. Only the one that is
-asked for is imported, and nothing heavy before it is known what to do: ``hilbench --help`` is there at once.
+asked for is imported, and nothing heavy before it is known what to do: ``hilbench --help`` is there at once. A command
+that opens what must be closed calls `hilbench.interruption.raise_once` before it does.
 """
 
 from __future__ import annotations
@@ -106,7 +107,6 @@ def _dispatch(words: list[str]) -> int:
     from hilbench.siblings import check_siblings
 
     check_siblings()
-    interruption.raise_once()
     return int(command.run(arguments))
 
 

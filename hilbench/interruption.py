@@ -1,8 +1,9 @@
 """What Ctrl-C does, and SIGTERM (a CI system cancels a job), and SIGHUP (a terminal is closed), which do the same.
 
 As long as nothing is held that must be given back, the process ends on the spot: an exception would come out of
-whatever is just being imported, or be swallowed by it. Once a command runs it is raised, and what was recorded is
-completed.
+whatever is just being imported, or be swallowed by it, or crash what cannot stand one (msgspec 0.22, which calls back
+into Python while it looks at types). Before a command opens anything it has the exception raised instead, and what was
+recorded is completed.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from hilbench import arguments
+from hilbench import arguments, interruption
 from hilbench.options import CheckOptions
 from hilbench.parser import Parser, typed
 
@@ -54,6 +54,7 @@ def parser() -> Parser:
 def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.check.runner.run_check`."""
     from hilbench.bench_provider import make_provider
+    from hilbench.check.provider import BenchProvider
     from hilbench.check.runner import run_check
     from hilbench.names import escaped
 
@@ -70,4 +71,10 @@ def run(parsed: argparse.Namespace) -> int:
         journal=parsed.journal,
         list_only=parsed.list,
     )
-    return run_check(options, make_provider)
+
+    def provider_of(options: CheckOptions) -> BenchProvider:
+        provider = make_provider(options)
+        interruption.raise_once()
+        return provider
+
+    return run_check(options, provider_of)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from hilbench import interruption
 from hilbench.parser import Parser
 
 _EXAMPLES = """
@@ -37,6 +38,7 @@ def run(parsed: argparse.Namespace) -> int:
     from hilbench.mcu.init import init
 
     console = Console()
+    interruption.raise_once()
     written = init(parsed.board, parsed.image, parsed.dir)
     for file in written.files:
         console.data(f"wrote {file}")

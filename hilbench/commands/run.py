@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from hilbench import arguments
+from hilbench import arguments, interruption
 from hilbench.errors import UsageError
 from hilbench.parser import Parser, typed
 
@@ -68,4 +68,5 @@ def run(parsed: argparse.Namespace) -> int:
         as_json=parsed.json,
         seed=parsed.seed,
     )
+    interruption.raise_once()
     return run(options, bench_file, Console())

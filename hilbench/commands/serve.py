@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hilbench import arguments
+from hilbench import arguments, interruption
 from hilbench.options import ServeOptions
 from hilbench.parser import Parser, typed
 
@@ -67,8 +67,10 @@ def run(parsed: argparse.Namespace) -> int:
     if bench_file.boards:
         from hilbench.mcu.serve import serve_boards
 
+        interruption.raise_once()
         return serve_boards(options, bench_file, say)
 
     from hilbench.serve import serve
 
+    interruption.raise_once()
     return serve(options, bench_file, say)

@@ -143,6 +143,36 @@ def test_an_interruption_of_an_import_is_one_line(run, name, number):
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "hilbench: interrupted\n")
 
 
+@pytest.mark.parametrize("command", ["run bluepill:none.elf", "check pioneer-plane --list", "serve pioneer --tcp 0"])
+def test_an_interruption_while_a_bench_is_read_is_one_line(run, command):
+    """msgspec crashes when an exception comes out of a type that it looks at."""
+    program = INTERRUPTED_IMPORT.format(name="-", number="SIGINT").replace(
+        "from hilbench.__main__",
+        "import msgspec\nconvert = msgspec.convert\n"
+        "msgspec.convert = lambda *a, **b: (os.kill(os.getpid(), signal.SIGINT), convert(*a, **b))[1]\n"
+        "from hilbench.__main__",
+    )
+    done = run(command.split(), command=[sys.executable, "-c", program])
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "hilbench: interrupted\n")
+
+
+def test_an_interruption_that_was_in_an_exec_is_130(run):
+    program = """\
+import sys
+import hilbench.cli, hilbench.__main__
+
+def main():
+    try:
+        exec("raise KeyboardInterrupt")
+    except KeyboardInterrupt:
+        return 130
+
+hilbench.cli.main = main
+sys.exit(hilbench.__main__.main())
+"""
+    assert run([], command=[sys.executable, "-c", program]).returncode == 130
+
+
 @pytest.mark.parametrize("command", [PROCESS, [sys.executable, "-m", "hilbench"]], ids=["script", "python -m"])
 def test_the_process_is_the_command(run, command):
     done = run(["validate", "pionere"], command=command)
