@@ -47,7 +47,7 @@ class Exti(Peripheral):
         Register("EMR", 0x04, writable=_ALL),
         Register("RTSR", 0x08, writable=_ALL),
         Register("FTSR", 0x0C, writable=_ALL),
-        Register("SWIER", 0x10, writable=_ALL),
+        Register("SWIER", 0x10, writable=_ALL, note="a bit of a line that IMR masks sets no pending bit; it is noted"),
         Register("PR", 0x14, note="an edge sets no bit of a line that IMR masks"),
     )
 
@@ -83,6 +83,9 @@ class Exti(Peripheral):
         """A bit that goes from 0 to 1 acts like an edge of its line; bits are cleared by PR only."""
         rising = value & ~self[0x10]
         self[0x10] |= rising
+        if rising & ~(self[0x00] | self[0x04]):
+            text = "set for a line that IMR and EMR mask: no bit of PR, no interrupt, and a second write does nothing"
+            self.services.notes.add("misuse", f"{self.name}_SWIER", text)
         self._triggered(rising)
 
     def write_PR(self, value: int) -> None:

@@ -63,6 +63,21 @@ def test_against_the_rules_written_out(make_pinout, steps):
             assert pinout.chip.irq(6 + number).level is bool(rule["pr"] & rule["imr"] & 1 << number)
 
 
+def test_a_software_edge_of_a_masked_line_is_noted(pinout):
+    """RM0008 section 10.3.5: a bit of SWIER sets the pending bit if IMR enables the line."""
+    poke(pinout.exti, "EMR", 1 << 3)
+    poke(pinout.exti, "SWIER", 1 << 3)  # meant as an event
+    poke(pinout.exti, "IMR", 1 << 4)
+    poke(pinout.exti, "SWIER", 1 << 4)
+    assert pinout.chip.notes.all == []
+    poke(pinout.exti, "SWIER", 1 << 5)
+    poke(pinout.exti, "SWIER", 1 << 6)
+    assert peek(pinout.exti, "PR") == 1 << 4
+    (note,) = pinout.chip.notes.all
+    assert (note.kind, note.where) == ("misuse", "EXTI_SWIER")
+    assert "a line that IMR and EMR mask" in note.text
+
+
 def test_lines_inside_the_chip(pinout):
     poke(pinout.exti, "IMR", 0b111 << 16)
     poke(pinout.exti, "RTSR", 0b111 << 16)
