@@ -51,7 +51,7 @@ exit codes:
     0  all checks passed
     1  the target violates a clause; firmware crashed, or ended with another status than 0
     2  wrong usage or bench file, nothing selected
-    3  bench or target not available
+    3  bench or target not available, or output that could not be written
     4  inconclusive
     5  defect in hilbench
   130  interrupted; what was recorded is complete and readable"""
