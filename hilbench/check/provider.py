@@ -30,9 +30,13 @@ class CaseSetup:
     @property
     def needs(self) -> frozenset[str]:
         """The capabilities that follow from it."""
-        named = (("variant", self.variant), ("program", self.program))
-        parts = {f"part '{part}'" for part in self.settings}
-        return frozenset({f"{kind} '{name}'" for kind, name in named if name} | parts)
+        there = f" in variant '{self.variant}'" if self.variant else ""
+        needs = {f"part '{part}'{there}" for part in self.settings}
+        if self.variant:
+            needs.add(f"variant '{self.variant}'")
+        if self.program:
+            needs.add(f"program '{self.program}'{there}")
+        return frozenset(needs)
 
 
 PLAIN_SETUP = CaseSetup()

@@ -63,9 +63,11 @@ class BoardProvider:
         """Boards, programs, variants, parts, and what the world can do."""
         bench_file = self._shared.bench_file
         found = {"boards", *(f"variant '{name}'" for name in self._variants if name)}
-        for variant in self._variants.values():
-            found |= {f"program '{name}'" for emulated in variant.boards.values() for name in emulated.programs}
-            found |= {f"part '{name}'" for name in variant.parts}
+        for name, variant in self._variants.items():
+            there = {f"part '{part}'" for part in variant.parts}
+            there |= {f"program '{one}'" for emulated in variant.boards.values() for one in emulated.programs}
+            found |= {f"{thing} in variant '{name}'" for thing in there} if name else there
+            found |= {thing for thing in there if thing.startswith("part")}
         if bench_file.has_world:
             found |= {"world", "scene"}
         if bench_file.has_world and bench_file.world.physics == "bullet":
@@ -80,6 +82,28 @@ class BoardProvider:
         physics = f"{world.physics} at {world.step_hz} Hz" if bench_file.has_world else "none"
         about = self._shared.describe(f"emulated {boards}", physics)
         return {**about, "instead": self._images.text} if self._images.text else about
+
+    def prepare(self, cases: Sequence[CaseInfo]) -> None:
+        """Make sure that what somebody wants to be checked is checked by one of these cases at least.
+
+        Raises:
+            UsageError: an image that was put in the place of another, or the firmware of a board, is run by none.
+        """
+        run = {full for case in cases for full in self._run_by(case.setup)}
+        hint = f"these cases run {', '.join(sorted(run))}"
+        for name in self._images.names:
+            if cases and name not in run:
+                raise UsageError("no case that is selected runs it", where=f"--target {name}=...", hint=hint)
+        for name, emulated in self._shared.bench_file.boards.items():
+            known = {*emulated.programs.values()}
+            if cases and name not in run and known and emulated.firmware.resolve() not in {*map(Path.resolve, known)}:
+                message = f"no case that is selected runs the firmware '{emulated.firmware}': each has a program"
+                raise UsageError(message, where=emulated.where, hint=f"{hint}; see [targets.{name}.programs]")
+
+    def _run_by(self, setup: CaseSetup) -> Iterator[str]:
+        """Return what runs on the boards of a case, as a choice would name it."""
+        for name, emulated in self._variants[setup.variant].boards.items():
+            yield f"{name}.{setup.program}" if setup.program in emulated.programs else name
 
     @contextlib.contextmanager
     def open_case(self, case: CaseInfo) -> Iterator[BoardCase]:
@@ -128,6 +152,7 @@ class _Images:
     """Which image a board runs.
 
     Attributes:
+        names: of what was replaced: boards, or their programs as ``BOARD.PROGRAM``.
         text: what was put in the place of the bench file's, for people; empty for nothing.
     """
 
@@ -147,18 +172,16 @@ class _Images:
                 hint = did_you_mean(name, known, "this bench has")
                 raise UsageError("nothing of that name to replace", where=f"--target {name}=...", hint=hint)
             self._chosen[name] = _only_board(choice.spec)
+        self.names = tuple(self._chosen)
         self.text = ", ".join(f"{name}: {emulated.firmware}" for name, emulated in self._chosen.items())
 
     def chosen(self, name: str, emulated: EmulatedBoard, program: str) -> EmulatedBoard:
-        """Return the board of a case with its image: `program` of it, or its firmware where that is empty."""
-        full = f"{name}.{program}" if program else name
-        instead = self._chosen.get(full)
+        """Return the board of a case with its image: `program` of it, or its firmware where there is none such."""
+        is_program = program in emulated.programs
+        instead = self._chosen.get(f"{name}.{program}" if is_program else name)
         if instead is not None:
             return replace(emulated, firmware=instead.firmware, base=instead.base, where=instead.where)
-        if not program:
-            return emulated
-        image: Path = emulated.programs[program]
-        return replace(emulated, firmware=image, base=None)
+        return replace(emulated, firmware=emulated.programs[program], base=None) if is_program else emulated
 
 
 def _only_board(spec: str) -> EmulatedBoard:

@@ -1,0 +1,68 @@
+"""Which image a case runs: what none would run is refused; a board without a program of that name keeps its own."""
+
+from __future__ import annotations
+
+import pytest
+
+from hilbench.cli import main
+from targets.firmware import image_path
+
+OURS = image_path("robot-dodge")
+OTHER = image_path("style-registers")
+
+SUITE = """
+from hilbench.check import CaseSetup, case
+
+@case("X1", text="The program runs.", source="here", setup=CaseSetup(program="words"))
+def test_program(bench):
+    assert {name: str(board.emulated.bench_file.boards[name].firmware) for name, board in bench.boards.items()} == FILES
+"""
+
+BENCH = """
+version = 1
+suites = ["suite.py"]
+[targets.first]
+board = "bluepill"
+firmware = '{ours}'
+[targets.first.programs]
+words = '{ours}'
+[targets.second]
+board = "bluepill"
+firmware = '{other}'
+"""
+
+
+@pytest.mark.parametrize(
+    "words", [["--target", f"brain=bluepill:{OTHER}"], ["--target", f"brain.words=bluepill:{OTHER}"]]
+)
+def test_an_image_that_no_selected_case_runs_is_refused(words, capsys):
+    assert main(["check", "bluepill", "--suite", "bluepill-dodge", "-k", "wall", *words]) == 2
+    said = capsys.readouterr().err
+    assert "no case that is selected runs it; these cases run brain.dodge" in said
+
+
+def test_a_firmware_that_no_selected_case_runs_is_refused(tmp_path, capsys):
+    text = BENCH.format(ours=OURS, other=OTHER).replace(str(OURS), str(OTHER), 1)
+    (tmp_path / "own.toml").write_text(text)
+    (tmp_path / "suite.py").write_text(f"FILES = {{}}\n{SUITE}")
+    assert main(["check", str(tmp_path / "own.toml")]) == 2
+    said = capsys.readouterr().err
+    assert f"own.toml:6: no case that is selected runs the firmware '{OTHER}'" in said
+    assert "these cases run first.words, second; see [targets.first.programs]" in said
+
+
+def test_a_board_without_a_program_of_that_name_runs_its_firmware(tmp_path, capsys):
+    (tmp_path / "bench.toml").write_text(BENCH.format(ours=OURS, other=OTHER))
+    files = {"first": str(OURS), "second": str(OTHER)}
+    (tmp_path / "suite.py").write_text(f"FILES = {files!r}\n{SUITE}")
+    assert main(["check", str(tmp_path / "bench.toml")]) == 0, capsys.readouterr()
+
+
+def test_a_variant_without_the_program_makes_a_case_not_applicable(tmp_path, capsys):
+    (tmp_path / "bench.toml").write_text(BENCH.format(ours=OURS, other=OTHER))
+    base = BENCH.format(ours=OURS, other=OTHER) + '[variants]\nthere = "bench.toml"\n'
+    (tmp_path / "base.toml").write_text(base)
+    suite = SUITE.replace('program="words"', 'program="dodge", variant="there"')
+    (tmp_path / "suite.py").write_text(f"FILES = {{}}\n{suite}")
+    assert main(["check", str(tmp_path / "base.toml")]) == 4
+    assert "n/a" in capsys.readouterr().out
