@@ -10,7 +10,7 @@ from pathlib import Path
 from hilbench.bench_file import BenchFile
 from hilbench.clock import NS_PER_S, MonotonicHostClock, Stopwatch, deferred_interrupts
 from hilbench.console import Console
-from hilbench.errors import UsageError
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.mcu.emulated import EmulatedBench, MachineFactory, make_machine
 from hilbench.mcu.group import FREE_STEP_NS, LOCKED_STEP_NS
@@ -76,16 +76,24 @@ def run(
         make_machine=make_machine,
     )
     watch = Stopwatch()
-    with contextlib.closing(emulated):
+    with contextlib.ExitStack() as open_files:
+        open_files.callback(emulated.close)
         narrator = Narrator(emulated, console.data) if options.follow else None
         interrupted = _run(options, emulated, console, watch)
         if narrator is not None:
             narrator.finish()
         report = _Report(emulated, watch.elapsed_s(), interrupted=interrupted)
-        if options.as_json:
-            console.data(json_text(report.data()))
-        else:
-            console.narrate(report.text())
+        data, text = report.data(), report.text()
+        # How it went is told when nothing can go wrong any more: a full disk may have no room for the last lines.
+        try:
+            open_files.close()
+        except UnavailableError as error:
+            console.narrate(text)
+            raise error from None
+    if options.as_json:
+        console.data(json_text(data))
+    else:
+        console.narrate(text)
     return report.exit_code
 
 

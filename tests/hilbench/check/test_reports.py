@@ -14,6 +14,7 @@ from hilbench.check import CheckOptions, Report, list_cases, run_check
 from hilbench.check.report import junit, listing, matrix
 from hilbench.check.report.schema import report_json, report_schema
 from hilbench.console import Console
+from hilbench.errors import UnavailableError
 from hilbench.schema import DATA_FOLDER, schema_text
 
 EVERYTHING = """
@@ -150,6 +151,21 @@ def test_the_files_are_written_and_the_provider_closed(write_suite, provider, tm
     assert ElementTree.parse(tmp_path / "r.xml").getroot().get("tests") == "8"
     assert sorted(path.suffix for path in tmp_path.iterdir() if path.is_file()) == [".json", ".py", ".xml"]
     assert capsys.readouterr().out.startswith("hilbench 0.1.0 · bench fake")
+
+
+@pytest.mark.parametrize(("body", "code"), [("pass", 3), ("raise KeyboardInterrupt", 130)])
+def test_a_journal_without_room_for_its_end_is_in_the_report(write_suite, provider, tmp_path, capsys, body, code):
+    def close():
+        raise UnavailableError("the journal cannot be written: No space left on device", where="j")
+
+    provider.close = close
+    suite = write_suite(f'@my("A1")\ndef test_a(bench): {body}\n')
+    options = CheckOptions(suites=(str(suite),), json=str(tmp_path / "r.json"))
+    assert run_check(options, lambda _: provider) == code
+    assert json.loads((tmp_path / "r.json").read_text())["exit_code"] == code
+    out, err = capsys.readouterr()
+    assert out.splitlines()[-1].startswith(f"exit {code}: ")
+    assert err == "hilbench: j: the journal cannot be written: No space left on device\n"
 
 
 def test_json_on_standard_output_is_alone_there(write_suite, provider, capsys):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import select
 import shutil
 import signal
@@ -146,6 +147,21 @@ def test_nothing_that_is_read_is_overwritten(tmp_path, monkeypatch, capfd, comma
     assert main([name, "b.toml", option, file]) == 2
     assert capfd.readouterr().err == f"hilbench: {option} {file}: would overwrite {what}; choose another file\n"
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize("option", ["--vcd", "--journal"])
+def test_a_recording_that_a_disk_has_no_room_for_is_no_success(tmp_path, option):
+    script = f'ulimit -f 1; "$@" run {HAL} --for 100ms --json {option} full'
+    done = subprocess.run(
+        ["bash", "-c", script, "sh", sys.executable, "-c", MAIN],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+    )
+    assert (done.returncode, done.stdout) == (3, "")
+    assert re.fullmatch(r"hilbench: full: the \w+ cannot be written: File too large; .*", done.stderr.splitlines()[-1])
+    assert "Traceback" not in done.stderr
 
 
 def test_a_device_takes_several_outputs(tmp_path):
