@@ -225,7 +225,7 @@ def bluepill_page() -> str:
     text = (
         "# What the suites of the Blue Pill bench check\n\n"
         "`hilbench check bluepill` runs both suites; [bluepill.md](bluepill.md) says what the bench is. G01 to G25 are "
-        "the experiments of the bachelor's thesis, with figures; D01 to D06 say in figures what "
+        "the experiments of the bachelor's thesis, with figures; D01 to D07 say in figures what "
         "finding one's way is.\n\n"
     )
     clauses = [*_bluepill_clauses.CLAUSES, *_dodge_clauses.CLAUSES]

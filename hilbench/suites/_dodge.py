@@ -14,7 +14,7 @@ from hilbench.suites._bluepill import DISTANCES, LEFT_MOTOR, RIGHT_MOTOR, signed
 from hilbench.suites._clearance import Clearance
 from protocols.p2os import CommandNumber
 
-__all__ = ["BACK", "FORWARD", "STAND", "TURN", "Drive", "Hit", "Spell", "longest_overlap_s"]
+__all__ = ["BACK", "FORWARD", "STAND", "TURN", "Drive", "Hit", "Sessions", "Spell", "longest_overlap_s"]
 
 FORWARD, TURN, BACK, STAND = "forward", "turn", "back", "stand"
 
@@ -116,8 +116,12 @@ class Drive:
         record_measure("changes of state", len(spells) - 1, "")
         for motion in (FORWARD, TURN, BACK):
             record_measure(f"spells of {motion}", sum(spell.motion == motion for spell in spells), "")
+        self.require_untouched("G13")
+
+    def require_untouched(self, clause: str) -> None:
+        """Require for a clause that nothing but the floor was touched."""
         if self.hits:
-            raise Violation(f"{_text(self.hits[0])} is touched", list(map(_text, self.hits)), clause="G13")
+            raise Violation(f"{_text(self.hits[0])} is touched", list(map(_text, self.hits)), clause=clause)
 
     def require_way(self) -> None:
         """Require D01; the figure is with those of G13."""
@@ -179,6 +183,28 @@ class Drive:
             self._resets += 1
         if isinstance(self._asked, _Commands):
             self._asked.take(event)
+
+
+class Sessions:
+    """Counts the sessions that the robot opens, from now on.
+
+    Args:
+        bench: what is watched.
+
+    Attributes:
+        opened: so far.
+    """
+
+    def __init__(self, bench: BoardBench) -> None:
+        self.opened = 0
+        journal = bench.bench.journal
+        self._told_before = journal.on_event
+        journal.on_event = self._told
+
+    def _told(self, event: Mapping[str, Any]) -> None:
+        if self._told_before is not None:
+            self._told_before(event)
+        self.opened += event.get("name") == "SessionOpened"
 
 
 class _Wires:

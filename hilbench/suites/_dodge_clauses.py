@@ -69,5 +69,14 @@ CLAUSES = (
         "Pioneer 2 Operations Manual: 40 ms for each disc, sonars of the front ring one after the other",
         _CHOICE,
     ),
+    _clause(
+        7,
+        "A reset within a session leaves no robot adrift",
+        "The board of a program that speaks P2OS itself is reset while the robot drives towards a wall. Within 3 s the "
+        "robot stands or is in a new session, and in 20 s it touches nothing.",
+        "Pioneer 2 Operations Manual: SYNC0 and PULSE are the same bytes, so that in a session SYNC0 only feeds the "
+        "watchdog",
+        _CHOICE,
+    ),
 )
 """All clauses, in the order of their ids."""

@@ -7,12 +7,14 @@ one thing is looked at: one obstacle before one sensor, one wall to turn away fr
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from hilbench.check import CaseSetup, Inconclusive, Violation, at_most, case
 from hilbench.mcu.board_case import BoardCase
 from hilbench.suites._bluepill import obstacles, place_before
-from hilbench.suites._dodge import AHEAD, FORWARD, LONGEST_BLIND_S, TURN, Drive, longest_overlap_s
+from hilbench.suites._dodge import AHEAD, FORWARD, LONGEST_BLIND_S, TURN, Drive, Sessions, longest_overlap_s
 from hilbench.suites._replay import Inputs, Outputs
 
 FREE_S = 180.0
@@ -35,6 +37,14 @@ WALL_X_M = 1.0
 
 TURN_AWAY_S = 8.0
 """To drive 0.3 m, turn by up to 180 degrees at 60 degrees a second and drive on, and as much again."""
+
+RESET_S = 4.0
+"""After it the board is reset: a session is open by then, the robot drives, and the wall is more than 1 m away."""
+
+DRIVES_M_S = 0.1
+STANDS_M_S = 0.02
+LONGEST_ADRIFT_S = 3.0
+AFTER_RESET_S = 20.0
 
 REPLAY_S = 60.0
 LEAST_CHANGES = 20
@@ -106,6 +116,26 @@ def test_a_wall_is_turned_away_from(bench: BoardCase) -> None:
         motions = ", ".join(f"{spell.motion} for {spell.length_s:.2f} s" for spell in drive.spells())
         raise Violation(f"it does not drive on within {TURN_AWAY_S:g} s before a wall: {motions}")
     drive.require_ends(TURN_AWAY_S)
+
+
+@case("D07", bench_time_s=RESET_S + AFTER_RESET_S, setup=P2OS, scene="wall")
+def test_a_reset_within_a_session_leaves_no_robot_adrift(bench: BoardCase) -> None:
+    def speed_m_s() -> float:
+        return math.hypot(*bench.world.velocity().linear_m_s[:2])
+
+    drive = Drive(bench, commands=True)
+    bench.board.run(RESET_S)
+    if speed_m_s() < DRIVES_M_S:
+        raise Inconclusive(f"the robot does not drive after {RESET_S:g} s, but moves at {speed_m_s():.3f} m/s")
+    bench.board.reset()
+    sessions = Sessions(bench)
+    begin_s = bench.board.now_s
+    caught = bench.board.run_until(lambda: speed_m_s() < STANDS_M_S or sessions.opened > 0, LONGEST_ADRIFT_S)
+    if not caught:
+        told = f"{speed_m_s():.3f} m/s, in the session from before"
+        raise Violation(f"{LONGEST_ADRIFT_S:g} s after a reset of the board the robot drives on at {told}")
+    bench.board.run(AFTER_RESET_S - (bench.board.now_s - begin_s))
+    drive.require_untouched("D07")
 
 
 @case("D05", bench_time_s=2 * REPLAY_S, setup=CaseSetup(program="dodge"), needs=ALONE.needs)

@@ -18,6 +18,8 @@
 #define NEAR_AHEAD_MM 700u // discs 3 to 6, 30 degrees to either side
 #define NEAR_HALF_MM 500u  // discs 2 and 7, 50 degrees
 #define OLD_MS 1000u       // a reading that says nothing any more
+#define LISTEN_MS 2000u    // for the first reading of each disc that is looked at: several rounds of the sonars
+#define LOOKED_AT 0x7Eu    // discs 2 to 7
 #define FREE_MS 500u
 
 static volatile uint32_t ticks;
@@ -29,8 +31,11 @@ void SysTick_Handler(void) { ++ticks; }
 void USART1_IRQHandler(void)
 {
     uint32_t status = USART1->SR;
-    if (status & (USART_SR_RXNE | USART_SR_ORE))
-        ring_put(&input, (uint8_t)USART1->DR);
+    if (status & (USART_SR_RXNE | USART_SR_ORE)) {
+        uint8_t byte = (uint8_t)USART1->DR; // takes ORE away as well
+        if (status & USART_SR_RXNE)         // otherwise it is the byte that was read before
+            ring_put(&input, byte);
+    }
     if (status & USART_SR_TXE) {
         uint8_t byte;
         if (ring_get(&output, &byte))
@@ -64,8 +69,18 @@ static void start(void)
 
 static uint32_t now_ms(void) { return ticks * TICK_MS; }
 
-// A disc that was not heard lately may be standing before a wall for all we know.
-static uint32_t range_mm(uint32_t disc) { return now_ms() - p2os.sonar_ms[disc] < OLD_MS ? p2os.sonar_mm[disc] : 0; }
+// Right after a session has begun nothing was heard yet, and neither driving nor turning would have a reason.
+static bool listened(void)
+{
+    return (p2os.sonars_heard & LOOKED_AT) == LOOKED_AT || now_ms() - p2os.opened_ms >= LISTEN_MS;
+}
+
+// A disc that was never heard, or not lately, may be standing before a wall for all we know.
+static uint32_t range_mm(uint32_t disc)
+{
+    bool known = p2os.sonars_heard >> disc & 1u && now_ms() - p2os.sonar_ms[disc] < OLD_MS;
+    return known ? p2os.sonar_mm[disc] : 0;
+}
 
 static uint32_t nearest_mm(uint32_t first, uint32_t last)
 {
@@ -108,7 +123,7 @@ int main(void)
             p2os_take(&p2os, byte, now_ms());
         p2os_poll(&p2os, now_ms());
         pin_write(GPIOA, 0, p2os.state == P2OS_OPEN);
-        if (p2os.state == P2OS_OPEN)
+        if (p2os.state == P2OS_OPEN && listened())
             drive();
     }
 }

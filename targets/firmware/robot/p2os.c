@@ -5,9 +5,10 @@
 #define HEADER_0 0xFAu
 #define HEADER_1 0xFBu
 
-// Commands by number; those from SYNC0 to SYNC2 are the first three while no session is open.
+// Commands by number; the first three are SYNC0 to SYNC2 while no session is open.
 #define PULSE 0
 #define OPEN 1
+#define CLOSE 2
 #define ENABLE 4
 #define VEL 11
 #define RVEL 21
@@ -16,6 +17,7 @@
 #define POSITIVE 0x3B
 #define NEGATIVE 0x1B
 
+#define CLOSING_MS 100u     // for what the robot was still saying (choice)
 #define ASK_AGAIN_MS 500u   // a SYNC that nobody has answered
 #define PULSE_MS 500u       // the robot stops after 2 s without a word
 #define SILENT_MS 3000u     // the robot is gone
@@ -57,25 +59,34 @@ static void ask(struct p2os *p2os, enum p2os_state state, uint32_t now_ms)
     send_plain(p2os, (uint8_t)state);
 }
 
+// The robot may be in a session that this program knows nothing of any more: there SYNC0 is a PULSE, so that the robot
+// would drive on at its last speed for as long as it is asked. CLOSE stops it; without a session that is a SYNC2 out of
+// order, from which SYNC0 begins anew.
+static void begin(struct p2os *p2os, uint32_t now_ms)
+{
+    p2os->state = P2OS_CLOSING;
+    p2os->asked_ms = now_ms;
+    send_plain(p2os, CLOSE);
+}
+
 void p2os_start(struct p2os *p2os, void (*sender)(const uint8_t *data, uint32_t count), uint32_t now_ms)
 {
-    *p2os = (struct p2os){.send = sender, .heard_ms = now_ms};
-    for (uint32_t i = 0; i < P2OS_SONARS; ++i)
-        p2os->sonar_mm[i] = P2OS_FAR_MM;
-    ask(p2os, P2OS_SYNC0, now_ms);
+    *p2os = (struct p2os){.send = sender};
+    begin(p2os, now_ms);
 }
 
 // --- what comes
 
-static int16_t word_at(const uint8_t *at) { return (int16_t)(at[0] | at[1] << 8); }
+static uint16_t word_at(const uint8_t *at) { return (uint16_t)(at[0] | at[1] << 8); }
 
 static void take_sonars(struct p2os *p2os, const uint8_t *at, uint32_t count, uint32_t now_ms)
 {
     for (; count; --count, at += 3) {
         if (at[0] >= P2OS_SONARS)
             continue;
-        p2os->sonar_mm[at[0]] = (uint16_t)((uint16_t)word_at(at + 1) * RANGE_MILLI / 1000u);
+        p2os->sonar_mm[at[0]] = (uint16_t)(word_at(at + 1) * RANGE_MILLI / 1000u);
         p2os->sonar_ms[at[0]] = now_ms;
+        p2os->sonars_heard |= 1u << at[0];
     }
 }
 
@@ -85,10 +96,6 @@ static void take_sip(struct p2os *p2os, const uint8_t *body, uint32_t count, uin
     const uint32_t fixed = 20;
     if (count < fixed || count < fixed + 3u * body[19])
         return;
-    p2os->moving = body[0] & 1;
-    p2os->x = word_at(body + 1);
-    p2os->y = word_at(body + 3);
-    p2os->heading = word_at(body + 5);
     p2os->motors_on = body[16] & 1;
     take_sonars(p2os, body + fixed, body[19], now_ms);
 }
@@ -96,7 +103,8 @@ static void take_sip(struct p2os *p2os, const uint8_t *body, uint32_t count, uin
 static void open_session(struct p2os *p2os, uint32_t now_ms)
 {
     p2os->state = P2OS_OPEN;
-    p2os->asked_ms = now_ms;
+    p2os->asked_ms = p2os->opened_ms = now_ms;
+    p2os->sonars_heard = 0;
     send_plain(p2os, OPEN);
     send_number(p2os, ENABLE, 1);
     send_number(p2os, SONAR, 1);
@@ -106,14 +114,13 @@ static void open_session(struct p2os *p2os, uint32_t now_ms)
 
 static void take_packet(struct p2os *p2os, const uint8_t *body, uint32_t count, uint32_t now_ms)
 {
-    ++p2os->packets;
     p2os->heard_ms = now_ms;
     if (p2os->state == P2OS_OPEN) {
         if ((body[0] & 0xF0) == 0x30)
             take_sip(p2os, body, count, now_ms);
         return;
     }
-    if (body[0] != (uint8_t)p2os->state)
+    if (p2os->state == P2OS_CLOSING || body[0] != (uint8_t)p2os->state)
         return; // late, or of a session before
     if (p2os->state == P2OS_SYNC2)
         open_session(p2os, now_ms); // the names of the robot are in this packet
@@ -149,7 +156,6 @@ static bool look(struct p2os *p2os, uint32_t now_ms)
         take_packet(p2os, frame + 3, count, now_ms);
         p2os->have = 0;
     } else {
-        ++p2os->bad;
         resume(p2os);
     }
     return true;
@@ -166,15 +172,19 @@ void p2os_take(struct p2os *p2os, uint8_t byte, uint32_t now_ms)
 
 void p2os_poll(struct p2os *p2os, uint32_t now_ms)
 {
+    uint32_t since_ms = now_ms - p2os->asked_ms;
     if (p2os->state == P2OS_OPEN) {
         if (now_ms - p2os->heard_ms >= SILENT_MS) {
-            ask(p2os, P2OS_SYNC0, now_ms);
-        } else if (now_ms - p2os->asked_ms >= PULSE_MS) {
+            begin(p2os, now_ms);
+        } else if (since_ms >= PULSE_MS) {
             p2os->asked_ms = now_ms;
             send_plain(p2os, PULSE);
         }
-    } else if (now_ms - p2os->asked_ms >= ASK_AGAIN_MS) {
-        ask(p2os, P2OS_SYNC0, now_ms);
+    } else if (p2os->state == P2OS_CLOSING) {
+        if (since_ms >= CLOSING_MS)
+            ask(p2os, P2OS_SYNC0, now_ms);
+    } else if (since_ms >= ASK_AGAIN_MS) {
+        begin(p2os, now_ms);
     }
 }
 

@@ -134,7 +134,9 @@ void robot_wait_ms(uint32_t span_ms)
 void robot_say(const char *text)
 {
     for (; *text; ++text)
-        while (!ring_put(&output, (uint8_t)*text))
+        while (!ring_put(&output, (uint8_t)*text)) {
+            USART1->CR1 |= USART_CR1_TXEIE; // a text longer than the ring: its beginning has to go first
             robot_wait_tick();
+        }
     USART1->CR1 |= USART_CR1_TXEIE;
 }

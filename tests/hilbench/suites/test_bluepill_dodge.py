@@ -51,6 +51,12 @@ def test_a_program_that_never_leaves_a_turn_is_found_before_a_wall():
     assert "does not drive on within 8 s before a wall" in failed(report)["a_wall_is_turned_away_from"]
 
 
+def test_a_robot_in_session_is_caught_again_after_a_reset_of_the_board():
+    report = check(select="adrift")
+    assert failed(report) == {}
+    assert {clause.id for clause in report.clauses if clause.verdict is Verdict.PASS} == {"D07"}
+
+
 @pytest.mark.parametrize("image", ["bad-lockup", "bad-iwdg-loop"])
 def test_a_program_that_crashes_is_found_at_once(image):
     report = check(image, "straight_on_wheels")
