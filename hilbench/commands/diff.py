@@ -11,6 +11,7 @@ from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.parser import Parser, typed
 
+_SHOWN = 4
 _EXAMPLES = """
 hilbench diff pins.jsonl adapter.jsonl --pins 'brain.PB[567]' --order-only
 hilbench diff run.jsonl analyser.csv --map D0=brain.PB7 --map D1=brain.PB6 --tolerance 1ms
@@ -19,8 +20,10 @@ hilbench diff check.jsonl check.jsonl --case bluepill-pins/A --case bluepill-pin
 
 _NOTES = """
 A recording is a journal (of run, serve or check), waveforms (.vcd), or a table as logic analysers export it (.csv: a
-column of times in seconds, then one for each pin). Both are laid over each other at the first change they have in
-common, and compared until the first of them ends. Of a capture that cannot tell it, a wire that floats counts as low.
+column of times, 'Time [s]' or in ms, us, ns or ps, then one for each pin). Both are laid over each other at the first
+change they have in common, and compared until the first of them ends. If the other one has changes after that, they are
+different, unless that end is the one of a journal that was closed, or --common or --until asks for no more. Of a
+capture that cannot tell it, a wire that floats counts as low.
 Exit code 0: equal, up to the tolerance; 1: different; 2: wrong usage, or nothing to compare; 3: a file cannot be read.
 """
 
@@ -40,6 +43,9 @@ def parser() -> Parser:
     add("--order-only", action="store_true", help="compare the order of the changes, not their times")
     add("--tolerance", metavar="TIME", type=typed(arguments.duration_ns), default=0,
         help="how far times may be apart, such as 10ms (default: not at all)")  # fmt: skip
+    add("--until", metavar="TIME", type=typed(arguments.duration_ns),
+        help="compare only so long, from the first common change on, such as 10s")  # fmt: skip
+    add("--common", action="store_true", help="compare what both have; one may end while the other goes on")
     add("--json", action="store_true", help="print the comparison as JSON")
     return made
 
@@ -47,7 +53,7 @@ def parser() -> Parser:
 def run(parsed: argparse.Namespace) -> int:
     """Compare, print, and return the exit code."""
     from hilbench.console import Console
-    from hilbench.diff.compare import Options, compare
+    from hilbench.diff.compare import Options, compare, span
     from hilbench.diff.files import check_mapping, named, read_capture
 
     mapping = dict(parsed.map)
@@ -60,8 +66,18 @@ def run(parsed: argparse.Namespace) -> int:
     check_mapping(mapping, a, b)
     a = named(a, b, mapping)
     b = named(b, a, mapping)
-    options = Options(pins=tuple(parsed.pins), order_only=parsed.order_only, tolerance_ns=parsed.tolerance)
+    options = Options(
+        pins=tuple(parsed.pins),
+        order_only=parsed.order_only,
+        tolerance_ns=parsed.tolerance,
+        until_ns=parsed.until,
+        common=parsed.common,
+    )
     comparison = compare(a, b, options)
+    if comparison.empty:
+        about = f"no change of any signal is in both recordings, which were compared for {span(comparison.span_ns)}"
+        apart = [f"{name}: {why}" for name, why in comparison.left_out.items()]
+        raise UsageError(f"nothing to compare: {about}", hint="; ".join(apart[:_SHOWN]))
     if parsed.json:
         from hilbench.diff.report import as_data
         from hilbench.names import json_text

@@ -91,6 +91,7 @@ class Capture:
         boards: the boards of which it has every pin: one that is not among the tracks has done nothing.
         floats: whether it can tell that a wire floats.
         case: the case that it is of, in a journal that has several.
+        complete: whether it says that its end is the end, as a journal does that was closed; a capture cannot.
         remarks: what a person must know of it.
     """
 
@@ -101,6 +102,7 @@ class Capture:
     boards: frozenset[str] = frozenset()
     floats: bool = False
     case: str = ""
+    complete: bool = False
     remarks: tuple[str, ...] = ()
 
     def track(self, name: str) -> Track | None:

@@ -1,6 +1,8 @@
 """Compares two captures, signal by signal.
 
 Both are laid over each other at the first change that they have in common, and compared until the first of them ends.
+If the other one has changes after that, they are different, unless that end is marked as one, or no more is asked for.
+
 Within a signal, the n-th change of one belongs to the n-th of the other. They agree if every change leads to the same
 value, and comes at the same time up to a tolerance; or, where times are not to matter, if no two changes come in
 reversed order, of one signal or of two. Changes at the same time, up to the tolerance, are in no order.
@@ -8,6 +10,7 @@ reversed order, of one signal or of two. Changes at the same time, up to the tol
 
 from __future__ import annotations
 
+import difflib
 import fnmatch
 import statistics
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -16,10 +19,12 @@ from functools import cached_property
 
 from hilbench.diff.capture import Capture, Track, Value, shown
 from hilbench.errors import UsageError
+from hilbench.nearest import did_you_mean
 
-__all__ = ["Change", "Comparison", "Divergence", "Options", "SignalReport", "around", "compare", "span"]
+__all__ = ["Beyond", "Change", "Comparison", "Divergence", "Options", "SignalReport", "around", "compare", "span"]
 
 _SHOWN_NAMES = 20
+_NEAR = 0.55
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,16 +35,27 @@ class Options:
         pins: patterns of the names to compare, such as ``brain.PB*`` or ``PB*``; none for all.
         order_only: whether only the order matters.
         tolerance_ns: how far times may be apart.
+        until_ns: how long to compare, from the first common change on; None until the first recording ends.
+        common: whether a recording may end while the other one goes on.
     """
 
     pins: tuple[str, ...] = ()
     order_only: bool = False
     tolerance_ns: int = 0
+    until_ns: int | None = None
+    common: bool = False
 
     def wants(self, name: str) -> bool:
         """Say whether a signal is to be compared."""
-        short = name.partition(".")[2] or name
-        return not self.pins or any(fnmatch.fnmatchcase(one, pin) for pin in self.pins for one in (name, short))
+        return not self.pins or any(_matches(pin, name) for pin in self.pins)
+
+
+def _matches(pattern: str, name: str) -> bool:
+    return any(fnmatch.fnmatchcase(one, pattern) for one in (name, _short(name)))
+
+
+def _short(name: str) -> str:
+    return name.partition(".")[2] or name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,7 +91,7 @@ class Divergence:
     """Where the captures part.
 
     Attributes:
-        kind: ``value``, ``missing in A``, ``missing in B``, ``time``, ``order`` or ``level``.
+        kind: ``value``, ``missing in A``, ``missing in B``, ``time``, ``order``, ``level`` or ``end``.
         change: the change at which they do.
         text: what is different, for people.
     """
@@ -123,6 +139,19 @@ class SignalReport:
         return max(self.late_ns, key=abs, default=None)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Beyond:
+    """What lies beyond the end of the comparison, in one of the captures.
+
+    Attributes:
+        goes_on_ns: how long it goes on.
+        changes: the changes that would have been compared there, had the other one gone on, in order of time.
+    """
+
+    goes_on_ns: int
+    changes: Sequence[Change]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
     """How two captures compare.
@@ -135,6 +164,8 @@ class Comparison:
         span_ns: how long was compared, from the first common change on.
         signals: the signals that both know, by name.
         left_out: signals that could not be compared, and why.
+        a_beyond: what A has after that, and
+        b_beyond: B.
     """
 
     a: Capture
@@ -144,14 +175,41 @@ class Comparison:
     span_ns: int
     signals: Sequence[SignalReport]
     left_out: Mapping[str, str]
+    a_beyond: Beyond
+    b_beyond: Beyond
 
     @cached_property
     def first(self) -> Divergence | None:
-        """The first divergence of all."""
+        """The first divergence of all; of what lies beyond the end only if there is no other."""
+        return self._within or self._early()
+
+    @property
+    def empty(self) -> bool:
+        """Whether there was nothing to compare: no change is in both, and none in one that the other should have."""
+        return self._within is None and not any(signal.equal for signal in self.signals)
+
+    @cached_property
+    def _within(self) -> Divergence | None:
         found = [signal.divergence for signal in self.signals if signal.divergence is not None]
         if self.options.order_only and (reversed_ := self._reversed()) is not None:
             found.append(reversed_)
         return min(found, key=lambda one: (one.change.at_ns, one.change.signal), default=None)
+
+    def _early(self) -> Divergence | None:
+        """Say whether one ends before it is complete, as far as can be known, while the other goes on."""
+        if self.options.common:
+            return None
+        hardly = 2 * self.span_ns < min(self.a.end_ns, self.b.end_ns)
+        for side, capture, other, beyond in (("A", self.a, "B", self.b_beyond), ("B", self.b, "A", self.a_beyond)):
+            if beyond.changes and (hardly or not capture.complete):
+                first, more = beyond.changes[0], len(beyond.changes) - 1
+                value = shown(first.a if other == "A" else first.b)
+                rest = f" and {more} change{'' if more == 1 else 's'} more" if more else ""
+                since = "the first change in common" if self.anchor is not None else "the beginning"
+                text = f"{side} ends {span(self.span_ns)} after {since}, and {other} goes on: "
+                text += f"{first.signal} -> {value}{rest} not compared"
+                return Divergence(kind="end", change=first, text=text)
+        return None
 
     def changes(self) -> list[Change]:
         """Return the changes of all signals, in order of time."""
@@ -189,14 +247,16 @@ def compare(a: Capture, b: Capture, options: Options) -> Comparison:
     """Compare two captures.
 
     Raises:
-        UsageError: they have no signal in common, or none that is wanted.
+        UsageError: they have no signal in common, or none that is wanted, or a pattern matches none.
     """
+    _check_patterns(a, b, options)
     pairs, left_out = _pairs(a, b, options)
     if not pairs:
         raise _nothing(a, b, options, left_out)
     anchor = _anchor(pairs)
     a0, b0 = (_a(anchor), _b(anchor)) if anchor is not None else (0, 0)
-    span_ns = min(a.end_ns - a0, b.end_ns - b0)
+    limits = [] if options.until_ns is None else [options.until_ns]
+    span_ns = min(a.end_ns - a0, b.end_ns - b0, *limits)
     laid = _Laid(a0, b0, span_ns, options)
     return Comparison(
         a=a,
@@ -206,7 +266,18 @@ def compare(a: Capture, b: Capture, options: Options) -> Comparison:
         span_ns=span_ns,
         signals=[laid.report(one, other) for one, other in pairs],
         left_out=left_out,
+        a_beyond=Beyond(goes_on_ns=a.end_ns - a0 - span_ns, changes=laid.beyond(pairs, in_a=True)),
+        b_beyond=Beyond(goes_on_ns=b.end_ns - b0 - span_ns, changes=laid.beyond(pairs, in_a=False)),
     )
+
+
+def _check_patterns(a: Capture, b: Capture, options: Options) -> None:
+    names = sorted({*a.tracks, *b.tracks})
+    for pattern in options.pins:
+        if not any(_matches(pattern, name) for name in names):
+            near = difflib.get_close_matches(pattern, [*names, *map(_short, names)], n=1, cutoff=_NEAR)
+            hint = did_you_mean(pattern, near or names[:_SHOWN_NAMES], "they have")
+            raise UsageError("matches no signal", where=f"--pins {pattern}", hint=hint)
 
 
 def _pairs(a: Capture, b: Capture, options: Options) -> tuple[list[tuple[Track, Track]], dict[str, str]]:
@@ -273,6 +344,13 @@ def _change(one: Track, other: Track, at: int, a0: int, b0: int) -> Change:
     )
 
 
+def _alone(signal: str, ns: int, value: Value, at_ns: int, *, in_a: bool) -> Change:
+    """Return a change of one of both."""
+    a_ns, b_ns = (ns, None) if in_a else (None, ns)
+    a, b = (value, None) if in_a else (None, value)
+    return Change(signal=signal, a_ns=a_ns, b_ns=b_ns, a=a, b=b, late_ns=None, at_ns=at_ns)
+
+
 class _Laid:
     """Two captures, laid over each other: what is at a0 in one is at b0 in the other."""
 
@@ -303,6 +381,20 @@ class _Laid:
             remark=self._remark(one, other),
             divergence=wrong,
         )
+
+    def beyond(self, pairs: Iterable[tuple[Track, Track]], *, in_a: bool) -> list[Change]:
+        """Return what A or B has of these signals after the end; of one that is summarised, nothing can be said."""
+        after_ns = self._span_ns + self._options.tolerance_ns
+        zero, last_ns = self._a0 if in_a else self._b0, self._options.until_ns
+        found = []
+        for pair in pairs:
+            track = pair[0] if in_a else pair[1]
+            for ns, value in (
+                zip(track.times_ns, track.values, strict=True) if self._until(*pair) == self._span_ns else ()
+            ):
+                if after_ns < ns - zero and (last_ns is None or ns - zero <= last_ns):
+                    found.append(_alone(track.name, ns, value, ns - zero, in_a=in_a))
+        return sorted(found, key=lambda change: (change.at_ns, change.signal))
 
     def _until(self, one: Track, other: Track) -> int:
         pairs = ((one.summarised_from_ns, self._a0), (other.summarised_from_ns, self._b0))
@@ -358,5 +450,7 @@ def around(comparison: Comparison, before: int, after: int) -> Iterator[Change]:
     changes = comparison.changes()
     if first.kind == "level":
         changes.insert(0, first.change)
+    elif first.kind == "end":
+        changes.append(first.change)
     at = next(at for at, change in enumerate(changes) if change is first.change)
     yield from changes[max(0, at - before) : at + after + 1]

@@ -1,13 +1,15 @@
-"""Reads what logic analysers export: a column of times in seconds, and one column of levels for each pin.
+"""Reads what logic analysers export: a column of times, and one column of levels for each pin.
 
-The first line names the columns. A line stands for a sample or for a change, whichever the program writes; commas,
-semicolons or tabs separate. A level is 0 or 1; ``z``, ``x`` or nothing is a wire that floats.
+The first line names the columns. Times are in seconds, or in the unit that the name of their column ends with. A line
+stands for a sample or for a change, whichever the program writes; commas, semicolons or tabs separate. A level is 0 or
+1; ``z``, ``x`` or nothing is a wire that floats.
 """
 
 from __future__ import annotations
 
 import csv
 import decimal
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -19,6 +21,17 @@ __all__ = ["read_csv"]
 
 _LEVELS: dict[str, bool | None] = {"0": False, "1": True, "": None, "z": None, "x": None}
 _COMMENTS = (";", "#")
+
+_TIME = re.compile(r"time(?:stamp)?(?:[\s_]*[\s_(\[]\s*(?P<unit>[^\W_]+)\s*[)\]]?)?", re.IGNORECASE)
+_UNITS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds", "ps": "picoseconds"}
+_NS = {
+    "seconds": decimal.Decimal(NS_PER_S),
+    "milliseconds": decimal.Decimal(10**6),
+    "microseconds": decimal.Decimal(10**3),
+    "nanoseconds": decimal.Decimal(1),
+    "picoseconds": decimal.Decimal("0.001"),
+}
+_MICRO = str.maketrans("\u00b5\u03bc", "uu")
 
 Row = tuple[int, list[bool | None]]
 
@@ -57,10 +70,22 @@ def _table(path: Path, lines: Sequence[str]) -> tuple[list[str], Iterator[Row]]:
     twice = next((name for name in head if head.count(name) > 1), None)
     if twice is not None:
         raise UnavailableError(f"has two columns '{twice}'", where=f"{path}:{start + 1}")
-    return head, _rows(path, lines[start + 1 :], start + 2, delimiter, len(head))
+    unit = _unit(head[0], f"{path}:{start + 1}")
+    return head, _rows(path, lines[start + 1 :], start + 2, delimiter, len(head), unit)
 
 
-def _rows(path: Path, lines: Sequence[str], first: int, delimiter: str, columns: int) -> Iterator[Row]:
+def _unit(name: str, where: str) -> str:
+    """Return the unit that the name of the column of times tells, such as ``milliseconds``."""
+    match = _TIME.fullmatch(name)
+    told = (match["unit"] or "s").lower().translate(_MICRO) if match else ""
+    unit = _UNITS.get(told, told)
+    if unit not in _NS:
+        hint = f"call it 'Time [s]', or with one of the units {', '.join(_UNITS)}"
+        raise UnavailableError(f"'{name}' has no unit that is known", where=where, hint=hint)
+    return unit
+
+
+def _rows(path: Path, lines: Sequence[str], first: int, delimiter: str, columns: int, unit: str) -> Iterator[Row]:
     last_ns = None
     for number, cells in enumerate(csv.reader(lines, delimiter=delimiter), first):
         if not cells:
@@ -68,18 +93,19 @@ def _rows(path: Path, lines: Sequence[str], first: int, delimiter: str, columns:
         where = f"{path}:{number}"
         if len(cells) != columns:
             raise UnavailableError(f"has {len(cells)} columns instead of {columns}", where=where)
-        ns = _ns(cells[0], where)
+        ns = _ns(cells[0], unit, where)
         if last_ns is not None and ns < last_ns:
-            raise UnavailableError(f"its time goes back to {cells[0].strip()} s", where=where)
+            symbol = next(symbol for symbol, name in _UNITS.items() if name == unit)
+            raise UnavailableError(f"its time goes back to {cells[0].strip()} {symbol}", where=where)
         last_ns = ns
         yield ns, [_level(cell, where) for cell in cells[1:]]
 
 
-def _ns(text: str, where: str) -> int:
+def _ns(text: str, unit: str, where: str) -> int:
     try:
-        return round(decimal.Decimal(text.strip()) * NS_PER_S)
+        return round(decimal.Decimal(text.strip()) * _NS[unit])
     except (decimal.DecimalException, ValueError, OverflowError) as error:
-        raise UnavailableError(f"'{text.strip()}' is no time in seconds", where=where) from error
+        raise UnavailableError(f"'{text.strip()}' is no time in {unit}", where=where) from error
 
 
 def _level(text: str, where: str) -> bool | None:

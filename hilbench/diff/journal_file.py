@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from hilbench.diff.capture import Capture, Track, Value
+from hilbench.diff.journal_event import BYTES, check_events
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.journal import Journal, Recording
 from hilbench.mcu.pin_log import WINDOW_NS
@@ -18,7 +19,6 @@ from hilbench.nearest import did_you_mean
 __all__ = ["read_journal"]
 
 _WORDS = ("code", "word")
-_BYTES = frozenset({"tx", "rx", "console"})
 _MARKS = {"reset": "reason", "end": "reason"}
 _SHOWN_CASES = 12
 
@@ -33,7 +33,7 @@ def read_journal(path: Path, case: str = "") -> Capture:
         case: the id of the case that is meant, if the journal has any.
 
     Raises:
-        UnavailableError: it cannot be read.
+        UnavailableError: it cannot be read, or an event is damaged; the line is named.
         UsageError: it has cases and none is chosen, or none of that id.
     """
     try:
@@ -42,6 +42,7 @@ def read_journal(path: Path, case: str = "") -> Capture:
         raise UnavailableError(error.message, where=error.where) from error
     if not recording.header:
         raise UnavailableError(f"no journal can be read from it: {recording.problem}", where=str(path))
+    check_events(path, recording)
     case, begin_ns, end_ns, events = _chosen(path, recording, case)
     gathered = _Gathered(begin_ns)
     for event in events:
@@ -54,6 +55,7 @@ def read_journal(path: Path, case: str = "") -> Capture:
         boards=frozenset(recording.header.get("images", {}) or gathered.boards),
         floats=True,
         case=case,
+        complete=recording.ended and recording.problem is None,
         remarks=tuple(_remarks(recording)),
     )
 
@@ -101,7 +103,7 @@ class _Gathered:
             self._without_frames.add(f"{source}.{event['pin']}")
         elif kind == "pwm":
             self._summary(source, ns, event)
-        elif kind in _BYTES:
+        elif kind in BYTES:
             self._bytes(f"{source} {kind}", event.get("from_ns", event["ns"]) - self._begin_ns, event.get("data", ""))
         elif kind in _MARKS:
             self._add(f"{source} {kind}", ns, str(event.get(_MARKS[kind], "")))

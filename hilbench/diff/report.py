@@ -42,6 +42,9 @@ def _heads(comparison: Comparison) -> Iterator[str]:
         times = f"at {_time(anchor.a_ns)} s in A and {_time(anchor.b_ns)} s in B"
         yield f"laid over each other at {anchor.signal} -> {shown(anchor.a)}, {times}"
     yield f"compared for {comparison.span_ns / 1e9:.6f} s from there"
+    for side, beyond in (("A", comparison.a_beyond), ("B", comparison.b_beyond)):
+        if beyond.goes_on_ns:
+            yield f"{side} goes on for {span(beyond.goes_on_ns)} after that"
 
 
 def _table(comparison: Comparison) -> Iterator[str]:
@@ -62,7 +65,11 @@ def _verdict(comparison: Comparison) -> Iterator[str]:
         count = len(comparison.signals)
         yield f"equal: {count} signal{'' if count == 1 else 's'}, {_how(comparison.options)}"
         return
-    yield f"different: first {first.text}"
+    if first.kind == "end":
+        yield f"different: {first.text}"
+        yield "(--common compares what both have, --until T the first T of it)"
+    else:
+        yield f"different: first {first.text}"
     yield f"  {'A, s':>16}  {'B, s':>16}  {'B later by':>12}  what"
     for change in around(comparison, BEFORE, AFTER):
         yield _row(change, mark=">" if change is first.change else " ")
@@ -103,9 +110,17 @@ def as_data(comparison: Comparison) -> dict[str, object]:
             "pins": list(comparison.options.pins),
             "order_only": comparison.options.order_only,
             "tolerance_ns": comparison.options.tolerance_ns,
+            "until_ns": comparison.options.until_ns,
+            "common": comparison.options.common,
         },
         "aligned_on": None if comparison.anchor is None else _change(comparison.anchor),
         "compared_ns": comparison.span_ns,
+        "beyond": {
+            "a_ns": comparison.a_beyond.goes_on_ns,
+            "b_ns": comparison.b_beyond.goes_on_ns,
+            "a": len(comparison.a_beyond.changes),
+            "b": len(comparison.b_beyond.changes),
+        },
         "signals": [_signal(signal) for signal in comparison.signals],
         "not_compared": dict(comparison.left_out),
         "first": None if first is None else {"kind": first.kind, "text": first.text} | _change(first.change),

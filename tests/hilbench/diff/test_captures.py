@@ -78,6 +78,26 @@ def test_columns_of_no_net_are_named(write, pins, data):
     assert found["not_compared"] == {"D1": "only in B", "brain.PB6": "only in A"}
 
 
+@pytest.mark.parametrize(
+    ("head", "factor"),
+    [
+        ("Time", 1),
+        ("Timestamp (s)", 1),
+        ("time_s", 1),
+        ("Time [ms]", 10**3),
+        ("time_us", 10**6),
+        ("Time(\u00b5s)", 10**6),
+        ("Time [\u03bcs]", 10**6),
+        ("TIME NS", 10**9),
+        ("time [Milliseconds]", 10**3),
+    ],
+)
+def test_the_head_of_the_column_of_times_says_their_unit(write, pins, data, head, factor):
+    times = [("0", 0, 0), ("0.509", 1, 0), ("0.519", 1, 1), ("0.529", 0, 1), ("0.6", 0, 1)]
+    rows = "".join(f"{float(at) * factor:.9f},{d0},{d1}\n" for at, d0, d1 in times)
+    assert data(pins("a.jsonl", STEPS), write("b.csv", f"{head},D0,D1\n{rows}"), *MAP)["equal"]
+
+
 def test_two_captures_begin_with_their_levels(write, data):
     a = write("a.csv", TABLE)
     b = write("b.csv", "Time [s],D0,D1\n0,0,1\n0.6,0,1\n")
@@ -89,11 +109,16 @@ def test_two_captures_begin_with_their_levels(write, data):
 def test_a_pin_that_a_journal_tells_as_bytes_is_not_compared_edge_by_edge(journal, write, data, diff):
     pin = ("pin", "brain.PA9", {"level": True})
     sent = [(2, "frames", "brain", {"pin": "PA9"}), (2, "tx", "brain.usart1", {"data": b"U", "from_ns": 2_000_000})]
-    a = journal("a.jsonl", [(1, *pin), *sent])
+    a = journal("a.jsonl", [(1, *pin), *sent, (2, "pin", "brain.PB0", {"level": True})])
     rows = "".join(f"{at / 1e4},{at % 2}\n" for at in range(10, 30))
     b = write("b.csv", f"Time,PA9\n0,0\n{rows}")
-    other = write("c.csv", f"Time,PA9,PB0\n0,0,0\n{rows.replace(chr(10), ',0' + chr(10))}")
+    both = "".join(f"{at / 1e4},{at % 2},{int(at >= 20)}\n" for at in range(10, 30))
+    other = write("c.csv", f"Time,PA9,PB0\n0,0,0\n{both}")
+    quiet = write("d.csv", f"Time,PA9,PB1\n0,0,0\n{rows.replace(chr(10), ',0' + chr(10))}")
     assert "bytes in the place of its edges" in data(a, other)["not_compared"]["brain.PA9"]
+    code, _, err = diff(a, quiet)
+    assert code == 2
+    assert "compared for 2.9 ms; brain.PA9: A has bytes" in err
     code, _, err = diff(a, b)
     assert code == 2
     assert "nothing to compare in these recordings; brain.PA9: A has bytes" in err
@@ -127,10 +152,19 @@ def test_a_journal_and_the_waveforms_of_the_same_run_are_equal(tmp_path, data, c
         ("b.csv", "Time,D0\n0,1\n1,3.3\n", "b.csv:3: '3.3' is no level: 0, 1 or z"),
         ("b.csv", "Time,D0\n0,1\n1\n", "b.csv:3: has 1 columns instead of 2"),
         ("b.csv", "Time,D0\n2,1\n1,0\n", "b.csv:3: its time goes back to 1 s"),
+        ("b.csv", "time_us,D0\n2,1\n1,0\n", "b.csv:3: its time goes back to 1 us"),
+        ("b.csv", "\nTime [ms],D0\nsoon,1\n", "b.csv:3: 'soon' is no time in milliseconds"),
+        (
+            "b.csv",
+            "Time [samples],D0\n2,1\n",
+            "b.csv:1: 'Time [samples]' has no unit that is known; call it 'Time [s]'",
+        ),
+        ("b.csv", "Time [h],D0\n2,1\n", "b.csv:1: 'Time [h]' has no unit that is known; "),
         ("b.vcd", "$scope module a $end $enddefinitions $end", "b.vcd: is a value change dump without a variable"),
         ("b.vcd", "$var wire 1 ! D0 $end $enddefinitions $end #5 1! #3 0!", "b.vcd: is no value change dump: its"),
         ("b.vcd", "$var wire one ! D0 $end", "b.vcd: is no value change dump: "),
         ("b.jsonl", '{"kind":"other"}\n', "b.jsonl: is not a hilbench journal"),
+        ("b.jsonl", '{"kind":"journal","images":3}\n', "b.jsonl:1: 'images' is no table of boards"),
         ("b.jsonl", '{"kind":"journal"', "b.jsonl: no journal can be read from it: cut in line 1"),
     ],
 )
@@ -141,3 +175,76 @@ def test_what_cannot_be_read_is_one_line_and_3(write, pins, diff, name, text, sa
     code, out, err = diff(a, b, "--map", "D0=brain.PB7")
     assert (code, out, err.count("\n")) == (3, "", 1)
     assert err.startswith(f"hilbench: {tmp_path}/{said}")
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ('{"ns":"x","kind":"pin","source":"brain.PB7","level":true}', "'ns' is no whole number"),
+        ('{"ns":true,"kind":"pin","source":"brain.PB7","level":true}', "'ns' is no whole number"),
+        ('{"kind":"pin","source":"brain.PB7","level":true}', "'ns' is missing"),
+        ('{"ns":1,"kind":["pin"],"source":"brain.PB7","level":true}', "'kind' is no text"),
+        ('{"ns":1,"kind":"pin","level":true}', "'source' is missing"),
+        ('{"ns":1,"kind":"pin","source":7,"level":true}', "'source' is no text"),
+        ('{"ns":1,"kind":"pin","source":"brain.PB7"}', "'level' is missing"),
+        ('{"ns":1,"kind":"pin","source":"brain.PB7","level":"high"}', "'level' is no level: true, false or null"),
+        ('{"ns":1,"kind":"pin","source":"brain.PB7","level":1}', "'level' is no level: true, false or null"),
+        ('{"ns":1,"kind":"frames","source":"brain"}', "'pin' is missing"),
+        ('{"ns":1,"kind":"pwm","source":"brain.PB7","in_ns":5}', "'edges' is missing"),
+        ('{"ns":1,"kind":"pwm","source":"brain.PB7","in_ns":5,"edges":"5"}', "'edges' is no whole number"),
+        ('{"ns":1,"kind":"pwm","source":"b.PB7","in_ns":5,"edges":5,"period_ns":9}', "'high_ns' is missing"),
+        ('{"ns":1,"kind":"tx","source":"brain.usart1","data":5}', "'data' is no text"),
+        ('{"ns":1,"kind":"tx","source":"brain.usart1","data":"55","from_ns":"x"}', "'from_ns' is no whole number"),
+        ('{"ns":1,"kind":"event","source":"m","value":{"code":1,"at_ns":"x"}}', "'at_ns' is no whole number"),
+        ('{"ns":1,"kind":"case","source":"journal"}', "'case' is missing"),
+        ('{"ns":1,"kind":"case","source":"journal","case":[]}', "'case' is no text"),
+    ],
+)
+def test_an_event_that_is_damaged_is_named_by_its_line(write, pins, diff, line, said, tmp_path):
+    good = '{"ns":0,"kind":"pin","source":"brain.PB7","level":false}'
+    damaged = write("b.jsonl", f'{{"kind":"journal","images":{{"brain":{{}}}}}}\n{good}\n{line}\n')
+    code, out, err = diff(pins("a.jsonl", STEPS), damaged)
+    assert (code, out, err) == (3, "", f"hilbench: {tmp_path}/b.jsonl:3: {said}\n")
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("b.csv", "Time,PB7,PB6\n0,0,0\n"),
+        ("b.csv", "Time,PB7,PB6\n0,0,0\n0.0004,0,0\n"),
+        ("b.vcd", WAVES.replace("D0", "PB7").partition("#5090000")[0] + "#4000\n"),
+    ],
+)
+def test_a_capture_in_which_nothing_happens_before_it_ends_is_nothing_to_compare(write, pins, diff, name, text):
+    a = pins("a.jsonl", STEPS, end_ms=15_000)
+    for files in ((a, write(name, text)), (write(name, text), a)):
+        code, out, err = diff(*files)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert err.startswith("hilbench: nothing to compare: no change of any signal is in both recordings, ")
+
+
+def test_a_capture_that_ends_early_is_different_unless_that_is_asked_for(write, pins, data, diff):
+    a, b = pins("a.jsonl", STEPS), write("b.csv", "Time,PB7,PB6\n0,0,0\n0.509,1,0\n0.515,1,0\n")
+    found = data(a, b)
+    assert found["first"]["kind"] == "end"
+    assert found["first"]["text"] == (
+        "B ends 6 ms after the first change in common, and A goes on: brain.PB6 -> 1 and 1 change more not compared"
+    )
+    assert found["beyond"] == {"a_ns": 84_000_000, "b_ns": 0, "a": 2, "b": 0}
+    assert data(b, a)["first"]["text"].startswith("A ends 6 ms after the first change in common, and B goes on: ")
+    code, out, _ = diff(a, b)
+    assert code == 1
+    assert "\ndifferent: B ends 6 ms after" in out
+    assert out.count("\n>") == 1
+    assert "(--common compares what both have, --until T the first T of it)" in out
+    assert data(a, b, "--common")["equal"]
+    assert data(a, b, "--until", "6ms")["equal"]
+    assert data(a, b, "--until", "9ms")["equal"]
+    assert not data(a, b, "--until", "10ms")["equal"]
+    assert "\nA goes on for 84 ms after that\n" in diff(a, b, "--common")[1]
+    assert diff(a, b, "--until", "5ms", "--common")[0] == 0
+
+
+def test_a_capture_that_ends_with_its_last_change_is_complete_where_nothing_follows(write, pins, data):
+    assert data(pins("a.jsonl", STEPS), write("b.csv", TABLE.replace("0.5291", "0.529").replace(
+        "0.600000,0,1\n", "")), *MAP)["equal"]  # fmt: skip

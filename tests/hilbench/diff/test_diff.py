@@ -149,15 +149,49 @@ def test_a_journal_that_was_cut_is_compared_up_to_there(pins, data):
     with open(b, "r+b") as file:
         file.truncate(len(file.read()) - 90)
     found = data(a, b)
-    assert found["equal"]
+    assert found["first"]["text"].startswith("B ends ")
     assert found["b"]["remarks"] == ["cut in line 6: compared up to there"]
+    assert data(a, b, "--common")["equal"]
+
+
+def test_a_journal_of_a_process_that_was_killed_does_not_say_that_it_is_complete(pins, data):
+    a, b = pins("a.jsonl", STEPS), pins("b.jsonl", STEPS[:4])
+    with open(b) as file:
+        lines = file.readlines()
+    with open(b, "w") as file:
+        file.writelines(lines[:-1])
+    assert data(a, b)["first"]["kind"] == "end"
+    assert data(a, b, "--common")["equal"]
+
+
+def test_journals_that_hardly_overlap_are_different(pins, data):
+    late = [(80, "PB7", True), (85, "PB7", False), (88, "PB7", True)]
+    files = pins("a.jsonl", late), pins("b.jsonl", [*moved(late, -79), (50, "PB7", False)])
+    assert data(*files)["first"]["kind"] == "end"
+    assert data(*files, "--common")["equal"]
+
+
+def test_two_boards_that_do_nothing_are_nothing_to_compare(pins, diff):
+    files = pins("a.jsonl", STEPS), pins("b.jsonl", moved(STEPS, 200), end_ms=300)
+    assert diff(*files, "--until", "1ms")[0] == 0
+    quiet = pins("c.jsonl", [(60, "PB7", True)], end_ms=80), pins("d.jsonl", [(90, "PB7", False)], end_ms=95)
+    assert diff(*quiet, "--until", "1ms")[::2] == (
+        2, "hilbench: nothing to compare: no change of any signal is in both recordings, which were compared for 1 ms\n"
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         ("a.jsonl", "diff: B is missing"),
-        ("a.jsonl a.jsonl --pins PX", "--pins PX: no signal that both recordings have; they have brain.PB6, brain.PB7"),
+        ("a.jsonl a.jsonl --pins PX", "--pins PX: matches no signal; they have: brain.PB6, brain.PB7"),
+        (
+            "a.jsonl a.jsonl --pins PB6 --pins brian.PB7",
+            "--pins brian.PB7: matches no signal; did you mean 'brain.PB7'?",
+        ),
+        ("a.jsonl a.jsonl --pins PB6 --pins PB77", "--pins PB77: matches no signal; did you mean 'PB7'?"),
+        ("a.jsonl other.jsonl --pins PB6", "--pins PB6: no signal that both recordings have; they have brain.PB6, "),
+        ("a.jsonl a.jsonl --until 3", "--until: '3' is not a duration"),
         ("a.jsonl a.jsonl --map D0", "--map: 'D0' is not NAME=NET, such as D0=brain.PB7"),
         ("a.jsonl a.jsonl --map D0=brain.PB7", "--map D0=brain.PB7: no column 'D0'; only captures have columns"),
         ("a.jsonl a.jsonl --map D0=x --map D0=y", "--map: names a column twice"),
