@@ -171,6 +171,12 @@ def test_journals_that_hardly_overlap_are_different(pins, data):
     assert data(*files, "--common")["equal"]
 
 
+def test_one_change_has_no_time_to_compare_and_that_is_said(pins, diff):
+    code, out, _ = diff(pins("a.jsonl", [(9, "PB7", True)]), pins("b.jsonl", [(70, "PB7", True)]))
+    assert code == 0
+    assert out.endswith("but that is one change, at which they are laid over each other: no time was compared\n")
+
+
 def test_two_boards_that_do_nothing_are_nothing_to_compare(pins, diff):
     files = pins("a.jsonl", STEPS), pins("b.jsonl", moved(STEPS, 200), end_ms=300)
     assert diff(*files, "--until", "1ms")[0] == 0

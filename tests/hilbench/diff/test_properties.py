@@ -72,3 +72,14 @@ def test_a_change_that_is_gone_is_found(one, data):
     }
     assert compare(one, capture(less, one.end_ns), ORDER).first is not None
     assert compare(one, capture(less, one.end_ns), Options()).first is not None
+
+
+@given(captures(least=2), st.data())
+def test_a_recording_that_is_cut_is_never_equal_to_the_whole_one_unless_that_is_asked_for(one, data):
+    every = sorted(ns for track in one.tracks.values() for ns in track.times_ns)
+    end_ns = data.draw(st.integers(every[0], every[-1] - 1))
+    cut = capture({name: track.until(end_ns).times_ns for name, track in one.tracks.items()}, end_ns)
+    assert compare(one, cut, Options()).first.kind == "end"
+    assert compare(one, cut, ORDER).first.kind == "end"
+    assert compare(one, cut, Options(common=True)).first is None
+    assert compare(cut, one, Options(until_ns=end_ns - every[0])).first is None
