@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 import tomllib
 from pathlib import Path
@@ -11,6 +12,9 @@ from hilbench.errors import UsageError
 from hilbench.toml_lines import find_line
 
 _LINE = re.compile(r" \(at line (\d+), column \d+\)$")
+
+_LONGEST_BYTES = 1 << 20
+"""Nobody writes so much by hand (choice); a device never ends."""
 
 
 class TomlFile:
@@ -52,7 +56,11 @@ def _syntax_error(path: Path, message: str) -> UsageError:
 
 def _text(path: Path, kind: str, hint: str | None) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        with path.open("rb") as file:
+            data = file.read(_LONGEST_BYTES + 1)
+        if len(data) > _LONGEST_BYTES:
+            raise UsageError(f"too large for a {kind}: more than {_LONGEST_BYTES} bytes", where=str(path))
+        return io.TextIOWrapper(io.BytesIO(data), encoding="utf-8").read()
     except UnicodeDecodeError as error:
         raise UsageError(f"is not UTF-8 text: {error.reason} at byte {error.start}", where=str(path)) from None
     except FileNotFoundError:

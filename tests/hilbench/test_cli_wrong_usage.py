@@ -42,6 +42,7 @@ WRONG = [
     ("serve pioneer --pty ''", "--pty: '' names no path"),
     ("serve pionere --tcp 0", "pionere: no such bench; did you mean 'pioneer'?"),
     ("validate", "validate: BENCH is missing"),
+    ("validate /dev/zero", "/dev/zero: too large for a bench file: more than 1048576 bytes"),
     ("validate none.toml", "none.toml: no such bench file"),
 ]
 
