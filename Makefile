@@ -29,8 +29,8 @@ types: dev
 layers: dev
 	$(BIN)/lint-imports
 
-unit: dev
-	$(BIN)/python -m pytest
+unit: dev         ## on all cores
+	$(BIN)/python -m pytest -n auto
 
 bench: dev        ## speed, as ratios against something run beside it
 	$(BIN)/python -m pytest tests/benchmarks -s
