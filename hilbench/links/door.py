@@ -10,6 +10,7 @@ hands over each byte when its start bit begins, in that time, and passes on what
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -42,7 +43,7 @@ class Input:
         self.read(at_ns)
 
 
-class Door(PortBase):
+class Door(PortBase, ABC):
     """A port whose other end is a program outside; see the subclasses.
 
     Args:
@@ -122,13 +123,13 @@ class Door(PortBase):
 
     # --- for the subclass
 
+    @abstractmethod
     def _put(self, data: bytes, at_ns: int) -> None:
         """Give bytes that left the wire to the client; count what it does not take."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _release(self) -> None:
         """Close descriptors."""
-        raise NotImplementedError
 
     def _client_gone(self) -> None:
         """Learn that the client's last byte is through and the line is down."""
