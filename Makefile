@@ -4,7 +4,7 @@
 VENV ?= .venv
 BIN  := $(VENV)/bin
 
-.PHONY: check test lint types layers unit bench soak mutants campaign docs clean
+.PHONY: check test lint types layers unit search bench soak mutants campaign docs clean
 
 check:            ## the main job: the virtual Pioneer against its conformance suites
 	@.ci/setup $(VENV)
@@ -31,6 +31,9 @@ layers: dev
 
 unit: dev         ## on all cores
 	$(BIN)/python -m pytest -n auto
+
+search: dev       ## the property tests again, with examples nobody has seen
+	HILBENCH_SEARCH=1 $(BIN)/python -m pytest -n auto
 
 bench: dev        ## speed, as ratios against something run beside it
 	$(BIN)/python -m pytest tests/benchmarks -s

@@ -6,9 +6,11 @@ import os
 import pytest
 from hypothesis import settings
 
-# Time on the host is nothing to judge by: see the rules for tests in CONTRIBUTING.md.
-settings.register_profile("hilbench", deadline=None)
-settings.load_profile("hilbench")
+# Time on the host is nothing to judge by, and a change is judged by the same examples whenever it is judged: see the
+# rules for tests in CONTRIBUTING.md. `make search` looks for new examples.
+settings.register_profile("hilbench", deadline=None, derandomize=True)
+settings.register_profile("search", deadline=None, print_blob=True)
+settings.load_profile("search" if os.environ.get("HILBENCH_SEARCH") else "hilbench")
 
 
 def pytest_runtest_setup(item):

@@ -376,7 +376,10 @@ class LineReceiver:
         return None if self._edge_s is None else self._edge_s + self._plan.done * self._sixteenth_s
 
     def advance(self, now_s: Fraction) -> list[Received]:
-        """Return the words that are complete by `now_s`; all frames that begin before then must have been received."""
+        """Return the words that are complete by `now_s`; all frames that begin by then must have been received.
+
+        A frame that begins at the very instant of the last sample, and is received only later, leaves no noise in it.
+        """
         words = []
         while self._edge_s is not None and (done_s := self._edge_s + self._plan.done * self._sixteenth_s) <= now_s:
             samples = [self._line.level(self._edge_s + at * self._sixteenth_s) for at in self._plan.positions]

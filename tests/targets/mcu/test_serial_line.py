@@ -107,14 +107,30 @@ def test_reads_what_a_receiver_sees_tick_by_tick(traffic, line_format):
     receiver = LineReceiver(line_format, Fraction(16 * unit))
     words = []
     for start, bit, bits, count in frames:
-        words += receiver.advance(Fraction(start))
         receiver.receive(SerialFrame(start_s=Fraction(start), bit_s=Fraction(bit), bits=bits, bit_count=count))
+        words += receiver.advance(Fraction(start))
     words += receiver.advance(Fraction(length))
     expected = [
         (line_format.value(word), noise, framing, line_format.parity_wrong(word))
         for word, noise, framing in ticked(frames, line_format, unit, length)
     ]
     assert [(word.value, word.noise, word.framing_error, word.parity_error) for word in words] == expected
+
+
+@pytest.mark.parametrize("known_first", [True, False])
+def test_a_start_bit_at_the_last_sample_is_noise_if_it_is_known(known_first):
+    line_format = SerialFormat.parse("8N1")
+    receiver = LineReceiver(line_format, Fraction(16))
+    receiver.receive(line_format.frame(0x55, Fraction(0), Fraction(16)))
+    done_s = Fraction(16 * 9 + 10)
+    late = line_format.frame(0x55, done_s, Fraction(16))
+    if known_first:
+        receiver.receive(late)
+    (word,) = receiver.advance(done_s)
+    if not known_first:
+        receiver.receive(late)
+    assert (word.value, word.noise) == (0x55, known_first)
+    assert [word.value for word in receiver.advance(2 * done_s)] == [0x55]
 
 
 @given(line_format=FORMATS, value=st.integers(0, 511))
