@@ -1,18 +1,16 @@
-"""What both roles share: a state, a table, timers, counters, and the events that come out."""
+"""What both roles share: counters, and the events of this protocol around the common state machine."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections import Counter
+from abc import abstractmethod
 from dataclasses import dataclass
 
 from protocols.p2os.events import Event, FrameDropped, StateChanged, Transmit
 from protocols.p2os.framing import Dropped, DropReason, Frame
 from protocols.p2os.states import TIMER_STATES, Action, State, Table, Timer, Trigger
+from protocols.state_machine import StateMachine
 
 __all__ = ["Counters", "Machine"]
-
-_NS_PER_S = 1_000_000_000
 
 
 @dataclass(slots=True, kw_only=True)
@@ -59,56 +57,23 @@ _COUNTER_OF_DROP = {
 }
 
 
-class Machine(ABC):
-    """One end of the line: turns frames and timers into triggers, and carries out what the table says.
-
-    Attributes:
-        state: where it is.
-        now_ns: the latest bench time it was told, in ns.
-        counters: what it has seen.
-        visits: how often each edge of the table was taken.
-        events: what has happened and was not fetched yet.
-    """
+class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
+    """One end of the line: turns frames and timers into triggers, and carries out what the table says."""
 
     def __init__(self, table: Table, state: State) -> None:
-        self.table = table
-        self.state = state
-        self.now_ns = 0
-        self.counters = Counters()
-        self.visits: Counter[tuple[State, Trigger]] = Counter()
-        self.events: list[Event] = []
-        self._timers: dict[Timer, int] = {}
+        super().__init__(table, state, Counters(), timer_states=TIMER_STATES, step_timers=(Timer.STEP,))
 
     @abstractmethod
     def take_frame(self, frame: Frame) -> None:
         """Handles a sound frame."""
 
-    @abstractmethod
-    def trigger_of(self, timer: Timer) -> Trigger:
-        """The trigger of a timer that has run out."""
+    def state_changed(self, old: State, trigger: Trigger) -> Event:
+        """The event that says that `state` is another one than before."""
+        return StateChanged(old=old, new=self.state, trigger=trigger)
 
-    @abstractmethod
-    def act(self, action: Action, trigger: Trigger) -> None:
-        """Carries out one action of an edge."""
-
-    def has_edge(self, trigger: Trigger) -> bool:
-        """The table has an edge from here for this trigger."""
-        return (self.state, trigger) in self.table
-
-    def fire(self, trigger: Trigger) -> None:
-        """Takes the edge for this trigger, if there is one."""
-        edge = self.table.get((self.state, trigger))
-        if edge is None:
-            self.counters.ignored += 1
-            return
-        old = self.state
-        self.visits[old, trigger] += 1
-        self.state = edge.next_state
-        if self.state is not old:
-            self._leave_timers()
-            self.events.append(StateChanged(old=old, new=self.state, trigger=trigger))
-        for action in edge.actions:
-            self.act(action, trigger)
+    def to_transmit(self, frame: bytes) -> Event:
+        """The event that wants a frame on the line."""
+        return Transmit(data=frame)
 
     def drop(self, dropped: Dropped) -> None:
         """Reports and counts bytes that did not become a message."""
@@ -119,41 +84,3 @@ class Machine(ABC):
     def drop_body(self, frame: Frame) -> None:
         """Reports and counts a sound frame whose body makes no sense."""
         self.drop(Dropped(reason=DropReason.BAD_BODY, data=frame.raw))
-
-    def transmit(self, frame: bytes) -> None:
-        """Wants a frame on the line."""
-        self.count_out(frame)
-        self.events.append(Transmit(data=frame))
-
-    def count_out(self, frame: bytes) -> None:
-        """Counts a frame that goes out."""
-        self.counters.frames_out += 1
-        self.counters.bytes_out += len(frame)
-
-    def start(self, timer: Timer, after_s: float | None) -> None:
-        """Starts a timer from now, or ends it where the time is None."""
-        if after_s is None:
-            self._timers.pop(timer, None)
-        elif self.state in TIMER_STATES[timer]:
-            self._timers[timer] = self.now_ns + max(1, round(after_s * _NS_PER_S))
-
-    def next_deadline_ns(self) -> int | None:
-        """When the next timer runs out, in ns of bench time."""
-        return min(self._timers.values(), default=None)
-
-    def expire_next(self) -> None:
-        """Lets the earliest timer run out."""
-        timer = min(self._timers, key=self._timers.__getitem__)
-        del self._timers[timer]
-        self.fire(self.trigger_of(timer))
-
-    def fetch(self) -> list[Event]:
-        """The events since the last call."""
-        events, self.events = self.events, []
-        return events
-
-    def _leave_timers(self) -> None:
-        """Ends the timers that do not run in the new state; the step timer always."""
-        for timer in tuple(self._timers):
-            if timer is Timer.STEP or self.state not in TIMER_STATES[timer]:
-                del self._timers[timer]

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
-import itertools
-import random
-
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -38,110 +34,37 @@ from protocols.p2os import (
 from protocols.p2os import (
     ServerState as S,
 )
+from protocols.testing import Pair, lossy, unchanged
 
 SECOND = 1_000_000_000
-LATENCY_NS = 5_000_000
 CYCLE_NS = SECOND // 10
 WATCHDOG_NS = 2 * SECOND
 
 
-class Pair:
+class RobotPair(Pair):
     """A client and a server, a line with faults between them, and a server that streams SIPs while it is open."""
 
-    def __init__(self, *, damage=lambda data: data, client=None, server=None):
-        self.client = Connection(Role.CLIENT, client or ClientOptions())
-        self.server = Connection(Role.SERVER, server or ServerOptions())
-        self.now_ns = 0
-        self.damage = damage
-        self.seen = []  # (time, "client" or "server", event)
-        self._order = itertools.count()
-        self._flying = []
+    def __init__(self, *, damage=unchanged, client=None, server=None):
+        ends = (
+            Connection(Role.CLIENT, client or ClientOptions()),
+            Connection(Role.SERVER, server or ServerOptions()),
+        )
+        super().__init__(*ends, transmit=Transmit, damage=damage)
 
-    @property
-    def _ends(self):
-        return {"client": self.client, "server": self.server}
+    def next_moment_ns(self):
+        return (self.now_ns // CYCLE_NS + 1) * CYCLE_NS
 
-    def connect(self):
-        self._take("client", self.client.connect(self.now_ns))
-
-    def disconnect(self):
-        self._take("client", self.client.disconnect(self.now_ns))
-
-    def send(self, end, message):
-        self._write(end, self._ends[end].send(message, self.now_ns))
-
-    def line_down(self):
-        self._flying.clear()
-        for end, connection in self._ends.items():
-            self._take(end, connection.line_down(self.now_ns))
-
-    def run(self, duration_ns):
-        """Lets time pass, moment by moment."""
-        end_ns = self.now_ns + duration_ns
-        while (next_ns := self._next_ns()) <= end_ns:
-            self.now_ns = next_ns
-            self._moment()
-        self.now_ns = end_ns
-
-    def _next_ns(self):
-        times = [connection.next_deadline_ns() for connection in self._ends.values()]
-        times += [self._flying[0][0]] if self._flying else []
-        cycle_ns = (self.now_ns // CYCLE_NS + 1) * CYCLE_NS
-        return min([time for time in times if time is not None] + [cycle_ns])
-
-    def _moment(self):
-        while self._flying and self._flying[0][0] <= self.now_ns:
-            _, _, end, data = heapq.heappop(self._flying)
-            self._take(end, self._ends[end].receive(data, self.now_ns))
-        for end, connection in self._ends.items():
-            self._take(end, connection.advance(self.now_ns))
+    def moment(self):
         if self.now_ns % CYCLE_NS == 0 and self.server.state is S.OPEN:
             self.send("server", Sip(x_raw=self.now_ns // CYCLE_NS & 0x7FFF))
 
-    def _take(self, end, events):
-        for event in events:
-            if isinstance(event, Transmit):
-                self._write(end, event.data)
-            else:
-                self.seen.append((self.now_ns, end, event))
-            if isinstance(event, CommandReceived) and event.command.number == N.CONFIG:
-                self.send("server", ConfigPacket(name="pair"))
-
-    def _write(self, end, data):
-        other = "server" if end == "client" else "client"
-        data = self.damage(data)
-        if data:
-            heapq.heappush(self._flying, (self.now_ns + LATENCY_NS, next(self._order), other, data))
-
-    def of(self, kind):
-        return [event for _, _, event in self.seen if isinstance(event, kind)]
-
-    def times_of(self, kind):
-        return [now_ns for now_ns, _, event in self.seen if isinstance(event, kind)]
-
-
-def lossy(seed, *, drop=0.0, flip=0.0, repeat=0.0, noise=0.0):
-    """Damage to each write: bytes lost, a bit turned, the whole twice, noise before it."""
-    chance = random.Random(seed)
-
-    def damage(data):
-        if chance.random() < drop:
-            cut = chance.randrange(len(data) + 1)
-            data = data[:cut]
-        if data and chance.random() < flip:
-            at = chance.randrange(len(data))
-            data = data[:at] + bytes((data[at] ^ 1 << chance.randrange(8),)) + data[at + 1 :]
-        if chance.random() < repeat:
-            data += data
-        if chance.random() < noise:
-            data = chance.randbytes(chance.randrange(8)) + data
-        return data
-
-    return damage
+    def answer(self, end, event):
+        if isinstance(event, CommandReceived) and event.command.number == N.CONFIG:
+            self.send("server", ConfigPacket(name="pair"))
 
 
 def test_clean_line():
-    pair = Pair()
+    pair = RobotPair()
     pair.connect()
     pair.run(SECOND)
     assert (pair.client.state, pair.server.state) == (C.OPEN, S.OPEN)
@@ -158,7 +81,7 @@ def test_clean_line():
 
 @pytest.mark.parametrize("seed", range(20))
 def test_bad_line(seed):
-    pair = Pair(
+    pair = RobotPair(
         damage=lossy(seed, drop=0.05, flip=0.05, repeat=0.05, noise=0.1),
         client=ClientOptions(max_restarts=100, max_misses=100),
     )
@@ -178,7 +101,7 @@ def test_bad_line(seed):
 
 
 def test_client_that_died_is_replaced_by_one_that_takes_over():
-    pair = Pair()
+    pair = RobotPair()
     pair.connect()
     pair.run(SECOND)
     pair.client = Connection(Role.CLIENT)
@@ -193,7 +116,7 @@ def test_client_that_died_is_replaced_by_one_that_takes_over():
 def test_same_seed_same_story():
     stories = []
     for _ in range(2):
-        pair = Pair(damage=lossy(7, drop=0.1, flip=0.1, noise=0.2))
+        pair = RobotPair(damage=lossy(7, drop=0.1, flip=0.1, noise=0.2))
         pair.connect()
         pair.run(20 * SECOND)
         stories.append(pair.seen)
@@ -207,7 +130,7 @@ class AnyUse(RuleBasedStateMachine):
         super().__init__()
         self.mute = False
         self.sound = True
-        self.pair = Pair(damage=self._damage)
+        self.pair = RobotPair(damage=self._damage)
         self.last_to_server_ns = None
 
     def _damage(self, data):
@@ -257,8 +180,8 @@ class AnyUse(RuleBasedStateMachine):
 
     @rule(noise=st.binary(min_size=1, max_size=10))
     def noise_on_the_line(self, noise):
-        self.pair._write("client", noise)
-        self.pair._write("server", noise)
+        self.pair.write("client", noise)
+        self.pair.write("server", noise)
 
     @invariant()
     def watchdog_and_its_revival_take_turns(self):

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
-import itertools
-import random
-
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -43,66 +39,26 @@ from protocols.pkt import (
     encode_report,
     hides_newline,
 )
+from protocols.testing import Pair, lossy, unchanged
 
 SECOND = 1_000_000_000
-LATENCY_NS = 5_000_000
 SILENCE_NS = SECOND
 
 
-class Pair:
+class RoverPair(Pair):
     """A host and a rover, a line with faults between them, and a program on the rover that sends what is due."""
 
-    def __init__(self, *, damage=lambda data: data, profile="documented", client=None):
-        self.client = Connection(Role.CLIENT, client or PROFILES[profile].client)
-        self.server = Connection(Role.SERVER, PROFILES[profile].server)
+    def __init__(self, *, damage=unchanged, profile="documented", client=None):
+        ends = (
+            Connection(Role.CLIENT, client or PROFILES[profile].client),
+            Connection(Role.SERVER, PROFILES[profile].server),
+        )
+        super().__init__(*ends, transmit=Transmit, damage=damage)
         self.schema = PROFILES[profile].server.schema
-        self.now_ns = 0
-        self.damage = damage
-        self.seen = []  # (time, "client" or "server", event)
-        self._order = itertools.count()
-        self._flying = []
 
-    @property
-    def _ends(self):
-        return {"client": self.client, "server": self.server}
-
-    def connect(self):
-        self._take("client", self.client.connect(self.now_ns))
-
-    def disconnect(self):
-        self._take("client", self.client.disconnect(self.now_ns))
-
-    def send(self, end, message):
-        self._write(end, self._ends[end].send(message, self.now_ns))
-
-    def run(self, duration_ns):
-        """Lets time pass, moment by moment."""
-        end_ns = self.now_ns + duration_ns
-        while (next_ns := self._next_ns()) <= end_ns:
-            self.now_ns = next_ns
-            self._moment()
-        self.now_ns = end_ns
-
-    def _next_ns(self):
-        times = [connection.next_deadline_ns() for connection in self._ends.values()]
-        times += [self._flying[0][0]] if self._flying else []
-        return min([time for time in times if time is not None], default=1 << 62)
-
-    def _moment(self):
-        while self._flying and self._flying[0][0] <= self.now_ns:
-            _, _, end, data = heapq.heappop(self._flying)
-            self._take(end, self._ends[end].receive(data, self.now_ns))
-        for end, connection in self._ends.items():
-            self._take(end, connection.advance(self.now_ns))
-
-    def _take(self, end, events):
-        for event in events:
-            if isinstance(event, Transmit):
-                self._write(end, event.data)
-            elif isinstance(event, ReportDue):
-                self.send("server", self._report(event.report))
-            else:
-                self.seen.append((self.now_ns, end, event))
+    def answer(self, end, event):
+        if isinstance(event, ReportDue):
+            self.send("server", self._report(event.report))
 
     def _report(self, report):
         ticks = self.now_ns // 10_000_000
@@ -112,37 +68,9 @@ class Pair:
             ReportId.GPS: GpsReport(first_deg=-58.3683, second_deg=-34.6175),
         }[report]
 
-    def _write(self, end, data):
-        other = "server" if end == "client" else "client"
-        data = self.damage(data)
-        if data:
-            heapq.heappush(self._flying, (self.now_ns + LATENCY_NS, next(self._order), other, data))
-
-    def of(self, kind):
-        return [event for _, _, event in self.seen if isinstance(event, kind)]
-
-
-def lossy(seed, *, drop=0.0, flip=0.0, repeat=0.0, noise=0.0):
-    """Damage to each write: bytes lost, a bit turned, the whole twice, noise before it."""
-    chance = random.Random(seed)
-
-    def damage(data):
-        if chance.random() < drop:
-            data = data[: chance.randrange(len(data) + 1)]
-        if data and chance.random() < flip:
-            at = chance.randrange(len(data))
-            data = data[:at] + bytes((data[at] ^ 1 << chance.randrange(8),)) + data[at + 1 :]
-        if chance.random() < repeat:
-            data += data
-        if chance.random() < noise:
-            data = chance.randbytes(chance.randrange(8)) + data
-        return data
-
-    return damage
-
 
 def test_clean_line():
-    pair = Pair()
+    pair = RoverPair()
     pair.connect()
     for n in range(60):
         pair.send("client", MotorThrottles(a=n / 64, b=-n / 64))
@@ -170,7 +98,7 @@ def test_clean_line():
     ],
 )
 def test_each_profile_with_itself(profile, command):
-    pair = Pair(profile=profile, client=ClientOptions(**options_of(profile)))
+    pair = RoverPair(profile=profile, client=ClientOptions(**options_of(profile)))
     pair.connect()
     for _ in range(10):
         pair.send("client", command)
@@ -191,7 +119,7 @@ def options_of(profile):
 
 @pytest.mark.parametrize("seed", range(10))
 def test_bad_line(seed):
-    pair = Pair(damage=lossy(seed, drop=0.05, flip=0.05, repeat=0.05, noise=0.1))
+    pair = RoverPair(damage=lossy(seed, drop=0.05, flip=0.05, repeat=0.05, noise=0.1))
     pair.connect()
     for n in range(120):
         pair.send("client", MotorThrottles(a=n / 128, b=0.0))
@@ -212,7 +140,7 @@ def test_bad_line(seed):
 
 def test_the_author_s_client_on_g2():
     """All commands arrive; of the reports it shows those without newlines."""
-    pair = Pair(profile="g2")
+    pair = RoverPair(profile="g2")
     for n in range(100):
         pair.send("client", LedOn() if n % 2 else LedOff())
         pair.run(SECOND * 4 // 10)
@@ -231,7 +159,7 @@ def test_the_author_s_client_on_g2():
 def test_same_seed_same_story():
     stories = []
     for _ in range(2):
-        pair = Pair(damage=lossy(7, drop=0.1, flip=0.1, noise=0.2))
+        pair = RoverPair(damage=lossy(7, drop=0.1, flip=0.1, noise=0.2))
         pair.connect()
         pair.run(20 * SECOND)
         stories.append(pair.seen)
@@ -244,7 +172,7 @@ class AnyUse(RuleBasedStateMachine):
     def __init__(self):
         super().__init__()
         self.mute = False
-        self.pair = Pair(damage=lambda data: b"" if self.mute else data)
+        self.pair = RoverPair(damage=lambda data: b"" if self.mute else data)
 
     @rule(tenths=st.integers(1, 30))
     def time_passes(self, tenths):
@@ -283,8 +211,8 @@ class AnyUse(RuleBasedStateMachine):
 
     @rule(noise=st.binary(min_size=1, max_size=10))
     def noise_on_the_line(self, noise):
-        self.pair._write("client", noise)
-        self.pair._write("server", noise)
+        self.pair.write("client", noise)
+        self.pair.write("server", noise)
 
     @invariant()
     def commands_stay_in_range(self):
