@@ -16,6 +16,9 @@ _LINE = re.compile(r" \(at line (\d+), column \d+\)$")
 _LONGEST_BYTES = 1 << 20
 """Nobody writes so much by hand (choice); a device never ends."""
 
+_ELF = b"\x7fELF"
+_RUN_IT = "`hilbench run bluepill:{path}` runs it; `hilbench check` takes a bench file that names it"
+
 
 class TomlFile:
     """One file.
@@ -60,6 +63,8 @@ def _text(path: Path, kind: str, hint: str | None) -> str:
             data = file.read(_LONGEST_BYTES + 1)
         if len(data) > _LONGEST_BYTES:
             raise UsageError(f"too large for a {kind}: more than {_LONGEST_BYTES} bytes", where=str(path))
+        if data.startswith(_ELF):
+            raise UsageError(f"is firmware, and no {kind}", where=str(path), hint=_RUN_IT.format(path=path))
         return io.TextIOWrapper(io.BytesIO(data), encoding="utf-8").read()
     except UnicodeDecodeError as error:
         raise UsageError(f"is not UTF-8 text: {error.reason} at byte {error.start}", where=str(path)) from None

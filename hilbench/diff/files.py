@@ -31,6 +31,8 @@ def read_capture(path: Path, case: str = "") -> Capture:
             first = file.read(256).removeprefix(b"\xef\xbb\xbf").lstrip()[:1]
     except OSError as error:
         raise UnavailableError(f"cannot be read: {error.strerror or error}", where=str(path)) from error
+    if not path.is_file():
+        raise UnavailableError("is no file on a disk; a recording is looked into before it is read", where=str(path))
     if first == b"{":
         return read_journal(path, case)
     return read_vcd(path) if first == b"$" else read_csv(path)

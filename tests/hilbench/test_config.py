@@ -194,7 +194,13 @@ def test_a_robot_serves_by_default_as_the_protocol_does(read):
 
 def test_files_that_cannot_be_read(tmp_path):
     (tmp_path / "latin.toml").write_bytes(b"version = '\xe9'\n")
-    for name, message in (("none.toml", "no such bench file"), ("latin.toml", "is not UTF-8"), (".", "cannot be read")):
+    (tmp_path / "program.elf").write_bytes(b"\x7fELF\x01\x01")
+    for name, message in (
+        ("none.toml", "no such bench file"),
+        ("latin.toml", "is not UTF-8"),
+        ("program.elf", "is firmware, and no bench file"),
+        (".", "cannot be read"),
+    ):
         with pytest.raises(UsageError, match=message):
             open_bench(f"{tmp_path}/{name}")
     with pytest.raises(UsageError, match=r"^pionere: no such bench; did you mean 'pioneer'\?$"):

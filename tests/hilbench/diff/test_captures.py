@@ -143,6 +143,7 @@ def test_a_journal_and_the_waveforms_of_the_same_run_are_equal(tmp_path, data, c
     ("name", "text", "said"),
     [
         ("none.csv", None, "none.csv: cannot be read: No such file or directory"),
+        ("/dev/zero", None, "/dev/zero: is no file on a disk"),
         ("b.csv", "", "b.csv: is empty"),
         ("b.csv", "hello\nworld\n", "b.csv: is neither a journal, nor waveforms (VCD), nor a table; the first line"),
         ("b.csv", "Time,D0\n", "b.csv: has no samples"),
