@@ -143,7 +143,6 @@ def test_a_journal_and_the_waveforms_of_the_same_run_are_equal(tmp_path, data, c
     ("name", "text", "said"),
     [
         ("none.csv", None, "none.csv: cannot be read: No such file or directory"),
-        ("/dev/zero", None, "/dev/zero: is no file on a disk"),
         ("b.csv", "", "b.csv: is empty"),
         ("b.csv", "hello\nworld\n", "b.csv: is neither a journal, nor waveforms (VCD), nor a table; the first line"),
         ("b.csv", "Time,D0\n", "b.csv: has no samples"),
@@ -176,6 +175,12 @@ def test_what_cannot_be_read_is_one_line_and_3(write, pins, diff, name, text, sa
     code, out, err = diff(a, b, "--map", "D0=brain.PB7")
     assert (code, out, err.count("\n")) == (3, "", 1)
     assert err.startswith(f"hilbench: {tmp_path}/{said}")
+
+
+def test_a_device_is_no_recording(write, pins, diff):
+    code, out, err = diff(pins("a.jsonl", STEPS), "/dev/zero")
+    assert (code, out) == (3, "")
+    assert err.startswith("hilbench: /dev/zero: is no file on a disk")
 
 
 @pytest.mark.parametrize(
