@@ -1,0 +1,214 @@
+"""An I2C bus between one master in a chip and the slaves outside: conditions and bytes, each at its own bench time.
+
+Levels of SCL and SDA are not modelled. The master owns the timing; it calls the bus at the moments at which something
+is decided, and the bus passes that on to the slaves (I2C-bus specification UM10204 section 3.1):
+
+* START and STOP when SDA moves;
+* an address and a byte that is written at the ninth clock of that byte, with the acknowledge as the answer;
+* a byte that is read at the ninth clock of the byte before it, where the slave has to put its first bit on SDA. So a
+  slave is asked for exactly the bytes that the master clocks out of it.
+
+Ten-bit addresses are no case of their own here: their first byte is the 7-bit address 0x78 to 0x7B, and the second one
+is a byte that is written (UM10204 section 3.1.11). The general call is address 0, which each slave may take.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+__all__ = ["I2cBus", "I2cMessage", "I2cSlave", "I2cTransaction"]
+
+RELEASED = 0xFF
+"""What is read while nobody pulls SDA low."""
+
+
+class I2cSlave(Protocol):
+    """What answers on a bus. Times are bench time in ns and never go back."""
+
+    def address(self, address: int, read: bool, now_ns: int) -> bool:
+        """Take the address of a message, 0 to 127; return whether to acknowledge it and take part in the message."""
+
+    def write(self, byte: int, now_ns: int) -> bool:
+        """Take a byte; return whether to acknowledge it."""
+
+    def read(self, now_ns: int) -> int:
+        """Return the next byte, 0 to 255."""
+
+    def end(self, now_ns: int) -> None:
+        """The message is over: a STOP, or a repeated START."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class I2cMessage:
+    """What follows one START, up to the next START or STOP.
+
+    Attributes:
+        address: 0 to 127.
+        read: whether the slave was to send.
+        acknowledged: whether anybody acknowledged the address.
+        data: bytes, with the one that was not acknowledged.
+        refused: whether the last byte that was written was not acknowledged.
+        at_ns: bench time of the START.
+    """
+
+    address: int
+    read: bool
+    acknowledged: bool
+    data: bytes
+    refused: bool
+    at_ns: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class I2cTransaction:
+    """What happened from a START to the STOP.
+
+    Attributes:
+        messages: in order, divided by repeated STARTs; none after a START that no address followed.
+        begin_ns: bench time of the first START,
+        end_ns: and of the STOP, or of the moment in which the master let go.
+        complete: False if the master let go of the bus without a STOP.
+    """
+
+    messages: tuple[I2cMessage, ...]
+    begin_ns: int
+    end_ns: int
+    complete: bool
+
+
+@dataclass(slots=True)
+class _Message:
+    """A message under way; see `I2cMessage`."""
+
+    at_ns: int
+    address: int | None = None
+    read: bool = False
+    acknowledged: bool = False
+    refused: bool = False
+    data: bytearray = field(default_factory=bytearray)
+
+    def frozen(self) -> I2cMessage:
+        assert self.address is not None
+        return I2cMessage(
+            address=self.address,
+            read=self.read,
+            acknowledged=self.acknowledged,
+            data=bytes(self.data),
+            refused=self.refused,
+            at_ns=self.at_ns,
+        )
+
+
+class I2cBus:
+    """See the module.
+
+    Attributes:
+        taps: called with every transaction, at its end.
+        deaf: addresses that nobody acknowledges any more, whoever has them: a broken wire, a slave without supply.
+        stretch_ns: by address, how long its slave holds SCL low after each byte of its messages.
+        on_stuck: called when `stick` or `unstick` have changed something; the master's.
+    """
+
+    def __init__(self) -> None:
+        self.taps: list[Callable[[I2cTransaction], None]] = []
+        self.deaf: set[int] = set()
+        self.stretch_ns: dict[int, int] = {}
+        self.on_stuck: Callable[[], None] = lambda: None
+        self._stuck = False
+        self._slaves: list[I2cSlave] = []
+        self._addressed: list[I2cSlave] = []
+        self._messages: list[_Message] = []
+
+    # --- for who puts it together and for who breaks it
+
+    def attach(self, slave: I2cSlave) -> None:
+        """Solder a slave to the bus. Several may have one address: what any of them pulls low is low."""
+        self._slaves.append(slave)
+
+    def stick(self) -> None:
+        """Hold SDA low from now on, as a slave does that has lost count of the clocks."""
+        self._set_stuck(True)
+
+    def unstick(self) -> None:
+        """Let go of SDA."""
+        self._set_stuck(False)
+
+    @property
+    def stuck(self) -> bool:
+        """Whether something holds SDA low for good."""
+        return self._stuck
+
+    def _set_stuck(self, stuck: bool) -> None:
+        if stuck is not self._stuck:
+            self._stuck = stuck
+            self.on_stuck()
+
+    # --- for the master
+
+    @property
+    def stretched_ns(self) -> int:
+        """How long the slave that is addressed holds SCL low after the byte that has just ended."""
+        if not self._addressed or self._messages[-1].address is None:
+            return 0
+        return self.stretch_ns.get(self._messages[-1].address, 0)
+
+    def start(self, now_ns: int) -> None:
+        """A START, or a repeated one."""
+        self._end_message(now_ns)
+        self._messages.append(_Message(now_ns))
+
+    def address(self, address: int, read: bool, now_ns: int) -> bool:
+        """An address was sent; return whether it was acknowledged."""
+        message = self._messages[-1]
+        message.address, message.read = address, read
+        if address not in self.deaf:
+            self._addressed = [slave for slave in self._slaves if slave.address(address, read, now_ns)]
+        message.acknowledged = bool(self._addressed) or self._stuck
+        return message.acknowledged
+
+    def write(self, byte: int, now_ns: int) -> bool:
+        """A byte was sent; return whether it was acknowledged."""
+        message = self._messages[-1]
+        message.data.append(byte)
+        answers = [slave.write(byte, now_ns) for slave in self._addressed]
+        message.refused = not any(answers) and not self._stuck
+        return not message.refused
+
+    def read(self, now_ns: int) -> int:
+        """A byte is about to be clocked in; return it."""
+        byte = RELEASED
+        for slave in self._addressed:
+            byte &= slave.read(now_ns)
+        if self._stuck:
+            byte = 0
+        self._messages[-1].data.append(byte)
+        return byte
+
+    def stop(self, now_ns: int) -> None:
+        """A STOP."""
+        self._end_message(now_ns)
+        self._finish(now_ns, complete=True)
+
+    def release(self, now_ns: int) -> None:
+        """The master lets go of the bus in the middle; slaves learn of it at the next START, as UM10204 has it."""
+        self._finish(now_ns, complete=False)
+
+    def _end_message(self, now_ns: int) -> None:
+        addressed, self._addressed = self._addressed, []
+        for slave in addressed:
+            slave.end(now_ns)
+
+    def _finish(self, now_ns: int, *, complete: bool) -> None:
+        messages, self._messages = self._messages, []
+        if not messages:
+            return
+        transaction = I2cTransaction(
+            messages=tuple(message.frozen() for message in messages if message.address is not None),
+            begin_ns=messages[0].at_ns,
+            end_ns=now_ns,
+            complete=complete,
+        )
+        for tap in tuple(self.taps):
+            tap(transaction)
