@@ -61,6 +61,7 @@ from targets.parts.p2os_adapter import (
     ConnectionPin,
     EncoderWords,
     RobotConnected,
+    RobotLeft,
     RobotLost,
     SafeStopped,
     SpeedSent,
@@ -582,6 +583,20 @@ def test_encoders_backward_as_the_plug_in_has_it(bench: BoardCase) -> None:
         require_widths(side, begins_deg[1:], [2 * SECTOR_DEG, *[SECTOR_DEG] * 6])
 
 
+@on_wheels("G10", program="quiet", lasts_s=1.5)
+def test_each_encoder_shows_its_own_wheel(bench: BoardCase) -> None:
+    """On the spot, the left wheel goes back while the right one goes forward, by more than two sectors in 1.5 s."""
+    watch = Watch(bench)
+    drive_codes(bench.board, -2, 2)
+    bench.board.run(1.5)
+    require_numbers(watch, "left", [7, 6])
+    require_numbers(watch, "right", [0, 1, 2])
+    for part, pins in (("encoder_left", LEFT_ENCODER), ("encoder_right", RIGHT_ENCODER)):
+        number = watch.told(EncoderMoved, part)[-1].event.word
+        seen = levels(bench.board, pins)
+        required(seen == bits(number), f"{part} shows {number}: {', '.join(pins)} are {seen}")
+
+
 def show_number(bench: BoardBench, part: str, number: int) -> None:
     """Show an encoder the middle of a sector."""
     show(bench, part, {"angle": math.radians((number + 0.5) * SECTOR_DEG)})
@@ -760,6 +775,33 @@ def test_the_first_second_does_not_connect(bench: BoardCase) -> None:
     required(echo(bench), "the echo is not high")
 
 
+LEAVE_S = 1.0
+"""How soon the robot has been let go after p2dx_con went low; its CLOSE goes out with the next command. A choice."""
+
+
+@on_adapter("G15", program="quiet", lasts_s=4.6)
+def test_the_robot_is_let_go(bench: BoardCase) -> None:
+    """The robot moves when p2dx_con goes low: it gets a CLOSE, stands, and is taken up again by the next pulse."""
+    watch = Watch(bench)
+    connect(bench, watch, RobotConnected)
+    drive_codes(bench.board, 3, 3)
+    bench.board.run(1.0)
+    low_ns = bench.now_ns
+    bench.board.pin(CONNECT).drive(False)
+    bench.board.run(2.0)
+    left = last(watch.told(RobotLeft, since_ns=low_ns), "the end of the session")
+    at_most((left.at_ns - low_ns) / NS_PER_S, LEAVE_S, unit="s", what="time from p2dx_con going low to the end")
+    closes = [at_ns for at_ns, data in watch.sent if at_ns >= low_ns and data == CLOSE]
+    required(len(closes) == 1, f"{len(closes)} CLOSE went to the robot, not one")
+    after = [data for at_ns, data in watch.sent if at_ns > closes[0]]
+    required(not after, "the robot is sent something after the CLOSE", [data.hex(" ") for data in after])
+    required(watch.samples[-1].still, "the robot still moves")
+    again_ns = bench.now_ns
+    bench.board.pin(CONNECT).drive(True)
+    again = bench.board.run_until(lambda: bool(watch.told(RobotConnected, since_ns=again_ns)), 2.0)
+    required(again, "no other session 2 s after p2dx_con went high again")
+
+
 SPACING_US = 100
 """Far enough apart that the reads can be told from each other: at 0, 100, 200, 300 and 400 us before the pass."""
 
@@ -825,6 +867,7 @@ def test_a_stopped_program_is_noticed(bench: BoardCase) -> None:
 
 
 PULSE = bytes.fromhex("fafb03000000")
+CLOSE = bytes.fromhex("fafb03020002")
 ENABLE = bytes.fromhex("fafb06043b0100053b")
 WATCH_S = 10.0
 

@@ -18,6 +18,7 @@ from hilbench.options import TargetChoice
 from hilbench.shared import Shared
 from hilbench.suites._bluepill_clauses import CLAUSES
 from targets.firmware import image_path
+from targets.parts.p2os_adapter.link import RobotLink
 
 pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
 
@@ -105,6 +106,18 @@ def held(pin, supply):
     return alter
 
 
+def signals_swapped(one, other):
+    """Show two parts of a kind what the other one is to be shown."""
+
+    def alter(bench_file):
+        parts = dict(bench_file.parts)
+        parts[one] = replace(parts[one], signals=bench_file.parts[other].signals)
+        parts[other] = replace(parts[other], signals=bench_file.parts[one].signals)
+        return replace(bench_file, parts=parts)
+
+    return alter
+
+
 def only_on(part, alter):
     """Make a mistake only on benches with this part."""
     return lambda bench_file: alter(bench_file) if part in bench_file.parts else bench_file
@@ -119,6 +132,7 @@ MUTANTS = [
     ("G07", "threshold_of_the_simulation", switch(profile="robot", threshold_m=0.5), {}),
     ("G07", "threshold_as_on_the_robot", switch(profile="simulation", threshold_m=1.0), {}),
     ("G08", "reaction_on_wheels", motor(period_ms=400.0), {}),
+    ("G10", "its_own_wheel", signals_swapped("encoder_left", "encoder_right"), {}),
     ("G11", "pins_of_the_encoders", moved("encoder_left.s3", "PB15"), {}),
     ("G12", "bit_order_of_the_encoders", encoder(bit_order="msb-first"), {}),
     ("G12", "bit_order_as_on_the_adapter", encoder(bit_order="lsb-first"), {}),
@@ -203,6 +217,12 @@ def test_an_image_with_the_wrong_order_of_bits_is_found_from_the_command_line(ca
     words = ["check", "bluepill", "--target", f"brain.words=bluepill:{image}", "--suite", "bluepill-pins"]
     assert main([*words, "-k", "words_on_wheels"]) == ExitCode.VIOLATION
     assert "code 3: PB7..5 carry 011, not 110" in capsys.readouterr().out
+
+
+def test_an_adapter_that_never_lets_the_robot_go_is_found(monkeypatch):
+    want = RobotLink.want
+    monkeypatch.setattr(RobotLink, "want", lambda link, wanted, now_ns: want(link, True, now_ns) if wanted else None)
+    require_found("G15", "robot_is_let_go", None, {})
 
 
 def test_every_clause_has_a_case_and_something_wrong_that_fails_it():
