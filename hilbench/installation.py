@@ -19,7 +19,7 @@ def as_data() -> dict[str, object]:
     from hilbench.check.suites import shipped_suites
     from hilbench.config import built_in_benches
     from targets.boards import board_names
-    from targets.mcu.stm32f1.variants import VARIANTS
+    from targets.mcu.variants import VARIANTS
 
     return {
         "hilbench": hilbench.__version__,

@@ -15,8 +15,8 @@ from targets.mcu.errors import McuError
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.image import Image
 from targets.mcu.registers import Peripheral
-from targets.mcu.stm32f1.variants import VARIANTS
 from targets.mcu.symbols import NO_SYMBOLS
+from targets.mcu.variants import VARIANTS
 
 __all__ = ["LedgerPeripheral", "LedgerRegister", "as_data", "as_text", "ledger_of"]
 

@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from targets.mcu.errors import BoardError
-from targets.mcu.stm32f1.variants import VARIANTS, ChipName, Variant
+from targets.mcu.variants import VARIANTS, ChipName, Variant
 
 __all__ = ["Board", "Connector", "Led", "Straps"]
 
-BOOT1_PIN = "PB2"
 _SLOWEST_HSE_HZ, _FASTEST_HSE_HZ = 1_000_000, 25_000_000
 _FASTEST_LSE_HZ = 1_000_000
 _SLOWEST_START_US = 60_000_000
@@ -34,11 +33,13 @@ class Led:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Straps:
-    """The levels that the jumpers or resistors put on the boot pins (RM0008 section 3.4).
+    """The levels that the jumpers or resistors put on the boot pins (RM0008 section 3.4, RM0410 section 2.5).
 
     Attributes:
-        boot0: 0 boots from main flash; 1 from system memory or SRAM, by BOOT1.
-        boot1: the level at PB2, which is BOOT1: with BOOT0 high, 0 is system memory and 1 is SRAM.
+        boot0: on an STM32F1, 0 boots from main flash and 1 from system memory or SRAM, by BOOT1; on an STM32F7, where
+            the pin is called BOOT, each level has an address in the option bytes.
+        boot1: on an STM32F1, the level at PB2, which is BOOT1: with BOOT0 high, 0 is system memory and 1 is SRAM. An
+            STM32F7 has no such pin; leave it at 0.
     """
 
     boot0: Literal[0, 1] = 0
@@ -112,6 +113,8 @@ class Board:
         self._check_pins("pull_downs", self.pull_downs)
         self._check_pins("pins", self.pins.values())
         self._check_usarts()
+        if self.straps.boot1 and self.variant.boot1_pin is None:
+            raise ValueError(f"straps sets boot1, which the {self.chip} does not have")
 
     def _check_pins(self, about: str, pins: Iterable[str]) -> None:
         for pin in pins:
@@ -156,9 +159,10 @@ class Board:
         return tuple(usart for usart in self.variant.usarts if usart in reached) or self.variant.usarts
 
     def pulled(self, straps: Straps | None = None) -> dict[str, bool]:
-        """Return the level to which resistors on the board pull each port pin that has one; BOOT1 is one of them."""
+        """Return the level to which resistors on the board pull each port pin that has one, BOOT1 among them."""
         levels = dict.fromkeys(self.pull_downs, False) | dict.fromkeys(self.pull_ups, True)
-        return {BOOT1_PIN: bool((straps or self.straps).boot1), **levels}
+        boot1_pin = self.variant.boot1_pin
+        return levels if boot1_pin is None else {boot1_pin: bool((straps or self.straps).boot1), **levels}
 
     def port_pin(self, name: str) -> str | None:
         """Return the port pin for a name that is printed on the board, or for its own name; None for no such pin."""

@@ -19,15 +19,15 @@ from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Notes
 from targets.mcu.registers import Count, Peripheral
 
-__all__ = ["ALIASES", "ALIAS_SIZE", "Bus", "TakesParts"]
+__all__ = ["ALIAS_SIZE", "BIT_BAND", "Bus", "TakesParts"]
 
 _WORD = 0xFFFF_FFFF
 _PAGE_BITS = 10
 _REPEAT = {1: 0x0101_0101, 2: 0x0001_0001, 4: 1}
 _MASK = {1: 0xFF, 2: 0xFFFF, 4: _WORD}
 
-ALIASES = {0x2200_0000: 0x2000_0000, 0x4200_0000: 0x4000_0000}
-"""Bit-band: base of the alias region, and of the megabyte whose bits it shows."""
+BIT_BAND = {0x2200_0000: 0x2000_0000, 0x4200_0000: 0x4000_0000}
+"""Base of each bit-band alias region, and of the megabyte whose bits it shows."""
 ALIAS_SIZE = 0x0200_0000
 
 

@@ -17,9 +17,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING
 
-from targets.mcu.bus import ALIAS_SIZE, ALIASES, Bus
+from targets.mcu.bus import ALIAS_SIZE, Bus
+from targets.mcu.chip import DeepSleep, chip_of
 from targets.mcu.cortexm.core import Core
 from targets.mcu.cortexm.faults import Fault
 from targets.mcu.cortexm.semihosting import Exit, Semihosting
@@ -32,11 +34,6 @@ from targets.mcu.engine.unicorn_engine import UnicornEngine
 from targets.mcu.fault_watch import FaultWatch
 from targets.mcu.fidelity import Notes
 from targets.mcu.image import Image
-from targets.mcu.services import Services
-from targets.mcu.stm32f1.chip import REGISTER_WINDOWS, Chip
-from targets.mcu.stm32f1.options import OPTIONS_BASE
-from targets.mcu.stm32f1.pwr import DeepSleep
-from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose
 from targets.mcu.timebase import NS_PER_S, Timebase
 
 if TYPE_CHECKING:
@@ -45,9 +42,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Machine"]
 
-_HSI_HZ = 8_000_000
 _OUTSIDE = 1  # order of events from outside: after those of the chip, which are of order 0
-_RAM_BASE, _FLASH_BASE = 0x2000_0000, 0x0800_0000
+_PAGE = 0x400  # the least that the engine can execute from
 _SEMIHOSTING = 0xAB
 _STRAIGHT_LIMIT = 64
 _PATIENCE = 500  # straight runs under a mask that are looked at together
@@ -99,12 +95,14 @@ class Machine:
         self.on_fault: Callable[[Fault], None] = lambda _fault: None
         self._straps = straps or board.straps
         self.engine = UnicornEngine(make_timing(timing))
-        self.time = Timebase(_HSI_HZ)
+        chip_class = chip_of(board.variant.family)
+        self.time = Timebase(chip_class.START_HZ)
         self.notes = Notes(self._moment, self._pc_in_flight)
         self.bus = Bus(self.notes)
-        self.chip = Chip(board, self._straps, self.time, self.notes, self.bus, self._make_core, self._ask_reset)
+        make_core = partial(Core, self.engine, irq_count=chip_class.INTERRUPTS)
+        self.chip = chip_class(board, self._straps, self.time, self.notes, self.bus, make_core, self._ask_reset)
         self.core = self.chip.core
-        self.ram = bytearray(board.variant.ram_bytes)
+        self.ram = self.chip.ram
         self.semihosting = Semihosting(self.engine, self.bus, self.time, self.notes, image.path.name)
         self._idle = IdleSkipper(self.engine, self.bus, self.time, self.ram)
         self._skips = skip_idle
@@ -186,7 +184,8 @@ class Machine:
         """How the CPU sleeps at present, ``Sleep``, ``Stop`` or ``Standby``, and since which instruction; or None."""
         if not self.core.sleeping:
             return None
-        mode = {None: "Sleep", DeepSleep.STANDBY: "Standby"}.get(self._deep, "Stop")
+        deep = self._deep
+        mode = "Sleep" if deep is None else "Standby" if deep.is_standby else "Stop"
         return mode, self.engine.get(Reg.PC) - 2  # both WFI and WFE, but for their wide forms
 
     # --- the loop
@@ -263,7 +262,7 @@ class Machine:
 
     def _sleep(self, limit: int) -> None:
         """Wait for what wakes the CPU up; with SLEEPDEEP set, the chip's clocks stand still meanwhile."""
-        if self._deep is not DeepSleep.STANDBY and self.core.wakes():
+        if not self._in_standby() and self.core.wakes():
             self._leave_deep_sleep()
             self.core.wake()
             return
@@ -275,26 +274,28 @@ class Machine:
             self._pass_to(limit, limit)
 
     def _enter_deep_sleep(self) -> None:
-        chip, mode = self.chip, self.chip.pwr.deep_sleep()
-        settings = chip.flash.settings
-        if settings.reset_on_standby if mode is DeepSleep.STANDBY else settings.reset_on_stop:
+        chip, mode = self.chip, self.chip.deep_sleep()
+        if chip.sleep_resets(mode):
             self._ask_reset("LPWR")
             return
-        if mode is DeepSleep.STANDBY and not chip.pwr.enter_standby():
+        if mode.is_standby and not chip.enter_standby():
             self.core.wake()
             return
         self._deep = mode
         self.core.hold_clocks(True)
-        chip.rcc.stop()
+        chip.stop_clocks()
 
     def _leave_deep_sleep(self) -> None:
         """Wake from Stop; Standby is left by a reset alone."""
-        if self._deep in (DeepSleep.STOP, DeepSleep.STOP_LOW_POWER):
+        if self._deep is not None and not self._deep.is_standby:
             self.engine.add_cycles(int(self._deep.wakeup_s * self.time.hclk_hz))
             self.time.hold(self.engine.cycle)
-            self.chip.rcc.resume()
+            self.chip.restart_clocks()
             self.core.hold_clocks(False)
             self._deep = None
+
+    def _in_standby(self) -> bool:
+        return self._deep is not None and self._deep.is_standby
 
     def _pass_to(self, limit: int, end: int) -> None:
         """Let time pass without instructions, up to the next event, `end` or `limit`."""
@@ -303,7 +304,8 @@ class Machine:
         self.engine.add_cycles(max(0, target - self.engine.cycle))
 
     def _runs_from_flash(self) -> bool:
-        return not self.engine.get(Reg.PC) & 0x2000_0000
+        pc = self.engine.get(Reg.PC)
+        return not any(memory.writable and memory.holds(pc) for memory in self.chip.memories)
 
     # --- resets and ends
 
@@ -313,11 +315,7 @@ class Machine:
         self._stalled_until = 0
         self._deep = None
         if cause == "POR":
-            self.ram[:] = bytes(len(self.ram))  # a choice: silicon comes up with anything
-            self.engine.forget(_RAM_BASE, len(self.ram))
-            for segment in self.image.segments:
-                if segment.address >= _RAM_BASE:
-                    self._load(segment.address, segment.data)
+            self._clear_ram()
         self.chip.reset(cause)
         self.core.reset(self._boot_table(), power_on=cause == "POR")
         self._idle.restart()
@@ -325,13 +323,20 @@ class Machine:
         self.on_reset(cause)
         self._count_reset(cause, pc)
 
+    def _clear_ram(self) -> None:
+        """The supply has risen: RAM is zero, a choice (silicon comes up with anything), but for what the image has."""
+        for memory in self.chip.memories:
+            if memory.writable:
+                memory.data[:] = bytes(len(memory.data))
+                self.engine.forget(memory.base, len(memory.data))
+        for segment in self.image.segments:
+            self._load_ram(segment.address, segment.data)
+
     def _boot_table(self) -> int:
-        """Return where the vector table is: BOOT pins first (RM0008 section 3.4), then what the image says."""
-        if self._straps.boot0 == 0:
-            return 0 if self.image.table == _FLASH_BASE else self.image.table
-        if self._straps.boot1 == 0:
-            self._end("no-boot", "the boot straps choose system memory, whose boot loader is not modelled")
-        return _RAM_BASE
+        boot = self.chip.boot(self.image.table)
+        if boot.refusal:
+            self._end("no-boot", boot.refusal)
+        return boot.table
 
     def _count_reset(self, cause: str, pc: int) -> None:
         if self._resets and self._resets[-1][0] != cause:
@@ -379,10 +384,10 @@ class Machine:
         fault, chip = self.core.last_fault, self.chip
         if fault is None:
             return False
-        if self._deep is DeepSleep.STANDBY:
-            may_wake = chip.pwr.wakes_by_pin()
+        if self._in_standby():
+            may_wake = chip.pin_wakes()
         else:
-            may_wake = self.core.may_wake(events=chip.exti.sends_events())
+            may_wake = self.core.may_wake(events=chip.sends_events())
         if not may_wake:
             self._end("fault-loop", f"a fault handler sleeps for ever: {self._tell(fault)}", fault.pc)
             return True
@@ -405,9 +410,9 @@ class Machine:
 
     def _explain(self, fault: Fault) -> str:
         """Return what is known of an address that should not have been executed."""
-        if _FLASH_BASE <= fault.pc < _FLASH_BASE + len(self.chip.flash.memory) and self.engine.half(fault.pc) == 0xFFFF:
+        if self.chip.in_flash(fault.pc) and self.engine.half(fault.pc) == 0xFFFF:
             return "; the flash is erased there: a jump or call to code that was never programmed"
-        diagnosis = diagnose(fault.pc)
+        diagnosis = self.chip.diagnose(fault.pc)
         return f"; {diagnosis}" if diagnosis else ""
 
     def _end(
@@ -427,9 +432,6 @@ class Machine:
     def _pc_in_flight(self) -> int | None:
         return self.engine.get(Reg.PC) if self.engine.running else None
 
-    def _make_core(self, services: Services) -> Core:
-        return Core(self.engine, services)
-
     def _ask_reset(self, cause: str) -> None:
         self._reset_cause = cause
         self.engine.stop_by(0)
@@ -439,7 +441,7 @@ class Machine:
 
     def _fault(self, fault: Fault) -> None:
         self._watch.fault(fault)
-        diagnosis = diagnose(fault.pc)
+        diagnosis = self.chip.diagnose(fault.pc)
         if diagnosis:
             self.notes.add("unmodelled", "system memory", diagnosis)
         self.on_fault(fault)
@@ -461,31 +463,25 @@ class Machine:
     def _map(self) -> None:
         """Give the engine its memory and the bus its peripherals."""
         engine, bus, chip = self.engine, self.bus, self.chip
-        flash = chip.flash
-        boot = self.ram if self._straps.boot0 and self._straps.boot1 else flash.memory
-        for base, data, writable in (
-            (0, boot, boot is self.ram),
-            (_FLASH_BASE, flash.memory, False),
-            (SYSTEM_MEMORY_BASE, chip.system_memory, False),
-            (_RAM_BASE, self.ram, True),
-        ):
-            engine.map_memory(base, data, writable=writable)
-            bus.add_memory(base, data, writable=writable)
+        for memory in chip.memories:
+            bus.add_memory(memory.base, memory.data, writable=memory.writable)
+            if len(memory.data) % _PAGE:
+                engine.map_registers(memory.base, _PAGE, self._bus_access(memory.base))
+            else:
+                engine.map_memory(memory.base, memory.data, writable=memory.writable)
         for peripheral in self.core.peripherals:
             bus.add(peripheral)
-        bus.add_memory(OPTIONS_BASE, flash.options, writable=False)
-        engine.map_registers(
-            OPTIONS_BASE,
-            0x400,
-            Access(
-                lambda offset, size: bus.read(OPTIONS_BASE + offset, size),
-                lambda offset, size, value: bus.write(OPTIONS_BASE + offset, size, value),
-            ),
-        )
-        for base, size in REGISTER_WINDOWS:
+        for base, size in chip.REGISTER_WINDOWS:
             engine.map_registers(base, size, bus.window(base))
-        for alias, base in ALIASES.items():
+        for alias, base in chip.BIT_BAND.items():
             engine.map_registers(alias, ALIAS_SIZE, self._bit_access(base))
+
+    def _bus_access(self, base: int) -> Access:
+        bus = self.bus
+        return Access(
+            lambda offset, size: bus.read(base + offset, size),
+            lambda offset, size, value: bus.write(base + offset, size, value),
+        )
 
     def _bit_access(self, base: int) -> Access:
         bus = self.bus
@@ -515,9 +511,15 @@ class Machine:
         self.chip.pins.deliver = self.at_ns
 
     def _load(self, address: int, data: bytes) -> None:
-        if address >= _RAM_BASE:
-            offset = address - _RAM_BASE
-            self.ram[offset : offset + len(data)] = data
-        else:
+        if not self._load_ram(address, data):
             self.chip.flash.load(address, data)
             self.engine.forget(address, len(data))
+
+    def _load_ram(self, address: int, data: bytes) -> bool:
+        """Put bytes into RAM; False if none is there."""
+        for memory in self.chip.memories:
+            if memory.writable and memory.holds(address):
+                offset = address - memory.base
+                memory.data[offset : offset + len(data)] = data
+                return True
+        return False

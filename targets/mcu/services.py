@@ -9,6 +9,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Protocol
 
 from targets.mcu.fidelity import Notes
@@ -48,6 +49,16 @@ class Clocks(Protocol):
 
     def timer(self, bus: str) -> int:
         """Return HCLK cycles per tick of the timers' clock on that bus (the bus clock, doubled if it is divided)."""
+
+    def kernel(self, peripheral: str) -> Fraction:
+        """Return HCLK cycles per tick of the clock that a peripheral with a choice of clocks, as ``USART3``, runs on.
+
+        It may be an oscillator that knows nothing of HCLK, so it is exact and need not be whole. The peripheral is told
+        of a change as of any other of its clock.
+
+        Raises:
+            KeyError: the chip gives that peripheral no choice.
+        """
 
 
 class Watch(enum.IntEnum):

@@ -157,10 +157,12 @@ class FakeClocks:
 
     Attributes:
         dividers: HCLK cycles per tick by bus; 0 stands still.
+        kernels: HCLK cycles per tick by peripheral; 1 for those that are not in it.
     """
 
     def __init__(self, dividers: Mapping[str, int]) -> None:
         self.dividers = {"AHB": 1, "APB1": 1, "APB2": 1, **dividers}
+        self.kernels: dict[str, Fraction] = {}
 
     def pclk(self, bus: str) -> int:
         """Return HCLK cycles per tick of the bus clock."""
@@ -170,6 +172,10 @@ class FakeClocks:
         """Return HCLK cycles per tick of the timers on that bus: the bus clock, doubled if it is divided."""
         divider = self.dividers[bus]
         return divider // 2 if divider > 1 else divider
+
+    def kernel(self, peripheral: str) -> Fraction:
+        """Return HCLK cycles per tick of the clock that a peripheral runs on."""
+        return self.kernels.get(peripheral, Fraction(1))
 
 
 class FakeBus:

@@ -5,12 +5,12 @@ Addresses: RM0008 table 3. Interrupts: RM0008 table 63. Clock gates: RM0008 sect
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
-from targets.mcu.bus import Bus
-from targets.mcu.cortexm.core import Core
+from targets.mcu.bus import BIT_BAND, Bus
+from targets.mcu.chip import AskReset, Boot, Chip, DeepSleep, MakeCore, Memory
 from targets.mcu.fidelity import Notes
 from targets.mcu.pins import Pins, Source
 from targets.mcu.registers import Peripheral
@@ -27,9 +27,10 @@ from targets.mcu.stm32f1.exti import Exti
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import Gpio
 from targets.mcu.stm32f1.iwdg import Iwdg
+from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
-from targets.mcu.stm32f1.signature import system_memory, unique_id
+from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory, unique_id
 from targets.mcu.stm32f1.tim import Timer
 from targets.mcu.stm32f1.usart import Usart
 from targets.mcu.stm32f1.wwdg import Wwdg
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
     from targets.boards import Board
     from targets.boards.board import Straps
 
-__all__ = ["Chip"]
+__all__ = ["Stm32f103"]
 
 GATES = {
     "DMA1": ("AHB", 0),
@@ -73,33 +74,20 @@ TIMERS = {"TIM1": 0x4001_2C00, "TIM2": 0x4000_0000, "TIM3": 0x4000_0400, "TIM4":
 AHB_PERIPHERALS = frozenset({"DMA1", "RCC", "FLASH", "CRC"})
 # Behind the bridges an address without a peripheral reads 0 (a choice: the manual is silent); on AHB it is a bus error.
 BRIDGES = ((0x4000_0000, 0x1_0000), (0x4001_0000, 0x8000))
-REGISTER_WINDOWS = ((0x4000_0000, 0x1_8000), (0x4002_0000, 0x4000), (0xE000_0000, 0x10_0000))
-# The last is the private peripheral bus.
+RAM_BASE = 0x2000_0000
 
 _US_PER_S = 1_000_000
 _PULL_OHMS = 10_000.0  # of resistors on the board; a choice where its schematic says otherwise
 
 
-class Chip:
-    """A CPU core and the peripherals around it.
+class Stm32f103(Chip):
+    """The STM32F103; see `targets.mcu.chip.Chip`."""
 
-    Args:
-        board: part number, crystals, pulls.
-        straps: the boot pins.
-        time: cycles and events.
-        notes: where what is not modelled is noted.
-        bus: where the peripherals are put.
-        make_core: makes the CPU core from what the chip offers.
-        ask_reset: asks for a reset of the chip with its cause.
-
-    Attributes:
-        core: the CPU core, without what executes instructions.
-        services: what the peripherals use.
-        pins: every pin by name.
-        signals: every signal between peripherals and pins.
-        peripherals: every peripheral by its name in the reference manual.
-        usarts: the USARTs by name.
-    """
+    START_HZ = 8_000_000  # HSI
+    INTERRUPTS = 43
+    # The last is the private peripheral bus.
+    REGISTER_WINDOWS = ((0x4000_0000, 0x1_8000), (0x4002_0000, 0x4000), (0xE000_0000, 0x10_0000))
+    BIT_BAND: ClassVar[Mapping[int, int]] = BIT_BAND
 
     def __init__(
         self,
@@ -108,9 +96,11 @@ class Chip:
         time: Timebase,
         notes: Notes,
         bus: Bus,
-        make_core: Callable[[Services], Core],
-        ask_reset: Callable[[str], None],
+        make_core: MakeCore,
+        ask_reset: AskReset,
     ) -> None:
+        self._straps = straps
+        self.ram = bytearray(board.variant.ram_bytes)
         names = [f"P{port}{number}" for port in "ABCDE" for number in range(16)]
         self.pins = Pins(names, time, notes, bonded=board.variant.pins)
         self.signals = Signals(self.pins)
@@ -129,8 +119,9 @@ class Chip:
         self.core = make_core(self.services)
         self.system_memory = system_memory(board.variant.flash_bytes // 1024, unique_id(board.name))
         self._make_core_parts(board)
+        self._memories = self._map(from_ram=straps.boot0 == straps.boot1 == 1)
         self._make_peripherals()
-        everything = (self.rcc, self.flash, self.pwr, self.bkp, self.iwdg, self.dbgmcu, *self._others)
+        everything = (self.rcc, self._flash, self.pwr, self.bkp, self.iwdg, self.dbgmcu, *self._others)
         self.peripherals: dict[str, Peripheral] = {peripheral.name: peripheral for peripheral in everything}
         for name, peripheral in self.peripherals.items():
             bus.add(peripheral, ahb=name in AHB_PERIPHERALS)
@@ -158,7 +149,7 @@ class Chip:
             backup_writable=self.pwr.backup_writable,
         )
         size = board.variant.flash_bytes
-        self.flash = Flash(0x4002_2000, services, self._tree, size=size, hsi_on=self.rcc.hsi_on)
+        self._flash = Flash(0x4002_2000, services, self._tree, size=size, hsi_on=self.rcc.hsi_on)
         self.bkp = Bkp(0x4000_6C00, services, backup_writable=self.pwr.backup_writable)
         self.iwdg = Iwdg(
             0x4000_3000,
@@ -166,10 +157,20 @@ class Chip:
             lsi_hz=self.rcc.lsi_hz,
             start_lsi=self.rcc.force_lsi,
             lsi_on=self.rcc.lsi_on,
-            starts_by_itself=lambda: self.flash.settings.hardware_watchdog,
+            starts_by_itself=lambda: self._flash.settings.hardware_watchdog,
         )
         self.wwdg = Wwdg(0x4000_2C00, services)
         self.dbgmcu = Dbgmcu(0xE004_2000, services)
+
+    def _map(self, *, from_ram: bool) -> tuple[Memory, ...]:
+        flash = self._flash
+        return (
+            Memory(base=0, data=self.ram if from_ram else flash.memory, writable=from_ram),
+            Memory(base=self.FLASH_BASE, data=flash.memory),
+            Memory(base=SYSTEM_MEMORY_BASE, data=self.system_memory),
+            Memory(base=RAM_BASE, data=self.ram, writable=True),
+            Memory(base=OPTIONS_BASE, data=flash.options),
+        )
 
     def _make_peripherals(self) -> None:
         """Everything else."""
@@ -208,6 +209,25 @@ class Chip:
 
     # --- for the machine
 
+    @property
+    def flash(self) -> Flash:
+        """The flash with its interface."""
+        return self._flash
+
+    @property
+    def memories(self) -> Sequence[Memory]:
+        """What the boot pins put at 0, flash, system memory, RAM, option bytes."""
+        return self._memories
+
+    def boot(self, image_table: int) -> Boot:
+        """Follow the BOOT pins (RM0008 section 3.4) first, then what the image says."""
+        if self._straps.boot0 == 0:
+            return Boot(table=0 if image_table == self.FLASH_BASE else image_table)
+        refusal = (
+            "" if self._straps.boot1 else "the boot straps choose system memory, whose boot loader is not modelled"
+        )
+        return Boot(table=RAM_BASE, refusal=refusal)
+
     def reset(self, cause: str) -> None:
         """Reset everything that a reset with this cause resets."""
         self.rcc.reset()
@@ -222,3 +242,36 @@ class Chip:
     def watchdog_runs(self) -> bool:
         """Say whether a watchdog will reset the chip if the program does nothing more."""
         return self.iwdg.runs or self.wwdg.runs
+
+    def deep_sleep(self) -> DeepSleep:
+        """Return the mode that PWR_CR chooses."""
+        return self.pwr.deep_sleep()
+
+    def sleep_resets(self, mode: DeepSleep) -> bool:
+        """Say whether nRST_STOP or nRST_STDBY is programmed."""
+        settings = self._flash.settings
+        return settings.reset_on_standby if mode.is_standby else settings.reset_on_stop
+
+    def enter_standby(self) -> bool:
+        """Enter Standby; False if WUF is set."""
+        return self.pwr.enter_standby()
+
+    def stop_clocks(self) -> None:
+        """Let all but LSE and LSI stand still."""
+        self.rcc.stop()
+
+    def restart_clocks(self) -> None:
+        """Leave Stop mode, on HSI."""
+        self.rcc.resume()
+
+    def pin_wakes(self) -> bool:
+        """Say whether WKUP ends Standby."""
+        return self.pwr.wakes_by_pin()
+
+    def sends_events(self) -> bool:
+        """Say whether EXTI lets an edge through as an event."""
+        return self.exti.sends_events()
+
+    def diagnose(self, pc: int) -> str | None:
+        """Tell of the boot loader that is not there."""
+        return diagnose(pc)

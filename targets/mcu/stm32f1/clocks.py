@@ -111,3 +111,7 @@ class ClockTree:
     def timer(self, bus: str) -> int:
         """Return HCLK cycles per tick of the timers' clock on that bus; 0 in Stop mode."""
         return self._timer[bus]
+
+    def kernel(self, peripheral: str) -> Fraction:
+        """Every peripheral runs on the clock of its bus."""
+        raise KeyError(peripheral)

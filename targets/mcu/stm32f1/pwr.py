@@ -32,6 +32,11 @@ class DeepSleep(enum.Enum):
         """Seconds from the event that wakes up to the first instruction."""
         return self.value
 
+    @property
+    def is_standby(self) -> bool:
+        """True if the mode is left by a reset alone."""
+        return self is DeepSleep.STANDBY
+
 
 class Pwr(Peripheral):
     """Power control; its pin is the input ``WKUP`` (PA0), asked for when EWUP is set.

@@ -1,11 +1,12 @@
-"""The medium-density STM32F103 by part number: how much memory it has, and which pins its package brings out."""
+"""The medium-density STM32F103 by part number: memory, and what its package brings out (DS5319 tables 2 and 5)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
+
+from targets.mcu.variant import Variant
 
 __all__ = ["VARIANTS", "ChipName", "Variant"]
 
@@ -22,25 +23,6 @@ ChipName = Literal[
 
 _KB = 1024
 _ALL = range(16)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Variant:
-    """One part number (datasheet DS5319, tables 2 and 5).
-
-    Attributes:
-        name: the part number, without package material and temperature range.
-        flash_bytes: main flash memory.
-        ram_bytes: SRAM.
-        pins: names of the I/O pins of the package, ``PA0`` and so on.
-        usarts: the USARTs whose pins the package brings out.
-    """
-
-    name: str
-    flash_bytes: int
-    ram_bytes: int
-    pins: frozenset[str]
-    usarts: tuple[str, ...]
 
 
 def _pins(**ports: range) -> frozenset[str]:
@@ -60,10 +42,12 @@ def _variant(package: str, size: str) -> Variant:
     usarts = ("USART1", "USART2") if package == "T" else ("USART1", "USART2", "USART3")
     return Variant(
         name=f"STM32F103{package}{size}",
+        family="stm32f1",
         flash_bytes=_FLASH_BYTES[size],
         ram_bytes=20 * _KB,
         pins=_PACKAGES[package],
         usarts=usarts,
+        boot1_pin="PB2",
     )
 
 
