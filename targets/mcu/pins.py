@@ -240,7 +240,7 @@ class Pin:
         return self._latch
 
     def configure(self, mode: PadMode, *, latch: bool, pull: bool | None) -> None:
-        """Set the mode of the pad, the output latch and, for an input, the pull resistor (True is up)."""
+        """Set the mode of the pad, the output latch and the pull resistor (True is up), which no analog pad has."""
         self.refresh()
         self._mode, self._latch, self._pull = mode, latch, pull
         self._reconfigured()
@@ -387,7 +387,7 @@ class Pin:
     def _pull_of_chip(self) -> bool | None:
         if self._claim is not None:
             return self._claim.pull
-        return self._pull if self._mode is PadMode.INPUT else None
+        return None if self._mode is PadMode.ANALOG else self._pull
 
     def _source_of_chip(self) -> Source | None:
         level, ohms = self._strong, DRIVER_OHMS
@@ -462,11 +462,12 @@ class Pins:
         notes: where contention is noted.
         bonded: the pins that the package has; None for all.
         vdd_volts: supply of the pads.
+        thresholds: input thresholds, see below; those of the STM32F103 if left out.
 
     Attributes:
         vil_volts: an input below this reads low, and
-        vih_volts: above this high: 0.28 (VDD - 2 V) + 0.8 V and 0.41 (VDD - 2 V) + 1.3 V (DS5319 section 5.3.14,
-            standard pins).
+        vih_volts: above this high; on the STM32F103 0.28 (VDD - 2 V) + 0.8 V and 0.41 (VDD - 2 V) + 1.3 V (DS5319
+            section 5.3.14, standard pins).
         deliver: called with a bench time in ns and an action for it, when a wire brings something from another chip.
             The machine sets it; until then such an action happens at once.
     """
@@ -479,12 +480,15 @@ class Pins:
         *,
         bonded: Iterable[str] | None = None,
         vdd_volts: float = 3.3,
+        thresholds: tuple[float, float] | None = None,
     ) -> None:
         self.time = time
         self.notes = notes
         self.vdd_volts = vdd_volts
-        self.vil_volts = 0.28 * (vdd_volts - 2.0) + 0.8
-        self.vih_volts = 0.41 * (vdd_volts - 2.0) + 1.3
+        self.vil_volts, self.vih_volts = thresholds or (
+            0.28 * (vdd_volts - 2.0) + 0.8,
+            0.41 * (vdd_volts - 2.0) + 1.3,
+        )
         self.deliver: Callable[[int, Callable[[], None]], None] = lambda _ns, action: action()
         there = None if bonded is None else frozenset(bonded)
         self._pins = {name: Pin(name, self, bonded=there is None or name in there) for name in names}

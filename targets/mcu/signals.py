@@ -2,12 +2,13 @@
 
 `Signals.output` and `Signals.input` are what a chip hands out as `targets.mcu.services.Services.output` and ``input``.
 A signal that is routed to a pin goes there; an input that is not takes the output of the same name, inside the chip, as
-``TIM2_TRGO`` does; without such an output it stays low.
+``TIM2_TRGO`` does; without such an output it stays low. Signals that `Signals.only_at_pins` names never meet inside the
+chip: an input that no pin carries has a level of its own then.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from targets.mcu.pins import Pin, Pins
 from targets.mcu.services import Watch
@@ -97,14 +98,16 @@ class PinInput:
         name: such as ``TIM2_CH1``.
         pin: the pad it is routed to.
         peer: the output of the same name inside the chip.
+        idle: the level while it has neither.
     """
 
-    __slots__ = ("_on_change", "name", "peer", "pin")
+    __slots__ = ("_on_change", "idle", "name", "peer", "pin")
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.pin: Pin | None = None
         self.peer: PinOutput | None = None
+        self.idle = False
         self._on_change: Callable[[bool], None] | None = None
 
     @property
@@ -122,14 +125,14 @@ class PinInput:
             self.peer.update_watch()
 
     def level(self) -> bool:
-        """Return the present level; a floating or analog pin reads as low, and so does a signal of nobody."""
+        """Return the present level; a floating or analog pin reads as low, and a signal of nobody as `idle`."""
         if self.pin is not None:
             return self.pin.reads_high
         if self.peer is not None:
             if self.peer.refresh is not None:
                 self.peer.refresh()
             return self.peer.level is True
-        return False
+        return self.idle
 
     def at_pin(self) -> bool:
         """Say whether what is outside of a pin can reach the signal."""
@@ -148,6 +151,13 @@ class Signals:
         self._outputs: dict[str, PinOutput] = {}
         self._inputs: dict[str, list[PinInput]] = {}
         self._routes: dict[str, str] = {}
+        self._idle: dict[str, bool] = {}
+
+    def only_at_pins(self, idle: Mapping[str, bool]) -> None:
+        """Let these signals meet at pins alone, and an input that no pin carries have the level given here."""
+        self._idle.update(idle)
+        for name in idle:
+            self._connect(name)
 
     def output(self, name: str) -> PinOutput:
         """Return the output signal of that name."""
@@ -189,11 +199,12 @@ class Signals:
         route = self._routes.get(name)
         pin = self._pins[route] if route is not None else None
         output, listeners = self._outputs.get(name), self._inputs.get(name, [])
-        inside = pin is None
+        inside = pin is None and name not in self._idle
         if output is not None:
             output.pin, output.peers = pin, tuple(listeners) if inside else ()
         for listener in listeners:
             listener.pin, listener.peer = pin, output if inside else None
+            listener.idle = self._idle.get(name, False)
         if route is not None:
             self._attach(route)
         elif output is not None:

@@ -11,6 +11,7 @@ from typing import ClassVar
 from targets.mcu.pins import Bank, PadMode, Pin, Pins
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
+from targets.mcu.stm32.port_lock import PortLock
 
 __all__ = ["PADS", "Gpio"]
 
@@ -19,7 +20,6 @@ PADS = tuple(f"P{port}{number}" for port in "ABCDE" for number in range(16))
 
 _RESET_CONFIGURATION = 0x4444_4444
 _SPEED = "the output speed (MODE) is kept and has no effect: edges are ideal"
-_LCKK = 1 << 16
 _INPUT_PULL = 0b1000
 _OUTPUTS = (PadMode.PUSH_PULL, PadMode.OPEN_DRAIN, PadMode.AF_PUSH_PULL, PadMode.AF_OPEN_DRAIN)
 
@@ -50,15 +50,13 @@ class Gpio(Peripheral):
         self.pins = tuple(pins[f"P{name[-1]}{number}"] for number in range(16))
         for number, pin in enumerate(self.pins):
             pin.bank, pin.mask = self.bank, 1 << number
-        self._lock_step = 0
-        self._lock_mask = 0
+        self._lock = PortLock()
         self.reset()
 
     def reset(self) -> None:
         """All pins become floating inputs and the lock is gone."""
         super().reset()
-        self._lock_step = 0
-        self._lock_mask = 0
+        self._lock.reset()
         for number in range(16):
             self._configure(number)
 
@@ -82,7 +80,7 @@ class Gpio(Peripheral):
 
     def _write_configuration(self, offset: int, first: int, value: int) -> None:
         old = self[offset]
-        if self._lock_step == _LOCKED:
+        if self._lock.pins:
             value = self._without_locked(first, old, value)
         self[offset] = value
         changed = old ^ value
@@ -93,7 +91,7 @@ class Gpio(Peripheral):
 
     def _without_locked(self, first: int, old: int, value: int) -> int:
         for index in range(8):
-            if self._lock_mask >> (first + index) & 1:
+            if self._lock.pins >> (first + index) & 1:
                 nibble = 0xF << 4 * index
                 value = (value & ~nibble) | (old & nibble)
         return value
@@ -147,36 +145,15 @@ class Gpio(Peripheral):
         """Reset."""
         self.write_ODR(self[0x0C] & ~value)
 
-    # --- the lock: write 1, 0, 1 to LCKK with the same LCK bits, then read
+    # --- the lock
 
     def write_LCKR(self, value: int) -> None:
         """Take one step of the lock sequence, or begin anew."""
-        if self._lock_step == _LOCKED:
-            return
-        mask, key = value & 0xFFFF, bool(value & _LCKK)
-        if self._lock_step and mask != self._lock_mask:
-            self._lock_step = 0
-        expected = self._lock_step != 1
-        if key is expected and self._lock_step < _LOCK_WRITES:
-            self._lock_step += 1
-        else:
-            self._lock_step = 1 if key else 0
-        self._lock_mask = mask
-        self[0x18] = mask
+        self._lock.write(value)
 
     def read_LCKR(self) -> int:
-        """The read that ends the sequence still shows LCKK as 0; from the next on it shows 1."""
-        value = self[0x18]
-        if self._lock_step == _LOCK_WRITES:
-            self._lock_step = _LOCKED
-            self[0x18] = value | _LCKK
-        elif self._lock_step != _LOCKED:
-            self._lock_step = 0
-        return value
-
-
-_LOCK_WRITES = 3
-_LOCKED = 4
+        """Return the lock; a read ends its sequence."""
+        return self._lock.read()
 
 
 def _mode_of(nibble: int) -> PadMode:

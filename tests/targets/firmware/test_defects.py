@@ -213,7 +213,7 @@ DEFECTS = [
         "(self[0x0C] & ~(value >> 16)) | (value & 0xFFFF)",
         "(self[0x0C] | value & 0xFFFF) & ~(value >> 16)",
     ),
-    Defect("the lock does not lock", "gpio", Gpio, "_write_configuration", "== _LOCKED", "== -1"),
+    Defect("the lock does not lock", "gpio", Gpio, "_write_configuration", "self._lock.pins", "False"),
     Defect("BRR resets the wrong half", "gpio", Gpio, "write_BRR", "~value", "~(value >> 16)"),
     Defect("ODR does not move pulls", "gpio", Gpio, "write_ODR", "nibble == _INPUT_PULL", "False"),
     Defect("falling edges are not seen", "exti", Exti, "_listener", "0x08 if level else 0x0C", "0x08"),

@@ -1,0 +1,80 @@
+"""Which signals each pin carries, by alternate function, on chips whose every pin has a multiplexer of its own.
+
+The F1 moves whole groups of signals (AFIO); from the F2 on each pin chooses one of sixteen functions (RM0410 section
+6.3.2), and a signal that no pin has chosen is connected to nothing. Choice where the manual is silent: an input that no
+pin carries reads low, but the lines of a serial port high, as they idle.
+
+Silicon lets several pins carry the same output at once. Here the pin that chose last carries it, and that is noted.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from targets.mcu.fidelity import Notes
+from targets.mcu.signals import Signals
+
+__all__ = ["PinFunctions"]
+
+_EVENTOUT = "EVENTOUT"
+_IDLES_HIGH = re.compile(r"US?ART\d_(TX|RX)")
+
+
+class PinFunctions:
+    """The multiplexers of all ports.
+
+    Args:
+        table: for each pin the signals of each alternate function that it has.
+        signals: the signals of the chip.
+        notes: where it is noted that a pin lacks a function.
+    """
+
+    def __init__(self, table: Mapping[str, Mapping[int, tuple[str, ...]]], signals: Signals, notes: Notes) -> None:
+        self._table = table
+        self._signals = signals
+        self._notes = notes
+        self._chosen: dict[str, int] = {}
+        self._carriers: dict[str, list[str]] = {}
+        names = {name for functions in table.values() for of_one in functions.values() for name in of_one}
+        signals.only_at_pins({name: bool(_IDLES_HIGH.fullmatch(name)) for name in sorted(names)})
+
+    def choose(self, pin: str, function: int | None) -> None:
+        """Let `pin` carry the signals of an alternate function; None for none."""
+        old = self._chosen.get(pin)
+        if old == function:
+            return
+        if old is not None:
+            del self._chosen[pin]
+            for name in self._table[pin].get(old, ()):
+                self._leave(name, pin)
+        if function is not None:
+            self._chosen[pin] = function
+            self._check(pin, function)
+            for name in self._table[pin].get(function, ()):
+                self._enter(name, pin)
+
+    def pin_of(self, signal: str) -> str | None:
+        """Return the pin that carries a signal."""
+        carriers = self._carriers.get(signal)
+        return carriers[-1] if carriers else None
+
+    def _check(self, pin: str, function: int) -> None:
+        names = self._table[pin].get(function)
+        if names is None:
+            self._notes.add("misuse", f"{pin}_AF{function}", f"{pin} has no alternate function {function}")
+        elif _EVENTOUT in names:
+            self._notes.add("unmodelled", f"{pin}_AF{function}", "EVENTOUT is not put out: SEV makes no pulse")
+
+    def _enter(self, name: str, pin: str) -> None:
+        carriers = self._carriers.setdefault(name, [])
+        if carriers and name != _EVENTOUT:
+            text = f"{name} is chosen at {carriers[-1]} too: only {pin} carries it, on silicon both pins would"
+            self._notes.add("unmodelled", f"{pin}_{name}", text)
+        carriers.append(pin)
+        self._signals.route(name, pin)
+
+    def _leave(self, name: str, pin: str) -> None:
+        carriers = self._carriers[name]
+        carriers.remove(pin)
+        self._signals.route(name, carriers[-1] if carriers else None)
