@@ -16,6 +16,9 @@ from targets.mcu.pins import Pins, Source
 from targets.mcu.registers import Peripheral
 from targets.mcu.services import DmaRequest, IrqLine, Services
 from targets.mcu.signals import Signals
+from targets.mcu.stm32.iwdg import Iwdg
+from targets.mcu.stm32.tim import Timer
+from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.absent import Rtc, absent_peripherals
 from targets.mcu.stm32f1.afio import Afio
 from targets.mcu.stm32f1.bkp import Bkp
@@ -26,14 +29,11 @@ from targets.mcu.stm32f1.dma import Dma
 from targets.mcu.stm32f1.exti import Exti
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import Gpio
-from targets.mcu.stm32f1.iwdg import Iwdg
 from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory, unique_id
-from targets.mcu.stm32f1.tim import Timer
 from targets.mcu.stm32f1.usart import Usart
-from targets.mcu.stm32f1.wwdg import Wwdg
 from targets.mcu.timebase import Timebase
 
 if TYPE_CHECKING:

@@ -22,8 +22,8 @@ from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.serial_line import Sampled, SerialFormat, SerialFrame
 from targets.mcu.services import InputSignal, Services
-from targets.mcu.stm32f1.usart_receiver import Receiver
-from targets.mcu.stm32f1.usart_transmitter import Transmitter
+from targets.mcu.stm32.usart_receiver import Receiver
+from targets.mcu.stm32.usart_transmitter import Transmitter
 
 __all__ = ["Usart"]
 

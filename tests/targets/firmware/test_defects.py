@@ -19,24 +19,24 @@ from targets.mcu.cortexm.exceptions import Exceptions
 from targets.mcu.cortexm.nvic import Nvic
 from targets.mcu.cortexm.scb import Scb
 from targets.mcu.cortexm.systick import SysTick
+from targets.mcu.stm32.iwdg import Iwdg
+from targets.mcu.stm32.tim.breaks import Breaks
+from targets.mcu.stm32.tim.core import TimerCore
+from targets.mcu.stm32.tim.counting import Counting
+from targets.mcu.stm32.tim.effects import TimerEffects
+from targets.mcu.stm32.tim.timer import Timer
+from targets.mcu.stm32.usart_transmitter import Transmitter
+from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.crc import Crc
 from targets.mcu.stm32f1.dma import Dma
 from targets.mcu.stm32f1.exti import Exti
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import Gpio
-from targets.mcu.stm32f1.iwdg import Iwdg
 from targets.mcu.stm32f1.oscillator import Oscillator
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
-from targets.mcu.stm32f1.tim.breaks import Breaks
-from targets.mcu.stm32f1.tim.core import TimerCore
-from targets.mcu.stm32f1.tim.counting import Counting
-from targets.mcu.stm32f1.tim.effects import TimerEffects
-from targets.mcu.stm32f1.tim.timer import Timer
 from targets.mcu.stm32f1.usart import Usart
-from targets.mcu.stm32f1.usart_transmitter import Transmitter
-from targets.mcu.stm32f1.wwdg import Wwdg
 
 
 @dataclass(frozen=True)

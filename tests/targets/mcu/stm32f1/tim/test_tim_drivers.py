@@ -10,8 +10,8 @@ import itertools
 
 import pytest
 
+from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32f1.dma import Dma
-from targets.mcu.stm32f1.tim import Timer
 from targets.mcu.testing import peek, poke
 
 CEN, OPM, DIR, ARPE = 1, 8, 0x10, 0x80

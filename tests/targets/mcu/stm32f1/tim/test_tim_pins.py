@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from targets.mcu.nets import Nets
-from targets.mcu.stm32f1.tim import Timer
+from targets.mcu.stm32.tim import Timer
 from targets.mcu.testing import peek, poke
 
 

@@ -6,9 +6,9 @@ counting one clock cycle after setting the CEN bit"); a gate takes effect at onc
 
 from __future__ import annotations
 
-from targets.mcu.stm32f1.tim.core import TimerCore
-from targets.mcu.stm32f1.tim.counting import FROZEN, Compare
-from targets.mcu.stm32f1.tim.registers import (
+from targets.mcu.stm32.tim.core import TimerCore
+from targets.mcu.stm32.tim.counting import FROZEN, Compare
+from targets.mcu.stm32.tim.registers import (
     BDTR,
     BIF,
     BKE,
@@ -35,7 +35,7 @@ from targets.mcu.stm32f1.tim.registers import (
     TIF,
     URS,
 )
-from targets.mcu.stm32f1.tim.slave import GATED, RESET, TRIGGER
+from targets.mcu.stm32.tim.slave import GATED, RESET, TRIGGER
 
 __all__ = ["TimerEffects"]
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from targets.mcu.services import InputSignal, Services
-from targets.mcu.stm32f1.tim.inputs import ChannelInputs, ExternalTrigger, TickClock
+from targets.mcu.stm32.tim.inputs import ChannelInputs, ExternalTrigger, TickClock
 
 __all__ = ["GATED", "RESET", "TRIGGER", "Reactions", "SlaveController"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from targets.mcu.services import InputSignal
-from targets.mcu.stm32f1.tim.registers import AOE, BKE, BKP, MOE, OSSI, OSSR
+from targets.mcu.stm32.tim.registers import AOE, BKE, BKP, MOE, OSSI, OSSR
 
 __all__ = ["Breaks"]
 

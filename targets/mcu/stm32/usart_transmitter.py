@@ -22,7 +22,7 @@ from fractions import Fraction
 
 from targets.mcu.serial_line import SerialFrame
 from targets.mcu.services import OutputSignal, Watch
-from targets.mcu.stm32f1.bit_clock import BitClock
+from targets.mcu.stm32.bit_clock import BitClock
 from targets.mcu.timebase import Event, Timebase
 
 __all__ = ["Transmitter"]

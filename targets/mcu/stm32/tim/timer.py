@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from targets.mcu.registers import Count
-from targets.mcu.stm32f1.tim.effects import TimerEffects
-from targets.mcu.stm32f1.tim.registers import (
+from targets.mcu.stm32.tim.effects import TimerEffects
+from targets.mcu.stm32.tim.registers import (
     ARPE,
     ARR,
     BDTR,

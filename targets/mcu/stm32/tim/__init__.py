@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from targets.mcu.stm32f1.tim.timer import Timer
+from targets.mcu.stm32.tim.timer import Timer
 
 __all__ = ["Timer"]

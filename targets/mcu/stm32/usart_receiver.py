@@ -19,7 +19,7 @@ from collections.abc import Callable
 from fractions import Fraction
 
 from targets.mcu.serial_line import LineHistory, Sampled, SamplingPlan, SerialFrame, StartBit, sampling_plan
-from targets.mcu.stm32f1.bit_clock import BitClock
+from targets.mcu.stm32.bit_clock import BitClock
 from targets.mcu.timebase import Event, Timebase
 
 __all__ = ["Receiver"]

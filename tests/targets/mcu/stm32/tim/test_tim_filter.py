@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from targets.mcu.stm32f1.tim.inputs import Filter, TickClock
+from targets.mcu.stm32.tim.inputs import Filter, TickClock
 from targets.mcu.testing import FakeChip
 
 # RM0008, IC1F: by code, sampling period in tDTS (0: the timer's clock itself) and samples

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from targets.mcu.stm32f1.iwdg import Iwdg
+from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.testing import FakeChip, peek, poke
 
 # RM0008 table 96: prescaler bits, shortest timeout in ms (RL = 0), longest (RL = 0xFFF), at 40 kHz.

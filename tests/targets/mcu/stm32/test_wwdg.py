@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from targets.mcu.stm32f1.wwdg import Wwdg
+from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.testing import FakeChip, peek, poke
 
 

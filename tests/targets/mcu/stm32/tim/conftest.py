@@ -8,8 +8,8 @@ import pytest
 
 from targets.mcu.pins import Pins
 from targets.mcu.signals import Signals
-from targets.mcu.stm32f1.tim import Timer
-from targets.mcu.stm32f1.tim.kinds import KINDS
+from targets.mcu.stm32.tim import Timer
+from targets.mcu.stm32.tim.kinds import KINDS
 from targets.mcu.testing import FakeChip, peek, poke
 
 REGISTERS = ("CR1", "CR2", "SMCR", "DIER", "SR", "EGR", "CCMR1", "CCMR2", "CCER", "CNT", "PSC", "ARR", "RCR", "BDTR")

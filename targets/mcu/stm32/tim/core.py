@@ -19,12 +19,12 @@ from collections.abc import Callable, Iterable
 
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import DmaRequest, OutputSignal, Services, Watch
-from targets.mcu.stm32f1.tim.breaks import Breaks
-from targets.mcu.stm32f1.tim.counting import Compare, Counting
-from targets.mcu.stm32f1.tim.inputs import TickClock
-from targets.mcu.stm32f1.tim.kinds import KINDS
-from targets.mcu.stm32f1.tim.outputs import Gate, OutputStage
-from targets.mcu.stm32f1.tim.registers import (
+from targets.mcu.stm32.tim.breaks import Breaks
+from targets.mcu.stm32.tim.counting import Compare, Counting
+from targets.mcu.stm32.tim.inputs import TickClock
+from targets.mcu.stm32.tim.kinds import KINDS
+from targets.mcu.stm32.tim.outputs import Gate, OutputStage
+from targets.mcu.stm32.tim.registers import (
     ADVANCED,
     BDTR,
     CC_FLAGS,
@@ -43,7 +43,7 @@ from targets.mcu.stm32f1.tim.registers import (
     UDE,
     UIF,
 )
-from targets.mcu.stm32f1.tim.slave import GATED, SlaveController
+from targets.mcu.stm32.tim.slave import GATED, SlaveController
 from targets.mcu.timebase import Event
 
 __all__ = ["TimerCore"]

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from targets.mcu.services import OutputSignal, Watch
-from targets.mcu.stm32f1.tim.counting import LONG_AGO, Compare
+from targets.mcu.stm32.tim.counting import LONG_AGO, Compare
 
 __all__ = ["Gate", "OutputStage"]
 
