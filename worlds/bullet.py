@@ -27,8 +27,9 @@ from worlds.geometry import Matrix, Vector, add, cross, rotation, subtract, turn
 from worlds.quiet import captured_output
 from worlds.scenes import Box, Scene
 from worlds.vehicles import Vehicle
+from worlds.vehicles.model import Axle
 from worlds.vehicles.urdf import to_urdf
-from worlds.world import CONTACTS, GRAVITY, RAYS, Contact, JointState, Pose, Velocity, World
+from worlds.world import CONTACTS, GRAVITY, RAYS, TORQUE, Contact, JointState, Pose, Velocity, World
 
 GRAVITY_M_S2 = 9.81
 
@@ -57,10 +58,12 @@ class BulletWorld:
     """A scene and a vehicle in a PyBullet client of their own. Use `worlds.world.open_world`."""
 
     name = "bullet"
-    capabilities = frozenset({RAYS, CONTACTS, GRAVITY})
+    capabilities = frozenset({RAYS, CONTACTS, GRAVITY, TORQUE})
 
     _commands: dict[str, tuple[float, float]]
     _commands_changed: bool
+    _torques_nm: dict[str, float]
+    _applied_nm: dict[str, float]
     _placed: bool
     # What was read since the last step; None is not read yet.
     _joint_states: dict[str, JointState] | None
@@ -92,6 +95,8 @@ class BulletWorld:
         """Advance by one step."""
         if self._commands_changed:
             self._send_commands()
+        if self._torques_nm or self._applied_nm:
+            self._send_torques()
         self._bullet.stepSimulation(physicsClientId=self._client)
         self.step_index += 1
         self._placed = False
@@ -102,11 +107,21 @@ class BulletWorld:
         if not (math.isfinite(speed_rad_s) and 0 <= torque_limit_nm < math.inf):
             raise WorldError(f"{joint}: cannot command {speed_rad_s!r} rad/s with {torque_limit_nm!r} N·m")
         self._set_command(joint, (speed_rad_s, torque_limit_nm))
+        self._torques_nm.pop(joint, None)
+
+    def drive(self, joint: str, torque_nm: float, friction_nm: float | None = None) -> None:
+        """Turn a joint by a torque, against its dry friction."""
+        dry_nm = self._frictions_nm.get(joint, 0.0) if friction_nm is None else friction_nm
+        if not (math.isfinite(torque_nm) and 0 <= dry_nm < math.inf):
+            raise WorldError(f"{joint}: cannot drive with {torque_nm!r} N·m against {friction_nm!r} N·m")
+        # A motor that aims at speed 0 with a limited torque is dry friction; the library adds the torque to it.
+        self._set_command(joint, (0.0, dry_nm))
+        self._torques_nm[joint] = torque_nm
 
     def release(self, joint: str) -> None:
         """Let a joint turn freely but for its dry friction."""
-        # A motor that aims at speed 0 with a limited torque is dry friction.
         self._set_command(joint, (0.0, self._frictions_nm.get(joint, 0.0)))
+        self._torques_nm.pop(joint, None)
 
     def joint(self, joint: str) -> JointState:
         """Return a joint's state."""
@@ -173,6 +188,7 @@ class BulletWorld:
             self._bullet.resetJointState(self._body, self._links[joint], angle, 0.0, **at)
         self._commands = {joint: (0.0, friction) for joint, friction in self._frictions_nm.items()}
         self._commands_changed = bool(self._commands)
+        self._torques_nm, self._applied_nm = {}, {}
         self._placed = True
         self._forget()
 
@@ -181,6 +197,7 @@ class BulletWorld:
         if not isinstance(self._bullet, _Closed):
             self._give_back_client()
             self._commands = {}
+            self._torques_nm, self._applied_nm = {}, {}
             self._placed = False
             self._forget()
 
@@ -216,10 +233,23 @@ class BulletWorld:
         )
         self._commands_changed = False
 
+    def _send_torques(self) -> None:
+        # The library forgets a torque after each step, and does not count it as the motor's.
+        self._applied_nm = dict(self._torques_nm)
+        self._bullet.setJointMotorControlArray(
+            self._body,
+            [self._links[joint] for joint in self._applied_nm],
+            self._bullet.TORQUE_CONTROL,
+            forces=[*self._applied_nm.values()],
+            physicsClientId=self._client,
+        )
+
     def _read_joints(self) -> dict[str, JointState]:
         states = self._bullet.getJointStates(self._body, self._joint_links, physicsClientId=self._client)
         return {
-            joint: JointState(angle_rad=state[0], speed_rad_s=state[1], torque_nm=state[3])
+            joint: JointState(
+                angle_rad=state[0], speed_rad_s=state[1], torque_nm=state[3] + self._applied_nm.get(joint, 0.0)
+            )
             for joint, state in zip(self._frictions_nm, states, strict=True)
         }
 
@@ -313,7 +343,21 @@ class _Builder:
         for part in vehicle.parts:
             self._surface(body, links[part.name], part.friction)
             self._bullet.setCollisionFilterGroupMask(body, links[part.name], _VEHICLE_GROUP, -1, **self._at)
+            if part.axle is not None and part.axle.reflected_inertia_kg_m2:
+                self._add_inertia(body, links[part.name], part.axle)
         return body, links
+
+    def _add_inertia(self, body: int, link: int, axle: Axle) -> None:
+        """Add inertia about an axle. Within the URDF it would make an impossible body, whose inertia becomes zero."""
+        inertia = self._bullet.getDynamicsInfo(body, link, **self._at)[2]
+        self._bullet.changeDynamics(
+            body,
+            link,
+            localInertiaDiagonal=[
+                own + abs(share) * axle.reflected_inertia_kg_m2 for own, share in zip(inertia, axle.axis, strict=True)
+            ],
+            **self._at,
+        )
 
     def _load(self, urdf: str, *, fixed: bool) -> int:
         file = os.memfd_create("vehicle.urdf")

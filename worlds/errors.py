@@ -7,7 +7,7 @@
     ├── SceneFileError          a scene file that cannot be read or is not a scene (also a ValueError)
     ├── PhysicsMissingError     the physics library is not installed (also an ImportError)
     ├── PhysicsOutputError      the physics library warned while loading; its warnings mean wrong motion
-    └── CapabilityError         this world has no rays or no contacts
+    └── CapabilityError         this world has no rays, no contacts or no torques
 
 The text of each is one line that names the thing and, where there is one, the way out.
 """

@@ -78,6 +78,12 @@ class PlaneWorld:
             raise WorldError(f"{joint}: cannot command {speed_rad_s!r} rad/s with {torque_limit_nm!r} N·m")
         self._commands_rad_s[joint] = speed_rad_s if torque_limit_nm else 0.0
 
+    def drive(self, joint: str, torque_nm: float, friction_nm: float | None = None) -> None:
+        """Raise: a wheel without inertia has no answer to a torque."""
+        del torque_nm, friction_nm
+        self._require_joint(joint)
+        raise CapabilityError('physics "plane" turns wheels at a speed, not by a torque')
+
     def release(self, joint: str) -> None:
         """Stop a wheel from the next step on."""
         self._require_joint(joint)

@@ -24,13 +24,17 @@ Vector = tuple[float, float, float]
 RAYS = "rays"
 CONTACTS = "contacts"
 GRAVITY = "gravity"
+TORQUE = "torque"
 
 _PHYSICS = MappingProxyType({"bullet": "worlds.bullet", "plane": "worlds.plane"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointState:
-    """A joint: angle in radians, never wrapped; speed in rad/s; torque its motor applied in the last step, N·m."""
+    """A joint: angle in radians, never wrapped; speed in rad/s; torque on it in the last step, N·m.
+
+    The torque is what its motor applied; of a driven joint, the driving torque less what dry friction took of it.
+    """
 
     angle_rad: float
     speed_rad_s: float
@@ -91,7 +95,7 @@ class World(Protocol):
 
     @property
     def capabilities(self) -> frozenset[str]:
-        """Which of ``rays``, ``contacts`` and ``gravity`` it has."""
+        """Which of ``rays``, ``contacts``, ``gravity`` and ``torque`` it has."""
 
     @property
     def scene(self) -> Scene:
@@ -118,6 +122,21 @@ class World(Protocol):
         Raises:
             UnknownNameError: no such joint.
             WorldError: a speed or torque that is not finite, or a negative torque.
+        """
+
+    def drive(self, joint: str, torque_nm: float, friction_nm: float | None = None) -> None:
+        """Turn a joint by a torque from the next step on, whatever speed that gives.
+
+        Args:
+            joint: which.
+            torque_nm: about the joint's axis, N·m; it stays the same until the joint is told something else.
+            friction_nm: dry friction that opposes the motion and holds a joint at rest, N·m, >= 0; None for the
+                joint's own.
+
+        Raises:
+            UnknownNameError: no such joint.
+            WorldError: a torque or friction that is not finite, or a negative friction.
+            CapabilityError: this world lacks ``torque``.
         """
 
     def release(self, joint: str) -> None:

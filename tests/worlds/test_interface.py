@@ -29,7 +29,7 @@ def test_says_what_it_is(world, physics):
     assert (world.name, world.step_hz, world.step_index) == (physics, 240, 0)
     assert world.scene.name == "empty"
     assert world.vehicle.name == "pioneer-2dx"
-    assert world.capabilities <= {"rays", "contacts", "gravity"}
+    assert world.capabilities <= {"rays", "contacts", "gravity", "torque"}
 
 
 def test_starts_at_the_scene_start_at_rest(open_it, physics):
@@ -96,7 +96,17 @@ def test_place_puts_it_at_rest_and_keeps_wheel_angles(world):
     assert world.pose().position_m == pytest.approx((3.0, 4.0, 0.0), abs=1e-3)
 
 
+def test_torque_goes_with_the_capability(world):
+    if "torque" in world.capabilities:
+        world.drive(LEFT, 0.1)
+    else:
+        with pytest.raises(CapabilityError, match="torque"):
+            world.drive(LEFT, 0.1)
+
+
 def test_refuses_joints_it_does_not_have(world):
+    with pytest.raises(UnknownNameError, match="'wheel_left'"):
+        world.drive("wheel_lfet", 0.1)
     with pytest.raises(UnknownNameError, match="'wheel_left'"):
         world.joint("wheel_lfet")
     with pytest.raises(UnknownNameError):
@@ -147,6 +157,7 @@ def test_a_closed_world_answers_nothing(physics):
         lambda: world.joint(LEFT),
         lambda: world.command(LEFT, 1.0, 1.0),
         lambda: world.release(LEFT),
+        lambda: world.drive(LEFT, 0.1),
         lambda: world.place(0, 0, 0),
         lambda: world.cast([(0, 0, 1)], [(1, 0, 1)]),
     ]

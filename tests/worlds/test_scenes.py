@@ -154,7 +154,7 @@ def test_a_file_that_is_not_text(tmp_path):
 def test_an_unknown_scene_names_the_nearest():
     with pytest.raises(UnknownNameError, match="did you mean 'ramp'"):
         find_scene("ramps")
-    with pytest.raises(UnknownNameError, match="known: cell, corridor, empty"):
+    with pytest.raises(UnknownNameError, match="known: carpet, cell, corridor"):
         find_scene("zzz")
 
 

@@ -20,6 +20,11 @@ RAMP_SLOPE_RAD = math.radians(8)
 POST_WIDTH_M = 0.04
 CELL_LENGTH_M = 1.15
 CELL_WIDTH_M = 0.9
+STAND_LIFT_M = 0.03
+STAND_HEIGHT_M = 0.052
+HARD_FLOOR_FRICTION = 0.5
+ROVER_ROOM_LENGTH_M = 3.0
+ROVER_ROOM_WIDTH_M = 2.4
 
 _WALL_HEIGHT_M = 0.5
 _WALL_THICKNESS_M = 0.1
@@ -110,6 +115,46 @@ def cell(seed: int) -> Scene:
     )
 
 
+def stand(seed: int) -> Scene:
+    """A rover on a stand under its body, with its wheels 30 mm above the floor.
+
+    As high as the rover's body needs: 52 mm, which is 22 mm from wheels to body and the 30.
+    """
+    del seed
+    block = Box(name="stand", center_m=(0.0, 0.0, STAND_HEIGHT_M / 2), size_m=(0.2, 0.09, STAND_HEIGHT_M))
+    return Scene(name="stand", start=Start(z_m=STAND_LIFT_M), boxes=(block,))
+
+
+def carpet(seed: int) -> Scene:
+    """A carpet without end: tyres have their own friction on it, a rover's 0.8."""
+    del seed
+    return Scene(name="carpet")
+
+
+def hard_floor(seed: int) -> Scene:
+    """A smooth hard floor without end: half the friction of the carpet, 0.4 for a rover's tyres."""
+    del seed
+    return Scene(name="hard-floor", floor_friction=HARD_FLOOR_FRICTION)
+
+
+def rover_room(seed: int) -> Scene:
+    """A carpeted room of 3 x 2.4 m with two boxes; a wall is 1.4 m ahead of the start, and nothing stands before it."""
+    del seed
+    length, width, t = ROVER_ROOM_LENGTH_M, ROVER_ROOM_WIDTH_M, _WALL_THICKNESS_M
+    x = 1.4 - length / 2
+    return Scene(
+        name="rover-room",
+        boxes=(
+            _wall("wall_front", x + (length + t) / 2, 0.0, t, width + 2 * t),
+            _wall("wall_back", x - (length + t) / 2, 0.0, t, width + 2 * t),
+            _wall("wall_left", x, (width + t) / 2, length, t),
+            _wall("wall_right", x, -(width + t) / 2, length, t),
+            Box(name="box_1", center_m=(0.6, 0.75, 0.1), size_m=(0.3, 0.3, 0.2), yaw_rad=0.4),
+            Box(name="box_2", center_m=(-0.7, -0.6, 0.1), size_m=(0.25, 0.4, 0.2), yaw_rad=-0.3),
+        ),
+    )
+
+
 BUILTIN: MappingProxyType[str, Callable[[int], Scene]] = MappingProxyType(
     {
         "empty": empty,
@@ -119,6 +164,10 @@ BUILTIN: MappingProxyType[str, Callable[[int], Scene]] = MappingProxyType(
         "ramp": ramp,
         "post": post,
         "cell": cell,
+        "stand": stand,
+        "carpet": carpet,
+        "hard-floor": hard_floor,
+        "rover-room": rover_room,
     }
 )
 """Scene by name; each is made from a seed, which only the room uses."""

@@ -7,6 +7,7 @@ the middle between its wheels), x forward, y left, z up.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
 
@@ -80,11 +81,15 @@ class Axle:
         origin_m: a point on the axis, vehicle frame.
         axis: unit vector; a wheel's is (0, 1, 0), so that positive angles roll forward.
         friction_nm: dry friction of the released joint, N·m.
+        reflected_inertia_kg_m2: of what turns with the joint through a gear, times the gear's ratio squared. The
+            physics gives it to the part, about the axle, so that it also counts where the whole vehicle turns about
+            that axis. The axle then has to lie along one of the vehicle's axes.
     """
 
     origin_m: Vector
     axis: Vector = (0.0, 1.0, 0.0)
     friction_nm: float = 0.0
+    reflected_inertia_kg_m2: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,11 +127,20 @@ class DifferentialDrive:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Vehicle:
-    """A vehicle: its parts, body first, how it is driven, and the figures it was made from."""
+    """A vehicle.
+
+    Attributes:
+        name: of its kind.
+        parts: body first.
+        drive: how it is driven, if by two wheels side by side.
+        mounts: places on the body where sensors sit, by name: metres, vehicle frame.
+        parameters: the figures it was made from.
+    """
 
     name: str
     parts: tuple[Part, ...]
     drive: DifferentialDrive | None = None
+    mounts: Mapping[str, Vector] = field(default_factory=dict)
     parameters: tuple[Parameter, ...] = ()
 
     @property
