@@ -16,6 +16,7 @@ from targets.mcu.pins import Pins, Source
 from targets.mcu.registers import Peripheral
 from targets.mcu.services import DmaRequest, IrqLine, Services
 from targets.mcu.signals import Signals
+from targets.mcu.stm32 import exti
 from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.wwdg import Wwdg
@@ -26,7 +27,6 @@ from targets.mcu.stm32f1.clocks import ClockTree
 from targets.mcu.stm32f1.crc import Crc
 from targets.mcu.stm32f1.dbgmcu import Dbgmcu
 from targets.mcu.stm32f1.dma import Dma
-from targets.mcu.stm32f1.exti import Exti
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import Gpio
 from targets.mcu.stm32f1.options import OPTIONS_BASE
@@ -176,7 +176,7 @@ class Stm32f103(Chip):
         """Everything else."""
         services, pins = self.services, self.pins
         self.dma = Dma("DMA1", 0x4002_0000, services)
-        self.exti = Exti("EXTI", 0x4001_0400, services)
+        self.exti = exti.Exti("EXTI", 0x4001_0400, services, exti.STM32F1)
         ports = [Gpio(f"GPIO{port}", 0x4001_0800 + 0x400 * index, services, pins) for index, port in enumerate("ABCDE")]
         # After the ports: it takes the pins of the debug port away from them.
         self.afio = Afio("AFIO", 0x4001_0000, services, pins, self.signals)

@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass
 from fractions import Fraction
 
-__all__ = ["HSI_HZ", "LSI_HZ", "ClockTree", "Rates", "Source", "pll_hz", "rates_of"]
+from targets.mcu.stm32.rcc import Source
+
+__all__ = ["HSI_HZ", "LSI_HZ", "ClockTree", "Rates", "pll_hz", "rates_of"]
 
 HSI_HZ = Fraction(8_000_000)  # RM0008 section 7.2.2
 LSI_HZ = Fraction(40_000)  # RM0008 section 7.2.5: around 40 kHz, between 30 and 60 kHz; the table of the IWDG uses 40
 PLLSRC, PLLXTPRE, USBPRE = 1 << 16, 1 << 17, 1 << 22
 AHB_DIVIDERS = (1, 1, 1, 1, 1, 1, 1, 1, 2, 4, 8, 16, 64, 128, 256, 512)
 APB_DIVIDERS = (1, 1, 1, 1, 2, 4, 8, 16)
-
-
-class Source(enum.IntEnum):
-    """What drives SYSCLK; the values of CFGR.SW and SWS."""
-
-    HSI = 0
-    HSE = 1
-    PLL = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -19,7 +19,9 @@ from targets.mcu.cortexm.exceptions import Exceptions
 from targets.mcu.cortexm.nvic import Nvic
 from targets.mcu.cortexm.scb import Scb
 from targets.mcu.cortexm.systick import SysTick
+from targets.mcu.stm32.exti import Exti
 from targets.mcu.stm32.iwdg import Iwdg
+from targets.mcu.stm32.oscillator import Oscillator
 from targets.mcu.stm32.tim.breaks import Breaks
 from targets.mcu.stm32.tim.core import TimerCore
 from targets.mcu.stm32.tim.counting import Counting
@@ -30,10 +32,8 @@ from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.crc import Crc
 from targets.mcu.stm32f1.dma import Dma
-from targets.mcu.stm32f1.exti import Exti
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import Gpio
-from targets.mcu.stm32f1.oscillator import Oscillator
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.usart import Usart
@@ -201,8 +201,8 @@ DEFECTS = [
         "wwdg",
         Rcc,
         "write_CSR",
-        "value & ~RESET_FLAGS if value & RMVF else value",
-        "value | self[CSR] & RESET_FLAGS",
+        "value & ~self.RESET_FLAGS if value & RMVF else value",
+        "value | self[self.CSR] & self.RESET_FLAGS",
     ),
     # --- GPIO, EXTI
     Defect(

@@ -8,8 +8,8 @@ import pytest
 
 from targets.mcu.pins import Pins
 from targets.mcu.signals import Signals
+from targets.mcu.stm32.exti import STM32F1, Exti
 from targets.mcu.stm32f1.afio import Afio
-from targets.mcu.stm32f1.exti import Exti
 from targets.mcu.stm32f1.gpio import PADS, Gpio
 from targets.mcu.stm32f1.variants import VARIANTS
 from targets.mcu.testing import FakeChip
@@ -29,7 +29,7 @@ class Pinout:
             for index, letter in enumerate("ABCDE")
         }
         self.afio = self.chip.add(Afio("AFIO", 0x4001_0000, self.services, self.pins, self.signals))
-        self.exti = self.chip.add(Exti("EXTI", 0x4001_0400, self.services))
+        self.exti = self.chip.add(Exti("EXTI", 0x4001_0400, self.services, STM32F1))
 
     def mode(self, pin, nibble):
         """Write CNF and MODE of one pin."""

@@ -1,7 +1,7 @@
-"""EXTI of the STM32F1: 19 edge detectors for interrupts and events (RM0008 section 10.2 and 10.3).
+"""EXTI of the STM32F1 and STM32F7: edge detectors for interrupts and events (RM0008 sections 10.2, 10.3; RM0410 11).
 
-Lines 0 to 15 listen to the inputs ``EXTI0`` to ``EXTI15``, which AFIO routes to pins. Lines 16 to 18 listen to the
-signals ``EXTI16`` (PVD), ``EXTI17`` (RTC alarm) and ``EXTI18`` (USB wake-up) inside the chip.
+Lines 0 to 15 listen to the inputs ``EXTI0`` to ``EXTI15``, which AFIO or SYSCFG routes to pins. The others listen to
+signals inside the chip, such as ``EXTI17`` (RTC alarm).
 
 An edge sets the pending bit only on a line that IMR unmasks: on one that only EMR does, "the pending bit corresponding
 to the event line is not set" (RM0008 section 10.2.3). So a program that polls PR has to set IMR.
@@ -9,18 +9,30 @@ to the event line is not set" (RM0008 section 10.2.3). So a program that polls P
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
 
-__all__ = ["LINES", "Exti"]
+__all__ = ["STM32F1", "STM32F7", "Exti", "ExtiKind"]
 
-LINES = 19
-_ALL = (1 << LINES) - 1
 
-_IRQS: tuple[tuple[int, int], ...] = (
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExtiKind:
+    """What a family has of it.
+
+    Attributes:
+        lines: how many lines.
+        irqs: interrupt number and the lines that share it.
+    """
+
+    lines: int
+    irqs: tuple[tuple[int, int], ...]
+
+
+_OF_PINS = (
     (6, 1 << 0),
     (7, 1 << 1),
     (8, 1 << 2),
@@ -28,35 +40,65 @@ _IRQS: tuple[tuple[int, int], ...] = (
     (10, 1 << 4),
     (23, 0x03E0),
     (40, 0xFC00),
-    (1, 1 << 16),
-    (41, 1 << 17),
-    (42, 1 << 18),
 )
-"""Interrupt number and the lines that share it (RM0008 table 63)."""
+"""The same in all families."""
+
+# RM0008 table 63: PVD, RTC alarm, USB wake-up.
+STM32F1 = ExtiKind(lines=19, irqs=(*_OF_PINS, (1, 1 << 16), (41, 1 << 17), (42, 1 << 18)))
+
+# RM0410 table 46 and section 11.3: PVD, RTC alarm, OTG FS wake-up, Ethernet wake-up, OTG HS wake-up, tamper and time
+# stamp, RTC wake-up, LPTIM1, MDIO slave.
+STM32F7 = ExtiKind(
+    lines=25,
+    irqs=(
+        *_OF_PINS,
+        (1, 1 << 16),
+        (41, 1 << 17),
+        (42, 1 << 18),
+        (62, 1 << 19),
+        (76, 1 << 20),
+        (2, 1 << 21),
+        (3, 1 << 22),
+        (93, 1 << 23),
+        (109, 1 << 24),
+    ),
+)
 
 
 class Exti(Peripheral):
     """EXTI.
+
+    Args:
+        name: ``EXTI``.
+        base: address.
+        services: what the chip offers.
+        kind: its lines and interrupts.
 
     Attributes:
         on_event: called at an edge of a line that EMR unmasks; the core takes it as an event for WFE.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
-        Register("IMR", 0x00, writable=_ALL),
-        Register("EMR", 0x04, writable=_ALL),
-        Register("RTSR", 0x08, writable=_ALL),
-        Register("FTSR", 0x0C, writable=_ALL),
-        Register("SWIER", 0x10, writable=_ALL, note="a bit of a line that IMR masks sets no pending bit; it is noted"),
+        Register("IMR", 0x00),
+        Register("EMR", 0x04),
+        Register("RTSR", 0x08),
+        Register("FTSR", 0x0C),
+        Register("SWIER", 0x10, note="a bit of a line that IMR masks sets no pending bit; it is noted"),
         Register("PR", 0x14, note="an edge sets no bit of a line that IMR masks"),
     )
 
-    def __init__(self, name: str, base: int, services: Services) -> None:
+    def __init__(self, name: str, base: int, services: Services, kind: ExtiKind) -> None:
+        self._lines = kind.lines
         super().__init__(name, base, services)
         self.on_event: Callable[[], None] = lambda: None
-        self._inputs = [services.input(f"EXTI{line}") for line in range(LINES)]
-        self._irqs = [(services.irq(number), lines) for number, lines in _IRQS]
-        self._listeners = [self._listener(line) for line in range(LINES)]
+        self._inputs = [services.input(f"EXTI{line}") for line in range(kind.lines)]
+        self._irqs = [(services.irq(number), lines) for number, lines in kind.irqs]
+        self._listeners = [self._listener(line) for line in range(kind.lines)]
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers, with the bits of the lines that there are."""
+        for register in self.REGISTERS:
+            yield register if register.name == "PR" else replace(register, writable=(1 << self._lines) - 1)
 
     def reset(self) -> None:
         """All lines masked, nothing pending."""
