@@ -1,0 +1,207 @@
+"""Conditions and bytes of an I2C master on its bus: one at a time, each as long as the timing says.
+
+Between two of them SCL is low and nothing happens: that is how the master stretches the clock. A slave may hold SCL low
+after a byte by itself (`I2cBus.stretch_ns`); the next condition or byte begins after that.
+
+Choices: SDA that is held low from outside (`I2cBus.stick`) is noticed at the beginning of a condition or byte. A change
+of the kernel clock stretches or shortens what is left of the present condition or byte.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+from targets.mcu.i2c_bus import I2cBus
+from targets.mcu.stm32.i2c_timing import Timing
+from targets.mcu.timebase import NS_PER_S, Event, Timebase
+
+__all__ = ["Wire"]
+
+
+class Wire:
+    """See the module. Each method begins something, and may be called when nothing is under way: see `busy`.
+
+    Args:
+        time: the chip's cycles and events.
+        bus: where it happens.
+
+    Attributes:
+        timing: how long everything takes; None while the kernel clock stands still.
+        on_start: called when SDA has fallen for a START.
+        on_started: called when SCL has followed it.
+        on_sent: called after the ninth clock of a byte that was sent, with whether it was acknowledged.
+        on_byte: called after the eighth clock of a byte that was read.
+        on_received: called after its ninth clock.
+        on_stop: called when SDA has risen for a STOP.
+        on_clock: called when SCL, which was low, is let go for the next condition or byte.
+        on_lost: called when SDA is low where it should be high; both lines were let go then.
+    """
+
+    def __init__(self, time: Timebase, bus: I2cBus) -> None:
+        self.timing: Timing | None = None
+        self.on_start: Callable[[], None] = lambda: None
+        self.on_started: Callable[[], None] = lambda: None
+        self.on_sent: Callable[[bool], None] = lambda _acknowledged: None
+        self.on_byte: Callable[[int], None] = lambda _byte: None
+        self.on_received: Callable[[], None] = lambda: None
+        self.on_stop: Callable[[], None] = lambda: None
+        self.on_clock: Callable[[], None] = lambda: None
+        self.on_lost: Callable[[], None] = lambda: None
+        self._time = time
+        self._bus = bus
+        self._action: Callable[[], None] | None = None
+        self._event: Event | None = None
+        self._due_s = Fraction(0)
+        self._left_clocks = Fraction(0)
+        self._chain_s: Fraction | None = None
+        self._low_until_s = Fraction(0)
+        self._free_from_s = Fraction(0)
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is under way."""
+        return self._action is not None
+
+    @property
+    def held(self) -> bool:
+        """Whether a slave holds SCL low after the last byte."""
+        return self._present_s() < self._low_until_s
+
+    # --- what can be done
+
+    def start(self) -> None:
+        """A START on a free bus, not before t_BUF has passed since the last STOP."""
+        self._at(max(self._present_s(), self._free_from_s), self._start)
+
+    def restart(self) -> None:
+        """A repeated START."""
+        self._when_released(lambda timing: self._after(timing.restart_s, self._start))
+
+    def send_address(self, byte: int) -> None:
+        """The byte after a START: address and direction."""
+        self._send(byte, lambda: self._bus.address(byte >> 1, bool(byte & 1), self._now_ns()))
+
+    def send(self, byte: int) -> None:
+        """A byte of data, or the second one of a 10-bit address."""
+        self._send(byte, lambda: self._bus.write(byte, self._now_ns()))
+
+    def receive(self) -> None:
+        """Eight clocks, in which a byte comes in."""
+        self._when_released(self._receive)
+
+    def acknowledge(self, acknowledge: bool) -> None:
+        """The ninth clock after `receive`."""
+        lost = self._bus.stuck and not acknowledge
+        self._bit(self._lose if lost else self._received)
+
+    def stop(self) -> None:
+        """A STOP."""
+        end = self._lose if self._bus.stuck else self._stop
+        self._when_released(lambda timing: self._after(timing.stop_s, end))
+
+    def cancel(self) -> None:
+        """Do not go on with what is under way; SCL stays low."""
+        self._time.cancel(self._event)
+        self._action = None
+
+    def release(self) -> None:
+        """Let go of both lines, whatever is under way."""
+        self.cancel()
+        self._low_until_s = Fraction(0)
+        self._bus.release(self._now_ns())
+
+    # --- clock
+
+    def set_timing(self, timing: Timing | None) -> None:
+        """Go on at another rate of the kernel clock, or with other settings; without a clock, wait for one."""
+        now_s = self._time.seconds(self._time.now)
+        if self._action is not None and self.timing is not None:
+            self._left_clocks = max(Fraction(0), self._due_s - now_s) / self.timing.clock_s
+            self._time.cancel(self._event)
+        self.timing = timing
+        if self._action is not None and timing is not None:
+            self._at(now_s + self._left_clocks * timing.clock_s, self._action)
+
+    def _at(self, due_s: Fraction, action: Callable[[], None]) -> None:
+        self._due_s, self._action = due_s, action
+        if self.timing is None:
+            self._left_clocks = Fraction(0)
+        else:
+            self._event = self._time.at_time(due_s, self._fire)
+
+    def _after(self, duration_s: Fraction, action: Callable[[], None]) -> None:
+        self._at(self._present_s() + duration_s, action)
+
+    def _fire(self) -> None:
+        action, self._action = self._action, None
+        assert action is not None
+        # What follows at once begins at the exact moment, and not at the cycle after it.
+        self._chain_s = self._due_s
+        action()
+        self._chain_s = None
+
+    def _present_s(self) -> Fraction:
+        return self._time.seconds(self._time.now) if self._chain_s is None else self._chain_s
+
+    def _now_ns(self) -> int:
+        return self._time.ns(self._time.now)
+
+    def _when_released(self, begin: Callable[[Timing], None]) -> None:
+        """Begin something when no slave holds SCL low any more."""
+
+        def go() -> None:
+            assert self.timing is not None
+            self.on_clock()
+            begin(self.timing)
+
+        if self.timing is None or self._present_s() < self._low_until_s:
+            self._at(max(self._present_s(), self._low_until_s), go)
+        else:
+            go()
+
+    # --- inside
+
+    def _bit(self, action: Callable[[], None]) -> None:
+        self._when_released(lambda timing: self._after(timing.bit_s, action))
+
+    def _start(self) -> None:
+        self._bus.start(self._now_ns())
+        self.on_start()
+        assert self.timing is not None
+        self._after(self.timing.hold_s, self.on_started)
+
+    def _send(self, byte: int, pass_on: Callable[[], bool]) -> None:
+        def begin(timing: Timing) -> None:
+            if self._bus.stuck and byte:
+                self._after((8 - byte.bit_length()) * timing.bit_s + timing.low_s, self._lose)
+            else:
+                self._after(9 * timing.bit_s, end)
+
+        def end() -> None:
+            acknowledged = pass_on()
+            self._stretch()
+            self.on_sent(acknowledged)
+
+        self._when_released(begin)
+
+    def _receive(self, timing: Timing) -> None:
+        byte = self._bus.read(self._now_ns())
+        self._after(8 * timing.bit_s, lambda: self.on_byte(byte))
+
+    def _received(self) -> None:
+        self._stretch()
+        self.on_received()
+
+    def _stretch(self) -> None:
+        self._low_until_s = self._present_s() + Fraction(self._bus.stretched_ns, NS_PER_S)
+
+    def _stop(self) -> None:
+        self._bus.stop(self._now_ns())
+        assert self.timing is not None
+        self._free_from_s = self._present_s() + self.timing.free_s
+        self.on_stop()
+
+    def _lose(self) -> None:
+        self._bus.release(self._now_ns())
+        self.on_lost()
