@@ -13,6 +13,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
 from targets.mcu.cortexm.core import Core
+from targets.mcu.cortexm.kinds import CoreKind
 from targets.mcu.fidelity import Notes
 from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
@@ -110,7 +111,7 @@ class Chip(abc.ABC):
 
     Attributes:
         START_HZ: HCLK after a reset.
-        INTERRUPTS: interrupt inputs of the core.
+        CORE: what core it has.
         FLASH_BASE: where the flash begins, as images are linked and programmers see it.
         REGISTER_WINDOWS: address and size of where registers are.
         BIT_BAND: base of each bit-band alias region, and of the megabyte whose bits it shows; empty for none.
@@ -125,7 +126,7 @@ class Chip(abc.ABC):
     """
 
     START_HZ: ClassVar[int]
-    INTERRUPTS: ClassVar[int]
+    CORE: ClassVar[CoreKind]
     FLASH_BASE: ClassVar[int] = 0x0800_0000
     REGISTER_WINDOWS: ClassVar[tuple[tuple[int, int], ...]]
     BIT_BAND: ClassVar[Mapping[int, int]] = {}

@@ -94,12 +94,12 @@ class Machine:
         self.on_reset: Callable[[str], None] = lambda _cause: None
         self.on_fault: Callable[[Fault], None] = lambda _fault: None
         self._straps = straps or board.straps
-        self.engine = UnicornEngine(make_timing(timing))
         chip_class = chip_of(board.variant.family)
+        self.engine = UnicornEngine(make_timing(timing, chip_class.CORE), chip_class.CORE)
         self.time = Timebase(chip_class.START_HZ)
         self.notes = Notes(self._moment, self._pc_in_flight)
         self.bus = Bus(self.notes)
-        make_core = partial(Core, self.engine, irq_count=chip_class.INTERRUPTS)
+        make_core = partial(Core, self.engine, kind=chip_class.CORE)
         self.chip = chip_class(board, self._straps, self.time, self.notes, self.bus, make_core, self._ask_reset)
         self.core = self.chip.core
         self.ram = self.chip.ram

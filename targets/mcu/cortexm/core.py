@@ -1,4 +1,4 @@
-"""A Cortex-M3 around its instructions: takes exceptions, returns from them, escalates faults, sleeps, locks up.
+"""A Cortex-M around its instructions: takes exceptions, returns from them, escalates faults, sleeps, locks up.
 
 After the ARMv7-M Architecture Reference Manual (DDI0403), section B1.5. An engine executes instructions and stops where
 the core has to act (`handle`); between two instructions the machine asks whether something is to be taken (`can_take`)
@@ -33,6 +33,7 @@ from targets.mcu.cortexm.dwt import Dwt
 from targets.mcu.cortexm.exceptions import Exceptions, Line, Number
 from targets.mcu.cortexm.faults import Cfsr, Fault, Hfsr, Lockup
 from targets.mcu.cortexm.itm import Itm
+from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
 from targets.mcu.cortexm.nvic import Nvic
 from targets.mcu.cortexm.scb import Scb
 from targets.mcu.cortexm.scs import SCS_BASE, Scs
@@ -72,15 +73,15 @@ _NO_STEP, _ENTER, _LEAVE = _Step
 
 
 class Core:
-    """Exceptions, faults, sleep and the private peripheral bus of one Cortex-M3.
+    """Exceptions, faults, sleep and the private peripheral bus of one core.
 
     Args:
         cpu: executes instructions.
         services: what the chip offers; its `bus` is used for stacking and vectors, its `time` by timers.
-        irq_count: interrupt inputs: 43 in medium-density devices (RM0008 table 63).
-        priority_bits: implemented bits of a priority.
+        kind: what core it is.
 
     Attributes:
+        kind: as given.
         peripherals: what the machine puts on the bus.
         blocks: the same with the parts of the system control space told apart, for the ledger.
         exceptions: what is pending, enabled and active.
@@ -94,21 +95,23 @@ class Core:
         on_monitor_clear: called where LDREX is forgotten: exception entry and return.
     """
 
-    def __init__(self, cpu: CpuEngine, services: Services, *, irq_count: int = 43, priority_bits: int = 4) -> None:
+    def __init__(self, cpu: CpuEngine, services: Services, kind: CoreKind = CORTEX_M3) -> None:
         self._cpu = cpu
         self._bus = services.bus
         self._time = services.time
         self._notes = services.notes
-        self.exceptions = Exceptions(irq_count, priority_bits)
+        self.kind = kind
+        self.exceptions = Exceptions(kind.irq_count, kind.priority_bits)
         self._nmi = Line(self.exceptions, Number.NMI)
-        self.systick = SysTick(SCS_BASE, services, self.exceptions)
+        self.systick = SysTick(SCS_BASE, services, self.exceptions, kind.systick_calibration)
         self.nvic = Nvic(SCS_BASE, services, self.exceptions)
-        self.scb = Scb(SCS_BASE, services, self.exceptions, lambda: self.running, self._masks)
+        self.scb = Scb(SCS_BASE, services, self.exceptions, lambda: self.running, self._masks, kind)
         trace_enabled = lambda: self.scb.trace_enabled  # noqa: E731
-        self.itm = Itm(services, self._privileged, trace_enabled)
-        self.dwt = Dwt(services, self._privileged, trace_enabled)
+        ids = kind.component_ids
+        self.itm = Itm(services, self._privileged, ids["ITM"], trace_enabled)
+        self.dwt = Dwt(services, self._privileged, ids["DWT"], trace_enabled, locked=kind.locked_debug)
         scs = Scs(services, self._privileged, self.systick, self.nvic, self.scb)
-        fpb, tpiu = Fpb(services, self._privileged), Tpiu(services, self._privileged)
+        fpb, tpiu = Fpb(services, self._privileged, ids["FPB"]), Tpiu(services, self._privileged, ids["TPIU"])
         rom = RomTable(services, self._privileged)
         self._debug = (self.itm, self.dwt, fpb, tpiu)
         self.peripherals: tuple[Peripheral, ...] = (self.itm, self.dwt, fpb, scs, tpiu, rom)

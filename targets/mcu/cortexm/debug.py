@@ -1,12 +1,12 @@
 """What else answers on the private peripheral bus: FPB, TPIU and the ROM table, as a program sees them.
 
-Nothing of it acts: flash patches are remembered, no trace leaves the chip. Identification is that of the debug port of
-an STM32F103 (RM0008 section 31, Cortex-M3 TRM r1p1).
+Nothing of it acts: flash patches are remembered, no trace leaves the chip. The ROM table is that of an STM32F103
+(RM0008 section 31, Cortex-M3 TRM r1p1); a core of another kind shows the same, but for the blocks' own identification.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 
 from targets.mcu.cortexm.ppb import DebugBlock, PpbBlock, component_id
 from targets.mcu.fidelity import Fidelity
@@ -21,18 +21,22 @@ _NO_PATCH = "flash is never patched, and breakpoints do not stop"
 class Fpb(DebugBlock):
     """Flash patch and breakpoint unit (DDI0403 section C1.11): six code and two literal comparators, without effect."""
 
-    REGISTERS = (
+    _REGISTERS = (
         Register("CTRL", 0x000, 0x260, 0b11, 0b1, fidelity=Fidelity.ABSENT, note=_NO_PATCH),
         Register("REMAP", 0x004, 0x2000_0000, 0x1FFF_FFE0, fidelity=Fidelity.ABSENT, note=_NO_PATCH),
         *(
             Register(f"COMP{index}", 0x008 + 4 * index, 0, 0xDFFF_FFFD, fidelity=Fidelity.ABSENT, note=_NO_PATCH)
             for index in range(8)
         ),
-        *component_id(0x04, 0, 0, 0, 0x03, 0xB0, 0x0B, 0x00, 0x0D, 0xE0, 0x05, 0xB1),
     )
 
-    def __init__(self, services: Services, privileged: Callable[[], bool]) -> None:
+    def __init__(self, services: Services, privileged: Callable[[], bool], part: Sequence[int]) -> None:
+        self._part = part
         super().__init__("FPB", 0xE000_2000, services, privileged)
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers, with the core's own identification."""
+        return (*self._REGISTERS, *component_id(self._part, 0xE))
 
     def write_CTRL(self, value: int) -> None:
         """Keep ENABLE, if KEY is written with it; KEY reads as zero."""
@@ -46,7 +50,7 @@ _NO_TRACE = "no trace leaves the chip: stimulus ports are read where they are wr
 class Tpiu(DebugBlock):
     """Trace port interface unit (DDI0403 section C1.10): remembers how the trace would leave the chip."""
 
-    REGISTERS = (
+    _REGISTERS = (
         Register("SSPSR", 0x000, 0xB, 0),
         Register("CSPSR", 0x004, 0x1, note=_NO_TRACE),
         Register("ACPR", 0x010, 0, 0x1FFF, note=_NO_TRACE),
@@ -59,11 +63,15 @@ class Tpiu(DebugBlock):
         Register("CLAIMCLR", 0xFA4, 0, 0),
         Register("DEVID", 0xFC8, 0xCA1, 0),
         Register("DEVTYPE", 0xFCC, 0x11, 0),
-        *component_id(0x04, 0, 0, 0, 0x23, 0xB9, 0x1B, 0x00, 0x0D, 0x90, 0x05, 0xB1),
     )
 
-    def __init__(self, services: Services, privileged: Callable[[], bool]) -> None:
+    def __init__(self, services: Services, privileged: Callable[[], bool], part: Sequence[int]) -> None:
+        self._part = part
         super().__init__("TPIU", 0xE004_0000, services, privileged)
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers, with the core's own identification."""
+        return (*self._REGISTERS, *component_id(self._part, 0x9))
 
 
 class RomTable(PpbBlock):
@@ -82,7 +90,8 @@ class RomTable(PpbBlock):
         Register("ETM", 0x014, 0xFFF4_2002, 0),
         Register("END", 0x018, 0, 0),
         Register("MEMTYPE", 0xFCC, 0x1, 0),
-        *component_id(0x00, 0, 0, 0, 0x10, 0x04, 0x0A, 0x00, 0x0D, 0x10, 0x05, 0xB1),
+        Register("PID4", 0xFD0, 0, 0),
+        *(register for register in component_id((0x10, 0x04, 0x0A, 0x00), 0x1) if register.name != "PID4"),
     )
 
     def __init__(self, services: Services, privileged: Callable[[], bool]) -> None:

@@ -4,11 +4,14 @@ While DEMCR.TRCENA is clear the unit has no clock: writes are lost, and every re
 CTRL (reported for CYCCNT of an STM32F103C8 and an STM32F303 by the authors of stm32f1xx-hal and RTIC; that other
 registers do the same is assumed). CYCCNT is a free-running count of HCLK; that it goes on during sleep is a choice
 (the architecture counts sleeping cycles in, a chip may stop the clock).
+
+In a Cortex-M7 software has to write a key to LAR before it can write anything else: without it CYCCNT stays at 0 unless
+a debugger has been there (DDI0489 section 12.3.2; DDI0403 section D1 of the CoreSight lock).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from targets.mcu.cortexm.ppb import DebugBlock, component_id
 from targets.mcu.fidelity import Fidelity
@@ -17,11 +20,13 @@ from targets.mcu.services import Services
 
 __all__ = ["Dwt"]
 
-_CTRL, _CYCCNT = 0x000, 0x004
+_CTRL, _CYCCNT, _LAR, _LSR = 0x000, 0x004, 0xFB0, 0xFB4
 _CYCCNTENA = 1 << 0
 _FOUR_COMPARATORS = 0x4000_0000
 _WORD = 0xFFFF_FFFF
 _NEVER = 1 << 62
+_KEY = 0xC5AC_CE55
+_LOCK_PRESENT, _LOCKED = 1 << 0, 1 << 1
 
 
 def _registers() -> Iterator[Register]:
@@ -41,23 +46,37 @@ def _registers() -> Iterator[Register]:
                 fidelity=Fidelity.ABSENT,
                 note="comparators never match",
             )
-    yield from component_id(0x04, 0, 0, 0, 0x02, 0xB0, 0x1B, 0x00, 0x0D, 0xE0, 0x05, 0xB1)
 
 
 class Dwt(DebugBlock):
     """The cycle counter.
 
     Args:
+        part: its identification, PID0 to PID3.
+        locked: it has a lock.
         trace_enabled: returns DEMCR.TRCENA.
     """
 
-    REGISTERS = tuple(_registers())
-
-    def __init__(self, services: Services, privileged: Callable[[], bool], trace_enabled: Callable[[], bool]) -> None:
+    def __init__(
+        self,
+        services: Services,
+        privileged: Callable[[], bool],
+        part: Sequence[int],
+        trace_enabled: Callable[[], bool],
+        *,
+        locked: bool = False,
+    ) -> None:
+        self._part = part
+        self._has_lock = locked
         super().__init__("DWT", 0xE000_1000, services, privileged)
         self._trace_enabled = trace_enabled
         self._start: int | None = None  # the cycle at which the counter was 0, while it counts
         self._held = False
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers, with the core's own identification, and the lock if there is one."""
+        lock = (Register("LAR", _LAR), Register("LSR", _LSR, _LOCK_PRESENT | _LOCKED, 0)) if self._has_lock else ()
+        return (*_registers(), *lock, *component_id(self._part, 0xE))
 
     def power_on(self) -> None:
         """Go to the state after power-on."""
@@ -77,10 +96,12 @@ class Dwt(DebugBlock):
 
     def write_word(self, offset: int, value: int) -> None:
         """Write as somebody who may."""
-        if self._trace_enabled():
-            super().write_word(offset, value)
-        else:
+        if not self._trace_enabled():
             self.note("misuse", "TRCENA", "a write while DEMCR.TRCENA is clear is lost")
+        elif self._has_lock and offset != _LAR and self[_LSR] & _LOCKED:
+            self.note("misuse", "LAR", "a write without the key 0xC5ACCE55 in LAR before it is lost")
+        else:
+            super().write_word(offset, value)
 
     def is_live(self, offset: int) -> bool:
         """CYCCNT changes while it counts."""
@@ -91,6 +112,14 @@ class Dwt(DebugBlock):
         if offset != _CYCCNT or self._start is None:
             return None
         return Count(0, self._start, 1, until=_NEVER)
+
+    def write_LAR(self, value: int) -> None:
+        """Take the key, or lock again."""
+        self[_LSR] = _LOCK_PRESENT if value == _KEY else _LOCK_PRESENT | _LOCKED
+
+    def read_LAR(self) -> int:
+        """Return 0: it can only be written."""
+        return 0
 
     def read_CYCCNT(self) -> int:
         """Return the counter."""

@@ -7,7 +7,7 @@ silicon without a debugger. `trace_as_debugger` does what a debugger does to rec
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from targets.mcu.cortexm.ppb import DebugBlock, component_id
 from targets.mcu.fidelity import Fidelity
@@ -39,25 +39,34 @@ def _registers() -> Iterator[Register]:
     )
     yield Register("LAR", _LAR)
     yield Register("LSR", _LSR, _LOCK_PRESENT | _LOCKED, 0)
-    yield from component_id(0x04, 0, 0, 0, 0x01, 0xB0, 0x1B, 0x00, 0x0D, 0xE0, 0x05, 0xB1)
 
 
 class Itm(DebugBlock):
     """Stimulus ports.
 
     Args:
+        part: its identification, PID0 to PID3.
         trace_enabled: returns DEMCR.TRCENA.
 
     Attributes:
         on_stimulus: called with port, size in bytes and value of everything that a port takes.
     """
 
-    REGISTERS = tuple(_registers())
-
-    def __init__(self, services: Services, privileged: Callable[[], bool], trace_enabled: Callable[[], bool]) -> None:
+    def __init__(
+        self,
+        services: Services,
+        privileged: Callable[[], bool],
+        part: Sequence[int],
+        trace_enabled: Callable[[], bool],
+    ) -> None:
+        self._part = part
         super().__init__("ITM", 0xE000_0000, services, privileged)
         self._trace_enabled = trace_enabled
         self.on_stimulus: Callable[[int, int, int], None] = lambda _port, _size, _value: None
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers, with the core's own identification."""
+        return (*_registers(), *component_id(self._part, 0xE))
 
     def trace_as_debugger(self) -> None:
         """Open all ports. DEMCR.TRCENA is the core's to set."""

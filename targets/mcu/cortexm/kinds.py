@@ -7,6 +7,7 @@ ST in the STM32F767 (RM0410, PM0253).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -32,7 +33,7 @@ class CoreKind:
         name: for people.
         model: how the engine calls it: ``M3`` or ``M7``.
         cpuid: identification (DDI0403 section B3.2.3).
-        identity: the other identification registers, from ID_PFR0 to ID_ISAR4 (DDI0403 section B4.1).
+        identity: the other identification registers, from PFR0 to ISAR4 (DDI0403 section B4.1).
         irq_count: interrupt inputs of the NVIC.
         priority_bits: implemented bits of a priority.
         vtor_bits: implemented bits of VTOR.
@@ -45,7 +46,8 @@ class CoreKind:
         fpu: the floating-point extension, or None.
         ccsidr: sizes of the caches, as CCSIDR tells them by what CSSELR selects: data, instructions; none: no caches.
         tcm: the tightly coupled memories' control registers after reset, ITCMCR and DTCMCR; none: no such memories.
-        locked_debug: the debug blocks ignore writes until LAR has its key.
+        locked_debug: DWT ignores writes until LAR has its key.
+        component_ids: PID0 to PID3 of the debug blocks, by block (DDI0403 section C1.2.4).
         flat_cpi: cycles per instruction at 0, 1, ... flash wait states, for the timing model ``flat``.
     """
 
@@ -66,6 +68,7 @@ class CoreKind:
     ccsidr: tuple[int, ...]
     tcm: tuple[int, ...]
     locked_debug: bool
+    component_ids: Mapping[str, tuple[int, int, int, int]]
     flat_cpi: tuple[Fraction, ...]
 
 
@@ -93,6 +96,13 @@ CORTEX_M3 = CoreKind(
     ccsidr=(),
     tcm=(),
     locked_debug=False,
+    component_ids={
+        "SCS": (0x00, 0xB0, 0x1B, 0x00),
+        "DWT": (0x02, 0xB0, 0x1B, 0x00),
+        "FPB": (0x03, 0xB0, 0x0B, 0x00),
+        "ITM": (0x01, 0xB0, 0x1B, 0x00),
+        "TPIU": (0x23, 0xB9, 0x1B, 0x00),
+    },
     # A choice: compiled code for this core, run from flash, takes 1.2 to 1.3 cycles per instruction without wait states
     # (loads and taken branches), and the wait states cost at every taken branch, one instruction in eight or so, what
     # the prefetch buffer cannot hide.
@@ -126,6 +136,13 @@ CORTEX_M7 = CoreKind(
     # 16 KB and 128 KB, both enabled, for chips start from them; the other bits are assumed (DDI0489 section 3.3.13)
     tcm=(0x29, 0x41),
     locked_debug=True,
+    component_ids={  # DDI0489, tables of the ROM table and of the blocks; that ST left TPIU as Arm made it is assumed
+        "SCS": (0x0C, 0xB0, 0x0B, 0x00),
+        "DWT": (0x02, 0xB0, 0x0B, 0x00),
+        "FPB": (0x0E, 0xB0, 0x0B, 0x00),
+        "ITM": (0x01, 0xB0, 0x0B, 0x00),
+        "TPIU": (0xA9, 0xB9, 0x0B, 0x00),
+    },
     # A choice. The core issues up to two instructions in a cycle: Arm gives 5.01 CoreMark per MHz for it and 3.34 for a
     # Cortex-M3, which takes 5/4 cycles per instruction for the same work, so about 5/6; a tenth less than that, as what
     # is measured there is not all issued in pairs. Wait states cost only what ART accelerator and caches miss, a little

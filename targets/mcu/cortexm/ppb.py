@@ -9,7 +9,7 @@ if CCR.USERSETMPEND is set, and stimulus ports that ITM_TPR opens.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import ClassVar
 
 from targets.mcu.errors import BusFault
@@ -19,10 +19,17 @@ from targets.mcu.services import Services
 __all__ = ["DebugBlock", "LaneBlock", "PpbBlock", "component_id"]
 
 _COMPONENT_NAMES = ("PID4", "PID5", "PID6", "PID7", "PID0", "PID1", "PID2", "PID3", "CID0", "CID1", "CID2", "CID3")
+_ARM = 0x04  # PID4: the continuation code of JEP106
 
 
-def component_id(*values: int) -> Iterator[Register]:
-    """Yield the identification registers at the end of a block, from the values of PID4 to PID7, PID0 to PID3, CID."""
+def component_id(part: Sequence[int], component_class: int) -> Iterator[Register]:
+    """Yield the identification registers at the end of a block.
+
+    Args:
+        part: PID0 to PID3.
+        component_class: bits 15 to 12 of the component's identification: 1 ROM table, 9 debug, 14 of Arm's own.
+    """
+    values = (_ARM, 0, 0, 0, *part, 0x0D, component_class << 4, 0x05, 0xB1)
     for index, (name, value) in enumerate(zip(_COMPONENT_NAMES, values, strict=True)):
         yield Register(name, 0xFD0 + 4 * index, value, 0)
 

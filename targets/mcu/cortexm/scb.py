@@ -1,15 +1,16 @@
-"""The system control block (DDI0403 section B3.2, PM0056 section 4.4) with the debug registers that software can see.
+"""The system control block (DDI0403 section B3.2) with the debug registers that software can see.
 
-The core is a Cortex-M3 r1p1 (CPUID 0x411FC231), as in every STM32F103. Of that revision STKALIGN resets to 0 (ARM ABI
-advisory 1, IHI0046; r2p0 changed it to 1), VTOR has bits 29 to 7 (Cortex-M3 TRM r1p1), and there is no MPU.
+What differs between cores is in `kinds`. Of a Cortex-M3 r1p1, as in every STM32F103, STKALIGN resets to 0 (ARM ABI
+advisory 1, IHI0046; r2p0 changed it to 1), VTOR has bits 29 to 7 (Cortex-M3 TRM r1p1), and there is no MPU (PM0056).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from typing import ClassVar
 
 from targets.mcu.cortexm.exceptions import Exceptions, Number
+from targets.mcu.cortexm.kinds import CoreKind
 from targets.mcu.cortexm.ppb import LaneBlock, component_id
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
@@ -19,17 +20,17 @@ __all__ = ["Scb"]
 
 _ICSR, _VTOR, _AIRCR, _SCR, _CCR = 0xD04, 0xD08, 0xD0C, 0xD10, 0xD14
 _SHPR1, _SHCSR, _CFSR, _HFSR, _DFSR, _MMFAR, _BFAR = 0xD18, 0xD24, 0xD28, 0xD2C, 0xD30, 0xD34, 0xD38
-_DHCSR, _DEMCR = 0xDF0, 0xDFC
+_CPACR, _DHCSR, _DEMCR = 0xD88, 0xDF0, 0xDFC
 
 _NMIPENDSET, _PENDSVSET, _PENDSVCLR, _PENDSTSET, _PENDSTCLR = 1 << 31, 1 << 28, 1 << 27, 1 << 26, 1 << 25
 _ISRPENDING, _RETTOBASE = 1 << 22, 1 << 11
-_VTOR_BITS = 0x3FFF_FF80
 _KEY, _KEY_READ = 0x05FA, 0xFA05
 _PRIGROUP = 0x700
 _VECTRESET, _VECTCLRACTIVE, _SYSRESETREQ = 1 << 0, 1 << 1, 1 << 2
 _SLEEPONEXIT, _SLEEPDEEP, _SEVONPEND = 1 << 1, 1 << 2, 1 << 4
 _NONBASETHRDENA, _USERSETMPEND, _UNALIGN_TRP, _DIV_0_TRP = 1 << 0, 1 << 1, 1 << 3, 1 << 4
-_BFHFNMIGN, _STKALIGN = 1 << 8, 1 << 9
+_BFHFNMIGN, _STKALIGN, _DC = 1 << 8, 1 << 9, 1 << 16
+_CP10, _CP11 = 0b11 << 20, 0b11 << 22
 _MON_EN, _MON_PEND, _MON_STEP, _MON_REQ, _TRCENA = 1 << 16, 1 << 17, 1 << 18, 1 << 19, 1 << 24
 _S_REGRDY, _S_RETIRE_ST, _S_RESET_ST = 1 << 16, 1 << 24, 1 << 25
 _DFSR_BKPT = 1 << 1
@@ -47,36 +48,78 @@ _SHCSR_PENDED = {Number.USAGE_FAULT: 12, Number.MEM_MANAGE: 13, Number.BUS_FAULT
 _SHCSR_ENABLED = {Number.MEM_MANAGE: 16, Number.BUS_FAULT: 17, Number.USAGE_FAULT: 18}
 _CONFIGURABLE = (4, 5, 6, 11, 12, 14, 15)
 
-# Cortex-M3 TRM r1p1, table of the CPUID registers from 0xE000ED40 on
-_IDENTITY = {
-    "PFR0": 0x0000_0030,
-    "PFR1": 0x0000_0200,
-    "DFR0": 0x0010_0000,
-    "AFR0": 0,
-    "MMFR0": 0x0000_0030,
-    "MMFR1": 0,
-    "MMFR2": 0,
-    "MMFR3": 0,
-    "ISAR0": 0x0114_1110,
-    "ISAR1": 0x0211_1000,
-    "ISAR2": 0x2111_2231,
-    "ISAR3": 0x0111_1110,
-    "ISAR4": 0x0131_0102,
-}
+_IDENTITY = (
+    *("PFR0", "PFR1", "DFR0", "AFR0", "MMFR0", "MMFR1", "MMFR2", "MMFR3"),
+    *("ISAR0", "ISAR1", "ISAR2", "ISAR3", "ISAR4"),
+)
 _MPU = ("TYPE", "CTRL", "RNR", "RBAR", "RASR", "RBAR_A1", "RASR_A1", "RBAR_A2", "RASR_A2", "RBAR_A3", "RASR_A3")
+_CACHES = "caches are not modelled: memory is always what was last written to it, and code too"
 
 
-def _fixed_registers() -> list[Register]:
-    fixed = [Register(name, 0xD40 + 4 * index, value, 0) for index, (name, value) in enumerate(_IDENTITY.items())]
-    fixed += [Register(f"MPU_{name}", 0xD90 + 4 * index, 0, 0) for index, name in enumerate(_MPU)]
-    fixed += component_id(0x04, 0, 0, 0, 0x00, 0xB0, 0x1B, 0x00, 0x0D, 0xE0, 0x05, 0xB1)
-    return fixed
+def _registers(kind: CoreKind) -> Iterator[Register]:
+    yield Register("ICTR", 0x004, (kind.irq_count - 1) // 32, 0)
+    yield Register("ACTLR", 0x008, 0, kind.actlr_writable, note="changes timing that is not modelled")
+    yield Register("CPUID", 0xD00, kind.cpuid, 0)
+    yield from _SAME_REGISTERS
+    yield Register("VTOR", _VTOR, 0, kind.vtor_bits)
+    yield Register(
+        "CCR",
+        _CCR,
+        kind.ccr_reset,
+        kind.ccr_writable,
+        fidelity=Fidelity.PARTLY,
+        note="DIV_0_TRP finds divisions in flash only; UNALIGN_TRP traps after the access has happened; "
+        "without it an unaligned LDM, STM, LDRD or STRD is done, where silicon faults"
+        + (f"; IC and DC: {_CACHES}" if kind.ccsidr else ""),
+    )
+    yield Register("CPACR", _CPACR, 0, 0 if kind.fpu is None else _CP10 | _CP11)
+    for index, (name, value) in enumerate(zip(_IDENTITY, kind.identity, strict=True)):
+        yield Register(name, 0xD40 + 4 * index, value, 0)
+    if not kind.mpu_regions:
+        for index, name in enumerate(_MPU):
+            yield Register(f"MPU_{name}", 0xD90 + 4 * index, 0, 0)
+    yield from component_id(kind.component_ids["SCS"], 0xE)
+
+
+_SAME_REGISTERS = (
+    Register("ICSR", _ICSR, 0),
+    Register("AIRCR", _AIRCR, _KEY_READ << 16),
+    Register("SCR", _SCR, 0, _SLEEPONEXIT | _SLEEPDEEP | _SEVONPEND),
+    Register("SHPR1", _SHPR1),
+    Register("SHPR2", _SHPR1 + 4),
+    Register("SHPR3", _SHPR1 + 8),
+    Register("SHCSR", _SHCSR),
+    Register(
+        "CFSR",
+        _CFSR,
+        fidelity=Fidelity.PARTLY,
+        note="bus faults are precise: IMPRECISERR is never set; UNALIGNED only with CCR.UNALIGN_TRP",
+    ),
+    Register("HFSR", _HFSR),
+    Register("DFSR", _DFSR),
+    Register("MMFAR", _MMFAR),
+    Register("BFAR", _BFAR),
+    Register("AFSR", 0xD3C, 0, 0),
+    Register("DHCSR", _DHCSR, fidelity=Fidelity.PARTLY, note="there is no debugger: it cannot be enabled"),
+    Register("DCRSR", 0xDF4, 0, 0, fidelity=Fidelity.ABSENT, note="there is no debugger"),
+    Register("DCRDR", 0xDF8),
+    Register(
+        "DEMCR",
+        _DEMCR,
+        0,
+        0x010F_07F1,
+        _MON_STEP | 0x7F1,
+        fidelity=Fidelity.PARTLY,
+        note="there is no debugger to catch vectors, and the monitor does not step",
+    ),
+)
 
 
 class Scb(LaneBlock):
     """System control and debug registers.
 
     Args:
+        kind: the core.
         exceptions: the state that ICSR, SHCSR and SHPR show.
         running: returns the number of the exception that runs, 0 in Thread mode.
         masks: returns PRIMASK, BASEPRI and FAULTMASK.
@@ -86,55 +129,9 @@ class Scb(LaneBlock):
             the next instruction boundary.
         on_trace: called with the new DEMCR.TRCENA when it changes.
         on_traps: called with DIV_0_TRP and UNALIGN_TRP of CCR when one of them changes.
+        on_coprocessors: called when CPACR changes.
     """
 
-    REGISTERS = (
-        Register("ICTR", 0x004, 0, 0),
-        Register("ACTLR", 0x008, 0, 0b111, note="changes timing that is not modelled"),
-        Register("CPUID", 0xD00, 0x411F_C231, 0),
-        Register("ICSR", _ICSR, 0),
-        Register("VTOR", _VTOR, 0, _VTOR_BITS),
-        Register("AIRCR", _AIRCR, _KEY_READ << 16),
-        Register("SCR", _SCR, 0, _SLEEPONEXIT | _SLEEPDEEP | _SEVONPEND),
-        Register(
-            "CCR",
-            _CCR,
-            0,
-            _NONBASETHRDENA | _USERSETMPEND | _UNALIGN_TRP | _DIV_0_TRP | _BFHFNMIGN | _STKALIGN,
-            fidelity=Fidelity.PARTLY,
-            note="DIV_0_TRP finds divisions in flash only; UNALIGN_TRP traps after the access has happened; "
-            "without it an unaligned LDM, STM, LDRD or STRD is done, where silicon faults",
-        ),
-        Register("SHPR1", _SHPR1),
-        Register("SHPR2", _SHPR1 + 4),
-        Register("SHPR3", _SHPR1 + 8),
-        Register("SHCSR", _SHCSR),
-        Register(
-            "CFSR",
-            _CFSR,
-            fidelity=Fidelity.PARTLY,
-            note="bus faults are precise: IMPRECISERR is never set; UNALIGNED only with CCR.UNALIGN_TRP",
-        ),
-        Register("HFSR", _HFSR),
-        Register("DFSR", _DFSR),
-        Register("MMFAR", _MMFAR),
-        Register("BFAR", _BFAR),
-        Register("AFSR", 0xD3C, 0, 0),
-        Register("CPACR", 0xD88, 0, 0),
-        Register("DHCSR", _DHCSR, fidelity=Fidelity.PARTLY, note="there is no debugger: it cannot be enabled"),
-        Register("DCRSR", 0xDF4, 0, 0, fidelity=Fidelity.ABSENT, note="there is no debugger"),
-        Register("DCRDR", 0xDF8),
-        Register(
-            "DEMCR",
-            _DEMCR,
-            0,
-            0x010F_07F1,
-            _MON_STEP | 0x7F1,
-            fidelity=Fidelity.PARTLY,
-            note="there is no debugger to catch vectors, and the monitor does not step",
-        ),
-        *_fixed_registers(),
-    )
     ONES_ACT: ClassVar[frozenset[str]] = frozenset({"ICSR", "AIRCR", "CFSR", "HFSR", "DFSR", "DHCSR"})
 
     def __init__(
@@ -144,24 +141,30 @@ class Scb(LaneBlock):
         exceptions: Exceptions,
         running: Callable[[], int],
         masks: Callable[[], tuple[int, int, int]],
+        kind: CoreKind,
     ) -> None:
+        self._kind = kind
         self._exceptions = exceptions
         self._running = running
         self._masks = masks
         self.on_core_reset: Callable[[], None] = self._note_core_reset
         self.on_trace: Callable[[bool], None] = lambda _enabled: None
         self.on_traps: Callable[[bool, bool], None] = lambda _division, _unaligned: None
+        self.on_coprocessors: Callable[[], None] = lambda: None
         super().__init__("SCB", base, services)
-        self[0x004] = (exceptions.count - Number.FIRST_IRQ - 1) // 32
         self._reset_seen = True
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers of this core."""
+        return _registers(self._kind)
 
     def reset(self) -> None:
         """Go to the state after a system reset; the trace enable and vector catch of DEMCR last until power-on."""
         kept = self[_DEMCR] & (_TRCENA | 0x7F1)
-        lines = self[0x004]
         self.write_CCR(0)
         super().reset()
-        self[0x004], self[_DEMCR] = lines, kept
+        self[_DEMCR] = kept
+        self.on_coprocessors()
         self._reset_seen = True
 
     def power_on(self) -> None:
@@ -175,6 +178,11 @@ class Scb(LaneBlock):
         self.on_trace(True)
 
     # --- what the core asks
+
+    @property
+    def float_access(self) -> int:
+        """CPACR.CP10: 0 nobody may use floating point, 1 privileged software, 3 everybody."""
+        return (self[_CPACR] & _CP10) >> 20
 
     @property
     def vector_table(self) -> int:
@@ -218,7 +226,7 @@ class Scb(LaneBlock):
 
     def move_vector_table(self, address: int) -> None:
         """Set VTOR as a boot loader would have left it."""
-        self[_VTOR] = address & _VTOR_BITS
+        self[_VTOR] = address & self._kind.vtor_bits
 
     def record_fault(self, cfsr: int, hfsr: int, address: int | None) -> None:
         """Set bits of CFSR and HFSR, and BFAR if there is an address."""
@@ -291,6 +299,19 @@ class Scb(LaneBlock):
         self[_CCR] = value
         if changed & (_DIV_0_TRP | _UNALIGN_TRP):
             self.on_traps(bool(value & _DIV_0_TRP), bool(value & _UNALIGN_TRP))
+        if value & _DC:
+            self.note(
+                "unmodelled",
+                "CCR.DC",
+                f"{_CACHES}: what a program forgets to clean or invalidate around DMA is not found",
+            )
+
+    def write_CPACR(self, value: int) -> None:
+        """Allow or deny floating point; both fields must be the same."""
+        if (value & _CP11) >> 2 != value & _CP10:
+            self.note("misuse", "CPACR", "CP10 and CP11 differ, which is UNPREDICTABLE; CP10 counts (choice)")
+        self[_CPACR] = value
+        self.on_coprocessors()
 
     def write_SHPR1(self, value: int) -> None:
         """Set the priorities of MemManage, BusFault and UsageFault."""

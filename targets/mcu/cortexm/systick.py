@@ -11,7 +11,10 @@ read; COUNTFLAG and the exception are events.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from targets.mcu.cortexm.exceptions import Exceptions, Number
+from targets.mcu.cortexm.kinds import CORTEX_M3
 from targets.mcu.cortexm.ppb import LaneBlock
 from targets.mcu.registers import Count, Register
 from targets.mcu.services import Services
@@ -24,25 +27,25 @@ _ENABLE, _TICKINT, _CLKSOURCE, _COUNTFLAG = 1 << 0, 1 << 1, 1 << 2, 1 << 16
 _WIDTH = 0x00FF_FFFF
 _REFERENCE_DIVIDER = 8
 
-# TENMS 9000: one millisecond at 72 MHz / 8 (RM0008 section 10.1.1); SKEW reads one, NOREF zero (PM0056 section 4.5.4)
-_CALIBRATION = 1 << 30 | 9000
-
 
 class SysTick(LaneBlock):
     """The 24-bit timer of the core.
 
     Args:
         exceptions: where its exception becomes pending.
+        calibration: what CALIB reads.
     """
 
-    REGISTERS = (
+    _REGISTERS = (
         Register("CTRL", _CTRL, 0, _ENABLE | _TICKINT | _CLKSOURCE),
         Register("LOAD", _LOAD, 0, _WIDTH),
         Register("VAL", _VAL, 0, 0, live=True),
-        Register("CALIB", _CALIB, _CALIBRATION, 0),
     )
 
-    def __init__(self, base: int, services: Services, exceptions: Exceptions) -> None:
+    def __init__(
+        self, base: int, services: Services, exceptions: Exceptions, calibration: int = CORTEX_M3.systick_calibration
+    ) -> None:
+        self._calibration = calibration
         super().__init__("STK", base, services)
         self._exceptions = exceptions
         self._event: Event | None = None
@@ -50,6 +53,10 @@ class SysTick(LaneBlock):
         self._value = 0
         self._flag = 0
         self._held = False
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers."""
+        return (*self._REGISTERS, Register("CALIB", _CALIB, self._calibration, 0))
 
     def reset(self) -> None:
         """Stop, with all registers zero; that LOAD and VAL are, which silicon leaves unknown, is a choice."""

@@ -28,10 +28,13 @@ _ADDRESS = 0x0800_0000
 _LOOP = struct.pack("<3H", 0x3001, 0x3101, 0xE7FC)  # adds r0, #1; adds r1, #1; b .-4
 
 
-def open_unicorn() -> Any:
-    """Return a bare Cortex-M3 core with no memory.
+def open_unicorn(model: str = "M3") -> Any:
+    """Return a bare core with no memory.
 
     `UC_MODE_MCLASS` is not passed: it would make a Cortex-M33 of it, whatever model is asked for.
+
+    Args:
+        model: ``M3`` or ``M7``, as `CoreKind.model`.
 
     Raises:
         EngineError: Unicorn is missing or of another version.
@@ -47,7 +50,7 @@ def open_unicorn() -> Any:
         version = ".".join(map(str, found))
         raise EngineError(f"Unicorn {version} is not the one this was written for", hint=_install_hint())
     core = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB)
-    core.ctl_set_cpu_model(arm_const.UC_CPU_ARM_CORTEX_M3)
+    core.ctl_set_cpu_model(getattr(arm_const, f"UC_CPU_ARM_CORTEX_{model}"))
     return core
 
 

@@ -1,6 +1,6 @@
 """How many HCLK cycles instructions take: the two timing models.
 
-``flat``: every instruction takes the same rational number of cycles, which depends on the flash wait states alone.
+``flat``: every instruction takes the same rational number of cycles, by core and flash wait states.
 ``table``: every instruction takes what the Cortex-M3 Technical Reference Manual (r1p1, section 18.2) says for it.
 
 Neither models the prefetch buffer, contention on the buses, or the folding of IT; both are the same on every host.
@@ -9,18 +9,14 @@ Neither models the prefetch buffer, contention on the buses, or the folding of I
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any, Protocol
 
+from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
 from targets.mcu.engine.api import Reg
 
-__all__ = ["FLAT_CPI", "FlatTiming", "Timing", "make_timing"]
-
-FLAT_CPI = (Fraction(5, 4), Fraction(11, 8), Fraction(3, 2))
-"""Cycles per instruction at 0, 1 and 2 flash wait states. A choice: compiled code for this core, run from flash, takes
-1.2 to 1.3 cycles per instruction without wait states (loads and taken branches), and the wait states cost at every
-taken branch, one instruction in eight or so, what the prefetch buffer cannot hide."""
+__all__ = ["FlatTiming", "Timing", "make_timing"]
 
 
 class Timing(Protocol):
@@ -69,14 +65,19 @@ class Timing(Protocol):
 
 
 class FlatTiming:
-    """Every instruction takes the same number of cycles: `FLAT_CPI`, by flash wait states."""
+    """Every instruction takes the same number of cycles.
+
+    Args:
+        cycles: per instruction, by flash wait states; where there are more of these, the last of them.
+    """
 
     name = "flat"
 
-    def __init__(self) -> None:
+    def __init__(self, cycles: Sequence[Fraction] = CORTEX_M3.flat_cpi) -> None:
+        self._cycles = cycles
         self._base = 0  # cycle at which instruction number `_from` began
         self._from = 0
-        self._numerator, self._denominator = FLAT_CPI[0].as_integer_ratio()
+        self._numerator, self._denominator = cycles[0].as_integer_ratio()
 
     def attach(
         self,
@@ -122,19 +123,22 @@ class FlatTiming:
         """Change the cycles per instruction; a fraction of a cycle that was begun is lost."""
         self._base = self.cycle(retired)
         self._from = retired
-        self._numerator, self._denominator = FLAT_CPI[min(wait_states, len(FLAT_CPI) - 1)].as_integer_ratio()
+        self._numerator, self._denominator = self._cycles_at(wait_states).as_integer_ratio()
 
     def forget(self) -> None:
         """Nothing is known of the code."""
 
+    def _cycles_at(self, wait_states: int) -> Fraction:
+        return self._cycles[min(wait_states, len(self._cycles) - 1)]
 
-def make_timing(name: str) -> Timing:
-    """Return the timing model of that name: ``flat`` or ``table``.
+
+def make_timing(name: str, kind: CoreKind = CORTEX_M3) -> Timing:
+    """Return the timing model of that name for a core: ``flat`` or ``table``.
 
     Raises:
         KeyError: there is no such model.
     """
     from targets.mcu.engine.table_timing import TableTiming
 
-    models: dict[str, Callable[[], Timing]] = {"flat": FlatTiming, "table": TableTiming}
+    models: dict[str, Callable[[], Timing]] = {"flat": lambda: FlatTiming(kind.flat_cpi), "table": TableTiming}
     return models[name]()

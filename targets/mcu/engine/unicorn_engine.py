@@ -1,4 +1,4 @@
-"""Executes Thumb-2 with Unicorn, used as a bare Cortex-M3 core; the reference engine.
+"""Executes Thumb-2 with Unicorn, used as a bare Cortex-M core; the reference engine.
 
 What is worked around, each pinned by a test in tests/targets/mcu/engine:
 
@@ -24,6 +24,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
 from targets.mcu.engine.api import Access, FaultKind, Reg, Stop, StopKind
 from targets.mcu.engine.calibration import counter_words, open_unicorn
 from targets.mcu.engine.it_state import advanced, it_state_at
@@ -62,6 +63,7 @@ class UnicornEngine:
 
     Args:
         timing: how many cycles instructions take.
+        kind: the core to be.
 
     Attributes:
         on_flash_store: called after the instruction that stored into read-only memory, with address, size in bytes and
@@ -76,12 +78,12 @@ class UnicornEngine:
         EngineError: Unicorn is missing or not the one this was written for.
     """
 
-    def __init__(self, timing: Timing) -> None:
+    def __init__(self, timing: Timing, kind: CoreKind = CORTEX_M3) -> None:
         import unicorn
         from unicorn import arm_const
         from unicorn.unicorn_py3.unicorn import uclib
 
-        self._uc = open_unicorn()
+        self._uc = open_unicorn(kind.model)
         self._words = counter_words(self._uc)
         self._handle = self._uc._uch  # noqa: SLF001 - the binding's own call costs as much as the C call
         self._lib = uclib

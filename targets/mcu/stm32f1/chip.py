@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from targets.mcu.bus import BIT_BAND, Bus
 from targets.mcu.chip import AskReset, Boot, Chip, DeepSleep, MakeCore, Memory
+from targets.mcu.cortexm.kinds import CORTEX_M3
 from targets.mcu.fidelity import Notes
 from targets.mcu.pins import Pins, Source
 from targets.mcu.registers import Peripheral
@@ -84,7 +85,7 @@ class Stm32f103(Chip):
     """The STM32F103; see `targets.mcu.chip.Chip`."""
 
     START_HZ = 8_000_000  # HSI
-    INTERRUPTS = 43
+    CORE = CORTEX_M3
     # The last is the private peripheral bus.
     REGISTER_WINDOWS = ((0x4000_0000, 0x1_8000), (0x4002_0000, 0x4000), (0xE000_0000, 0x10_0000))
     BIT_BAND: ClassVar[Mapping[int, int]] = BIT_BAND
