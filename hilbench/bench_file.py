@@ -7,15 +7,28 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from hilbench.bench_model import TargetEntry, World
+from hilbench.bench_model import World
 from hilbench.errors import UsageError
 from hilbench.fault_entries import FaultEntry
 from targets.boards import Board, Straps
+from targets.robots.pioneer import RobotSettings
+from targets.robots.rover import RoverSettings
 
 CHECKER_END = "peer"
 LOCKSTEP_NS = 20_000
 
 Supply = Literal["3v3", "gnd"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelTarget:
+    """A behavioural model.
+
+    Attributes:
+        settings: what it is set to; their class says which model it is.
+    """
+
+    settings: RobotSettings | RoverSettings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,6 +85,17 @@ class Net:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class QuantityEnd:
+    """A quantity that a part gives: the part's name in the bench, and the quantity."""
+
+    part: str
+    quantity: str
+
+    def __str__(self) -> str:
+        return f"{self.part}.{self.quantity}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PartPlan:
     """A part.
 
@@ -79,11 +103,13 @@ class PartPlan:
         kind: what it is, by its name in `targets.parts.PARTS`.
         settings: what differs from a standard one, as an instance of the kind's own class.
         signals: the signal of the world that each of its quantities is; without ``world.`` before it.
+        sources: the quantity of another part that each of its other quantities is.
     """
 
     kind: str
     settings: Any
     signals: Mapping[str, str] = field(default_factory=dict)
+    sources: Mapping[str, QuantityEnd] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,7 +163,7 @@ class BenchFile:
     path: Path | None
     digest: str
     world: World = field(default_factory=World)
-    targets: Mapping[str, TargetEntry] = field(default_factory=dict)
+    targets: Mapping[str, ModelTarget] = field(default_factory=dict)
     boards: Mapping[str, EmulatedBoard] = field(default_factory=dict)
     parts: Mapping[str, PartPlan] = field(default_factory=dict)
     links: tuple[Link, ...] = ()
@@ -158,14 +184,25 @@ class BenchFile:
     @property
     def has_world(self) -> bool:
         """True if a robot stands in a world, or a vehicle that parts drive or sense."""
-        return bool(self.targets) or any(part.signals for part in self.parts.values())
+        return self._pioneer is not None or any(part.signals for part in self.parts.values())
 
-    def robot(self) -> TargetEntry:
-        """Return the one model of the bench.
+    def pioneer(self) -> RobotSettings:
+        """Return the settings of the one Pioneer of the bench.
 
         Raises:
             UsageError: there is none.
         """
-        for target in self.targets.values():
-            return target
-        raise UsageError("names no robot: its targets are emulated boards", where=str(self.path or self.name))
+        if self._pioneer is None:
+            raise UsageError("names no Pioneer among its targets", where=str(self.path or self.name))
+        return self._pioneer
+
+    @property
+    def rover(self) -> RoverSettings | None:
+        """The settings of the rover that stands on the bench as a model; None without one."""
+        settings = (target.settings for target in self.targets.values())
+        return next((one for one in settings if isinstance(one, RoverSettings)), None)
+
+    @property
+    def _pioneer(self) -> RobotSettings | None:
+        settings = (target.settings for target in self.targets.values())
+        return next((one for one in settings if isinstance(one, RobotSettings)), None)

@@ -8,7 +8,6 @@ import msgspec
 from msgspec import UNSET, UnsetType
 
 from hilbench.fault_entries import FaultEntry
-from targets.robots.pioneer import RobotSettings
 
 
 class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -22,7 +21,7 @@ class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """
 
     scene: str = "empty"
-    vehicle: Literal["pioneer-2dx"] = "pioneer-2dx"
+    vehicle: Literal["pioneer-2dx", "rover-4wd"] = "pioneer-2dx"
     physics: Literal["bullet", "plane"] = "bullet"
     step_hz: Annotated[int, msgspec.Meta(ge=50, le=10_000)] = 240
 
@@ -44,7 +43,8 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     Attributes:
         model: the behavioural model of it.
-        settings: what differs from a standard model, by the names of `targets.robots.pioneer.RobotSettings`.
+        settings: what differs from a standard model, by the names of `targets.robots.pioneer.RobotSettings` or
+            `targets.robots.rover.RoverSettings`.
         board: the emulated board: ``bluepill``, or the path of a board file, seen from the bench file.
         firmware: the image that would be flashed (ELF, Intel HEX or raw binary), seen from the bench file.
         base: where a raw binary belongs, if not at the beginning of flash.
@@ -55,8 +55,8 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         programs: other images for the same board, by what they do; a suite that checks them asks for them by name.
     """
 
-    model: Literal["pioneer-2dx"] | UnsetType = UNSET
-    settings: RobotSettings = RobotSettings()
+    model: Literal["pioneer-2dx", "rover"] | UnsetType = UNSET
+    settings: dict[str, Any] = {}
     board: str | UnsetType = UNSET
     firmware: str | UnsetType = UNSET
     base: Annotated[int, msgspec.Meta(ge=0, le=0xFFFF_FFFF)] | UnsetType = UNSET
@@ -72,7 +72,7 @@ class PartEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     Attributes:
         kind: what it is: ``distance-switch``, ``encoder-3bit``, ``motor-code``, ``p2os-adapter``, ``gamepad``.
         pins: what its terminals are wired to, by their names: ``NAME.PIN`` of a board, ``3v3`` or ``gnd``.
-        signals: what its quantities are, by their names: ``world.SIGNAL``.
+        signals: what its quantities are, by their names: ``world.SIGNAL``, or ``NAME.QUANTITY`` of another part.
         settings: what differs from a standard part, by the names that its kind has for it.
     """
 

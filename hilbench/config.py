@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 from msgspec import UNSET
 
-from hilbench.bench_file import CHECKER_END, BenchFile, EmulatedBoard, Link
+from hilbench.bench_file import CHECKER_END, BenchFile, EmulatedBoard, Link, ModelTarget
 from hilbench.bench_model import BenchModel, LinkEntry, TargetEntry, World
 from hilbench.board_files import open_board
 from hilbench.check.suites import shipped_suites
@@ -30,6 +30,7 @@ from hilbench.toml_file import TomlFile
 from hilbench.wiring.reader import WiringReader
 from targets.robots.pioneer import RobotSettings
 from targets.robots.pioneer.hostbaud import RATES
+from targets.robots.rover import RoverSettings
 from worlds.errors import SceneFileError
 from worlds.scenes import read_scene, scene_names
 
@@ -50,6 +51,10 @@ DEFAULT_BENCH = "pioneer"
 ROBOT_SUITES = ("p2os-client", "p2os-server", "pioneer-motion")
 """What is checked on a bench with a robot, unless its file says otherwise."""
 
+ROVER_SUITES = ("pkt-board",)
+"""The same, of a bench with a rover."""
+
+_MODELS = {"pioneer-2dx": RobotSettings, "rover": RoverSettings}
 _MODEL_BAUD = 9600
 _TABLE_ALIGNMENT = 0x80
 """VTOR holds no lower bits (ARMv7-M ARM, DDI0403, section B3.2.5)."""
@@ -115,10 +120,15 @@ def resolve_scene(scene: str, folder: Path, where: str) -> str:
 def bench_schema() -> dict[str, Any]:
     """Return the JSON Schema of bench files."""
     schema = json_schema(BenchModel, "hilbench bench file")
-    settings = schema["$defs"][RobotSettings.__name__]["properties"]
-    for item in dataclasses.fields(RobotSettings):
-        unit, source = item.metadata["unit"], item.metadata["source"]
-        settings[item.name]["description"] = f"{unit}; {source}" if unit else source
+    models, known = msgspec.json.schema_components(_MODELS.values(), ref_template="#/$defs/{name}")
+    for model, definition in zip(_MODELS.values(), (known[one.__name__] for one in _MODELS.values()), strict=True):
+        definition["additionalProperties"] = False
+        definition["description"] = " ".join(definition["description"].partition("Raises:")[0].split())
+        for item in dataclasses.fields(model):
+            unit, source = item.metadata["unit"], item.metadata["source"]
+            definition["properties"][item.name]["description"] = f"{unit}; {source}" if unit else source
+    schema["$defs"] |= known
+    schema["$defs"]["TargetEntry"]["properties"]["settings"] |= {"anyOf": list(models)}
     return schema
 
 
@@ -142,7 +152,7 @@ class _Reader:
             path=self._file.path,
             digest=hashlib.sha256(self._file.text.encode()).hexdigest(),
             world=self._world(model),
-            targets={name: entry for name, entry in model.targets.items() if entry.board is UNSET},
+            targets={name: self._model(name, entry) for name, entry in model.targets.items() if entry.board is UNSET},
             boards=boards,
             parts=wiring.parts(),
             links=links,
@@ -165,13 +175,14 @@ class _Reader:
             message = f"'{models[1]}': more than one robot is not available in this version of hilbench"
             raise self._strict.error(message, ("targets", models[1]))
         signals = any(entry.signals for entry in model.parts.values())
-        if "world" in self._file.data and not models and not signals:
-            raise self._strict.error("nothing stands in a world here: the targets are boards", ("world",))
+        pioneers = [name for name in models if model.targets[name].model == "pioneer-2dx"]
+        if "world" in self._file.data and not pioneers and not signals:
+            raise self._strict.error("nothing stands in a world here: no target has a body", ("world",))
 
     def _check_target(self, name: str, entry: TargetEntry) -> None:
         given = self._file.data["targets"][name]
         if entry.board is UNSET and entry.model is UNSET:
-            hint = 'write model = "pioneer-2dx", or board and firmware'
+            hint = 'write model = "pioneer-2dx" or "rover", or board and firmware'
             raise self._strict.error("the key 'model' or 'board' is missing", ("targets", name), hint)
         is_board = entry.board is not UNSET
         for key in _MODEL_KEYS if is_board else _BOARD_KEYS:
@@ -180,6 +191,11 @@ class _Reader:
                 raise self._strict.error(message, ("targets", name, key))
         if is_board and entry.firmware is UNSET:
             raise self._strict.error("the key 'firmware' is missing", ("targets", name))
+
+    def _model(self, name: str, entry: TargetEntry) -> ModelTarget:
+        path = ("targets", name, "settings")
+        assert entry.model is not UNSET
+        return ModelTarget(settings=self._strict.convert_at(entry.settings, _MODELS[entry.model], path))
 
     def _board(self, name: str, entry: TargetEntry) -> EmulatedBoard:
         assert entry.board is not UNSET
@@ -230,8 +246,9 @@ class _Reader:
     def _suites(self, model: BenchModel) -> tuple[str, ...]:
         """Return the suites of the file, or those of every robot where it names none."""
         boards = any(entry.board is not UNSET for entry in model.targets.values())
+        rover = any(entry.model == "rover" for entry in model.targets.values())
         if "suites" not in self._file.data:
-            return () if boards else ROBOT_SUITES
+            return () if boards else ROVER_SUITES if rover else ROBOT_SUITES
         shipped = shipped_suites()
         return tuple(
             suite if suite in shipped else str(self._suite_file(suite, number, shipped))

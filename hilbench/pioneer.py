@@ -111,7 +111,7 @@ def sonar_poses(subclass: str) -> list[tuple[float, float, float]]:
 
 def plan_of(bench_file: BenchFile) -> PioneerPlan:
     """Return the plan for the one robot of a bench file."""
-    settings = bench_file.robot().settings
+    settings = bench_file.pioneer()
     for link in bench_file.links:
         if any(end.endswith(".host") for end in link.ends):
             settings = replace(settings, host_baud=link.baud)

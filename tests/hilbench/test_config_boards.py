@@ -11,6 +11,7 @@ from hilbench.config import open_bench
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
 from hilbench.schema import DATA_FOLDER, schema_text
 from targets.boards import Straps, board_names, built_in_board
+from targets.robots.pioneer import RobotSettings
 
 BRAIN = 'version = 1\n[targets.brain]\nboard = "bluepill"\nfirmware = "a.elf"\n'
 TWO = f'{BRAIN}[targets.other]\nboard = "bluepill"\nfirmware = "a.elf"\n'
@@ -73,7 +74,7 @@ def test_lines_between_boards_a_robot_and_the_door(read):
         (("other.usart1", "peer"), 0),
         (("peer", "other.usart2"), 14400),
     ]
-    assert bench.robot().model == "pioneer-2dx"
+    assert bench.pioneer() == RobotSettings()
 
 
 def test_wires_that_touch_are_one_net(read):

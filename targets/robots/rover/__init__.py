@@ -1,0 +1,31 @@
+"""A behavioural model of the CEAI rover: its control board as the host sees it, and a plain plant behind it.
+
+Bytes and bench time in, bytes out. What the board promises or gets wrong is data: a profile, and defects put into it.
+"""
+
+from __future__ import annotations
+
+from targets.robots.rover.behaviour import BEHAVIOURS, Behaviour, BodyQuirks
+from targets.robots.rover.defects import DEFECTS, Defect
+from targets.robots.rover.events import LedSwitched, MotorsCommanded, RoverEvent
+from targets.robots.rover.plant import STEADY_RPM, Plant, steady_rpm
+from targets.robots.rover.robot import RoverRobot, behaviour_of
+from targets.robots.rover.settings import PROFILE_NAMES, RoverSettings
+
+__all__ = [
+    "BEHAVIOURS",
+    "DEFECTS",
+    "PROFILE_NAMES",
+    "STEADY_RPM",
+    "Behaviour",
+    "BodyQuirks",
+    "Defect",
+    "LedSwitched",
+    "MotorsCommanded",
+    "Plant",
+    "RoverEvent",
+    "RoverRobot",
+    "RoverSettings",
+    "behaviour_of",
+    "steady_rpm",
+]

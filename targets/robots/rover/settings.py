@@ -1,0 +1,53 @@
+"""What a rover is set to: every value with its unit and where it comes from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from targets.robots.rover.defects import DEFECTS
+
+__all__ = ["PROFILE_NAMES", "RATES", "RoverSettings"]
+
+PROFILE_NAMES = ("documented", "term-doc", "g0", "g2")
+
+RATES = (9600, 19200, 38400, 57600, 115200)
+"""Rates that the host's line is used at, in bit/s."""
+
+
+def _setting(default: Any, unit: str, source: str) -> Any:
+    return field(default=default, metadata={"unit": unit, "source": source})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoverSettings:
+    """The rover as document and manual promise it, unless told otherwise.
+
+    Raises:
+        ValueError: a value makes no rover. The message begins with the name of the setting.
+    """
+
+    profile: Literal["documented", "term-doc", "g0", "g2"] = _setting(
+        "documented", "", "protocols.pkt.profiles: what was promised, what was shipped"
+    )
+    defects: tuple[str, ...] = _setting((), "", "names of targets.robots.rover.defects, put into the profile")
+    boot_s: float = _setting(
+        0.0, "s", "choice; G2 needs 0.955 s for its sensors (rover_firmware/application.cpp, sleeps)"
+    )
+    wheel_lag_s: float = _setting(0.08, "s", "assumed: time constant of a geared motor and its wheel in the air")
+    latitude_deg: float = _setting(-34.6175, "deg", "choice: Buenos Aires, nhorro/ceai2020 example frames")
+    longitude_deg: float = _setting(-58.3683, "deg", "choice: likewise")
+    temperature_c: float = _setting(25.0, "C", "choice")
+    field_mgauss: tuple[float, float, float] = _setting(
+        (180.0, 0.0, -140.0), "mG", "assumed: 23 uT at Buenos Aires, the needle pointing up in the south"
+    )
+
+    def __post_init__(self) -> None:
+        """Checks the figures."""
+        for name in self.defects:
+            if name not in DEFECTS:
+                raise ValueError(f"defects: there is no defect '{name}'; there are {', '.join(DEFECTS)}")
+        if not 0 <= self.boot_s <= 60:
+            raise ValueError(f"boot_s: {self.boot_s} is not 0..60 s")
+        if not 0 < self.wheel_lag_s <= 10:
+            raise ValueError(f"wheel_lag_s: {self.wheel_lag_s} is not above 0 and at most 10 s")
