@@ -1,4 +1,8 @@
-"""How long ``hilbench --help`` takes, held against a bare interpreter; `make bench` prints it."""
+"""How long ``hilbench --help`` takes, held against a bare interpreter; `make bench` prints it.
+
+It is meant to stay under 0.2 s; nothing is asserted on time. What keeps it there, the imports that are put off, is tested
+with the packages.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,6 @@ import sys
 import time
 
 RUNS = 7
-LIMIT_S = 0.2
 
 
 def median_s(program):
@@ -21,19 +24,19 @@ def median_s(program):
     return statistics.median(times_s[1:])
 
 
-def report(capfd, command, arguments):
+def report(capfd, record_property, command, arguments):
     bare_s, help_s = median_s("pass"), median_s(f"from hilbench.cli import main; main({arguments!r})")
     with capfd.disabled():
         sys.stdout.write(
             f"\n{command}: {help_s * 1000:.0f} ms, python -c pass: {bare_s * 1000:.0f} ms, "
             f"ratio {help_s / bare_s:.1f} (median of {RUNS})\n"
         )
-    return help_s
+    record_property("ratio", help_s / bare_s)
 
 
-def test_help_against_a_bare_interpreter(capfd):
-    assert report(capfd, "hilbench --help", ["--help"]) < LIMIT_S
+def test_help_against_a_bare_interpreter(capfd, record_property):
+    report(capfd, record_property, "hilbench --help", ["--help"])
 
 
-def test_the_help_of_a_command_against_a_bare_interpreter(capfd):
-    assert report(capfd, "hilbench check --help", ["check", "--help"]) < LIMIT_S
+def test_the_help_of_a_command_against_a_bare_interpreter(capfd, record_property):
+    report(capfd, record_property, "hilbench check --help", ["check", "--help"])

@@ -1,6 +1,6 @@
 """What the `World` interface costs over the library it hides: the same robot, commands and reads, side by side.
 
-Run by `make bench`; prints the ratio. The two alternate in short blocks and the best block of each counts, so that a
+Run by `make bench`; prints the ratio, nothing is asserted on time. The two alternate in short blocks and the best block of each counts, so that a
 busy machine disturbs both alike.
 """
 
@@ -18,7 +18,6 @@ from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 
 STEPS = 240
 BLOCKS = 15
-ALLOWED_RATIO = 1.4  # about 1.25 on a quiet machine
 
 
 @pytest.fixture
@@ -76,20 +75,20 @@ def test_the_interface_costs_little(bullet, scene, record_property):
     world = open_world(scene, "pioneer-2dx")
     ours, theirs = interface_block(world), raw_block(bullet, world.scene, world.vehicle)
     times = [(timeit.timeit(ours, number=1), timeit.timeit(theirs, number=1)) for _ in range(BLOCKS)]
+    assert world.step_index == BLOCKS * STEPS
     world.close()
     best, best_raw = (min(column) / STEPS * 1e6 for column in zip(*times, strict=True))
     ratio = best / best_raw
     record_property("world_step_ratio", ratio)
     report = f"step, commands and reads {best:.0f} us, raw PyBullet {best_raw:.0f} us, ratio {ratio:.2f}"
     os.write(1, f"\n{scene}: {report}\n".encode())
-    assert ratio < ALLOWED_RATIO
 
 
-def test_opening_a_world_is_cheap(bullet):
+def test_opening_a_world_beside_a_bare_client(bullet, record_property):
+    """The library keeps its clients, so that a suite that opens a world for each case pays for one only."""
     open_world("room-with-boxes", "pioneer-2dx").close()
     best = min(timeit.repeat(lambda: open_world("room-with-boxes", "pioneer-2dx").close(), number=1, repeat=20))
     first = min(timeit.repeat(lambda: bullet.disconnect(bullet.connect(bullet.DIRECT)), number=1, repeat=5))
-    os.write(
-        1, f"\nopen_world on a used client {best * 1e3:.1f} ms; a bare new client alone {first * 1e3:.1f} ms\n".encode()
-    )
-    assert best < first
+    record_property("world_open_ratio", best / first)
+    report = f"open_world on a used client {best * 1e3:.1f} ms, a bare new client {first * 1e3:.1f} ms"
+    os.write(1, f"\n{report}, ratio {best / first:.1f}\n".encode())
