@@ -1,7 +1,7 @@
 """How long ``hilbench --help`` takes, held against a bare interpreter; `make bench` prints it.
 
-It is meant to stay under 0.2 s; nothing is asserted on time. What keeps it there, the imports that are put off, is tested
-with the packages.
+It is meant to stay under 0.2 s; nothing is asserted on time. What keeps it there, the imports that are put off, is
+tested with the packages.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What the `World` interface costs over the library it hides: the same robot, commands and reads, side by side.
 
-Run by `make bench`; prints the ratio, nothing is asserted on time. The two alternate in short blocks and the best block of each counts, so that a
-busy machine disturbs both alike.
+Run by `make bench`; prints the ratio, nothing is asserted on time. The two alternate in short blocks and the best block
+of each counts, so that a busy machine disturbs both alike.
 """
 
 from __future__ import annotations
