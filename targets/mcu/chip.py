@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from targets.boards import Board
     from targets.boards.board import Straps
     from targets.mcu.bus import Bus
-    from targets.mcu.stm32f1.usart import Usart
+    from targets.mcu.stm32.usart_base import UsartBase
 
 __all__ = ["AskReset", "Boot", "Chip", "DeepSleep", "FlashMemory", "MakeCore", "Memory", "chip_of"]
 
@@ -136,7 +136,7 @@ class Chip(abc.ABC):
     pins: Pins
     signals: Signals
     peripherals: dict[str, Peripheral]
-    usarts: dict[str, Usart]
+    usarts: dict[str, UsartBase]
     ram: bytearray
 
     @abc.abstractmethod

@@ -1,4 +1,4 @@
-"""Asynchronous serial frames as they stand on a wire, and how a receiver of the 16x oversampling kind reads them.
+"""Asynchronous serial frames as they stand on a wire, and how a receiver that oversamples reads them.
 
 A frame is a waveform: it has a start, a length of one bit and levels, all exact, and knows nothing of who will read it.
 A receiver with another bit time or another format reads from it what silicon would: up to 3 or 4 % of mismatch nothing
@@ -7,6 +7,11 @@ is wrong, beyond that there are noise, parity and framing errors and finally oth
 The receiver samples 16 times a bit (RM0008 section 27.3.3). Sample k of bit n is taken n + k/16 bit times after the
 falling edge of the start bit; the tolerances in RM0008 table "USART receiver's tolerance when DIV_Fraction is 0" follow
 from exactly this. Of each bit the samples 8, 9 and 10 decide by majority, and noise is flagged unless they agree.
+
+Newer ones sample 8 times a bit if told so, and then the samples 4, 5 and 6 decide; or the one in the middle alone, and
+noise is never flagged (RM0410 section 34.5.5). Sample k of bit n is at n + k/8 then: that gives the tolerances of
+RM0410 table "Tolerance of the USART receiver when BRR[3:0] = 0000". Choice: of a start bit the samples 1, 2, 3 stand in
+for 3, 5, 7 there, for which eight samples have no place.
 """
 
 from __future__ import annotations
@@ -159,10 +164,15 @@ class StartBit:
     abort: int
 
     @classmethod
-    def judge(cls, samples: Sequence[bool]) -> StartBit:
-        """Judge the samples 3, 5, 7 and 8, 9, 10: at least two of each three must be low (RM0008 section 27.3.3)."""
+    def judge(cls, samples: Sequence[bool], aborts: tuple[int, int] = (7, 10)) -> StartBit:
+        """Judge the samples 3, 5, 7 and 8, 9, 10: at least two of each three must be low (RM0008 section 27.3.3).
+
+        Args:
+            samples: these six.
+            aborts: sixteenths of a bit after the edge at which the last of each three is taken.
+        """
         first, second = sum(samples[:3]), sum(samples[3:6])
-        return cls(valid=first < 2 and second < 2, noise=bool(first or second), abort=7 if first >= 2 else 10)
+        return cls(valid=first < 2 and second < 2, noise=bool(first or second), abort=aborts[first < 2])
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,15 +199,30 @@ class SamplingPlan:
         positions: of every sample: six of the start bit, three of each bit, those of the stop bit (none or three).
         done: when the word is complete.
         resume: edges after this may begin the next start bit.
+        one_sample: the middle one of three samples decides alone, and there is no noise.
     """
 
     word_bits: int
     positions: tuple[int, ...]
     done: int
     resume: int
+    one_sample: bool = False
+
+    @property
+    def last_sample(self) -> int:
+        """Sixteenths from the beginning of a bit to the last sample in it."""
+        return self.positions[5]
+
+    def judge_start(self, samples: Sequence[bool]) -> StartBit:
+        """Return what the first six samples say."""
+        return StartBit.judge(samples, (self.positions[2], self.positions[5]))
 
     def judge(self, samples: Sequence[bool]) -> Sampled:
         """Return what the samples, one for each position, say; the start bit must be valid."""
+        if self.one_sample:
+            word = sum(samples[7 + 3 * bit] << bit for bit in range(self.word_bits))
+            stop = samples[6 + 3 * self.word_bits :]
+            return Sampled(word=word, noise=False, framing_error=bool(stop) and not stop[1])
         word = 0
         noise = any(samples[:6])
         for bit in range(self.word_bits):
@@ -209,20 +234,35 @@ class SamplingPlan:
         return Sampled(word=word, noise=noise or 0 < high < len(stop), framing_error=bool(stop) and high < 2)
 
 
-_STOP_BITS = {1: ((), 8), 2: ((8, 9, 10), 10), 3: ((16, 17, 18), 24), 4: ((8, 9, 10), 16)}
-"""Samples of the stop bit, and when the word is complete, by halves of a stop bit (RM0008 section 27.3.3, configurable
-stop bits). Half a stop bit is not sampled; the end of it, and the middle of a single one, are a choice."""
+_STOP_BITS = {
+    16: {1: ((), 8), 2: ((8, 9, 10), 10), 3: ((16, 17, 18), 24), 4: ((8, 9, 10), 16)},
+    8: {1: ((), 8), 2: ((8, 10, 12), 12), 3: ((16, 18, 20), 24), 4: ((8, 10, 12), 16)},
+}
+"""Samples of the stop bit, and when the word is complete, by oversampling and halves of a stop bit (RM0008 section
+27.3.3, configurable stop bits). Half a stop bit is not sampled; the end of it, and the middle of a single one, are a
+choice."""
+_START_SAMPLES = {16: (3, 5, 7, 8, 9, 10), 8: (2, 4, 6, 8, 10, 12)}
 
 
 @lru_cache(maxsize=64)
-def sampling_plan(word_bits: int, stop_half_bits: int) -> SamplingPlan:
-    """Return when a receiver samples words of `word_bits` (data and parity) with `stop_half_bits` (1 to 4)."""
-    samples, done = _STOP_BITS[stop_half_bits]
-    bits = (16 * bit + sample for bit in range(1, word_bits + 1) for sample in (8, 9, 10))
+def sampling_plan(
+    word_bits: int, stop_half_bits: int, oversampling: int = 16, one_sample: bool = False
+) -> SamplingPlan:
+    """Return when a receiver samples.
+
+    Args:
+        word_bits: data and parity.
+        stop_half_bits: 1 to 4.
+        oversampling: samples in a bit, 16 or 8.
+        one_sample: the middle one of three samples decides alone.
+    """
+    samples, done = _STOP_BITS[oversampling][stop_half_bits]
+    start = _START_SAMPLES[oversampling]
+    bits = (16 * bit + sample for bit in range(1, word_bits + 1) for sample in start[3:])
     stop = 16 * (word_bits + 1)
-    positions = (3, 5, 7, 8, 9, 10, *bits, *(stop + sample for sample in samples))
+    positions = (*start, *bits, *(stop + sample for sample in samples))
     # A sender that is fast begins the next frame just before the last sample of the stop bit, which is then noisy.
-    return SamplingPlan(word_bits, positions, stop + done, stop + (samples[1] if samples else done))
+    return SamplingPlan(word_bits, positions, stop + done, stop + (samples[1] if samples else done), one_sample)
 
 
 # --- a line and its levels

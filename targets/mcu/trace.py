@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING
 from targets.mcu.cortexm.faults import Fault, exception_name
 from targets.mcu.fidelity import Note
 from targets.mcu.serial_line import SerialFrame
-from targets.mcu.stm32f1.usart import Usart
+from targets.mcu.stm32.usart_base import UsartBase
 
 if TYPE_CHECKING:
     from targets.mcu.machine import Machine
@@ -168,7 +168,7 @@ class Trace:
         text = f"fault {' '.join(fault.causes)} at 0x{fault.pc:08X} in {exception_name(fault.running)}{where}: {became}"
         self._add_at(fault.cycle, fault.ns, text)
 
-    def _sent(self, usart: Usart, frame: SerialFrame) -> None:
+    def _sent(self, usart: UsartBase, frame: SerialFrame) -> None:
         cycles = frame.bit_s * self._machine.time.hclk_hz
         setting = f"{usart.format}, {cycles} cycles a bit"
         if self._settings.get(usart.name) != setting:
@@ -176,7 +176,7 @@ class Trace:
             self._add(f"{usart.name} sends {setting}")
         self._add(f"{usart.name} tx {'break' if frame.is_break else f'{usart.format.value(frame.bits):02X}'}")
 
-    def _received(self, usart: Usart, data: int, errors: int) -> None:
+    def _received(self, usart: UsartBase, data: int, errors: int) -> None:
         self._add(" ".join((f"{usart.name} rx {data:02X}", *(name for bit, name in _ERRORS.items() if errors & bit))))
 
     def _end(self) -> None:

@@ -11,23 +11,23 @@ class BitClock:
     """Says at which cycle something on a serial line happens that begins at a cycle and is counted in bits.
 
     Attributes:
-        bit_cycles: present length of a bit.
+        bit_cycles: present length of a bit; a fraction where the clock of the bits does not come from HCLK.
     """
 
     __slots__ = ("_origin", "_origin_cycle", "bit_cycles")
 
     def __init__(self) -> None:
-        self.bit_cycles = 16
+        self.bit_cycles: int | Fraction = 16
         self._origin: int | Fraction = 0
         self._origin_cycle = 0
 
-    def start(self, cycle: int, bit_cycles: int) -> None:
+    def start(self, cycle: int, bit_cycles: int | Fraction) -> None:
         """Begin to count at `cycle`."""
         self._origin = 0
         self._origin_cycle = cycle
         self.bit_cycles = bit_cycles
 
-    def change(self, cycle: int, bit_cycles: int) -> None:
+    def change(self, cycle: int, bit_cycles: int | Fraction) -> None:
         """Let a bit take `bit_cycles` from `cycle` on."""
         self._origin += Fraction(16 * (cycle - self._origin_cycle), self.bit_cycles)
         self._origin_cycle = cycle

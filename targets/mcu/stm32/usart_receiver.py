@@ -1,4 +1,4 @@
-"""The receiver of a USART: start bit detection, 16x oversampling, idle line and LIN break (RM0008 section 27.3.3).
+"""The receiver of a USART: start bit, oversampling, idle line, timeout, LIN break (RM0008 section 27.3.3).
 
 A word is read when it is complete, from all that is known of the line by then; so a word costs one event, and frames
 may overlap, come at any rate or begin before the receiver was switched on. Where every sample lies within the bit that
@@ -8,7 +8,8 @@ Choices where the manual is silent:
 
 * The clock of the samples begins with the falling edge of the start bit; samples are rounded up to whole cycles.
 * The word is complete at the last sample of the stop bit; with other than one stop bit, as the manual says.
-* The line is idle one frame after the end of the last stop bit, or after its rising edge if it was low then.
+* The line is idle one frame after the end of the last stop bit, or after its rising edge if it was low then; a timeout
+  begins to count at the same time. Its length is taken at the end of the word.
 * A LIN break is complete at the last sample of the first high bit after it.
 """
 
@@ -18,8 +19,9 @@ from bisect import bisect_right
 from collections.abc import Callable
 from fractions import Fraction
 
-from targets.mcu.serial_line import LineHistory, Sampled, SamplingPlan, SerialFrame, StartBit, sampling_plan
+from targets.mcu.serial_line import LineHistory, Sampled, SamplingPlan, SerialFrame, sampling_plan
 from targets.mcu.stm32.bit_clock import BitClock
+from targets.mcu.stm32.quiet_line import QuietLine
 from targets.mcu.timebase import Event, Timebase
 
 __all__ = ["Receiver"]
@@ -34,10 +36,14 @@ class Receiver:
     Attributes:
         word_bits: bits between start and stop, of the words to come.
         stop_half_bits: stop bits, in halves.
+        oversampling: samples in a bit, 16 or 8.
+        one_sample: one sample decides a bit, and there is no noise.
         lin_break_bits: low bits, with the start bit, that make a LIN break; 0 for none.
+        timeout_bits: after so many bits without a start bit there is a timeout; None for none.
         running: False while it is switched off; it still keeps what is on the line.
         on_word: called with every word, when it is complete.
         on_idle: called when the line was high for a frame after a word, if `idle_wanted` said so.
+        on_timeout: called when the line was high for `timeout_bits` after a word.
         on_break: called when a LIN break was detected.
         idle_wanted: asked after every word.
     """
@@ -45,15 +51,19 @@ class Receiver:
     def __init__(self, time: Timebase) -> None:
         self.word_bits = 8
         self.stop_half_bits = 2
+        self.oversampling = 16
+        self.one_sample = False
         self.lin_break_bits = 0
+        self.timeout_bits: int | None = None
         self.running = False
         self.on_word: Callable[[Sampled], None] = lambda _sampled: None
         self.on_idle: Callable[[], None] = lambda: None
+        self.on_timeout: Callable[[], None] = lambda: None
         self.on_break: Callable[[], None] = lambda: None
         self.idle_wanted: Callable[[], bool] = lambda: False
         self._time = time
         self._line = LineHistory()
-        self._bit_cycles = 16
+        self._bit_cycles: int | Fraction = 16
         self._hears_from_s = Fraction(0)
         # the word under way
         self._edge_s: Fraction | None = None
@@ -64,14 +74,13 @@ class Receiver:
         self._done_event: Event | None = None
         # what comes after it
         self._word_end = 0
-        self._idle_clock = BitClock()
-        self._idle_end = 0
-        self._idle_cycle = 0
-        self._idle_event: Event | None = None
+        self._idle = QuietLine(time, self._idle_over)
+        self._timeout = QuietLine(time, self._timeout_over)
+        self._timeout_due = False
         self._break_event: Event | None = None
         self._low_since_s: Fraction | None = None
         # the verdict of `_takes_as_sent`, for a bit time that is mostly the same
-        self._checked: tuple[Fraction, int, SamplingPlan] | None = None
+        self._checked: tuple[Fraction, int | Fraction, SamplingPlan] | None = None
         self._fits = False
 
     # --- what the registers do
@@ -91,10 +100,17 @@ class Receiver:
             self._search()
         else:
             self._time.cancel(self._done_event)
-            self._time.cancel(self._idle_event)
+            self._idle.stop()
+            self._timeout.stop()
             self._time.cancel(self._break_event)
-            self._edge_s = self._idle_event = self._low_since_s = None
+            self._edge_s = self._low_since_s = None
+            self._timeout_due = False
             self._line.undrive()
+
+    @property
+    def busy(self) -> bool:
+        """True from the edge of a start bit until the word is complete."""
+        return self._edge_s is not None and self._clock.cycle(0) <= self._time.now
 
     # --- the clock
 
@@ -104,14 +120,13 @@ class Receiver:
             self._known = None
             self._take(self._time.now)
 
-    def set_rate(self, bit_cycles: int) -> None:
+    def set_rate(self, bit_cycles: int | Fraction) -> None:
         """Set the length of a bit from now on; `before_change` comes first, also if just HCLK changes."""
         now = self._time.now
         self._bit_cycles = bit_cycles
         self._checked = None
-        if self._idle_event is not None and self._idle_event.pending:
-            self._idle_clock.change(now, bit_cycles)
-            self._enter_idle()
+        self._idle.set_rate(bit_cycles)
+        self._timeout.set_rate(bit_cycles)
         if self._edge_s is None:
             return
         if self._clock.cycle(0) > now:
@@ -162,27 +177,30 @@ class Receiver:
     # --- a word
 
     def _takes_as_sent(self, frame: SerialFrame) -> bool:
-        plan = sampling_plan(self.word_bits, self.stop_half_bits)
+        plan = self._next_plan()
         if frame.bit_count != plan.word_bits:
             return False
         if self._checked != (frame.bit_s, self._bit_cycles, plan):
             self._checked = (frame.bit_s, self._bit_cycles, plan)
-            self._fits = self._samples_fit(frame.bit_s)
+            self._fits = self._samples_fit(frame.bit_s, plan.last_sample)
         return self._fits
 
-    def _samples_fit(self, bit_s: Fraction) -> bool:
+    def _next_plan(self) -> SamplingPlan:
+        return sampling_plan(self.word_bits, self.stop_half_bits, self.oversampling, self.one_sample)
+
+    def _samples_fit(self, bit_s: Fraction, last_sample: int) -> bool:
         """Say whether all samples lie in their bits, with a cycle to spare for rounding at either end."""
         sent, own, last = bit_s * self._time.hclk_hz, self._bit_cycles, self.word_bits
         stop = last + 1
         not_early = stop * own + Fraction(own, 2) >= stop * sent
-        not_late = all(bit * own + Fraction(10 * own, 16) + 2 <= (bit + 1) * sent for bit in (0, last))
+        not_late = all(bit * own + Fraction(last_sample * own, 16) + 2 <= (bit + 1) * sent for bit in (0, last))
         return not_early and not_late
 
     def _search(self) -> None:
         """Look for a start bit in what is known of the line."""
-        edge_s = self._line.next_start(self._hears_from_s, self._sixteenth_s())
+        edge_s = self._line.next_start(self._hears_from_s, self._sixteenth_s() * 16 / self.oversampling)
         if edge_s is not None:
-            self._line.forget(edge_s - 4 * self._sixteenth_s())
+            self._line.forget(edge_s - 8 * self._sixteenth_s())
             self._begin(edge_s, self._time.cycle_at(edge_s))
         elif self._line.level(self._now_s()) and self._line.next_edge(self._now_s(), level=False) is None:
             self._line.clear()
@@ -190,12 +208,11 @@ class Receiver:
     def _begin(self, edge_s: Fraction, edge_cycle: int) -> None:
         self._edge_s = edge_s
         self._clock.start(edge_cycle, self._bit_cycles)
-        self._plan = sampling_plan(self.word_bits, self.stop_half_bits)
+        self._plan = self._next_plan()
         self._taken = []
         self._known = None
-        if self._idle_event is not None and edge_cycle <= self._idle_cycle:
-            self._time.cancel(self._idle_event)
-            self._idle_event = None
+        self._idle.broken_at(edge_cycle)
+        self._timeout.broken_at(edge_cycle)
         self._enter_done()
 
     def _abandon(self) -> None:
@@ -224,36 +241,51 @@ class Receiver:
         self._word_end = self._clock.cycle(self._frame_sixteenths())
         if sampled is not None:
             self._line.clear()
-            self.on_word(sampled)
+            self._tell_word(sampled)
             self._look_for_break(edge_s, sampled)
             self._schedule_idle()
             return
         self._take(self._time.now)
-        start = StartBit.judge(self._taken)
+        start = self._plan.judge_start(self._taken)
         self._hears_from_s = self._time.seconds(self._clock.cycle(self._plan.resume if start.valid else start.abort))
         if start.valid:
             sampled = self._plan.judge(self._taken)
-            self.on_word(sampled)
+            self._tell_word(sampled)
             self._look_for_break(edge_s, sampled)
         else:
             self._word_end = self._clock.cycle(start.abort)
         self._search()
         self._schedule_idle()
 
-    # --- idle line
+    def _tell_word(self, sampled: Sampled) -> None:
+        self._timeout_due = self.timeout_bits is not None
+        self.on_word(sampled)
+
+    # --- idle line and timeout
 
     def _schedule_idle(self) -> None:
-        """After a word: have the line become idle, unless the next word comes first."""
-        if not self.running or not self.idle_wanted():
+        """After a word: have the line become idle, unless the next word comes first; so for the timeout."""
+        idle_wanted = self.running and self.idle_wanted()
+        if not idle_wanted and not self._timeout_due:
             return
         begin = self._high_from()
         if begin is None:
             return
-        self._idle_clock.start(max(begin, self._word_end), self._bit_cycles)
-        self._idle_end = self._frame_sixteenths()
-        self._enter_idle()
-        if self._edge_s is not None and self._clock.cycle(0) <= self._idle_cycle:
-            self._time.cancel(self._idle_event)
+        begin = max(begin, self._word_end)
+        if idle_wanted:
+            self._idle.start(begin, self._frame_sixteenths(), self._bit_cycles)
+        if self._timeout_due and self.timeout_bits is not None:
+            self._timeout_due = False
+            self._timeout.start(begin, 16 * self.timeout_bits, self._bit_cycles)
+        if self._edge_s is not None:
+            self._idle.broken_at(self._clock.cycle(0))
+            self._timeout.broken_at(self._clock.cycle(0))
+
+    def _idle_over(self) -> None:
+        self.on_idle()
+
+    def _timeout_over(self) -> None:
+        self.on_timeout()
 
     def _frame_sixteenths(self) -> int:
         return 16 * (1 + self.word_bits) + 8 * self.stop_half_bits
@@ -264,15 +296,6 @@ class Receiver:
             return self._time.now
         rise_s = self._line.next_edge(now_s, level=True)
         return None if rise_s is None else self._time.cycle_at(rise_s)
-
-    def _enter_idle(self) -> None:
-        self._time.cancel(self._idle_event)
-        self._idle_cycle = self._idle_clock.cycle(self._idle_end)
-        self._idle_event = self._time.at(self._idle_cycle, self._idle)
-
-    def _idle(self) -> None:
-        self._idle_event = None
-        self.on_idle()
 
     # --- LIN break
 

@@ -49,6 +49,7 @@ class Transmitter:
         break_bits: low bits of a break, with the start bit.
         break_wanted: a break follows the present frame.
         half_duplex: the line is released while nothing is sent.
+        inverted: the output has the inverse levels.
         clear_to_send: False holds back the next word.
         holding: the word in the data register, or None.
         quiet: False from the start of a frame until the line has its idle level again.
@@ -65,6 +66,7 @@ class Transmitter:
         self.break_bits = 10
         self.break_wanted = False
         self.half_duplex = False
+        self.inverted = False
         self.clear_to_send = True
         self.holding: int | None = None
         self.quiet = True
@@ -76,7 +78,7 @@ class Transmitter:
         self._time = time
         self._output = output
         self._clock = BitClock()
-        self._bit_cycles = 0
+        self._bit_cycles: int | Fraction = 0
         self._bit_s = Fraction(1)
         self._enabled = False
         self._sending = _Sending.NOTHING
@@ -86,10 +88,23 @@ class Transmitter:
         self._end_event: Event | None = None
         self._edges: list[tuple[int, bool]] = []
         self._edge_event: Event | None = None
-        output.refresh = self.refresh
-        output.on_watch = self._follow_edges
+        self._connect()
+
+    def _connect(self) -> None:
+        self._output.refresh = self.refresh
+        self._output.on_watch = self._follow_edges
 
     # --- what the registers do
+
+    def move(self, output: OutputSignal) -> None:
+        """Let the level go to another output; not in mid-frame."""
+        if output is self._output:
+            return
+        self._output.refresh = self._output.on_watch = None
+        self._output.set(None)
+        self._output = output
+        self._connect()
+        self.show_idle()
 
     def reset(self) -> None:
         """Stop in mid-frame and forget everything."""
@@ -128,11 +143,11 @@ class Transmitter:
     def show_idle(self) -> None:
         """Put the level on the line that it has between frames."""
         if self._sending in (_Sending.NOTHING, _Sending.PREAMBLE):
-            self._output.set(True if self._enabled and not self.half_duplex else None)
+            self._output.set(not self.inverted if self._enabled and not self.half_duplex else None)
 
     # --- the clock
 
-    def set_rate(self, bit_cycles: int, bit_s: Fraction) -> None:
+    def set_rate(self, bit_cycles: int | Fraction, bit_s: Fraction) -> None:
         """Set the length of a bit from now on, in cycles and in seconds; the rest of a frame follows.
 
         Level and record of the output must be up to date: `refresh` before the change.
@@ -218,7 +233,7 @@ class Transmitter:
         """Bring level and record of the output up to the present cycle."""
         now = self._time.now
         while self._edges and (cycle := self._clock.cycle(self._edges[0][0])) <= now:
-            self._output.set_at(cycle, self._edges.pop(0)[1])
+            self._output.set_at(cycle, self._edges.pop(0)[1] is not self.inverted)
 
     def _follow_edges(self) -> None:
         self._time.cancel(self._edge_event)
@@ -231,6 +246,6 @@ class Transmitter:
         if self._output.watch() is Watch.NOBODY:
             # All edges are past, and the last has left the line high.
             self._edges = []
-            self._output.set(True)
+            self._output.set(not self.inverted)
         else:
             self.refresh()

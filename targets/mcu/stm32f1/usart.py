@@ -15,15 +15,11 @@ Choices where the manual is silent, besides those of the transmitter and the rec
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from fractions import Fraction
-
 from targets.mcu.fidelity import Fidelity
-from targets.mcu.registers import Peripheral, Register
-from targets.mcu.serial_line import Sampled, SerialFormat, SerialFrame
+from targets.mcu.registers import Register
+from targets.mcu.serial_line import Sampled, SerialFormat
 from targets.mcu.services import InputSignal, Services
-from targets.mcu.stm32.usart_receiver import Receiver
-from targets.mcu.stm32.usart_transmitter import Transmitter
+from targets.mcu.stm32.usart_base import UsartBase, listen
 
 __all__ = ["Usart"]
 
@@ -60,22 +56,15 @@ _PINS = {
 }
 
 
-class Usart(Peripheral):
-    """A USART.
+class Usart(UsartBase):
+    """A USART; see `UsartBase`.
 
     Args:
         name: ``USART1``.
         base: address of SR.
-        services: what the chip offers. Used: output signals NAME_TX, NAME_RTS; input signals NAME_RX, NAME_TX (half
-            duplex), NAME_CTS; DMA requests NAME_TX, NAME_RX.
+        services: what the chip offers.
         bus: whose clock it runs on, ``APB1`` or ``APB2``.
         irq: number of its interrupt.
-
-    Attributes:
-        on_frame: called with every frame that leaves the chip, at the cycle at which its start bit begins.
-        on_format_change: called when `baud_hz` or `format` have changed.
-        on_word: called with the data of every word that was read and is not muted, and the bits of SR that say what was
-            wrong with it (PE, FE, NE; ORE: it was lost).
     """
 
     REGISTERS = (
@@ -105,66 +94,11 @@ class Usart(Peripheral):
     )
 
     def __init__(self, name: str, base: int, services: Services, *, bus: str, irq: int) -> None:
-        super().__init__(name, base, services)
-        self.on_frame: Callable[[SerialFrame], None] = lambda _frame: None
-        self.on_format_change: Callable[[], None] = lambda: None
-        self.on_word: Callable[[int, int], None] = lambda _data, _errors: None
+        super().__init__(name, base, services, irq=irq)
         self._bus = bus
-        self._line_tx = services.output(f"{name}_TX")
-        self._line_rts = services.output(f"{name}_RTS")
-        self._line_rx = services.input(f"{name}_RX")
-        self._line_single = services.input(f"{name}_TX")
-        self._line_cts = services.input(f"{name}_CTS")
-        self._irq = services.irq(irq)
-        self._dma_tx = services.dma(f"{name}_TX")
-        self._dma_rx = services.dma(f"{name}_RX")
-        self._levels = (False, False, False)
         self._received = 0
         self._seen = 0
         self._idle_armed = False
-        self._setting: tuple[str, Fraction] | None = None
-        self._format = SerialFormat()
-        self._tx = self._make_transmitter()
-        self._rx = self._make_receiver()
-
-    def _make_transmitter(self) -> Transmitter:
-        tx = Transmitter(self.time, self._line_tx)
-        tx.on_load = self._loaded
-        tx.on_frame = self._sent
-        tx.on_complete = self._complete
-        tx.on_break_sent = self._break_sent
-        tx.on_cut = self._cut
-        return tx
-
-    def _make_receiver(self) -> Receiver:
-        rx = Receiver(self.time)
-        rx.on_word = self._word
-        rx.on_idle = self._idle
-        rx.on_break = self._lin_break
-        rx.idle_wanted = self._wants_idle
-        return rx
-
-    # --- for people and for what is at the other end of the line
-
-    @property
-    def baud_hz(self) -> Fraction:
-        """Bits a second; 0 while the bit clock stands still."""
-        cycles = self._bit_cycles()
-        return self.time.hclk_hz / cycles if cycles else Fraction(0)
-
-    @property
-    def format(self) -> SerialFormat:
-        """How words are framed; ``str()`` of it is like ``8N1``."""
-        return self._format
-
-    def receive(self, frame: SerialFrame) -> None:
-        """Take a frame from outside, at the cycle at which its start bit begins (the first not before it)."""
-        half_duplex = self[CR3] & HDSEL
-        if not (self._line_single if half_duplex else self._line_rx).at_pin():
-            pin = _PINS.get(self.name, ("its pin", "its pin"))[0 if half_duplex else 1]
-            self.note("misuse", "RX", f"a frame came in, but {pin} is not configured to let {self.name} see it")
-        elif self.clocked:
-            self._rx.receive(frame)
 
     # --- what the chip calls
 
@@ -176,20 +110,6 @@ class Usart(Peripheral):
         self._received = self._seen = 0
         self._idle_armed = False
         self._configure()
-
-    def before_clock_change(self) -> None:
-        """Bring line and samples up to the present cycle."""
-        self._tx.refresh()
-        self._rx.before_change()
-
-    def after_clock_change(self) -> None:
-        """Go on at the new rate."""
-        cycles = self._bit_cycles()
-        if cycles:
-            self._tx.set_rate(cycles, cycles / self.time.hclk_hz)
-            self._rx.set_rate(cycles)
-        self._run()
-        self._tell_setting()
 
     # --- registers
 
@@ -284,34 +204,34 @@ class Usart(Peripheral):
         self._tx.enable(bool(wanted & TE))
         self._tx.show_idle()
         self._tx.proceed()
-        _listen(self._line_rx, self._rx.drive if wanted & RE and not cr3 & HDSEL else None)
-        _listen(self._line_single, self._single_changed if wanted & RE and cr3 & HDSEL else None)
-        _listen(self._line_cts, self._cts_changed if cr3 & CTSE else None)
+        listen(self._line_rx, self._rx.drive if wanted & RE and not cr3 & HDSEL else None)
+        listen(self._line_single, self._single_changed if wanted & RE and cr3 & HDSEL else None)
+        listen(self._line_cts, self._cts_changed if cr3 & CTSE else None)
 
     def _bit_cycles(self) -> int:
         divider = self[BRR]
         return divider * self.services.clocks.pclk(self._bus) if divider >= 16 else 0
 
-    def _tell_setting(self) -> None:
-        setting = (str(self._format), self.baud_hz)
-        if setting != self._setting:
-            self._setting = setting
-            self.on_format_change()
+    def _half_duplex(self) -> bool:
+        return bool(self[CR3] & HDSEL)
+
+    def _heard_at(self) -> InputSignal:
+        return self._line_single if self._half_duplex() else self._line_rx
+
+    def _sends_at_pin(self) -> bool:
+        return self._line_tx.at_pin()
+
+    def _pin_of_tx(self) -> str:
+        return _PINS.get(self.name, ("its pin",))[0]
+
+    def _pin_of_rx(self) -> str:
+        return _PINS.get(self.name, ("its pin", "its pin"))[0 if self._half_duplex() else 1]
 
     # --- sending
 
     def _loaded(self) -> None:
         self[SR] |= TXE
         self._update()
-
-    def _sent(self, frame: SerialFrame) -> None:
-        if self[CR3] & HDSEL:
-            self._rx.receive(frame)
-        if self._line_tx.at_pin():
-            self.on_frame(frame)
-        else:
-            pin = _PINS.get(self.name, ("its pin",))[0]
-            self.note("misuse", "TX", f"{self.name} sends, but {pin} is not an alternate-function output")
 
     def _complete(self) -> None:
         self[SR] |= TC
@@ -332,11 +252,6 @@ class Usart(Peripheral):
         self._update()
 
     # --- receiving
-
-    def _single_changed(self, level: bool) -> None:
-        # What is sent here has come in as a frame.
-        if self._tx.quiet:
-            self._rx.drive(level)
 
     def _word(self, sampled: Sampled) -> None:
         flags, errors = self[SR], 0
@@ -391,19 +306,11 @@ class Usart(Peripheral):
         """Drive interrupt, DMA requests and RTS from flags and enables."""
         sr, cr1, cr3 = self[SR], self[CR1], self[CR3]
         self._line_rts.set((bool(sr & RXNE) or not self._rx.running) if cr3 & RTSE else None)
-        levels = (
+        self._drive_lines(
             bool(sr & cr1 & _SAME_BIT) or self._irq_of_errors(sr, cr1, cr3),
             bool(cr3 & DMAT and sr & TXE),
             bool(cr3 & DMAR and sr & RXNE),
         )
-        if levels != self._levels:
-            before, self._levels = self._levels, levels
-            if levels[0] is not before[0]:
-                self._irq.set(levels[0])
-            if levels[1] is not before[1]:
-                self._dma_tx.set(levels[1])
-            if levels[2] is not before[2]:
-                self._dma_rx.set(levels[2])
 
     def _irq_of_errors(self, sr: int, cr1: int, cr3: int) -> bool:
         if not sr & (PE | FE | NE | ORE | LBD | CTS):
@@ -415,9 +322,3 @@ class Usart(Peripheral):
             or (sr & CTS and cr3 & CTSIE)
             or (sr & LBD and self[CR2] & LBDIE)
         )
-
-
-def _listen(signal: InputSignal, callback: Callable[[bool], None] | None) -> None:
-    # Setting it has others find out anew who listens to the pin.
-    if signal.on_change != callback:
-        signal.on_change = callback

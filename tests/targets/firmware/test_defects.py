@@ -27,6 +27,7 @@ from targets.mcu.stm32.tim.core import TimerCore
 from targets.mcu.stm32.tim.counting import Counting
 from targets.mcu.stm32.tim.effects import TimerEffects
 from targets.mcu.stm32.tim.timer import Timer
+from targets.mcu.stm32.usart_base import UsartBase
 from targets.mcu.stm32.usart_transmitter import Transmitter
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.bkp import Bkp
@@ -115,7 +116,7 @@ DEFECTS = [
     Defect("CTS is not looked at", "usart", Usart, "_cts_changed", "self._tx.clear_to_send = not level", "pass"),
     Defect("RTS is always low", "usart", Usart, "_update", "(bool(sr & RXNE) or not self._rx.running)", "False"),
     Defect("no LIN break", "usart", Usart, "_lin_break", "self[SR] |= LBD", "pass"),
-    Defect("one wire: nothing is heard of oneself", "usart", Usart, "_sent", "self._rx.receive(frame)", "pass"),
+    Defect("one wire: nothing is heard of oneself", "usart", UsartBase, "_sent", "self._rx.receive(frame)", "pass"),
     Defect("every address is mine", "usart", Usart, "_is_muted_for", "word & ADD == self[CR2] & ADD", "True"),
     # --- DMA
     Defect("no half transfer", "dma", Dma, "_count", "HTIF if", "0 if"),

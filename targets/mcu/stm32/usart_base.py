@@ -1,0 +1,206 @@
+"""What every USART has, whatever its registers: a line with a transmitter and a receiver, its rate and its format."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Callable
+from fractions import Fraction
+
+from targets.mcu.registers import Peripheral
+from targets.mcu.serial_line import Sampled, SerialFormat, SerialFrame
+from targets.mcu.services import InputSignal, Services
+from targets.mcu.stm32.usart_receiver import Receiver
+from targets.mcu.stm32.usart_transmitter import Transmitter
+
+__all__ = ["UsartBase", "listen"]
+
+
+class UsartBase(Peripheral, abc.ABC):
+    """A USART without its registers.
+
+    Args:
+        name: ``USART1``.
+        base: address of its first register.
+        services: what the chip offers. Used: output signals NAME_TX, NAME_RTS; input signals NAME_RX, NAME_TX (half
+            duplex), NAME_CTS; DMA requests NAME_TX, NAME_RX.
+        irq: number of its interrupt.
+
+    Attributes:
+        on_frame: called with every frame that leaves the chip, at the cycle at which its start bit begins.
+        on_format_change: called when `baud_hz` or `format` have changed.
+        on_word: called with the data of every word that was read and is not muted, and bits that say what was wrong
+            with it: 1 parity, 2 framing, 4 noise, 8 overrun (it was lost).
+    """
+
+    def __init__(self, name: str, base: int, services: Services, *, irq: int) -> None:
+        super().__init__(name, base, services)
+        self.on_frame: Callable[[SerialFrame], None] = lambda _frame: None
+        self.on_format_change: Callable[[], None] = lambda: None
+        self.on_word: Callable[[int, int], None] = lambda _data, _errors: None
+        self._line_tx = services.output(f"{name}_TX")
+        self._line_rts = services.output(f"{name}_RTS")
+        self._line_rx = services.input(f"{name}_RX")
+        self._line_single = services.input(f"{name}_TX")
+        self._line_cts = services.input(f"{name}_CTS")
+        self._irq = services.irq(irq)
+        self._dma_tx = services.dma(f"{name}_TX")
+        self._dma_rx = services.dma(f"{name}_RX")
+        self._levels = (False, False, False)
+        self._setting: tuple[str, Fraction] | None = None
+        self._format = SerialFormat()
+        self._tx = self._make_transmitter()
+        self._rx = self._make_receiver()
+
+    def _make_transmitter(self) -> Transmitter:
+        tx = Transmitter(self.time, self._line_tx)
+        tx.on_load = self._loaded
+        tx.on_frame = self._sent
+        tx.on_complete = self._complete
+        tx.on_break_sent = self._break_sent
+        tx.on_cut = self._cut
+        return tx
+
+    def _make_receiver(self) -> Receiver:
+        rx = Receiver(self.time)
+        rx.on_word = self._word
+        rx.on_idle = self._idle
+        rx.on_break = self._lin_break
+        rx.idle_wanted = self._wants_idle
+        return rx
+
+    # --- for people and for what is at the other end of the line
+
+    @property
+    def baud_hz(self) -> Fraction:
+        """Bits a second; 0 while the bit clock stands still."""
+        cycles = self._bit_cycles()
+        return self.time.hclk_hz / cycles if cycles else Fraction(0)
+
+    @property
+    def format(self) -> SerialFormat:
+        """How words are framed; ``str()`` of it is like ``8N1``."""
+        return self._format
+
+    def receive(self, frame: SerialFrame) -> None:
+        """Take a frame from outside, at the cycle at which its start bit begins (the first not before it)."""
+        if not self._heard_at().at_pin():
+            text = f"a frame came in, but {self._pin_of_rx()} is not configured to let {self.name} see it"
+            self.note("misuse", "RX", text)
+        elif self.clocked:
+            self._rx.receive(frame)
+
+    # --- what the chip calls
+
+    def before_clock_change(self) -> None:
+        """Bring line and samples up to the present cycle."""
+        self._tx.refresh()
+        self._rx.before_change()
+
+    def after_clock_change(self) -> None:
+        """Go on at the new rate."""
+        cycles = self._bit_cycles()
+        if cycles:
+            self._tx.set_rate(cycles, cycles / self.time.hclk_hz)
+            self._rx.set_rate(cycles)
+        self._run()
+        self._tell_setting()
+
+    # --- what a subclass uses
+
+    def _tell_setting(self) -> None:
+        setting = (str(self._format), self.baud_hz)
+        if setting != self._setting:
+            self._setting = setting
+            self.on_format_change()
+
+    def _drive_lines(self, irq: bool, dma_tx: bool, dma_rx: bool) -> None:
+        levels = (irq, dma_tx, dma_rx)
+        if levels != self._levels:
+            before, self._levels = self._levels, levels
+            if irq is not before[0]:
+                self._irq.set(irq)
+            if dma_tx is not before[1]:
+                self._dma_tx.set(dma_tx)
+            if dma_rx is not before[2]:
+                self._dma_rx.set(dma_rx)
+
+    def _sent(self, frame: SerialFrame) -> None:
+        if self._half_duplex():
+            self._rx.receive(frame)
+        if self._sends_at_pin():
+            self.on_frame(frame)
+        else:
+            self.note("misuse", "TX", f"{self.name} sends, but {self._pin_of_tx()} is not an alternate-function output")
+
+    def _single_changed(self, level: bool) -> None:
+        # What is sent here has come in as a frame.
+        if self._tx.quiet:
+            self._rx.drive(level)
+
+    # --- what a subclass is
+
+    @abc.abstractmethod
+    def _bit_cycles(self) -> int | Fraction:
+        """Return HCLK cycles of a bit; 0 while the bit clock stands still."""
+
+    @abc.abstractmethod
+    def _run(self) -> None:
+        """Start and stop transmitter and receiver, and listen to the pins that matter."""
+
+    @abc.abstractmethod
+    def _half_duplex(self) -> bool:
+        """Say whether sender and receiver share one line."""
+
+    @abc.abstractmethod
+    def _heard_at(self) -> InputSignal:
+        """Return the signal at which the receiver listens."""
+
+    @abc.abstractmethod
+    def _sends_at_pin(self) -> bool:
+        """Say whether a pin carries what is sent."""
+
+    @abc.abstractmethod
+    def _pin_of_tx(self) -> str:
+        """Return the pin that ought to carry what is sent, in words."""
+
+    @abc.abstractmethod
+    def _pin_of_rx(self) -> str:
+        """Return the pin that ought to let in what is received, in words."""
+
+    @abc.abstractmethod
+    def _loaded(self) -> None:
+        """The data register is empty."""
+
+    @abc.abstractmethod
+    def _complete(self) -> None:
+        """The last word has been sent."""
+
+    @abc.abstractmethod
+    def _break_sent(self) -> None:
+        """The stop bit of a break begins."""
+
+    @abc.abstractmethod
+    def _cut(self) -> None:
+        """A frame has ended after the transmitter was disabled."""
+
+    @abc.abstractmethod
+    def _word(self, sampled: Sampled) -> None:
+        """A word was read."""
+
+    @abc.abstractmethod
+    def _wants_idle(self) -> bool:
+        """Say whether an idle line is to be told of after this word."""
+
+    @abc.abstractmethod
+    def _idle(self) -> None:
+        """The line is idle."""
+
+    @abc.abstractmethod
+    def _lin_break(self) -> None:
+        """A LIN break was detected."""
+
+
+def listen(signal: InputSignal, callback: Callable[[bool], None] | None) -> None:
+    """Have `callback` listen to a signal, or nobody; setting it has others find out anew who listens to the pin."""
+    if signal.on_change != callback:
+        signal.on_change = callback
