@@ -14,6 +14,7 @@ from hilbench.mcu.under_test import BoardUnderTest, boards_under_test
 from hilbench.world_runner import WorldRunner
 from targets.parts import Part
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
+from worlds.vehicles.rover_4wd import Rover4wdBody
 from worlds.world import World
 
 __all__ = ["BoardBench", "BoardCase"]
@@ -57,8 +58,15 @@ class BoardBench:
 
     @property
     def body(self) -> Pioneer2dxBody:
-        """The vehicle in it."""
-        return _there(self.emulated.surroundings.body, "vehicle")
+        """The Pioneer in it."""
+        body = self.emulated.surroundings.body
+        return _there(body if isinstance(body, Pioneer2dxBody) else None, "Pioneer")
+
+    @property
+    def rover(self) -> Rover4wdBody:
+        """The rover in it."""
+        body = self.emulated.surroundings.body
+        return _there(body if isinstance(body, Rover4wdBody) else None, "rover")
 
     @property
     def runner(self) -> WorldRunner:

@@ -31,7 +31,7 @@ __all__ = ["BoardProvider"]
 
 Alter = Callable[[BenchFile], BenchFile]
 
-_BULLET = frozenset({"rays", "contacts", "gravity"})
+_BULLET = frozenset({"rays", "contacts", "gravity", "torque"})
 
 
 class BoardProvider:

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from hilbench.bench import Bench
-from hilbench.bench_file import Net, PartPlan
+from hilbench.bench_file import Net, PartPlan, QuantityEnd
 from hilbench.check.provider import case_seed
 from hilbench.clock import Entry, EventClass
 from hilbench.links import Port
 from hilbench.mcu.seams import Machine
+from hilbench.wiring.order import late_quantities, order_of
+from hilbench.wiring.signals import VehicleBody, open_signals
 from hilbench.wiring.terminals import PinInput, PinOutput
 from hilbench.wiring.world_signals import WorldSignals
 from hilbench.world_runner import WorldRunner
 from targets.parts import DigitalInput, DigitalOutput, Direction, Part, Ports, part_class
-from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 
 __all__ = ["Parts"]
 
@@ -41,6 +42,10 @@ class _Held:
 
     def latch(self) -> bool:
         return self._level
+
+    def changes(self, from_ns: int, to_ns: int) -> list[tuple[int, bool]]:
+        del from_ns, to_ns
+        return []
 
 
 class _Driven:
@@ -144,6 +149,11 @@ class Parts:
         self._plans = plans
         self._signals: WorldSignals | None = None
         self._values: dict[str, float] = {}
+        kinds = {name: part_class(plan.kind) for name, plan in plans.items()}
+        self._order = order_of(plans, kinds)
+        self._late = {name: late_quantities(kind) for name, kind in kinds.items()}
+        self._given: dict[QuantityEnd, float] = {}
+        self._given_before: dict[QuantityEnd, float] = {}
         self._actors = {name: _Actor(bench, name, self.taps) for name in plans}
         self._inputs: dict[str, dict[str, DigitalInput]] = {name: {} for name in plans}
         self._outputs: dict[str, dict[str, _Driven]] = {name: _open_outputs(plan) for name, plan in plans.items()}
@@ -155,7 +165,7 @@ class Parts:
         """Give a part the end of its line."""
         self._actors[name].attach(port)
 
-    def join(self, runner: WorldRunner, body: Pioneer2dxBody) -> None:
+    def join(self, runner: WorldRunner, body: VehicleBody) -> None:
         """Let the parts drive and sense a vehicle, from the next step of its world on."""
         wanted = dict.fromkeys(
             plan.signals[quantity.name]
@@ -163,7 +173,7 @@ class Parts:
             for quantity in part_class(plan.kind).QUANTITIES
             if quantity.direction is Direction.IN and quantity.name in plan.signals
         )
-        self._signals = WorldSignals(body, list(wanted))
+        self._signals = open_signals(body, list(wanted))
         self._values = self._signals.read()
         runner.before.append(self._before)
         runner.after.append(self._after)
@@ -224,11 +234,22 @@ class Parts:
 
     def _before(self, now_ns: int, next_ns: int) -> None:
         assert self._signals is not None
-        for name, part in self.by_name.items():
-            signals = self._plans[name].signals
+        self._given_before, self._given = self._given, {}
+        for name in self._order:
+            part, signals = self.by_name[name], self._plans[name].signals
+            part.feed(_seen(signals, self._values) | self._taken(name))
             for quantity, value in part.before_step(now_ns, next_ns).items():
+                self._given[QuantityEnd(part=name, quantity=quantity)] = value
                 if quantity in signals:
                     self._signals.drive(signals[quantity], value)
+
+    def _taken(self, name: str) -> dict[str, float]:
+        """What other parts give a part for the coming step, or gave it for the last one where it takes that late."""
+        late = self._late[name]
+        return {
+            quantity: self._given_before.get(end, 0.0) if quantity in late else self._given[end]
+            for quantity, end in self._plans[name].sources.items()
+        }
 
     def _after(self, now_ns: int, next_ns: int) -> None:
         assert self._signals is not None
@@ -236,8 +257,8 @@ class Parts:
         if not self.senses:
             return
         for name, part in self.by_name.items():
-            signals = self._plans[name].signals
-            part.after_step(now_ns, next_ns, _seen(signals, before), _seen(signals, self._values))
+            signals, taken = self._plans[name].signals, self._taken(name)
+            part.after_step(now_ns, next_ns, _seen(signals, before) | taken, _seen(signals, self._values) | taken)
             self._actors[name].settle()
 
 

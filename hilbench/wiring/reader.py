@@ -12,14 +12,13 @@ from hilbench.bench_file import EmulatedBoard, Link, Net, PartPlan, PinEnd, Term
 from hilbench.bench_model import BenchModel, PartEntry
 from hilbench.nearest import did_you_mean
 from hilbench.strict import Path, Strict
-from hilbench.wiring.world_signals import SIGNALS
+from hilbench.wiring.quantity_reader import WORLD, QuantityReader
 from targets.parts import PARTS, Direction, Part, part_class
 
 __all__ = ["WiringReader"]
 
 SUPPLIES = ("3v3", "gnd")
-_WORLD = "world"
-_TAKEN = {_WORLD: "the world", "peer": "the checker's end of a line", **dict.fromkeys(SUPPLIES, "a supply")}
+_TAKEN = {WORLD: "the world", "peer": "the checker's end of a line", **dict.fromkeys(SUPPLIES, "a supply")}
 
 End = PinEnd | TerminalEnd | str
 
@@ -38,6 +37,7 @@ class WiringReader:
         self._boards = boards
         self._strict = strict
         self._kinds: dict[str, type[Part]] = {name: self._kind(name, entry) for name, entry in model.parts.items()}
+        self._quantities = QuantityReader(model, self._kinds, strict)
         self._where: dict[End, Path] = {}
 
     # --- parts
@@ -49,7 +49,7 @@ class WiringReader:
             UsageError: a kind, setting, quantity or signal does not exist or does not fit.
         """
         plans = {name: self._part(name, entry) for name, entry in self._model.parts.items()}
-        self._check_drivers(plans)
+        self._quantities.check(plans, self._robot)
         return plans
 
     def serial_ends(self) -> list[str]:
@@ -89,66 +89,8 @@ class WiringReader:
                 hint = f"put it under signals: {quantity.name} = ..."
                 raise self._strict.error(message, ("parts", name, "pins", quantity.name), hint)
         settings = self._strict.convert_at(entry.settings, self._kinds[name].Settings, ("parts", name, "settings"))
-        return PartPlan(kind=entry.kind, settings=settings, signals=self._signals(name, entry))
-
-    def _signals(self, name: str, entry: PartEntry) -> dict[str, str]:
-        quantities = {quantity.name: quantity for quantity in self._kinds[name].QUANTITIES}
-        terminals = [terminal.name for terminal in self._kinds[name].TERMINALS]
-        path: Path = ("parts", name, "signals")
-        for key in entry.signals:
-            if key in terminals:
-                raise self._strict.error(f"'{key}' is a terminal", (*path, key), f"put it under pins: {key} = ...")
-            if key not in quantities:
-                hint = did_you_mean(key, quantities, "its quantities") if quantities else "it has none"
-                raise self._strict.error(f"a {entry.kind} has no quantity '{key}'", (*path, key), hint)
-        for quantity in quantities.values():
-            if quantity.needed and quantity.name not in entry.signals:
-                message = f"'{name}': its quantity '{quantity.name}' ({quantity.text}) is nothing"
-                hint = f"add signals = {{ {quantity.name} = {self._fitting(quantity.direction, quantity.unit)} }}"
-                raise self._strict.error(message, ("parts", name), hint)
-        return {
-            key: self._signal((*path, key), value, quantities[key].direction, quantities[key].unit)
-            for key, value in entry.signals.items()
-        }
-
-    def _signal(self, path: Path, text: str, direction: Direction, unit: str) -> str:
-        owner, _, name = text.partition(".")
-        fits = [f"world.{one.name}" for one in SIGNALS.values() if (one.direction, one.unit) == (direction, unit)]
-        instead = f"it can be {', '.join(fits[:4])}" + (", ..." if len(fits) > 4 else "")
-        if owner != _WORLD or name not in SIGNALS:
-            hint = did_you_mean(text, [f"world.{name}" for name in SIGNALS]) if owner == _WORLD else instead
-            raise self._strict.error(f"no signal '{text}'", path, hint)
-        signal = SIGNALS[name]
-        if signal.direction is not direction:
-            way = "takes" if signal.direction is Direction.OUT else "gives"
-            raise self._strict.error(f"'{text}' is what the world {way}", path, instead)
-        if signal.unit != unit:
-            raise self._strict.error(f"'{text}' is in {signal.unit}, and this in {unit}", path, instead)
-        if signal.by_rays and self._model.world.physics == "plane":
-            message = f"'{text}': physics \"plane\" has no rays, and nothing would ever be seen"
-            raise self._strict.error(message, path, 'write physics = "bullet" under [world]')
-        return name
-
-    def _fitting(self, direction: Direction, unit: str) -> str:
-        return next(
-            (f'"world.{one.name}"' for one in SIGNALS.values() if (one.direction, one.unit) == (direction, unit)), "..."
-        )
-
-    def _check_drivers(self, plans: Mapping[str, PartPlan]) -> None:
-        """Let nothing in the world be driven by two."""
-        drivers: dict[str, str] = {}
-        for name, plan in plans.items():
-            for quantity, signal in plan.signals.items():
-                path: Path = ("parts", name, "signals", quantity)
-                if SIGNALS[signal].direction is Direction.IN:
-                    continue
-                if signal in drivers:
-                    message = f"world.{signal} is driven by '{drivers[signal]}' already"
-                    raise self._strict.error(message, path, "take the other wheel, or leave one of the two parts out")
-                if self._robot:
-                    message = f"world.{signal} is driven by the controller of '{self._robot}'"
-                    raise self._strict.error(message, path, f"leave out [targets.{self._robot}], or this")
-                drivers[signal] = name
+        signals, sources = self._quantities.read(name, entry)
+        return PartPlan(kind=entry.kind, settings=settings, signals=signals, sources=sources)
 
     @property
     def _robot(self) -> str:

@@ -17,9 +17,9 @@ from worlds.errors import WorldError
 
 if TYPE_CHECKING:
     from hilbench.pioneer import VirtualPioneer
+    from hilbench.wiring.signals import VehicleBody
     from hilbench.wiring.vehicle import BareVehicle
     from hilbench.world_runner import WorldRunner
-    from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
     from worlds.world import World
 
 __all__ = ["Surroundings"]
@@ -62,7 +62,7 @@ class Surroundings:
         self._undo = contextlib.ExitStack()
         self.robot: VirtualPioneer | None = None
         self.world: World | None = None
-        self.body: Pioneer2dxBody | None = None
+        self.body: VehicleBody | None = None
         self.runner: WorldRunner | None = None
         self.parts = Parts(bench, bench_file.parts, machines, bench_file.nets, seed=seed)
         try:

@@ -54,6 +54,16 @@ class PinInput:
                 since_ns, level = at_ns, changed
         return (high_ns + (to_ns - since_ns) * level) / (to_ns - from_ns)
 
+    def changes(self, from_ns: int, to_ns: int) -> list[tuple[int, bool]]:
+        """Return the changes after `from_ns` and up to `to_ns`, in order."""
+        found: list[tuple[int, bool]] = []
+        for at_ns, level in reversed(self._edges):
+            if at_ns <= from_ns:
+                break
+            if at_ns <= to_ns:
+                found.append((at_ns, level))
+        return found[::-1]
+
     def latch(self) -> bool:
         """Return what the chip's output latch holds, whatever the direction of the pin."""
         return self._pin.latch

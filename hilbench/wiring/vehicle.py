@@ -2,25 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 from hilbench.bench import Bench
 from hilbench.bench_model import World as WorldEntry
 from hilbench.pioneer import sonar_poses
+from hilbench.wiring.signals import VehicleBody
 from hilbench.world_runner import WorldRunner
 from worlds.scenes import Scene
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
-from worlds.world import open_world
+from worlds.vehicles.rover_4wd import Rover4wdBody
+from worlds.world import World, open_world
 
 __all__ = ["BareVehicle"]
 
 _SUBCLASS = "p2dx"
 
 
+def _pioneer(world: World) -> VehicleBody:
+    """A Pioneer 2-DX without its controller: wheels, body and the places of its sonar discs."""
+    return Pioneer2dxBody(world, sonar_poses=sonar_poses(_SUBCLASS))
+
+
+def _rover(world: World) -> VehicleBody:
+    return Rover4wdBody(world)
+
+
+_BODIES: Mapping[str, Callable[[World], VehicleBody]] = {"pioneer-2dx": _pioneer, "rover-4wd": _rover}
+
+
 class BareVehicle:
-    """A Pioneer 2-DX without its controller: wheels, body and the places of its sonar discs.
+    """See the module.
 
     Args:
         bench: whose time it lives in.
-        world: which scene, which physics.
+        world: which scene, vehicle and physics.
         scene: the scene, if it is made already.
         seed: of a scene that places boxes at random.
 
@@ -37,7 +53,7 @@ class BareVehicle:
         self.world = open_world(
             scene or world.scene, world.vehicle, physics=world.physics, step_hz=world.step_hz, seed=seed
         )
-        self.body = Pioneer2dxBody(self.world, sonar_poses=sonar_poses(_SUBCLASS))
+        self.body = _BODIES[world.vehicle](self.world)
         self.runner = WorldRunner(bench, self.world, ahead=True)
 
     def close(self) -> None:

@@ -7,9 +7,9 @@ come out. Time is bench time in integer nanoseconds and never goes back.
 How the bench calls it:
 
 1. `Part.power_on` once, before anything else. Until then its outputs drive nothing.
-2. At every physics step from `from_ns` to `to_ns`: `before_step` while all pins have been run up to `from_ns` and not
-   further; then the world moves; then `after_step`, which may set outputs at exact times in `from_ns`..`to_ns`, because
-   the chips that see them have not been run there yet.
+2. At every physics step from `from_ns` to `to_ns`: `feed` and `before_step` while all pins have been run up to
+   `from_ns` and not further, of a part that gives before one that takes; then the world moves; then `after_step`, which
+   may set outputs at exact times in `from_ns`..`to_ns`, because the chips that see them have not been run there yet.
 3. `advance` at the time that `next_deadline_ns` has named; `receive` when bytes have come in. Pins have then been run
    up to `now_ns`. What is due at the time of a step comes before that step.
 
@@ -19,7 +19,7 @@ A new kind of part derives from `Part`, names its terminals and quantities, and 
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
@@ -66,13 +66,15 @@ class Terminal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """A physical value that a part takes from the world or gives to it.
+    """A physical value that a part takes from the world or from another part, or gives to them.
 
     Attributes:
         name: such as ``range``.
         direction: as the part sees it.
-        unit: as the signal of the world that fits has it: ``m``, ``m/s``, ``rad``, ...
+        unit: as the signal of the world that fits has it: ``m``, ``m/s``, ``rad``, ...; ``1`` for none.
         needed: the part makes no sense without it.
+        late: the part takes what another one gave for the step before, 0 at first. A circuit is a circle of parts, and
+            this is where it is cut: feedback is one physics step late.
         text: what it is.
     """
 
@@ -80,6 +82,7 @@ class Quantity:
     direction: Direction
     unit: str
     needed: bool = True
+    late: bool = False
     text: str = ""
 
 
@@ -120,6 +123,9 @@ class DigitalInput(Protocol):
     def latch(self) -> bool:
         """What a chip's output latch holds, whatever the direction of its pin; elsewhere the same as `level`."""
 
+    def changes(self, from_ns: int, to_ns: int) -> Sequence[tuple[int, bool]]:
+        """What the level became after `from_ns` and up to `to_ns`, and when, in order; the same bounds hold."""
+
 
 class DigitalOutput(Protocol):
     """A wire that a part can drive."""
@@ -146,6 +152,9 @@ class _Low:
 
     def latch(self) -> bool:
         return False
+
+    def changes(self, from_ns: int, to_ns: int) -> Sequence[tuple[int, bool]]:  # noqa: ARG002
+        return ()
 
 
 class _Nowhere:
@@ -220,12 +229,22 @@ class Part:
     def power_on(self, now_ns: int) -> None:
         """Supply is there."""
 
+    def feed(self, values: Mapping[str, float]) -> None:
+        """Take the quantities that come in, for the coming step.
+
+        Those of the world are as they are at its beginning, those of other parts what these give for it (or gave for
+        the one before, see `Quantity.late`).
+        """
+
     def before_step(self, from_ns: int, to_ns: int) -> Mapping[str, float]:  # noqa: ARG002
         """Return the quantities that go out, all of them, for the coming physics step; see the head of this file."""
         return {}
 
     def after_step(self, from_ns: int, to_ns: int, before: Mapping[str, float], after: Mapping[str, float]) -> None:
-        """Take the quantities that come in, as they were at both ends of the step that the world has just made."""
+        """Take the quantities that come in, as they were at both ends of the step that the world has just made.
+
+        Those of other parts are the same at both.
+        """
 
     def advance(self, now_ns: int) -> None:
         """Do what is due at `now_ns`."""

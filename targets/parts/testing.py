@@ -51,6 +51,15 @@ class Wire:
         spans = itertools.pairwise(cuts)
         return sum(end - start for start, end in spans if self.level_at(start)) / (to_ns - from_ns)
 
+    def changes(self, from_ns: int, to_ns: int) -> list[tuple[int, bool]]:
+        """The changes in a span, its end among them; what changes nothing is none."""
+        found, level = [], self.level_at(from_ns)
+        for ns, driven in self.edges:
+            if from_ns < ns <= to_ns and (driven is True) is not level:
+                level = driven is True
+                found.append((ns, level))
+        return found
+
     def latch(self) -> bool:
         """The output latch."""
         return self.level() if self.latched is None else self.latched

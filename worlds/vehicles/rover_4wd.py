@@ -42,7 +42,6 @@ WHEELS = ("wheel_lf", "wheel_rf", "wheel_lb", "wheel_rb")
 IMU = "imu"
 """Name of the place of the inertial sensor."""
 
-_FLOOR = "floor"
 _KIT = f"{ASSUMED}: common in kits of four TT motors and a plate"
 
 
@@ -157,11 +156,5 @@ class Rover4wdBody:
         return self._imu.felt()
 
     def touches(self, part: str) -> bool:
-        """Whether the body, or a wheel, touches something other than the floor."""
-        if CONTACTS not in self.world.capabilities:
-            return False
-        return any(contact.other != _FLOOR for contact in self.world.contacts(part))
-
-    def stands(self, wheel: str) -> bool:
-        """Whether a wheel touches anything at all; in the air it turns freely."""
-        return CONTACTS in self.world.capabilities and bool(self.world.contacts(wheel))
+        """Whether the body, or a wheel, touches anything; a wheel touches the floor as a rule."""
+        return CONTACTS in self.world.capabilities and bool(self.world.contacts(part))

@@ -119,7 +119,7 @@ def on_pin(pin, *terminals, supplies=()):
 def make(bench, machine, monkeypatch):
     """Make parts of the kind above, by name; the chip has pins PA0 and PA1."""
     monkeypatch.setattr(wiring, "part_class", lambda _kind: Probe)
-    monkeypatch.setattr(wiring, "WorldSignals", FakeSignals)
+    monkeypatch.setattr(wiring, "open_signals", FakeSignals)
     chip = machine(PA0=False, PA1=None)
 
     def build(nets=(), seed=1, **settings):
@@ -303,7 +303,7 @@ def test_before_and_after_each_step(make, bench):
 
 def test_what_goes_out_and_is_not_wired_is_left_out(bench, machine, monkeypatch):
     monkeypatch.setattr(wiring, "part_class", lambda _kind: Probe)
-    monkeypatch.setattr(wiring, "WorldSignals", FakeSignals)
+    monkeypatch.setattr(wiring, "open_signals", FakeSignals)
     plans = {"one": PartPlan(kind="probe", settings=Settings(), signals={"angle": "wheel_left_angle"})}
     parts, runner = Parts(bench, plans, {"brain": machine()}, [], seed=1), FakeRunner()
     parts.join(runner, body=None)

@@ -8,7 +8,7 @@ import math
 import pytest
 
 from hilbench.pioneer import sonar_poses
-from hilbench.wiring.world_signals import SIGNALS, WorldSignals
+from hilbench.wiring.pioneer_signals import PIONEER_SIGNALS, PioneerSignals
 from targets.parts import Direction
 from worlds.vehicles.pioneer_2dx import DEFAULTS, Pioneer2dxBody
 from worlds.world import open_world
@@ -27,18 +27,18 @@ def body():
 
 
 def test_names_directions_and_units():
-    taken = {name for name, signal in SIGNALS.items() if signal.direction is Direction.OUT}
+    taken = {name for name, signal in PIONEER_SIGNALS.items() if signal.direction is Direction.OUT}
     assert taken == {"wheel_left", "wheel_right"}
-    assert {SIGNALS[name].unit for name in taken} == {"m/s"}
-    assert SIGNALS["wheel_left_angle"].unit == SIGNALS["wheel_right_angle"].unit == "rad"
-    rays = {name for name, signal in SIGNALS.items() if signal.by_rays}
+    assert {PIONEER_SIGNALS[name].unit for name in taken} == {"m/s"}
+    assert PIONEER_SIGNALS["wheel_left_angle"].unit == PIONEER_SIGNALS["wheel_right_angle"].unit == "rad"
+    rays = {name for name, signal in PIONEER_SIGNALS.items() if signal.by_rays}
     assert rays == {f"{kind}_{number}" for kind in ("ray", "sonar") for number in range(1, 17)}
-    assert {SIGNALS[name].unit for name in rays} == {"m"}
+    assert {PIONEER_SIGNALS[name].unit for name in rays} == {"m"}
 
 
 def test_a_rim_s_speed_is_what_the_wheel_then_turns_by(body):
     vehicle = body()
-    signals = WorldSignals(vehicle, ["wheel_left_angle", "wheel_right_angle"])
+    signals = PioneerSignals(vehicle, ["wheel_left_angle", "wheel_right_angle"])
     signals.drive("wheel_left", 0.1)
     signals.drive("wheel_right", -0.2)
     steps = vehicle.world.step_hz
@@ -50,12 +50,12 @@ def test_a_rim_s_speed_is_what_the_wheel_then_turns_by(body):
 
 
 def test_only_what_is_wanted_is_read(body):
-    assert WorldSignals(body(), []).read() == {}
-    assert [*WorldSignals(body(), ["wheel_right_angle"]).read()] == ["wheel_right_angle"]
+    assert PioneerSignals(body(), []).read() == {}
+    assert [*PioneerSignals(body(), ["wheel_right_angle"]).read()] == ["wheel_right_angle"]
 
 
 def test_where_nothing_is_there_is_no_end(body):
-    values = WorldSignals(body(), ["ray_1", "sonar_16", "sonar_4"]).read()
+    values = PioneerSignals(body(), ["ray_1", "sonar_16", "sonar_4"]).read()
     assert values == {"ray_1": math.inf, "sonar_16": math.inf, "sonar_4": math.inf}
 
 
@@ -63,7 +63,7 @@ def test_where_nothing_is_there_is_no_end(body):
 def test_a_ray_goes_along_the_axis_and_a_cone_finds_the_nearest(body):
     """Discs 4 and 5 look 10 degrees to either side; the wall is 2 m ahead of the middle of the robot."""
     vehicle = body("wall", "bullet")
-    signals = WorldSignals(vehicle, ["ray_4", "ray_5", "sonar_4", "ray_1"])
+    signals = PioneerSignals(vehicle, ["ray_4", "ray_5", "sonar_4", "ray_1"])
     values = signals.read()
     x_m, _, turn_rad = sonar_poses("p2dx")[3]
     assert values["ray_4"] == pytest.approx((2.0 - x_m) / math.cos(turn_rad), abs=1e-3)
@@ -76,7 +76,7 @@ def test_a_ray_goes_along_the_axis_and_a_cone_finds_the_nearest(body):
 def test_the_rear_ring_is_there_too(body):
     vehicle = body("wall", "bullet")
     vehicle.world.place(0.0, 0.0, math.pi)
-    values = WorldSignals(vehicle, ["ray_4", "ray_12", "ray_13"]).read()
+    values = PioneerSignals(vehicle, ["ray_4", "ray_12", "ray_13"]).read()
     assert values["ray_4"] == math.inf
     assert values["ray_12"] == pytest.approx(values["ray_13"], abs=1e-3)
     assert values["ray_12"] < 2.0
