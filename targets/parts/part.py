@@ -23,6 +23,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
+from targets.mcu.i2c_bus import I2cSlave
+
 __all__ = [
     "HISTORY_NS",
     "Control",
@@ -207,6 +209,7 @@ class Part:
         TERMINALS: digital wires, by unique names.
         QUANTITIES: physical values, by names that no terminal has.
         SERIAL: names of serial ends; at most one for now.
+        BUSES: names of ends at an I2C bus, by names that are nothing else's.
         CONTROLS: what can be moved by hand, by names that are nothing else's.
         Settings: a frozen dataclass of keywords whose fields carry ``unit`` and ``source`` in their metadata, see
             `targets.parts.settings`; its constructor raises `ValueError` with a text that begins with a field's name.
@@ -220,6 +223,7 @@ class Part:
     TERMINALS: ClassVar[tuple[Terminal, ...]] = ()
     QUANTITIES: ClassVar[tuple[Quantity, ...]] = ()
     SERIAL: ClassVar[tuple[str, ...]] = ()
+    BUSES: ClassVar[tuple[str, ...]] = ()
     CONTROLS: ClassVar[tuple[Control, ...]] = ()
     Settings: ClassVar[type[Any]]
 
@@ -255,6 +259,17 @@ class Part:
         It is asked again after every call of the part.
         """
         return None
+
+    def slave(self, name: str) -> I2cSlave:
+        """Return what answers at an end of `BUSES`; asked for once, before `power_on`.
+
+        The master calls it at times that may be later than what the part has been told of so far: a chip runs ahead of
+        bench time, but never past the next call of the part.
+
+        Raises:
+            KeyError: the part has no such end.
+        """
+        raise KeyError(name)
 
     def receive(self, data: bytes, now_ns: int) -> None:
         """Take bytes that have come in on the serial end. Whatever they are, this raises nothing."""

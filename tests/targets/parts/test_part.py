@@ -18,7 +18,8 @@ KINDS = tuple(PARTS)
 def test_a_kind_is_a_part_with_names_of_its_own(kind: str) -> None:
     found = part_class(kind)
     assert issubclass(found, Part)
-    names = [item.name for item in (*found.TERMINALS, *found.QUANTITIES, *found.CONTROLS)] + list(found.SERIAL)
+    ends = [*found.SERIAL, *found.BUSES]
+    names = [item.name for item in (*found.TERMINALS, *found.QUANTITIES, *found.CONTROLS)] + ends
     assert len(names) == len(set(names))
     assert all(names)
 
@@ -48,6 +49,16 @@ def test_a_part_lives_without_any_connection(kind: str) -> None:
         part.receive(b"\xfa\xfb\x06", from_ns)
         deadline_ns = part.next_deadline_ns()
         assert deadline_ns is None or deadline_ns > from_ns
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_slaves_are_those_that_are_named(kind: str) -> None:
+    found = part_class(kind)
+    part = found(found.Settings(), Ports(), seed=0)
+    for name in found.BUSES:
+        part.slave(name).end(0)
+    with pytest.raises(KeyError):
+        part.slave("no such end")
 
 
 @pytest.mark.parametrize("kind", KINDS)
