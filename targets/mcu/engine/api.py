@@ -16,7 +16,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-__all__ = ["Access", "CpuEngine", "FaultKind", "Reg", "Stop", "StopKind"]
+__all__ = ["FLOAT_WORDS", "Access", "CpuEngine", "FaultKind", "FloatAccess", "Reg", "Stop", "StopKind"]
+
+FLOAT_WORDS = 33
+"""S0 to S31, of which D0 to D15 are pairs, and FPSCR."""
 
 
 class Reg(enum.IntEnum):
@@ -45,6 +48,14 @@ class Reg(enum.IntEnum):
     BASEPRI = 20
     FAULTMASK = 21
     CONTROL = 22
+
+
+class FloatAccess(enum.IntEnum):
+    """Who may execute floating-point instructions: the values of CPACR.CP10 (DDI0403 section B3.2.20)."""
+
+    NOBODY = 0
+    PRIVILEGED = 1
+    EVERYBODY = 3
 
 
 class StopKind(enum.Enum):
@@ -142,6 +153,25 @@ class CpuEngine(Protocol):
 
     def set_traps(self, *, division: bool, unaligned: bool) -> None:
         """Let divisions by zero and unaligned accesses be faults, from the next slice on; end the running one."""
+
+    def get_floats(self) -> list[int]:
+        """Return S0 to S31 and FPSCR; only of a core that has them, as the next three."""
+
+    def set_floats(self, words: Sequence[int]) -> None:
+        """Set S0 to S31 and FPSCR. Not while running."""
+
+    def set_float_access(self, access: FloatAccess) -> None:
+        """Let floating-point instructions of others be UNDEFINED, from the next slice on; end the running one."""
+
+    def set_float_context(self, *, automatic: bool, fpscr: int) -> None:
+        """Say what the first floating-point instruction does while CONTROL.FPCA is clear (DDI0403 ``ExecuteFPCheck``).
+
+        From the next slice on; the running one ends.
+
+        Args:
+            automatic: it sets CONTROL.FPCA, and FPSCR
+            fpscr: to this.
+        """
 
     def run(self, limit_cycle: int, limit_instructions: int | None = None) -> Stop:
         """Execute up to `limit_cycle`, and no more than `limit_instructions`. At least one instruction is executed."""

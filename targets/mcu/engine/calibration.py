@@ -18,7 +18,7 @@ from typing import Any
 
 from targets.mcu.errors import EngineError
 
-__all__ = ["UNICORN_VERSION", "counter_words", "open_unicorn"]
+__all__ = ["UNICORN_VERSION", "counter_words", "install_hint", "open_unicorn"]
 
 UNICORN_VERSION = (2, 1, 4)
 
@@ -43,12 +43,12 @@ def open_unicorn(model: str = "M3") -> Any:
         import unicorn
         from unicorn import arm_const
     except ImportError as missing:
-        raise EngineError("Unicorn is not installed", hint=_install_hint()) from missing
+        raise EngineError("Unicorn is not installed", hint=install_hint()) from missing
     combined = unicorn.uc_version()[2]  # of the library itself: major, minor, patch, extra, a byte each
     found = combined >> 24, combined >> 16 & 0xFF, combined >> 8 & 0xFF
     if found != UNICORN_VERSION:
         version = ".".join(map(str, found))
-        raise EngineError(f"Unicorn {version} is not the one this was written for", hint=_install_hint())
+        raise EngineError(f"Unicorn {version} is not the one this was written for", hint=install_hint())
     core = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB)
     core.ctl_set_cpu_model(getattr(arm_const, f"UC_CPU_ARM_CORTEX_{model}"))
     return core
@@ -74,9 +74,10 @@ def _counter_index() -> int:
         words = list(window)
         places = {at for at in places if words[at] == count + 1 and words[at + 1] == count}
     if len(places) != 1:
-        raise EngineError("Unicorn's instruction counter is not where it is kept", hint=_install_hint())
+        raise EngineError("Unicorn's instruction counter is not where it is kept", hint=install_hint())
     return places.pop()
 
 
-def _install_hint() -> str:
+def install_hint() -> str:
+    """Return how to get the Unicorn that this was written for."""
     return f"pip install unicorn=={'.'.join(map(str, UNICORN_VERSION))}"

@@ -314,7 +314,7 @@ class CountedLoops:
         return target if due is None else min(target, due)
 
     def _registers(self) -> tuple[int, ...]:
-        return struct.unpack(f"<{len(Reg)}I", self._engine.fingerprint())
+        return struct.unpack_from(f"<{len(Reg)}I", self._engine.fingerprint())
 
     def _state(self, places: Any) -> State:
         registers, memory, half = self._registers(), self._memory, self._engine.half

@@ -5,7 +5,8 @@ A call into Unicorn costs more than what it does, and an exception needs a dozen
 Special registers of a core in unprivileged Thread mode read as zero and ignore writes for us as for the program, so
 privilege is taken for as long as that lasts, by way of Handler mode. SPSEL can be written in Thread mode alone, and the
 flags that Unicorn derives from the mode, by which it knows an exception return, are made anew by a write to APSR alone:
-hence the order in `_ALL`.
+hence the order in `_ALL`. A write to xPSR leaves the GE flags of a core with DSP instructions as they are; they are
+set apart (`hidden_state`).
 """
 
 from __future__ import annotations
@@ -15,12 +16,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from targets.mcu.engine.api import Reg
+from targets.mcu.engine.hidden_state import HiddenState, Word
 
 __all__ = ["RegisterFile"]
 
 _NPRIV, _SPSEL = 1 << 0, 1 << 1
 _IPSR, _HARD_FAULT = 0x1FF, 3
-_FLAGS, _THUMB = 0xF800_0000, 1 << 24
+_FLAGS, _THUMB = 0xF80F_0000, 1 << 24
+_GE = 0x000F_0000
 _SP, _PC, _XPSR, _MSP, _PSP, _CONTROL = Reg.SP, Reg.PC, Reg.XPSR, Reg.MSP, Reg.PSP, Reg.CONTROL
 
 # Values of a register on the way to its last one, behind the registers themselves.
@@ -46,13 +49,16 @@ class RegisterFile:
         lib: Unicorn's library.
         handle: the instance in it.
         arm_const: Unicorn's names of registers.
+        hidden: what cannot be set otherwise, of a core with DSP instructions.
 
     Attributes:
         running: the core executes; set from outside, after `release`.
     """
 
-    def __init__(self, lib: Any, handle: Any, arm_const: Any) -> None:
+    def __init__(self, lib: Any, handle: Any, arm_const: Any, hidden: HiddenState | None = None) -> None:
         self.running = False
+        self._hidden = hidden
+        self._ge = 0
         self._lib = lib
         self._handle = handle
         self._values = (ctypes.c_uint32 * (_APSR + 1))()
@@ -148,6 +154,8 @@ class RegisterFile:
         if batch is None:
             return
         values = self._values
+        if self._hidden is not None and values[_XPSR] & _GE != self._ge:
+            self._hidden.set(Word.GE, (values[_XPSR] & _GE) >> 16)
         if batch is not self._general:
             values[_APSR] = values[_XPSR] & 0xF800_0000
             if values[_CONTROL] & _NPRIV:
@@ -161,6 +169,7 @@ class RegisterFile:
         self._lib.uc_reg_read_batch(self._handle, ids, pointers, count)
         self._stale = False
         values = self._values
+        self._ge = values[_XPSR] & _GE
         control = values[_CONTROL]
         if control & _NPRIV and not values[_XPSR] & _IPSR:
             self._plan_ways()

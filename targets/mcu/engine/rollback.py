@@ -1,4 +1,4 @@
-"""What there was before an instruction, for the case that an access of it fails.
+"""What there was before an instruction, for the case that an access of it fails, or that it may not execute.
 
 Unicorn goes on after such an access, at least to the end of the IT block, so all that follows is undone. Registers of
 peripherals are not accessed any more, but for one case: that a store into flash is refused is known after the slice
@@ -12,12 +12,14 @@ from dataclasses import dataclass
 __all__ = ["Before"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Before:
     """The state of core and RAM before an instruction.
 
     Attributes:
         registers: R0 to R15 and xPSR.
+        floats: S0 to S31 and FPSCR, if the core has them.
+        context: CONTROL.FPCA, in its place.
         ram: base and contents of the memories that can be written.
         flash_stores: how many stores into flash there were in the same slice.
         instructions: retired so far.
@@ -25,6 +27,8 @@ class Before:
     """
 
     registers: list[int]
+    floats: list[int]
+    context: int
     ram: list[tuple[int, bytes]]
     flash_stores: int
     instructions: int

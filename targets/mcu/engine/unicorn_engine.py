@@ -14,19 +14,22 @@ What is worked around, each pinned by a test in tests/targets/mcu/engine:
   into flash.
 - After an ISB within an IT block the rest of it would be unconditional; those are looked up in the image, too.
 - An access that fails does not stop its instruction, nor the rest of an IT block: all of that is undone (`rollback`).
-- What registers need is in `register_file`.
+- What registers need is in `register_file`, what floating point does in `float_gate` and `hidden_state`.
 """
 
 from __future__ import annotations
 
 import ctypes
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
-from targets.mcu.engine.api import Access, FaultKind, Reg, Stop, StopKind
+from targets.mcu.engine.api import Access, FaultKind, FloatAccess, Reg, Stop, StopKind
 from targets.mcu.engine.calibration import counter_words, open_unicorn
+from targets.mcu.engine.float_file import FloatFile
+from targets.mcu.engine.float_gate import FloatGate
+from targets.mcu.engine.hidden_state import HiddenState, Word
 from targets.mcu.engine.it_state import advanced, it_state_at
 from targets.mcu.engine.register_file import RegisterFile
 from targets.mcu.engine.rollback import Before
@@ -53,7 +56,11 @@ _WRITE_FN = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_ui
 _INTR_FN = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_uint32, ctypes.c_void_p)
 
 _LIMIT, _WFI = Stop(StopKind.LIMIT), Stop(StopKind.WFI)
-_RETURNS = {value & ~1: Stop(StopKind.EXCEPTION_RETURN, value) for value in (0xFFFF_FFF1, 0xFFFF_FFF9, 0xFFFF_FFFD)}
+_RETURNS = {
+    value & ~1: Stop(StopKind.EXCEPTION_RETURN, value)
+    for value in (0xFFFF_FFF1, 0xFFFF_FFF9, 0xFFFF_FFFD, 0xFFFF_FFE1, 0xFFFF_FFE9, 0xFFFF_FFED)
+}
+_ASPEN, _NPRIV, _FPCA, _IPSR = 1 << 31, 1 << 0, 1 << 2, 0x1FF
 
 FlashStore = Callable[[int, int, int], None]
 
@@ -69,7 +76,7 @@ class UnicornEngine:
         on_flash_store: called after the instruction that stored into read-only memory, with address, size in bytes and
             value, for every part of the store in order; the memory is unchanged. A `BusFault` is a fault of the
             instruction.
-        fingerprint: returns all core registers, as bytes to compare.
+        fingerprint: returns all registers, those of the core first, as bytes to compare.
         pc: returns PC, faster than `get` where nothing else is asked.
         until_unmasked: a slice ends after an instruction that may take an interrupt mask away; only while
             `notices_unmasking`.
@@ -89,10 +96,14 @@ class UnicornEngine:
         self._lib = uclib
         self._emu_start = uclib.uc_emu_start
         self._const = unicorn
-        self._registers = registers = RegisterFile(uclib, self._handle, arm_const)
+        self._hidden = None if kind.fpu is None else HiddenState(self._uc, uclib)
+        self._floats = None if kind.fpu is None else FloatFile(uclib, self._handle, arm_const)
+        self._registers = registers = RegisterFile(uclib, self._handle, arm_const, self._hidden)
         self.get, self.get_many = registers.get, registers.get_many
         self.set, self.set_many = registers.set, registers.set_many
         self.fingerprint, self.pc = registers.contents, registers.pc
+        if self._floats is not None:
+            self.fingerprint = self._fingerprint_with_floats
         self._timing = timing
         self._cycle_after = timing.cycle
         self._now = 0
@@ -118,6 +129,9 @@ class UnicornEngine:
         self._code_in_ram = False
         self._traps = Traps(self._uc, self._core_register, self._on_division, self._on_unaligned)
         self._trapped = False
+        self._gate = FloatGate(self._uc, self.half, self._is_privileged, self._on_denied_float)
+        self._access_wanted = FloatAccess.EVERYBODY
+        self._context_wanted = self._context_set = (True, 0)
         self._traps_wanted = self._traps_set = (False, False)
         self.on_flash_store: FlashStore = lambda _address, _size, _value: None
         self._hook()
@@ -249,6 +263,8 @@ class UnicornEngine:
         """Execute up to `limit_cycle`; see `CpuEngine`."""
         if self._traps_wanted != self._traps_set:
             self._set_traps()
+        if self._floats is not None:
+            self._settle_floats()
         limit = None if limit_instructions is None else self._retired + limit_instructions
         self._limit_cycle = limit_cycle
         while True:
@@ -406,7 +422,16 @@ class UnicornEngine:
 
     def _remember(self) -> Before:
         ram = [(base, bytes(data)) for base, data, writable in self._memory if writable]
-        return Before(self._registers.of_the_program(), ram, len(self._flash_stores), self.instructions, self.cycle)
+        floats, context = ([], 0) if self._floats is None else (self._floats.get(), self.get(Reg.CONTROL) & _FPCA)
+        return Before(
+            registers=self._registers.of_the_program(),
+            floats=floats,
+            context=context,
+            ram=ram,
+            flash_stores=len(self._flash_stores),
+            instructions=self.instructions,
+            cycle=self.cycle,
+        )
 
     def _roll_back(self) -> Stop:
         """Undo the instruction whose access failed, and what was executed after it."""
@@ -419,6 +444,10 @@ class UnicornEngine:
                 self._drop_translations(base, len(memory))
         pc = before.registers[Reg.PC]
         self._registers.roll_back(before.registers, it_state_at(self.half, pc))
+        if self._floats is not None:
+            self._floats.set(before.floats)
+            if stop.fault is FaultKind.UNDEFINED:  # an access that fails begins a context all the same
+                self.set(Reg.CONTROL, self.get(Reg.CONTROL) & ~_FPCA | before.context)
         self._retired, self._now = before.instructions, before.cycle
         self._timing.go_back(before.instructions, before.cycle)
         return stop
@@ -453,6 +482,50 @@ class UnicornEngine:
 
     def _on_unaligned(self, address: int) -> None:
         self._refuse(FaultKind.UNALIGNED, address)
+
+    # --- floating point
+
+    def get_floats(self) -> list[int]:
+        """Return S0 to S31 and FPSCR; see `CpuEngine`."""
+        assert self._floats is not None
+        return self._floats.get()
+
+    def set_floats(self, words: Sequence[int]) -> None:
+        """Set S0 to S31 and FPSCR; see `CpuEngine`."""
+        assert self._floats is not None
+        self._floats.set(words)
+
+    def set_float_access(self, access: FloatAccess) -> None:
+        """Let floating-point instructions of others be undefined; see `CpuEngine`."""
+        self._access_wanted = access
+        self.cut()
+
+    def set_float_context(self, *, automatic: bool, fpscr: int) -> None:
+        """Say what the first floating-point instruction does; see `CpuEngine`."""
+        self._context_wanted = automatic, fpscr
+        self.cut()
+
+    def _settle_floats(self) -> None:
+        """Do what was asked for since the last slice."""
+        if self._context_wanted != self._context_set:
+            assert self._hidden is not None
+            automatic, fpscr = self._context_set = self._context_wanted
+            self._hidden.set(Word.FPCCR, _ASPEN if automatic else 0)
+            self._hidden.set(Word.FPDSCR, fpscr)
+        if self._access_wanted is not self._gate.access:
+            self._gate.set(self._access_wanted, self._memory)
+            for base, data, _ in self._memory:
+                self._drop_translations(base, len(data))
+
+    def _on_denied_float(self) -> None:
+        self._refuse(FaultKind.UNDEFINED, 0)
+
+    def _is_privileged(self) -> bool:
+        return bool(self.get(Reg.XPSR) & _IPSR) or not self.get(Reg.CONTROL) & _NPRIV
+
+    def _fingerprint_with_floats(self) -> bytes:
+        assert self._floats is not None
+        return self._registers.contents() + self._floats.contents()
 
     # --- hooks
 
@@ -540,6 +613,7 @@ class UnicornEngine:
         """Have SEV and ISB noticed wherever their encodings stand; where it is data, the hook is never called."""
         if self._traps.catches_divisions:
             self._traps.note_divisions(base, bytes(data))
+        self._gate.note(base, data)
         self._has_exclusives = self._has_exclusives or _LDREX.search(data) is not None
         for offset in _find_hints(data):
             address = base + offset

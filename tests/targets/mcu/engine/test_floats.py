@@ -1,0 +1,282 @@
+"""Floating point of a Cortex-M7: registers, contexts, access; and the places of Unicorn that this depends on."""
+
+from __future__ import annotations
+
+import random
+import struct
+
+import pytest
+
+from targets.mcu.cortexm.kinds import CORTEX_M7
+from targets.mcu.engine.api import Access, FaultKind, FloatAccess, Reg, StopKind
+from targets.mcu.engine.float_gate import float_runs, is_float
+from targets.mcu.engine.hidden_state import HiddenState, Word
+from targets.mcu.engine.timing import make_timing
+from targets.mcu.engine.unicorn_engine import UnicornEngine
+from targets.mcu.errors import BusFault
+
+FLASH, RAM, REGISTERS = 0x0800_0000, 0x2000_0000, 0x4000_0000
+CODE = FLASH + 0x100
+NOP = 0xBF00
+VADD = (0xEE30, 0x0A20)  # vadd.f32 s0, s0, s1
+VADD_D = (0xEE30, 0x0B01)  # vadd.f64 d0, d0, d1
+VMRS, VMSR = (0xEEF1, 0x0A10), (0xEEE1, 0x0A10)  # r0 from FPSCR, FPSCR from r0
+MSR_CONTROL = (0xF380, 0x8814)  # from r0
+CPSIE = 0xB662
+ONE, TWO = 0x3F80_0000, 0x4000_0000
+FPCA, NPRIV = 4, 1
+
+
+class Machine:
+    """An M7 with flash, RAM and a kilobyte of registers where nothing answers at offset 0x100."""
+
+    def __init__(self):
+        self.engine = UnicornEngine(make_timing("flat", CORTEX_M7), CORTEX_M7)
+        self.flash, self.ram = bytearray(b"\xff" * 0x1000), bytearray(0x1000)
+        self.on_write = lambda: None
+        self.engine.map_memory(FLASH, self.flash, writable=False)
+        self.engine.map_memory(RAM, self.ram, writable=True)
+        self.engine.map_registers(REGISTERS, 0x400, Access(self._read, self._write))
+        self.engine.set(Reg.XPSR, 1 << 24)
+        self.engine.set(Reg.SP, RAM + 0x1000)
+
+    def _read(self, offset, _size):
+        if offset == 0x100:
+            raise BusFault(REGISTERS + offset, "nobody is there")
+        return 0x4120_0000
+
+    def _write(self, _offset, _size, _value):
+        self.on_write()
+
+    def load(self, *halves, at=CODE):
+        code = struct.pack(f"<{len(halves)}H", *halves)
+        memory, base = (self.flash, FLASH) if at < RAM else (self.ram, RAM)
+        memory[at - base : at - base + len(code)] = code
+        self.engine.forget(at, len(code))
+        self.engine.set(Reg.PC, at)
+
+    def run(self, instructions):
+        return self.engine.run(1 << 40, instructions)
+
+    def execute(self, *halves, instructions=1):
+        self.load(*halves, NOP, NOP)
+        return self.run(instructions)
+
+    @property
+    def floats(self):
+        return self.engine.get_floats()
+
+    @floats.setter
+    def floats(self, words):
+        self.engine.set_floats([*words, *[0] * (33 - len(words))])
+
+    @property
+    def control(self):
+        return self.engine.get(Reg.CONTROL)
+
+
+@pytest.fixture
+def m7():
+    return Machine()
+
+
+class TestRegisters:
+    def test_what_is_set_is_what_instructions_see(self, m7):
+        m7.floats = [ONE, TWO]
+        assert m7.execute(*VADD).kind is StopKind.LIMIT
+        assert m7.floats[:2] == [0x4040_0000, TWO]
+
+    def test_doubles_are_pairs(self, m7):
+        m7.floats = [*struct.unpack("<2I", struct.pack("<d", 1.5)), *struct.unpack("<2I", struct.pack("<d", 2.25))]
+        m7.execute(*VADD_D)
+        assert struct.unpack("<d", struct.pack("<2I", *m7.floats[:2])) == (3.75,)
+
+    def test_all_of_them_come_back(self, m7):
+        words = [0x0101_0101 * n for n in range(32)] + [0xF7C0_009F]
+        m7.floats = words
+        assert m7.floats == words
+
+    def test_the_status_register_is_the_programs(self, m7):
+        m7.engine.set(Reg.R0, 0x0300_0011)
+        m7.execute(*VMSR, *VMRS, instructions=2)
+        assert m7.floats[32] == m7.engine.get(Reg.R0) == 0x0300_0011
+
+    def test_they_tell_states_apart(self, m7):
+        before = m7.engine.fingerprint()
+        for place in (0, 31, 32):
+            words = [0] * 33
+            words[place] = 1
+            m7.floats = words
+            assert m7.engine.fingerprint() != before
+
+    @pytest.mark.parametrize("flags", [0x0, 0x5, 0xA, 0xF])
+    def test_the_flags_of_dsp_instructions_come_back(self, m7, flags):
+        """An exception that interrupts between SADD8 and SEL: xPSR is set from the frame."""
+        m7.engine.set(Reg.XPSR, 1 << 24 | flags << 16)
+        for register, value in ((Reg.R1, 0x1111_1111), (Reg.R2, 0x2222_2222)):
+            m7.engine.set(register, value)
+        m7.execute(0xFAA1, 0xF082)  # sel r0, r1, r2
+        assert m7.engine.get(Reg.R0) == sum((0x11 if flags >> n & 1 else 0x22) << 8 * n for n in range(4))
+        assert m7.engine.get(Reg.XPSR) >> 16 & 0xF == flags
+
+
+class TestContext:
+    def test_the_first_instruction_begins_one(self, m7):
+        m7.engine.set_float_context(automatic=True, fpscr=0x0340_0000)
+        m7.execute(NOP)
+        assert not m7.control & FPCA
+        m7.execute(*VADD)
+        assert m7.control & FPCA
+        assert m7.floats[32] == 0x0340_0000
+
+    def test_the_second_does_not(self, m7):
+        m7.engine.set_float_context(automatic=True, fpscr=0x0340_0000)
+        m7.engine.set(Reg.R0, 0x0080_0000)
+        m7.execute(*VADD, *VMSR, *VADD, instructions=3)
+        assert m7.floats[32] == 0x0080_0000
+
+    def test_not_without_aspen(self, m7):
+        m7.engine.set_float_context(automatic=False, fpscr=0x0340_0000)
+        m7.execute(*VADD)
+        assert not m7.control & FPCA
+        assert m7.floats[32] == 0
+
+    def test_in_a_handler_too(self, m7):
+        m7.engine.set(Reg.XPSR, 1 << 24 | 16)
+        m7.execute(*VADD)
+        assert m7.control & FPCA
+        m7.engine.set(Reg.CONTROL, 0)
+        assert not m7.control & FPCA
+        m7.engine.set(Reg.CONTROL, FPCA)
+        m7.execute(NOP)
+        assert m7.control & FPCA
+
+    def test_the_program_ends_one(self, m7):
+        m7.execute(*VADD, *MSR_CONTROL, instructions=2)
+        assert not m7.control & FPCA
+
+    def test_a_change_ends_the_slice(self, m7):
+        m7.on_write = lambda: m7.engine.set_float_context(automatic=True, fpscr=0x0040_0000)
+        m7.engine.set(Reg.R1, REGISTERS)
+        m7.execute(0x6008, *VADD, instructions=2)  # str r0, [r1]
+        m7.run(1)
+        assert m7.floats[32] == 0x0040_0000
+
+
+class TestAccess:
+    @pytest.mark.parametrize("code", [VADD, VADD_D, VMRS, (0xED9F, 0x0A01), (0xEC51, 0x0B10), (0xFEB8, 0x0A40)])
+    @pytest.mark.parametrize("before", [[], [CPSIE], [NOP, *MSR_CONTROL], [0xF3BF, 0x8F6F]])
+    def test_denied(self, m7, code, before):
+        m7.engine.set_float_access(FloatAccess.NOBODY)
+        stop = m7.execute(*before, *code, instructions=5)
+        assert (stop.kind, stop.fault) == (StopKind.FAULT, FaultKind.UNDEFINED)
+        assert m7.engine.get(Reg.PC) == CODE + 2 * len(before)
+        assert not m7.control & FPCA
+        assert m7.engine.instructions == len(before) - before.count(0xF380) - before.count(0xF3BF)
+
+    @pytest.mark.parametrize("holds", [True, False])
+    def test_denied_under_a_condition(self, m7, holds):
+        m7.engine.set_float_access(FloatAccess.NOBODY)
+        m7.engine.set(Reg.XPSR, 1 << 24 | holds << 30)
+        stop = m7.execute(0xBF04, 0x3001, *VADD, instructions=3)  # itt eq; addeq r0, #1
+        assert (stop.kind is StopKind.FAULT) is holds
+        assert m7.engine.get(Reg.R0) == holds
+        if holds:
+            assert m7.engine.get(Reg.PC) == CODE + 4
+            m7.engine.set_float_access(FloatAccess.EVERYBODY)
+            m7.floats = [ONE, ONE]
+            assert m7.run(1).kind is StopKind.LIMIT
+            assert m7.floats[0] == TWO
+
+    def test_code_in_ram(self, m7):
+        m7.engine.set_float_access(FloatAccess.NOBODY)
+        m7.load(NOP, *VADD, NOP, at=RAM + 0x100)
+        stop = m7.run(5)
+        assert (stop.fault, m7.engine.get(Reg.PC)) == (FaultKind.UNDEFINED, RAM + 0x102)
+
+    def test_code_that_was_programmed_since(self, m7):
+        m7.engine.set_float_access(FloatAccess.NOBODY)
+        m7.execute(NOP)
+        assert m7.execute(*VADD).fault is FaultKind.UNDEFINED
+
+    def test_allowed_by_the_program(self, m7):
+        """STR to CPACR: what follows may."""
+        m7.on_write = lambda: m7.engine.set_float_access(FloatAccess.EVERYBODY)
+        m7.engine.set_float_access(FloatAccess.NOBODY)
+        m7.engine.set(Reg.R1, REGISTERS)
+        m7.load(0x6008, *VADD, NOP)
+        assert m7.run(2).kind is StopKind.LIMIT
+        assert m7.run(1).kind is StopKind.LIMIT
+        assert m7.engine.get(Reg.PC) == CODE + 6
+
+    def test_denied_by_the_program(self, m7):
+        m7.on_write = lambda: m7.engine.set_float_access(FloatAccess.NOBODY)
+        m7.engine.set(Reg.R1, REGISTERS)
+        m7.load(*VADD, 0x6008, *VADD, NOP)
+        m7.run(2)
+        assert m7.run(1).fault is FaultKind.UNDEFINED
+        assert m7.engine.get(Reg.PC) == CODE + 6
+
+    @pytest.mark.parametrize(("control", "ipsr", "allowed"), [(0, 0, True), (NPRIV, 0, False), (NPRIV, 16, True)])
+    def test_privileged_only(self, m7, control, ipsr, allowed):
+        m7.engine.set_float_access(FloatAccess.PRIVILEGED)
+        m7.engine.set(Reg.CONTROL, control)
+        m7.engine.set(Reg.XPSR, 1 << 24 | ipsr)
+        assert (m7.execute(*VADD).kind is StopKind.LIMIT) is allowed
+
+    def test_what_is_none_is_none_anyway(self, m7):
+        for halves in ((0xEE30, 0x0920), (0xEF30, 0x0A20), (0xEC20, 0x0A10)):  # another coprocessor, NEON, VLSTM
+            stop = m7.execute(*halves)
+            assert (stop.fault, m7.engine.get(Reg.PC)) == (FaultKind.UNDEFINED, CODE)
+
+    def test_places_are_found(self):
+        code = struct.pack("<9H", NOP, *VADD, *VADD_D, NOP, 0xEEEE, 0x0A0A, 0x0A0A)
+        assert [(start, min(end, len(code))) for start, end in float_runs(code)] == [(2, 10), (12, 16)]
+        rng = random.Random(1)
+        data = bytes(rng.choice(b"\xec\xee\xfe\xff\x0a\x0b\x1a\x00") for _ in range(4000))
+        halves = struct.unpack("<2000H", data)
+        expected = {2 * at for at in range(1999) if is_float(halves[at], halves[at + 1])}
+        found = {at for start, end in float_runs(data) for at in range(start, end - 2, 2)}
+        assert expected <= found
+        assert all(at in expected or at - 2 in expected for at in found)
+
+
+class TestAccessesThatFail:
+    def test_nothing_is_loaded_and_nothing_after_it_happens(self, m7):
+        """ITT EQ; VLDREQ s0 from where nobody is; VADDEQ: Unicorn would go on to the end of the block."""
+        m7.engine.set(Reg.XPSR, 1 << 24 | 1 << 30)
+        m7.engine.set(Reg.R1, REGISTERS + 0x100)
+        m7.floats = [ONE, TWO]
+        stop = m7.execute(0xBF04, 0xED91, 0x0A00, *VADD, instructions=3)
+        assert (stop.fault, stop.address) == (FaultKind.READ, REGISTERS + 0x100)
+        assert m7.engine.get(Reg.PC) == CODE + 2
+        assert m7.floats[:2] == [ONE, TWO]
+
+    def test_registers_can_be_loaded_from_peripherals(self, m7):
+        m7.engine.set(Reg.R1, REGISTERS)
+        m7.execute(0xED91, 0x0A00)  # vldr s0, [r1]
+        assert m7.floats[0] == 0x4120_0000
+
+
+class TestUnicorn:
+    """What is relied on, and what is worked around."""
+
+    def test_a_write_to_xpsr_leaves_ge(self, m7):
+        from unicorn import arm_const
+
+        m7.engine._uc.reg_write(arm_const.UC_ARM_REG_XPSR, 1 << 24 | 0xA << 16)
+        assert m7.engine._uc.reg_read(arm_const.UC_ARM_REG_XPSR) == 1 << 24
+
+    def test_access_is_never_denied_by_unicorn(self, m7):
+        hidden = HiddenState(m7.engine._uc, m7.engine._lib)
+        places = hidden._places
+        hidden._places = {Word.FPCCR: places[Word.FPCCR] + 4}  # CPACR
+        assert hidden.get(Word.FPCCR) == 0
+        assert m7.execute(*VADD).kind is StopKind.LIMIT
+
+    def test_hidden_words(self, m7):
+        hidden = HiddenState(m7.engine._uc, m7.engine._lib)
+        assert [hidden.get(word) for word in Word] == [1 << 31, 0, 0]
+        hidden.set(Word.GE, 9)
+        m7.engine._registers._stale = True
+        assert m7.engine.get(Reg.XPSR) >> 16 & 0xF == 9
