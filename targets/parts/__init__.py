@@ -30,6 +30,7 @@ PARTS: Mapping[str, str] = MappingProxyType(
         "encoder-3bit": "targets.parts.encoder_3bit:Encoder3Bit",
         "gamepad": "targets.parts.gamepad:Gamepad",
         "motor-code": "targets.parts.motor_code:MotorCode",
+        "mpu9250": "targets.parts.mpu9250:Mpu9250",
         "p2os-adapter": "targets.parts.p2os_adapter:P2osAdapter",
     }
 )

@@ -211,6 +211,7 @@ class Part:
         SERIAL: names of serial ends; at most one for now.
         BUSES: names of ends at an I2C bus, by names that are nothing else's.
         CONTROLS: what can be moved by hand, by names that are nothing else's.
+        ABSENT: what the real one does and this does not, in a few words each; noted when it is asked for.
         Settings: a frozen dataclass of keywords whose fields carry ``unit`` and ``source`` in their metadata, see
             `targets.parts.settings`; its constructor raises `ValueError` with a text that begins with a field's name.
 
@@ -225,6 +226,7 @@ class Part:
     SERIAL: ClassVar[tuple[str, ...]] = ()
     BUSES: ClassVar[tuple[str, ...]] = ()
     CONTROLS: ClassVar[tuple[Control, ...]] = ()
+    ABSENT: ClassVar[tuple[str, ...]] = ()
     Settings: ClassVar[type[Any]]
 
     def __init__(self, settings: Any, ports: Ports, *, seed: int) -> None:
