@@ -84,8 +84,7 @@ class UsartBase(Peripheral, abc.ABC):
     def receive(self, frame: SerialFrame) -> None:
         """Take a frame from outside, at the cycle at which its start bit begins (the first not before it)."""
         if not self._heard_at().at_pin():
-            text = f"a frame came in, but {self._pin_of_rx()} is not configured to let {self.name} see it"
-            self.note("misuse", "RX", text)
+            self.note("misuse", "RX", f"a frame came in, but {self._why_deaf()}")
         elif self.clocked:
             self._rx.receive(frame)
 
@@ -130,7 +129,7 @@ class UsartBase(Peripheral, abc.ABC):
         if self._sends_at_pin():
             self.on_frame(frame)
         else:
-            self.note("misuse", "TX", f"{self.name} sends, but {self._pin_of_tx()} is not an alternate-function output")
+            self.note("misuse", "TX", f"{self.name} sends, but {self._why_unseen()}")
 
     def _single_changed(self, level: bool) -> None:
         # What is sent here has come in as a frame.
@@ -160,12 +159,12 @@ class UsartBase(Peripheral, abc.ABC):
         """Say whether a pin carries what is sent."""
 
     @abc.abstractmethod
-    def _pin_of_tx(self) -> str:
-        """Return the pin that ought to carry what is sent, in words."""
+    def _why_deaf(self) -> str:
+        """Say in words what the pin lacks at which frames come in."""
 
     @abc.abstractmethod
-    def _pin_of_rx(self) -> str:
-        """Return the pin that ought to let in what is received, in words."""
+    def _why_unseen(self) -> str:
+        """Say in words what the pin lacks at which frames ought to go out."""
 
     @abc.abstractmethod
     def _loaded(self) -> None:

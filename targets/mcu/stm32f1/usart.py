@@ -221,11 +221,12 @@ class Usart(UsartBase):
     def _sends_at_pin(self) -> bool:
         return self._line_tx.at_pin()
 
-    def _pin_of_tx(self) -> str:
-        return _PINS.get(self.name, ("its pin",))[0]
+    def _why_deaf(self) -> str:
+        pin = _PINS.get(self.name, ("its pin", "its pin"))[0 if self._half_duplex() else 1]
+        return f"{pin} is not configured to let {self.name} see it"
 
-    def _pin_of_rx(self) -> str:
-        return _PINS.get(self.name, ("its pin", "its pin"))[0 if self._half_duplex() else 1]
+    def _why_unseen(self) -> str:
+        return f"{_PINS.get(self.name, ('its pin',))[0]} is not an alternate-function output"
 
     # --- sending
 
