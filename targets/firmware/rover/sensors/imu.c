@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// First a script, one transfer each step, then a second's half of readings at rest for the gyroscope's bias, then a reading
+// each READ_TICKS. Each transfer has TRANSFER_TICKS; whatever fails ends in a pause, and then the script begins anew.
+
+#include "rover/sensors/imu.h"
+
+#include "rover/board/i2c.h"
+#include "rover/board/time.h"
+#include "rover/sensors/mpu9250.h"
+
+#define READ_TICKS 10u       // 10 Hz (manual, table of tasks)
+#define READ_BEFORE 1u       // ticks ahead, so that what is reported at a multiple of them is fresh
+#define TRANSFER_TICKS 3u    // 16 bytes take half a millisecond
+#define RETRY_TICKS 100u
+#define CALIBRATION_READINGS 50u // one each tick
+#define STILL_LSB 262            // 2 deg/s: what moves more while it is calibrated keeps a bias of 0 (choice)
+#define MISSES_ALLOWED 5u        // readings in a row without new data
+
+#define ACCELERATION_G (2.0f / 32768.0f)
+#define RATE_DEG_S (250.0f / 32768.0f)
+#define FIELD_MGAUSS 1.5f // 0.15 uT (PS-MPU-9250A-01, table 3)
+
+// --- the script
+
+enum action { WRITE, EXPECT, EXPECT_OR_NO_FIELD, READ_SENSITIVITY };
+
+static const struct step {
+    enum action action;
+    uint8_t device, reg, value;
+    uint8_t wait_ticks; // behind it
+} SCRIPT[] = {
+    {EXPECT, MPU, MPU_WHO_AM_I, MPU_ID, 0},
+    {WRITE, MPU, MPU_PWR_MGMT_1, MPU_RESET, 10}, // 100 ms (PS-MPU-9250A-01, table 5: start-up time)
+    {WRITE, MPU, MPU_PWR_MGMT_1, MPU_CLOCK_PLL, 4},
+    {WRITE, MPU, MPU_CONFIG, MPU_DLPF_41HZ, 0},
+    {WRITE, MPU, MPU_SMPLRT_DIV, MPU_RATE_200HZ, 0},
+    {WRITE, MPU, MPU_GYRO_CONFIG, MPU_250DPS, 0},
+    {WRITE, MPU, MPU_ACCEL_CONFIG, MPU_2G, 0},
+    {WRITE, MPU, MPU_ACCEL_CONFIG2, MPU_DLPF_41HZ, 0},
+    {WRITE, MPU, MPU_INT_PIN_CFG, MPU_INT_LATCH_ANYRD_BYPASS, 0},
+    {WRITE, MPU, MPU_INT_ENABLE, MPU_RAW_RDY, 0},
+    {EXPECT_OR_NO_FIELD, AK, AK_WIA, AK_ID, 0},
+    {WRITE, AK, AK_CNTL1, AK_POWER_DOWN, 1}, // 100 us at least between two modes
+    {WRITE, AK, AK_CNTL1, AK_FUSE_ROM, 1},
+    {READ_SENSITIVITY, AK, AK_ASAX, 3, 0},
+    {WRITE, AK, AK_CNTL1, AK_POWER_DOWN, 1},
+    {WRITE, AK, AK_CNTL1, AK_16BIT_100HZ, 1},
+};
+
+#define STEPS (sizeof SCRIPT / sizeof *SCRIPT)
+
+static enum { PAUSED, IN_SCRIPT, CALIBRATING, RUNNING } phase;
+static enum { NOTHING, A_STEP, THE_MPU, THE_AK } asked; // of the bus
+static uint32_t step;
+static uint32_t wait_ticks;     // until the next step, or the end of the pause
+static uint32_t transfer_ticks; // until a transfer is given up
+static uint8_t bytes[15];
+static bool has_field;
+static float sensitivity[3];
+
+static uint32_t calibrated;  // readings
+static int32_t rate_sum[3];
+static int16_t rate_low[3], rate_high[3];
+static float bias_deg_s[3];
+static uint32_t misses;
+
+struct imu imu;
+
+static void ask_read(unsigned what, uint8_t device, uint8_t reg, uint8_t count)
+{
+    asked = what;
+    transfer_ticks = TRANSFER_TICKS;
+    i2c_read(device, reg, bytes, count);
+}
+
+static void fail(void)
+{
+    imu.valid = imu.field_valid = false;
+    imu.failed = true;
+    asked = NOTHING;
+    phase = PAUSED;
+    wait_ticks = RETRY_TICKS;
+}
+
+void imu_start(void)
+{
+    i2c_start();
+    phase = IN_SCRIPT;
+    asked = NOTHING;
+    step = wait_ticks = 0;
+    has_field = true;
+}
+
+static void begin_calibration(void)
+{
+    phase = CALIBRATING;
+    calibrated = 0;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+        rate_sum[axis] = 0;
+        rate_low[axis] = INT16_MAX;
+        rate_high[axis] = INT16_MIN;
+    }
+}
+
+static void ask_step(void)
+{
+    const struct step *now = &SCRIPT[step];
+    if (now->action == WRITE) {
+        asked = A_STEP;
+        transfer_ticks = TRANSFER_TICKS;
+        i2c_write(now->device, now->reg, now->value);
+    } else {
+        ask_read(A_STEP, now->device, now->reg, now->action == READ_SENSITIVITY ? now->value : 1);
+    }
+}
+
+static void end_script(void)
+{
+    step = 0;
+    begin_calibration();
+}
+
+// ASA: 128 stands for a factor of 1 (RM, 5.13).
+static void take_sensitivity(void)
+{
+    for (unsigned axis = 0; axis < 3; ++axis)
+        sensitivity[axis] = FIELD_MGAUSS * ((float)(bytes[axis] - 128) / 256.0f + 1.0f);
+}
+
+static void take_step(bool done)
+{
+    const struct step *now = &SCRIPT[step];
+    bool right = done && (now->action == WRITE || now->action == READ_SENSITIVITY || bytes[0] == now->value);
+    if (!right && now->action == EXPECT_OR_NO_FIELD) {
+        has_field = false;
+        end_script();
+    } else if (!right) {
+        fail();
+    } else {
+        if (now->action == READ_SENSITIVITY)
+            take_sensitivity();
+        wait_ticks = now->wait_ticks;
+        if (++step == STEPS)
+            end_script();
+    }
+}
+
+// --- readings
+
+static int16_t big_endian(const uint8_t *at) { return (int16_t)(at[0] << 8 | at[1]); }
+
+static int16_t little_endian(const uint8_t *at) { return (int16_t)(at[1] << 8 | at[0]); }
+
+// bytes: INT_STATUS, then acceleration, temperature and rate, two bytes each.
+#define ACCELERATION_AT (bytes + 1)
+#define TEMPERATURE_AT (bytes + 7)
+#define RATE_AT (bytes + 9)
+
+static void calibrate(void)
+{
+    for (unsigned axis = 0; axis < 3; ++axis) {
+        int16_t rate = big_endian(RATE_AT + 2 * axis);
+        rate_sum[axis] += rate;
+        if (rate < rate_low[axis])
+            rate_low[axis] = rate;
+        if (rate > rate_high[axis])
+            rate_high[axis] = rate;
+    }
+    if (++calibrated < CALIBRATION_READINGS)
+        return;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+        bool still = rate_high[axis] - rate_low[axis] < STILL_LSB;
+        bias_deg_s[axis] = still ? (float)rate_sum[axis] / (float)CALIBRATION_READINGS * RATE_DEG_S : 0.0f;
+    }
+    phase = RUNNING;
+}
+
+static void take_motion(void)
+{
+    float rate[3];
+    for (unsigned axis = 0; axis < 3; ++axis)
+        rate[axis] = (float)big_endian(RATE_AT + 2 * axis) * RATE_DEG_S - bias_deg_s[axis];
+    imu.rate_deg_s = (struct vector){rate[0], rate[1], rate[2]};
+    imu.acceleration_g = (struct vector){
+        (float)big_endian(ACCELERATION_AT) * ACCELERATION_G,
+        (float)big_endian(ACCELERATION_AT + 2) * ACCELERATION_G,
+        (float)big_endian(ACCELERATION_AT + 4) * ACCELERATION_G,
+    };
+    imu.temperature_c = (float)big_endian(TEMPERATURE_AT) / 333.87f + 21.0f;
+    imu.valid = true;
+    imu.failed = false;
+}
+
+static void end_reading(void)
+{
+    asked = NOTHING;
+    imu_read((float)READ_TICKS / TICK_HZ);
+}
+
+static void take_mpu(void)
+{
+    asked = NOTHING;
+    if (!(bytes[0] & MPU_RAW_RDY)) {
+        if (++misses > MISSES_ALLOWED)
+            fail();
+        return;
+    }
+    misses = 0;
+    if (phase == CALIBRATING) {
+        calibrate();
+        return;
+    }
+    take_motion();
+    if (has_field)
+        ask_read(THE_AK, AK, AK_ST1, 8);
+    else
+        end_reading();
+}
+
+// The AK8963's X is the other sensors' Y, its Y their X, its Z points the other way (PS-MPU-9250A-01, section 9.1).
+static void take_ak(void)
+{
+    bool overflow = bytes[7] & AK_HOFL;
+    if (bytes[0] & AK_DRDY) {
+        imu.field_valid = !overflow;
+        imu.field_mgauss = (struct vector){
+            (float)little_endian(bytes + 3) * sensitivity[1],
+            (float)little_endian(bytes + 1) * sensitivity[0],
+            -(float)little_endian(bytes + 5) * sensitivity[2],
+        };
+    }
+    end_reading();
+}
+
+static void take(bool done)
+{
+    if (asked == A_STEP) {
+        asked = NOTHING;
+        take_step(done);
+    } else if (!done) {
+        fail();
+    } else if (asked == THE_MPU) {
+        take_mpu();
+    } else {
+        take_ak();
+    }
+}
+
+// --- when
+
+static bool is_time_to_read(uint32_t tick)
+{
+    return phase == CALIBRATING || (phase == RUNNING && (tick + READ_BEFORE) % READ_TICKS == 0);
+}
+
+void imu_tick(uint32_t tick)
+{
+    if (asked != NOTHING) {
+        if (--transfer_ticks == 0) {
+            i2c_recover();
+            fail();
+        }
+    } else if (wait_ticks) {
+        --wait_ticks;
+    } else if (phase == PAUSED) {
+        phase = IN_SCRIPT;
+        step = 0;
+        has_field = true;
+    } else if (phase == IN_SCRIPT) {
+        ask_step();
+    } else if (is_time_to_read(tick)) {
+        ask_read(THE_MPU, MPU, MPU_INT_STATUS, sizeof bytes);
+    }
+}
+
+void imu_poll(void)
+{
+    if (asked != NOTHING && i2c_state() != I2C_BUSY)
+        take(i2c_state() == I2C_DONE);
+}
