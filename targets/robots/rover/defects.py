@@ -209,6 +209,7 @@ _ALL = (
         text="0x80 comes once a second, 0x82 five times, 0x83 and 0x84 never",
         source="G0 application.cpp execute_periodic_tasks",
         server={
+            "report_at_once": False,
             "rates": (
                 ReportRate(report=ReportId.IMU, ticks=20),
                 ReportRate(report=ReportId.GENERAL, ticks=100),
