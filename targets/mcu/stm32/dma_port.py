@@ -1,0 +1,73 @@
+"""One of the two AHB ports of a DMA controller: it serves one stream at a time, the most important that asks.
+
+An access begins when a stream wants one and nothing is under way, and happens at its end. Among the streams that asked
+by the beginning, the highest priority wins, then the lowest number (RM0410 section 8.3.5).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from targets.mcu.timebase import Event, Timebase
+
+__all__ = ["Port"]
+
+
+class Port:
+    """See the module.
+
+    Args:
+        time: cycles and events.
+        cycles: how long an access of one beat takes; each further beat takes one more.
+        priority: returns what to sort the streams by; the greatest wins.
+        serve: makes the access of a stream, and returns how many beats it had.
+    """
+
+    def __init__(
+        self, time: Timebase, cycles: int, priority: Callable[[int], tuple[int, int]], serve: Callable[[int], int]
+    ) -> None:
+        self._time = time
+        self._cycles = cycles
+        self._priority = priority
+        self._serve = serve
+        self._since: dict[int, int] = {}
+        self._event: Event | None = None
+        self._begun = 0
+        self._serving = False
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._time.cancel(self._event)
+        self._event = None
+        self._since.clear()
+
+    def ask(self, stream: int, wants: bool) -> None:
+        """A stream wants an access, or does not any more."""
+        if not wants:
+            self._since.pop(stream, None)
+        elif stream not in self._since:
+            self._since[stream] = self._time.now
+            self._proceed()
+
+    def _proceed(self) -> None:
+        if self._event is None and not self._serving and self._since:
+            self._begun = self._time.now
+            self._event = self._time.after(self._cycles, self._finish)
+
+    def _finish(self) -> None:
+        asking = [stream for stream, since in self._since.items() if since <= self._begun]
+        beats = 1
+        if asking:
+            best = max(asking, key=self._priority)
+            del self._since[best]
+            self._serving = True
+            beats = self._serve(best)
+            self._serving = False
+        if beats > 1:
+            self._event = self._time.after(beats - 1, self._free)
+        else:
+            self._free()
+
+    def _free(self) -> None:
+        self._event = None
+        self._proceed()
