@@ -16,7 +16,8 @@ Time. Entry and return go in two steps, so that what happens within their cycles
 While such a step is outstanding `can_take` is True, and no instruction may be executed.
 
 Cycles (Cortex-M3 TRM, sections on exception latency; zero wait states): 12 for entry, 6 for tail-chaining. 12 for
-return, and that a fault at return costs as much as tail-chaining, are choices. Waking up takes no time of its own.
+return, and that a fault at return costs as much as tail-chaining, are choices; and that a Cortex-M7 takes the same.
+Waking up takes no time of its own.
 
 Not modelled: imprecise bus faults, the vector's flash wait states, faults that wait until a debugger looks. Divisions,
 loads and stores of several words, which silicon abandons or interrupts, are completed before an exception is taken.
@@ -28,13 +29,18 @@ import enum
 from collections.abc import Callable
 
 from targets.mcu.cortexm import frame
+from targets.mcu.cortexm.caches import Caches
 from targets.mcu.cortexm.debug import Fpb, RomTable, Tpiu
 from targets.mcu.cortexm.dwt import Dwt
 from targets.mcu.cortexm.exceptions import Exceptions, Line, Number
 from targets.mcu.cortexm.faults import Cfsr, Fault, Hfsr, Lockup
+from targets.mcu.cortexm.float_context import FloatContext
+from targets.mcu.cortexm.fpu import FPCA, Fpu
 from targets.mcu.cortexm.itm import Itm
 from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
+from targets.mcu.cortexm.mpu import Mpu
 from targets.mcu.cortexm.nvic import Nvic
+from targets.mcu.cortexm.ppb import LaneBlock
 from targets.mcu.cortexm.scb import Scb
 from targets.mcu.cortexm.scs import SCS_BASE, Scs
 from targets.mcu.cortexm.stepping import step_over
@@ -51,9 +57,10 @@ TAIL_CHAIN_CYCLES = 6
 RETURN_CYCLES = 12
 
 _T_BIT = 1 << 24
-_APSR = 0xF800_0000
+_APSR = 0xF80F_0000
 _SPSEL, _NPRIV = 1 << 1, 1 << 0
 _HARD_FAULT_PRIORITY = -1
+_FLOATING_POINT = 0b101  # the upper three bits of the numbers of coprocessors 10 and 11
 _USAGE = {
     FaultKind.STATE: Cfsr.INVSTATE,
     FaultKind.DIVISION: Cfsr.DIVBYZERO,
@@ -97,20 +104,27 @@ class Core:
 
     def __init__(self, cpu: CpuEngine, services: Services, kind: CoreKind = CORTEX_M3) -> None:
         self._cpu = cpu
+        self._services = services
         self._bus = services.bus
         self._time = services.time
         self._notes = services.notes
         self.kind = kind
         self.exceptions = Exceptions(kind.irq_count, kind.priority_bits)
         self._nmi = Line(self.exceptions, Number.NMI)
+        self._others: list[LaneBlock] = []
         self.systick = SysTick(SCS_BASE, services, self.exceptions, kind.systick_calibration)
         self.nvic = Nvic(SCS_BASE, services, self.exceptions)
         self.scb = Scb(SCS_BASE, services, self.exceptions, lambda: self.running, self._masks, kind)
+        if kind.mpu_regions:
+            self._others.append(Mpu(SCS_BASE, services, kind.mpu_regions))
+        if kind.ccsidr:
+            self._others.append(Caches(SCS_BASE, services, kind.ccsidr, kind.tcm))
         trace_enabled = lambda: self.scb.trace_enabled  # noqa: E731
         ids = kind.component_ids
         self.itm = Itm(services, self._privileged, ids["ITM"], trace_enabled)
         self.dwt = Dwt(services, self._privileged, ids["DWT"], trace_enabled, locked=kind.locked_debug)
-        scs = Scs(services, self._privileged, self.systick, self.nvic, self.scb)
+        self._floats = self._make_floats()
+        scs = Scs(services, self._privileged, self.systick, self.nvic, self.scb, *self._others)
         fpb, tpiu = Fpb(services, self._privileged, ids["FPB"]), Tpiu(services, self._privileged, ids["TPIU"])
         rom = RomTable(services, self._privileged)
         self._debug = (self.itm, self.dwt, fpb, tpiu)
@@ -140,6 +154,16 @@ class Core:
             StopKind.WFE: self._wait_for_event,
             StopKind.SEV: self._send_event,
         }
+
+    def _make_floats(self) -> FloatContext | None:
+        kind, cpu, services = self.kind.fpu, self._cpu, self._services
+        if kind is None:
+            return None
+        fpu = Fpu(SCS_BASE, services, kind, lambda: cpu.get(Reg.CONTROL))
+        self._others.append(fpu)
+        floats = FloatContext(cpu, services.bus, fpu, lambda: self.scb.float_access)
+        self.scb.on_coprocessors = floats.choose_access
+        return floats
 
     # --- from the chip
 
@@ -186,6 +210,8 @@ class Core:
         for register in (Reg.CONTROL, Reg.PRIMASK, Reg.BASEPRI, Reg.FAULTMASK, Reg.PSP):
             cpu.set(register, 0)
         cpu.set(Reg.LR, 0xFFFF_FFFF)
+        if self._floats is not None:
+            self._floats.reset()
         try:
             stack, entry = (self._bus.read(vector_base + offset, 4) for offset in (0, 4))
         except BusFault:
@@ -318,10 +344,22 @@ class Core:
 
     def _stack(self) -> None:
         """First step of entry: save what the exception interrupts."""
-        self._exc_return, complete = frame.push(self._cpu, self._bus, align=self.scb.stack_align)
+        floats, cycles = None if self._floats is None else self._floats.to_stack(), ENTRY_CYCLES
+        self._exc_return, complete = frame.push(self._cpu, self._bus, align=self.scb.stack_align, floats=floats)
+        if self._floats is not None and floats is not None:
+            cycles += self._floats.stacked(self._exc_return, self._ready())
         if not complete:
             self._fault(Number.BUS_FAULT, cfsr=Cfsr.STKERR)
-        self._go_on(_ENTER, ENTRY_CYCLES)
+        self._go_on(_ENTER, cycles)
+
+    def _ready(self) -> int:
+        """Return which exceptions could be taken now if a floating-point register could not be saved later."""
+        exceptions, now = self.exceptions, self._execution_priority()
+        ready = now > _HARD_FAULT_PRIORITY and 1 << 4
+        for number, bit in ((Number.MEM_MANAGE, 5), (Number.BUS_FAULT, 6), (Number.DEBUG_MONITOR, 8)):
+            urgent = exceptions.group_priority(exceptions.priorities[number]) < now
+            ready |= (exceptions.enabled >> number & 1 and urgent) << bit
+        return ready
 
     def _enter(self) -> None:
         """Second step of entry: begin the handler of what is most urgent by now."""
@@ -340,8 +378,8 @@ class Core:
         self.on_monitor_clear()
         # before XPSR: in handler mode SPSEL cannot be cleared
         control = cpu.get(Reg.CONTROL)
-        if control & _SPSEL:
-            cpu.set(Reg.CONTROL, control & ~_SPSEL)
+        if control & (_SPSEL | FPCA):
+            cpu.set(Reg.CONTROL, control & ~(_SPSEL | FPCA))
         cpu.set(Reg.LR, self._exc_return)
         self._begin_at(vector & ~1, thumb=bool(vector & 1), xpsr=cpu.get(Reg.XPSR) & _APSR | number)
 
@@ -396,14 +434,17 @@ class Core:
         if number != Number.NMI:
             self._cpu.set(Reg.FAULTMASK, 0)
         self._exc_return = stop.value
+        more = 0 if self._floats is None else self._floats.returning(stop.value)
         if not was_active or not self._is_legal(stop.value, alone=alone):
             self._bad_return(Number.USAGE_FAULT, Cfsr.INVPC)
         elif self._preempts():
             self._go_on(_ENTER, TAIL_CHAIN_CYCLES)
         else:
-            self._go_on(_LEAVE, RETURN_CYCLES)
+            self._go_on(_LEAVE, RETURN_CYCLES + more)
 
     def _is_legal(self, exc_return: int, *, alone: bool) -> bool:
+        if self._floats is not None:
+            exc_return |= frame.BASIC
         if exc_return == frame.TO_HANDLER:
             return not alone
         if exc_return in (frame.TO_THREAD_MSP, frame.TO_THREAD_PSP):
@@ -420,15 +461,10 @@ class Core:
         if self._preempts():
             self._go_on(_ENTER, TAIL_CHAIN_CYCLES)
             return
-        try:
-            words = frame.pull(self._cpu, self._bus, self._exc_return)
-        except BusFault:
-            self._bad_return(Number.BUS_FAULT, Cfsr.UNSTKERR)
+        words = self._unstack()
+        if words is None:
             return
         number = words[7] & 0x1FF
-        if (number != 0) != (self._exc_return == frame.TO_HANDLER):
-            self._bad_return(Number.USAGE_FAULT, Cfsr.INVPC)
-            return
         if words[6] & 1:
             self._notes.add("misuse", "exception frame", "the return address on the stack is odd; bit 0 is ignored")
         frame.restore(self._cpu, words, self._exc_return, align=self.scb.stack_align)
@@ -440,6 +476,24 @@ class Core:
         if not number and self.scb.sleep_on_exit and not self.exceptions.active:
             self._sleep(for_event=False)
         self._check_executable(words[6] & ~1, thumb=bool(words[7] & _T_BIT))
+
+    def _unstack(self) -> list[int] | None:
+        """Return the words of the frame, and set the floating-point registers that it has; None after a fault."""
+        floats, exc_return = self._floats, self._exc_return
+        try:
+            words = frame.pull(self._cpu, self._bus, exc_return)
+            if (words[7] & 0x1FF != 0) != (exc_return | frame.BASIC == frame.TO_HANDLER):
+                self._bad_return(Number.USAGE_FAULT, Cfsr.INVPC)
+                return None
+            if floats is not None:
+                if floats.denied(exc_return):
+                    self._bad_return(Number.USAGE_FAULT, Cfsr.NOCP)
+                    return None
+                floats.restore(exc_return)
+        except BusFault:
+            self._bad_return(Number.BUS_FAULT, Cfsr.UNSTKERR)
+            return None
+        return words
 
     # --- what instructions ask for
 
@@ -477,7 +531,7 @@ class Core:
         elif stop.fault in _USAGE:
             self._fault(Number.USAGE_FAULT, cfsr=_USAGE[stop.fault])
         else:
-            self._fault(Number.USAGE_FAULT, cfsr=Cfsr.NOCP if self._is_coprocessor(pc) else Cfsr.UNDEFINSTR)
+            self._fault(Number.USAGE_FAULT, cfsr=Cfsr.NOCP if self._lacks_coprocessor(pc) else Cfsr.UNDEFINSTR)
         self._stack_unless_locked()
 
     def _data_fault(self, stop: Stop) -> None:
@@ -502,13 +556,18 @@ class Core:
         wide = self._bus.read(pc, 2) >> 11 in (0b11101, 0b11110, 0b11111)
         step_over(self._cpu, 4 if wide else 2)
 
-    def _is_coprocessor(self, pc: int) -> bool:
-        """Say whether the instruction at `pc` is a coprocessor's (DDI0403 section A5.3.18)."""
+    def _lacks_coprocessor(self, pc: int) -> bool:
+        """Say whether the instruction at `pc` is a coprocessor's that is not there, or not for the code that runs.
+
+        See DDI0403 section A5.3.18.
+        """
         try:
-            half = self._bus.read(pc, 2)
+            first, second = (self._bus.read(pc + offset & 0xFFFF_FFFF, 2) for offset in (0, 2))
         except BusFault:
             return False
-        return half & 0xEC00 == 0xEC00 and half & 0xEF00 != 0xEF00
+        if first & 0xEC00 != 0xEC00 or first & 0xEF00 == 0xEF00:
+            return False
+        return self._floats is None or second >> 9 & 7 != _FLOATING_POINT or not self._floats.allowed()
 
     # --- faults
 

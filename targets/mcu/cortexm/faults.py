@@ -49,7 +49,7 @@ _MEANING = {
     "UNDEFINSTR": "an undefined instruction",
     "INVSTATE": "a jump to an even address, which would leave Thumb state",
     "INVPC": "an exception return with a wrong EXC_RETURN, stack or exception number",
-    "NOCP": "a coprocessor or floating point instruction, which a Cortex-M3 does not have",
+    "NOCP": "a coprocessor or floating point instruction, which the core does not have or CPACR does not allow",
     "UNALIGNED": "an unaligned access",
     "DIVBYZERO": "a division by zero",
     "VECTTBL": "the vector table could not be read",

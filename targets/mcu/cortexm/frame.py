@@ -1,22 +1,42 @@
-"""Exception frames (DDI0403 sections B1.5.6 and B1.5.8): eight words on the stack that was in use.
+"""Exception frames (DDI0403 sections B1.5.6 to B1.5.8) on the stack that was in use.
 
-From the new stack pointer upwards: R0, R1, R2, R3, R12, LR, return address, xPSR. With CCR.STKALIGN the frame begins at
-a multiple of eight, and bit 9 of the xPSR in it says that four bytes were left out for that.
+From the new stack pointer upwards: R0, R1, R2, R3, R12, LR, return address, xPSR; with a floating-point context S0 to
+S15, FPSCR and a word that nobody uses behind them. With CCR.STKALIGN, and always with a floating-point context, the
+frame begins at a multiple of eight, and bit 9 of the xPSR in it says that four bytes were left out for that.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from targets.mcu.cortexm.fpu import FPCA
 from targets.mcu.engine.api import CpuEngine, Reg
 from targets.mcu.errors import BusFault
 from targets.mcu.services import BusMaster
 
-__all__ = ["FRAME_SIZE", "TO_HANDLER", "TO_THREAD_MSP", "TO_THREAD_PSP", "pull", "push", "restore"]
+__all__ = [
+    "BASIC",
+    "FLOATS_AT",
+    "FRAME_SIZE",
+    "TO_HANDLER",
+    "TO_THREAD_MSP",
+    "TO_THREAD_PSP",
+    "bank_of",
+    "pull",
+    "pull_floats",
+    "push",
+    "restore",
+]
 
 TO_HANDLER, TO_THREAD_MSP, TO_THREAD_PSP = 0xFFFF_FFF1, 0xFFFF_FFF9, 0xFFFF_FFFD
 """The values of EXC_RETURN of a core without floating point (DDI0403 table B1-8)."""
+BASIC = 1 << 4
+"""The bit of EXC_RETURN that is clear where the frame has floating-point registers (DDI0403 table B1-9)."""
 
-FRAME_SIZE = 32
-_FRAME_WORDS = 8
+FRAME_SIZE, _EXTENDED_SIZE = 32, 104
+FLOATS_AT = FRAME_SIZE
+"""Offset of the floating-point registers in a frame that has them."""
+_FRAME_WORDS, _FLOAT_WORDS = 8, 17
 _WORD = 0xFFFF_FFFF
 _IPSR = 0x1FF
 _SPSEL = 1 << 1
@@ -24,8 +44,14 @@ _ALIGNED = 1 << 9
 _STACKED = (Reg.R0, Reg.R1, Reg.R2, Reg.R3, Reg.R12, Reg.LR, Reg.PC)
 
 
-def push(cpu: CpuEngine, bus: BusMaster, *, align: bool) -> tuple[int, bool]:
+def push(cpu: CpuEngine, bus: BusMaster, *, align: bool, floats: Sequence[int] | None = None) -> tuple[int, bool]:
     """Put a frame on the stack in use and move its pointer.
+
+    Args:
+        cpu: whose registers are saved.
+        bus: where they are saved.
+        align: CCR.STKALIGN.
+        floats: S0 to S15 and FPSCR, if they belong to the frame.
 
     Returns:
         EXC_RETURN that takes it off again, and whether all of it could be written. If not, the pointer has moved all
@@ -39,10 +65,15 @@ def push(cpu: CpuEngine, bus: BusMaster, *, align: bool) -> tuple[int, bool]:
     else:
         bank, exc_return = Reg.MSP, TO_THREAD_MSP
     top = cpu.get(bank) & ~3
+    size = FRAME_SIZE
+    if floats is not None:
+        size, align, exc_return = _EXTENDED_SIZE, True, exc_return & ~BASIC
     padding = top & 4 if align else 0
-    frame = top - FRAME_SIZE - padding & _WORD
+    frame = top - size - padding & _WORD
     words = cpu.get_many(_STACKED)
     words.append(xpsr & ~_ALIGNED | (_ALIGNED if padding else 0))
+    if floats is not None:
+        words += floats
     cpu.set(bank, frame)
     try:
         bus.write_words(frame, words)
@@ -57,24 +88,33 @@ def pull(cpu: CpuEngine, bus: BusMaster, exc_return: int) -> list[int]:
     Raises:
         BusFault: the stack cannot be read.
     """
-    frame = cpu.get(_bank(exc_return))
-    return bus.read_words(frame, _FRAME_WORDS)
+    return bus.read_words(cpu.get(bank_of(exc_return)), _FRAME_WORDS)
+
+
+def pull_floats(cpu: CpuEngine, bus: BusMaster, exc_return: int) -> list[int]:
+    """Read S0 to S15 and FPSCR of the frame that `exc_return` names, without taking it off.
+
+    Raises:
+        BusFault: the stack cannot be read.
+    """
+    return bus.read_words(cpu.get(bank_of(exc_return)) + FLOATS_AT & _WORD, _FLOAT_WORDS)
 
 
 def restore(cpu: CpuEngine, words: list[int], exc_return: int, *, align: bool) -> None:
     """Take the frame with these words off its stack and go on from it."""
-    bank = _bank(exc_return)
-    top = cpu.get(bank) + FRAME_SIZE & _WORD
+    bank, extended = bank_of(exc_return), not exc_return & BASIC
+    top = cpu.get(bank) + (_EXTENDED_SIZE if extended else FRAME_SIZE) & _WORD
     words[6] &= ~1
     cpu.set_many(_STACKED, words[:7])
     cpu.set(Reg.XPSR, words[7] & ~_ALIGNED)
     # after XPSR: in handler mode SPSEL cannot be set
     control = cpu.get(Reg.CONTROL)
-    wanted = control | _SPSEL if exc_return == TO_THREAD_PSP else control & ~_SPSEL
+    wanted = control & ~(_SPSEL | FPCA) | (_SPSEL if bank is Reg.PSP else 0) | (FPCA if extended else 0)
     if wanted != control:
         cpu.set(Reg.CONTROL, wanted)
-    cpu.set(bank, top | (4 if align and words[7] & _ALIGNED else 0))
+    cpu.set(bank, top | (4 if (align or extended) and words[7] & _ALIGNED else 0))
 
 
-def _bank(exc_return: int) -> Reg:
-    return Reg.PSP if exc_return == TO_THREAD_PSP else Reg.MSP
+def bank_of(exc_return: int) -> Reg:
+    """Return the stack pointer that the frame is at."""
+    return Reg.PSP if exc_return | BASIC == TO_THREAD_PSP else Reg.MSP

@@ -1,4 +1,4 @@
-"""The system control space at 0xE000E000: SysTick, NVIC and SCB share one page of the bus."""
+"""The system control space at 0xE000E000: SysTick, NVIC, SCB and what more a core has share one page of the bus."""
 
 from __future__ import annotations
 
@@ -25,9 +25,15 @@ class Scs(PpbBlock):
     """
 
     def __init__(
-        self, services: Services, privileged: Callable[[], bool], systick: SysTick, nvic: Nvic, scb: Scb
+        self,
+        services: Services,
+        privileged: Callable[[], bool],
+        systick: SysTick,
+        nvic: Nvic,
+        scb: Scb,
+        *others: LaneBlock,
     ) -> None:
-        self.parts: tuple[LaneBlock, ...] = (systick, nvic, scb)
+        self.parts: tuple[LaneBlock, ...] = (systick, nvic, scb, *others)
         self._scb = scb
         self._part_at = {offset: part for part in self.parts for offset in part.registers}
         super().__init__("SCS", SCS_BASE, services, privileged)

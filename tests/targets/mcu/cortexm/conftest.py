@@ -6,7 +6,8 @@ import pytest
 
 from targets.mcu.cortexm.core import Core
 from targets.mcu.cortexm.exceptions import Number
-from targets.mcu.engine.api import Access, FaultKind, Reg, Stop, StopKind
+from targets.mcu.cortexm.kinds import CORTEX_M3, CORTEX_M7
+from targets.mcu.engine.api import FLOAT_WORDS, Access, FaultKind, FloatAccess, Reg, Stop, StopKind
 from targets.mcu.registers import Peripheral
 from targets.mcu.testing import FakeChip
 
@@ -26,6 +27,31 @@ class FakeCpu:
         self.cycle = 0
         self.instructions = 0
         self.traps = (False, False)
+        self.floats = [0] * FLOAT_WORDS
+        self.float_access = FloatAccess.EVERYBODY
+        self.float_context = (True, 0)
+
+    def get_floats(self) -> list[int]:
+        return list(self.floats)
+
+    def set_floats(self, words: list[int]) -> None:
+        assert len(words) == FLOAT_WORDS
+        self.floats = list(words)
+
+    def set_float_access(self, access: FloatAccess) -> None:
+        self.float_access = access
+
+    def set_float_context(self, *, automatic: bool, fpscr: int) -> None:
+        self.float_context = automatic, fpscr
+
+    def use_floats(self, *words: int) -> None:
+        """Execute a floating-point instruction that leaves these in S0 and so on."""
+        assert self.float_access is FloatAccess.EVERYBODY
+        automatic, fpscr = self.float_context
+        if automatic and not self.registers[Reg.CONTROL] & 4:
+            self.registers[Reg.CONTROL] |= 4
+            self.floats[32] = fpscr
+        self.floats[: len(words)] = words
 
     def set_traps(self, *, division: bool, unaligned: bool) -> None:
         self.traps = division, unaligned
@@ -90,11 +116,11 @@ class Rig:
     STACK_TOP = STACK_TOP
     MAIN = MAIN
 
-    def __init__(self, *, power_on: bool = True) -> None:
+    def __init__(self, kind=CORTEX_M3, *, power_on: bool = True) -> None:
         self.chip = FakeChip(hclk_hz=72_000_000)
         self.cpu = FakeCpu()
         self.memory = self.chip.bus
-        self.core = Core(self.cpu, self.chip.services)
+        self.core = Core(self.cpu, self.chip.services, kind)
         self.memory.load(RAM, bytes(RAM_SIZE))
         self.memory.load(VECTORS, bytes(0x500))
         self.memory.write(VECTORS, 4, STACK_TOP)
@@ -193,6 +219,17 @@ class Rig:
 @pytest.fixture
 def rig() -> Rig:
     return Rig()
+
+
+@pytest.fixture
+def make_rig() -> type[Rig]:
+    return Rig
+
+
+@pytest.fixture
+def m7() -> Rig:
+    """Like `rig`, but a Cortex-M7."""
+    return Rig(CORTEX_M7)
 
 
 @pytest.fixture(scope="module")
