@@ -41,8 +41,9 @@ bench: dev        ## speed, as ratios against something run beside it
 soak: dev         ## ten million bytes into both roles, whole and byte by byte; a megabyte through firmware on a pty
 	$(BIN)/python -m pytest tests/soak -s
 
-mutants: dev      ## the matrix clause x mutant (docs/mutants.md)
+mutants: dev      ## the matrix clause x mutant (docs/mutants.md, docs/rover-defects.md)
 	$(BIN)/python -m tests.mutants
+	$(BIN)/python -m tests.mutants.rover
 
 campaign: dev     ## the dodger in twenty rooms, in three ways (docs/campaign.md); half an hour
 	$(BIN)/python -m tests.campaign

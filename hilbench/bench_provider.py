@@ -41,6 +41,7 @@ _TARGET_KINDS = (
     "listen:tcp:PORT",
     "exec:COMMAND",
 )
+_ROVER_TARGET_KINDS = ("rover-model", "serial:PORT@BAUD", "socket://HOST:PORT")
 
 
 def make_provider(options: CheckOptions) -> BenchProvider:
@@ -58,15 +59,34 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal or Journal())
     if bench_file.boards:
         return _for_boards(shared, options)
+    rover = bench_file.rover is not None
     if not options.targets:
-        return VirtualProvider(shared)
+        return _rover(shared) if rover else VirtualProvider(shared)
     if len(options.targets) > 1:
         raise UsageError("this bench has one target", where=f"--target {options.targets[1].spec}", hint="name only one")
     choice = options.targets[0]
     if choice.name and choice.name not in bench_file.targets:
         nearest = did_you_mean(choice.name, bench_file.targets, "targets")
         raise UsageError(f"no target '{choice.name}'", where=f"--target {choice.name}={choice.spec}", hint=nearest)
-    return _for_target(shared, choice.spec)
+    return _rover_at(shared, choice.spec) if rover else _for_target(shared, choice.spec)
+
+
+def _rover(shared: Shared) -> BenchProvider:
+    from hilbench.rover_provider import RoverProvider
+
+    return RoverProvider(shared)
+
+
+def _rover_at(shared: Shared, spec: str) -> BenchProvider:
+    from hilbench.rover_provider import AttachedRoverProvider
+
+    if spec == "rover-model":
+        return _rover(shared)
+    kind, _, rest = spec.partition(":")
+    if rest and kind not in {"listen", "exec"}:
+        return AttachedRoverProvider(shared, spec)
+    hint = did_you_mean(spec, _ROVER_TARGET_KINDS, "a target of a rover's bench is one of")
+    raise UsageError("not a target", where=f"--target {spec}", hint=hint)
 
 
 def _for_boards(shared: Shared, options: CheckOptions) -> BenchProvider:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 import shlex
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Generic, TypeVar
 
-from hilbench.cases import AttachedCase, ForeignClientCase
+from hilbench.cases import AttachedCase, CaseBase, ForeignClientCase
 from hilbench.check.observations import Observations
 from hilbench.check.provider import CaseInfo
 from hilbench.client_under_test import (
@@ -20,11 +21,16 @@ from hilbench.client_under_test import (
 from hilbench.clock import MonotonicHostClock, Scheduler
 from hilbench.config import BenchFile
 from hilbench.errors import UnavailableError, UsageError
+from hilbench.line_faults import LineFaults
+from hilbench.line_peer import LinePeer
 from hilbench.links import Line, Port, PtyDoor, SerialPort, TcpDoor, parse_serial_target
 from hilbench.observing import counters_of, pace_of
 from hilbench.peer import Peer
 from hilbench.scripted_server import ScriptedServer
 from hilbench.shared import Shared
+
+PeerT = TypeVar("PeerT", bound=LinePeer[Any])
+CaseT = TypeVar("CaseT", bound=CaseBase)
 
 _LAST_WORDS_S = 0.5
 """How long a client's last bytes may take to pass the wire, so that the next case does not hear them. A choice."""
@@ -70,8 +76,8 @@ class _LockedProvider:
         self._shared.journal.close(self._bench.now_ns)
 
 
-class AttachedProvider(_LockedProvider):
-    """A server that somebody else runs, at a serial port or behind any pyserial URL.
+class AttachedProviderBase(_LockedProvider, ABC, Generic[PeerT, CaseT]):
+    """A target that somebody else runs, at a serial port or behind any pyserial URL.
 
     The port is opened once, before the first case; between cases the target is settled.
 
@@ -83,20 +89,24 @@ class AttachedProvider(_LockedProvider):
     def __init__(self, shared: Shared, spec: str) -> None:
         super().__init__(shared, spec)
         self._serial = parse_serial_target(spec)
-        self._peer: Peer | None = None
+        self._peer: PeerT | None = None
 
-    @property
-    def capabilities(self) -> frozenset[str]:
-        """A serial line has a rate that can be changed, a socket can be hung up; more is not known of a stranger."""
-        is_network = "://" in self._serial.url and not self._serial.url.startswith(("rfc2217:", "spy:", "hwgrep:"))
-        return _SERVER_CAPABILITIES | ({"hangup"} if is_network else {"baud"})
+    @abstractmethod
+    def _make_peer(self, port: Port) -> PeerT:
+        """Return the checker's end of the line."""
+
+    @abstractmethod
+    def _make_case(
+        self, case: CaseInfo, peer: PeerT, reopen: Callable[[], Port], faults: LineFaults | None = None
+    ) -> CaseT:
+        """Return the bench of a case."""
 
     @contextlib.contextmanager
-    def open_case(self, case: CaseInfo) -> Iterator[AttachedCase]:
+    def open_case(self, case: CaseInfo) -> Iterator[CaseT]:
         """Settle the target and hand it to one case."""
         self._lock()
         if self._peer is None:
-            self._peer = Peer(self._bench, self._open_port())
+            self._peer = self._make_peer(self._open_port())
         elif not self._peer.port.line_is_up and not self._peer.line_expected:
             self._peer.attach(self._open_port())
         self._peer.port.baud = self._serial.baud
@@ -112,7 +122,7 @@ class AttachedProvider(_LockedProvider):
             self._peer.port.close()
         super().close()
 
-    def _case(self, case: CaseInfo, peer: Peer) -> Iterator[AttachedCase]:
+    def _case(self, case: CaseInfo, peer: PeerT) -> Iterator[CaseT]:
         """Hand the target to a case, with the bench file's faults on the line for as long as it lasts."""
 
         def interrupted() -> None:
@@ -120,7 +130,7 @@ class AttachedProvider(_LockedProvider):
 
         faults = self._shared.line_faults(self._bench, case, near_is_client=True, on_interruption=interrupted)
         if faults is None:
-            yield AttachedCase(self._bench, case, peer, self._open_port)
+            yield self._make_case(case, peer, self._open_port)
             return
         faulty = faults.on(peer.port)
         peer.attach(faulty)
@@ -130,7 +140,7 @@ class AttachedProvider(_LockedProvider):
             return faulty
 
         try:
-            yield AttachedCase(self._bench, case, peer, reopen, faults)
+            yield self._make_case(case, peer, reopen, faults)
         finally:
             faulty.detach()
             was_expected = peer.line_expected
@@ -141,6 +151,24 @@ class AttachedProvider(_LockedProvider):
         port = SerialPort(self._scheduler, self._serial)
         self._ports.append(port)
         return port
+
+
+class AttachedProvider(AttachedProviderBase[Peer, AttachedCase]):
+    """A P2OS server that somebody else runs."""
+
+    @property
+    def capabilities(self) -> frozenset[str]:
+        """A serial line has a rate that can be changed, a socket can be hung up; more is not known of a stranger."""
+        is_network = "://" in self._serial.url and not self._serial.url.startswith(("rfc2217:", "spy:", "hwgrep:"))
+        return _SERVER_CAPABILITIES | ({"hangup"} if is_network else {"baud"})
+
+    def _make_peer(self, port: Port) -> Peer:
+        return Peer(self._bench, port)
+
+    def _make_case(
+        self, case: CaseInfo, peer: Peer, reopen: Callable[[], Port], faults: LineFaults | None = None
+    ) -> AttachedCase:
+        return AttachedCase(self._bench, case, peer, reopen, faults)
 
 
 class _ClientProvider(_LockedProvider, ABC):

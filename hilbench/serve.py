@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 from hilbench.bench import Bench
 from hilbench.clock import Scheduler
 from hilbench.config import BenchFile
+from hilbench.devices import DeviceActor
 from hilbench.doors import SharedDoor
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
@@ -19,7 +20,9 @@ from hilbench.links import Line, Port, PtyDoor, TcpDoor
 from hilbench.nearest import did_you_mean
 from hilbench.options import ServeOptions
 from hilbench.pioneer import PioneerPlan, VirtualPioneer, plan_of
+from hilbench.rover_cases import rover_baud
 from hilbench.serving import AnyDoor, Say, place, run_until_stopped, signals_held, traffic
+from targets.robots.rover import RoverRobot
 from worlds.errors import WorldError
 
 
@@ -41,20 +44,16 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
     if not options.ptys and not options.tcps:
         raise UsageError("no door", where="hilbench serve", hint="add --pty PATH or --tcp PORT")
     _check_links(options, bench_file)
-    plan = _plan(options, bench_file)
+    target = _rover(options, bench_file) if bench_file.rover is not None else _pioneer(options, bench_file)
     # What is half built or half gone cannot be cleaned up: a signal waits until the robot runs, or until all is gone.
     with signals_held(), contextlib.ExitStack() as stack:
         scheduler = Scheduler()
-        doors = stack.enter_context(_doors(options, scheduler, plan))
+        doors = stack.enter_context(_doors(options, scheduler, target.baud))
         port = doors[0] if len(doors) == 1 else SharedDoor(doors)
         journal = Journal(options.journal, bench_file.header(options.seed))
         bench = Bench(scheduler, journal)
         stack.callback(lambda: journal.close(bench.now_ns))
-        try:
-            pioneer = VirtualPioneer(bench, _faulty(bench, port, options, bench_file), plan, seed=options.seed)
-        except WorldError as error:
-            raise UnavailableError(str(error), where=f"scene {plan.scene}") from error
-        stack.callback(pioneer.close)
+        stack.callback(target.make(bench, _faulty(bench, port, options, bench_file)))
         _announce(bench, doors, port, say)
         if bench_file.faults:
             say(f"faults on the line: {describe_faults(bench_file.faults)}")
@@ -73,6 +72,39 @@ def _check_links(options: ServeOptions, bench_file: BenchFile) -> None:
             raise UsageError(f"no line '{link}'", where=f"{option} {link}=", hint=did_you_mean(link, known, "lines"))
 
 
+@dataclass(frozen=True, slots=True)
+class _Target:
+    """What is served: the rate of its line, and what brings it to life at an end of it and returns how to end it."""
+
+    baud: int
+    make: Callable[[Bench, Port], Callable[[], None]]
+
+
+def _pioneer(options: ServeOptions, bench_file: BenchFile) -> _Target:
+    plan = _plan(options, bench_file)
+
+    def make(bench: Bench, port: Port) -> Callable[[], None]:
+        try:
+            return VirtualPioneer(bench, port, plan, seed=options.seed).close
+        except WorldError as error:
+            raise UnavailableError(str(error), where=f"scene {plan.scene}") from error
+
+    return _Target(plan.settings.host_baud, make)
+
+
+def _rover(options: ServeOptions, bench_file: BenchFile) -> _Target:
+    if options.scene is not None:
+        raise UsageError("nothing stands in a world here", where=f"--scene {options.scene}")
+    settings = bench_file.rover
+    assert settings is not None
+
+    def make(bench: Bench, port: Port) -> Callable[[], None]:
+        DeviceActor(bench, RoverRobot(settings), port, name="rover")
+        return lambda: None
+
+    return _Target(options.baud or rover_baud(bench_file), make)
+
+
 def _plan(options: ServeOptions, bench_file: BenchFile) -> PioneerPlan:
     plan = plan_of(bench_file)
     if options.scene is not None:
@@ -86,8 +118,8 @@ def _plan(options: ServeOptions, bench_file: BenchFile) -> PioneerPlan:
 
 
 @contextlib.contextmanager
-def _doors(options: ServeOptions, scheduler: Scheduler, plan: PioneerPlan) -> Iterator[Sequence[AnyDoor]]:
-    line = Line(baud=plan.settings.host_baud)
+def _doors(options: ServeOptions, scheduler: Scheduler, baud: int) -> Iterator[Sequence[AnyDoor]]:
+    line = Line(baud=baud)
     doors: list[AnyDoor] = []
     with contextlib.ExitStack() as stack:
         for pty in options.ptys:

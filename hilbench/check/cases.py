@@ -14,8 +14,8 @@ those, or bring its clauses along::
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from hilbench.check.catalogue import Clause
@@ -37,6 +37,7 @@ class CaseSpec:
         needs: the capabilities without which it is not applicable, on top of those its clauses need.
         scene: the scene its bench is to be opened with; empty for that of the bench file.
         setup: how else its bench is to differ from that of the bench file.
+        setups: instead of that, several benches that it runs on, by the names that its cases get in brackets.
         clause: the clause it brings along, if it is not in a catalogue.
     """
 
@@ -45,7 +46,13 @@ class CaseSpec:
     needs: frozenset[str] = frozenset()
     scene: str = ""
     setup: CaseSetup = PLAIN_SETUP
+    setups: Mapping[str, CaseSetup] = field(default_factory=dict)
     clause: Clause | None = None
+
+    def on(self, name: str) -> CaseSpec:
+        """Return the case on one of its several benches."""
+        setup = self.setups[name]
+        return replace(self, setup=setup, setups={}, needs=self.needs | setup.needs)
 
 
 def case(
@@ -54,6 +61,7 @@ def case(
     needs: Iterable[str] = (),
     scene: str = "",
     setup: CaseSetup = PLAIN_SETUP,
+    setups: Mapping[str, CaseSetup] | None = None,
     text: str = "",
     title: str = "",
     level: Level = "must",
@@ -67,6 +75,7 @@ def case(
         needs: capabilities of the bench without which the case is not applicable, such as ``"world"``.
         scene: scene to open the bench with; the default is that of the bench file.
         setup: variant, program and settings of parts to open a bench of emulated boards with.
+        setups: several of them, by name: a case on each; the function needs the fixture ``bench``, or one that does.
         text: defines the clause in place: what the target has to do.
         title: short form of ``text``; the default is its first sentence.
         level: ``"must"`` or ``"should"``, of a clause defined in place.
@@ -98,6 +107,7 @@ def case(
         needs=frozenset(needs) | setup.needs,
         scene=scene,
         setup=setup,
+        setups=setups or {},
         clause=own,
     )
 

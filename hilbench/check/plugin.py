@@ -229,8 +229,16 @@ class CheckPlugin:
             items[:] = [item for item in items if not item.stash[_PLAN].missing]
         self._to_run = len(items)
 
+    def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
+        """Make a case for each of the benches that a function asks for."""
+        spec = spec_of(metafunc.function)
+        if spec is not None and spec.setups:
+            metafunc.parametrize("bench", list(spec.setups), indirect=True)
+
     def _plan_item(self, item: pytest.Item) -> None:
         spec = spec_of(getattr(item, "function", None))
+        if spec is not None and spec.setups:
+            spec = spec.on(item.callspec.params["bench"])  # type: ignore[attr-defined]
         if spec is None:
             if self._only_cases:
                 raise UsageError("has no @case", where=f"{item.path}: {item.name}", hint="say which clause it checks")

@@ -669,4 +669,79 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         profiles=_DOCUMENTED,
         needs=("server", "boot"),
     ),
+    Clause(
+        id="P44",
+        suite=_SUITE,
+        level="must",
+        title="The test LED toggles with each packet",
+        text="LED_OFF, then 50 4B 54 21 01 7F 6E 88 0A twice: the LED is on after the first and off after the second.",
+        sources=(f"{G2} handle_packet",),
+        profiles=_G2,
+        twin="P44D",
+        needs=("server", "led"),
+    ),
+    Clause(
+        id="P44D",
+        suite=_SUITE,
+        level="must",
+        title="The test LED obeys its own commands",
+        text="The LED is as LED_ON and LED_OFF have left it, whatever other packets come.",
+        sources=(f"{MANUAL}, 0x01 and 0x02",),
+        profiles=_DOCUMENTED,
+        needs=("server", "led"),
+    ),
+    Clause(
+        id="P45",
+        suite=_SUITE,
+        level="must",
+        title="The controller's sum grows at its limit",
+        text=(
+            "0x05 as the firmware reads it, for ki 1 and nothing else; 0x04 with 30 rpm and the wheels held for 3 s; "
+            "then 0x04 with -30 rpm: the throttle is still above 0 half a second later."
+        ),
+        sources=(f"{G2_PID} process",),
+        profiles=_G2,
+        twin="P45D",
+        needs=("server", "wheels"),
+    ),
+    Clause(
+        id="P45D",
+        suite=_SUITE,
+        level="should",
+        title="The controller's sum stands at its limit",
+        text=(
+            "0x05 with ki 1 alone; 0x04 with 30 rpm and the wheels held for 3 s; then 0x04 with -30 rpm: the throttle "
+            "is below 0 half a second later."
+        ),
+        sources=(f"{MANUAL}, chapter on the PID controller: the output is limited", CHOICE + " what the sum does then"),
+        profiles=_DOCUMENTED,
+        needs=("server", "wheels"),
+    ),
+    Clause(
+        id="P46",
+        suite=_SUITE,
+        level="must",
+        title="The controller's sum outlives its mode",
+        text=(
+            "With a sum of 0.6 gathered, 0x03 and then 0x04 with 30 rpm: the throttle is above 0.5 a quarter of a "
+            "second later, wheels held."
+        ),
+        sources=(f"{G2_MOTORS} set_motor_throttles, set_motor_speed_setpoints",),
+        profiles=_G2,
+        twin="P46D",
+        needs=("server", "wheels"),
+    ),
+    Clause(
+        id="P46D",
+        suite=_SUITE,
+        level="should",
+        title="The controller's sum begins with its mode",
+        text=(
+            "With a sum of 0.6 gathered, 0x03 and then 0x04 with 30 rpm: the throttle is 0.2 at most a quarter of a "
+            "second later, wheels held."
+        ),
+        sources=(CHOICE + ": a motor that was stopped by hand should not begin with an old sum",),
+        profiles=_DOCUMENTED,
+        needs=("server", "wheels"),
+    ),
 )

@@ -127,7 +127,8 @@ class RoverRobot:
         """Does what is due at a time; returns what to put on the line."""
         sent = b""
         while (tick_ns := self._tick_ns()) <= now_ns:
-            sent += self._take(self.connection.advance(tick_ns - 1), tick_ns)
+            if tick_ns:
+                sent += self._take(self.connection.advance(tick_ns - 1), tick_ns)
             self._on_tick(tick_ns)
             sent += self._take(self.connection.advance(tick_ns), tick_ns)
         return sent + self._take(self.connection.advance(now_ns), now_ns)

@@ -1,0 +1,111 @@
+"""The bench of one case of a rover: a behavioural one in virtual time, or one that somebody else runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from hilbench.bench import Bench
+from hilbench.bench_file import BenchFile
+from hilbench.cases import CaseBase
+from hilbench.check.provider import CaseInfo
+from hilbench.devices import DeviceActor
+from hilbench.errors import InternalError
+from hilbench.line_faults import LineFaults
+from hilbench.links import Line, MemoryLink
+from hilbench.rover_hands import ModelHands, RoverHands
+from hilbench.rover_peer import RoverPeer
+from protocols.pkt import PROFILES
+from targets.robots.rover import RoverRobot, RoverSettings
+
+__all__ = ["AttachedRoverCase", "RoverCase", "RoverFactory", "VirtualRoverCase", "make_rover", "rover_baud"]
+
+RoverFactory = Callable[[RoverSettings], RoverRobot]
+
+
+def make_rover(settings: RoverSettings) -> RoverRobot:
+    """Make the rover as it is meant to be; what takes its place in a test may be a faulty one."""
+    return RoverRobot(settings)
+
+
+def rover_baud(bench_file: BenchFile) -> int:
+    """Return the rate of the line of the one rover of a bench, in bit/s."""
+    return bench_file.links[0].baud if bench_file.links else Line().baud
+
+
+class RoverCase(CaseBase):
+    """What every case of a rover has.
+
+    Attributes:
+        attended: somebody stands beside the rover.
+        peer: the checker's end of the rover's line.
+    """
+
+    attended = True
+    peer: RoverPeer
+
+    @property
+    def hands(self) -> RoverHands:
+        """Who stands beside the rover.
+
+        Raises:
+            InternalError: nobody does, and the case has not said that it needs somebody.
+        """
+        raise InternalError("the case needs somebody beside the rover and has not said so")
+
+    def _packets(self) -> Sequence[str]:
+        return self.peer.evidence()
+
+
+class VirtualRoverCase(RoverCase):
+    """A behavioural rover on a bench of its own, where nothing is real and time runs free.
+
+    Args:
+        bench: made for this case alone.
+        case: what is known of it.
+        settings: of the rover; its profile is the one that the rover is spoken to in.
+        line: the host's line.
+        make_rover: makes the rover.
+        faults: what goes wrong on the line.
+
+    Attributes:
+        robot: the rover.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        case: CaseInfo,
+        settings: RoverSettings,
+        line: Line,
+        *,
+        make_rover: RoverFactory = make_rover,
+        faults: LineFaults | None = None,
+    ) -> None:
+        super().__init__(bench, case, faults)
+        link = MemoryLink(bench.scheduler, line, name="host", faults=faults.plan if faults is not None else None)
+        self.peer = RoverPeer(bench, link.a, PROFILES[settings.profile])
+        self.robot = make_rover(settings)
+        self._hands = ModelHands(self.robot)
+        self._actor = DeviceActor(bench, self.robot, link.b, name="rover")
+
+    @property
+    def hands(self) -> RoverHands:
+        """Who stands beside the rover."""
+        return self._hands
+
+
+class AttachedRoverCase(RoverCase):
+    """A rover that somebody else runs, in real time; nobody stands beside it.
+
+    Args:
+        bench: shared by all cases, locked to the host's clock.
+        case: what is known of this one.
+        peer: the checker's end of the line, settled.
+        faults: what goes wrong on the line.
+    """
+
+    attended = False
+
+    def __init__(self, bench: Bench, case: CaseInfo, peer: RoverPeer, faults: LineFaults | None = None) -> None:
+        super().__init__(bench, case, faults)
+        self.peer = peer

@@ -1,0 +1,231 @@
+"""A rover under test, as the cases of `pkt_board` see it: bytes out, reports and counters in, somebody beside it.
+
+The state is what the general report says, held against what it said before the case: a rover that somebody else runs
+cannot be switched off and on between cases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from hilbench.check import CaseSetup, Violation, at_most, case, near
+from hilbench.check.recorder import unrecorded
+from hilbench.clock import NS_PER_S
+from hilbench.rover_cases import RoverCase
+from protocols.pkt import (
+    Command,
+    ExecutionReport,
+    GeneralReport,
+    LedOff,
+    MotionReport,
+    MotorSpeeds,
+    MotorThrottles,
+    ReportId,
+    RequestTelemetry,
+    Schema,
+)
+from protocols.pkt.clauses import BOARD_CLAUSES
+
+__all__ = ["Counts", "Rover", "on_rover"]
+
+FunctionT = TypeVar("FunctionT", bound=Callable[..., object])
+ReportT = TypeVar("ReportT")
+
+_PROFILES = {clause.id: clause.profiles for clause in BOARD_CLAUSES}
+
+DONE_S = 0.05
+"""How long a rover has for a frame, behind its last byte: five turns of its loop. A choice."""
+
+PERIODIC_WITHIN_S = 1.2
+"""The slowest of the published firmwares says 0x80 once a second."""
+
+REPORT_S = 0.3
+"""How long a case waits for a report that comes four times a second."""
+
+
+def on_rover(clause_id: str, *, lasts_s: float) -> Callable[[FunctionT], FunctionT]:
+    """Declare the case of a clause, in each of its profiles."""
+    setups = {profile: CaseSetup(program=profile) for profile in _PROFILES[clause_id]}
+    return case(clause_id, bench_time_s=lasts_s, setups=setups)
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """What a case has made of the rover's counters.
+
+    Attributes:
+        accepted: packets accepted since the case began.
+        rejected: packets rejected since then.
+        opcode: LAST_OPCODE.
+        error: LAST_ERROR.
+    """
+
+    accepted: int
+    rejected: int
+    opcode: int
+    error: int
+
+    def __str__(self) -> str:
+        return f"{self.accepted}/{self.rejected}/{self.opcode:X}/{self.error}"
+
+
+class Rover:
+    """See the module.
+
+    Args:
+        bench: of the case.
+
+    Attributes:
+        peer: the checker's end of the line.
+        before: what the general report said when the case began.
+        v2: the rover speaks the last schema: throttles, reports of its motion.
+    """
+
+    def __init__(self, bench: RoverCase) -> None:
+        self._bench = bench
+        self.peer = bench.peer
+        self.schema = self.peer.profile.server.schema
+        self.v2 = self.schema is Schema.V2
+        if not self.peer.wait_ready():
+            raise Violation("the rover does not answer REQUEST_TMY", self.peer.evidence())
+        self.before = self._general()
+
+    # --- beside the line
+
+    @property
+    def lit(self) -> bool:
+        """The test LED is on."""
+        return self._bench.hands.led_is_lit()
+
+    def require_dark(self) -> None:
+        """Require that the test LED is off, if anybody can see it."""
+        assert not self._bench.attended or not self.lit, "the LED is on: a rejected frame was executed"
+
+    @property
+    def duties(self) -> tuple[float, float]:
+        """What reaches the motors."""
+        return self._bench.hands.duties()
+
+    def force_wheels(self, rpm: float | None) -> None:
+        """Turn all wheels at this speed, hold them for 0, let them go for None."""
+        self._bench.hands.force_wheels(rpm)
+
+    # --- bytes out
+
+    def write(self, data: bytes) -> None:
+        """Put bytes on the line, and give the rover the time to take them."""
+        self.peer.write(data)
+        self.peer.run(self.peer.line_s(len(data)) + DONE_S)
+
+    def send(self, command: Command) -> None:
+        """As `write`, with a command."""
+        self.write(self.peer.frame_of(command))
+
+    def dark(self) -> None:
+        """Switch the test LED off, and take what that does to the counters for the beginning."""
+        self.send(LedOff())
+        self.before = self._general()
+
+    def drive(self, left: float, right: float) -> None:
+        """Command shares of full throttle, in whichever schema."""
+        if self.v2:
+            self.send(MotorThrottles(a=left, b=right))
+        else:
+            self.send(MotorSpeeds(a=round(left * 255), b=round(right * 255)))
+
+    def keep_alive(self, duration_s: float, every_s: float = 0.5) -> None:
+        """Let time pass while a REQUEST_TMY each `every_s` seconds keeps the link up."""
+        end_ns = self.peer.bench.now_ns + round(duration_s * NS_PER_S)
+        while self.peer.bench.now_ns < end_ns:
+            self.peer.send(RequestTelemetry())
+            self.peer.run(min(every_s, (end_ns - self.peer.bench.now_ns) / NS_PER_S))
+
+    # --- what it says
+
+    @property
+    def counts(self) -> Counts:
+        """What the case has made of the counters, as the rover says now."""
+        now = self._general()
+        return Counts(
+            accepted=(now.accepted - self.before.accepted) % 256,
+            rejected=(now.rejected - self.before.rejected) % 256,
+            opcode=now.last_opcode,
+            error=now.last_error,
+        )
+
+    def require(self, accepted: int, rejected: int, opcode: int | None, error: int | None) -> None:
+        """Require the counters; an opcode or error of None is the one of before."""
+        expected = Counts(
+            accepted,
+            rejected,
+            self.before.last_opcode if opcode is None else opcode,
+            self.before.last_error if error is None else error,
+        )
+        found = self.counts
+        if found != expected:
+            raise Violation(f"the state is {found}, required {expected}", self.peer.evidence())
+
+    def mark(self) -> int:
+        """Return a position in what was received."""
+        return self.peer.mark()
+
+    def executions(self, mark: int) -> list[ExecutionReport]:
+        """Return the 0x81 since a mark."""
+        return [report for _, report in self.peer.since(mark, ExecutionReport)]
+
+    def require_executions(self, mark: int, *expected: ExecutionReport) -> None:
+        """Require these 0x81 since a mark, and no others."""
+        found = self.executions(mark)
+        if found != list(expected):
+            shown = ", ".join(map(str, found)) or "none"
+            raise Violation(f"0x81: {shown}; required {', '.join(map(str, expected)) or 'none'}", self.peer.evidence())
+
+    def next(self, kind: type[ReportT], within_s: float) -> ReportT:
+        """Wait for a periodic report.
+
+        Raises:
+            Violation: it did not come.
+        """
+        with unrecorded():
+            return self.peer.expect(kind, within_s)
+
+    def after_periodic(self) -> None:
+        """Wait until the periodic 0x80 is just over, so that the next one that comes is an answer."""
+        if any(rate.report is ReportId.GENERAL for rate in self.peer.profile.server.rates):
+            mark = self.mark()
+            self.peer.bench.run_until(lambda: bool(self.peer.since(mark, GeneralReport)), PERIODIC_WITHIN_S)
+
+    def motion(self) -> MotionReport:
+        """Wait for a 0x83 that begins later than now; the link is kept up meanwhile."""
+        self.peer.send(RequestTelemetry())
+        start_ns = self.peer.bench.now_ns
+        while True:
+            mark = self.mark()
+            report = self.next(MotionReport, REPORT_S * 2)
+            (got, _), *_ = self.peer.since(mark, MotionReport)
+            if got.start_ns - start_ns > round(self.peer.uncertainty_s(start_ns) * NS_PER_S):
+                return report
+
+    def require_throttles(self, report: MotionReport, left: float, right: float, tolerance: float = 1e-4) -> None:
+        """Require the throttles of a 0x83."""
+        for name, found, wanted in zip("AB", report.throttles, (left, right), strict=True):
+            near(found, wanted, tolerance, unit="of full", what=f"throttle {name} in 0x83")
+
+    def stop_s(self, since_ns: int, within_s: float) -> None:
+        """Require that both motors are without voltage within a time since `since_ns`."""
+        stopped = self.peer.bench.run_until(self._stands, within_s + 1.0)
+        if not stopped:
+            raise Violation(f"the motors still run: {self.duties}", self.peer.evidence())
+        elapsed_s = (self.peer.bench.now_ns - since_ns) / NS_PER_S
+        at_most(
+            elapsed_s, within_s, unit="s", what="the motors stood after", uncertainty=self.peer.uncertainty_s(since_ns)
+        )
+
+    def _stands(self) -> bool:
+        return self.duties == (0.0, 0.0)
+
+    def _general(self) -> GeneralReport:
+        with unrecorded():
+            return self.peer.request()

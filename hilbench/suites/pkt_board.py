@@ -1,0 +1,686 @@
+"""What a rover must do, frame by frame: every case of the PKT! catalogue, each in the profiles that hold it.
+
+A case sends bytes and looks at the counters of the general report, at other reports, and at what somebody beside the
+rover sees: LED, wheels, motor voltage. Stimuli are written as on the wire wherever the bytes are the point.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import pytest
+
+from hilbench.check import Inconclusive, Violation, near, within
+from hilbench.check.recorder import record_measure
+from hilbench.clock import NS_PER_S
+from hilbench.rover_cases import RoverCase
+from hilbench.suites._rover import DONE_S, Counts, Rover, on_rover
+from protocols.pkt import (
+    TERMINATOR,
+    EulerImuReport,
+    ExecutionReport,
+    GeneralReport,
+    GpsReport,
+    ImuReport,
+    LedOff,
+    LedOn,
+    MotionReport,
+    MotorThrottles,
+    PidGains,
+    Position,
+    Report,
+    RequestTelemetry,
+    SpeedSetpoints,
+    hides_newline,
+)
+
+REQUEST, REQUEST_TERM = bytes.fromhex("504B54210100E1F00A"), bytes.fromhex("504B542100E1F00A")
+REQUEST_OF_AUTHOR = bytes.fromhex("504B5421020000 1D0F0A")
+LED_ON, LED_ON_TERM = bytes.fromhex("504B54210101F1D10A"), bytes.fromhex("504B542101F1D10A")
+LED_OFF, LED_OFF_TERM = bytes.fromhex("504B54210102C1B20A"), bytes.fromhex("504B542102C1B20A")
+UNKNOWN = bytes.fromhex("504B5421017F6E880A")
+CUT_THROTTLE = bytes.fromhex("504B54210A030000")
+
+SUCCESS, BAD_SYNC, INVALID_LENGTH, BAD_CRC, BAD_TERMINATOR, UNKNOWN_OPCODE = range(6)
+
+PACE_S = 0.015
+"""Between two of many frames: a receiver that looks every 10 ms and keeps 256 bytes is not run over."""
+
+HOME = Position(latitude_deg=-34.6175, longitude_deg=-58.3683)
+
+
+@pytest.fixture
+def rover(bench: RoverCase) -> Rover:
+    """The rover under test, which answers."""
+    return Rover(bench)
+
+
+def _led_on(rover: Rover) -> bytes:
+    return rover.peer.frame_of(LedOn())
+
+
+# --- commands and their counters
+
+
+@on_rover("P01", lasts_s=0.6)
+def test_request_is_answered(rover: Rover) -> None:
+    rover.after_periodic()
+    mark = rover.mark()
+    rover.write(rover.peer.frame_of(RequestTelemetry()))
+    replies = [got for got, _ in rover.peer.since(mark, GeneralReport)]
+    if len(replies) != 1:
+        raise Violation(f"{len(replies)} of 0x80 came, required one", rover.peer.evidence())
+    before = rover.before
+    fields = [before.accepted, before.rejected, before.last_opcode, before.last_error]
+    expected = rover.peer.frame(bytes([0x80, *fields, *([] if before.status is None else [before.status])]))
+    assert replies[0].raw == expected, f"the answer is {replies[0].raw.hex(' ')}, required {expected.hex(' ')}"
+    rover.require(0, 0, None, None)
+
+
+@on_rover("P02", lasts_s=0.6)
+def test_led_on_as_shipped(rover: Rover) -> None:
+    rover.dark()
+    mark = rover.mark()
+    rover.write(LED_ON)
+    rover.require(1, 0, 1, SUCCESS)
+    assert rover.lit, "LED_ON does not light the LED"
+    rover.require_executions(mark)
+
+
+@on_rover("P02D", lasts_s=0.6)
+def test_led_on_is_reported(rover: Rover) -> None:
+    rover.dark()
+    mark = rover.mark()
+    rover.write(_led_on(rover))
+    rover.require(1, 0, 1, SUCCESS)
+    assert rover.lit, "LED_ON does not light the LED"
+    rover.require_executions(mark, ExecutionReport(opcode=1, error=0))
+
+
+@on_rover("P03", lasts_s=0.6)
+def test_each_packet_counts(rover: Rover) -> None:
+    for _ in range(2):
+        rover.send(LedOff())
+    rover.require(2, 0, 2, SUCCESS)
+
+
+@on_rover("P04", lasts_s=0.6)
+def test_unknown_opcode_is_accepted(rover: Rover) -> None:
+    rover.write(UNKNOWN)
+    rover.require(1, 0, 0x7F, UNKNOWN_OPCODE)
+
+
+@on_rover("P04D", lasts_s=0.6)
+def test_unknown_opcode_is_reported(rover: Rover) -> None:
+    mark = rover.mark()
+    rover.write(UNKNOWN)
+    rover.require_executions(mark, ExecutionReport(opcode=0x7F, error=UNKNOWN_OPCODE))
+
+
+# --- frames that are wrong
+
+
+def _require_rejected(rover: Rover, stimulus: bytes, error: int) -> None:
+    """Require that bytes are rejected, once, and light no LED."""
+    rover.dark()
+    rover.write(stimulus)
+    rover.require(0, 1, None, error)
+    rover.require_dark()
+
+
+@on_rover("P05", lasts_s=0.6)
+def test_wrong_crc(rover: Rover) -> None:
+    _require_rejected(rover, bytes.fromhex("504B5421010100000A"), BAD_CRC)
+
+
+@on_rover("P06", lasts_s=0.6)
+def test_wrong_terminator(rover: Rover) -> None:
+    _require_rejected(rover, LED_ON[:-1] + b"X", BAD_TERMINATOR)
+
+
+@on_rover("P07", lasts_s=0.6)
+def test_length_of_zero(rover: Rover) -> None:
+    _require_rejected(rover, bytes.fromhex("504B542100"), INVALID_LENGTH)
+
+
+@on_rover("P08", lasts_s=0.8)
+def test_length_beyond_the_limit(rover: Rover) -> None:
+    rover.write(bytes.fromhex("504B542161"))
+    rover.require(0, 1, None, INVALID_LENGTH)
+    rover.write(bytes.fromhex("504B5421FF"))
+    rover.require(0, 2, None, INVALID_LENGTH)
+
+
+@on_rover("P09", lasts_s=0.6)
+def test_longest_payload(rover: Rover) -> None:
+    rover.write(rover.peer.frame(b"\x01" + bytes(95)))
+    rover.require(1, 0, 1, SUCCESS)
+
+
+@on_rover("P10", lasts_s=0.6)
+def test_broken_sync_word(rover: Rover) -> None:
+    rover.write(bytes.fromhex("504B5821"))
+    rover.require(0, 1, None, BAD_SYNC)
+
+
+# --- a frame behind something else
+
+
+@on_rover("P11", lasts_s=0.6)
+def test_a_p_too_many_as_shipped(rover: Rover) -> None:
+    _require_rejected(rover, b"P" + LED_ON, BAD_SYNC)
+
+
+@on_rover("P11D", lasts_s=0.6)
+def test_a_p_too_many(rover: Rover) -> None:
+    rover.dark()
+    rover.write(b"P" + LED_ON)
+    rover.require(1, 1, 1, SUCCESS)
+    assert rover.lit, "the frame behind the P was not executed"
+
+
+@on_rover("P12", lasts_s=0.6)
+def test_a_piece_of_a_sync_word_as_shipped(rover: Rover) -> None:
+    rover.after_periodic()
+    mark = rover.mark()
+    rover.write(b"PK" + REQUEST_OF_AUTHOR)
+    if rover.peer.since(mark, GeneralReport):
+        raise Violation("the request was answered", rover.peer.evidence(mark))
+    rover.require(0, 1, None, BAD_SYNC)
+
+
+@on_rover("P12D", lasts_s=0.6)
+def test_a_piece_of_a_sync_word(rover: Rover) -> None:
+    rover.after_periodic()
+    mark = rover.mark()
+    rover.write(b"PK" + REQUEST_OF_AUTHOR)
+    answers = [report for _, report in rover.peer.since(mark, GeneralReport)]
+    if not answers:
+        raise Violation("the request was not answered", rover.peer.evidence())
+    rover.require(0, 1, None, BAD_SYNC)
+
+
+@on_rover("P13", lasts_s=0.6)
+def test_noise(rover: Rover) -> None:
+    rover.write(b"abcdefg\n" + _led_on(rover))
+    rover.require(1, 0, 1, SUCCESS)
+
+
+@on_rover("P14", lasts_s=0.6)
+def test_noise_with_a_p(rover: Rover) -> None:
+    rover.write(b"PING" + _led_on(rover))
+    rover.require(1, 1, 1, SUCCESS)
+
+
+@on_rover("P15", lasts_s=0.6)
+def test_a_cut_frame_swallows_the_next(rover: Rover) -> None:
+    _require_rejected(rover, CUT_THROTTLE + LED_ON, BAD_CRC)
+
+
+@on_rover("P16", lasts_s=0.6)
+def test_a_cut_frame_swallows_one_frame(rover: Rover) -> None:
+    rover.write(CUT_THROTTLE + LED_ON * 3)
+    rover.require(2, 1, 1, SUCCESS)
+
+
+@on_rover("P16D", lasts_s=0.6)
+def test_a_cut_frame_costs_one_at_most(rover: Rover) -> None:
+    rover.write(CUT_THROTTLE + LED_ON * 3)
+    found = rover.counts
+    if found.accepted not in (2, 3) or found.rejected < 1 or found.error != SUCCESS:
+        raise Violation(f"the state is {found}, required 2 or 3 accepted, 1 or more rejected, error 0")
+
+
+@on_rover("P17", lasts_s=0.6)
+def test_a_frame_without_a_length(rover: Rover) -> None:
+    rover.write(LED_ON_TERM)
+    rover.require(0, 1, None, BAD_CRC)
+
+
+@on_rover("P18", lasts_s=0.6)
+def test_a_frame_without_a_length_costs_no_other(rover: Rover) -> None:
+    rover.write(LED_ON_TERM + LED_ON)
+    rover.require(1, 1, 1, SUCCESS)
+
+
+@on_rover("P19", lasts_s=1.0)
+def test_newlines_in_a_payload(rover: Rover) -> None:
+    rover.write(rover.peer.frame(bytes.fromhex("030A0A0A3E0000000003")))
+    rover.require(1, 0, 3, SUCCESS)
+    rover.require_throttles(rover.motion(), 0.1348, 0.0)
+
+
+@on_rover("P20", lasts_s=0.6)
+def test_two_frames_in_one_write(rover: Rover) -> None:
+    rover.write(_led_on(rover) + rover.peer.frame_of(LedOff()))
+    rover.require(2, 0, 2, SUCCESS)
+
+
+@on_rover("P21", lasts_s=7.0)
+def test_accepted_wraps(rover: Rover) -> None:
+    peer = rover.peer
+    for count in range(256):
+        peer.write(_led_on(rover))
+        peer.run(peer.line_s(len(LED_ON)) + PACE_S)
+        if count == 254:
+            rover.require(255, 0, 1, SUCCESS)
+    rover.require(0, 0, 1, SUCCESS)
+
+
+# --- parameters
+
+
+@on_rover("P22", lasts_s=0.6)
+def test_missing_parameters_as_shipped(rover: Rover) -> None:
+    rover.write(rover.peer.frame(b"\x03"))
+    rover.require(1, 0, 3, SUCCESS)
+
+
+@on_rover("P22D", lasts_s=1.6)
+def test_missing_parameters(rover: Rover) -> None:
+    rover.drive(0.5, -0.25)
+    rover.write(rover.peer.frame(b"\x03"))
+    found = rover.counts
+    if (found.accepted, found.rejected, found.opcode) != (2, 0, 3) or found.error == SUCCESS:
+        raise Violation(f"the state is {found}, required 2/0/3 and an error", rover.peer.evidence())
+    rover.require_throttles(rover.motion(), 0.5, -0.25)
+
+
+@on_rover("P27", lasts_s=2.6)
+def test_flags(rover: Rover) -> None:
+    rover.drive(0.5, -0.25)
+    rover.send(MotorThrottles(a=0.125, b=0.125, flags=1))
+    rover.require(2, 0, 3, SUCCESS)
+    rover.require_throttles(rover.motion(), 0.125, -0.25)
+    rover.send(MotorThrottles(a=0.75, b=0.75, flags=0))
+    rover.require(3, 0, 3, SUCCESS)
+    rover.require_throttles(rover.motion(), 0.125, -0.25)
+    rover.send(MotorThrottles(a=0.75, b=0.375, flags=2))
+    rover.require_throttles(rover.motion(), 0.125, 0.375)
+
+
+@on_rover("P28", lasts_s=1.0)
+def test_throttle_beyond_one_as_shipped(rover: Rover) -> None:
+    rover.drive(1.5, 1.5)
+    rover.require_throttles(rover.motion(), 1.5, 1.5)
+    for name, duty in zip("AB", rover.duties, strict=True):
+        near(duty, 1.0, 0.01, unit="of full", what=f"duty {name}")
+
+
+@on_rover("P28D", lasts_s=3.0)
+def test_throttle_beyond_one(rover: Rover) -> None:
+    for throttle in (1.5, -2.0, math.nan):
+        rover.drive(throttle, throttle)
+        for name, shown in zip("AB", rover.motion().throttles, strict=True):
+            if math.isnan(shown):
+                raise Violation(f"0x83 shows no number as throttle {name} after {throttle}", rover.peer.evidence())
+            within(shown, -1.0, 1.0, unit="of full", what=f"throttle {name} in 0x83 after {throttle}")
+
+
+# --- time
+
+
+def _cut_led_on(rover: Rover, pause_s: float) -> None:
+    rover.write(LED_ON[:6])
+    rover.peer.run(pause_s)
+    rover.write(LED_ON[6:])
+
+
+@on_rover("P23", lasts_s=31.0)
+def test_half_a_frame_waits_for_ever(rover: Rover) -> None:
+    _cut_led_on(rover, 30.0)
+    rover.require(1, 0, 1, SUCCESS)
+
+
+@on_rover("P23D", lasts_s=38.0)
+def test_half_a_frame_is_forgotten(rover: Rover) -> None:
+    """The frame that is in time is sent at several times: no beat of the rover's own may cut it short."""
+    _cut_led_on(rover, 30.0)
+    rover.require(0, 0, None, None)
+    for count, wait_s in enumerate((0.1, 0.25, 0.4, 0.55, 0.7), start=1):
+        rover.peer.run(wait_s)
+        _cut_led_on(rover, 0.5)
+        rover.require(count, 0, 1, SUCCESS)
+
+
+@on_rover("P24", lasts_s=11.0)
+def test_a_lost_link_changes_nothing(rover: Rover) -> None:
+    rover.drive(0.5, -0.25)
+    rover.peer.run(10.0)
+    rover.require_throttles(rover.next(MotionReport, 0.6), 0.5, -0.25)
+
+
+@on_rover("P24D", lasts_s=9.0)
+def test_a_lost_link_stops_the_motors(rover: Rover) -> None:
+    rover.drive(0.5, -0.25)
+    rover.keep_alive(3.0)
+    if not all(rover.duties):
+        raise Violation(f"the motors stand though the link is kept up: {rover.duties}", rover.peer.evidence())
+    rover.drive(0.5, -0.25)
+    sent_ns = rover.peer.bench.now_ns - round(DONE_S * NS_PER_S)
+    rover.stop_s(sent_ns, 1.1)
+    rover.keep_alive(2.0)
+    if rover.duties != (0.0, 0.0):
+        raise Violation("the motors run again though nothing has commanded them", rover.peer.evidence())
+    rover.drive(0.5, -0.25)
+    if not all(rover.duties):
+        raise Violation("the motors do not obey any more", rover.peer.evidence())
+
+
+def _eleven_bytes(rover: Rover, times: int) -> Counts:
+    """Send a frame of eleven bytes several times, each at another time of a receiver that looks every 10 ms."""
+    frame = rover.peer.frame(bytes.fromhex("010000"))
+    for count in range(times):
+        rover.write(frame)
+        rover.peer.run(0.0213 * (count % 4))
+    return rover.counts
+
+
+@on_rover("P25", lasts_s=1.2)
+def test_eleven_bytes_are_lost(rover: Rover) -> None:
+    """A line can cut the eleven bytes in two looks; most of the times it does not."""
+    found = _eleven_bytes(rover, 8)
+    if rover.peer.line_s(11) > 0.005:
+        raise Inconclusive("the line is too slow for eleven bytes in one look of 10 ms")
+    if found.accepted > 4 or found.rejected:
+        raise Violation(f"the state is {found} after eight frames, most of which have to be lost without a count")
+
+
+@on_rover("P25D", lasts_s=1.2)
+def test_eleven_bytes_are_a_frame(rover: Rover) -> None:
+    found = _eleven_bytes(rover, 8)
+    if (found.accepted, found.rejected, found.opcode, found.error) != (8, 0, 1, SUCCESS):
+        raise Violation(f"the state is {found}, required 8/0/1/0 after eight frames", rover.peer.evidence())
+
+
+@on_rover("P30", lasts_s=11.0)
+def test_periodic_reports(rover: Rover) -> None:
+    mark = rover.mark()
+    rover.peer.run(10.0)
+    wanted: Sequence[tuple[int, type[Report], int, int]] = (
+        (0x80, GeneralReport, 30, 31),
+        (0x83, MotionReport, 40, 41),
+        (0x82, ImuReport, 10, 11),
+        (0x84, GpsReport, 10, 11),
+    )
+    for number, kind, least, most in wanted:
+        count = len(rover.peer.since(mark, kind))
+        within(count, least, most, unit="reports", what=f"0x{number:02X} in 10 s")
+
+
+# --- speed control, with the wheels in somebody's hand
+
+
+def _held_throttle(rover: Rover) -> MotionReport:
+    """Hold the wheels, command 30 rpm just behind a 0x83, and return the next one, a quarter of a second later."""
+    rover.force_wheels(0.0)
+    rover.next(MotionReport, 0.6)
+    rover.send(SpeedSetpoints(a_rpm=30.0, b_rpm=30.0))
+    return rover.next(MotionReport, 0.6)
+
+
+@on_rover("P26", lasts_s=1.2)
+def test_speed_controller(rover: Rover) -> None:
+    report = _held_throttle(rover)
+    for name, throttle, setpoint in zip("AB", report.throttles, report.setpoints_rpm, strict=True):
+        near(throttle, 0.3008, 0.001, unit="of full", what=f"throttle {name} after 0.25 s")
+        near(setpoint, 30.0, 1e-3, unit="rpm", what=f"setpoint {name}")
+
+
+@on_rover("P38", lasts_s=1.4)
+def test_gains_as_shipped(rover: Rover) -> None:
+    rover.write(rover.peer.frame(b"\x01" + bytes(20)))
+    rover.send(PidGains(kp=0.0, kd=0.01, ki=0.0))
+    for name, throttle in zip("AB", _held_throttle(rover).throttles, strict=True):
+        near(throttle, 0.3, 0.001, unit="of full", what=f"throttle {name} after 0.25 s")
+
+
+@on_rover("P38D", lasts_s=1.4)
+def test_gains(rover: Rover) -> None:
+    rover.send(PidGains(kp=0.02, kd=0.0, ki=0.0))
+    for name, throttle in zip("AB", _held_throttle(rover).throttles, strict=True):
+        near(throttle, 0.6, 0.001, unit="of full", what=f"throttle {name} after 0.25 s")
+
+
+def _spun(rover: Rover) -> MotionReport:
+    rover.force_wheels(180.0)
+    rover.keep_alive(1.0)
+    return rover.motion()
+
+
+@on_rover("P29", lasts_s=2.0)
+def test_a_fast_wheel_as_shipped(rover: Rover) -> None:
+    rover.drive(0.5, 0.5)
+    for number, rpm in enumerate(_spun(rover).rpm, start=1):
+        near(rpm, 0.0, 1e-6, unit="rpm", what=f"wheel {number} at 180 rpm")
+
+
+@on_rover("P29D", lasts_s=2.0)
+def test_a_fast_wheel(rover: Rover) -> None:
+    for number, rpm in enumerate(_spun(rover).rpm, start=1):
+        near(rpm, 180.0, 9.0, unit="rpm", what=f"wheel {number} at 180 rpm")
+
+
+# --- sensors
+
+
+@on_rover("P39", lasts_s=3.5)
+def test_stale_byte_of_the_position(rover: Rover) -> None:
+    for before, byte in _bytes_of_position(rover):
+        assert byte == before, f"byte 1 of 0x84 is {byte:02X}, that of the report before it {before:02X}"
+
+
+@on_rover("P39D", lasts_s=3.5)
+def test_byte_of_the_position(rover: Rover) -> None:
+    pairs = _bytes_of_position(rover)
+    if all(byte == before for before, byte in pairs):
+        if pairs[0][1] in (0, 1):
+            raise Inconclusive("it is the byte of the report before, and could be its own")
+        raise Violation(f"byte 1 of 0x84 is {pairs[0][1]:02X}, always that of the report before", rover.peer.evidence())
+
+
+def _bytes_of_position(rover: Rover) -> Sequence[tuple[int, int]]:
+    """Return byte 1 of some 0x84, each with that of the report before it."""
+    mark = rover.mark()
+    rover.peer.run(3.2)
+    received = rover.peer.received[mark:]
+    at = 5  # behind sync word and length: the id; byte 1 follows
+    pairs = [
+        (before.raw[at + 1], got.raw[at + 1]) for before, got in pairwise(received) if isinstance(got.packet, GpsReport)
+    ]
+    if not pairs:
+        raise Violation("no 0x84 came in 3.2 s", rover.peer.evidence(mark))
+    return pairs
+
+
+@on_rover("P40", lasts_s=2.0)
+def test_no_position(bench: RoverCase, rover: Rover) -> None:
+    bench.hands.place(HOME)
+    report = rover.next(GpsReport, 1.2)
+    found = (report.first_deg, report.second_deg)
+    assert found == (0.0, 0.0), f"0x84 has {found[0]} and {found[1]}"
+
+
+@on_rover("P40D", lasts_s=4.0)
+def test_position(bench: RoverCase, rover: Rover) -> None:
+    """The first 0x84 with numbers in it counts: a receiver needs a while for its fix."""
+    bench.hands.place(HOME)
+    rover.peer.bench.run_until(lambda: any(r.first_deg for _, r in rover.peer.since(0, GpsReport)), 60.0)
+    report = rover.next(GpsReport, 2.0)
+    near(report.first_deg, HOME.latitude_deg, 0.001, unit="deg", what="bytes 4 to 7 of 0x84, the latitude")
+    near(report.second_deg, HOME.longitude_deg, 0.001, unit="deg", what="bytes 8 to 11 of 0x84, the longitude")
+
+
+def _magnitude(report: ImuReport | EulerImuReport) -> float:
+    return math.hypot(*report.acceleration)
+
+
+@on_rover("P41", lasts_s=2.0)
+def test_acceleration_as_shipped(rover: Rover) -> None:
+    rover.next(ImuReport, 1.2)
+    near(_magnitude(rover.next(ImuReport, 1.2)), 1.0, 0.1, unit="g", what="acceleration at rest")
+
+
+@on_rover("P41D", lasts_s=2.0)
+def test_acceleration(rover: Rover) -> None:
+    rover.next(ImuReport, 1.2)
+    near(_magnitude(rover.next(ImuReport, 1.2)), 9.8, 1.0, unit="m/s^2", what="acceleration at rest")
+
+
+@on_rover("P42", lasts_s=2.0)
+def test_quaternion_as_shipped(rover: Rover) -> None:
+    _require_scalar(rover, 0)
+
+
+@on_rover("P42D", lasts_s=2.0)
+def test_quaternion(rover: Rover) -> None:
+    _require_scalar(rover, 3)
+
+
+SCALAR = 0.98
+"""How near to 1 the scalar is at least where the others are near to 0: 23 degrees off. A choice."""
+
+
+def _require_scalar(rover: Rover, index: int) -> None:
+    rover.next(ImuReport, 1.2)
+    quaternion = rover.next(ImuReport, 1.2).quaternion
+    if any(map(math.isnan, quaternion)):
+        raise Violation("the quaternion is no number", rover.peer.evidence())
+    within(abs(quaternion[index]), SCALAR, 1.001, unit="", what=f"size of component {index + 1}, the scalar")
+
+
+def _motions_from_power_up(bench: RoverCase, duration_s: float) -> Sequence[MotionReport]:
+    peer = bench.peer
+    peer.run(duration_s)
+    reports = [report for _, report in peer.since(0, MotionReport)]
+    if not reports:
+        raise Violation(f"no 0x83 within {duration_s:g} s of power-up", peer.evidence())
+    return reports
+
+
+@on_rover("P43", lasts_s=3.0)
+def test_wheels_at_power_up_as_shipped(bench: RoverCase) -> None:
+    first = _motions_from_power_up(bench, 3.0)[0]
+    assert first.rpm == (1.0, 1.0, 1.0, 1.0), f"the first 0x83 shows {first.rpm} rpm"
+
+
+@on_rover("P43D", lasts_s=3.0)
+def test_wheels_at_power_up(bench: RoverCase) -> None:
+    for report in _motions_from_power_up(bench, 3.0):
+        assert report.rpm == (0.0, 0.0, 0.0, 0.0), f"a 0x83 shows {report.rpm} rpm"
+
+
+# --- what the published firmware does besides
+
+
+@on_rover("P44", lasts_s=0.8)
+def test_led_toggles_as_shipped(rover: Rover) -> None:
+    rover.dark()
+    for lit in (True, False):
+        rover.write(UNKNOWN)
+        assert rover.lit is lit, "a packet does not toggle the LED"
+
+
+@on_rover("P44D", lasts_s=2.0)
+def test_led_is_its_own(rover: Rover) -> None:
+    for command, lit in ((LedOn(), True), (LedOff(), False)):
+        rover.send(command)
+        for _ in range(3):
+            rover.write(UNKNOWN)
+            assert rover.lit is lit, "a packet that is no LED command changes the LED"
+
+
+@on_rover("P45", lasts_s=5.0)
+def test_sum_grows_as_shipped(rover: Rover) -> None:
+    assert _after_saturation(rover) > 0, "the sum of the speed controller did not grow at its limit"
+
+
+@on_rover("P45D", lasts_s=5.0)
+def test_sum_stands_at_the_limit(rover: Rover) -> None:
+    throttle = _after_saturation(rover)
+    record_measure("throttle half a second after the turn", throttle, "of full", high=0.0)
+    assert throttle < 0, f"the throttle is still {throttle:.3f} half a second after the setpoint has turned"
+
+
+def _after_saturation(rover: Rover) -> float:
+    """Wind the controller up against held wheels, turn the setpoint, and return the throttle half a second later."""
+    _set_integral_gain(rover, 1.0)
+    rover.force_wheels(0.0)
+    rover.send(SpeedSetpoints(a_rpm=30.0, b_rpm=30.0))
+    rover.keep_alive(3.0)
+    rover.send(SpeedSetpoints(a_rpm=-30.0, b_rpm=-30.0))
+    rover.peer.run(0.5)
+    return rover.motion().throttles[0]
+
+
+def _set_integral_gain(rover: Rover, ki: float) -> None:
+    """Set kp and kd to 0, whether the gains are read where they stand or four bytes behind."""
+    if rover.peer.profile.server.pid_reads_late:
+        # What follows the gains in the frame is what is taken for ki: kp, sent kd, sent ki, ki.
+        import struct
+
+        rover.write(rover.peer.frame(b"\x05" + struct.pack("<ffff", 0.0, 0.0, 0.0, ki)))
+    else:
+        rover.send(PidGains(kp=0.0, kd=0.0, ki=ki))
+
+
+@on_rover("P46", lasts_s=4.0)
+def test_sum_outlives_its_mode_as_shipped(rover: Rover) -> None:
+    assert _after_new_mode(rover) > 0.5, "the sum of the speed controller was forgotten with its mode"
+
+
+@on_rover("P46D", lasts_s=4.0)
+def test_sum_begins_with_its_mode(rover: Rover) -> None:
+    within(_after_new_mode(rover), 0.0, 0.2, unit="of full", what="throttle a quarter of a second after PID mode began")
+
+
+def _after_new_mode(rover: Rover) -> float:
+    """Gather a sum of 0.6, go to manual mode and back, and return the throttle soon after."""
+    _set_integral_gain(rover, 0.01)
+    rover.force_wheels(0.0)
+    rover.send(SpeedSetpoints(a_rpm=30.0, b_rpm=30.0))
+    rover.keep_alive(2.0)
+    rover.drive(0.0, 0.0)
+    return _held_throttle(rover).throttles[0]
+
+
+# --- frames that end at a newline
+
+
+@on_rover("P31", lasts_s=0.6)
+def test_newline_in_the_payload(bench: RoverCase, rover: Rover) -> None:
+    rover.write(bytes.fromhex("504B542103000A000A0377F30A"))
+    rover.require(0, 1, None, BAD_CRC)
+
+
+@on_rover("P32", lasts_s=0.6)
+def test_newline_in_the_crc(rover: Rover) -> None:
+    rover.write(bytes.fromhex("504B542103003B003B031B0A0A"))
+    found, expected = rover.counts, Counts(0, 1, rover.before.last_opcode, BAD_CRC)
+    tolerant = Counts(1, 0, 3, SUCCESS)
+    if found not in (expected, tolerant):
+        raise Violation(f"the state is {found}, required {expected}, or {tolerant} of a tolerant receiver")
+
+
+@on_rover("P33", lasts_s=0.6)
+def test_longest_payload_of_lines(rover: Rover) -> None:
+    payload = b"\x01" + bytes(63)
+    assert not hides_newline(payload)
+    rover.write(rover.peer.frame(payload))
+    rover.require(1, 0, 1, SUCCESS)
+
+
+@on_rover("P34", lasts_s=0.8)
+def test_limit_of_lines(rover: Rover) -> None:
+    rover.write(b"PKT!" + b"x" * 70)
+    rover.require(0, 1, None, INVALID_LENGTH)
+    rover.write(LED_ON_TERM)
+    rover.require(1, 1, 1, SUCCESS)
+
+
+@on_rover("P35", lasts_s=0.6)
+def test_no_room_for_a_crc(rover: Rover) -> None:
+    rover.write(b"PKT!" + TERMINATOR)
+    rover.require(0, 1, None, BAD_CRC)

@@ -1,0 +1,319 @@
+"""Faulty rovers: the defects of the published firmwares, one by one, and what else a firmware engineer gets wrong.
+
+``python -m tests.mutants.rover`` runs the suite ``pkt-board`` against each and writes ``docs/rover-defects.md``.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from unittest.mock import patch
+
+from hilbench.check import CheckOptions, Verdict, run_suites
+from hilbench.check.results import Report
+from hilbench.config import open_bench
+from hilbench.journal import Journal
+from hilbench.rover_provider import RoverProvider
+from hilbench.shared import Shared
+from protocols.pkt import (
+    SERVER_TABLE,
+    Action,
+    Connection,
+    Dropped,
+    DropReason,
+    FrameAction,
+    FrameState,
+    FrameTable,
+    FrameTransition,
+    FrameTrigger,
+    Resync,
+    Role,
+    ServerState,
+    ServerTrigger,
+    Table,
+    Transition,
+    frame_table,
+)
+from protocols.pkt.clauses import BOARD_CLAUSES
+from protocols.pkt.server import ServerMachine
+from targets.robots.rover import BEHAVIOURS, DEFECTS, Behaviour, RoverRobot, RoverSettings, behaviour_of
+from targets.robots.rover.control import Motors
+
+PAGE = Path(__file__).parents[2] / "docs" / "rover-defects.md"
+
+FrameEdges = Mapping[tuple[FrameState, FrameTrigger], FrameTransition]
+Edges = Mapping[tuple[ServerState, ServerTrigger], Transition]
+Change = Callable[[Behaviour], Behaviour]
+
+_F, _FT, _FA = FrameState, FrameTrigger, FrameAction
+_IDLE = FrameTransition(_F.IDLE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoverMutant:
+    """A rover with one fault.
+
+    Attributes:
+        id: stable name.
+        what: what it does wrong.
+        profile: of the cases that have to find it.
+        change: what is wrong with its behaviour.
+        frames: changed edges of its decoder.
+        edges: changed edges of its role.
+        patches: what is put in the place of parts of it.
+    """
+
+    id: str
+    what: str
+    profile: str = "documented"
+    change: Change = lambda behaviour: behaviour
+    frames: FrameEdges = field(default_factory=dict)
+    edges: Edges = field(default_factory=dict)
+    patches: tuple[Callable[[], contextlib.AbstractContextManager[object]], ...] = ()
+
+    def make(self, settings: RoverSettings) -> RoverRobot:
+        """Make the rover."""
+        behaviour = self.change(behaviour_of(settings))
+        table: Table = {**SERVER_TABLE, **self.edges}
+        frames: FrameTable = {**frame_table(behaviour.server.frames), **self.frames}
+        connection = Connection(Role.SERVER, behaviour.server, table=table, frames=frames)
+        return RoverRobot(settings, behaviour=behaviour, connection=connection)
+
+
+def published() -> tuple[RoverMutant, ...]:
+    """The defects of the published firmwares, in a rover that is otherwise as documented."""
+    return tuple(RoverMutant(id=defect.name, what=defect.text, change=defect.put_into) for defect in DEFECTS.values())
+
+
+def server(**changes: object) -> Change:
+    """Change `ServerOptions`."""
+    return lambda behaviour: replace(behaviour, server=replace(behaviour.server, **changes))  # type: ignore[arg-type]
+
+
+def frames(**changes: object) -> Change:
+    """Change `FramingOptions`."""
+
+    def change(behaviour: Behaviour) -> Behaviour:
+        options = replace(behaviour.server.frames, **changes)  # type: ignore[arg-type]
+        return replace(behaviour, server=replace(behaviour.server, frames=options))
+
+    return change
+
+
+def body(**changes: object) -> Change:
+    """Change `BodyQuirks`."""
+    return lambda behaviour: replace(behaviour, body=replace(behaviour.body, **changes))  # type: ignore[arg-type]
+
+
+def as_documented(_behaviour: Behaviour) -> Behaviour:
+    """The documented rover, where a shipped one is expected."""
+    return BEHAVIOURS["documented"]
+
+
+def everywhere(trigger: ServerTrigger, *actions: Action) -> Edges:
+    """The same edge in each state."""
+    return {(state, trigger): Transition(ServerState.LINKED, actions) for state in ServerState}
+
+
+def _saturating(act: Callable[..., None], machine: ServerMachine, action: Action) -> None:
+    if action is not Action.ACCEPT or machine.telemetry.accepted < 255:
+        act(machine, action)
+
+
+def _without_flags(set_values: Callable[..., None], motors: Motors, which: object, values: object, _flags: int) -> None:
+    set_values(motors, which, values, 3)
+
+
+def _counting_noise(drop: Callable[..., None], machine: ServerMachine, dropped: Dropped) -> None:
+    if dropped.reason is DropReason.NOISE:
+        dropped = Dropped(reason=DropReason.BAD_SYNC, data=dropped.data)
+    drop(machine, dropped)
+
+
+def patched(
+    owner: type, name: str, around: Callable[..., None]
+) -> Callable[[], contextlib.AbstractContextManager[object]]:
+    """Put a function around a method."""
+    original = getattr(owner, name)
+    return lambda: patch.object(owner, name, lambda self, *args: around(original, self, *args))
+
+
+_COUNTED = (Action.FEED_WATCHDOG, Action.ACCEPT, Action.SEND_GENERAL)
+_RESULT = (Action.NOTE_RESULT, Action.SEND_EXECUTION)
+
+BY_HAND = (
+    RoverMutant(
+        id="crc-unchecked",
+        what="a frame with a wrong CRC is executed",
+        frames={(_F.CRC2, _FT.BAD_CRC): FrameTransition(_F.TERMINATOR)},
+    ),
+    RoverMutant(
+        id="terminator-unchecked",
+        what="a frame without its newline is executed",
+        frames={(_F.TERMINATOR, _FT.WRONG): FrameTransition(_F.IDLE, (_FA.DISPATCH,))},
+    ),
+    RoverMutant(
+        id="lengths-uncounted",
+        what="a length out of range is not counted",
+        frames={(_F.LENGTH, _FT.BAD_LENGTH): FrameTransition(_F.IDLE, (_FA.ABANDON,))},
+    ),
+    RoverMutant(id="limit-255", what="any length is taken", change=frames(max_payload=255)),
+    RoverMutant(id="limit-95", what="95 bytes are the largest payload", change=frames(max_payload=95)),
+    RoverMutant(
+        id="sync-uncounted",
+        what="a broken sync word is not counted",
+        frames={
+            (state, _FT.WRONG): FrameTransition(_F.IDLE, (_FA.ABANDON,)) for state in (_F.SYNC1, _F.SYNC2, _F.SYNC3)
+        },
+    ),
+    RoverMutant(
+        id="noise-counted",
+        what="a byte that begins no frame counts as a broken sync word",
+        patches=(patched(ServerMachine, "drop", _counting_noise),),
+    ),
+    RoverMutant(
+        id="requests-counted",
+        what="REQUEST_TMY counts as a packet",
+        edges=everywhere(ServerTrigger.REQUEST, *_COUNTED),
+    ),
+    RoverMutant(
+        id="requests-unanswered",
+        what="REQUEST_TMY is not answered",
+        edges=everywhere(ServerTrigger.REQUEST, Action.FEED_WATCHDOG),
+    ),
+    RoverMutant(
+        id="commands-uncounted",
+        what="packets are not counted",
+        edges=everywhere(ServerTrigger.COMMAND, Action.FEED_WATCHDOG, Action.DELIVER_COMMAND, *_RESULT),
+    ),
+    RoverMutant(
+        id="unknown-rejected",
+        what="an unknown opcode counts as rejected",
+        edges=everywhere(ServerTrigger.UNKNOWN, Action.FEED_WATCHDOG, Action.REJECT),
+    ),
+    RoverMutant(
+        id="accepted-saturates",
+        what="ACCEPTED stays at 255",
+        patches=(patched(ServerMachine, "_act_on_packet", _saturating),),
+    ),
+    RoverMutant(
+        id="flags-ignored",
+        what="a motor command is for both pairs, whatever its flags",
+        patches=(patched(Motors, "_set", _without_flags),),
+    ),
+    RoverMutant(id="stops-late", what="the motors stop after two seconds of silence", change=server(silence_s=2.0)),
+    RoverMutant(
+        id="requests-do-not-count-as-life",
+        what="REQUEST_TMY does not keep the link up",
+        edges={(state, ServerTrigger.REQUEST): Transition(state, (Action.SEND_GENERAL,)) for state in ServerState},
+    ),
+    RoverMutant(id="frame-timeout-300ms", what="a frame is given up after 0.3 s", change=frames(timeout_s=0.3)),
+    RoverMutant(id="kp-doubled", what="the controllers begin with twice the gain", change=body(kp=0.02)),
+    RoverMutant(
+        id="cut-frames-cost-two",
+        what="a frame that fails costs the one behind it too",
+        frames={(_F.CRC2, _FT.BAD_CRC): FrameTransition(_F.SYNC1, (_FA.FAIL_CRC,))},
+    ),
+    RoverMutant(
+        id="term-strict",
+        what="64 bytes are the limit for payload and CRC together",
+        profile="term-doc",
+        change=frames(strict_diagram=True),
+    ),
+    RoverMutant(
+        id="term-tolerant",
+        what="a newline behind which the CRC is wrong is taken for payload",
+        profile="term-doc",
+        change=frames(tolerant_newline=True),
+    ),
+    RoverMutant(
+        id="term-long", what="200 bytes are the largest payload", profile="term-doc", change=frames(max_payload=200)
+    ),
+    RoverMutant(
+        id="term-crc-uncounted",
+        what="a wrong CRC in front of the newline is not counted",
+        profile="term-doc",
+        frames={(_F.BODY, _FT.BAD_END): FrameTransition(_F.IDLE, (_FA.ABANDON,))},
+    ),
+    RoverMutant(
+        id="g2-scans",
+        what="what a failed frame held is searched for the next one",
+        profile="g2",
+        change=frames(resync=Resync.SCAN),
+    ),
+    RoverMutant(
+        id="g2-as-documented", what="does what was promised, not what was shipped", profile="g2", change=as_documented
+    ),
+)
+
+
+def all_mutants() -> tuple[RoverMutant, ...]:
+    """Every faulty rover there is."""
+    return (*published(), *BY_HAND)
+
+
+def run(mutant: RoverMutant | None, select: str = "") -> Report:
+    """Run the cases of a mutant's profile against it; those of all profiles against the right rover for None."""
+    shared = Shared(bench_file=open_bench("rover-model"), timeout_scale=1.0, journal=Journal())
+    provider = RoverProvider(shared, make_rover=mutant.make) if mutant is not None else RoverProvider(shared)
+    words = [word for word in (mutant.profile if mutant is not None else "", select) if word]
+    options = CheckOptions(bench="rover-model", suites=("pkt-board",), select=" and ".join(words))
+    with contextlib.ExitStack() as stack:
+        for make in mutant.patches if mutant is not None else ():
+            stack.enter_context(make())
+        return run_suites(options, provider)
+
+
+def killers(report: Report) -> tuple[str, ...]:
+    """The clauses that fail."""
+    return tuple(sorted({case.clause_ids[0] for case in report.cases if case.verdict is Verdict.FAIL}))
+
+
+def page(found: Mapping[str, Sequence[str]]) -> str:
+    """The page of the table, from the clauses that find each mutant."""
+    return "\n".join([*_head(), *_table(found), *_clauses(found)]) + "\n"
+
+
+def _head() -> Iterator[str]:
+    yield "# Defects of the rover, and the clauses that find them\n"
+    yield "Made by `python -m tests.mutants.rover`. Do not edit.\n"
+    yield "The published firmwares of the CEAI rover differ from what their document and manual promise. Each of these"
+    yield "defects is put back by itself into a rover that is otherwise as documented (a behavioural model: `defects`"
+    yield "in the settings of the bench `rover-model`), and the suite `pkt-board` is run against it.\n"
+
+
+def _table(found: Mapping[str, Sequence[str]]) -> Iterator[str]:
+    yield "| Defect | What it does | Where it was published | Clauses of `documented` that find it |"
+    yield "|---|---|---|---|"
+    for defect in DEFECTS.values():
+        yield f"| `{defect.name}` | {defect.text} | {defect.source} | {', '.join(found[defect.name])} |"
+    yield "\n## Other faults\n"
+    yield "| Fault | What it does | Profile | Clauses that find it |"
+    yield "|---|---|---|---|"
+    for mutant in BY_HAND:
+        yield f"| `{mutant.id}` | {mutant.what} | `{mutant.profile}` | {', '.join(found[mutant.id])} |"
+
+
+def _clauses(found: Mapping[str, Sequence[str]]) -> Iterator[str]:
+    yield "\n## Clauses\n"
+    yield "| Clause | Faults it finds |"
+    yield "|---|---|"
+    for clause in BOARD_CLAUSES:
+        names = [f"`{name}`" for name, clauses in found.items() if clause.id in clauses]
+        yield f"| {clause.id} {clause.title} | {', '.join(names) or 'none'} |"
+
+
+def main() -> int:
+    """Run them all and write the page; 1 if one survives."""
+    found = {mutant.id: killers(run(mutant)) for mutant in all_mutants()}
+    PAGE.write_text(page(found), encoding="utf-8")
+    survivors = [name for name, clauses in found.items() if not clauses]
+    sys.stderr.write("".join(f"{name} survives\n" for name in survivors))
+    return 1 if survivors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
