@@ -5,10 +5,10 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
-from targets.boards.board import Board, Connector, Led, Straps
+from targets.boards.board import Board, Button, Connector, Led, Straps
 from targets.mcu.errors import BoardError
 
-__all__ = ["BOARD_FOLDER", "Board", "Connector", "Led", "Straps", "board_names", "built_in_board"]
+__all__ = ["BOARD_FOLDER", "Board", "Button", "Connector", "Led", "Straps", "board_names", "built_in_board"]
 
 BOARD_FOLDER = Path(__file__).parent
 

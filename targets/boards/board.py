@@ -9,7 +9,7 @@ from typing import Any, Literal
 from targets.mcu.errors import BoardError
 from targets.mcu.variants import VARIANTS, ChipName, Variant
 
-__all__ = ["Board", "Connector", "Led", "Straps"]
+__all__ = ["Board", "Button", "Connector", "Led", "Straps"]
 
 _SLOWEST_HSE_HZ, _FASTEST_HSE_HZ = 1_000_000, 25_000_000
 _FASTEST_LSE_HZ = 1_000_000
@@ -24,6 +24,21 @@ class Led:
         name: what the board calls it.
         pin: port pin, such as ``PC13``.
         active: the level at which it is lit.
+    """
+
+    name: str
+    pin: str
+    active: Literal["low", "high"] = "high"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Button:
+    """A push button at a pin, with a resistor that gives the level while nobody pushes it.
+
+    Attributes:
+        name: what the board calls it.
+        pin: port pin, such as ``PC13``.
+        active: the level while it is pushed.
     """
 
     name: str
@@ -71,12 +86,15 @@ class Board:
         chip: part number, without package material and temperature range.
         hse_hz: rate of the crystal or clock at OSC_IN, 1 to 25 MHz; left out where there is none.
         lse_hz: rate of the crystal at OSC32_IN; left out where there is none.
+        hse_bypass: OSC_IN is driven by a clock rather than a crystal; programs set HSEBYP for that.
         hse_startup_us: from HSEON to HSERDY. Each crystal has its own (DS5319: typically 2 ms). 500 us is a choice:
             StdPeriph's SystemInit gives up after 1280 polls, which at 8 MHz is 0.8 to 2.4 ms, depending on the
             compiler, and boards are known to run such images from the crystal.
         lse_startup_us: from LSEON to LSERDY (DS5319: typically 2.5 s at 25 degrees).
         straps: the boot pins as the board is delivered.
+        console: the USART that leads to the host by a debugger or a converter on the board; left out for none.
         leds: the lights.
+        buttons: the push buttons, but for that of the reset.
         pull_ups: port pins with a resistor to 3.3 V.
         pull_downs: port pins with a resistor to ground.
         pins: port pin by the name that is printed on the board.
@@ -91,10 +109,13 @@ class Board:
     version: Literal[1] = 1
     hse_hz: int | None = None
     lse_hz: int | None = None
+    hse_bypass: bool = False
     hse_startup_us: int = 500
     lse_startup_us: int = 2_500_000
     straps: Straps = Straps()
+    console: str = ""
     leds: tuple[Led, ...] = ()
+    buttons: tuple[Button, ...] = ()
     pull_ups: tuple[str, ...] = ()
     pull_downs: tuple[str, ...] = ()
     pins: dict[str, str] = field(default_factory=dict)
@@ -109,6 +130,7 @@ class Board:
             if not 0 < startup_us <= _SLOWEST_START_US:
                 raise ValueError(f"{about}_startup_us must be between 1 and {_SLOWEST_START_US}, not {startup_us}")
         self._check_pins("leds", (led.pin for led in self.leds))
+        self._check_pins("buttons", (button.pin for button in self.buttons))
         self._check_pins("pull_ups", self.pull_ups)
         self._check_pins("pull_downs", self.pull_downs)
         self._check_pins("pins", self.pins.values())
@@ -122,6 +144,8 @@ class Board:
                 raise ValueError(f"{about} names '{pin}', which the {self.chip} does not have")
 
     def _check_usarts(self) -> None:
+        if self.console and self.console not in self.variant.usarts:
+            raise ValueError(f"console names '{self.console}', which the {self.chip} does not have")
         for connector in self.connectors:
             for usart in connector.usarts:
                 if usart not in self.variant.usarts:
@@ -138,6 +162,7 @@ class Board:
             parts: dict[str, Any] = _with_tuples(data)
             parts["straps"] = Straps(**parts.get("straps", {}))
             parts["leds"] = tuple(Led(**led) for led in parts.get("leds", ()))
+            parts["buttons"] = tuple(Button(**button) for button in parts.get("buttons", ()))
             parts["connectors"] = tuple(Connector(**_with_tuples(item)) for item in parts.get("connectors", ()))
             if parts["chip"] not in VARIANTS:
                 raise BoardError(f"no chip '{parts['chip']}'", hint=f"chips: {', '.join(VARIANTS)}")
@@ -154,13 +179,15 @@ class Board:
 
     @property
     def usarts(self) -> tuple[str, ...]:
-        """The USARTs that can be reached, in order; all of the chip if no connector names any."""
+        """The USARTs that can be reached, in order, the console first; all of the chip if no connector names any."""
         reached = {usart for connector in self.connectors for usart in connector.usarts}
-        return tuple(usart for usart in self.variant.usarts if usart in reached) or self.variant.usarts
+        found = tuple(usart for usart in self.variant.usarts if usart in reached) or self.variant.usarts
+        return tuple(sorted(found, key=lambda usart: usart != self.console))
 
     def pulled(self, straps: Straps | None = None) -> dict[str, bool]:
         """Return the level to which resistors on the board pull each port pin that has one, BOOT1 among them."""
-        levels = dict.fromkeys(self.pull_downs, False) | dict.fromkeys(self.pull_ups, True)
+        levels = {button.pin: button.active == "low" for button in self.buttons}
+        levels |= dict.fromkeys(self.pull_downs, False) | dict.fromkeys(self.pull_ups, True)
         boot1_pin = self.variant.boot1_pin
         return levels if boot1_pin is None else {boot1_pin: bool((straps or self.straps).boot1), **levels}
 

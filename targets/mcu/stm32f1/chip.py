@@ -20,6 +20,7 @@ from targets.mcu.signals import Signals
 from targets.mcu.stm32 import exti
 from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.stm32.tim import Timer
+from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.absent import Rtc, absent_peripherals
 from targets.mcu.stm32f1.afio import Afio
@@ -33,7 +34,7 @@ from targets.mcu.stm32f1.gpio import Gpio
 from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
-from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory, unique_id
+from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory
 from targets.mcu.stm32f1.usart import Usart
 from targets.mcu.timebase import Timebase
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import struct
 
-__all__ = ["SYSTEM_MEMORY_BASE", "SYSTEM_MEMORY_SIZE", "diagnose", "system_memory", "unique_id"]
+__all__ = ["SYSTEM_MEMORY_BASE", "SYSTEM_MEMORY_SIZE", "diagnose", "system_memory"]
 
 SYSTEM_MEMORY_BASE = 0x1FFF_F000
 SYSTEM_MEMORY_SIZE = 0x800
@@ -15,11 +14,6 @@ FLASH_SIZE_AT, UNIQUE_ID_AT = 0x7E0, 0x7E8
 ENTRY = SYSTEM_MEMORY_BASE + 0x21
 STACK = 0x2000_0200
 UNDEFINED = b"\x00\xde"
-
-
-def unique_id(name: str) -> bytes:
-    """Return the 96-bit unique identifier of the board `name`: always the same, another for each name (choice)."""
-    return hashlib.sha256(name.encode()).digest()[:12]
 
 
 def system_memory(flash_kb: int, identity: bytes) -> bytearray:

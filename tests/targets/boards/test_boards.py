@@ -6,7 +6,7 @@ import pytest
 
 from targets.boards import Board, Straps, board_names, built_in_board
 from targets.mcu.errors import BoardError
-from targets.mcu.stm32f1.variants import VARIANTS
+from targets.mcu.variants import VARIANTS
 
 
 def test_the_blue_pill_is_what_its_schematic_says():
@@ -23,10 +23,36 @@ def test_the_blue_pill_is_what_its_schematic_says():
     assert board.pulled(Straps(boot1=1))["PB2"] is True
 
 
+def test_the_nucleo_is_what_its_manual_says():
+    board = built_in_board("nucleo-f767zi")
+    assert (board.chip, board.hse_hz, board.hse_bypass, board.lse_hz) == ("STM32F767ZI", 8_000_000, True, 32_768)
+    assert (board.variant.flash_bytes, board.variant.ram_bytes, board.variant.itcm_bytes) == (2 << 20, 512 << 10, 16384)
+    assert [(led.name, led.pin, led.active) for led in board.leds] == [
+        ("LD1", "PB0", "high"),
+        ("LD2", "PB7", "high"),
+        ("LD3", "PB14", "high"),
+    ]
+    assert board.usarts[0] == board.console == "USART3"
+    assert sorted(board.usarts) == sorted(board.variant.usarts)
+    assert board.port_pin("D15") == "PB8"
+    assert board.port_pin("D40") == "PE10"
+    assert board.pulled() == {"PC13": False}, "the button connects to 3.3 V; no BOOT1 here"
+
+
+def test_the_connectors_of_the_nucleo_have_as_many_contacts_as_they_have():
+    board = built_in_board("nucleo-f767zi")
+    contacts = {connector.name: len(connector.pins) for connector in board.connectors}
+    assert contacts == {"ST-LINK": 6, "CN7": 20, "CN8": 16, "CN9": 30, "CN10": 34, "CN11": 70, "CN12": 70}
+    names = {board.port_pin(name) for name in board.pins}
+    morpho = {contact for connector in board.connectors[-2:] for contact in connector.pins}
+    assert names <= morpho, "what the Zio connectors have, the morpho connectors have too"
+
+
 @pytest.mark.parametrize("name", board_names())
 def test_every_name_on_a_connector_is_a_pin_or_a_supply(name):
     board = built_in_board(name)
     supplies = {"5V", "G", "GND", "3.3", "3V3", "R", "VB"}
+    supplies |= {"NC", "AREF", "IOREF", "RESET", "AVDD", "AGND", "VIN", "VDD", "BOOT0", "VBAT", "E5V", "U5V"}
     for connector in board.connectors:
         for contact in connector.pins:
             assert contact in supplies or board.port_pin(contact), contact
@@ -34,11 +60,11 @@ def test_every_name_on_a_connector_is_a_pin_or_a_supply(name):
 
 @pytest.mark.parametrize(
     ("name", "pins"),
-    [("STM32F103T8", 26), ("STM32F103CB", 37), ("STM32F103R8", 51), ("STM32F103VB", 80)],
+    [("STM32F103T8", 26), ("STM32F103CB", 37), ("STM32F103R8", 51), ("STM32F103VB", 80), ("STM32F767ZI", 114)],
 )
 def test_packages_have_as_many_pins_as_the_datasheet_says(name, pins):
     assert len(VARIANTS[name].pins) == pins
-    assert VARIANTS[name].flash_bytes == {"8": 64, "B": 128}[name[-1]] * 1024
+    assert VARIANTS[name].flash_bytes == {"8": 64, "B": 128, "I": 2048}[name[-1]] * 1024
 
 
 MINIMAL = {"name": "mine", "chip": "STM32F103C8"}
@@ -54,6 +80,9 @@ def test_a_board_may_have_no_crystal():
     ("more", "said"),
     [
         ({"chip": "STM32F103ZE"}, "no chip 'STM32F103ZE'"),
+        ({"console": "USART4"}, "console names 'USART4'"),
+        ({"buttons": [{"name": "B", "pin": "PE9"}]}, "buttons names 'PE9'"),
+        ({"chip": "STM32F767ZI", "straps": {"boot1": 1}}, "straps sets boot1, which the STM32F767ZI does not have"),
         ({"hse_hz": 32_768}, "hse_hz must be between 1000000 and 25000000, not 32768"),
         ({"lse_hz": 0}, "lse_hz must be between"),
         ({"hse_startup_us": 0}, "hse_startup_us must be between 1 and 60000000, not 0"),

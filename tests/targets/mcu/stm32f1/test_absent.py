@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from targets.mcu.fidelity import Fidelity
+from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32f1.absent import absent_peripherals
 from targets.mcu.stm32f1.dbgmcu import Dbgmcu
-from targets.mcu.stm32f1.signature import diagnose, system_memory, unique_id
+from targets.mcu.stm32f1.signature import diagnose, system_memory
 from targets.mcu.testing import FakeChip, peek, poke
 
 # Registers whose reset value is not 0, by the kind of peripheral; RM0008.

@@ -1,0 +1,193 @@
+"""The clock tree of the STM32F76x as arithmetic: from the registers of RCC to exact rates (RM0410 section 5.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from types import MappingProxyType
+
+from targets.mcu.stm32.rcc import Source
+
+__all__ = [
+    "HSI_HZ",
+    "LSI_HZ",
+    "ClockTree",
+    "KernelChoice",
+    "PllRates",
+    "Rates",
+    "kernel_choices",
+    "pll_rates",
+    "rates_of",
+]
+
+HSI_HZ = Fraction(16_000_000)  # RM0410 section 5.2.2
+LSI_HZ = Fraction(32_000)  # RM0410 section 5.2.5; DS11532: 17 to 47 kHz
+PLLSRC = 1 << 22
+AHB_DIVIDERS = (1, 1, 1, 1, 1, 1, 1, 1, 2, 4, 8, 16, 64, 128, 256, 512)
+APB_DIVIDERS = (1, 1, 1, 1, 2, 4, 8, 16)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PllRates:
+    """What a PLL makes, in hertz; 0 from a divider with a value that is not allowed.
+
+    Attributes:
+        entry: behind the divider M.
+        vco: of the oscillator: entry times N.
+        p: VCO / 2, 4, 6 or 8.
+        q: VCO / 2 to 15.
+        r: VCO / 2 to 7.
+    """
+
+    entry: Fraction
+    vco: Fraction
+    p: Fraction
+    q: Fraction
+    r: Fraction
+
+
+def pll_rates(pllcfgr: int, hse_hz: Fraction, multiplier: int | None = None) -> PllRates:
+    """Return the rates of a PLL (RM0410 sections 5.3.2, 5.3.24, 5.3.25).
+
+    Args:
+        pllcfgr: RCC_PLLCFGR, whose M and source serve all three PLLs.
+        hse_hz: rate of the HSE.
+        multiplier: the register with N, P, Q and R, if it is another.
+    """
+    source = hse_hz if pllcfgr & PLLSRC else HSI_HZ
+    entry = source / max(pllcfgr & 0x3F, 1)
+    own = pllcfgr if multiplier is None else multiplier
+    vco = entry * (own >> 6 & 0x1FF)
+    q, r = own >> 24 & 0xF, own >> 28 & 7
+    none = Fraction(0)
+    return PllRates(
+        entry=entry,
+        vco=vco,
+        p=vco / (2 * (own >> 16 & 3) + 2),
+        q=vco / q if q > 1 else none,
+        r=vco / r if r > 1 else none,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class KernelChoice:
+    """The field of a register that says on which clock a peripheral runs.
+
+    Attributes:
+        register: its name.
+        shift: lowest bit.
+        mask: its bits, shifted down.
+        clocks: for each value, the name of a clock.
+    """
+
+    register: str
+    shift: int
+    mask: int
+    clocks: tuple[str, ...]
+
+
+def kernel_choices() -> Mapping[str, KernelChoice]:
+    """Return the choices of RCC_DCKCFGR2 by peripheral (RM0410 section 5.3.27); ``-`` is a reserved value."""
+    found = {}
+    usarts = ("USART1", "USART2", "USART3", "UART4", "UART5", "USART6", "UART7", "UART8")
+    for index, name in enumerate(usarts):
+        bus = "APB2" if name in ("USART1", "USART6") else "APB1"
+        found[name] = KernelChoice("DCKCFGR2", 2 * index, 3, (bus, "SYSCLK", "HSI", "LSE"))
+    for index in range(4):
+        found[f"I2C{index + 1}"] = KernelChoice("DCKCFGR2", 16 + 2 * index, 3, ("APB1", "SYSCLK", "HSI", "-"))
+    found["LPTIM1"] = KernelChoice("DCKCFGR2", 24, 3, ("APB1", "LSI", "HSI", "LSE"))
+    found["CEC"] = KernelChoice("DCKCFGR2", 26, 1, ("LSE", "HSI/488"))
+    for name in ("RNG", "USB_OTG_FS"):
+        found[name] = KernelChoice("DCKCFGR2", 27, 1, ("PLL Q", "PLLSAI P"))
+    for index, name in enumerate(("SDMMC1", "SDMMC2")):
+        found[name] = KernelChoice("DCKCFGR2", 28 + index, 1, ("CK48", "SYSCLK"))
+    return MappingProxyType(found)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rates:
+    """Rates in hertz, and the dividers from HCLK to the peripheral buses.
+
+    Attributes:
+        sysclk: before the AHB prescaler.
+        hclk: CPU, memory, DMA.
+        apb1: HCLK cycles per tick of PCLK1.
+        apb2: HCLK cycles per tick of PCLK2.
+        all_timers: TIMPRE: the timers run at HCLK as long as the bus is divided by 4 at most, else at 4 times its rate.
+        kernels: rate of the clock that each peripheral with a choice runs on; 0 for none.
+    """
+
+    sysclk: Fraction
+    hclk: Fraction
+    apb1: int
+    apb2: int
+    all_timers: bool
+    kernels: Mapping[str, Fraction] = field(default_factory=dict)
+
+    @property
+    def pclk1(self) -> Fraction:
+        """Rate of PCLK1."""
+        return self.hclk / self.apb1
+
+    @property
+    def pclk2(self) -> Fraction:
+        """Rate of PCLK2."""
+        return self.hclk / self.apb2
+
+    def timer(self, divider: int) -> int:
+        """Return HCLK cycles per tick of the timers on a bus with that divider (RM0410 section 5.2.10)."""
+        return max(divider // (4 if self.all_timers else 2), 1)
+
+
+def rates_of(cfgr: int, source: Source, hse_hz: Fraction, pll: PllRates, *, all_timers: bool) -> Rates:
+    """Return the rates for a value of RCC_CFGR with `source` driving SYSCLK, without those of kernel clocks."""
+    sysclk = {Source.HSI: HSI_HZ, Source.HSE: hse_hz, Source.PLL: pll.p}[source]
+    return Rates(
+        sysclk=sysclk,
+        hclk=sysclk / AHB_DIVIDERS[cfgr >> 4 & 0xF],
+        apb1=APB_DIVIDERS[cfgr >> 10 & 7],
+        apb2=APB_DIVIDERS[cfgr >> 13 & 7],
+        all_timers=all_timers,
+    )
+
+
+class ClockTree:
+    """The present rates, as the peripherals ask for them; implements `services.Clocks`. RCC sets them.
+
+    Attributes:
+        rates: the present rates.
+        stopped: Stop mode: every derived clock stands still.
+    """
+
+    def __init__(self) -> None:
+        self.rates = Rates(sysclk=HSI_HZ, hclk=HSI_HZ, apb1=1, apb2=1, all_timers=False)
+        self.stopped = False
+        self._pclk: dict[str, int] = {}
+        self._timer: dict[str, int] = {}
+        self._kernel: dict[str, Fraction] = {}
+        self.set(self.rates, stopped=False)
+
+    def set(self, rates: Rates, *, stopped: bool) -> None:
+        """Take over new rates."""
+        self.rates = rates
+        self.stopped = stopped
+        dividers = {"AHB": 1, "APB1": rates.apb1, "APB2": rates.apb2}
+        for bus, divider in dividers.items():
+            self._pclk[bus] = 0 if stopped else divider
+            self._timer[bus] = 0 if stopped else rates.timer(divider)
+        self._kernel = {
+            name: rates.hclk / rate if rate and not stopped else Fraction(0) for name, rate in rates.kernels.items()
+        }
+
+    def pclk(self, bus: str) -> int:
+        """Return HCLK cycles per tick of the bus clock; 0 in Stop mode."""
+        return self._pclk[bus]
+
+    def timer(self, bus: str) -> int:
+        """Return HCLK cycles per tick of the timers' clock on that bus; 0 in Stop mode."""
+        return self._timer[bus]
+
+    def kernel(self, peripheral: str) -> Fraction:
+        """Return HCLK cycles per tick of a peripheral's own clock; 0 in Stop mode, or while its source does not run."""
+        return self._kernel[peripheral]

@@ -1,0 +1,425 @@
+"""RCC of the STM32F76x (RM0410 section 5), on what is common to the families (`targets.mcu.stm32.rcc`).
+
+Choices: the peripherals' clocks run on in Sleep mode whatever the xxxLPENR registers say; every reset value of those is
+"all bits set". PLLI2S and PLLSAI start and get ready; of what they feed, only the 48 MHz clock has anybody who uses it.
+MCO1 and MCO2 carry no edges. Spread spectrum is remembered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from types import MappingProxyType
+from typing import ClassVar
+
+from targets.mcu.fidelity import Fidelity
+from targets.mcu.registers import Register
+from targets.mcu.services import Services
+from targets.mcu.stm32.rcc import (
+    BDRST,
+    CR,
+    CSSON,
+    HSEBYP,
+    HSEON,
+    HSERDY,
+    HSION,
+    HSIRDY,
+    LSE_HZ,
+    LSEBYP,
+    LSEON,
+    LSERDY,
+    LSION,
+    LSIRDY,
+    PLLON,
+    PLLRDY,
+    RMVF,
+    RTCEN,
+    RTCSEL,
+    BasicRcc,
+)
+from targets.mcu.stm32f7.clock_limits import pll_violations, violations
+from targets.mcu.stm32f7.clocks import (
+    HSI_HZ,
+    LSI_HZ,
+    PLLSRC,
+    ClockTree,
+    PllRates,
+    Rates,
+    kernel_choices,
+    pll_rates,
+    rates_of,
+)
+
+__all__ = ["Rcc"]
+
+PLLCFGR, CFGR, CIR = 0x04, 0x08, 0x0C
+AHB1RSTR, AHB2RSTR, AHB3RSTR, APB1RSTR, APB2RSTR = 0x10, 0x14, 0x18, 0x20, 0x24
+AHB1ENR, AHB2ENR, AHB3ENR, APB1ENR, APB2ENR = 0x30, 0x34, 0x38, 0x40, 0x44
+AHB1LPENR, AHB2LPENR, AHB3LPENR, APB1LPENR, APB2LPENR = 0x50, 0x54, 0x58, 0x60, 0x64
+BDCR, CSR, SSCGR, PLLI2SCFGR, PLLSAICFGR, DCKCFGR1, DCKCFGR2 = 0x70, 0x74, 0x80, 0x84, 0x88, 0x8C, 0x90
+
+PLLI2SON, PLLI2SRDY, PLLSAION, PLLSAIRDY = 1 << 26, 1 << 27, 1 << 28, 1 << 29
+PLL_BITS = 0x7F43_7FFF
+MULTIPLIER_BITS = 0x7F03_7FC0
+MCO_BITS = 0xFF60_0000
+LSEDRV, TIMPRE = 3 << 3, 1 << 24
+
+AHB1_BITS = 0x7EF4_17FF  # GPIOA-K, CRC, BKPSRAM, DTCMRAM, DMA1-2, DMA2D, Ethernet, OTG HS
+AHB1_RESETS = 0x22E0_17FF
+AHB2_BITS = 0x0000_00C3  # DCMI, JPEG, RNG, OTG FS
+AHB3_BITS = 0x0000_0003  # FMC, QUADSPI
+APB1_BITS = 0xFFFF_EFFF  # all but bit 12
+APB1_RESETS = APB1_BITS & ~(1 << 10)  # RTCAPB has none
+APB2_BITS = 0x64F7_7FB3  # TIM1, 8-11, USART1, 6, SDMMC1-2, ADC1-3, SPI1, 4-6, SYSCFG, SAI1-2, LTDC, DFSDM1, MDIOS
+APB2_RESETS = APB2_BITS & ~(3 << 9)  # one for all ADCs
+DTCMRAMEN, RTCAPBEN = 1 << 20, 1 << 10
+OTHER_GATES = "gates of memories, of PTP, ULPI and Ethernet lines, and of the bus of the RTC are remembered"
+
+# Every reset of the chip also pulls NRST low, so that PINRSTF comes with each; power-on is a brown-out, too. Leaving
+# Standby is a power reset that leaves BORRSTF alone (RM0410 sections 5.1 and 5.3.21).
+_PIN = 1 << 26
+CAUSES = {
+    "PIN": _PIN,
+    "POR": 7 << 25,
+    "STANDBY": 3 << 26,
+    "SFT": 1 << 28 | _PIN,
+    "IWDG": 1 << 29 | _PIN,
+    "WWDG": 1 << 30 | _PIN,
+    "LPWR": 1 << 31 | _PIN,
+}
+
+
+class Rcc(BasicRcc):
+    """Reset and clock control.
+
+    Args:
+        base: address of its first register.
+        services: what the chip offers.
+        tree: the clock tree this sets; it is also the chip's `services.clocks`.
+        hse_hz: crystal or clock at OSC_IN; None if the board has neither.
+        hse_is_clock: the board drives OSC_IN with a clock.
+        hse_start_s: from HSEON to HSERDY; DS11532: typically 2 ms for a crystal.
+        lse: the board has a crystal of 32.768 kHz.
+        lse_start_s: from LSEON to LSERDY; DS11532: typically 2 s.
+        backup_writable: says whether PWR_CR1.DBP opens the backup domain.
+        supply: returns the voltage scale, 1 to 3, and whether over-drive is switched on.
+
+    Attributes:
+        on_pll: called with whether the PLL is switched on, when that changes; PWR may change the voltage scale only
+            while it is off.
+    """
+
+    REGISTERS: ClassVar[tuple[Register, ...]] = (
+        Register(
+            "CR",
+            CR,
+            0x0000_0083,
+            HSION | 0xF8 | HSEON | HSEBYP | CSSON | PLLON | PLLI2SON | PLLSAION,
+            note="HSICAL reads 0 (choice)",
+        ),
+        Register("PLLCFGR", PLLCFGR, 0x2400_3010, PLL_BITS, note="R is for DSI, which this chip does not have"),
+        Register("CFGR", CFGR, 0, 0xFFFF_FCF3, fidelity=Fidelity.PARTLY, note="MCO1 and MCO2: the pins carry no edges"),
+        Register("CIR", CIR, 0, 0x00FF_7F00),
+        Register("AHB1RSTR", AHB1RSTR, 0, AHB1_RESETS),
+        Register("AHB2RSTR", AHB2RSTR, 0, AHB2_BITS),
+        Register("AHB3RSTR", AHB3RSTR, 0, AHB3_BITS),
+        Register("APB1RSTR", APB1RSTR, 0, APB1_RESETS),
+        Register("APB2RSTR", APB2RSTR, 0, APB2_RESETS),
+        Register("AHB1ENR", AHB1ENR, DTCMRAMEN, AHB1_BITS, fidelity=Fidelity.PARTLY, note=OTHER_GATES),
+        Register("AHB2ENR", AHB2ENR, 0, AHB2_BITS),
+        Register("AHB3ENR", AHB3ENR, 0, AHB3_BITS),
+        Register("APB1ENR", APB1ENR, RTCAPBEN, APB1_BITS, fidelity=Fidelity.PARTLY, note=OTHER_GATES),
+        Register("APB2ENR", APB2ENR, 0, APB2_BITS),
+        *(
+            Register(name, offset, bits, bits, fidelity=Fidelity.ABSENT, note="clocks run on in Sleep mode")
+            for name, offset, bits in (
+                ("AHB1LPENR", AHB1LPENR, AHB1_BITS | 0x000B_8000),  # and FLITF, AXI, SRAM1, SRAM2
+                ("AHB2LPENR", AHB2LPENR, AHB2_BITS),
+                ("AHB3LPENR", AHB3LPENR, AHB3_BITS),
+                ("APB1LPENR", APB1LPENR, APB1_BITS),
+                ("APB2LPENR", APB2LPENR, APB2_BITS),
+            )
+        ),
+        Register(
+            "BDCR",
+            BDCR,
+            0,
+            LSEON | LSEBYP | LSEDRV | RTCSEL | RTCEN | BDRST,
+            fidelity=Fidelity.PARTLY,
+            note="LSEDRV is remembered",
+        ),
+        Register("CSR", CSR, CAUSES["POR"], LSION | RMVF),
+        Register("SSCGR", SSCGR, 0, 0xCFFF_FFFF, 1 << 31, note="the PLL keeps its rate: no spread spectrum"),
+        Register("PLLI2SCFGR", PLLI2SCFGR, 0x2400_3000, MULTIPLIER_BITS, fidelity=Fidelity.PARTLY, note="feeds nobody"),
+        Register(
+            "PLLSAICFGR",
+            PLLSAICFGR,
+            0x2400_3000,
+            MULTIPLIER_BITS,
+            fidelity=Fidelity.PARTLY,
+            note="P is the 48 MHz clock; Q and R feed nobody",
+        ),
+        Register("DCKCFGR1", DCKCFGR1, 0, 0x07F3_1F1F, 0x06F3_1F1F, note="clocks of SAI, LTDC and DFSDM feed nobody"),
+        Register("DCKCFGR2", DCKCFGR2, 0, 0x3FFF_FFFF),
+    )
+
+    CFGR, CIR, BDCR, CSR = CFGR, CIR, BDCR, CSR
+    ENABLE_OF = MappingProxyType({"AHB1": AHB1ENR, "AHB2": AHB2ENR, "AHB3": AHB3ENR, "APB1": APB1ENR, "APB2": APB2ENR})
+    RESET_OF = MappingProxyType(
+        {AHB1RSTR: "AHB1", AHB2RSTR: "AHB2", AHB3RSTR: "AHB3", APB1RSTR: "APB1", APB2RSTR: "APB2"}
+    )
+    HSI_HZ = HSI_HZ
+    # DS11532, characteristics of the HSI (2.2 us typical), LSI (40 us at most) and PLLs (200 us at most at 100 MHz, 300
+    # us at 432 MHz: the latter).
+    START_S = MappingProxyType(
+        {"HSI": Fraction(22, 10_000_000), "LSI": Fraction(40, 1_000_000)}
+        | dict.fromkeys(("PLL", "PLLI2S", "PLLSAI"), Fraction(300, 1_000_000))
+    )
+    READY = MappingProxyType(
+        {
+            "LSI": (1 << 0, CSR, LSIRDY),
+            "LSE": (1 << 1, BDCR, LSERDY),
+            "HSI": (1 << 2, CR, HSIRDY),
+            "HSE": (1 << 3, CR, HSERDY),
+            "PLL": (1 << 4, CR, PLLRDY),
+            "PLLI2S": (1 << 5, CR, PLLI2SRDY),
+            "PLLSAI": (1 << 6, CR, PLLSAIRDY),
+        }
+    )
+    RESET_FLAGS = 0xFE00_0000
+    CAUSES = MappingProxyType(CAUSES)
+
+    def __init__(
+        self,
+        base: int,
+        services: Services,
+        tree: ClockTree,
+        *,
+        hse_hz: int | Fraction | None,
+        hse_is_clock: bool = False,
+        hse_start_s: Fraction = Fraction(2, 1000),
+        lse: bool = True,
+        lse_start_s: Fraction = Fraction(2),
+        backup_writable: Callable[[], bool],
+        supply: Callable[[], tuple[int, bool]],
+    ) -> None:
+        self.tree = tree
+        self.on_pll: Callable[[bool], None] = lambda _on: None
+        self._supply = supply
+        self._kernels = kernel_choices()
+        super().__init__(
+            base,
+            services,
+            hse_hz=hse_hz,
+            hse_is_clock=hse_is_clock,
+            hse_start_s=hse_start_s,
+            lse=lse,
+            lse_start_s=lse_start_s,
+            lsi_hz=LSI_HZ,
+            backup_writable=backup_writable,
+        )
+
+    @property
+    def pll_on(self) -> bool:
+        """True while PLLON is set."""
+        return bool(self[CR] & PLLON)
+
+    # --- registers
+
+    def write_CR(self, value: int) -> None:
+        """As in every family, and PLLI2SON, PLLSAION."""
+        was_on = self.pll_on
+        if value & HSEON & ~self[CR] and self._hse_is_clock and not value & HSEBYP:
+            self.note("assumed", "CR.HSEBYP", "OSC_IN is driven by a clock: the oscillator is assumed to pass it on")
+        super().write_CR(value)
+        for name, bit in (("PLLI2S", PLLI2SON), ("PLLSAI", PLLSAION)):
+            self._feed_other_pll(name, bool(value & bit))
+        if self.pll_on is not was_on:
+            self.on_pll(self.pll_on)
+
+    def write_PLLCFGR(self, value: int) -> None:
+        """The settings of the PLL, and the divider and source of all three; only while they are off."""
+        if self[CR] & (PLLON | PLLI2SON | PLLSAION) and value != self[PLLCFGR]:
+            self.note("misuse", "PLLCFGR", "a PLL is on: the settings keep their values")
+            return
+        self[PLLCFGR] = value
+
+    def write_PLLI2SCFGR(self, value: int) -> None:
+        """The multiplier and dividers of PLLI2S."""
+        self._write_multiplier(PLLI2SCFGR, PLLI2SON, value)
+
+    def write_PLLSAICFGR(self, value: int) -> None:
+        """The multiplier and dividers of PLLSAI."""
+        self._write_multiplier(PLLSAICFGR, PLLSAION, value)
+
+    def _write_multiplier(self, offset: int, on: int, value: int) -> None:
+        if self[CR] & on and value != self[offset]:
+            self.note("misuse", self.registers[offset].name, "the PLL is on: the settings keep their values")
+            return
+        self[offset] = value
+
+    def write_CFGR(self, value: int) -> None:
+        """Prescalers at once; SYSCLK when the source is ready."""
+        if (value ^ self[CFGR]) & MCO_BITS:
+            self.note("unmodelled", "CFGR.MCO1", "MCO1 and MCO2: the pins carry no edges")
+        self[CFGR] = self._keep_source(value)
+        self._try_switch()
+        self._set_tree()
+
+    def write_AHB1RSTR(self, value: int) -> None:
+        """Reset the peripherals of AHB1."""
+        self._write_resets(AHB1RSTR, value)
+
+    def write_AHB2RSTR(self, value: int) -> None:
+        """Reset the peripherals of AHB2."""
+        self._write_resets(AHB2RSTR, value)
+
+    def write_AHB3RSTR(self, value: int) -> None:
+        """Reset the peripherals of AHB3."""
+        self._write_resets(AHB3RSTR, value)
+
+    def write_APB1RSTR(self, value: int) -> None:
+        """Reset the peripherals of APB1."""
+        self._write_resets(APB1RSTR, value)
+
+    def write_APB2RSTR(self, value: int) -> None:
+        """Reset the peripherals of APB2."""
+        self._write_resets(APB2RSTR, value)
+
+    def write_AHB1ENR(self, value: int) -> None:
+        """Open and shut clock gates."""
+        self._write_gates(AHB1ENR, value)
+
+    def write_AHB2ENR(self, value: int) -> None:
+        """Open and shut clock gates."""
+        self._write_gates(AHB2ENR, value)
+
+    def write_AHB3ENR(self, value: int) -> None:
+        """Open and shut clock gates."""
+        self._write_gates(AHB3ENR, value)
+
+    def write_APB1ENR(self, value: int) -> None:
+        """Open and shut clock gates."""
+        self._write_gates(APB1ENR, value)
+
+    def write_APB2ENR(self, value: int) -> None:
+        """Open and shut clock gates."""
+        self._write_gates(APB2ENR, value)
+
+    def write_BDCR(self, value: int) -> None:
+        """As in every family; the kernel clocks may run on the LSE."""
+        super().write_BDCR(value)
+        self._set_tree()
+
+    def write_DCKCFGR1(self, value: int) -> None:
+        """TIMPRE, and dividers of clocks that nobody uses."""
+        self[DCKCFGR1] = value
+        self._set_tree()
+
+    def write_DCKCFGR2(self, value: int) -> None:
+        """Which peripheral runs on which clock."""
+        self[DCKCFGR2] = value
+        for name, choice in self._kernels.items():
+            if choice.clocks[value >> choice.shift & choice.mask] == "-":
+                self.note("reserved", f"DCKCFGR2.{name}SEL", "the value 11 is reserved: no clock")
+        self._set_tree()
+
+    # --- clocks
+
+    def supply_changed(self) -> None:
+        """PWR gives another voltage scale, or over-drive: look at the limits anew."""
+        self._check_rates()
+
+    def _stop_oscillators(self) -> None:
+        for name in ("PLLI2S", "PLLSAI"):
+            self._oscillators[name].stop_now()
+        self[CR] &= ~(PLLI2SON | PLLSAION)
+        super()._stop_oscillators()
+        self.on_pll(False)
+
+    def _pll_runs_on_hse(self) -> bool:
+        return bool(self[PLLCFGR] & PLLSRC)
+
+    def _entry_ready(self) -> bool:
+        return (self._hse if self._pll_runs_on_hse() else self._hsi).ready
+
+    def _check_pll(self) -> None:
+        self._check_one_pll("PLL", "PLLCFGR", pll_rates(self[PLLCFGR], self.hse_hz), self[PLLCFGR])
+
+    def _check_one_pll(self, name: str, register: str, rates: PllRates, settings: int) -> None:
+        for field, text in pll_violations(name, rates, settings >> 6 & 0x1FF):
+            self.note("misuse", f"{register}.{field}", text)
+
+    def _feed_pll(self) -> None:
+        super()._feed_pll()
+        for name, bit in (("PLLI2S", PLLI2SON), ("PLLSAI", PLLSAION)):
+            self._feed_other_pll(name, bool(self[CR] & bit))
+
+    def _feed_other_pll(self, name: str, on: bool) -> None:
+        oscillator, offset = self._oscillators[name], PLLI2SCFGR if name == "PLLI2S" else PLLSAICFGR
+        on = on and self._entry_ready()
+        if on and not oscillator.on:
+            rates = pll_rates(self[PLLCFGR], self.hse_hz, self[offset])
+            self._check_one_pll(name, f"{name}CFGR", rates, self[offset])
+        oscillator.switch(on)
+
+    def _rtc_hse_hz(self) -> Fraction:
+        divider = self[CFGR] >> 16 & 0x1F
+        return self.hse_hz / divider if divider > 1 else Fraction(0)
+
+    def _on_ready(self, name: str, ready: bool) -> None:
+        super()._on_ready(name, ready)
+        if not ready:
+            self._set_tree()  # a kernel clock may have gone
+
+    def _set_tree(self, *, stopped: bool | None = None) -> None:
+        tree, pll = self.tree, pll_rates(self[PLLCFGR], self.hse_hz)
+        all_timers = bool(self[DCKCFGR1] & TIMPRE)
+        rates = rates_of(self[CFGR], self._source, self.hse_hz, pll, all_timers=all_timers)
+        rates = replace(rates, kernels=self._kernel_rates(rates, pll))
+        halted = tree.stopped if stopped is None else stopped
+        if rates == tree.rates and halted is tree.stopped:
+            return
+
+        def change() -> None:
+            tree.set(rates, stopped=halted)
+            if rates.hclk != self.time.hclk_hz:
+                self.time.set_hclk(rates.hclk)
+
+        self._tell_change(change)
+        self._check_rates()
+
+    def _kernel_rates(self, rates: Rates, pll: PllRates) -> Mapping[str, Fraction]:
+        none = Fraction(0)
+        sai = pll_rates(self[PLLCFGR], self.hse_hz, self[PLLSAICFGR])
+        hsi = HSI_HZ if self._hsi.ready else none
+        clocks = {
+            "APB1": rates.pclk1,
+            "APB2": rates.pclk2,
+            "SYSCLK": rates.sysclk,
+            "HSI": hsi,
+            "HSI/488": hsi / 488,
+            "LSE": LSE_HZ if self._lse.ready else none,
+            "LSI": self.lsi_hz if self._lsi.ready else none,
+            "PLL Q": pll.q if self._pll.ready else none,
+            "PLLSAI P": sai.p if self._oscillators["PLLSAI"].ready else none,
+            "-": none,
+        }
+        found: dict[str, Fraction] = {}
+        for name, choice in self._kernels.items():
+            clock = choice.clocks[self[DCKCFGR2] >> choice.shift & choice.mask]
+            found[name] = found["RNG"] if clock == "CK48" else clocks[clock]
+        return found
+
+    def _check_rates(self) -> None:
+        scale, over_drive = self._supply()
+        for where, text in violations(self.tree.rates, scale=scale, over_drive=over_drive):
+            self.note("misuse", where, text)
+
+    # --- resets
+
+    def reset(self) -> None:
+        """Go to the state after a reset of the chip."""
+        super().reset()
+        self.on_pll(False)
