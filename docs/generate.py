@@ -12,6 +12,7 @@ from pathlib import Path
 
 from hilbench.mcu.ledger import LedgerPeripheral, ledger_of
 from hilbench.suites import _bluepill_clauses, _dodge_clauses
+from hilbench.wiring.signals import SIGNALS
 from protocols.p2os.clauses import CLAUSES
 from protocols.p2os.command_table import COMMANDS
 from protocols.p2os.states import CLIENT_TABLE, SERVER_TABLE, State, Table
@@ -23,10 +24,11 @@ from protocols.pkt.clauses import CLAUSES as PKT_CLAUSES
 from protocols.pkt.framing import encode_frame
 from protocols.pkt.options import Framing, FramingOptions, Schema
 from targets.mcu.fidelity import Fidelity
-from targets.parts import PARTS, Part, part_class
+from targets.parts import PARTS, Direction, Part, Quantity, part_class
 from targets.parts import settings as part_settings
 from targets.robots.pioneer.ledger import LEDGER
 from targets.robots.pioneer.settings import RobotSettings, describe
+from worlds.vehicles import find_vehicle
 from worlds.vehicles.pioneer_2dx import vehicle
 
 FOLDER = Path(__file__).parent
@@ -49,6 +51,7 @@ def pages() -> Mapping[str, str]:
         "mcu-registers.md": registers_page(),
         "bluepill-clauses.md": bluepill_page(),
         "parts.md": parts_page(),
+        "vehicles.md": vehicles_page(),
     }
 
 
@@ -240,8 +243,10 @@ def parts_page() -> str:
     return (
         "# Parts: what stands between a board and the world\n\n"
         "In a bench file, `[parts.NAME]` with `kind`; `pins` joins terminals to pins (`brain.PB7`), other parts' "
-        "terminals, `3v3` or `gnd`; `signals` joins quantities to those of the world (`world.ray_1`); `settings` "
-        "changes what the tables have. Quirks of the originals are settings, each with the source that has it.\n\n"
+        "terminals, `3v3` or `gnd`; `signals` joins quantities to those of the world (`world.ray_1`, see "
+        "[vehicles.md](vehicles.md)) or to what another part gives (`driver.out_a`); `settings` changes what the "
+        "tables have. Quirks of the originals are settings, each with the source that has it. *One step late* marks "
+        "feedback: what the other part gave for the physics step before.\n\n"
         + "\n".join(_part(kind, part_class(kind)) for kind in PARTS)
     )
 
@@ -249,7 +254,7 @@ def parts_page() -> str:
 def _part(kind: str, part: type[Part]) -> str:
     joined = [(one.name, f"wire {one.direction.value}", _needed(one.text, one.needed)) for one in part.TERMINALS]
     joined += [
-        (one.name, f"quantity {one.direction.value}, {one.unit}", _needed(one.text, one.needed))
+        (one.name, f"quantity {one.direction.value}, {one.unit}", _needed(_late(one), one.needed))
         for one in part.QUANTITIES
     ]
     joined += [(one.name, f"control, {one.least:g} to {one.greatest:g}", one.text) for one in part.CONTROLS]
@@ -261,6 +266,10 @@ def _part(kind: str, part: type[Part]) -> str:
     return f"## {kind}\n\n" + _table(("Name", "What", "Remark"), joined) + settings + absent
 
 
+def _late(quantity: Quantity) -> str:
+    return f"{quantity.text}; one step late" if quantity.late else quantity.text
+
+
 def _needed(text: str, needed: bool) -> str:
     return "; ".join(word for word in (text, "has to be joined" if needed else "") if word)
 
@@ -269,6 +278,29 @@ def _value(value: object) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     return "none" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def vehicles_page() -> str:
+    """What the vehicle of every world gives to parts and takes from them, and the figures it is made from."""
+    text = (
+        "# Vehicles and their signals\n\n"
+        "`[world]` names the vehicle and the scene it stands in. What a part's quantity is joined to is written "
+        '`world.NAME`, as in `signals = { angle = "world.wheel_lf_angle" }`. *Given* is what the world gives, *taken* '
+        "what one part may drive.\n"
+    )
+    for name, signals in SIGNALS.items():
+        joined = [
+            (f"`{one.name}`", "given" if one.direction is Direction.IN else "taken", one.unit, one.text)
+            for one in signals.values()
+        ]
+        figures = [(row.name, f"{row.value:g}", row.unit, row.source) for row in find_vehicle(name).parameters]
+        text += (
+            f"\n## {name}\n\n"
+            + _table(("Signal", "", "Unit", "What"), joined)
+            + "\n"
+            + _table(("Figure", "Value", "Unit", "Source"), figures)
+        )
+    return text
 
 
 def fidelity_page() -> str:

@@ -43,11 +43,15 @@ def _given() -> Iterator[WorldSignal]:
         yield give(f"{wheel}_speed", "rad/s", "+ forward")
         yield give(f"{wheel}{_CONTACT}", "1", "1 while the wheel touches something, the floor as well")
     yield give(f"{BODY}{_CONTACT}", "1", "1 while the body touches something")
-    for axis in _AXES:
-        yield give(axis, "m", "position in the scene")
-        yield give(f"v{axis}", "m/s", "velocity in the scene")
-        yield give(f"a{axis}", "m/s2", f"specific force at the inertial sensor, {_AHEAD[axis]}; 9.81 upwards at rest")
-        yield give(f"w{axis}", "rad/s", f"turn rate about the vehicle's axis {_AHEAD[axis]}")
+    kinds = {
+        "": ("m", "position in the scene"),
+        "v": ("m/s", "velocity in the scene"),
+        "a": ("m/s2", "specific force at the inertial sensor, {}; 9.81 upwards at rest"),
+        "w": ("rad/s", "turn rate about the vehicle's axis {}"),
+    }
+    for kind, (unit, text) in kinds.items():
+        for axis, ahead in _AHEAD.items():
+            yield give(f"{kind}{axis}", unit, text.format(ahead))
     yield give("roll", "rad", "+ lowers the right side")
     yield give("pitch", "rad", "+ lowers the nose")
     yield give("yaw", "rad", "+ to the left, of the scene's x")

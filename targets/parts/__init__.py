@@ -26,12 +26,16 @@ __all__ = [
 
 PARTS: Mapping[str, str] = MappingProxyType(
     {
+        "battery": "targets.parts.battery:Battery",
+        "dc-motor": "targets.parts.dc_motor:DcMotor",
         "distance-switch": "targets.parts.distance_switch:DistanceSwitch",
         "encoder-3bit": "targets.parts.encoder_3bit:Encoder3Bit",
         "gamepad": "targets.parts.gamepad:Gamepad",
+        "l298n": "targets.parts.l298n:L298n",
         "motor-code": "targets.parts.motor_code:MotorCode",
         "mpu9250": "targets.parts.mpu9250:Mpu9250",
         "p2os-adapter": "targets.parts.p2os_adapter:P2osAdapter",
+        "tachometer-disc": "targets.parts.tachometer_disc:TachometerDisc",
     }
 )
 """Module and class of each kind."""

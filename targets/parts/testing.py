@@ -143,5 +143,6 @@ class PartBench:
     def _step(self) -> None:
         start_ns, end_ns = self.now_ns, self.now_ns + self._step_ns
         self._next_step_ns = end_ns
+        self.part.feed(self._quantities(start_ns))
         self.quantities_out = self.part.before_step(start_ns, end_ns)
         self.part.after_step(start_ns, end_ns, self._quantities(start_ns), self._quantities(end_ns))
