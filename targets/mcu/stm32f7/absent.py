@@ -230,15 +230,6 @@ class Timer(Absent):
     )
 
 
-class Dma(Absent):
-    """A DMA controller: it serves nobody."""
-
-    MISSING = "it serves nobody"
-    REGISTERS = registers(
-        "LISR: HISR: LIFCR HIFCR " + " ".join(f"S{n}CR S{n}NDTR S{n}PAR S{n}M0AR S{n}M1AR S{n}FCR=21" for n in range(8))
-    )
-
-
 class Adc(Absent):
     """The three converters: no conversion ever ends."""
 
@@ -303,8 +294,6 @@ TIMERS = {
 
 _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
     *((Timer, f"TIM{n}", base) for n, base in TIMERS.items()),
-    (Dma, "DMA1", 0x4002_6000),
-    (Dma, "DMA2", 0x4002_6400),
     (Adc, "ADC", 0x4001_2000),
     (Rtc, "RTC", 0x4000_2800),
     (Rng, "RNG", 0x5006_0800),

@@ -19,8 +19,9 @@ from targets.mcu.cortexm.kinds import CORTEX_M7
 from targets.mcu.fidelity import Notes
 from targets.mcu.pins import Pins, Source
 from targets.mcu.registers import Peripheral
-from targets.mcu.services import DmaRequest, IrqLine, Services
+from targets.mcu.services import IrqLine, Services
 from targets.mcu.signals import Signals
+from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.exti import STM32F7, Exti
 from targets.mcu.stm32.gpio import Gpio, thresholds
 from targets.mcu.stm32.iwdg import Iwdg
@@ -30,6 +31,7 @@ from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f7.absent import Rtc, absent_peripherals
 from targets.mcu.stm32f7.af_table import ALTERNATE_FUNCTIONS, PADS
 from targets.mcu.stm32f7.backup_sram import BackupSram
+from targets.mcu.stm32f7.blocks import dma_controllers, i2cs, usarts
 from targets.mcu.stm32f7.clocks import ClockTree
 from targets.mcu.stm32f7.dbgmcu import Dbgmcu
 from targets.mcu.stm32f7.flash import Flash
@@ -89,12 +91,13 @@ class Stm32f767(Chip):
         self.signals = Signals(self.pins)
         self._functions = PinFunctions(ALTERNATE_FUNCTIONS, self.signals, notes)
         self._tree = ClockTree()
+        self._requests = Requests()
         self.services = Services(
             time=time,
             clocks=self._tree,
             notes=notes,
             irq=self._irq,
-            dma=self._dma_request,
+            dma=self._requests.line,
             output=self.signals.output,
             input=self.signals.input,
             bus=bus,
@@ -172,7 +175,8 @@ class Stm32f767(Chip):
             for index, port in enumerate("ABCDEFGHIJK")
         ]
         self.exti = Exti("EXTI", 0x4001_3C00, services, STM32F7)
-        self.usarts = {}
+        self.usarts = {usart.name: usart for usart in usarts(services, self._tree)}
+        self.i2cs = {i2c.name: i2c for i2c in i2cs(services, self._tree)}
         absent = absent_peripherals(services)
         self._rtc = next(peripheral for peripheral in absent if isinstance(peripheral, Rtc))
         self._others: tuple[Peripheral, ...] = (
@@ -180,14 +184,14 @@ class Stm32f767(Chip):
             Syscfg(0x4001_3800, services, self.pins, self.signals, boot_pin=self._straps.boot0),
             self.exti,
             BackupSram(0x4002_4000, services, writable=self.pwr.backup_writable),
+            *self.usarts.values(),
+            *self.i2cs.values(),
+            *dma_controllers(services, self._requests),
             *absent,
         )
 
     def _irq(self, number: int) -> IrqLine:
         return self.core.irq(number)
-
-    def _dma_request(self, name: str) -> DmaRequest:
-        raise NotImplementedError(name)
 
     # --- for the machine
 

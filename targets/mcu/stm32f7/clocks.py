@@ -191,3 +191,7 @@ class ClockTree:
     def kernel(self, peripheral: str) -> Fraction:
         """Return HCLK cycles per tick of a peripheral's own clock; 0 in Stop mode, or while its source does not run."""
         return self._kernel[peripheral]
+
+    def kernel_hz(self, peripheral: str) -> Fraction:
+        """Return the rate of a peripheral's own clock; 0 in Stop mode, or while its source does not run."""
+        return Fraction(0) if self.stopped else self.rates.kernels[peripheral]

@@ -1,0 +1,72 @@
+"""The blocks that the STM32F767 has several of: addresses, interrupts and clocks (RM0410 tables 1 and 46)."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from targets.mcu.services import Services
+from targets.mcu.stm32.dma import Dma
+from targets.mcu.stm32.dma_requests import Requests
+from targets.mcu.stm32.i2c import I2c
+from targets.mcu.stm32.usart import Usart
+from targets.mcu.stm32f7 import dma_map
+from targets.mcu.stm32f7.clocks import ClockTree
+
+__all__ = ["dma_controllers", "i2cs", "usarts"]
+
+_USARTS = {
+    "USART1": (0x4001_1000, 37),
+    "USART2": (0x4000_4400, 38),
+    "USART3": (0x4000_4800, 39),
+    "UART4": (0x4000_4C00, 52),
+    "UART5": (0x4000_5000, 53),
+    "USART6": (0x4001_1400, 71),
+    "UART7": (0x4000_7800, 82),
+    "UART8": (0x4000_7C00, 83),
+}
+_I2CS = {
+    "I2C1": (0x4000_5400, 31, 32),
+    "I2C2": (0x4000_5800, 33, 34),
+    "I2C3": (0x4000_5C00, 72, 73),
+    "I2C4": (0x4000_6000, 95, 96),
+}
+
+
+def usarts(services: Services, tree: ClockTree) -> tuple[Usart, ...]:
+    """Return the USARTs and UARTs."""
+    return tuple(
+        Usart(name, base, services, irq=irq, kernel_hz=partial(tree.kernel_hz, name))
+        for name, (base, irq) in _USARTS.items()
+    )
+
+
+def i2cs(services: Services, tree: ClockTree) -> tuple[I2c, ...]:
+    """Return the I2C interfaces."""
+    return tuple(
+        I2c(name, base, services, irq_event=event, irq_error=error, kernel_hz=partial(tree.kernel_hz, name))
+        for name, (base, event, error) in _I2CS.items()
+    )
+
+
+def dma_controllers(services: Services, requests: Requests) -> tuple[Dma, ...]:
+    """Return the DMA controllers; only the second one reaches memory by its peripheral port (RM0410 section 8.3.1)."""
+    return (
+        Dma(
+            "DMA1",
+            0x4002_6000,
+            services,
+            requests=requests,
+            channels=dma_map.DMA1,
+            irqs=(11, 12, 13, 14, 15, 16, 17, 47),
+            between_memories=False,
+        ),
+        Dma(
+            "DMA2",
+            0x4002_6400,
+            services,
+            requests=requests,
+            channels=dma_map.DMA2,
+            irqs=(56, 57, 58, 59, 60, 68, 69, 70),
+            between_memories=True,
+        ),
+    )
