@@ -96,6 +96,17 @@ class QuantityEnd:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class BusEnd:
+    """An I2C interface of a board: the board's name in the bench, and the interface: ``I2C1``."""
+
+    board: str
+    interface: str
+
+    def __str__(self) -> str:
+        return f"{self.board}.{self.interface}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PartPlan:
     """A part.
 
@@ -104,12 +115,14 @@ class PartPlan:
         settings: what differs from a standard one, as an instance of the kind's own class.
         signals: the signal of the world that each of its quantities is; without ``world.`` before it.
         sources: the quantity of another part that each of its other quantities is.
+        buses: the I2C bus that each of its ends at one is soldered to.
     """
 
     kind: str
     settings: Any
     signals: Mapping[str, str] = field(default_factory=dict)
     sources: Mapping[str, QuantityEnd] = field(default_factory=dict)
+    buses: Mapping[str, BusEnd] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

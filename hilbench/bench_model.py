@@ -73,12 +73,14 @@ class PartEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         kind: what it is: ``distance-switch``, ``encoder-3bit``, ``motor-code``, ``p2os-adapter``, ``gamepad``.
         pins: what its terminals are wired to, by their names: ``NAME.PIN`` of a board, ``3v3`` or ``gnd``.
         signals: what its quantities are, by their names: ``world.SIGNAL``, or ``NAME.QUANTITY`` of another part.
+        buses: the I2C buses that it is soldered to, by its names for its ends: ``NAME.I2C1`` of a board.
         settings: what differs from a standard part, by the names that its kind has for it.
     """
 
     kind: str
     pins: dict[str, str] = {}
     signals: dict[str, str] = {}
+    buses: dict[str, str] = {}
     settings: dict[str, Any] = {}
 
 

@@ -150,7 +150,7 @@ class EmulatedBench:
             self._byte_logs: list[ByteLog] = []
             self._wire()
             self._join_lines()
-            self.surroundings = Surroundings(self.bench, bench_file, self.machines, self.ports, seed=seed)
+            self.surroundings = Surroundings(self.bench, bench_file, self._group, self.machines, self.ports, seed=seed)
             undo.callback(self.surroundings.close)
             for name in self.machines:
                 self._listen_to(name)

@@ -78,6 +78,10 @@ class MachineGroup:
             heapq.heappush(self._outputs, (ns, next(self._sequence), order, source, action))
             return
         self._scheduler.at(max(ns, self._scheduler.now_ns), action, order=order, source=source)
+        self.limit(ns)
+
+    def limit(self, ns: int) -> None:
+        """Let no chip run beyond `ns` before the bench has been there; called while one runs."""
         if ns < self._limit_ns:
             self._limit_ns = ns
             for machine in self._machines.values():

@@ -11,12 +11,13 @@ from fractions import Fraction
 from typing import Protocol
 
 from targets.mcu.fidelity import Notes
+from targets.mcu.i2c_bus import I2cBus
 from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
 from targets.mcu.serial_line import SerialFormat, SerialFrame
 from targets.mcu.signals import Signals
 
-__all__ = ["Ending", "Machine", "Usart"]
+__all__ = ["Ending", "I2c", "Machine", "Usart"]
 
 
 class Usart(Protocol):
@@ -40,6 +41,14 @@ class Usart(Protocol):
     @property
     def format(self) -> SerialFormat:
         """How words are framed, as the firmware has set it."""
+
+
+class I2c(Protocol):
+    """One I2C interface, as those outside see it."""
+
+    @property
+    def bus(self) -> I2cBus:
+        """What slaves are soldered to."""
 
 
 class Ending(Protocol):
@@ -96,6 +105,10 @@ class Chip(Protocol):
     @property
     def usarts(self) -> Mapping[str, Usart]:
         """The USARTs, by name."""
+
+    @property
+    def i2cs(self) -> Mapping[str, I2c]:
+        """The I2C interfaces that are modelled, by name."""
 
     @property
     def peripherals(self) -> Mapping[str, Peripheral]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import contextlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 
 from hilbench.bench import Bench
 from hilbench.bench_file import Net, PartPlan, QuantityEnd
@@ -76,9 +78,17 @@ class _Actor:
         self._entry_ns: int | None = None
         self.part: Part
         self.port: Port | None = None
+        self.ahead_ns: int | None = None
 
     def tell(self, event: object) -> None:
-        """Take an event of the part into the journal."""
+        """Take an event of the part into the journal, at the time at which it was called."""
+        if self.ahead_ns is None or self.ahead_ns <= self._bench.now_ns:
+            self._record(event)
+        else:
+            action = partial(self._record, event)
+            self._bench.scheduler.at(self.ahead_ns, action, order=EventClass.BYTE, source=self._name)
+
+    def _record(self, event: object) -> None:
         self._bench.record_event(self._name, event)
         for tap in self._taps:
             tap(self._name, event)
@@ -94,11 +104,11 @@ class _Actor:
         self.port = port
         port.on_receive = self._received
 
-    def settle(self) -> None:
-        """Book the next call of the part, after it has been called."""
+    def settle(self) -> int | None:
+        """Book the next call of the part, after it has been called; return when that is."""
         deadline_ns = self.part.next_deadline_ns()
         if self._entry is not None and deadline_ns == self._entry_ns:
-            return
+            return deadline_ns
         if self._entry is not None:
             self._bench.scheduler.cancel(self._entry)
             self._entry = None
@@ -106,6 +116,7 @@ class _Actor:
             when_ns = max(deadline_ns, self._bench.now_ns)
             self._entry = self._bench.scheduler.at(when_ns, self._due, order=EventClass.TIMER, source=self._name)
             self._entry_ns = deadline_ns
+        return deadline_ns
 
     def _due(self) -> None:
         self._entry = None
@@ -184,9 +195,19 @@ class Parts:
             part.power_on(self._bench.now_ns)
             self._actors[name].settle()
 
-    def settle(self, name: str) -> None:
-        """Book the next call of a part that was touched directly."""
-        self._actors[name].settle()
+    def settle(self, name: str) -> int | None:
+        """Book the next call of a part that was touched directly; return the bench time of it."""
+        return self._actors[name].settle()
+
+    @contextlib.contextmanager
+    def ahead(self, name: str, now_ns: int) -> Iterator[None]:
+        """Let a part be called at a time that the bench has not reached: what it tells belongs there."""
+        actor = self._actors[name]
+        actor.ahead_ns = now_ns
+        try:
+            yield
+        finally:
+            actor.ahead_ns = None
 
     def set(self, name: str, values: Mapping[str, float]) -> None:
         """Move controls of a part, now; raises `ValueError` as `targets.parts.Part.set` does."""

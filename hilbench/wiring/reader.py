@@ -12,6 +12,7 @@ from hilbench.bench_file import EmulatedBoard, Link, Net, PartPlan, PinEnd, Term
 from hilbench.bench_model import BenchModel, PartEntry
 from hilbench.nearest import did_you_mean
 from hilbench.strict import Path, Strict
+from hilbench.wiring.bus_reader import BusReader
 from hilbench.wiring.quantity_reader import WORLD, QuantityReader
 from targets.parts import PARTS, Direction, Part, part_class
 
@@ -38,6 +39,7 @@ class WiringReader:
         self._strict = strict
         self._kinds: dict[str, type[Part]] = {name: self._kind(name, entry) for name, entry in model.parts.items()}
         self._quantities = QuantityReader(model, self._kinds, strict)
+        self._buses = BusReader(boards, self._kinds, strict)
         self._where: dict[End, Path] = {}
 
     # --- parts
@@ -90,7 +92,8 @@ class WiringReader:
                 raise self._strict.error(message, ("parts", name, "pins", quantity.name), hint)
         settings = self._strict.convert_at(entry.settings, self._kinds[name].Settings, ("parts", name, "settings"))
         signals, sources = self._quantities.read(name, entry)
-        return PartPlan(kind=entry.kind, settings=settings, signals=signals, sources=sources)
+        buses = self._buses.read(name, entry)
+        return PartPlan(kind=entry.kind, settings=settings, signals=signals, sources=sources, buses=buses)
 
     @property
     def _robot(self) -> str:

@@ -10,8 +10,10 @@ from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile, Link
 from hilbench.errors import UnavailableError
 from hilbench.links import Line, MemoryLink, Port
+from hilbench.mcu.group import MachineGroup
 from hilbench.mcu.seams import Machine
 from hilbench.mcu.usart_port import UsartPort
+from hilbench.wiring.buses import Buses
 from hilbench.wiring.parts import Parts
 from worlds.errors import WorldError
 
@@ -31,6 +33,7 @@ class Surroundings:
     Args:
         bench: whose time everything lives in.
         bench_file: what to build.
+        group: who lets the chips run.
         machines: the chips, by board.
         ports: the far ends of the USARTs' lines, as ``BOARD.usart1``.
         seed: of everything random.
@@ -50,6 +53,7 @@ class Surroundings:
         self,
         bench: Bench,
         bench_file: BenchFile,
+        group: MachineGroup,
         machines: Mapping[str, Machine],
         ports: Mapping[str, UsartPort],
         *,
@@ -65,6 +69,7 @@ class Surroundings:
         self.body: VehicleBody | None = None
         self.runner: WorldRunner | None = None
         self.parts = Parts(bench, bench_file.parts, machines, bench_file.nets, seed=seed)
+        Buses(bench, group, machines, self.parts, bench_file.parts)
         try:
             if bench_file.targets:
                 self._add_robot()

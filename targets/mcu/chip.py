@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from targets.boards import Board
     from targets.boards.board import Straps
     from targets.mcu.bus import Bus
+    from targets.mcu.stm32.i2c import I2c
     from targets.mcu.stm32.usart_base import UsartBase
 
 __all__ = ["AskReset", "Boot", "Chip", "DeepSleep", "FlashMemory", "MakeCore", "Memory", "chip_of"]
@@ -121,6 +122,7 @@ class Chip(abc.ABC):
         signals: every signal between peripherals and pins.
         peripherals: every peripheral by its name in the reference manual.
         usarts: the USARTs by name.
+        i2cs: the I2C interfaces that are modelled, by name.
         flash: the flash with its interface.
         ram: all RAM, for whoever wants to know whether anything changed; from 0x20000000 on first.
     """
@@ -137,6 +139,7 @@ class Chip(abc.ABC):
     signals: Signals
     peripherals: dict[str, Peripheral]
     usarts: dict[str, UsartBase]
+    i2cs: Mapping[str, I2c] = {}
     ram: bytearray
 
     @abc.abstractmethod
