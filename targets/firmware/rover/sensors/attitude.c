@@ -6,19 +6,18 @@
 
 #include "rover/options.h"
 
-// How fast the estimate goes down the gradient, in 1/s: at first fast, as it knows nothing, then slowly, as it is shaken
-// (choice; the paper's best figures are 0.033 and 0.041, at ten times our rate and without heading to find).
-#define FIRST_GAIN 2.0f
-#define LAST_GAIN 0.1f
-#define SETTLING_S 3.0f
+// How fast the estimate goes down the gradient, in 1/s (choice; the paper's best figures are 0.033 and 0.041, at rates of 50 Hz
+// and more).
+#define GAIN 0.1f
 
 struct quaternion attitude;
-static float age_s;
+
+static bool begun;
 
 void attitude_start(void)
 {
     attitude = (struct quaternion){.w = DEFECT_NAN_QUATERNION ? 0.0f : 1.0f};
-    age_s = 0.0f;
+    begun = DEFECT_NAN_QUATERNION;
 }
 
 static float inverse_root(float square) { return 1.0f / __builtin_sqrtf(square); }
@@ -97,16 +96,40 @@ static struct quaternion field_gradient(struct quaternion q, struct vector m)
     };
 }
 
-static float gain(float dt_s)
+static struct vector cross(struct vector a, struct vector b)
 {
-    if (age_s >= SETTLING_S)
-        return LAST_GAIN;
-    age_s += dt_s;
-    return FIRST_GAIN + (LAST_GAIN - FIRST_GAIN) * age_s / SETTLING_S;
+    return (struct vector){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+// Half the root of a number that is not negative but for its rounding, with a sign.
+static float half_root(float square, float sign)
+{
+    return __builtin_copysignf(0.5f * __builtin_sqrtf(square > 0.0f ? square : 0.0f), sign);
+}
+
+// The attitude in which gravity and field are what was read: the gradient is slow, and zero where the rover looks just the other
+// way. The axes of the earth, as the rover sees them, are the rows of the rotation; without a field it looks north.
+static bool begin(struct vector up, struct vector field, bool has_field)
+{
+    struct vector west = cross(up, has_field ? field : (struct vector){1.0f, 0.0f, 0.0f});
+    if (!normalize(&up) || !normalize(&west))
+        return false;
+    struct vector north = cross(west, up);
+    attitude = unit((struct quaternion){
+        half_root(1.0f + north.x + west.y + up.z, 1.0f),
+        half_root(1.0f + north.x - west.y - up.z, up.y - west.z),
+        half_root(1.0f - north.x + west.y - up.z, north.z - up.x),
+        half_root(1.0f - north.x - west.y + up.z, west.x - north.y),
+    });
+    return true;
 }
 
 void attitude_update(struct vector rate, struct vector acceleration, struct vector field, bool has_field, float dt_s)
 {
+    if (!begun) {
+        begun = begin(acceleration, field, has_field);
+        return;
+    }
     struct quaternion change = turned_by(attitude, rate), gradient = {0};
     if (normalize(&acceleration))
         gradient = gravity_gradient(attitude, acceleration);
@@ -114,6 +137,6 @@ void attitude_update(struct vector rate, struct vector acceleration, struct vect
         gradient = sum(gradient, field_gradient(attitude, field));
     float square = gradient.w * gradient.w + gradient.x * gradient.x + gradient.y * gradient.y + gradient.z * gradient.z;
     if (square > 0.0f)
-        change = sum(change, scaled(gradient, -gain(dt_s) * inverse_root(square))); // (43)
+        change = sum(change, scaled(gradient, -GAIN * inverse_root(square))); // (43)
     attitude = unit(sum(attitude, scaled(change, dt_s)));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// First a script, one transfer each step, then a second's half of readings at rest for the gyroscope's bias, then a reading
+// First a script, one transfer each step, then half a second of readings at rest for the gyroscope's bias, then a reading
 // each READ_TICKS. Each transfer has TRANSFER_TICKS; whatever fails ends in a pause, and then the script begins anew.
 
 #include "rover/sensors/imu.h"
@@ -11,6 +11,7 @@
 
 #define READ_TICKS 10u       // 10 Hz (manual, table of tasks)
 #define READ_BEFORE 1u       // ticks ahead, so that what is reported at a multiple of them is fresh
+#define START_TICKS 10u      // 100 ms from power-up to the first register (PS-MPU-9250A-01, 3.4.2)
 #define TRANSFER_TICKS 3u    // 16 bytes take half a millisecond
 #define RETRY_TICKS 100u
 #define CALIBRATION_READINGS 50u // one each tick
@@ -19,7 +20,7 @@
 
 #define ACCELERATION_G (2.0f / 32768.0f)
 #define RATE_DEG_S (250.0f / 32768.0f)
-#define FIELD_MGAUSS 1.5f // 0.15 uT (PS-MPU-9250A-01, table 3)
+#define FIELD_MGAUSS 1.5f // 0.15 uT (MS1356-E, 8.3.4)
 
 // --- the script
 
@@ -31,7 +32,7 @@ static const struct step {
     uint8_t wait_ticks; // behind it
 } SCRIPT[] = {
     {EXPECT, MPU, MPU_WHO_AM_I, MPU_ID, 0},
-    {WRITE, MPU, MPU_PWR_MGMT_1, MPU_RESET, 10}, // 100 ms (PS-MPU-9250A-01, table 5: start-up time)
+    {WRITE, MPU, MPU_PWR_MGMT_1, MPU_RESET, START_TICKS},
     {WRITE, MPU, MPU_PWR_MGMT_1, MPU_CLOCK_PLL, 4},
     {WRITE, MPU, MPU_CONFIG, MPU_DLPF_41HZ, 0},
     {WRITE, MPU, MPU_SMPLRT_DIV, MPU_RATE_200HZ, 0},
@@ -88,7 +89,8 @@ void imu_start(void)
     i2c_start();
     phase = IN_SCRIPT;
     asked = NOTHING;
-    step = wait_ticks = 0;
+    step = 0;
+    wait_ticks = START_TICKS;
     has_field = true;
 }
 
@@ -121,13 +123,14 @@ static void end_script(void)
     begin_calibration();
 }
 
-// ASA: 128 stands for a factor of 1 (RM, 5.13).
+// ASA: 128 stands for a factor of 1 (MS1356-E, 8.3.11).
 static void take_sensitivity(void)
 {
     for (unsigned axis = 0; axis < 3; ++axis)
         sensitivity[axis] = FIELD_MGAUSS * ((float)(bytes[axis] - 128) / 256.0f + 1.0f);
 }
 
+// The next step follows at once, unless the sensor needs time.
 static void take_step(bool done)
 {
     const struct step *now = &SCRIPT[step];
@@ -143,6 +146,8 @@ static void take_step(bool done)
         wait_ticks = now->wait_ticks;
         if (++step == STEPS)
             end_script();
+        else if (wait_ticks == 0)
+            ask_step();
     }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Registers of the MPU-9250 (RM-MPU-9250A-00) and of the AK8963 in it (PS-MPU-9250A-01, section 4; RM, section 5).
+// Registers of the MPU-9250 (RM-MPU-9250A-00) and of the AK8963 in it (MS1356-E).
 
 #pragma once
 

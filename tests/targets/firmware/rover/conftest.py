@@ -26,6 +26,7 @@ STOP = FLASH + FLASH_BYTES - 0x1000  # where calls return to
 SCRATCH = RAM + RAM_BYTES - 0x8000
 
 TICK_US = 10_000
+BUSY, DONE, FAILED = range(3)
 FPU_ON = 1 << 30
 
 
@@ -110,49 +111,66 @@ class Code:
         self.uc.mem_write(address, data)
         return address
 
-    def floats_at(self, name, count):
-        """The floats that a variable begins with."""
-        return struct.unpack(f"<{count}f", self.bytes_at(self.symbols[name], 4 * count))
+    @property
+    def quaternion(self):
+        """The attitude as it stands in memory: x, y, z, w."""
+        w, *xyz = struct.unpack("<4f", self.bytes_at(self.symbols["attitude"], 16))
+        return *xyz, w
 
 
 class Slave:
-    """The I2C bus: registers of devices by address; who is not there refuses, a hanging bus never ends a transfer."""
+    """The I2C bus: registers of devices by address. Who is not there refuses; a hanging bus never ends a transfer.
+
+    Attributes:
+        devices: values of registers, by number, by address of the device.
+        carry_out: does a transfer otherwise: (address, register, count, value or None) -> bytes, or None if refused.
+        hanging: see above.
+        recovered: how often the program has let go of the bus and begun anew.
+        pending: a transfer has ended, and the program does not know yet.
+    """
 
     def __init__(self):
         self.devices = {}
+        self.carry_out = self._from_registers
         self.hanging = False
-        self.transfers = []
-        self.state = 1  # I2C_DONE
         self.recovered = 0
-        self._seen = 0
+        self.pending = False
+        self._state = DONE
 
     def read(self, code):
-        address, reg, to, count = (code.argument(n) for n in range(4))
-        self.transfers.append(("read", address, reg, count))
-        device = self._begin(address)
-        if device is not None:
-            code.put(bytes(device.get(reg + n, 0) for n in range(count)), to)
+        address, reg, to, count = (code.argument(number) for number in range(4))
+        found = self._begin(address, reg, count, None)
+        if found is not None:
+            code.put(found, to)
 
     def write(self, code):
-        address, reg, value = (code.argument(n) for n in range(3))
-        self.transfers.append(("write", address, reg, value))
-        device = self._begin(address)
-        if device is not None:
-            device[reg] = value
+        address, reg, value = (code.argument(number) for number in range(3))
+        self._begin(address, reg, 0, value)
+
+    def state(self, _code):
+        self.pending = False
+        return self._state
 
     def recover(self, _code):
         self.recovered += 1
-        self.state = 2
+        self._state = FAILED
 
-    def answered(self):
-        """Whether a transfer has ended since the last call."""
-        before, self._seen = self._seen, len(self.transfers)
-        return self._seen > before and not self.hanging
+    def _begin(self, address, reg, count, value):
+        if self.hanging:
+            self._state = BUSY
+            return None
+        found = self.carry_out(address, reg, count, value)
+        self._state = FAILED if found is None else DONE
+        self.pending = True
+        return found
 
-    def _begin(self, address):
+    def _from_registers(self, address, reg, count, value):
         device = self.devices.get(address)
-        self.state = 0 if self.hanging else 2 if device is None else 1
-        return None if self.hanging else device
+        if device is None:
+            return None
+        if value is not None:
+            device[reg] = value
+        return bytes(device.get(reg + number, 0) for number in range(count))
 
 
 def _nothing(_code):
@@ -209,7 +227,7 @@ class Rover:
                 "i2c_start": _nothing,
                 "i2c_read": slave.read,
                 "i2c_write": slave.write,
-                "i2c_state": lambda _code: slave.state,
+                "i2c_state": slave.state,
                 "i2c_recover": slave.recover,
             }
         )
@@ -239,7 +257,7 @@ class Rover:
             self.now_us = self._due_us()
             self.code.call("rover_tick", self.tick, self.now_us)
             self.tick += 1
-            while self._sensors and self.slave.answered():
+            while self._sensors and self.slave.pending:
                 self.poll()
         self.now_us = until_us
         return self
@@ -273,6 +291,12 @@ class Rover:
 @pytest.fixture
 def rover():
     """Makes a `Rover`: ``rover(image, at_us=...)``."""
+    return Rover
+
+
+@pytest.fixture(scope="session")
+def rover_factory():
+    """The same for property tests, which may use no fixture that is made anew for each test."""
     return Rover
 
 
