@@ -142,13 +142,12 @@ class Peripheral:
         reader = self._readers.get(offset)
         if reader is not None:
             return reader()
-        value = self._values.get(offset)
-        if value is None:
+        if offset not in self.registers:
             self.note("reserved", f"0x{offset:02X}", "a read of an address without a register gives 0")
             return 0
         if offset in self._absent:
             self._note_absent(offset)
-        return value
+        return self._values[offset]
 
     def write(self, offset: int, value: int) -> None:
         """Write the word at `offset`, with its effects."""

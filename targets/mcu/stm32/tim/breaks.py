@@ -1,48 +1,80 @@
-"""Break input, main output enable, dead time and locks of TIM1 (RM0008 sections 14.3.11, 14.3.12 and 14.4.18)."""
+"""Break inputs, main output enable, dead time and locks of the advanced timers.
+
+RM0008 sections 14.3.11, 14.3.12 and 14.4.18; RM0410 section 25.3.16 (two inputs). The second input acts as the first
+does; that it has a lower priority shows only in what the outputs become, which is the same here (choice).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from targets.mcu.services import InputSignal
-from targets.mcu.stm32.tim.registers import AOE, BKE, BKP, MOE, OSSI, OSSR
+from targets.mcu.stm32.tim.registers import AOE, B2IF, BIF, BK2E, BK2F, BK2P, BKE, BKF, BKP, MOE, OSSI, OSSR
 
-__all__ = ["Breaks"]
+__all__ = ["BreakInput", "Breaks"]
 
 _DTG, _LOCK = 0x00FF, 0x0300
-_FROZEN_BY_LEVEL = (
-    0,
-    _DTG | BKE | BKP | AOE,
-    _DTG | BKE | BKP | AOE | OSSI | OSSR,
-    _DTG | BKE | BKP | AOE | OSSI | OSSR,
-)
+_INPUTS = BKE | BKP | AOE | BKF | BK2F | BK2E | BK2P
+_FROZEN_BY_LEVEL = (0, _DTG | _INPUTS, _DTG | _INPUTS | OSSI | OSSR, _DTG | _INPUTS | OSSI | OSSR)
+
+
+class BreakInput:
+    """One break input.
+
+    Args:
+        signal: the input.
+        on_change: called with it and its new level while it is enabled; it is for the timer to count up to this cycle,
+            and then to put it into `level`.
+        second: it is BRK2.
+
+    Attributes:
+        level: of the input, while it is enabled.
+        flag: of SR.
+    """
+
+    def __init__(
+        self, signal: InputSignal, on_change: Callable[[BreakInput, bool], None], *, second: bool = False
+    ) -> None:
+        self._signal = signal
+        self._listener: Callable[[bool], None] = lambda level: on_change(self, level)
+        self._enable, self._polarity, self.flag = (BK2E, BK2P, B2IF) if second else (BKE, BKP, BIF)
+        self._bits = 0
+        self.level = False
+
+    @property
+    def active(self) -> bool:
+        """True while the input is enabled and has its active level."""
+        return bool(self._bits & self._enable) and self.level is bool(self._bits & self._polarity)
+
+    def configure(self, bits: int) -> None:
+        """Listen to the input if BDTR says so."""
+        self._bits = bits
+        listener = self._listener if bits & self._enable else None
+        if self._signal.on_change is not listener:
+            self._signal.on_change = listener
+            self.level = self._signal.level()
 
 
 class Breaks:
     """What BDTR says.
 
     Args:
-        signal: the break input.
-        on_change: called with its new level while BKE is set; it is for the timer to count up to this cycle, and then
-            to put it into `level`.
+        inputs: the break inputs.
 
     Attributes:
-        level: of the break input, while BKE is set.
         lock_level: LOCK, as written first after reset.
     """
 
-    def __init__(self, signal: InputSignal, on_change: Callable[[bool], None]) -> None:
-        self._signal = signal
-        self._on_change = on_change
+    def __init__(self, *inputs: BreakInput) -> None:
+        self._inputs = inputs
         self._bits = 0
-        self.level = False
         self.lock_level = 0
         self._written = False
 
     @property
-    def active(self) -> bool:
-        """True while the enabled break input has its active level."""
-        return bool(self._bits & BKE) and self.level is bool(self._bits & BKP)
+    def active(self) -> int:
+        """The flags of the inputs that are active; 0 for none."""
+        return sum(one.flag for one in self._inputs if one.active)
 
     @property
     def waits_for_update(self) -> bool:
@@ -50,7 +82,7 @@ class Breaks:
         return self._bits & (AOE | MOE) == AOE and not self.active
 
     def reset(self) -> None:
-        """Go to the state after reset: unlocked, the break input off."""
+        """Go to the state after reset: unlocked, the break inputs off."""
         self._written = False
         self.lock_level = 0
         self.configure(0)
@@ -69,12 +101,10 @@ class Breaks:
         return value
 
     def configure(self, bits: int) -> None:
-        """Listen to the break input if BKE says so."""
+        """Take the inputs as BDTR has them."""
         self._bits = bits
-        listener = self._on_change if bits & BKE else None
-        if self._signal.on_change != listener:
-            self._signal.on_change = listener
-            self.level = self._signal.level()
+        for one in self._inputs:
+            one.configure(bits)
 
     def disable(self, bits: int) -> int:
         """Return BDTR after a break."""

@@ -19,25 +19,26 @@ from collections.abc import Callable, Iterable
 
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import DmaRequest, OutputSignal, Services, Watch
-from targets.mcu.stm32.tim.breaks import Breaks
+from targets.mcu.stm32.tim.breaks import BreakInput, Breaks
 from targets.mcu.stm32.tim.counting import Compare, Counting
 from targets.mcu.stm32.tim.inputs import TickClock
-from targets.mcu.stm32.tim.kinds import KINDS
+from targets.mcu.stm32.tim.kinds import KINDS, Kind
 from targets.mcu.stm32.tim.outputs import Gate, OutputStage
 from targets.mcu.stm32.tim.registers import (
-    ADVANCED,
+    B2IF,
     BDTR,
+    CC56_FLAGS,
     CC_FLAGS,
     CCDS,
-    CCMR1,
     CEN,
     CR1,
     CR2,
     DIER,
-    GENERAL,
+    EVERY_OFFSET,
     MMS_COMPARE,
     MMS_ENABLE,
     MMS_UPDATE,
+    MODES,
     OPM,
     SR,
     UDE,
@@ -53,48 +54,68 @@ class TimerCore(Peripheral, abc.ABC):
     """A timer without the ways to set it up, and without the reactions of `slave.Reactions`.
 
     Args:
-        name: ``TIM1`` to ``TIM4``; decides which registers it has, its bus, interrupts and masters.
+        name: ``TIM1``.
         base: address.
         services: what the chip offers.
+        kind: which registers it has, its bus, interrupts and masters; those of the STM32F1's timer if left out.
     """
 
-    def __init__(self, name: str, base: int, services: Services) -> None:
-        self.kind = KINDS[name]
+    def __init__(self, name: str, base: int, services: Services, kind: Kind | None = None) -> None:
+        self.kind = kind = kind or KINDS[name]
         super().__init__(name, base, services)
+        self._values = dict.fromkeys(EVERY_OFFSET, 0) | self._values  # what it lacks reads as if it were never set
         self._clock = TickClock(self.time)
-        self._counting = Counting(self._on_update, self._on_match, self._before_ref, self._on_ref, self._edges_asked)
+        self._counting = Counting(
+            self._on_update,
+            self._on_match,
+            self._before_ref,
+            self._on_ref,
+            self._edges_asked,
+            bits=kind.bits,
+            units=kind.compares,
+        )
         self._queue: deque[tuple[Callable[..., None], tuple[object, ...]]] = deque()
         self._settling = False
         self._event: Event | None = None
         self._requests = 0
         self._advancing = False
-        self._irqs = [(services.irq(number), mask) for mask, number in self.kind.irqs.items()]
-        self._dma_update = services.dma(f"{name}_UP")
-        self._dma_trigger = services.dma(f"{name}_TRIG")
-        self._dma_com = services.dma(f"{name}_COM")
-        self._dma_channels = [services.dma(f"{name}_CH{number}") for number in range(1, 5)]
+        self._irqs = [(services.irq(number), mask) for mask, number in kind.irqs.items()]
+        self._dma_update = self._dma("UP")
+        self._dma_trigger = self._dma("TRIG")
+        self._dma_com = self._dma("COM")
+        self._dma_channels = [self._dma(f"CH{number}") for number in range(1, 5)]
         self._burst: DmaRequest | None = None
         self._burst_index = 0
         self._trgo = services.output(f"{name}_TRGO")
         self._gate = Gate(
-            advanced=self.kind.advanced,
+            advanced=kind.advanced,
             cycle_of=self._clock.cycle_of,
             queue=lambda signal, level: self._queue.append((signal.set, (level,))),
         )
-        self._stages = [self._stage(unit) for unit in self._counting.units]
+        self._stages = [self._stage(unit) for unit in self._counting.units[: kind.channels]]
         self._live_stages: list[OutputStage] = []
         self._trgo_is_live = False
-        self._slave = SlaveController(name, services, self._clock, self.kind.internal_triggers, self)
-        self._breaks = Breaks(services.input(f"{name}_BKIN"), self._break_changed) if self.kind.advanced else None
+        self._master = kind.master_mode or 0
+        self._all_units = (1 << kind.compares) - 1
+        self._slave = SlaveController(name, services, self._clock, kind.internal_triggers, self)
+        self._breaks = Breaks(*self._break_inputs()) if kind.advanced else None
         self._trgo.refresh = self._refresh
         for signal in self._outputs():
             signal.on_watch = self._watched
-        self._clock.change(services.clocks.timer(self.kind.bus))
+        self._clock.change(services.clocks.timer(kind.bus))
         self._watched()
 
     def registers_of(self) -> Iterable[Register]:
         """Return the registers of this kind of timer."""
-        return ADVANCED if self.kind.advanced else GENERAL
+        return sorted(self.kind.registers, key=lambda register: register.offset)
+
+    def _dma(self, request: str) -> DmaRequest:
+        return self.services.dma(f"{self.name}_{request}") if self.kind.requests else _NoRequest()
+
+    def _break_inputs(self) -> list[BreakInput]:
+        names = ("BKIN", "BKIN2") if self.kind.second_break else ("BKIN",)
+        inputs = [self.services.input(f"{self.name}_{name}") for name in names]
+        return [BreakInput(signal, self._break_changed, second=index > 0) for index, signal in enumerate(inputs)]
 
     def _stage(self, unit: Compare) -> OutputStage:
         name = f"{self.name}_CH{unit.number + 1}"
@@ -118,7 +139,8 @@ class TimerCore(Peripheral, abc.ABC):
 
     def _settle(self) -> None:
         """Bring interrupt lines and the event up to date, then let out what waits in the queue."""
-        requests = self[SR] & self[DIER]
+        flags = self[SR]
+        requests = (flags | (flags & B2IF) >> 1) & self[DIER]  # both breaks have one interrupt
         if requests != self._requests:
             self._requests = requests
             for line, mask in self._irqs:
@@ -171,7 +193,7 @@ class TimerCore(Peripheral, abc.ABC):
 
     def _master_mode(self) -> int:
         """Return MMS, or -1 while nobody listens to TRGO."""
-        return self[CR2] >> 4 & 7 if self._trgo_is_live else -1
+        return self._master if self._trgo_is_live else -1
 
     def _wants_update(self, master_mode: int) -> bool:
         return (
@@ -185,10 +207,11 @@ class TimerCore(Peripheral, abc.ABC):
         )
 
     def _wants_matches(self, master_mode: int) -> int:
-        flags = ~self[SR] & CC_FLAGS
+        missing = ~self[SR]
+        flags = missing & CC_FLAGS
         if not self[CR2] & CCDS:
             flags |= self[DIER] >> 8 & CC_FLAGS
-        return flags >> 1 | (master_mode == MMS_COMPARE)
+        return (flags >> 1 | (missing & CC56_FLAGS) >> 12 | (master_mode == MMS_COMPARE)) & self._all_units
 
     # --- what the counter reports
 
@@ -216,7 +239,7 @@ class TimerCore(Peripheral, abc.ABC):
             self._clear_by_etrf()
 
     def _on_match(self, units: int) -> None:
-        self[SR] |= units << 1
+        self[SR] |= units << 1 & CC_FLAGS | units << 12 & CC56_FLAGS
         requested = units & self[DIER] >> 9
         if requested and not self[CR2] & CCDS:
             for number in range(4):
@@ -226,11 +249,14 @@ class TimerCore(Peripheral, abc.ABC):
             self._pulse_trgo()
 
     def _before_ref(self, unit: Compare, tick: int) -> None:
-        self._stages[unit.number].reach(tick - 1)
+        if unit.number < len(self._stages):
+            self._stages[unit.number].reach(tick - 1)
 
     def _on_ref(self, unit: Compare, tick: int) -> None:
         # a counter that waits for its first clock is ahead; what software does to OCxREF meanwhile happens now
         tick = unit.since = min(tick, self._clock.now)
+        if unit.number >= len(self._stages):
+            return
         # the counter's edges fall at its ticks; others may fall in between, where the bus is faster than the timer
         self._stages[unit.number].changed(tick, self._clock.cycle_of(tick) if self._advancing else self.time.now)
         if self._master_mode() == 4 + unit.number:
@@ -265,7 +291,7 @@ class TimerCore(Peripheral, abc.ABC):
             self._trgo.set(self._trgo_level())
 
     def _trgo_level(self) -> bool:
-        mode = self[CR2] >> 4 & 7
+        mode = self._master
         if mode == MMS_ENABLE:
             return bool(self[CR1] & CEN) and (self._slave.mode != GATED or self._slave.trigger_level())
         return mode > MMS_COMPARE and self._counting.units[mode - 4].ref
@@ -295,8 +321,12 @@ class TimerCore(Peripheral, abc.ABC):
 
     def _clear_by_etrf(self) -> None:
         for unit in self._counting.units:
-            if self[CCMR1 + (unit.number & 2) * 2] >> 8 * (unit.number & 1) & 0x80:
+            if self._mode_bits(unit.number) & 0x80:
                 self._counting.clear(unit)
+
+    def _mode_bits(self, number: int) -> int:
+        """Return the byte of CCMRx for a channel."""
+        return self[MODES[number >> 1]] >> 8 * (number & 1) & 0xFF
 
     def _set_running(self) -> None:
         slave = self._slave
@@ -335,5 +365,15 @@ class TimerCore(Peripheral, abc.ABC):
         """ETRF has changed."""
 
     @abc.abstractmethod
-    def _break_changed(self, level: bool) -> None:
-        """The break input has changed."""
+    def _break_changed(self, source: BreakInput, level: bool) -> None:
+        """A break input has changed."""
+
+
+class _NoRequest:
+    """A request to DMA of a timer that has none."""
+
+    def set(self, level: bool) -> None:
+        """Do nothing."""
+
+    def pulse(self) -> None:
+        """Do nothing."""

@@ -36,7 +36,6 @@ __all__ = [
     "Counting",
 ]
 
-TOP = 0x1_0000
 LONG_AGO = -(1 << 16)
 """A tick further back than any dead time is long."""
 FROZEN, ACTIVE, INACTIVE, TOGGLE, FORCE_INACTIVE, FORCE_ACTIVE, PWM1, PWM2 = range(8)
@@ -48,7 +47,7 @@ class Compare:
     """A compare unit: what CCRx and OCxM make of the counter.
 
     Attributes:
-        number: 0 to 3, and
+        number: from 0 on, and
         bit: its bit in masks of units.
         output: whether the channel is an output; a capture channel compares nothing.
         mode: OCxM in effect.
@@ -82,7 +81,7 @@ class Compare:
 
 
 class Counting:
-    """Counter, prescaler, repetition counter and four compare units.
+    """Counter, prescaler, repetition counter and compare units.
 
     Attributes:
         tick: the tick that the state belongs to.
@@ -97,6 +96,7 @@ class Counting:
         psc_count: the prescaler's own counter.
         rep: the repetition counter, and
         rcr: what it is reloaded with.
+        top: one more than the counter can hold.
         udis: no update events.
         units: the compare units.
         edges_asked: returns a mask of units of whose OCxREF somebody wants every edge; whole periods without one of
@@ -125,6 +125,7 @@ class Counting:
         "rep",
         "running",
         "tick",
+        "top",
         "udis",
         "units",
     )
@@ -136,9 +137,13 @@ class Counting:
         before_ref: Callable[[Compare, int], None],
         on_ref: Callable[[Compare, int], None],
         edges_asked: Callable[[], int],
+        *,
+        bits: int = 16,
+        units: int = 4,
     ) -> None:
         self.tick = 0
-        self.units = tuple(Compare(number) for number in range(4))
+        self.top = 1 << bits
+        self.units = tuple(Compare(number) for number in range(units))
         self.on_update = on_update
         self.on_match = on_match
         self.before_ref = before_ref
@@ -150,7 +155,7 @@ class Counting:
         """Go to the state after reset, at the present tick."""
         self.running = self.down = self.udis = False
         self.cnt = self.centre = 0
-        self.arr = self.arr_preload = 0xFFFF
+        self.arr = self.arr_preload = self.top - 1
         self.psc = self.psc_preload = self.psc_count = 0
         self.rep = self.rcr = 0
         for unit in self.units:
@@ -354,7 +359,7 @@ class Counting:
         if down:
             return (cnt if self.centre else cnt + 1), True
         if cnt > arr:
-            return TOP - cnt, False
+            return self.top - cnt, False
         return (arr - cnt if self.centre else arr - cnt + 1), True
 
     def _whole_leg(self) -> int:

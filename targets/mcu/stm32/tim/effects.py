@@ -6,8 +6,9 @@ counting one clock cycle after setting the CEN bit"); a gate takes effect at onc
 
 from __future__ import annotations
 
+from targets.mcu.stm32.tim.breaks import BreakInput
 from targets.mcu.stm32.tim.core import TimerCore
-from targets.mcu.stm32.tim.counting import FROZEN, Compare
+from targets.mcu.stm32.tim.counting import FROZEN, PWM1, PWM2, Compare
 from targets.mcu.stm32.tim.registers import (
     BDTR,
     BIF,
@@ -22,12 +23,14 @@ from targets.mcu.stm32.tim.registers import (
     CEN,
     COMDE,
     COMIF,
+    COMPARES,
     CR1,
     CR2,
     DIER,
     ETP,
     MMS_COMPARE,
     MMS_RESET,
+    MODES,
     SMCR,
     SR,
     TDE,
@@ -35,9 +38,13 @@ from targets.mcu.stm32.tim.registers import (
     TIF,
     URS,
 )
-from targets.mcu.stm32.tim.slave import GATED, RESET, TRIGGER
+from targets.mcu.stm32.tim.slave import GATED, RESET, RESET_AND_TRIGGER, TRIGGER
 
 __all__ = ["TimerEffects"]
+
+
+_NEAREST = (PWM1, PWM2, FROZEN, FROZEN, PWM1, PWM2, PWM1, PWM2)
+"""For the modes from 1000 on: retriggerable one-pulse, reserved, combined and asymmetric PWM."""
 
 
 class TimerEffects(TimerCore):
@@ -74,11 +81,11 @@ class TimerEffects(TimerCore):
 
     def _act_on_trigger(self, mode: int) -> None:
         for unit in self._counting.units:
-            if self[CCMR1 + (unit.number & 2) * 2] >> 8 * (unit.number & 1) & 0b100:
+            if self._mode_bits(unit.number) & 0b100:
                 self._counting.trigger_fast(unit)
-        if mode == RESET:
+        if mode in (RESET, RESET_AND_TRIGGER):
             self._reinitialise()
-        elif mode == TRIGGER and not self[CR1] & CEN:
+        if mode in (TRIGGER, RESET_AND_TRIGGER) and not self[CR1] & CEN:
             self[CR1] |= CEN
             self._start()
 
@@ -101,23 +108,22 @@ class TimerEffects(TimerCore):
     def clock_failed(self) -> None:
         """Break, if BKE is set: the clock security system has found the HSE dead (RM0008 section 14.3.12)."""
         if self[BDTR] & BKE:
-            self._break_arrived()
+            self._break_arrived(BIF)
 
-    def _break_changed(self, level: bool) -> None:
-        """The break input has changed; once it is released an update event may set MOE (AOE)."""
+    def _break_changed(self, source: BreakInput, level: bool) -> None:
+        """A break input has changed; once it is released an update event may set MOE (AOE)."""
         self._sync()
-        if self._breaks is not None:
-            self._breaks.level = level
-            if self._breaks.active:
-                self._break_arrived()
+        source.level = level
+        if source.active:
+            self._break_arrived(source.flag)
         self._settle()
 
-    def _break_arrived(self) -> None:
-        """The break input has become active, or BG was set."""
+    def _break_arrived(self, flags: int) -> None:
+        """A break input has become active, or BG was set."""
         if self._breaks is None:
             return
         self._sync()
-        self[SR] |= BIF
+        self[SR] |= flags
         self[BDTR] = self._breaks.disable(self[BDTR])
         self._set_main_enable()
         self._settle()
@@ -150,17 +156,12 @@ class TimerEffects(TimerCore):
 
     def _apply_channels(self, *, commutation: bool = False) -> None:
         """Put CCMRx and CCER into effect; with CCPC, OCxM, CCxE and CCxNE of channels 1 to 3 wait for a commutation."""
-        for unit, stage in zip(self._counting.units, self._stages, strict=True):
-            bits = self[CCMR1 + (unit.number & 2) * 2] >> 8 * (unit.number & 1) & 0xFF
-            enables = self[CCER] >> 4 * unit.number & 0xF
-            self._slave.select[unit.number] = bits & 0b11
-            self._slave.inverted[unit.number] = bool(enables & 0b10)
-            self._slave.enabled[unit.number] = bool(enables & 0b1)
-            self._slave.prescalers[unit.number] = 1 << (bits >> 2 & 0b11)
-            stage.inverted, stage.n_inverted = bool(enables & 0b10), bool(enables & 0b1000)
-            if commutation or unit.number == 3 or not self[CR2] & CCPC:
-                stage.enabled, stage.n_enabled = bool(enables & 0b1), bool(enables & 0b100)
-            self._apply_mode(unit, bits, waits=bool(self[CR2] & CCPC and not commutation and unit.number < 3))
+        for unit in self._counting.units:
+            bits = self._mode_bits(unit.number)
+            waits = bool(self[CR2] & CCPC and not commutation and unit.number < 3)
+            if unit.number < len(self._stages):
+                self._apply_enables(unit.number, bits, waits=waits)
+            self._apply_mode(unit, bits, waits=waits)
         self._counting.moved()
         self._configure_inputs()
         if self._slave.etrf_level():
@@ -168,16 +169,39 @@ class TimerEffects(TimerCore):
         self._set_running()
         self._changed_outputs()
 
+    def _apply_enables(self, number: int, bits: int, *, waits: bool) -> None:
+        enables = self[CCER] >> 4 * number & 0xF
+        both = self.kind.both_edges and bool(bits & 0b11) and enables & 0b1010 == 0b1010
+        slave, stage = self._slave, self._stages[number]
+        slave.select[number] = bits & 0b11
+        slave.both[number] = both
+        slave.inverted[number] = bool(enables & 0b10) and not both
+        slave.enabled[number] = bool(enables & 0b1)
+        slave.prescalers[number] = 1 << (bits >> 2 & 0b11)
+        stage.inverted, stage.n_inverted = bool(enables & 0b10), bool(enables & 0b1000)
+        if not waits:
+            stage.enabled, stage.n_enabled = bool(enables & 0b1), bool(enables & 0b100)
+
     def _apply_mode(self, unit: Compare, bits: int, *, waits: bool) -> None:
         was_output, unit.output = unit.output, not bits & 0b11
         if not unit.output:
             self._counting.set_mode(unit, FROZEN)
             return
         if not was_output or not bits & 0b1000:
-            unit.ccr_preload = self[CCR1 + 4 * unit.number]
+            unit.ccr_preload = self[COMPARES[unit.number]] & 0xFFFF_FFFF >> 32 - self.kind.bits
             unit.ccr = unit.ccr_preload
         if not waits:
-            self._counting.set_mode(unit, bits >> 4 & 7)
+            self._counting.set_mode(unit, self._mode_of(unit.number, bits))
+
+    def _mode_of(self, number: int, bits: int) -> int:
+        """Return OCxM; a mode with its fourth bit is noted and taken as the one that is nearest to it."""
+        mode = bits >> 4 & 7
+        if not self[MODES[number >> 1]] >> 16 + 8 * (number & 1) & 1:
+            return mode
+        nearest = _NEAREST[mode]
+        text = f"OC{number + 1}M = {8 + mode:#06b} is not modelled: it is taken as {nearest:#05b}"
+        self.note("unmodelled", f"CCMR{number // 2 + 1}.OC{number + 1}M", text)
+        return nearest
 
     def _configure_inputs(self) -> None:
         smcr, modes = self[SMCR], (self[CCMR1] | self[CCMR2] << 16)

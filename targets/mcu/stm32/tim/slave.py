@@ -15,10 +15,10 @@ from typing import Protocol
 from targets.mcu.services import InputSignal, Services
 from targets.mcu.stm32.tim.inputs import ChannelInputs, ExternalTrigger, TickClock
 
-__all__ = ["GATED", "RESET", "TRIGGER", "Reactions", "SlaveController"]
+__all__ = ["GATED", "RESET", "RESET_AND_TRIGGER", "TRIGGER", "Reactions", "SlaveController"]
 
 ENCODER_MODES = (1, 2, 3)
-RESET, GATED, TRIGGER, EXTERNAL_CLOCK_1 = 4, 5, 6, 7
+RESET, GATED, TRIGGER, EXTERNAL_CLOCK_1, RESET_AND_TRIGGER = 4, 5, 6, 7, 8
 TI1F_ED, TI1FP1, TI2FP2, ETRF = 4, 5, 6, 7
 _TRC = 3
 
@@ -64,6 +64,7 @@ class SlaveController:
         external_clock_2: SMCR.ECE.
         select: CCxS of the four channels.
         inverted: CCxP.
+        both: the input takes both edges (CCxP and CCxNP, on timers that have it).
         enabled: CCxE.
         prescalers: captures take every 1, 2, 4 or 8 edges, by ICxPSC.
     """
@@ -89,6 +90,7 @@ class SlaveController:
         self.external_clock_2 = False
         self.select = [0] * 4
         self.inverted = [False] * 4
+        self.both = [False] * 4
         self.enabled = [False] * 4
         self.prescalers = [1] * 4
         self._edges = [0] * 4
@@ -204,10 +206,10 @@ class SlaveController:
     def _ti_changed(self, number: int, level: bool) -> None:
         self._reactions.begin()
         for channel, select in enumerate(self.select):
-            if select in (1, 2) and channel ^ (select - 1) == number and level is not self.inverted[channel]:
+            if select in (1, 2) and channel ^ (select - 1) == number and self._is_active(channel, level):
                 self._capture(channel)
         if number < 2 and self.trigger == TI1FP1 + number:
-            self._trigger(level is not self.inverted[number])
+            self._trigger(self._is_active(number, level, gates=self.mode == GATED))
         elif self.trigger == TI1F_ED and number == 0:
             self._capture_trc()
             self._trigger(True)
@@ -215,6 +217,10 @@ class SlaveController:
         if self.encoder and number < 2:
             self._encode(number)
         self._reactions.end()
+
+    def _is_active(self, channel: int, level: bool, *, gates: bool = False) -> bool:
+        """Say whether an edge counts for a channel; a gate is never open at both levels."""
+        return (self.both[channel] and not gates) or level is not self.inverted[channel]
 
     def _capture_trc(self) -> None:
         for channel, select in enumerate(self.select):

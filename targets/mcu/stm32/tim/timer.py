@@ -1,24 +1,30 @@
-"""TIM1 to TIM4 of the STM32F1: the registers (RM0008 sections 14.4 and 15.4)."""
+"""Timers: the registers (RM0008 sections 14.4 and 15.4; RM0410 sections 25.4, 26.4, 27.4 and 28.4)."""
 
 from __future__ import annotations
 
 from targets.mcu.registers import Count
 from targets.mcu.stm32.tim.effects import TimerEffects
 from targets.mcu.stm32.tim.registers import (
+    AF1,
+    AF2,
     ARPE,
     ARR,
+    B2G,
+    B2IF,
     BDTR,
     BG,
     BIF,
     CCER,
     CCMR1,
     CCMR2,
+    CCMR3,
     CCR1,
     CEN,
     CKD,
     CNT,
     COMDE,
     COMG,
+    COMPARES,
     CR1,
     CR2,
     DCR,
@@ -36,17 +42,23 @@ from targets.mcu.stm32.tim.registers import (
     UDE,
     UDIS,
     UG,
+    UIF,
+    UIFCPY,
+    UIFREMAP,
 )
+from targets.mcu.stm32.tim.slave import ENCODER_MODES, RESET_AND_TRIGGER
 
 __all__ = ["Timer"]
 
+_IDLE_STATES = 0x5_7F00  # of CR2
+
 
 class Timer(TimerEffects):
-    """One timer: ``Timer("TIM2", 0x4000_0000, services)``.
+    """One timer: ``Timer("TIM2", 0x4000_0000, services)``, or with its kind, ``F7_KINDS["TIM2"]``.
 
-    Signals: inputs ``TIMx_CH1`` to ``CH4``, ``TIMx_ETR``, ``TIM1_BKIN`` and ``TIMy_TRGO`` of the masters; outputs
-    ``TIMx_CH1`` to ``CH4``, ``TIM1_CH1N`` to ``CH3N``, ``TIMx_TRGO``. DMA requests ``TIMx_UP``, ``TIMx_CH1`` to
-    ``CH4``, ``TIMx_TRIG``, ``TIM1_COM``.
+    Signals: inputs ``TIMx_CH1`` to ``CH4``, ``TIMx_ETR``, ``TIM1_BKIN`` (and ``BKIN2``) and ``TIMy_TRGO`` of the
+    masters; outputs ``TIMx_CH1`` to ``CH4``, ``TIM1_CH1N`` to ``CH3N``, ``TIMx_TRGO``. DMA requests ``TIMx_UP``,
+    ``TIMx_CH1`` to ``CH4``, ``TIMx_TRIG``, ``TIM1_COM``.
     """
 
     # --- what the chip calls
@@ -55,6 +67,7 @@ class Timer(TimerEffects):
         """Go to the state after reset: stopped, outputs released, nothing requested."""
         self._sync()
         super().reset()
+        self._master = self.kind.master_mode or 0
         self._counting.reset()
         self._counting.tick = self._clock.now
         self._gate.reset()
@@ -101,7 +114,9 @@ class Timer(TimerEffects):
         if not counting.running or not steps:
             return None
         origin, divider = clock.cycle_of(counting.tick - counting.psc_count), (counting.psc + 1) * clock.cycles
-        return Count(counting.cnt, origin, divider, until=origin + steps * divider, down=counting.down)
+        if self[CR1] & UIFREMAP and self.kind.bits == 32:
+            return None
+        return Count(self._shown(counting.cnt), origin, divider, until=origin + steps * divider, down=counting.down)
 
     # --- the counter
 
@@ -140,7 +155,13 @@ class Timer(TimerEffects):
         if counter is None:
             self._sync()
             counter = self._counting.cnt
-        return counter
+        return self._shown(counter)
+
+    def _shown(self, counter: int) -> int:
+        """Return CNT, whose highest bit may be a copy of UIF."""
+        if not self[CR1] & UIFREMAP:
+            return counter
+        return counter & ~UIFCPY | (UIFCPY if self[SR] & UIF else 0)
 
     def write_CNT(self, value: int) -> None:
         """Set the counter; the prescaler goes on."""
@@ -186,9 +207,9 @@ class Timer(TimerEffects):
         self._settle()
 
     def write_SR(self, value: int) -> None:
-        """Clear flags by writing 0; BIF stays while the break input is active."""
+        """Clear flags by writing 0; that of a break input stays while it is active."""
         self._sync()
-        held = self[SR] & BIF if self._breaks is not None and self._breaks.active else 0
+        held = self[SR] & self._breaks.active if self._breaks is not None else 0
         self[SR] = self[SR] & value | held
         self._settle()
 
@@ -199,7 +220,7 @@ class Timer(TimerEffects):
     def write_EGR(self, value: int) -> None:
         """Make events by software: captures first, the update last."""
         self._sync()
-        for number in range(4):
+        for number in range(min(self.kind.channels, 4)):
             if value & 2 << number:
                 self._generate(number)
         if value & TG:
@@ -208,8 +229,8 @@ class Timer(TimerEffects):
                 self._request(self._dma_trigger)
         if value & COMG:
             self._commutate()
-        if value & BG:
-            self._break_arrived()
+        if value & (BG | B2G):
+            self._break_arrived((BIF if value & BG else 0) | (B2IF if value & B2G else 0))
         if value & UG:
             self._reinitialise()
         self._settle()
@@ -229,6 +250,10 @@ class Timer(TimerEffects):
     def write_CCMR2(self, value: int) -> None:
         """Set up channels 3 and 4."""
         self._write_modes(CCMR2, 2, value)
+
+    def write_CCMR3(self, value: int) -> None:
+        """Set up channels 5 and 6, which are compare units without pins."""
+        self._write_modes(CCMR3, 4, value)
 
     def _write_modes(self, offset: int, first: int, value: int) -> None:
         self._sync()
@@ -257,14 +282,21 @@ class Timer(TimerEffects):
         """Set what TRGO is, idle states and preloading; lock level 1 freezes the idle states."""
         self._sync()
         if self._lock_level() >= 1:
-            value = value & 0x00FF | self[CR2] & 0x7F00
+            value = value & ~_IDLE_STATES | self[CR2] & _IDLE_STATES
         self[CR2] = value
-        for stage, shift in zip(self._stages, (8, 10, 12, 14), strict=True):
+        self._master = self._master_of(value >> 4 & 7)
+        for stage, shift in zip(self._stages, (8, 10, 12, 14), strict=False):
             stage.idle = bool(value >> shift & 1)
             stage.n_idle = bool(value >> shift & 2)
         self._apply_channels()
         self._changed_trgo()
         self._settle()
+
+    def _master_of(self, mode: int) -> int:
+        if mode < self.kind.master_modes:
+            return mode
+        self.note("reserved", "CR2.MMS", f"{mode:#05b} is reserved: it is taken as 000")
+        return 0
 
     def _read_ccr(self, number: int) -> int:
         """Reading a captured value clears its flag."""
@@ -278,12 +310,13 @@ class Timer(TimerEffects):
         unit = self._counting.units[number]
         if not unit.output:
             return
-        preloaded = self[CCMR1 + (number & 2) * 2] >> 8 * (number & 1) & 0b1000
+        offset, preloaded = COMPARES[number], self._mode_bits(number) & 0b1000
+        kept, value = value, value & self._counting.top - 1
         if preloaded and self._counting.will_load_after(self._clock.now):
-            self[CCR1 + 4 * number] = unit.ccr_preload = value  # with what waits already; nothing else comes of it
+            self[offset], unit.ccr_preload = kept, value  # with what waits already; nothing else comes of it
             return
         self._sync()
-        self[CCR1 + 4 * number] = unit.ccr_preload = value
+        self[offset], unit.ccr_preload = kept, value
         if not preloaded:
             unit.ccr = value
             self._counting.moved()
@@ -321,13 +354,34 @@ class Timer(TimerEffects):
         """Set the compare value of channel 4."""
         self._write_ccr(3, value)
 
+    def write_CCR5(self, value: int) -> None:
+        """Set the compare value of channel 5."""
+        self._write_ccr(4, value)
+
+    def write_CCR6(self, value: int) -> None:
+        """Set the compare value of channel 6."""
+        self._write_ccr(5, value)
+
+    def write_AF1(self, value: int) -> None:
+        """Keep which sources the break has; the pin cannot be cut off here."""
+        self._keep_sources(AF1, value)
+
+    def write_AF2(self, value: int) -> None:
+        """Keep which sources the second break has."""
+        self._keep_sources(AF2, value)
+
+    def _keep_sources(self, offset: int, value: int) -> None:
+        if not value & 1:
+            self.note("unmodelled", f"AF{1 + (offset == AF2)}", "the pin of the break input cannot be cut off (BKINE)")
+        self[offset] = value
+
     # --- triggers, break and dead time
 
     def write_SMCR(self, value: int) -> None:
         """Set the slave mode, its trigger and the external clock."""
         self._sync()
         self[SMCR] = value
-        self._slave.mode = value & 7
+        self._slave.mode = self._slave_mode(value)
         self._slave.trigger = value >> 4 & 7
         self._slave.external_clock_2 = bool(value & ECE)
         self._configure_inputs()
@@ -337,6 +391,14 @@ class Timer(TimerEffects):
         self._changed_trgo()
         self._settle()
 
+    def _slave_mode(self, value: int) -> int:
+        """Return SMS; a reserved one is none."""
+        mode = value & 7 | (value >> 13 & 8 if self.kind.extended else 0)
+        if mode > RESET_AND_TRIGGER or (self.kind.channels < 4 and mode in ENCODER_MODES):
+            self.note("reserved", "SMCR.SMS", f"{mode:#06b} is reserved: it is taken as 0000")
+            return 0
+        return mode
+
     def write_BDTR(self, value: int) -> None:
         """Set break, idle states, dead time and MOE."""
         if self._breaks is None:
@@ -345,8 +407,8 @@ class Timer(TimerEffects):
         self[BDTR] = self._breaks.permitted(self[BDTR], value)
         self._set_dead_time()
         self._breaks.configure(self[BDTR])
-        if self._breaks.active:
-            self._break_arrived()
+        if active := self._breaks.active:
+            self._break_arrived(active)
         self._set_main_enable()
         self._settle()
 
