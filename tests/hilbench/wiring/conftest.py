@@ -38,7 +38,7 @@ class FakeMachine:
     """A chip that does what is put into it when it is told to run."""
 
     def __init__(self, **pins):
-        self.chip = SimpleNamespace(pins={name: FakePin(level) for name, level in pins.items()})
+        self.chip = SimpleNamespace(pins={name: FakePin(level) for name, level in pins.items()}, i2cs={})
         self.done = []
         self._booked = []
 

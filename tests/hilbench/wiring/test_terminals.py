@@ -126,3 +126,21 @@ def test_what_does_not_change_is_not_put_into_the_chip_again(machine, level):
     output.set(level, 10)
     chip.run()
     assert chip.done == [0, 5]
+
+
+@given(
+    edges=st.lists(st.tuples(st.integers(0, 100), st.booleans()), max_size=12),
+    one_ns=st.integers(0, 100),
+    other_ns=st.integers(0, 100),
+)
+def test_changes_lead_from_one_level_to_the_other(pin, edges, one_ns, other_ns):
+    wire = pin(level=False)
+    terminal = PinInput(Bench(Scheduler(), Journal()), wire)
+    for ns, level in sorted(edges, key=lambda edge: edge[0]):
+        wire.edge(ns, level)
+    from_ns, to_ns = sorted((one_ns, other_ns))
+    changes = terminal.changes(from_ns, to_ns)
+    assert changes == sorted(changes, key=lambda change: change[0])
+    assert all(from_ns < ns <= to_ns for ns, _ in changes)
+    assert len(changes) == sum(from_ns < ns <= to_ns for ns, _ in edges)
+    assert terminal.level_at(to_ns) is ([terminal.level_at(from_ns)] + [level for _, level in changes])[-1]
