@@ -8,7 +8,7 @@ from pathlib import Path
 from hilbench.bench_file import EmulatedBoard
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
 from targets.mcu.errors import BoardError, EngineError, ImageError, McuError
-from targets.mcu.image import ChipLimits, Image, load_image
+from targets.mcu.image import Image, limits_of, load_image
 
 __all__ = ["load", "translated"]
 
@@ -23,11 +23,9 @@ def load(emulated: EmulatedBoard) -> Image:
         UnavailableError: there is no such file, or it cannot be read.
         UsageError: it cannot run on the board's chip, or is no file.
     """
-    variant = emulated.board.variant
-    limits = ChipLimits(name=variant.name, flash_size=variant.flash_bytes, ram_size=variant.ram_bytes)
     _check_file(emulated.firmware)
     try:
-        return load_image(emulated.firmware, limits, base=emulated.base)
+        return load_image(emulated.firmware, limits_of(emulated.board.variant), base=emulated.base)
     except ImageError as error:
         raise translated(error) from error
 

@@ -34,6 +34,7 @@ SHT_NOBITS, SHF_ALLOC = 8, 2
 # Build attributes of the ARM ABI (ARM IHI0045, sections 2.3.5 and 2.4): values of Tag_CPU_arch beyond ARMv7-M.
 MICROCONTROLLER = 0x4D
 PROFILES = {0x41: "A (application)", 0x52: "R (real-time)"}
+ARCHITECTURES = {"cortex-m3": 10, "cortex-m7": 13}
 NEWER_ARCHITECTURES = {13: "ARMv7E-M (Cortex-M4, M7)", 16: "ARMv8-M baseline", 17: "ARMv8-M mainline"}
 
 
@@ -54,22 +55,23 @@ class ElfContents:
     notes: tuple[str, ...]
 
 
-def read_elf(data: bytes, where: str) -> ElfContents:
+def read_elf(data: bytes, where: str, cpu: str = "cortex-m3") -> ElfContents:
     """Take an ELF file apart.
 
     Args:
         data: the whole file.
         where: its name, for errors.
+        cpu: the core it is to run on, as a compiler calls it.
 
     Raises:
         ImageError: it is damaged, or not a linked program for a Cortex-M.
     """
     from elftools.elf.elffile import ELFFile
 
-    _check_header(data, where)
+    _check_header(data, where, cpu)
     try:
         elf = ELFFile(io.BytesIO(data))
-        notes = tuple(_check_attributes(elf, where))
+        notes = tuple(_check_attributes(elf, where, cpu))
         pieces = tuple(_pieces(elf))
         occupied = tuple(
             (segment["p_vaddr"], segment["p_memsz"])
@@ -86,7 +88,7 @@ def read_elf(data: bytes, where: str) -> ElfContents:
     return ElfContents(segments=pieces, occupied=occupied, symbols=symbols, notes=notes)
 
 
-def _check_header(data: bytes, where: str) -> None:
+def _check_header(data: bytes, where: str, cpu: str) -> None:
     if len(data) < 16:
         raise _truncated(where, len(data), 52)
     if data[4] != 1:
@@ -101,7 +103,9 @@ def _check_header(data: bytes, where: str) -> None:
     kind, machine = header[0], header[1]
     if machine != EM_ARM:
         name = MACHINES.get(machine, f"machine {machine}")
-        raise ImageError(f"built for {name}, not for ARM", where=where, hint="build it for Cortex-M3 (-mcpu=cortex-m3)")
+        raise ImageError(
+            f"built for {name}, not for ARM", where=where, hint=f"build it for {_called(cpu)} (-mcpu={cpu})"
+        )
     if kind != ET_EXEC:
         raise ImageError(
             f"{TYPES.get(kind, f'an ELF file of type {kind}')}, not a program", where=where, hint="link it"
@@ -133,20 +137,24 @@ def _truncated(where: str, size: int, needed: int) -> ImageError:
     return ImageError(text, where=where, hint="copy or build it again")
 
 
-def _check_attributes(elf: ELFFile, where: str) -> Iterator[str]:
+def _check_attributes(elf: ELFFile, where: str, cpu: str) -> Iterator[str]:
     attributes = _attributes(elf)
     profile = attributes.get("TAG_CPU_ARCH_PROFILE", 0)
     if profile in PROFILES:
         text = f"built for an ARM of profile {PROFILES[profile]}, not for a Cortex-M"
-        raise ImageError(text, where=where, hint="build it for Cortex-M3 (-mcpu=cortex-m3 -mthumb)")
+        raise ImageError(text, where=where, hint=f"build it for {_called(cpu)} (-mcpu={cpu} -mthumb)")
     entry = elf.header["e_entry"]
     # Without attributes the vectors decide: a chip does not know an entry point, and linker scripts forget ENTRY().
     if attributes and profile != MICROCONTROLLER and entry and not entry & 1:
         text = f"the entry point 0x{entry:08X} is ARM code; a Cortex-M executes Thumb only"
-        raise ImageError(text, where=where, hint="build it for Cortex-M3 (-mcpu=cortex-m3 -mthumb)")
+        raise ImageError(text, where=where, hint=f"build it for {_called(cpu)} (-mcpu={cpu} -mthumb)")
     architecture = attributes.get("TAG_CPU_ARCH", 0)
-    if architecture in NEWER_ARCHITECTURES:
-        yield f"built for {NEWER_ARCHITECTURES[architecture]}: instructions that a Cortex-M3 lacks will fault"
+    if architecture in NEWER_ARCHITECTURES and architecture > ARCHITECTURES[cpu]:
+        yield f"built for {NEWER_ARCHITECTURES[architecture]}: instructions that a {_called(cpu)} lacks will fault"
+
+
+def _called(cpu: str) -> str:
+    return cpu.replace("cortex-m", "Cortex-M")
 
 
 def _attributes(elf: ELFFile) -> dict[str, int]:

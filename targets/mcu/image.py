@@ -14,29 +14,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from targets.mcu.chip_limits import FLASH_BASE, RAM_BASE, ChipLimits, fitting, limits_for, limits_of
 from targets.mcu.elf import read_elf
 from targets.mcu.errors import ImageError
 from targets.mcu.symbols import NO_SYMBOLS, Symbols
 
-__all__ = ["ChipLimits", "Image", "Segment", "limits_for", "load_image"]
-
-KB = 1024
-FLASH_BASE, RAM_BASE = 0x0800_0000, 0x2000_0000
-FLASH_SPACE = 16 * KB * KB  # what the memory map sets aside is more; no STM32F1 fills it
-OPTIONS_BASE, OPTIONS_SIZE = 0x1FFF_F800, 16
-
-# Letter of the part number: kilobytes of flash and of RAM (DS5319, DS6087, DS5792 and DS7130, ordering information).
-SIZES_KB = {
-    "4": (16, 6),
-    "6": (32, 10),
-    "8": (64, 20),
-    "B": (128, 20),
-    "C": (256, 48),
-    "D": (384, 64),
-    "E": (512, 64),
-    "F": (768, 96),
-    "G": (1024, 96),
-}
+__all__ = ["ChipLimits", "Image", "Segment", "limits_for", "limits_of", "load_image"]
 
 # Symbols at the vector table, in the start-up files of ST, libopencm3, CMSIS, Arduino, ChibiOS, NuttX, Zephyr, IAR.
 TABLE_NAMES = (
@@ -51,49 +34,7 @@ TABLE_NAMES = (
     "__vectors",
     "vectors",
 )
-TABLE_WORDS = 16 + 43  # the vectors of a medium-density device (RM0008, table 63)
-
-# Where boot loaders in use leave off; a BIN does not say where it belongs.
-BOOT_LOADER_SIZES = tuple(size * KB for size in (4, 8, 10, 12, 16, 20, 24, 28, 32, 48, 64))
 LOOP_FOREVER = b"\xfe\xe7"  # b .
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ChipLimits:
-    """How much memory a chip has.
-
-    Attributes:
-        name: part number.
-        flash_size: bytes from 0x08000000.
-        ram_size: bytes from 0x20000000.
-    """
-
-    name: str
-    flash_size: int
-    ram_size: int
-
-    @property
-    def flash_end(self) -> int:
-        """First address behind the flash."""
-        return FLASH_BASE + self.flash_size
-
-    @property
-    def ram_end(self) -> int:
-        """First address behind the RAM."""
-        return RAM_BASE + self.ram_size
-
-
-def limits_for(part: str) -> ChipLimits:
-    """Return the limits of an STM32F103 by its part number, such as ``STM32F103C8`` or ``stm32f103cbt6``.
-
-    Raises:
-        KeyError: no such part.
-    """
-    match = re.fullmatch(r"STM32F103[A-Z]([468BCDEFG]).*", part.upper())
-    if match is None:
-        raise KeyError(part)
-    flash_kb, ram_kb = SIZES_KB[match[1]]
-    return ChipLimits(name=part.upper(), flash_size=flash_kb * KB, ram_size=ram_kb * KB)
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +119,7 @@ def load_image(path: str | Path, chip: ChipLimits, *, base: int | None = None) -
     contents = _take_apart(data, where, chip, base)
     notes = list(contents.notes or ())
     _check_places(contents, where, chip, notes)
-    table = _find_table(contents, where, notes)
+    table = _find_table(contents, where, chip, notes)
     stack_pointer, reset_vector = _check_table(contents.segments, table, where, chip)
     return Image(
         path=path,
@@ -188,8 +129,8 @@ def load_image(path: str | Path, chip: ChipLimits, *, base: int | None = None) -
         table=table,
         stack_pointer=stack_pointer,
         reset_vector=reset_vector,
-        flash_bytes=sum(len(one.data) for one in contents.segments if _in_flash(one.address)),
-        ram_bytes=sum(size for address, size in contents.occupied if address >= RAM_BASE),
+        flash_bytes=sum(len(one.data) for one in contents.segments if chip.in_flash(one.address)),
+        ram_bytes=sum(size for address, size in contents.occupied if chip.in_ram(address)),
         symbols=contents.symbols,
         notes=tuple(notes),
     )
@@ -215,7 +156,7 @@ def _read(path: Path) -> bytes:
 
 def _take_apart(data: bytes, where: str, chip: ChipLimits, base: int | None) -> _Contents:
     if data.startswith(b"\x7fELF"):
-        elf = read_elf(data, where)
+        elf = read_elf(data, where, chip.cpu)
         segments = [Segment(address, piece) for address, piece in elf.segments]
         return _Contents("elf", segments, elf.occupied, elf.symbols, list(elf.notes))
     if data.lstrip().startswith(b":"):
@@ -262,69 +203,72 @@ def _guess_base(data: bytes, chip: ChipLimits) -> int:
     All handlers must lie inside the bytes. If that leaves several places, one of the handlers must be `b .`, as default
     handlers mostly are.
     """
-    vectors = struct.unpack_from(f"<{min(len(data) // 4, TABLE_WORDS)}I", data)[1:]
-    handlers = {vector - 1 for vector in vectors if vector & 1 and FLASH_BASE < vector < chip.flash_end}
-    candidates = (FLASH_BASE, *(FLASH_BASE + size for size in BOOT_LOADER_SIZES))
-    possible = [base for base in candidates if handlers and base < min(handlers) and max(handlers) < base + len(data)]
-    if len(possible) == 1:
-        return possible[0]
-    for base in possible:
-        if any(data.startswith(LOOP_FOREVER, handler - base) for handler in handlers):
-            return base
+    vectors = struct.unpack_from(f"<{min(len(data) // 4, chip.table_words)}I", data)[1:]
+    for start in chip.flash_bases:
+        handlers = {vector - 1 for vector in vectors if vector & 1 and start < vector < start + chip.flash_size}
+        candidates = (start, *(start + size for size in chip.boot_loader_sizes))
+        possible = [one for one in candidates if handlers and one < min(handlers) and max(handlers) < one + len(data)]
+        if len(possible) == 1:
+            return possible[0]
+        for base in possible:
+            if any(data.startswith(LOOP_FOREVER, handler - base) for handler in handlers):
+                return base
     return FLASH_BASE
 
 
 # --- checking
 
 
-def _in_flash(address: int) -> bool:
-    return FLASH_BASE <= address < FLASH_BASE + FLASH_SPACE
-
-
-def _fitting(flash: int, ram: int) -> str:
-    for letter, (flash_kb, ram_kb) in SIZES_KB.items():
-        if flash <= flash_kb * KB and ram <= ram_kb * KB:
-            return f"it would fit an STM32F103x{letter} ({flash_kb} KB of flash, {ram_kb} KB of RAM)"
-    return "no STM32F103 is that large"
+def _fitting(chip: ChipLimits, flash: int, ram: int) -> str:
+    found = fitting(chip.series, flash, ram)
+    if found is not None and chip.series in found:
+        return found
+    return f"no {chip.series} is that large" + (f"; {found}" if found else "")
 
 
 def _check_places(contents: _Contents, where: str, chip: ChipLimits, notes: list[str]) -> None:
     for segment in contents.segments:
-        if _in_flash(segment.address):
-            if segment.end > chip.flash_end:
-                needed = segment.end - FLASH_BASE
+        if chip.in_flash(segment.address):
+            needed = chip.home(segment.address) + len(segment.data) - FLASH_BASE
+            if needed > chip.flash_size:
                 text = f"too large: reaches {needed} bytes into flash, {chip.name} has {chip.flash_size}"
-                raise ImageError(text, where=where, hint=_fitting(needed, 0))
-        elif segment.address >= RAM_BASE:
+                raise ImageError(text, where=where, hint=_fitting(chip, needed, 0))
+        elif chip.in_ram(segment.address):
             _check_ram(segment.address, len(segment.data), where, chip)
             notes.append(f"{len(segment.data)} bytes are put into RAM at 0x{segment.address:08X}; power-off loses them")
-        elif segment.address < OPTIONS_BASE or segment.end > OPTIONS_BASE + OPTIONS_SIZE:
+        elif not chip.in_options(segment.address, segment.end):
             text = f"has data at 0x{segment.address:08X}, where {chip.name} has no memory to program"
             raise ImageError(text, where=where, hint="flash is at 0x08000000: check the linker script")
     for address, size in contents.occupied:
-        if address >= RAM_BASE:
+        if chip.in_ram(address):
             _check_ram(address, size, where, chip)
 
 
 def _check_ram(address: int, size: int, where: str, chip: ChipLimits) -> None:
+    if address < RAM_BASE:
+        if address + size > chip.itcm_size:
+            text = f"needs {address + size} bytes of RAM from 0 on, {chip.name} has {chip.itcm_size}"
+            raise ImageError(text, where=where, hint="flash is at 0x08000000: check the linker script")
+        return
     needed = address + size - RAM_BASE
     if needed > chip.ram_size:
         text = f"needs {needed} bytes of RAM, {chip.name} has {chip.ram_size}"
-        hint = _fitting(0, needed) if needed <= 96 * KB else f"no RAM is at 0x{address:08X}: check the linker script"
+        fits = fitting(chip.series, 0, needed)
+        hint = _fitting(chip, 0, needed) if fits else f"no RAM is at 0x{address:08X}: check the linker script"
         raise ImageError(text, where=where, hint=hint)
 
 
-def _find_table(contents: _Contents, where: str, notes: list[str]) -> int:
-    in_flash = [segment for segment in contents.segments if _in_flash(segment.address)]
+def _find_table(contents: _Contents, where: str, chip: ChipLimits, notes: list[str]) -> int:
+    in_flash = [segment.address for segment in contents.segments if chip.in_flash(segment.address)]
     if not in_flash:
         raise ImageError(
             "linked to run from RAM: nothing of it is in flash", where=where, hint="link it for 0x08000000"
         )
-    lowest = min(segment.address for segment in in_flash)
-    if lowest == FLASH_BASE:
-        return lowest  # this is where the chip looks, whatever else the image has
+    lowest = min(in_flash, key=chip.home)
+    if chip.home(lowest) == FLASH_BASE:
+        return FLASH_BASE  # this is where the chip looks, whatever else the image has
     named = (contents.symbols.find(name) for name in TABLE_NAMES)
-    table = next((symbol.address for symbol in named if symbol is not None and _in_flash(symbol.address)), lowest)
+    table = next((symbol.address for symbol in named if symbol is not None and chip.in_flash(symbol.address)), lowest)
     notes.append(
         f"the image stands behind a boot loader that is not part of it: the chip starts from the vector table at "
         f"0x{table:08X}"
@@ -332,15 +276,16 @@ def _find_table(contents: _Contents, where: str, notes: list[str]) -> int:
     return table
 
 
-def _bytes_at(segments: list[Segment], address: int, size: int) -> bytes | None:
+def _bytes_at(segments: list[Segment], address: int, size: int, chip: ChipLimits) -> bytes | None:
     for segment in segments:
-        if segment.address <= address and address + size <= segment.end:
-            return segment.data[address - segment.address : address - segment.address + size]
+        offset = chip.home(address) - chip.home(segment.address)
+        if offset >= 0 and offset + size <= len(segment.data):
+            return segment.data[offset : offset + size]
     return None
 
 
 def _check_table(segments: list[Segment], table: int, where: str, chip: ChipLimits) -> tuple[int, int]:
-    words = _bytes_at(segments, table, 8)
+    words = _bytes_at(segments, table, 8, chip)
     if words is None:
         raise ImageError(f"has no vector table at 0x{table:08X}", where=where, hint="check the linker script")
     stack_pointer, reset_vector = struct.unpack("<II", words)
@@ -356,10 +301,10 @@ def _check_stack_pointer(stack_pointer: int, where: str, chip: ChipLimits) -> No
     text = f"the initial stack pointer 0x{stack_pointer:08X} "
     if stack_pointer & 3:
         raise ImageError(text + "is not a multiple of 4", where=where, hint="is this an image for a Cortex-M?")
-    if not RAM_BASE < stack_pointer <= chip.ram_end:
+    if not RAM_BASE < stack_pointer <= chip.ram_end and not 0 < stack_pointer <= chip.itcm_size:
         needed = stack_pointer - RAM_BASE
-        near = 0 < needed <= 96 * KB
-        hint = _fitting(0, needed) if near else "is this an image for a Cortex-M, and from its first byte on?"
+        near = needed > 0 and fitting(chip.series, 0, needed)
+        hint = _fitting(chip, 0, needed) if near else "is this an image for a Cortex-M, and from its first byte on?"
         raise ImageError(
             text + f"is outside the RAM of {chip.name} (0x{RAM_BASE:08X} to 0x{chip.ram_end:08X})",
             where=where,
@@ -369,12 +314,13 @@ def _check_stack_pointer(stack_pointer: int, where: str, chip: ChipLimits) -> No
 
 def _check_reset_vector(segments: list[Segment], reset_vector: int, where: str, chip: ChipLimits) -> None:
     text = f"the reset vector 0x{reset_vector:08X} "
-    if not FLASH_BASE <= reset_vector < chip.flash_end:
-        hint = "link it for flash at 0x08000000" if reset_vector >= RAM_BASE else "is this an image for an STM32F1?"
+    if not FLASH_BASE <= chip.home(reset_vector) < chip.flash_end:
+        ours = f"is this an image for an {chip.series[:7]}?"
+        hint = "link it for flash at 0x08000000" if reset_vector >= RAM_BASE else ours
         raise ImageError(text + f"is not in the flash of {chip.name}", where=where, hint=hint)
     if not reset_vector & 1:
         raise ImageError(text + "has no Thumb bit", where=where, hint="declare the handler as a function (.thumb_func)")
-    code = _bytes_at(segments, reset_vector - 1, 2)
+    code = _bytes_at(segments, reset_vector - 1, 2, chip)
     if code is None or code == b"\xff\xff":
         hint = "is the file truncated? raw bytes that were linked for another address need that as base"
         raise ImageError(text + "points to erased flash", where=where, hint=hint)

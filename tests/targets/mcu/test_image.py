@@ -492,3 +492,76 @@ def test_limits_by_part_number(part, flash_kb, ram_kb):
 def test_an_unknown_part():
     with pytest.raises(KeyError):
         limits_for("STM32F407VG")
+
+
+class TestF767:
+    """An STM32F767ZI: flash at two addresses, RAM of the core at 0, option bytes elsewhere."""
+
+    CHIP = limits_for("STM32F767ZIT6")
+    TOP = 0x2008_0000
+
+    @pytest.fixture
+    def refused(self):
+        def refused(path):
+            with pytest.raises(ImageError) as caught:
+                load_image(path, self.CHIP)
+            return f"{caught.value} ({caught.value.hint})"
+
+        return refused
+
+    def test_an_image_that_takes_all_ram(self, save):
+        image = load_image(save(firmware(stack=self.TOP)), self.CHIP)
+        assert (image.table, image.stack_pointer, image.notes) == (FLASH, self.TOP, ())
+
+    def test_flash_seen_through_the_itcm_interface(self, save):
+        data = firmware(0x0020_0000, stack=self.TOP)
+        image = load_image(save(elf_file([(0x0020_0000, 0x0020_0000, data, len(data))])), self.CHIP)
+        assert (image.table, image.reset_vector, image.notes) == (FLASH, 0x0020_0000 + RESET_AT + 1, ())
+        assert load_image(save(data), self.CHIP).segments[0].address == 0x0020_0000
+
+    def test_code_that_runs_by_itcm_and_is_programmed_by_axi(self, save):
+        data = firmware(stack=self.TOP, reset=0x0020_0000 + RESET_AT + 1)
+        assert load_image(save(hex_text([(FLASH, data)])), self.CHIP).reset_vector == 0x0020_0000 + RESET_AT + 1
+
+    def test_the_ram_of_the_core_takes_data_and_a_stack(self, save):
+        data = firmware(stack=0x4000)
+        image = load_image(save(elf_file([(FLASH, FLASH, data, len(data)), (0, 0, b"1234", 0x4000)])), self.CHIP)
+        assert image.ram_bytes == 0x4000
+        assert [segment.address for segment in image.segments] == [0, FLASH]
+        assert "4 bytes are put into RAM at 0x00000000" in image.notes[0]
+
+    def test_option_bytes_may_be_part_of_an_image(self, save):
+        image = load_image(save(hex_text([(FLASH, firmware()), (0x1FFF_0000, bytes(32))])), self.CHIP)
+        assert image.segments[-1].address == 0x1FFF_0000
+
+    @pytest.mark.parametrize(
+        ("data", "text"),
+        [
+            (firmware(stack=0x2008_0004), "is outside the RAM of STM32F767ZIT6 (0x20000000 to 0x20080000)"),
+            (firmware(stack=0x4004), "is outside the RAM"),
+            (firmware(stack=0x2000_0002), "is not a multiple of 4"),
+            (firmware(stack=0xFFFF_FFFF), "the vector table at 0x08000000 is erased (0xFFFFFFFF)"),
+            (firmware(reset=0x0820_0001), "is not in the flash of STM32F767ZIT6 (is this an image for an STM32F7?)"),
+            (firmware(reset=0x0040_0001), "is not in the flash"),
+            (firmware(reset=0x0000_0105), "is not in the flash"),
+            (firmware(reset=FLASH + 0x4001), "points to erased flash"),
+            (firmware(size=(2 << 20) + 1), "reaches 2097153 bytes into flash, STM32F767ZIT6 has 2097152"),
+        ],
+    )
+    def test_what_cannot_run(self, save, refused, data, text):
+        assert text in refused(save(data))
+
+    def test_too_much_for_the_ram_of_the_core(self, save, refused):
+        elf = elf_file([(FLASH, FLASH, firmware(), 0x140), (0, 0, b"1234", 0x4004)])
+        assert "needs 16388 bytes of RAM from 0 on, STM32F767ZIT6 has 16384" in refused(save(elf))
+
+    def test_what_was_built_for_its_core_needs_no_note(self, save):
+        data = firmware(stack=self.TOP)
+        assert load_image(save(elf_file([(FLASH, FLASH, data, len(data))], arch=13)), self.CHIP).notes == ()
+        newer = load_image(save(elf_file([(FLASH, FLASH, data, len(data))], arch=17)), self.CHIP)
+        assert "ARMv8-M mainline: instructions that a Cortex-M7 lacks will fault" in newer.notes[0]
+
+    def test_its_image_on_a_smaller_chip(self, save):
+        with pytest.raises(ImageError) as caught:
+            load_image(save(firmware(stack=self.TOP)), CHIP)
+        assert "no STM32F103 is that large; it would fit an STM32F767xG" in caught.value.hint

@@ -1,0 +1,179 @@
+"""How much memory a chip has and where, as far as an image has to know, by part number."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from targets.mcu.variant import Variant
+
+__all__ = ["FLASH_BASE", "RAM_BASE", "ChipLimits", "fitting", "limits_for", "limits_of"]
+
+KB = 1024
+FLASH_BASE, RAM_BASE = 0x0800_0000, 0x2000_0000
+FLASH_SPACE = 16 * KB * KB  # what the memory map sets aside is more; none of these chips fills it
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Series:
+    """What part numbers that begin alike have in common.
+
+    Attributes:
+        sizes_kb: kilobytes of flash and of RAM by the letter of the part number.
+        cpu: what a compiler calls its core.
+        irq_count: interrupts in the vector table.
+        itcm_size: bytes of RAM from 0 on.
+        flash_alias: where else the flash is.
+        options: first address and size of the option bytes.
+        boot_loaders: sizes of boot loaders in use, or of what they may fill.
+    """
+
+    sizes_kb: Mapping[str, tuple[int, int]]
+    cpu: str
+    irq_count: int
+    options: tuple[int, int]
+    boot_loaders: tuple[int, ...]
+    itcm_size: int = 0
+    flash_alias: int | None = None
+
+
+_SERIES = MappingProxyType(
+    {
+        # DS5319, DS6087, DS5792 and DS7130, ordering information; table: a medium-density device (RM0008, table 63)
+        "STM32F103": _Series(
+            sizes_kb=MappingProxyType(
+                {
+                    "4": (16, 6),
+                    "6": (32, 10),
+                    "8": (64, 20),
+                    "B": (128, 20),
+                    "C": (256, 48),
+                    "D": (384, 64),
+                    "E": (512, 64),
+                    "F": (768, 96),
+                    "G": (1024, 96),
+                }
+            ),
+            cpu="cortex-m3",
+            irq_count=43,
+            options=(0x1FFF_F800, 16),
+            boot_loaders=(4, 8, 10, 12, 16, 20, 24, 28, 32, 48, 64),
+        ),
+        # DS11532, ordering information; boot loaders end where a sector does (RM0410 section 3.3.1)
+        "STM32F767": _Series(
+            sizes_kb=MappingProxyType({"G": (1024, 512), "I": (2048, 512)}),
+            cpu="cortex-m7",
+            irq_count=110,
+            options=(0x1FFF_0000, 32),
+            boot_loaders=(16, 32, 48, 64, 96, 128, 256, 512, 1024),
+            itcm_size=16 * KB,
+            flash_alias=0x0020_0000,
+        ),
+    }
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChipLimits:
+    """How much memory a chip has.
+
+    Attributes:
+        name: part number.
+        flash_size: bytes from 0x08000000.
+        ram_size: bytes from 0x20000000.
+    """
+
+    name: str
+    flash_size: int
+    ram_size: int
+
+    @property
+    def series(self) -> str:
+        """What its part number begins with, such as ``STM32F103``."""
+        return next((name for name in _SERIES if self.name.startswith(name)), next(iter(_SERIES)))
+
+    @property
+    def cpu(self) -> str:
+        """What a compiler calls its core."""
+        return _SERIES[self.series].cpu
+
+    @property
+    def table_words(self) -> int:
+        """Words of a whole vector table."""
+        return 16 + _SERIES[self.series].irq_count
+
+    @property
+    def boot_loader_sizes(self) -> tuple[int, ...]:
+        """Bytes that a boot loader may take, which an image behind it leaves out."""
+        return tuple(size * KB for size in _SERIES[self.series].boot_loaders)
+
+    @property
+    def itcm_size(self) -> int:
+        """Bytes of RAM from 0 on."""
+        return _SERIES[self.series].itcm_size
+
+    @property
+    def flash_bases(self) -> tuple[int, ...]:
+        """Where a program may be linked to run from flash."""
+        alias = _SERIES[self.series].flash_alias
+        return (FLASH_BASE,) if alias is None else (FLASH_BASE, alias)
+
+    @property
+    def flash_end(self) -> int:
+        """First address behind the flash."""
+        return FLASH_BASE + self.flash_size
+
+    @property
+    def ram_end(self) -> int:
+        """First address behind the RAM."""
+        return RAM_BASE + self.ram_size
+
+    def home(self, address: int) -> int:
+        """Return the address from 0x08000000 on of a byte of flash; any other address as it is."""
+        for base in self.flash_bases[1:]:
+            if base <= address < base + self.flash_size:
+                return address - base + FLASH_BASE
+        return address
+
+    def in_flash(self, address: int) -> bool:
+        """Say whether an address means flash, even if there is less of it."""
+        return FLASH_BASE <= self.home(address) < FLASH_BASE + FLASH_SPACE
+
+    def in_ram(self, address: int) -> bool:
+        """Say whether an address means RAM, even if there is less of it."""
+        return address >= RAM_BASE or address < self.itcm_size
+
+    def in_options(self, start: int, end: int) -> bool:
+        """Say whether bytes belong to the option bytes."""
+        base, size = _SERIES[self.series].options
+        return base <= start and end <= base + size
+
+
+def limits_for(part: str) -> ChipLimits:
+    """Return the limits of a chip by its part number, such as ``STM32F103C8``, ``stm32f103cbt6`` or ``STM32F767ZI``.
+
+    Raises:
+        KeyError: no such part.
+    """
+    for name, series in _SERIES.items():
+        match = re.fullmatch(rf"{name}[A-Z]([{''.join(series.sizes_kb)}]).*", part.upper())
+        if match is not None:
+            flash_kb, ram_kb = series.sizes_kb[match[1]]
+            return ChipLimits(name=part.upper(), flash_size=flash_kb * KB, ram_size=ram_kb * KB)
+    raise KeyError(part)
+
+
+def limits_of(variant: Variant) -> ChipLimits:
+    """Return the limits of a chip that can be emulated."""
+    return ChipLimits(name=variant.name, flash_size=variant.flash_bytes, ram_size=variant.ram_bytes)
+
+
+def fitting(series: str, flash: int, ram: int) -> str | None:
+    """Return in words which chip has that many bytes of flash and RAM, of `series` if possible; None for no chip."""
+    for name in sorted(_SERIES, key=lambda name: name != series):
+        for letter, (flash_kb, ram_kb) in _SERIES[name].sizes_kb.items():
+            if flash <= flash_kb * KB and ram <= ram_kb * KB:
+                return f"it would fit an {name}x{letter} ({flash_kb} KB of flash, {ram_kb} KB of RAM)"
+    return None
