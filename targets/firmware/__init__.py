@@ -1,4 +1,4 @@
-"""Test firmware for the emulated STM32F103: C sources, and the images built from them."""
+"""Firmware of our own for the emulated chips: C sources, and the images built from them."""
 
 from __future__ import annotations
 
