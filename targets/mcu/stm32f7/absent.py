@@ -220,16 +220,6 @@ class Can28(Can):
     )
 
 
-class Timer(Absent):
-    """A timer: it does not count."""
-
-    MISSING = "it does not count"
-    REGISTERS = registers(
-        "CR1 CR2 SMCR DIER SR EGR CCMR1 CCMR2 CCER CNT PSC ARR=FFFF RCR CCR1 CCR2 CCR3 CCR4 BDTR DCR DMAR "
-        "@54 CCMR3 CCR5 CCR6 AF1 AF2"
-    )
-
-
 class Adc(Absent):
     """The three converters: no conversion ever ends."""
 
@@ -275,25 +265,7 @@ class Crc(Absent):
     REGISTERS = registers("DR=FFFFFFFF IDR CR @10 INIT=FFFFFFFF POL=4C11DB7")
 
 
-TIMERS = {
-    1: 0x4001_0000,
-    2: 0x4000_0000,
-    3: 0x4000_0400,
-    4: 0x4000_0800,
-    5: 0x4000_0C00,
-    6: 0x4000_1000,
-    7: 0x4000_1400,
-    8: 0x4001_0400,
-    9: 0x4001_4000,
-    10: 0x4001_4400,
-    11: 0x4001_4800,
-    12: 0x4000_1800,
-    13: 0x4000_1C00,
-    14: 0x4000_2000,
-}
-
 _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
-    *((Timer, f"TIM{n}", base) for n, base in TIMERS.items()),
     (Adc, "ADC", 0x4001_2000),
     (Rtc, "RTC", 0x4000_2800),
     (Rng, "RNG", 0x5006_0800),

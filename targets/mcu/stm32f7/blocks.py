@@ -8,11 +8,13 @@ from targets.mcu.services import Services
 from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.i2c import I2c
+from targets.mcu.stm32.tim import Timer
+from targets.mcu.stm32.tim.kinds import F7_KINDS
 from targets.mcu.stm32.usart import Usart
 from targets.mcu.stm32f7 import dma_map
 from targets.mcu.stm32f7.clocks import ClockTree
 
-__all__ = ["dma_controllers", "i2cs", "usarts"]
+__all__ = ["dma_controllers", "i2cs", "timers", "usarts"]
 
 _USARTS = {
     "USART1": (0x4001_1000, 37),
@@ -30,6 +32,27 @@ _I2CS = {
     "I2C3": (0x4000_5C00, 72, 73),
     "I2C4": (0x4000_6000, 95, 96),
 }
+_TIMERS = {
+    "TIM1": 0x4001_0000,
+    "TIM2": 0x4000_0000,
+    "TIM3": 0x4000_0400,
+    "TIM4": 0x4000_0800,
+    "TIM5": 0x4000_0C00,
+    "TIM6": 0x4000_1000,
+    "TIM7": 0x4000_1400,
+    "TIM8": 0x4001_0400,
+    "TIM9": 0x4001_4000,
+    "TIM10": 0x4001_4400,
+    "TIM11": 0x4001_4800,
+    "TIM12": 0x4000_1800,
+    "TIM13": 0x4000_1C00,
+    "TIM14": 0x4000_2000,
+}
+
+
+def timers(services: Services) -> tuple[Timer, ...]:
+    """Return the timers."""
+    return tuple(Timer(name, base, services, F7_KINDS[name]) for name, base in _TIMERS.items())
 
 
 def usarts(services: Services, tree: ClockTree) -> tuple[Usart, ...]:

@@ -17,6 +17,7 @@ from targets.mcu.bus import Bus
 from targets.mcu.chip import AskReset, Boot, Chip, DeepSleep, MakeCore, Memory
 from targets.mcu.cortexm.kinds import CORTEX_M7
 from targets.mcu.fidelity import Notes
+from targets.mcu.irq_lines import IrqLines
 from targets.mcu.pins import Pins, Source
 from targets.mcu.registers import Peripheral
 from targets.mcu.services import IrqLine, Services
@@ -31,7 +32,7 @@ from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f7.absent import Rtc, absent_peripherals
 from targets.mcu.stm32f7.af_table import ALTERNATE_FUNCTIONS, PADS
 from targets.mcu.stm32f7.backup_sram import BackupSram
-from targets.mcu.stm32f7.blocks import dma_controllers, i2cs, usarts
+from targets.mcu.stm32f7.blocks import dma_controllers, i2cs, timers, usarts
 from targets.mcu.stm32f7.clocks import ClockTree
 from targets.mcu.stm32f7.dbgmcu import Dbgmcu
 from targets.mcu.stm32f7.flash import Flash
@@ -92,11 +93,12 @@ class Stm32f767(Chip):
         self._functions = PinFunctions(ALTERNATE_FUNCTIONS, self.signals, notes)
         self._tree = ClockTree()
         self._requests = Requests()
+        self._irq_lines = IrqLines(self._irq)
         self.services = Services(
             time=time,
             clocks=self._tree,
             notes=notes,
-            irq=self._irq,
+            irq=self._irq_lines.line,
             dma=self._requests.line,
             output=self.signals.output,
             input=self.signals.input,
@@ -117,6 +119,7 @@ class Stm32f767(Chip):
             bus.add_quiet(base, size)
         self.rcc.connect(GATES, self.peripherals, others=(self.core.systick,), backup=(self._rtc,))
         self.rcc.on_nmi = self.core.set_nmi
+        self.rcc.on_clock_failure = self._clock_failed
         self.rcc.on_pll = self.pwr.pll_switched
         self.pwr.on_supply = self.rcc.supply_changed
         self.exti.on_event = self.core.receive_event
@@ -177,6 +180,7 @@ class Stm32f767(Chip):
         self.exti = Exti("EXTI", 0x4001_3C00, services, STM32F7)
         self.usarts = {usart.name: usart for usart in usarts(services, self._tree)}
         self.i2cs = {i2c.name: i2c for i2c in i2cs(services, self._tree)}
+        self._timers = {timer.name: timer for timer in timers(services)}
         absent = absent_peripherals(services)
         self._rtc = next(peripheral for peripheral in absent if isinstance(peripheral, Rtc))
         self._others: tuple[Peripheral, ...] = (
@@ -186,12 +190,17 @@ class Stm32f767(Chip):
             BackupSram(0x4002_4000, services, writable=self.pwr.backup_writable),
             *self.usarts.values(),
             *self.i2cs.values(),
+            *self._timers.values(),
             *dma_controllers(services, self._requests),
             *absent,
         )
 
     def _irq(self, number: int) -> IrqLine:
         return self.core.irq(number)
+
+    def _clock_failed(self) -> None:
+        for name in ("TIM1", "TIM8"):
+            self._timers[name].clock_failed()
 
     # --- for the machine
 
