@@ -207,7 +207,8 @@ def test_on_the_stand_the_wheels_turn_and_the_rover_does_not(rover):
 def test_in_the_room_a_wall_stops_it(rover):
     body = rover("rover-room")
     assert not body.touches(BODY)
-    go(body, 2.4, 2.4, 8.0, friction_nm=0.012)
+    body.world.place(1.0, 0.0, 0.0)
+    go(body, 1.8, 1.8, 5.0, friction_nm=0.012)
     assert body.touches(BODY)
     assert body.world.pose().position_m[0] == pytest.approx(1.4 - 0.125, abs=1e-3)
     assert speed_m_s(body) < 1e-3

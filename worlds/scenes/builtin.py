@@ -138,7 +138,7 @@ def hard_floor(seed: int) -> Scene:
 
 
 def rover_room(seed: int) -> Scene:
-    """A carpeted room of 3 x 2.4 m with two boxes; a wall is 1.4 m ahead of the start, and nothing stands before it."""
+    """A room of 3 x 2.4 m with a hard floor and two boxes; a wall is 1.4 m ahead of the start, nothing before it."""
     del seed
     length, width, t = ROVER_ROOM_LENGTH_M, ROVER_ROOM_WIDTH_M, _WALL_THICKNESS_M
     x = 1.4 - length / 2
@@ -152,6 +152,7 @@ def rover_room(seed: int) -> Scene:
             Box(name="box_1", center_m=(0.6, 0.75, 0.1), size_m=(0.3, 0.3, 0.2), yaw_rad=0.4),
             Box(name="box_2", center_m=(-0.7, -0.6, 0.1), size_m=(0.25, 0.4, 0.2), yaw_rad=-0.3),
         ),
+        floor_friction=HARD_FLOOR_FRICTION,
     )
 
 

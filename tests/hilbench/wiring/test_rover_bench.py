@@ -262,7 +262,7 @@ def test_tachometers_put_their_slots_on_the_pins(rover, bench):
 
 
 @pytest.mark.needs_bullet
-def test_on_the_carpet_it_drives_and_at_a_wall_it_stands(rover, bench):
+def test_in_a_room_it_drives_and_at_a_wall_it_stands(rover, bench):
     made = rover("rover-room", ena="brain.PA0", enb="brain.PA0")
     pulse(made, "PA0", 0.45, 0.0, 7.0)
     bench.run_for(1.0)
