@@ -21,6 +21,7 @@ from hilbench.exit_codes import ExitCode
 COMMANDS = {
     "check": "run conformance suites on a target and report clause by clause",
     "run": "run firmware on emulated boards, in virtual time",
+    "decode": "show the bytes of a line as frames",
     "diff": "compare what the pins did in two recordings",
     "serve": "offer a virtual target on a pty or a TCP port, in real time",
     "init": "write a bench file and a test for firmware of your own",

@@ -25,11 +25,15 @@ class Console:
     Args:
         out: for data; the standard output by default.
         err: for narration; the standard error by default.
+
+    Attributes:
+        reader_gone: nobody reads the data any more; what is still printed is dropped.
     """
 
     def __init__(self, out: TextIO | None = None, err: TextIO | None = None) -> None:
         self._out = out or sys.stdout or _nowhere()
         self._err = err or sys.stderr or _nowhere()
+        self.reader_gone = False
 
     def data(self, text: str) -> None:
         """Print lines of data.
@@ -38,7 +42,7 @@ class Console:
             UnavailableError: they cannot be written. What follows is dropped.
         """
         try:
-            _put(self._out, f"{text}\n")
+            self.reader_gone = not _put(self._out, f"{text}\n") or self.reader_gone
         except (OSError, ValueError) as error:
             raise _lost(error) from error
 
@@ -115,19 +119,21 @@ def _write(stream: TextIO, text: str) -> None:
         _put(stream, text)
 
 
-def _put(stream: TextIO | None, text: str) -> None:
-    """Write; whatever goes wrong goes wrong once, and a reader that has gone is no error."""
+def _put(stream: TextIO | None, text: str) -> bool:
+    """Write; whatever goes wrong goes wrong once, and a reader that has gone is no error. Say whether there is one."""
     if stream is None:
-        return
+        return True
     try:
         if text:
             stream.write(text)
         stream.flush()
     except BrokenPipeError:
         _point_nowhere(stream)
+        return False
     except (OSError, ValueError):
         _point_nowhere(stream)
         raise
+    return True
 
 
 def _nowhere() -> TextIO:

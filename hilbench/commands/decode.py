@@ -1,0 +1,78 @@
+"""``hilbench decode``."""
+
+from __future__ import annotations
+
+import argparse
+
+from hilbench.errors import UnavailableError
+from hilbench.exit_codes import ExitCode
+from hilbench.parser import Parser
+
+_EXAMPLES = """
+hilbench decode pkt capture.bin                      bytes as they stood on the line
+xxd capture.bin | hilbench decode pkt -              or as a hex dump of any kind
+echo 50 4B 54 21 01 00 E1 F0 0A | hilbench decode pkt
+hilbench decode pkt check.jsonl --stream 'rover tx'  what the rover said in a journal
+hilbench decode pkt --framing term --schema v1 --json < /dev/ttyACM0
+hilbench decode p2os robot.bin --from target
+"""
+
+_NOTES = """
+Each line has the offset of the first byte in its stream, then what the frame says; lines with !! are bytes that make no
+frame, and why. Behind them reading goes on with the next frame. Input that goes on for ever is decoded as it comes.
+Exit code 0: every byte belongs to a frame that says something; 1: some do not; 2: wrong usage; 3: the input cannot be
+read, or the output not written; 130: interrupted.
+"""
+
+
+def parser() -> Parser:
+    """Return the parser of this command."""
+    made = Parser("hilbench decode", "Show the bytes of a line as frames.", _EXAMPLES, _NOTES)
+    add = made.add_argument
+    add("protocol", metavar="PROTOCOL", choices=("pkt", "p2os"), help="pkt or p2os")
+    add("file", metavar="FILE", nargs="?", default="-", help="what to read; - is standard input (the default)")
+    add("--input", metavar="FORM", choices=("auto", "raw", "hex", "journal"), default="auto",
+        help="what it is: raw bytes, hex dump or journal (default: auto, by how it begins)")  # fmt: skip
+    add("--stream", metavar="NAME", action="append", default=[],
+        help="of a journal, only this stream, such as 'rover tx' (repeatable)")  # fmt: skip
+    add("--from", dest="speaker", metavar="END", choices=("host", "target"),
+        help="p2os: who sends: host or target (default: target, or as a journal says)")  # fmt: skip
+    add("--framing", metavar="F", choices=("len", "term"), default="len",
+        help="pkt: len, a length byte (default), or term, up to the newline")  # fmt: skip
+    add("--schema", metavar="S", choices=("v1", "v1b", "v2"), default="v2", help="pkt: v1, v1b or v2 (default)")
+    add("--json", action="store_true", help="print JSON, an object a line")
+    return made
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Decode, print, and return the exit code."""
+    import os
+
+    from hilbench.console import Console
+    from hilbench.decode.decoders import DecodeOptions
+    from hilbench.decode.run import Totals, decode
+    from hilbench.decode.sources import read_chunks
+    from protocols.pkt import Framing, Schema
+
+    options = DecodeOptions(framing=Framing[parsed.framing.upper()], schema=Schema[parsed.schema.upper()])
+    console, totals = Console(), Totals()
+    where = "standard input" if parsed.file == "-" else parsed.file
+    try:
+        descriptor = 0 if parsed.file == "-" else os.open(parsed.file, os.O_RDONLY)
+    except OSError as error:
+        raise UnavailableError(f"cannot be read: {error.strerror}", where=where) from error
+    chunks = read_chunks(descriptor, where, parsed.input)
+    for lines in decode(
+        chunks,
+        parsed.protocol,
+        options,
+        streams=frozenset(parsed.stream),
+        speaker=parsed.speaker or "",
+        as_json=parsed.json,
+        totals=totals,
+    ):
+        console.data(lines)
+        if console.reader_gone:
+            break
+    console.narrate(str(totals))
+    return ExitCode.OK if totals.clean else ExitCode.VIOLATION

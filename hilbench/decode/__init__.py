@@ -1,0 +1,1 @@
+"""`hilbench decode`: bytes of a line, as frames that can be read."""

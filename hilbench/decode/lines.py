@@ -1,0 +1,74 @@
+"""Items as lines: for people, or as JSON, one object a line."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from enum import Enum
+from typing import Any
+
+from hilbench.clock import NS_PER_S
+from hilbench.decode.items import Item, Kind
+
+__all__ = ["json_line", "text_line"]
+
+_SHOWN_BYTES = 24
+
+
+def text_line(item: Item, offset: int, stream: str, ns: int | None) -> str:
+    """Return an item as a line for people: offset, time and stream where there are any, what it is."""
+    columns = [f"{offset:8d}"]
+    if ns is not None:
+        columns.append(f"{ns / NS_PER_S:12.6f} s")
+    if stream:
+        columns.append(f"{stream:<12}")
+    if item.kind is Kind.FRAME:
+        said = [f"{name}={_text(value)}" for name, value in item.fields.items() if value is not None]
+        columns.append(" ".join([item.name, *said]))
+    else:
+        more = f" ... ({len(item.raw)} bytes)" if len(item.raw) > _SHOWN_BYTES else ""
+        columns.append(f"!! {item.name}: {item.raw[:_SHOWN_BYTES].hex(' ').upper()}{more}")
+    return "  ".join(columns)
+
+
+def json_line(item: Item, offset: int, stream: str, ns: int | None) -> str:
+    """Return an item as a JSON object; a number that JSON does not have is a text: ``"nan"``, ``"inf"``."""
+    about: dict[str, Any] = {"offset": offset}
+    if ns is not None:
+        about["ns"] = ns
+    if stream:
+        about["stream"] = stream
+    about |= {"kind": item.kind.value, "name": item.name}
+    if item.kind is Kind.FRAME:
+        about["fields"] = {name: _plain(value) for name, value in item.fields.items()}
+    about["raw"] = item.raw.hex()
+    return json.dumps(about)
+
+
+def _text(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.7g}"
+    if isinstance(value, bytes):
+        return value.hex(" ").upper() or "-"
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, tuple | list):
+        return "[" + " ".join(map(_text, value)) + "]"
+    return str(value)
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, bytes):
+        return value.hex()
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, Mapping):
+        return {str(name): _plain(one) for name, one in value.items()}
+    if hasattr(value, "__dataclass_fields__"):
+        return {name: _plain(getattr(value, name)) for name in value.__dataclass_fields__}
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return [_plain(one) for one in value]
+    return value

@@ -1,0 +1,120 @@
+"""Streams into lines: a decoder for each stream, offsets, and what it all comes to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from hilbench.decode.decoders import DECODERS, DecodeOptions, Decoder, Speaker
+from hilbench.decode.items import Item, Kind
+from hilbench.decode.lines import json_line, text_line
+from hilbench.decode.sources import Chunk
+
+__all__ = ["Totals", "decode"]
+
+_LINES_AT_ONCE = 512
+
+
+@dataclass(slots=True)
+class Totals:
+    """What the bytes came to.
+
+    Attributes:
+        frames: frames that say something.
+        unreadable: sound frames that do not.
+        dropped: bytes that belong to no sound frame.
+        resyncs: how often a frame was found behind such bytes.
+    """
+
+    frames: int = 0
+    unreadable: int = 0
+    dropped: int = 0
+    resyncs: int = 0
+
+    @property
+    def clean(self) -> bool:
+        """Every byte belongs to a frame that says something."""
+        return not (self.unreadable or self.dropped)
+
+    def __str__(self) -> str:
+        text = _counted(self.frames, "frame")
+        if self.unreadable:
+            text += f", {_counted(self.unreadable, 'sound frame')} without sense"
+        if self.dropped:
+            text += f", {_counted(self.dropped, 'byte')} in no frame, {_counted(self.resyncs, 'resynchronisation')}"
+        return text
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}" + ("" if number == 1 else "s")
+
+
+class _Stream:
+    """One stream, with its place in it."""
+
+    def __init__(self, decoder: Decoder) -> None:
+        self.decoder = decoder
+        self.offset = 0
+        self._lost = False
+
+    def place(self, item: Item, totals: Totals) -> int:
+        """Return the offset of an item, and count it."""
+        offset = self.offset
+        self.offset += len(item.raw)
+        if item.kind is Kind.DROPPED:
+            totals.dropped += len(item.raw)
+            self._lost = True
+            return offset
+        totals.resyncs += self._lost
+        self._lost = False
+        totals.frames += item.kind is Kind.FRAME
+        totals.unreadable += item.kind is Kind.UNREADABLE
+        return offset
+
+
+def decode(
+    chunks: Iterable[Chunk],
+    protocol: str,
+    options: DecodeOptions,
+    *,
+    streams: frozenset[str],
+    speaker: Speaker,
+    as_json: bool,
+    totals: Totals,
+) -> Iterator[str]:
+    """Yield lines, several at a time, as the bytes come.
+
+    Args:
+        chunks: the bytes.
+        protocol: name in `DECODERS`.
+        options: how they are read.
+        streams: the streams to look at; empty for all.
+        speaker: who sends, where the source does not say; empty for the target.
+        as_json: as JSON instead of for people.
+        totals: where it is counted.
+
+    Raises:
+        UnavailableError: the source cannot be read; what was read before has been yielded.
+    """
+    make_line = json_line if as_json else text_line
+    known: dict[str, _Stream] = {}
+    for chunk in chunks:
+        if streams and chunk.stream not in streams:
+            continue
+        if chunk.stream not in known:
+            known[chunk.stream] = _Stream(DECODERS[protocol](options, speaker or chunk.speaker or "target"))
+        stream = known[chunk.stream]
+        lines = [
+            make_line(item, stream.place(item, totals), chunk.stream, chunk.ns)
+            for item in stream.decoder.feed(chunk.data)
+        ]
+        yield from _together(lines)
+    for name, stream in known.items():
+        yield from _together(
+            [make_line(item, stream.place(item, totals), name, None) for item in stream.decoder.finish()]
+        )
+
+
+def _together(lines: list[str]) -> Iterator[str]:
+    for at in range(0, len(lines), _LINES_AT_ONCE):
+        yield "\n".join(lines[at : at + _LINES_AT_ONCE])

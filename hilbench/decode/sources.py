@@ -1,0 +1,181 @@
+"""Where bytes come from: a file of bytes, a hex dump, or a journal; each is read as it comes, and may never end.
+
+A hex dump is pairs of hex digits, with or without spaces, as people and the programs xxd, hexdump -C and od -t x1 write
+them: an offset before and letters behind are passed over, and so is what follows a ``#``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from hilbench.decode.decoders import Speaker
+from hilbench.errors import UnavailableError
+
+__all__ = ["FORMS", "Chunk", "read_chunks"]
+
+FORMS = ("auto", "raw", "hex", "journal")
+
+_READ_BYTES = 65536
+_ENOUGH = 4
+"""So many bytes tell a hex dump from bytes as they are."""
+_LONGEST_LINE = 16 * 1024 * 1024
+
+_PLAIN = (re.compile(""), re.compile(r"$"))
+_DUMPS = (
+    (re.compile(r"[0-9A-Fa-f]{8}:(?:\s|$)"), re.compile(r"\s\s.*$")),  # xxd
+    (re.compile(r"[0-9A-Fa-f]{8}(?:\s\s|$)"), re.compile(r"\s*\|.*$")),  # hexdump -C
+    (re.compile(r"[0-7]{7}(?:\s|$)"), re.compile(r"\s*>.*$")),  # od -t x1, with z or without
+)
+"""What stands before the bytes of a line, and behind."""
+_PAIRS = re.compile(r"^(?:[0-9A-Fa-f]{2}[\s,]*)*$")
+_SPEAKERS = {"robot": "target", "server": "target", "rover": "target", "checker": "host", "client": "host"}
+_OTHER = {"host": "target", "target": "host", "": ""}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chunk:
+    """Some bytes of one stream.
+
+    Attributes:
+        data: the bytes.
+        stream: which of several; empty where there is one.
+        speaker: who sends it, as far as that is known.
+        ns: bench time, in ns; None where the source has no times.
+    """
+
+    data: bytes
+    stream: str = ""
+    speaker: Speaker = ""
+    ns: int | None = None
+
+
+def read_chunks(descriptor: int, where: str, form: str = "auto") -> Iterator[Chunk]:
+    """Read a source piece by piece.
+
+    Args:
+        descriptor: an open file.
+        where: its name, for messages.
+        form: one of `FORMS`.
+
+    Raises:
+        UnavailableError: it cannot be read, or is not of this form; the line is named.
+    """
+    pieces = _pieces(descriptor, where)
+    if form == "auto":
+        form, pieces = _guess(pieces)
+    if form == "raw":
+        for piece in pieces:
+            yield Chunk(data=piece)
+    elif form == "hex":
+        yield from _hex(pieces, where)
+    else:
+        yield from _journal(pieces, where)
+
+
+def _pieces(descriptor: int, where: str) -> Iterator[bytes]:
+    while True:
+        try:
+            piece = os.read(descriptor, _READ_BYTES)
+        except OSError as error:
+            raise UnavailableError(f"cannot be read: {error.strerror}", where=where) from error
+        if not piece:
+            return
+        yield piece
+
+
+def _guess(pieces: Iterator[bytes]) -> tuple[str, Iterator[bytes]]:
+    """Return what form it seems to have, and the pieces from the first one on."""
+    head = b""
+    for piece in pieces:
+        head += piece
+        if len(head.strip()) >= _ENOUGH:
+            break
+
+    def again() -> Iterator[bytes]:
+        if head:
+            yield head
+        yield from pieces
+
+    start = head.lstrip()
+    if start.startswith(b'{"'):
+        return "journal", again()
+    first = start.splitlines()[0] if start else b""
+    try:
+        _HexDump().take(first.decode("ascii"))
+    except ValueError:
+        return "raw", again()
+    return ("hex" if first else "raw"), again()
+
+
+def _lines(pieces: Iterator[bytes], where: str) -> Iterator[tuple[int, str, bool]]:
+    """Yield number and text of each line, and whether it is whole."""
+    rest, number = b"", 0
+    for piece in pieces:
+        *whole, rest = (rest + piece).split(b"\n")
+        if len(rest) > _LONGEST_LINE:
+            raise UnavailableError("a line that never ends", where=f"{where}:{number + 1}")
+        for line in whole:
+            number += 1
+            yield number, line.decode("utf-8", "replace"), True
+    if rest:
+        yield number + 1, rest.decode("utf-8", "replace"), False
+
+
+class _HexDump:
+    """Takes the lines of one dump; the first with bytes says of which kind it is."""
+
+    def __init__(self) -> None:
+        self._kind: tuple[re.Pattern[str], re.Pattern[str]] | None = None
+
+    def take(self, line: str) -> bytes:
+        """Return the bytes of a line; ValueError if it is none of a dump."""
+        text = line.strip() if self._kind in _DUMPS else line.partition("#")[0].strip()
+        if not text:
+            return b""
+        if self._kind is None:
+            self._kind = next((kind for kind in _DUMPS if " " in text and kind[0].match(text)), _PLAIN)
+        before, behind = self._kind
+        text = behind.sub("", before.sub("", text, count=1).lstrip(), count=1)
+        if not _PAIRS.match(text):
+            raise ValueError(text)
+        return bytes.fromhex(re.sub(r"[\s,]", "", text))
+
+
+def _hex(pieces: Iterator[bytes], where: str) -> Iterator[Chunk]:
+    dump = _HexDump()
+    for number, line, _ in _lines(pieces, where):
+        try:
+            data = dump.take(line)
+        except ValueError:
+            message = f"'{line.strip()[:40]}' is no line of a hex dump"
+            raise UnavailableError(message, where=f"{where}:{number}", hint="--input raw for bytes") from None
+        if data:
+            yield Chunk(data=data)
+
+
+def _journal(pieces: Iterator[bytes], where: str) -> Iterator[Chunk]:
+    for number, line, whole in _lines(pieces, where):
+        try:
+            event: Any = json.loads(line)
+            kind = event["kind"]
+            if kind in {"tx", "rx", "dropped"} and "data" in event:
+                yield _chunk_of(event, str(event["source"]), kind == "tx")
+        except (ValueError, TypeError, KeyError):
+            if whole:
+                raise UnavailableError("is no event of a journal", where=f"{where}:{number}") from None
+
+
+def _chunk_of(event: Any, source: str, sent: bool) -> Chunk:
+    """The bytes of an event; what a USART of a board sends is taken for what a host sends."""
+    speaker = _SPEAKERS.get(source, "host" if ".usart" in source else "")
+    return Chunk(
+        data=bytes.fromhex(event["data"]),
+        stream=f"{source} {'tx' if sent else 'rx'}",
+        speaker=speaker if sent else _OTHER[speaker],
+        ns=int(event["ns"]),
+    )

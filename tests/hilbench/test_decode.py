@@ -1,0 +1,242 @@
+"""`hilbench decode`: no byte is lost or told twice, whatever it comes from and however it is cut."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hilbench.cli import main
+from hilbench.decode.decoders import DECODERS, DecodeOptions
+from hilbench.decode.sources import read_chunks
+from protocols import p2os, pkt
+
+REQUEST = bytes.fromhex("504B54210100E1F00A")
+THROTTLES = bytes.fromhex("504B54210A030000003F000080BE038C420A")
+MOTION = pkt.encode_frame(pkt.encode_report(pkt.MotionReport(rpm=(1.5, 2.0, 0.0, 0.0), throttles=(0.5, float("nan")))))
+DAMAGED = b"P" + REQUEST + THROTTLES[:-3] + b"\0\0\n" + MOTION
+COMMAND = [sys.executable, "-m", "hilbench", "decode"]
+
+pieces = st.lists(
+    st.one_of(st.binary(max_size=12), st.sampled_from([REQUEST, THROTTLES, MOTION, b"PKT!", b"PK"])), max_size=12
+)
+
+
+@pytest.mark.parametrize("protocol", DECODERS)
+@given(pieces=pieces)
+def test_every_byte_is_told_once_in_order(protocol, pieces):
+    whole, cut = (DECODERS[protocol](DecodeOptions(), "target") for _ in range(2))
+    data = b"".join(pieces)
+    in_one = [*whole.feed(data), *whole.finish()]
+    in_bytes = [item for at in range(len(data)) for item in cut.feed(data[at : at + 1])] + [*cut.finish()]
+    assert b"".join(item.raw for item in in_one) == data
+    assert [repr(item) for item in in_one] == [repr(item) for item in in_bytes]
+
+
+# --- forms of input
+
+
+def xxd(data):
+    for at in range(0, len(data), 16):
+        row = data[at : at + 16]
+        pairs = " ".join(row[i : i + 2].hex() for i in range(0, len(row), 2))
+        yield f"{at:08x}: {pairs:<39}  {letters(row)}"
+
+
+def hexdump(data):
+    for at in range(0, len(data), 16):
+        row = data[at : at + 16]
+        halves = f"{row[:8].hex(' '):<23}  {row[8:].hex(' '):<23}"
+        yield f"{at:08x}  {halves}  |{letters(row)}|"
+    yield f"{len(data):08x}"
+
+
+def od(data):
+    for at in range(0, len(data), 16):
+        yield f"{at:07o} {data[at : at + 16].hex(' ')}"
+    yield f"{len(data):07o}"
+
+
+def by_hand(data):
+    yield "# a comment"
+    for at in range(0, len(data), 7):
+        yield data[at : at + 7].hex(" ").upper() + "   # and another"
+
+
+def unbroken(data):
+    yield data.hex()
+
+
+def letters(row):
+    return "".join(chr(byte) if 32 < byte < 127 else "." for byte in row)
+
+
+@pytest.mark.parametrize("form", [xxd, hexdump, od, by_hand, unbroken])
+@given(data=st.one_of(st.binary(min_size=1, max_size=70), st.just(DAMAGED), st.just(b"abcd #12|34>56  9" * 3)))
+def test_hex_dumps(form, data):
+    reader, writer = os.pipe()
+    os.write(writer, "\n".join(form(data)).encode())
+    os.close(writer)
+    try:
+        assert b"".join(chunk.data for chunk in read_chunks(reader, "dump", "hex")) == data
+    finally:
+        os.close(reader)
+
+
+@pytest.mark.parametrize("form", [xxd, hexdump, od, by_hand, unbroken])
+def test_a_hex_dump_is_known_as_one(form, tmp_path, capsys):
+    (tmp_path / "dump").write_text("\n".join(form(DAMAGED)) + "\n")
+    (tmp_path / "raw").write_bytes(DAMAGED)
+    assert [main(["decode", "pkt", str(tmp_path / name), "--json"]) for name in ("dump", "raw")] == [1, 1]
+    lines = capsys.readouterr().out.splitlines()
+    half = len(lines) // 2
+    assert [json.loads(line) for line in lines[:half]] == [json.loads(line) for line in lines[half:]]
+
+
+def test_a_journal(tmp_path, capsys):
+    journal = tmp_path / "run.jsonl"
+    assert main(["check", "rover-model", "-k", "P26 and documented", "--journal", str(journal)]) == 0
+    capsys.readouterr()
+    assert main(["decode", "pkt", str(journal), "--stream", "rover tx", "--json"]) == 0
+    events = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert {event["stream"] for event in events} == {"rover tx"}
+    assert [event["ns"] for event in events] == sorted(event["ns"] for event in events)
+    motions = [event["fields"] for event in events if event["name"] == "MotionReport"]
+    assert motions[-1]["throttles"][0] == pytest.approx(0.3008, abs=0.001)
+    assert main(["decode", "pkt", str(journal)]) == 0
+    out = capsys.readouterr().out
+    assert "checker tx    UPDATE_MOTOR_SPEED_SETPOINTS a_rpm=30 b_rpm=30 flags=3" in out
+
+
+# --- what is said
+
+
+def run(tmp_path, capsys, data, *options):
+    (tmp_path / "capture").write_bytes(data)
+    code = main(["decode", options[0], str(tmp_path / "capture"), *options[1:]])
+    return code, *capsys.readouterr()
+
+
+def test_lines_for_people(tmp_path, capsys):
+    code, out, said = run(tmp_path, capsys, DAMAGED, "pkt")
+    lines = out.splitlines()
+    assert code == 1
+    assert lines[:2] == ["       0  !! broken sync word: 50", "       1  REQUEST_TMY"]
+    assert lines[2].startswith("      10  !! wrong CRC: 50 4B 54 21 0A 03 00 00")
+    assert lines[-1].startswith("      28  MotionReport rpm=[1.5 2 0 0]")
+    assert "throttles=[0.5 nan]" in lines[-1]
+    assert said == "2 frames, 19 bytes in no frame, 2 resynchronisations\n"
+
+
+def test_a_clean_capture_is_0(tmp_path, capsys):
+    code, out, said = run(tmp_path, capsys, THROTTLES, "pkt", "--json")
+    assert (code, said) == (0, "1 frame\n")
+    assert json.loads(out) == {
+        "offset": 0,
+        "kind": "frame",
+        "name": "UPDATE_MOTOR_THROTTLES",
+        "fields": {"a": 0.5, "b": -0.25, "flags": 3},
+        "raw": THROTTLES.hex(),
+    }
+
+
+def test_json_knows_no_nan(tmp_path, capsys):
+    _, out, _ = run(tmp_path, capsys, MOTION, "pkt", "--json")
+    assert json.loads(out, parse_constant=pytest.fail)["fields"]["throttles"] == [0.5, "nan"]
+
+
+def test_frames_that_end_at_a_newline(tmp_path, capsys):
+    data = bytes.fromhex("504B542103000A000A0377F30A")
+    code, out, _ = run(tmp_path, capsys, data, "pkt", "--framing", "term", "--schema", "v1")
+    assert (code, out) == (0, "       0  UPDATE_MOTOR_SPEEDS a=10 b=10 flags=3\n")
+
+
+def test_a_sound_frame_without_sense(tmp_path, capsys):
+    code, out, said = run(tmp_path, capsys, pkt.encode_frame(b"\x03"), "pkt")
+    assert code == 1
+    assert "!! UPDATE_MOTOR_THROTTLES has 0 bytes of parameters, not 9" in out
+    assert said == "0 frames, 1 sound frame without sense\n"
+
+
+def test_p2os_from_both_ends(tmp_path, capsys):
+    drive = p2os.encode_command(p2os.Command(number=p2os.CommandNumber.VEL, argument=-200))
+    code, out, _ = run(tmp_path, capsys, drive, "p2os", "--from", "host")
+    assert (code, out) == (0, "       0  VEL argument=-200\n")
+    code, out, _ = run(tmp_path, capsys, p2os.encode_packet(p2os.Sip(x_raw=7)), "p2os")
+    assert code == 0
+    assert out.startswith("       0  Sip ")
+    assert "x_raw=7" in out
+
+
+# --- what cannot be read
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("dump", b"50 4B 54 21\n50 XY\n", "dump:2: '50 XY' is no line of a hex dump"),
+        ("odd", b"50 4B 54 21\n5\n", "odd:2: '5' is no line"),
+        ("journal", b'{"kind":"journal"}\nnothing\n', "journal:2: is no event of a journal"),
+    ],
+)
+def test_damaged_input(tmp_path, capsys, name, text, message):
+    (tmp_path / name).write_bytes(text)
+    assert main(["decode", "pkt", str(tmp_path / name)]) == 3
+    assert message in capsys.readouterr().err
+
+
+def test_no_such_file(tmp_path, capsys):
+    assert main(["decode", "pkt", str(tmp_path / "none")]) == 3
+    assert main(["decode", "pkt", str(tmp_path)]) == 3
+    assert main(["decode", "carla", str(tmp_path)]) == 2
+    assert capsys.readouterr().err.count("\n") == 3
+
+
+def test_the_end_of_a_journal_may_be_missing(tmp_path, capsys):
+    event = json.dumps({"ns": 5, "kind": "tx", "source": "rover", "data": REQUEST.hex()})
+    (tmp_path / "cut").write_text(f'{{"kind":"journal"}}\n{event}\n{event[:20]}')
+    assert main(["decode", "pkt", str(tmp_path / "cut")]) == 0
+    assert capsys.readouterr().out == "       0      0.000000 s  rover tx      REQUEST_TMY\n"
+
+
+# --- input that never ends
+
+
+def test_what_comes_is_shown_at_once_and_a_signal_ends_it():
+    with subprocess.Popen(
+        [*COMMAND, "pkt"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as ran:
+        ran.stdin.write(REQUEST)
+        ran.stdin.flush()
+        assert ran.stdout.readline() == b"       0  REQUEST_TMY\n"
+        ran.send_signal(signal.SIGINT)
+        assert ran.wait(20) == 130
+        assert ran.stderr.read() == b"hilbench: interrupted\n"
+        ran.stdin.close()
+
+
+def test_a_reader_that_goes_ends_it():
+    """`hilbench decode pkt < /dev/zero | head -1`, with a source that never ends."""
+    with (
+        open("/dev/zero", "rb") as zeros,
+        subprocess.Popen(
+            [*COMMAND, "pkt", "--input", "raw"], stdin=zeros, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        ) as ran,
+    ):
+        assert ran.stdout.readline().startswith(b"       0  !! no sync word: 00 00")
+        ran.stdout.close()
+        assert ran.wait(20) == 1
+        assert ran.stderr.read().startswith(b"0 frames, ")
+
+
+def test_output_that_cannot_be_written():
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run([*COMMAND, "pkt"], input=REQUEST, stdout=full, stderr=subprocess.PIPE)
+    assert done.returncode == 3
+    assert done.stderr.decode().startswith("hilbench: the standard output: cannot be written")
