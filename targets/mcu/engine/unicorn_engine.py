@@ -611,8 +611,9 @@ class UnicornEngine:
 
     def _note_code(self, base: int, data: bytes | bytearray) -> None:
         """Have SEV and ISB noticed wherever their encodings stand; where it is data, the hook is never called."""
+        data = bytes(data[: len(bytes(data).rstrip(b"\xff")) + 4])  # there may be megabytes of erased flash behind it
         if self._traps.catches_divisions:
-            self._traps.note_divisions(base, bytes(data))
+            self._traps.note_divisions(base, data)
         self._gate.note(base, data)
         self._has_exclusives = self._has_exclusives or _LDREX.search(data) is not None
         for offset in _find_hints(data):
