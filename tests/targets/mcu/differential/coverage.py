@@ -6,6 +6,8 @@ from collections import Counter
 
 import unicorn
 
+from targets.mcu.engine.unicorn_engine import UnicornEngine
+from tests.targets.mcu.differential import m7
 from tests.targets.mcu.differential.emulated import make_machine, run
 from tests.targets.mcu.differential.encodings import is_wide
 from tests.targets.mcu.differential.image import FLASH, Image
@@ -17,14 +19,32 @@ def executed(image: Image) -> Counter[tuple[int, int]]:
     What an IT passes over was not executed.
     """
     machine, output = make_machine(image.data)
+    visits = _count_visits(machine.engine, image)
+    run(machine, output)
+    return _by_instruction(image, visits)
+
+
+def executed_on_m7(image: Image) -> Counter[tuple[int, int]]:
+    """Return the same of an image for a Cortex-M7."""
+    machine = m7.Run(image.data)
+    visits = _count_visits(machine.engine, image)
+    machine.output()
+    return _by_instruction(image, visits)
+
+
+def _count_visits(engine: UnicornEngine, image: Image) -> Counter[int]:
+    """Have the visits of each instruction of the sequences counted, by address."""
     visits: Counter[int] = Counter()
 
     def visit(_core: object, address: int, _size: int, _data: object) -> None:
         visits[address] += 1
 
     for case in image.cases:
-        machine.engine._uc.hook_add(unicorn.UC_HOOK_CODE, visit, begin=case.body, end=case.end - 1)
-    run(machine, output)
+        engine._uc.hook_add(unicorn.UC_HOOK_CODE, visit, begin=case.body, end=case.end - 1)
+    return visits
+
+
+def _by_instruction(image: Image, visits: Counter[int]) -> Counter[tuple[int, int]]:
     counts: Counter[tuple[int, int]] = Counter()
     for address, count in visits.items():
         counts[_instruction(image.data, address - FLASH)] += count

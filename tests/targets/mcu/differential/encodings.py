@@ -362,9 +362,10 @@ def decode(first: int, second: int) -> Encoding | None:
     return next((encoding for encoding in table if code & encoding.mask == encoding.value), None)
 
 
-def _parse() -> Iterator[Encoding]:
+def parse(table: str) -> Iterator[Encoding]:
+    """Yield the encodings of a table like the one above."""
     group = ""
-    for line in filter(None, _TABLE.splitlines()):
+    for line in filter(None, table.splitlines()):
         if ": " in line:
             group = line
             continue
@@ -384,6 +385,6 @@ def _expand(group: str, name: str, pattern: str, *, left_out: bool) -> Iterator[
         yield Encoding(group, name + suffix, left_out, mask, int(fixed.replace(".", "0"), 2))
 
 
-ENCODINGS = tuple(_parse())
+ENCODINGS = tuple(parse(_TABLE))
 _NARROW = tuple(encoding for encoding in ENCODINGS if encoding.mask < 1 << 16)
 _WIDE = tuple(encoding for encoding in ENCODINGS if encoding.mask >= 1 << 16)

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import itertools
 import random
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from tests.targets.mcu.differential import arithmetic, memory, system
+from tests.targets.mcu.differential import arithmetic, dsp, floats, memory, system
 from tests.targets.mcu.differential.branches import (
     branch,
     branch_if,
@@ -36,7 +36,7 @@ class _Pick:
 
 def simple(s: Sequence) -> None:
     """Append one instruction that does not branch."""
-    pick = _COMPUTE if s.pure else _SIMPLE
+    pick = s.core.compute if s.pure else s.core.simple
     while not (atom := pick(s))(s):
         pass
     s.made[atom.__name__] += 1
@@ -281,12 +281,34 @@ def _patch(s: Sequence, at: int, code: tuple[int, ...]) -> None:
 
 # --- whole bodies
 
-_SIMPLE = _Pick((*arithmetic.ATOMS, *memory.ATOMS, *system.ATOMS))
-_COMPUTE = _Pick(arithmetic.ATOMS)
 _GROUP = _Pick(((30, it_block), (6, skip), (3, table), (3, loop), (2, jump), (4, call), (4, exclusive)))
 
 
-def body(rng: random.Random) -> tuple[Sequence, dict[int, Span], int]:
+@dataclass(frozen=True, slots=True)
+class Core:
+    """What sequences are made of for a core.
+
+    Attributes:
+        simple: chooses an instruction that does not branch.
+        compute: chooses one that does not store either.
+        floats: the core has floating point.
+    """
+
+    simple: _Pick
+    compute: _Pick
+    floats: bool
+
+
+_V7M = (*arithmetic.ATOMS, *memory.ATOMS, *system.ATOMS)
+M3 = Core(_Pick(_V7M), _Pick(arithmetic.ATOMS), floats=False)
+M7 = Core(
+    _Pick((*_V7M, *dsp.ATOMS, *floats.ATOMS)),
+    _Pick((*arithmetic.ATOMS, *dsp.ATOMS, *floats.COMPUTING)),
+    floats=True,
+)
+
+
+def body(rng: random.Random, core: Core = M3) -> tuple[Sequence, dict[int, Span], int]:
     """Return a sequence, where its pointers point at the start, and the register that it never writes."""
     registers = list(range(13))
     rng.shuffle(registers)
@@ -295,7 +317,7 @@ def body(rng: random.Random) -> tuple[Sequence, dict[int, Span], int]:
     high = [r for r in registers if r >= 8][:2]
     pointers = {register: _somewhere(rng) for register in low + high}
     pointers[SP] = Span(*[4 * rng.randint(20, 44)] * 2)
-    s = Sequence(rng, dict(pointers), frozenset({untouched}))
+    s = Sequence(rng, dict(pointers), frozenset({untouched}), core)
     for _ in range(s.between(5, 12)):
         if s.chance(0.35):
             _GROUP(s)(s)

@@ -1,4 +1,4 @@
-"""Runs an image in QEMU: the board ``mps2-an385``, a Cortex-M3 with memory where the images expect it."""
+"""Runs an image in QEMU: a board with memory where the images expect it, ``mps2-an385`` (M3) or ``mps2-an500`` (M7)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 PROGRAM = "qemu-system-arm"
 _TIMEOUT_S = 120
 _OPTIONS = (
-    *("-M", "mps2-an385", "-display", "none", "-monitor", "none", "-serial", "none"),
+    *("-display", "none", "-monitor", "none", "-serial", "none"),
     *("-semihosting-config", "enable=on,target=native"),
 )
 
@@ -19,12 +19,12 @@ def missing() -> bool:
     return shutil.which(PROGRAM) is None
 
 
-def output_of(image: bytes) -> bytes:
-    """Run it; return what it wrote."""
+def output_of(image: bytes, machine: str = "mps2-an385") -> bytes:
+    """Run it on that machine; return what it wrote."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "image.bin"
         path.write_bytes(image)
-        command = [PROGRAM, *_OPTIONS, "-kernel", str(path)]
+        command = [PROGRAM, "-M", machine, *_OPTIONS, "-kernel", str(path)]
         done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=_TIMEOUT_S)
     assert done.returncode == 0, done.stderr.decode(errors="replace")
     return done.stdout

@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from tests.targets.mcu.differential.image import BLOCK, Case, Image
+from tests.targets.mcu.differential.image import BLOCK, RESULT_SIZE, Case, Image
 
 _DISASSEMBLER = "arm-none-eabi-objdump"
 _SHOWN_MAX = 3
@@ -53,7 +53,7 @@ def listing(case: Case) -> str:
 
 def _tell(image: Image, place: int, seed: int, expected: bytes, actual: bytes) -> str:
     case = image.cases[place]
-    lines = [_name(case, seed), listing(case)]
+    lines = [_name(image, case, seed), listing(case)]
     lines.append("begins with " + " ".join(f"{name}={value:08x}" for name, value in case.record.items()))
     results = zip(case.names, image.result(expected, place), image.result(actual, place), strict=True)
     lines += [f"{name}: 0x{one:08X} expected, 0x{two:08X} actual" for name, one, two in results if one != two]
@@ -62,11 +62,12 @@ def _tell(image: Image, place: int, seed: int, expected: bytes, actual: bytes) -
 
 def _case_at(image: Image, address: int, seed: int) -> str:
     case = next((case for case in image.cases if case.body <= address < case.end), None)
-    return f"{_name(case, seed)}\n{listing(case)}" if case else "no sequence"
+    return f"{_name(image, case, seed)}\n{listing(case)}" if case else "no sequence"
 
 
-def _name(case: Case, seed: int) -> str:
-    return f"sequence {case.number}: python -m tests.targets.mcu.differential {seed} {case.number}"
+def _name(image: Image, case: Case, seed: int) -> str:
+    core = " m7" if image.result_size != RESULT_SIZE else ""
+    return f"sequence {case.number}: python -m tests.targets.mcu.differential {seed} {case.number}{core}"
 
 
 def _word(data: bytes, at: int) -> int:

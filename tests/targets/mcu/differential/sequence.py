@@ -75,6 +75,7 @@ class Sequence:
         rng: every choice comes from it.
         pointers: the registers that point into the block at the start.
         kept: registers that are never written.
+        core: which instructions there are: what `groups` made of it.
 
     Attributes:
         halves: the code.
@@ -84,8 +85,9 @@ class Sequence:
         made: how often each atom was used.
     """
 
-    def __init__(self, rng: random.Random, pointers: dict[int, Span], kept: frozenset[int]) -> None:
+    def __init__(self, rng: random.Random, pointers: dict[int, Span], kept: frozenset[int], core) -> None:
         self.rng = rng
+        self.core = core
         self.halves: list[int] = []
         self.known = Known(pointers, kept=kept)
         self.in_it = False
