@@ -34,6 +34,7 @@ PARTS: Mapping[str, str] = MappingProxyType(
         "l298n": "targets.parts.l298n:L298n",
         "motor-code": "targets.parts.motor_code:MotorCode",
         "mpu9250": "targets.parts.mpu9250:Mpu9250",
+        "neo6m": "targets.parts.neo6m:Neo6m",
         "p2os-adapter": "targets.parts.p2os_adapter:P2osAdapter",
         "tachometer-disc": "targets.parts.tachometer_disc:TachometerDisc",
     }

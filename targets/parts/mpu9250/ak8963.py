@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from targets.parts.mpu9250.notes import Notes
-from targets.parts.mpu9250.track import Vector
+from targets.parts.track import Vector
 
 __all__ = ["AK8963_ADDRESS", "MEASUREMENT_NS", "Ak8963", "sensitivity"]
 

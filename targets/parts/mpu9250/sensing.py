@@ -19,8 +19,8 @@ from targets.parts.mpu9250.individual import ACCEL_OFFSET_STEPS_PER_G, Individua
 from targets.parts.mpu9250.rates import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS, Rates
 from targets.parts.mpu9250.registers import ACCEL_OFFSETS, Reg
 from targets.parts.mpu9250.settings import Mpu9250Settings
-from targets.parts.mpu9250.track import Track, Vector
 from targets.parts.noise import gaussians
+from targets.parts.track import Track, Vector
 
 __all__ = ["G_M_S2", "Sensing", "signed16"]
 
@@ -70,11 +70,9 @@ class Sensing:
         self._accel = self._gyro = _Setup(counts=1, added=(0.0, 0.0, 0.0), noise=0)
 
     def step(self, from_ns: int, to_ns: int, before: Mapping[str, float], after: Mapping[str, float]) -> None:
-        """Take what happens in a physics step; what is not told, or no number, stays as it was."""
+        """Take what happens in a physics step; see `Track.follow`."""
         for track, names in ((self._force, _FORCES), (self._rate, _RATES), (self._attitude, _ANGLES)):
-            last = track.unfiltered_at(from_ns)
-            start = _told(before, names, last)
-            track.step(from_ns, to_ns, start, _told(after, names, start))
+            track.follow(from_ns, to_ns, before, after, names)
 
     def forget(self, before_ns: int) -> None:
         """Forget what was before."""
@@ -140,11 +138,6 @@ def signed16(high: int, low: int) -> int:
     """Two bytes as a number -32768..32767."""
     word = high << 8 | low
     return word - 0x10000 if word & 0x8000 else word
-
-
-def _told(values: Mapping[str, float], names: tuple[str, ...], else_: Vector) -> Vector:
-    found = (values.get(name, math.nan) for name in names)
-    return tuple(value if math.isfinite(value) else last for value, last in zip(found, else_, strict=True))
 
 
 def _tested(config: int, responses: Vector) -> list[float]:

@@ -12,7 +12,7 @@ from targets.parts.mpu9250.individual import Individual
 from targets.parts.mpu9250.rates import rates_of
 from targets.parts.mpu9250.registers import REGISTERS
 from targets.parts.mpu9250.settings import Mpu9250Settings
-from targets.parts.mpu9250.track import Track
+from targets.parts.track import Track
 
 MS = 1_000_000
 G = 9.80665

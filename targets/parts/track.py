@@ -1,4 +1,4 @@
-"""What a sensor has seen: a vector over time, straight between the ends of physics steps, behind a filter.
+"""What something moving does: a vector over time, straight between the ends of physics steps, behind a filter.
 
 The filter is a first-order low pass followed by a pure delay. Over a straight piece its output has a closed form
 (the response of a first-order lag to a ramp), so it is exact at any instant, whatever the length of the steps.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections.abc import Mapping, Sequence
 
 __all__ = ["Track", "Vector"]
 
@@ -51,6 +52,13 @@ class Track:
             self._add(self._times_ns[-1], before)
         self._add(to_ns, after)
 
+    def follow(
+        self, from_ns: int, to_ns: int, before: Mapping[str, float], after: Mapping[str, float], names: Sequence[str]
+    ) -> None:
+        """As `step`, of values by name; what is not told, or is no number, stays as it was."""
+        start = _told(before, names, self.unfiltered_at(from_ns))
+        self.step(from_ns, to_ns, start, _told(after, names, start))
+
     def forget(self, before_ns: int) -> None:
         """Forget what is not needed to answer for `before_ns` and later."""
         if len(self._times_ns) > _PRUNE_AT:
@@ -93,3 +101,8 @@ class Track:
             x + k * (since_ns - lag_ns) + (y - x + k * lag_ns) * rest
             for x, y, k in zip(self._seen[index], self._filtered[index], slope, strict=True)
         )
+
+
+def _told(values: Mapping[str, float], names: Sequence[str], else_: Vector) -> Vector:
+    found = (values.get(name, math.nan) for name in names)
+    return tuple(value if math.isfinite(value) else last for value, last in zip(found, else_, strict=True))
