@@ -19,11 +19,12 @@ CCRS = ("CCR1", "CCR2", "CCR3", "CCR4")
 class SlowTimer:
     """Does one tick at a time what RM0008 chapters 14 and 15 say.
 
-    `log` holds what came out: (cycle, what). Inputs are unfiltered and ETR undivided.
+    `log` holds what came out: (cycle, what). Inputs are unfiltered and ETR undivided. With `both_edges` it is one of
+    the STM32F7, on which CCxP and CCxNP together choose both edges of an input (RM0410 section 25.4.9).
     """
 
-    def __init__(self, advanced, divider=1):
-        self.advanced, self.divider = advanced, divider
+    def __init__(self, advanced, divider=1, *, both_edges=False):
+        self.advanced, self.divider, self.both_edges = advanced, divider, both_edges
         self.cycle = self.phase = 0
         self.reg = dict.fromkeys(REGISTERS + CCRS, 0) | {"ARR": 0xFFFF}
         self.cnt = self.prescale = self.repeat = self.wait = 0
@@ -303,12 +304,19 @@ class SlowTimer:
             return False
         if source == 7:
             return self.etrf()
-        return self.ti(source - 5) != self.bit("CCER", 1 if source == 5 else 5)
+        return self.ti(source - 5) != self.inverts(source - 5)
+
+    def takes_both(self, number):
+        marked = self.bit("CCER", 4 * number + 1) and self.bit("CCER", 4 * number + 3)
+        return self.both_edges and marked and not self.is_output(number)
+
+    def inverts(self, number):
+        return self.bit("CCER", 4 * number + 1) and not self.takes_both(number)
 
     def capture_level(self, number):
         select = self.channel(number) & 3
         source = {1: number, 2: number ^ 1}.get(select)
-        return None if source is None else self.ti(source) != self.bit("CCER", 4 * number + 1)
+        return None if source is None else self.ti(source) != self.inverts(number)
 
     def edge(self, name, level):
         """One input changes; of the inputs TI1 to TI4 that follow it, the lower changes first."""
@@ -331,7 +339,7 @@ class SlowTimer:
         if after["ETRF"] and not before["ETRF"]:
             self.clear_by_etrf()
         for number in range(4):
-            if after[number] and not before[number]:
+            if after[number] != before[number] and (after[number] or self.takes_both(number)):
                 self.capture(number)
         pulses = self.trigger_edges(before, after)
         if self.bit("SMCR", 14) and after["ETRF"] and not before["ETRF"]:
@@ -352,6 +360,8 @@ class SlowTimer:
         blip = source == 4 and before["TI1"] != after["TI1"]
         rises = blip or (after["TRGI"] and not before["TRGI"])
         falls = blip or (before["TRGI"] and not after["TRGI"])
+        if source in (5, 6) and self.takes_both(source - 5) and self.sms != 5:
+            rises, falls = rises or falls, False
         if rises and (source < 4 or blip):
             for number in range(4):
                 if self.channel(number) & 3 == 3:
@@ -362,7 +372,7 @@ class SlowTimer:
         return pulses
 
     def encode(self, before, after):
-        one, two = after["TI1"] != self.bit("CCER", 1), after["TI2"] != self.bit("CCER", 5)
+        one, two = after["TI1"] != self.inverts(0), after["TI2"] != self.inverts(1)
         if before["TI1"] != after["TI1"]:
             # opposite level high: rising down, falling up; low: rising up, falling down
             self.down = one if two else not one
@@ -519,7 +529,7 @@ class SlowTimer:
         self.write_CCMR("CCMR2", 2, value)
 
     def write_CCER(self, value):
-        self.reg["CCER"] = value if self.advanced else value & 0x3333
+        self.reg["CCER"] = value if self.advanced else value & (0xBBBB if self.both_edges else 0x3333)
         self.apply()
 
     def write_CNT(self, value):
@@ -584,12 +594,12 @@ class Bench:
 
     OUTPUTS = ("CH1", "CH2", "CH3", "CH4", "CH1N", "CH2N", "CH3N")
 
-    def __init__(self, name="TIM2", divider=1):
+    def __init__(self, name="TIM2", divider=1, kinds=KINDS):
         bus = 1 if divider == 1 else 2 * divider  # the timer's clock is the bus clock doubled if that is divided
         self.chip = FakeChip(72_000_000, {"APB1": bus, "APB2": bus})
         self.name = name
-        self.timer = self.chip.add(Timer(name, 0x4000_0000, self.chip.services))
-        self.slow = SlowTimer(name == "TIM1", divider)
+        self.timer = self.chip.add(Timer(name, 0x4000_0000, self.chip.services, kinds[name]))
+        self.slow = SlowTimer(name == "TIM1", divider, both_edges=kinds is not KINDS)
 
     def write(self, register, value):
         if register in ("RCR", "BDTR") and self.name != "TIM1":
@@ -611,7 +621,8 @@ class Bench:
     def read(self, register):
         if register in ("RCR", "BDTR") and self.name != "TIM1":
             return
-        assert (register, peek(self.timer, register)) == (register, self.slow.read(register))
+        value = peek(self.timer, register) & (0xFFFF if register == "SR" else 0xFFFF_FFFF)  # not those of CC5 and CC6
+        assert (register, value) == (register, self.slow.read(register))
 
     def advance(self, cycles):
         self.chip.advance(cycles)
@@ -693,9 +704,9 @@ def bench():
 def make_timer():
     """A chip in a test tube and one timer on it, its clock that of HCLK, 72 MHz."""
 
-    def make(name, **dividers):
+    def make(name, kinds=KINDS, **dividers):
         chip = FakeChip(72_000_000, dividers)
-        return chip, chip.add(Timer(name, 0x4000_0000, chip.services))
+        return chip, chip.add(Timer(name, 0x4000_0000, chip.services, kinds[name]))
 
     return make
 
@@ -704,17 +715,20 @@ def make_timer():
 def make_timers():
     """Several timers on one chip, with all their signals between them."""
 
-    def make(*names):
+    def make(*names, kinds=KINDS):
         chip = FakeChip(72_000_000)
         pins = Pins((), chip.time, chip.notes)
         signals = Signals(pins)
-        inside = {f"{name}_TRGO" for name in KINDS}
+        inside = {f"{name}_TRGO" for name in kinds}
         services = dataclasses.replace(
             chip.services,
             output=lambda name: signals.output(name) if name in inside else chip.output(name),
             input=lambda name: signals.input(name) if name in inside else chip.input(name),
         )
-        timers = [chip.add(Timer(name, 0x4000_0000 + 0x400 * index, services)) for index, name in enumerate(names)]
+        timers = [
+            chip.add(Timer(name, 0x4000_0000 + 0x400 * index, services, kinds[name]))
+            for index, name in enumerate(names)
+        ]
         return chip, *timers
 
     return make
