@@ -8,9 +8,9 @@ from fractions import Fraction
 from functools import partial
 from random import Random
 
-from targets.boards import built_in_board
+from targets.boards import Board, built_in_board
 from targets.firmware import image_names, image_path
-from targets.mcu.image import Image, limits_for, load_image
+from targets.mcu.image import Image, limits_of, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.serial_line import SerialFormat
 from targets.mcu.trace import Trace
@@ -19,7 +19,7 @@ __all__ = ["PLAIN", "RUNS", "SCENARIOS", "Input", "Run", "Scenario", "trace"]
 
 MS = 1_000_000
 S = 1000 * MS
-BOARD = built_in_board("bluepill")
+BLUE_PILL, NUCLEO = built_in_board("bluepill"), built_in_board("nucleo-f767zi")
 _MOST_STEPS, _PLACES = 4000, 8
 
 
@@ -43,6 +43,10 @@ class Scenario:
     @property
     def name(self) -> str:
         return self.image if self.timing == "flat" else f"{self.image}.{self.timing}"
+
+    @property
+    def board(self) -> Board:
+        return NUCLEO if self.image.startswith("f767") else BLUE_PILL
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,13 +84,14 @@ RUNS: dict[str, Run] = {
 }
 
 
-def load(name: str) -> Image:
-    return load_image(image_path(name), limits_for(BOARD.chip))
+def load(name: str, board: Board) -> Image:
+    return load_image(image_path(name), limits_of(board.variant))
 
 
 def trace(scenario: Scenario, run: Run = PLAIN, *, image: str | None = None) -> tuple[list[str], list[str]]:
     """Return header and lines of a run, of another file with the same image if one is given."""
-    machine = Machine(BOARD, load(image or scenario.image), timing=scenario.timing, skip_idle=run.skip_idle)
+    board, name = scenario.board, image or scenario.image
+    machine = Machine(board, load(name, board), timing=scenario.timing, skip_idle=run.skip_idle)
     recorder = Trace(machine)
     if run.watched:
         for pin in machine.chip.pins:
@@ -208,6 +213,16 @@ _OWN: dict[str, Scenario] = {
             inputs=drives("PA0", (50 * MS, True), (51 * MS, False), (1200 * MS, True), (1210 * MS, None)),
         ),
         Scenario(image="style-registers", span_ns=1600 * MS),
+        Scenario(
+            image="f767-demo",
+            span_ns=300 * MS,
+            inputs=(
+                *sends("USART3", _TEXT, baud=115_200, at_ns=20 * MS),
+                *sends("USART3", b"wrong rate", baud=76_800, at_ns=40 * MS),
+                *drives("PC13", (50 * MS, True), (60_500_000, None)),
+            ),
+        ),
+        Scenario(image="f767-chip", span_ns=2200 * MS),
         Scenario(image="boot-loader", span_ns=100 * MS, inputs=drives("PB9", (0, False))),
     )
 }
@@ -218,6 +233,7 @@ def _scenario(image: str) -> Scenario:
 
 
 _BY_TABLE = (
+    replace(_scenario("f767-demo"), timing="table", span_ns=30 * MS),
     replace(_scenario("bench-tick-1khz"), timing="table"),
     replace(_scenario("bad-hardfault-loop"), timing="table", span_ns=5 * MS),
     replace(_scenario("echo-irq"), timing="table", span_ns=25 * MS),
@@ -229,5 +245,8 @@ _BY_TABLE = (
     replace(_scenario("selftest-nvic"), timing="table"),
 )
 
-SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in (*map(_scenario, image_names()), *_BY_TABLE)}
+# The rovers do little without a rover around them.
+_IMAGES = [name for name in image_names() if not name.startswith("rover")]
+
+SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in (*map(_scenario, _IMAGES), *_BY_TABLE)}
 """By name: that of the image, and ``.table`` for runs with that timing model."""

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+#
+# Images for the STM32F767ZI on a Nucleo-144. Included by the Makefile one folder up; registers and clock are the rover's.
+
+F767_CPU     := -mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard -mthumb
+F767_CFLAGS  := $(F767_CPU) $(filter-out -mcpu=% -mthumb,$(CFLAGS)) -ffp-contract=off -fno-math-errno
+F767_LDFLAGS := $(F767_CPU) $(filter-out -mcpu=% -mthumb,$(LDFLAGS)) -Lf767
+
+$(BUILD)/f767/%.o: CFLAGS = $(F767_CFLAGS)
+$(BUILD)/f767/%.o: %.c Makefile f767/f767.mk
+	$(compile)
+
+# $(call f767,NAME,SOURCES without .c)
+define f767
+all: $(IMAGES)/f767-$(1).elf
+$(IMAGES)/f767-$(1).elf: $(patsubst %,$(BUILD)/f767/%.o,f767/startup common/memory $(2)) common/sections.ld f767/f767.ld
+	@mkdir -p $$(@D)
+	$(CC) $(F767_LDFLAGS) -T f767/f767.ld $$(filter %.o,$$^) -lgcc -o $$@
+endef
+
+$(BUILD)/f767/common/console.o: CPPFLAGS += -DSEMIHOSTING=$(SEMIHOSTING)
+
+F767_CHECK := common/check common/console common/text
+$(eval $(call f767,demo,f767/demo f767/number rover/board/clock))
+$(eval $(call f767,chip,f767/chip rover/board/clock $(F767_CHECK)))

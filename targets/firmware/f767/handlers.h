@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The exceptions that these images handle, by number; an image that handles one defines its function.
+
+#pragma once
+
+#define F767_HANDLERS(X)                                                                                                \
+    X(3, HardFault_Handler)                                                                                             \
+    X(15, SysTick_Handler)                                                                                              \
+    X(16 + 4, FLASH_IRQHandler)                                                                                         \
+    X(16 + 5, RCC_IRQHandler)                                                                                           \
+    X(16 + 39, USART3_IRQHandler)                                                                                       \
+    X(16 + 40, EXTI15_10_IRQHandler)
+
+#define DECLARE_HANDLER(number, name) void name(void);
+F767_HANDLERS(DECLARE_HANDLER)

@@ -1,0 +1,81 @@
+"""Our images on the emulated NUCLEO-F767ZI."""
+
+from __future__ import annotations
+
+import math
+import re
+from fractions import Fraction
+from functools import partial
+
+import pytest
+
+from targets.boards import built_in_board
+from targets.firmware import image_path
+from targets.mcu.image import limits_of, load_image
+from targets.mcu.machine import Machine
+from targets.mcu.serial_line import SerialFormat
+
+MS = 1_000_000
+FORMAT = SerialFormat.parse("8N1")
+
+
+@pytest.fixture
+def nucleo():
+    board = built_in_board("nucleo-f767zi")
+
+    def start(name, **options):
+        machine = Machine(board, load_image(image_path(name), limits_of(board.variant)), **options)
+        machine.sent, machine.said = bytearray(), bytearray()
+        machine.chip.usarts["USART3"].on_frame = lambda frame: machine.sent.append(frame.bits & 0xFF)
+        machine.on_console = lambda text, _channel: machine.said.extend(text)
+        return machine
+
+    return start
+
+
+@pytest.mark.parametrize("timing", ["flat", "table"])
+def test_the_self_test_of_the_chip_passes(nucleo, timing):
+    machine = nucleo("f767-chip", timing=timing)
+    machine.run_to(2500 * MS)
+    lines = machine.said.decode().splitlines()
+    assert machine.ended is not None, lines
+    assert (machine.ended.kind, machine.ended.status) == ("exit", 0), lines
+    assert lines[-1] == f"done {len(lines) - 1} ok 0 failed"
+    assert len(lines) == 41
+
+
+def test_what_the_floating_point_unit_works_out(nucleo):
+    machine = nucleo("f767-demo")
+    machine.run_to(20 * MS)
+    text = machine.sent.decode("ascii")
+    assert text.startswith("Nucleo-F767ZI at 216 MHz\r\n")
+    numbers = [float(number) for number in re.findall(r"\d+\.\d{15}", text)]
+    assert numbers == pytest.approx([math.pi, sum(1 / n for n in range(1, 101)), 1 / 3], rel=2e-7)
+    assert numbers[0] == pytest.approx(math.pi, abs=2e-15)
+    assert not machine.notes.all, "it misuses nothing, and nothing that it touches is missing"
+
+
+def test_the_light_blinks_to_the_cycle_and_the_button_switches_the_other(nucleo):
+    machine = nucleo("f767-demo")
+    for pin in ("PB0", "PB7"):
+        machine.chip.pins[pin].record()
+    machine.at_ns(100_500_000, lambda: machine.chip.pins["PC13"].drive(True))
+    machine.at_ns(200_500_000, lambda: machine.chip.pins["PC13"].drive(None))
+    machine.run_to(1100 * MS)
+    assert machine.time.hclk_hz == 216_000_000
+    on, *others = [edge.cycle for edge in machine.chip.pins["PB0"].edges[1:]]
+    assert [cycle - on for cycle in others] == [54_000_000 * count for count in (1, 2, 3)]
+    levels = [(edge.ns // MS, edge.level) for edge in machine.chip.pins["PB7"].edges]
+    assert levels == [(0, False), (101, True), (201, False)], "within the next tick"
+
+
+def test_it_echoes(nucleo):
+    machine = nucleo("f767-demo")
+    machine.run_to(20 * MS)
+    machine.sent.clear()
+    bit_s = Fraction(1, 115_200)
+    for index, byte in enumerate(b"hello"):
+        frame = FORMAT.frame(byte, Fraction(21, 1000) + 10 * index * bit_s, bit_s)
+        machine.at_ns(int(frame.start_s * 10**9), partial(machine.chip.usarts["USART3"].receive, frame))
+    machine.run_to(25 * MS)
+    assert bytes(machine.sent) == b"hello"
