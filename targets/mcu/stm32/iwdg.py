@@ -1,16 +1,18 @@
-"""IWDG: the independent watchdog on its own 40 kHz clock (RM0008 section 19).
+"""IWDG: the independent watchdog on its own clock, the LSI (RM0008 section 19; with a window, RM0410 section 30).
 
 The time from a reload to the reset is exactly (reload value + 1) periods of the divided LSI, the figures of RM0008
 table 96; silicon adds up to one period of uncertainty. Choices where the manual is silent: an update of PR or RLR takes
 the five periods of the LSI that it may take; a second write during an update is lost; a reload during an update follows
-when it is done; a change of the prescaler keeps the count and begins a new period.
+when it is done; a change of the prescaler keeps the count and begins a new period. With a window, whether a reload
+comes too early is asked when the key is written, of the window in effect; a new window reloads the counter, without
+being asked, when its update is done.
 
 With DBGMCU_CR.DBG_IWDG_STOP the counter would stop while a debugger halts the core. Here time itself stands still then.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import ClassVar
 
@@ -20,11 +22,12 @@ from targets.mcu.timebase import Event
 
 __all__ = ["Iwdg"]
 
-KR, PR, RLR, SR = 0x00, 0x04, 0x08, 0x0C
+KR, PR, RLR, SR, WINR = 0x00, 0x04, 0x08, 0x0C, 0x10
 KEY_ACCESS, KEY_RELOAD, KEY_START = 0x5555, 0xAAAA, 0xCCCC
-UPDATING = {PR: 1 << 0, RLR: 1 << 1}  # PVU and RVU
+UPDATING = {PR: 1 << 0, RLR: 1 << 1, WINR: 1 << 2}  # PVU, RVU and WVU
 UPDATE_CYCLES = 5
 FULL = 0xFFF
+_WINR = Register("WINR", WINR, FULL, FULL)
 
 
 class Iwdg(Peripheral):
@@ -37,6 +40,7 @@ class Iwdg(Peripheral):
         start_lsi: switches the LSI on for good.
         lsi_on: says whether the LSI is switched on.
         starts_by_itself: says whether the option bytes let it start at reset (WDG_SW = 0).
+        window: whether it has the register WINR.
 
     Attributes:
         runs: it was started and will reset the chip unless it is reloaded.
@@ -58,7 +62,9 @@ class Iwdg(Peripheral):
         start_lsi: Callable[[], None] = lambda: None,
         lsi_on: Callable[[], bool] = lambda: True,
         starts_by_itself: Callable[[], bool] = lambda: False,
+        window: bool = False,
     ) -> None:
+        self._window = window
         super().__init__("IWDG", base, services)
         self._lsi_hz = Fraction(lsi_hz)
         self._start_lsi = start_lsi
@@ -71,6 +77,10 @@ class Iwdg(Peripheral):
         self._reload_follows = False
         self._count = FULL
         self._since_s = Fraction(0)
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers, with or without WINR."""
+        return (*self.REGISTERS, _WINR) if self._window else self.REGISTERS
 
     def reset(self) -> None:
         """Stop, unless the option bytes say that it starts by itself."""
@@ -90,10 +100,12 @@ class Iwdg(Peripheral):
         return 0
 
     def write_KR(self, value: int) -> None:
-        """0x5555 opens PR and RLR, 0xAAAA reloads, 0xCCCC starts; whatever is not 0x5555 closes them again."""
+        """0x5555 opens PR, RLR and WINR, 0xAAAA reloads, 0xCCCC starts; whatever is not 0x5555 closes them again."""
         key = value & 0xFFFF
         self._open = key == KEY_ACCESS
-        if key == KEY_RELOAD and self[SR]:
+        if key == KEY_RELOAD and self._too_early():
+            self._expire()
+        elif key == KEY_RELOAD and self[SR]:
             self._reload_follows = True
         elif key == KEY_RELOAD:
             self._reload(self[RLR])
@@ -107,6 +119,13 @@ class Iwdg(Peripheral):
     def write_RLR(self, value: int) -> None:
         """Choose the reload value."""
         self._update(RLR, value)
+
+    def write_WINR(self, value: int) -> None:
+        """Choose the window: a reload while the counter is above it resets the chip."""
+        self._update(WINR, value)
+
+    def _too_early(self) -> bool:
+        return self._window and self.runs and self._counted_to() > self[WINR]
 
     # --- updates, which take their time
 
@@ -126,8 +145,8 @@ class Iwdg(Peripheral):
         count = self._counted_to()
         self[offset] = value
         self[SR] &= ~UPDATING[offset]
-        if self._reload_follows and not self[SR]:
-            self._reload_follows = False
+        if offset == WINR or (self._reload_follows and not self[SR]):
+            self._reload_follows = self._reload_follows and bool(self[SR])
             self._reload(self[RLR])
         elif offset == PR:
             self._reload(count)
@@ -162,5 +181,6 @@ class Iwdg(Peripheral):
         return max(self._count - int(elapsed_s * self._lsi_hz / self._divider()), 0)
 
     def _expire(self) -> None:
+        self.time.cancel(self._expiry)
         self.runs = False
         self.services.chip_reset("IWDG")

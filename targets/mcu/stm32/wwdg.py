@@ -1,4 +1,4 @@
-"""WWDG: the window watchdog on PCLK1 (RM0008 section 20).
+"""WWDG: the window watchdog on PCLK1 (RM0008 section 20; the same in RM0410 section 31).
 
 The down-counter runs as long as its clock does, watchdog or not. Choices where the manual is silent: the divider by
 4096 begins anew with every write to CR and with a change of WDGTB, so that the time to the reset is exactly

@@ -152,6 +152,7 @@ class Stm32f767(Chip):
             start_lsi=self.rcc.force_lsi,
             lsi_on=self.rcc.lsi_on,
             starts_by_itself=lambda: self._flash.settings.hardware_watchdog,
+            window=True,
         )
         self.wwdg = Wwdg(0x4000_2C00, services)
         self.dbgmcu = Dbgmcu(0xE004_2000, services)
