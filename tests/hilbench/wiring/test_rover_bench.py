@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import math
+import re
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +15,7 @@ from hilbench.wiring.surroundings import Surroundings
 from targets.parts.l298n import L298nOverload
 from worlds.vehicles.rover_4wd import Rover4wdBody
 
+DOCS = Path(__file__).parents[3] / "docs" / "rover-vehicle.md"
 MS = 1_000_000
 WHEELS = ("lf", "rf", "lb", "rb")
 
@@ -165,6 +168,20 @@ def test_parts_that_wait_for_each_other_are_refused(read):
     circle = text().replace('supply = "cells.emf"', 'supply = "driver.out_a"', 1)
     with pytest.raises(HilbenchError, match=r"driver -> driver: each needs for a step what the next one gives"):
         read(circle)
+
+
+def test_the_bench_in_the_docs_is_right(read):
+    """The page has one motor and one disc, and says how the others differ."""
+    (page,) = re.findall(r"```toml\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
+    motor = page[page.index("[parts.motor_lf]") : page.index("[parts.tacho_lf]")]
+    disc = page[page.index("[parts.tacho_lf]") :]
+    for wheel, channel, pin in (("rf", "b", "PE8"), ("lb", "a", "PG9"), ("rb", "b", "PG14")):
+        page += motor.replace("_lf", f"_{wheel}").replace('_a"', f'_{channel}"')
+        assert f"{wheel} on {pin}" in disc
+        page += disc.replace("_lf", f"_{wheel}").replace("PE7", pin)
+    bench = read(HEAD.partition("[world]")[0].replace("bluepill", "nucleo-f767zi") + page)
+    assert len(bench.parts) == 10
+    assert {pin.pin for net in bench.nets for pin in net.pins} >= {"PB11", "PE10", "PE7", "PG14"}
 
 
 # --- a drive train, alive
