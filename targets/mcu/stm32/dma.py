@@ -349,9 +349,15 @@ class Dma(Peripheral):
 
     def _serve_peripheral(self, number: int) -> int:
         slot = self._slots[number]
-        for request in slot.selected:
+        stream, selected = slot.stream, slot.selected
+        for request in selected:
             request.once = False
-        return self._serve(slot, memory=False)
+        last = stream is not None and stream.ends_with_next
+        beats = self._serve(slot, memory=False)
+        for request in selected if last else ():
+            if request.on_last is not None:
+                request.on_last()
+        return beats
 
     def _serve_memory(self, number: int) -> int:
         return self._serve(self._slots[number], memory=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 __all__ = ["Listener", "Request", "Requests"]
@@ -23,13 +24,15 @@ class Request:
     Attributes:
         level: as last set.
         once: one transfer was asked for, and not made yet.
+        on_last: called after the last transfer of the count that a stream was given; the peripheral's.
     """
 
-    __slots__ = ("_listeners", "level", "once")
+    __slots__ = ("_listeners", "level", "on_last", "once")
 
     def __init__(self) -> None:
         self.level = False
         self.once = False
+        self.on_last: Callable[[], None] | None = None
         self._listeners: list[Listener] = []
 
     @property

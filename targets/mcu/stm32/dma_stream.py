@@ -171,6 +171,11 @@ class Stream:
     def _peripheral_beats(self) -> int:
         return self.setting.peripheral_beats if self.left >= self.setting.peripheral_beats else 1
 
+    @property
+    def ends_with_next(self) -> bool:
+        """Whether the next access of the peripheral port is the last one of the round."""
+        return self.left <= self._peripheral_beats()
+
     def access_peripheral(self) -> int:
         """Make the access, and return how many beats it had. Raises `BusFault`."""
         setting = self.setting

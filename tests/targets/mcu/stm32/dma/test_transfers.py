@@ -406,6 +406,21 @@ class TestFlowController:
         assert rig.peek("S0CR") & EN
 
 
+class TestLastTransfer:
+    @pytest.mark.parametrize("direction", [P2M, M2P])
+    @pytest.mark.parametrize("mode", [0, CIRC, DBM])
+    def test_the_peripheral_is_told_of_the_last_of_each_round(self, rig, direction, mode):
+        told = []
+        rig.line(0).on_last = lambda: told.append(rig.peek("S0NDTR"))
+        rig.stream(0, EN | direction | MINC | mode, 3)
+        rig.serve(0, 2)
+        assert told == []
+        rig.serve(0)
+        assert len(told) == 1
+        rig.serve(0, 3)
+        assert len(told) == (2 if mode else 1)
+
+
 class TestMemoryToMemory:
     def test_runs_without_requests(self, rig):
         data = rig.fill(PORT, 40)
