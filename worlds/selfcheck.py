@@ -13,11 +13,14 @@ from dataclasses import dataclass
 from worlds.scenes import Scene, Start
 from worlds.vehicles.model import Part, SphereShape, Vehicle, sphere_inertia
 from worlds.vehicles.pioneer_2dx import DEFAULTS, Pioneer2dxBody
+from worlds.vehicles.rover_4wd import DEFAULTS as ROVER
+from worlds.vehicles.rover_4wd import WHEELS
 from worlds.world import open_world
 
 GRAVITY_M_S2 = 9.81
 FALL_TOLERANCE_M = 1e-6
 ROLL_TOLERANCE = 1e-3
+DRIVE_TOLERANCE = 1e-3
 
 _STEP_HZ = 240
 _FALL_HEIGHT_M = 100.0
@@ -39,7 +42,7 @@ def self_check() -> tuple[Finding, ...]:
         PhysicsMissingError: the physics library is not installed.
         PhysicsOutputError: it warned while loading.
     """
-    return free_fall(), rolling()
+    return free_fall(), rolling(), driving()
 
 
 def free_fall() -> Finding:
@@ -67,6 +70,21 @@ def rolling() -> Finding:
         travelled_m = math.hypot(*world.pose().position_m[:2])
     detail = f"travelled {travelled_m:.5f} m, wheels turned {rolled_m:.5f} m"
     return Finding(name="rolling", passed=abs(travelled_m / rolled_m - 1) <= ROLL_TOLERANCE, detail=detail)
+
+
+def driving() -> Finding:
+    """A rover's wheel in the air is driven for 0.5 s against dry friction, and turns as its inertia says, to 0.1 %."""
+    torque_nm, friction_nm, seconds = 0.010, 0.004, 0.5
+    with closing(open_world("stand", "rover-4wd", step_hz=_STEP_HZ)) as world:
+        for _ in range(round(seconds * _STEP_HZ)):
+            for wheel in WHEELS:
+                world.drive(wheel, torque_nm, friction_nm)
+            world.step()
+        speed_rad_s = world.joint(WHEELS[0]).speed_rad_s
+    wheel_kg_m2 = ROVER.reflected_inertia_kg_m2 + ROVER.wheel_mass_kg * ROVER.wheel_radius_m**2 / 2
+    expected_rad_s = (torque_nm - friction_nm) / wheel_kg_m2 * seconds
+    detail = f"wheel at {speed_rad_s:.5f} rad/s, expected {expected_rad_s:.5f} rad/s"
+    return Finding(name="driving", passed=abs(speed_rad_s / expected_rad_s - 1) <= DRIVE_TOLERANCE, detail=detail)
 
 
 def _ball() -> Vehicle:

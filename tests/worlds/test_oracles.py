@@ -8,7 +8,7 @@ import pytest
 
 from worlds import Box, PhysicsOutputError, Scene, Start, Vehicle, bullet
 from worlds.scenes.builtin import RAMP_SLOPE_RAD
-from worlds.selfcheck import GRAVITY_M_S2, free_fall, self_check
+from worlds.selfcheck import GRAVITY_M_S2, driving, free_fall, self_check
 from worlds.vehicles.model import Axle, BoxShape, Part, SphereShape, box_inertia, sphere_inertia
 
 pytestmark = pytest.mark.needs_bullet
@@ -161,13 +161,18 @@ def test_the_ramp_is_as_steep_as_it_says():
 
 def test_the_self_check_passes():
     findings = self_check()
-    assert [finding.name for finding in findings] == ["free fall", "rolling"]
+    assert [finding.name for finding in findings] == ["free fall", "rolling", "driving"]
     assert all(finding.passed for finding in findings), findings
 
 
 def test_the_self_check_can_fail(monkeypatch):
     monkeypatch.setattr("worlds.bullet.GRAVITY_M_S2", 9.80)
     assert not free_fall().passed
+
+
+def test_the_check_of_torques_can_fail(monkeypatch):
+    monkeypatch.setattr("worlds.bullet._Builder._add_inertia", lambda *_: None)
+    assert not driving().passed
 
 
 def test_an_impossible_inertia_is_an_error_not_a_zero(open_it):

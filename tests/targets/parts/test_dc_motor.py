@@ -152,6 +152,7 @@ class InTheAir:
         for part in (self.driver, self.battery, self.motor):
             part.power_on(0)
         self.speed = self.load_a = self.drawn_a = 0.0
+        self.given_j = self.turned_j = 0.0
         self.step = 0
 
     def run(self, throttle, seconds):
@@ -174,8 +175,19 @@ class InTheAir:
         shaft = self.motor.before_step(from_ns, to_ns)
         self.load_a = shaft["current"]
         free = self.speed + shaft["torque"] / INERTIA_KG_M2 / HZ
+        self.given_j += cells["volts"] * out["current"] / HZ
+        self.turned_j += 4 * shaft["torque"] * self.speed / HZ
         self.speed = math.copysign(max(0.0, abs(free) - shaft["friction"] / INERTIA_KG_M2 / HZ), free)
         return self.speed
+
+
+def test_the_wheels_get_less_than_the_cells_give():
+    """A fifth of what the motors take, which is less than what leaves the cells; and what they get, friction eats."""
+    wheel = InTheAir()
+    wheel.run(0.6, 4.0)
+    assert 0.05 < wheel.turned_j / wheel.given_j < 0.19
+    kinetic_j = 4 * INERTIA_KG_M2 * wheel.speed**2 / 2
+    assert kinetic_j < wheel.turned_j
 
 
 @pytest.mark.parametrize(("throttle", "rpm"), [(0.25, 95), (0.30, 117.5), (0.35, 133), (0.39, 143.5), (0.50, 164)])
