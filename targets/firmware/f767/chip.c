@@ -4,17 +4,10 @@
 // 5), the flash with its sectors and errors (section 3), EXTI by SYSCFG (sections 7 and 11), the signature.
 
 #include "check.h"
-#include "chip/core.h"
 #include "chip/cpu.h"
+#include "f767/clock.h"
 #include "f767/handlers.h"
 #include "f767/registers.h"
-#include "rover/board/clock.h"
-#include "rover/chip/core_m7.h"
-#include "rover/chip/exti.h"
-#include "rover/chip/gpio.h"
-#include "rover/chip/irq.h"
-#include "rover/chip/power.h"
-#include "rover/chip/rcc.h"
 
 #define SECTOR_11 0x081C0000u
 #define ITCM_FLASH(axim) ((axim) - 0x08000000u + 0x00200000u)
@@ -128,7 +121,7 @@ static void flash(void)
     wait_for_flash();
     check_equal("only-ones-become-zeros", *word, 0x12005600);
     FLASH->CR = FLASH_CR_PSIZE_32 | FLASH_CR_SER | 11u << FLASH_CR_SNB_SHIFT | FLASH_CR_EOPIE;
-    irq_enable_line((enum irq)4, 4);
+    interrupt_enable(FLASH_IRQ, 4);
     FLASH->CR |= FLASH_CR_STRT;
     DSB();
     wait_for_flash();
@@ -143,11 +136,10 @@ static void external_interrupts(void)
 {
     RCC->AHB1ENR |= RCC_AHB1_GPIO('C');
     RCC->APB2ENR |= RCC_APB2_SYSCFG;
-    exti_port(13, 'C');
+    SYSCFG_EXTICR[13 / 4] = (uint32_t)('C' - 'A') << 13 % 4 * 4;
     EXTI->IMR |= 1u << 13;
     EXTI->RTSR |= 1u << 13;
-    irq_enable_line(EXTI15_10_IRQ, 4);
-    pin_pull_up(GPIO('C'), 13); // B1 has a pull-down of its own: 40 kOhm against 10 kOhm
+    interrupt_enable(EXTI15_10_IRQ, 4);
     check_equal("no-edge", button_interrupts, 0);
     EXTI->SWIER = 1u << 13;
     DSB();

@@ -5,18 +5,12 @@
 
 #include <stdint.h>
 
-#include "chip/core.h"
 #include "chip/cpu.h"
+#include "f767/clock.h"
 #include "f767/handlers.h"
 #include "f767/number.h"
-#include "rover/board/clock.h"
-#include "rover/chip/gpio.h"
-#include "rover/chip/irq.h"
-#include "rover/chip/rcc.h"
-#include "rover/chip/usart.h"
+#include "f767/registers.h"
 
-#define HCLK_HZ 216000000u
-#define PCLK1_HZ (HCLK_HZ / 4)
 #define BAUD 115200u
 #define TICKS_PER_S 1000u
 #define BLINK_MS 250u
@@ -28,8 +22,8 @@ static volatile uint32_t ticks;
 void SysTick_Handler(void)
 {
     if (++ticks % BLINK_MS == 0)
-        pin_write(GPIO('B'), LD1, !(GPIO('B')->ODR >> LD1 & 1u));
-    pin_write(GPIO('B'), LD2, pin_read(GPIO('C'), B1));
+        pin_write('B', LD1, !pin_read('B', LD1));
+    pin_write('B', LD2, pin_read('C', B1));
 }
 
 void USART3_IRQHandler(void)
@@ -43,11 +37,11 @@ void USART3_IRQHandler(void)
 static void start_pins(void)
 {
     RCC->AHB1ENR |= RCC_AHB1_GPIO('B') | RCC_AHB1_GPIO('C') | RCC_AHB1_GPIO('D');
-    pin_mode(GPIO('B'), LD1, PIN_OUTPUT);
-    pin_mode(GPIO('B'), LD2, PIN_OUTPUT);
-    pin_mode(GPIO('C'), B1, PIN_INPUT);
-    pin_alternate(GPIO('D'), TX, AF_USART3);
-    pin_alternate(GPIO('D'), RX, AF_USART3);
+    pin_mode('B', LD1, PIN_OUTPUT);
+    pin_mode('B', LD2, PIN_OUTPUT);
+    pin_mode('C', B1, PIN_INPUT);
+    pin_alternate('D', TX, AF_USART3);
+    pin_alternate('D', RX, AF_USART3);
 }
 
 static void start_usart(void)
@@ -111,7 +105,7 @@ int main(void)
     say_number("H100  ", (double)harmonic(100));
     say_number("1/3   ", 1.0 / 3);
     USART3->CR1 |= USART_CR1_RXNEIE;
-    irq_enable_line(USART3_IRQ, 4);
+    interrupt_enable(USART3_IRQ, 4);
     for (;;)
         WFI();
 }

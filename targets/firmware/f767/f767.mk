@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Images for the STM32F767ZI on a Nucleo-144. Included by the Makefile one folder up; registers and clock are the rover's.
+# Images for the STM32F767ZI on a Nucleo-144. Included by the Makefile one folder up; they share nothing with the rover.
 
 F767_CPU     := -mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard -mthumb
-F767_CFLAGS  := $(F767_CPU) $(filter-out -mcpu=% -mthumb,$(CFLAGS)) -ffp-contract=off -fno-math-errno
+F767_CFLAGS  := $(F767_CPU) $(filter-out -mcpu=% -mthumb,$(CFLAGS)) -ffp-contract=off -fno-math-errno -g1
 F767_LDFLAGS := $(F767_CPU) $(filter-out -mcpu=% -mthumb,$(LDFLAGS)) -Lf767
 
 $(BUILD)/f767/%.o: CFLAGS = $(F767_CFLAGS)
@@ -21,5 +21,5 @@ endef
 $(BUILD)/f767/common/console.o: CPPFLAGS += -DSEMIHOSTING=$(SEMIHOSTING)
 
 F767_CHECK := common/check common/console common/text
-$(eval $(call f767,demo,f767/demo f767/number rover/board/clock))
-$(eval $(call f767,chip,f767/chip rover/board/clock $(F767_CHECK)))
+$(eval $(call f767,demo,f767/demo f767/number f767/clock))
+$(eval $(call f767,chip,f767/chip f767/clock $(F767_CHECK)))

@@ -6,7 +6,7 @@
 
 #include <stdint.h>
 
-#include "rover/chip/core_m7.h"
+#include "f767/registers.h"
 
 extern uint32_t ld_stack_top[], ld_data_load[], ld_data_start[], ld_data_end[], ld_bss_start[], ld_bss_end[];
 
@@ -37,7 +37,7 @@ static void unhandled_exception(void)
 F767_HANDLERS(DEFAULT_HANDLER)
 
 #define VECTOR(number, name) [number - 1] = name,
-#define VECTORS (16 + 110)
+#define VECTORS (16 + IRQ_COUNT)
 
 // All vectors lead to unhandled_exception first, and those of F767_HANDLERS then lead elsewhere.
 #pragma GCC diagnostic ignored "-Woverride-init"
