@@ -220,20 +220,6 @@ class Can28(Can):
     )
 
 
-class Adc(Absent):
-    """The three converters: no conversion ever ends."""
-
-    MISSING = "no conversion ever ends"
-    REGISTERS = tuple(
-        register
-        for n in range(3)
-        for register in registers(
-            f"@{0x100 * n:X} SR{n} CR1{n} CR2{n} SMPR1{n} SMPR2{n} JOFR1{n} JOFR2{n} JOFR3{n} JOFR4{n} HTR{n}=FFF "
-            f"LTR{n} SQR1{n} SQR2{n} SQR3{n} JSQR{n} JDR1{n}: JDR2{n}: JDR3{n}: JDR4{n}: DR{n}:"
-        )
-    ) + registers("@300 CSR: CCR CDR:")
-
-
 class Rtc(Absent):
     """The real-time clock: it stands still."""
 
@@ -266,7 +252,6 @@ class Crc(Absent):
 
 
 _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
-    (Adc, "ADC", 0x4001_2000),
     (Rtc, "RTC", 0x4000_2800),
     (Rng, "RNG", 0x5006_0800),
     (Crc, "CRC", 0x4002_3000),

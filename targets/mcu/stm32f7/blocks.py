@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
+from targets.mcu.pins import Pins
 from targets.mcu.services import Services
+from targets.mcu.stm32.adc import Adc
 from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.i2c import I2c
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.kinds import F7_KINDS
 from targets.mcu.stm32.usart import Usart
-from targets.mcu.stm32f7 import dma_map
+from targets.mcu.stm32f7 import adc_inputs, dma_map
 from targets.mcu.stm32f7.clocks import ClockTree
 
-__all__ = ["dma_controllers", "i2cs", "timers", "usarts"]
+__all__ = ["adcs", "dma_controllers", "i2cs", "timers", "usarts"]
 
 _USARTS = {
     "USART1": (0x4001_1000, 37),
@@ -68,6 +71,23 @@ def i2cs(services: Services, tree: ClockTree) -> tuple[I2c, ...]:
     return tuple(
         I2c(name, base, services, irq_event=event, irq_error=error, kernel_hz=partial(tree.kernel_hz, name))
         for name, (base, event, error) in _I2CS.items()
+    )
+
+
+def adcs(services: Services, requests: Requests, pins: Pins, enabled: Callable[[int], bool]) -> Adc:
+    """Return the three ADCs, whose reference VREF+ is the supply of the pads (UM1974, SB12)."""
+    return Adc(
+        0x4001_2000,
+        services,
+        requests=requests,
+        irq=18,
+        bus="APB2",
+        most_hz=36_000_000,  # DS11532, ADC characteristics, at 2.4 to 3.6 V
+        volts=lambda unit, channel: pins[adc_inputs.CHANNELS[unit][channel]].volts,
+        reference_volts=pins.vdd_volts,
+        triggers=adc_inputs.REGULAR_TRIGGERS,
+        injected_triggers=adc_inputs.INJECTED_TRIGGERS,
+        enabled=enabled,
     )
 
 

@@ -32,7 +32,7 @@ from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f7.absent import Rtc, absent_peripherals
 from targets.mcu.stm32f7.af_table import ALTERNATE_FUNCTIONS, PADS
 from targets.mcu.stm32f7.backup_sram import BackupSram
-from targets.mcu.stm32f7.blocks import dma_controllers, i2cs, timers, usarts
+from targets.mcu.stm32f7.blocks import adcs, dma_controllers, i2cs, timers, usarts
 from targets.mcu.stm32f7.clocks import ClockTree
 from targets.mcu.stm32f7.dbgmcu import Dbgmcu
 from targets.mcu.stm32f7.flash import Flash
@@ -193,6 +193,7 @@ class Stm32f767(Chip):
             *self.i2cs.values(),
             *self._timers.values(),
             *dma_controllers(services, self._requests),
+            adcs(services, self._requests, self.pins, self.rcc.adc_enabled),
             *absent,
         )
 

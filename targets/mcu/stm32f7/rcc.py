@@ -72,6 +72,7 @@ AHB3_BITS = 0x0000_0003  # FMC, QUADSPI
 APB1_BITS = 0xFFFF_EFFF  # all but bit 12
 APB1_RESETS = APB1_BITS & ~(1 << 10)  # RTCAPB has none
 APB2_BITS = 0x64F7_7FB3  # TIM1, 8-11, USART1, 6, SDMMC1-2, ADC1-3, SPI1, 4-6, SYSCFG, SAI1-2, LTDC, DFSDM1, MDIOS
+ADC1EN = 1 << 8
 APB2_RESETS = APB2_BITS & ~(3 << 9)  # one for all ADCs
 DTCMRAMEN, RTCAPBEN = 1 << 20, 1 << 10
 OTHER_GATES = "gates of memories, of PTP, ULPI and Ethernet lines, and of the bus of the RTC are remembered"
@@ -306,6 +307,10 @@ class Rcc(BasicRcc):
     def write_APB2ENR(self, value: int) -> None:
         """Open and shut clock gates."""
         self._write_gates(APB2ENR, value)
+
+    def adc_enabled(self, number: int) -> bool:
+        """Say whether the gate of an ADC is open, by its number from 0 on; they share an address block and a reset."""
+        return bool(self[APB2ENR] & ADC1EN << number)
 
     def write_BDCR(self, value: int) -> None:
         """As in every family; the kernel clocks may run on the LSE."""
