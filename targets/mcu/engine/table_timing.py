@@ -1,33 +1,62 @@
-"""The timing model ``table``: every instruction takes what the Cortex-M3's manual says for it; slow in Python.
+"""The timing model ``table``: every instruction takes what a table says for it; slow in Python.
 
-Before each instruction a hook settles the one before it: its own cycles, and, if it was a branch taken, the refill of
-the pipeline. Flash wait states come on top of every refill and of every load from flash relative to PC; what runs
-straight ahead is fetched in time by the prefetch buffer. Instructions that an IT passes over take a cycle each. What
-fills the pipeline after an exception return belongs to the cycles of the return.
+The table is that of the Cortex-M3's manual, or what was chosen for a Cortex-M7. Before each instruction a hook settles
+the one before it: its own cycles, and, if it was a branch taken, the refill of the pipeline. Where flash wait states
+show at all, they come on top of every refill and of every load from flash relative to PC; what runs straight ahead is
+fetched in time by the prefetch buffer. Instructions that an IT passes over take a cycle each. What fills the pipeline
+after an exception return belongs to the cycles of the return.
 """
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
+from targets.mcu.engine import opcode_cycles, opcode_cycles_m7
 from targets.mcu.engine.api import Reg
-from targets.mcu.engine.opcode_cycles import REFILL, Cost, cost_of, is_wide
+from targets.mcu.engine.opcode_cycles import Cost, is_wide
 
-__all__ = ["TableTiming"]
+__all__ = ["CORTEX_M3_TABLE", "CORTEX_M7_TABLE", "CostTable", "TableTiming"]
 
 _NO_LIMIT = 1 << 62
 _EXC_RETURN = 0xFFFF_FFE0
 _RAM_BASE = 0x2000_0000
 
 
+@dataclass(frozen=True, slots=True)
+class CostTable:
+    """What instructions of a core take.
+
+    Attributes:
+        cost_of: one of them, by its half-words.
+        refill: of the pipeline after a branch taken.
+        waits: wait states of the flash show, at every refill and at loads relative to PC.
+    """
+
+    cost_of: Callable[[int, int], Cost]
+    refill: int
+    waits: bool
+
+
+CORTEX_M3_TABLE = CostTable(opcode_cycles.cost_of, opcode_cycles.REFILL, waits=True)
+CORTEX_M7_TABLE = CostTable(opcode_cycles_m7.cost_of, opcode_cycles_m7.REFILL, waits=False)
+
+
 class TableTiming:
-    """Every instruction takes its own number of cycles."""
+    """Every instruction takes its own number of cycles.
+
+    Args:
+        table: how many.
+    """
 
     name = "table"
 
-    def __init__(self) -> None:
+    def __init__(self, table: CostTable = CORTEX_M3_TABLE) -> None:
+        self._cost_of = table.cost_of
+        self._refill = table.refill
+        self._waits = table.waits
         self._cycles = 0  # at the beginning of the instruction last seen
         self._wait_states = 0
         self._limit = _NO_LIMIT
@@ -76,7 +105,7 @@ class TableTiming:
         straight = self._at + cost.size
         if following != straight and following < _EXC_RETURN:
             passed = self._passed_over(straight, following)
-            cycles += passed or REFILL + self._wait_states
+            cycles += passed or self._refill + self._wait_states
         self._cycles += cycles
 
     def _passed_over(self, start: int, end: int) -> int:
@@ -92,7 +121,7 @@ class TableTiming:
     def _cost_at(self, address: int) -> Cost:
         cost = self._costs.get(address)
         if cost is None:
-            cost = cost_of(self._half(address), self._half(address + 2))
+            cost = self._cost_of(self._half(address), self._half(address + 2))
             if address < _RAM_BASE:  # code in RAM may change
                 self._costs[address] = cost
         return cost
@@ -144,7 +173,7 @@ class TableTiming:
 
     def set_wait_states(self, wait_states: int, _retired: int) -> None:
         """Change the flash wait states, from the instruction in flight on."""
-        self._wait_states = wait_states
+        self._wait_states = wait_states if self._waits else 0
 
     def forget(self) -> None:
         """Code has changed."""

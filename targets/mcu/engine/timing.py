@@ -1,7 +1,8 @@
 """How many HCLK cycles instructions take: the two timing models.
 
 ``flat``: every instruction takes the same rational number of cycles, by core and flash wait states.
-``table``: every instruction takes what the Cortex-M3 Technical Reference Manual (r1p1, section 18.2) says for it.
+``table``: every instruction takes what the Cortex-M3 Technical Reference Manual (r1p1, section 18.2) says for it, or
+what was chosen for a Cortex-M7, of which there is no such table.
 
 Neither models the prefetch buffer, contention on the buses, or the folding of IT; both are the same on every host.
 """
@@ -138,7 +139,11 @@ def make_timing(name: str, kind: CoreKind = CORTEX_M3) -> Timing:
     Raises:
         KeyError: there is no such model.
     """
-    from targets.mcu.engine.table_timing import TableTiming
+    from targets.mcu.engine.table_timing import CORTEX_M3_TABLE, CORTEX_M7_TABLE, TableTiming
 
-    models: dict[str, Callable[[], Timing]] = {"flat": lambda: FlatTiming(kind.flat_cpi), "table": TableTiming}
+    table = CORTEX_M7_TABLE if kind.model == "M7" else CORTEX_M3_TABLE
+    models: dict[str, Callable[[], Timing]] = {
+        "flat": lambda: FlatTiming(kind.flat_cpi),
+        "table": lambda: TableTiming(table),
+    }
     return models[name]()
