@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+//
+// DMA goes round in a buffer without end; whoever reads follows it. There is room for a quarter of a second.
 
 #include "rover/board/gps_line.h"
 
-#include "ring.h"
 #include "rover/board/clock.h"
+#include "rover/chip/dma.h"
 #include "rover/chip/gpio.h"
-#include "rover/chip/irq.h"
 #include "rover/chip/rcc.h"
 #include "rover/chip/usart.h"
 
@@ -13,29 +14,32 @@
 #define RX 6
 #define AF_USART2 7
 #define GPS_BAUD 9600u
-#define LEVEL 1
+#define RX_STREAM 5 // USART2_RX is its channel 4 (RM0410, table 27)
+#define RX_CHANNEL 4
+#define ROOM 256u
 
-static struct ring received;
-
-void USART2_IRQHandler(void)
-{
-    uint32_t flags = USART2->ISR;
-    if (flags & USART_ISR_ORE)
-        USART2->ICR = USART_ICR_ORECF;
-    if (flags & USART_ISR_RXNE)
-        ring_put(&received, (uint8_t)USART2->RDR);
-}
+static volatile uint8_t received[ROOM];
+static uint32_t taken;
 
 void gps_line_start(void)
 {
-    RCC->AHB1ENR |= RCC_AHB1_GPIO('D');
+    RCC->AHB1ENR |= RCC_AHB1_GPIO('D') | RCC_AHB1_DMA1;
     RCC->APB1ENR |= RCC_APB1_USART2;
     pin_pull_up(GPIO('D'), RX);
     pin_alternate(GPIO('D'), TX, AF_USART2);
     pin_alternate(GPIO('D'), RX, AF_USART2);
     USART2->BRR = (PCLK1_HZ + GPS_BAUD / 2) / GPS_BAUD;
-    USART2->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE | USART_CR1_RXNEIE;
-    irq_enable_line(USART2_IRQ, LEVEL);
+    USART2->CR3 = USART_CR3_DMAR | USART_CR3_OVRDIS;
+    USART2->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE;
+    dma_begin(RX_STREAM, RX_CHANNEL, &USART2->RDR, received, ROOM, DMA_CR_CIRC);
 }
 
-bool gps_line_get(uint8_t *byte) { return ring_get(&received, byte); }
+bool gps_line_get(uint8_t *byte)
+{
+    uint32_t end = ROOM - DMA1->S[RX_STREAM].NDTR; // NDTR counts down
+    if (taken == end % ROOM)
+        return false;
+    *byte = received[taken];
+    taken = (taken + 1) % ROOM;
+    return true;
+}

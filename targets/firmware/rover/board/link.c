@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What comes is taken byte by byte, for it may be answered at once; what goes is fetched from its ring by DMA, as much at a time
+// as lies there in one piece.
 
 #include "rover/board/link.h"
 
 #include "ring.h"
 #include "rover/board/clock.h"
+#include "rover/chip/dma.h"
 #include "rover/chip/gpio.h"
 #include "rover/chip/irq.h"
 #include "rover/chip/rcc.h"
@@ -14,11 +18,14 @@
 #define RX 9
 #define AF_USART3 7
 #define LEVEL 1
+#define TX_STREAM 3 // USART3_TX is its channel 4 (RM0410, table 27)
+#define TX_CHANNEL 4
 
 // What may wait: as much as the ring holds, or what Mbed OS lets wait (its uart-serial-rxbuf-size).
 #define RECEIVE_BYTES (DEFECT_POLLED ? 256u : RING_BYTES)
 
 static struct ring received, to_send;
+static volatile uint32_t sending; // bytes at the tail of to_send that DMA has been given
 
 void USART3_IRQHandler(void)
 {
@@ -30,25 +37,35 @@ void USART3_IRQHandler(void)
         if (ring_fill(&received) < RECEIVE_BYTES)
             ring_put(&received, byte);
     }
-    if (flags & USART_ISR_TXE && USART3->CR1 & USART_CR1_TXEIE) {
-        uint8_t byte;
-        if (ring_get(&to_send, &byte))
-            USART3->TDR = byte;
-        else
-            USART3->CR1 &= ~USART_CR1_TXEIE;
-    }
+}
+
+static void send_next_piece(void)
+{
+    uint32_t begin = to_send.tail % RING_BYTES, count = ring_fill(&to_send);
+    sending = count < RING_BYTES - begin ? count : RING_BYTES - begin;
+    if (sending)
+        dma_begin(TX_STREAM, TX_CHANNEL, &USART3->TDR, to_send.bytes + begin, sending, DMA_CR_TO_PERIPHERAL | DMA_CR_TCIE);
+}
+
+void DMA1_Stream3_IRQHandler(void)
+{
+    dma_clear(TX_STREAM);
+    to_send.tail += sending;
+    send_next_piece();
 }
 
 void link_start(void)
 {
-    RCC->AHB1ENR |= RCC_AHB1_GPIO('D');
+    RCC->AHB1ENR |= RCC_AHB1_GPIO('D') | RCC_AHB1_DMA1;
     RCC->APB1ENR |= RCC_APB1_USART3;
     pin_pull_up(GPIO('D'), RX); // a line that is not connected is silent
     pin_alternate(GPIO('D'), TX, AF_USART3);
     pin_alternate(GPIO('D'), RX, AF_USART3);
     USART3->BRR = (PCLK1_HZ + BAUD / 2) / BAUD;
+    USART3->CR3 = USART_CR3_DMAT;
     USART3->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE | USART_CR1_RXNEIE;
     irq_enable_line(USART3_IRQ, LEVEL);
+    irq_enable_line(DMA1_STREAM3_IRQ, LEVEL);
 }
 
 uint32_t link_waiting(void) { return ring_fill(&received); }
@@ -61,5 +78,6 @@ void link_send(const uint8_t *data, uint32_t count)
         return;
     for (uint32_t i = 0; i < count; ++i)
         ring_put(&to_send, data[i]);
-    USART3->CR1 |= USART_CR1_TXEIE;
+    if (sending == 0) // else the interrupt goes on with it
+        send_next_piece();
 }

@@ -24,11 +24,11 @@ typedef struct {
 
 #define I2C_CR1_PE (1u << 0)
 #define I2C_CR1_TXIE (1u << 1)
-#define I2C_CR1_RXIE (1u << 2)
 #define I2C_CR1_NACKIE (1u << 4)
 #define I2C_CR1_STOPIE (1u << 5)
 #define I2C_CR1_TCIE (1u << 6)
 #define I2C_CR1_ERRIE (1u << 7)
+#define I2C_CR1_RXDMAEN (1u << 15)
 
 #define I2C_CR2_ADDRESS_SHIFT 1
 #define I2C_CR2_READ (1u << 10)
@@ -37,7 +37,6 @@ typedef struct {
 #define I2C_CR2_AUTOEND (1u << 25)
 
 #define I2C_TXIS (1u << 1) // bits of ISR; ICR has the ones that can be cleared at the same places
-#define I2C_RXNE (1u << 2)
 #define I2C_NACKF (1u << 4)
 #define I2C_STOPF (1u << 5)
 #define I2C_TC (1u << 6)

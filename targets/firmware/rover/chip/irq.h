@@ -7,19 +7,19 @@
 #include "chip/core.h"
 
 enum irq {
+    DMA1_STREAM3_IRQ = 14,
     EXTI9_5_IRQ = 23,
     I2C1_EV_IRQ = 31,
     I2C1_ER_IRQ = 32,
-    USART2_IRQ = 38,
     USART3_IRQ = 39,
     EXTI15_10_IRQ = 40,
     IRQ_COUNT = 110,
 };
 
+void DMA1_Stream3_IRQHandler(void);
 void EXTI9_5_IRQHandler(void);
 void I2C1_EV_IRQHandler(void);
 void I2C1_ER_IRQHandler(void);
-void USART2_IRQHandler(void);
 void USART3_IRQHandler(void);
 void EXTI15_10_IRQHandler(void);
 void SysTick_Handler(void);

@@ -49,6 +49,7 @@ typedef struct {
 #define APB_DIV4 5u
 
 #define RCC_AHB1_GPIO(port) (1u << ((port) - 'A'))
+#define RCC_AHB1_DMA1 (1u << 21)
 
 #define RCC_APB1_TIM2 (1u << 0)
 #define RCC_APB1_TIM5 (1u << 3)

@@ -27,7 +27,10 @@ typedef struct {
 #define USART_CR1_RE (1u << 2)
 #define USART_CR1_TE (1u << 3)
 #define USART_CR1_RXNEIE (1u << 5)
-#define USART_CR1_TXEIE (1u << 7)
+
+#define USART_CR3_DMAR (1u << 6)
+#define USART_CR3_DMAT (1u << 7)
+#define USART_CR3_OVRDIS (1u << 12)
 
 #define USART_ISR_ORE (1u << 3)
 #define USART_ISR_RXNE (1u << 5)
