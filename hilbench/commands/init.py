@@ -23,7 +23,12 @@ def parser() -> Parser:
     """Return the parser of this command."""
     made = Parser("hilbench init", "Write a bench file and a test for firmware of your own.", _EXAMPLES, _NOTES)
     add = made.add_argument
-    add("--board", metavar="BOARD", required=True, help="built-in board (bluepill), or a board file of yours (.toml)")
+    add(
+        "--board",
+        metavar="BOARD",
+        required=True,
+        help="built-in board (bluepill, nucleo-f767zi), or a file of yours (.toml)",
+    )
     add(
         "--image", metavar="IMAGE", required=True, type=Path, help="what would be flashed: ELF, Intel HEX or raw binary"
     )

@@ -11,6 +11,7 @@ from hilbench.parser import Parser, typed
 
 _EXAMPLES = """
 hilbench serve bluepill:firmware.elf                       each USART on a pty: ./bluepill-usart1, ...
+hilbench serve nucleo-f767zi:firmware.elf                  its virtual COM port, USART3: ./nucleo-f767zi-usart3
 hilbench serve bluepill:firmware.elf --pty usart2=./gps --tcp usart1=8101
 hilbench serve pioneer --pty ./p2                          a client opens ./p2 as its serial port
 hilbench serve pioneer --tcp 8101 --scene corridor --seed 7

@@ -36,22 +36,25 @@ class ServedUsart:
     doors: tuple[AnyDoor, ...]
 
 
-def assign(options: ServeOptions, free: Sequence[str]) -> Mapping[str, list[Wish]]:
+def assign(
+    options: ServeOptions, free: Sequence[str], unasked: Sequence[str] | None = None
+) -> Mapping[str, list[Wish]]:
     """Return the doors that each USART gets.
 
     A door that names none gets the next USART, in the order of `free`, that no door of its kind has. Where no doors are
-    wished for, each USART gets a pty in the working folder, called after it.
+    wished for, each USART of `unasked` gets a pty in the working folder, called after it.
 
     Args:
         options: the doors that were wished for.
         free: the USARTs that can have doors, as ``bluepill.usart1``.
+        unasked: those of them that have one without anybody asking; all if left out.
 
     Raises:
         UsageError: no such USART, two doors of a kind for one, or more doors than USARTs.
     """
     wishes: list[Wish] = [*options.ptys, *options.tcps]
     if not wishes:
-        return {name: [PtyWish(path=Path(f"./{name.replace('.', '-')}"))] for name in free}
+        return {name: [PtyWish(path=Path(f"./{name.replace('.', '-')}"))] for name in unasked or free}
     found: dict[str, list[Wish]] = {}
     for wish in sorted(wishes, key=lambda wish: not wish.link):
         name = _named(wish, free, found) if wish.link else _next(wish, free, found)

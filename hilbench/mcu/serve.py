@@ -46,7 +46,7 @@ def serve_boards(
         )
         stack.callback(emulated.close)
         served: list[AnyDoor] = []
-        for name, wishes in assign(options, _free(bench_file)).items():
+        for name, wishes in assign(options, _free(bench_file), _unasked(bench_file)).items():
             port = emulated.ports[name]
             if options.baud is not None:
                 port.baud = options.baud
@@ -77,6 +77,16 @@ def _free(bench_file: BenchFile) -> list[str]:
     linked = {end for link in bench_file.links if CHECKER_END not in link.ends for end in link.ends}
     names = [f"{name}.{usart.lower()}" for name, board in bench_file.boards.items() for usart in board.board.usarts]
     return [name for name in names if name not in linked]
+
+
+def _unasked(bench_file: BenchFile) -> list[str]:
+    """Return those that are served without being named: of a board with a console the console, else each."""
+    consoles = {name: board.board.console.lower() for name, board in bench_file.boards.items() if board.board.console}
+    return [
+        full
+        for full in _free(bench_file)
+        if (board := full.partition(".")[0]) not in consoles or full == f"{board}.{consoles[board]}"
+    ]
 
 
 def _announcement(name: str, door: AnyDoor, *, follows: bool) -> str:

@@ -45,6 +45,11 @@ def test_without_a_wish_each_usart_has_a_pty_called_after_it():
     assert list(doors) == FREE
 
 
+def test_a_board_may_say_which_of_them_have_one_unasked():
+    doors = assign(ServeOptions(what="x", ptys=(), tcps=()), FREE, FREE[1:2])
+    assert {name: [str(door.path) for door in found] for name, found in doors.items()} == {FREE[1]: ["bluepill-usart2"]}
+
+
 def test_doors_without_a_name_take_the_usarts_in_order():
     tcp = TcpDoor(port=8101)
     assert assigned(pty("a"), pty("b"), tcp) == {FREE[0]: [pty("a"), tcp], FREE[1]: [pty("b")]}
@@ -172,6 +177,20 @@ def test_an_echo_on_a_pty_and_a_hundred_clients(serve, tmp_path):
     journal = (tmp_path / "j").read_text()
     assert '"kind":"tx"' in journal
     assert journal.count('"kind":"reset"') == 1  # at power-on: it is the same board for all of them
+
+
+@pytest.mark.slow
+def test_of_a_board_with_a_virtual_com_port_that_one_is_served(serve, tmp_path):
+    served = serve(f"nucleo-f767zi:{IMAGES / 'f767-demo.elf'}").has_said("stop with")
+    assert served.said.count("serving ") == 1
+    assert "serving nucleo-f767zi.usart3 at nucleo-f767zi-usart3 (/dev/pts/" in served.said
+    client, got = open_pty(tmp_path / "nucleo-f767zi-usart3"), b""
+    while not got.endswith(b"?"):  # what it says of itself comes first
+        os.write(client, b"?")
+        assert select.select((client,), (), (), PATIENCE_S)[0], got
+        got += os.read(client, 4096)
+    os.close(client)
+    assert served.end() == 0
 
 
 @pytest.mark.slow
