@@ -294,6 +294,22 @@ def test_reset_and_trigger(make_timers):
     assert peek(two, "CNT") == 3
 
 
+def test_a_gate_of_an_input_of_both_edges_is_open_while_it_is_high(make_f7):
+    chip, timer = make_f7("TIM3")
+    poke(timer, "CCMR1", 1)
+    poke(timer, "CCER", 0xA)
+    poke(timer, "SMCR", 0x55)
+    poke(timer, "CR1", 1)
+    chip.advance(10)
+    assert peek(timer, "CNT") == 0
+    chip.input("TIM3_CH1").drive(True)
+    chip.advance(10)
+    assert peek(timer, "CNT") == 10
+    chip.input("TIM3_CH1").drive(False)
+    chip.advance(10)
+    assert peek(timer, "CNT") == 10
+
+
 def test_a_reserved_slave_mode(make_f7):
     chip, timer = make_f7("TIM2")
     poke(timer, "SMCR", 0x1_0001)

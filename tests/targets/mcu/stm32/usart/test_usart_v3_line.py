@@ -112,6 +112,7 @@ def test_a_break(port, cr1, cr2, low):
     start, bit = port.now, port.bit
     port.poke("RQR", 2)
     assert port.flags & SBKF
+    assert [cycle for cycle, _ in port.sent] == [start]
     port.poke("TDR", 0x41)
     port.chip.advance_to(start + low * bit - 1)
     assert port.flags & SBKF
@@ -165,6 +166,23 @@ def test_half_duplex_hears_what_it_sends_and_others(port):
     port.hear(0x33)
     assert port.peek("RDR") == 0x33
     assert port.tx.level is None
+
+
+def test_half_duplex_on_an_inverted_line(port):
+    port.open(0x40, cr2=TXINV | RXINV, cr3=HDSEL)
+    port.rx_at_tx.drive(False)
+    port.bits(20)
+    for level in (True, False, True, False, True, False, True, False, True, False):  # a start bit, 0x55 and a stop bit
+        port.rx_at_tx.drive(level)
+        port.bits(1)
+    assert port.words == [(0x55, 0)]
+
+
+def test_rts_is_high_while_nothing_is_received(port):
+    port.open(cr1=TE, cr3=RTSE)
+    assert port.rts.level is True
+    port.set("CR1", RE)
+    assert port.rts.level is False
 
 
 def test_frames_of_inverted_lines_are_noted(port):
@@ -367,6 +385,19 @@ def test_a_glitch_without_a_word_begins_no_timeout(port):
     port.open(cr2=RTOEN, rtor=20)
     port.rx.drive(True)
     port.bits(30)
+    port.rx.drive(False)
+    port.chip.advance(4)
+    port.rx.drive(True)
+    port.bits(100)
+    assert not port.flags & RTOF
+
+
+def test_a_glitch_after_a_timeout_begins_none(port):
+    port.open(cr2=RTOEN, rtor=20)
+    port.hear(1)
+    port.bits(30)
+    port.poke("ICR", RTOF)
+    port.rx.drive(True)
     port.rx.drive(False)
     port.chip.advance(4)
     port.rx.drive(True)
