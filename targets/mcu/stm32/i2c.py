@@ -176,7 +176,7 @@ class I2c(Peripheral):
 
     def _set_timing(self) -> None:
         hz = self._kernel_hz()
-        self._wire.set_timing(Timing.of(self[TIMINGR], self[CR1], hz) if hz else None)
+        self._wire.set_timing(Timing.of(self[TIMINGR], self[CR1], hz, self.time.hclk_hz) if hz else None)
 
     def _break_off(self) -> None:
         """What PE = 0 does (RM0410 section 33.4.6)."""
@@ -465,6 +465,8 @@ class I2c(Peripheral):
             bool(isr & TXIS and cr1 & TXDMAEN),
             bool(isr & RXNE and cr1 & RXDMAEN),
         )
+        if levels == self._levels:
+            return
         before, self._levels = self._levels, levels
         lines = (self._irq_event, self._irq_error, self._dma_tx, self._dma_rx)
         for line, was, level in zip(lines, before, levels, strict=True):

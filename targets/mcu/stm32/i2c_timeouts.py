@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from targets.mcu.stm32.i2c_timing import Timing
@@ -33,8 +34,8 @@ class LowTimeout:
         pending = self._event is not None and self._event.pending
         if pending or timing is None or timeoutr & (_TIMOUTEN | _TIDLE) != _TIMOUTEN:
             return
-        limit_s = ((timeoutr & 0xFFF) + 1) * _UNIT_CLOCKS * timing.clock_s
-        self._event = self._time.at_time(self._time.seconds(self._time.now) + limit_s, self._expired)
+        cycles = ((timeoutr & 0xFFF) + 1) * _UNIT_CLOCKS * timing.cycles
+        self._event = self._time.after(math.ceil(cycles), self._expired)
 
     def high(self) -> None:
         """SCL is let go."""

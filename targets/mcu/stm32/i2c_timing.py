@@ -6,12 +6,13 @@ passes until an edge of SCL that the master made has come back to it through its
 Choices where the manual gives a range or nothing:
 
 * A t_SYNC is two clocks of synchronisation (of "2 to 3"), DNF clocks of the digital filter, and 100 ns of the analog
-  filter (50 to 260 ns in the manual) where that is on. Edges take no time.
+  filter (50 to 260 ns in the manual) where that is on, in whole clocks, rounded up. Edges take no time.
 * SCL stays low for the longer one of t_SCLL and of t_SDADEL and t_SCLDEL together, in both directions.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -24,48 +25,43 @@ _ANFOFF = 1 << 12
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Durations in seconds.
+    """Durations in clocks of the kernel.
 
     Attributes:
-        clock_s: of the kernel clock, t_I2CCLK.
-        low_s: SCL low, from the edge until it is released.
-        high_s: SCL high, from the edge until it is driven low.
-        hold_s: from START until SCL is driven low, t_HD;STA, of SCLH.
-        restart_s: from SCL low to a repeated START: t_LOW and t_SU;STA, of SCLL.
-        free_s: from a STOP to the next START, t_BUF, of SCLL.
+        cycles: HCLK cycles of one such clock; an int wherever it is a whole number.
+        low: SCL low, from the edge until it is released.
+        high: SCL high, from the edge until it is driven low.
+        hold: from START until SCL is driven low, t_HD;STA, of SCLH.
+        restart: from SCL low to a repeated START: t_LOW and t_SU;STA, of SCLL.
+        free: from a STOP to the next START, t_BUF, of SCLL.
     """
 
-    clock_s: Fraction
-    low_s: Fraction
-    high_s: Fraction
-    hold_s: Fraction
-    restart_s: Fraction
-    free_s: Fraction
+    cycles: Fraction | int
+    low: int
+    high: int
+    hold: int
+    restart: int
+    free: int
 
     @classmethod
-    def of(cls, timingr: int, cr1: int, kernel_hz: Fraction) -> Timing:
+    def of(cls, timingr: int, cr1: int, kernel_hz: Fraction, hclk_hz: Fraction) -> Timing:
         """Return the durations that TIMINGR and the filters in CR1 give; the kernel clock runs."""
-        clock = 1 / kernel_hz
-        sync = (_SYNCHRONISATION + (cr1 >> 8 & 0xF)) * clock + (0 if cr1 & _ANFOFF else _ANALOG_FILTER_S)
-        tick = ((timingr >> 28) + 1) * clock
+        cycles = hclk_hz / kernel_hz
+        sync = _SYNCHRONISATION + (cr1 >> 8 & 0xF) + (0 if cr1 & _ANFOFF else math.ceil(_ANALOG_FILTER_S * kernel_hz))
+        tick = (timingr >> 28) + 1
         scll, sclh = (timingr & 0xFF) + 1, (timingr >> 8 & 0xFF) + 1
-        data = (timingr >> 16 & 0xF) * tick + clock + ((timingr >> 20 & 0xF) + 1) * tick
+        data = (timingr >> 16 & 0xF) * tick + 1 + ((timingr >> 20 & 0xF) + 1) * tick
         low = sync + max(scll * tick, data)
         return cls(
-            clock_s=clock,
-            low_s=low,
-            high_s=sync + sclh * tick,
-            hold_s=sclh * tick,
-            restart_s=low + sync + scll * tick,
-            free_s=scll * tick,
+            cycles=cycles.numerator if cycles.denominator == 1 else cycles,
+            low=low,
+            high=sync + sclh * tick,
+            hold=sclh * tick,
+            restart=low + sync + scll * tick,
+            free=scll * tick,
         )
 
     @property
-    def bit_s(self) -> Fraction:
-        """One clock of SCL."""
-        return self.low_s + self.high_s
-
-    @property
-    def stop_s(self) -> Fraction:
-        """From SCL low to a STOP: t_LOW and t_SU;STO."""
-        return self.low_s + self.high_s
+    def bit(self) -> int:
+        """One clock of SCL, or from SCL low to a STOP: t_LOW and t_SU;STO."""
+        return self.low + self.high

@@ -9,12 +9,13 @@ of the kernel clock stretches or shortens what is left of the present condition 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from fractions import Fraction
 
 from targets.mcu.i2c_bus import I2cBus
 from targets.mcu.stm32.i2c_timing import Timing
-from targets.mcu.timebase import NS_PER_S, Event, Timebase
+from targets.mcu.timebase import Event, Timebase
 
 __all__ = ["Wire"]
 
@@ -52,11 +53,12 @@ class Wire:
         self._bus = bus
         self._action: Callable[[], None] | None = None
         self._event: Event | None = None
-        self._due_s = Fraction(0)
-        self._left_clocks = Fraction(0)
-        self._chain_s: Fraction | None = None
-        self._low_until_s = Fraction(0)
-        self._free_from_s = Fraction(0)
+        # Moments are HCLK cycles, and fractions of them where the kernel clock is no divisor of HCLK.
+        self._due: Fraction | int = 0
+        self._left_clocks: Fraction | int = 0
+        self._chain: Fraction | int | None = None
+        self._low_until: Fraction | int = 0
+        self._free_from: Fraction | int = 0
 
     @property
     def busy(self) -> bool:
@@ -66,17 +68,17 @@ class Wire:
     @property
     def held(self) -> bool:
         """Whether a slave holds SCL low after the last byte."""
-        return self._present_s() < self._low_until_s
+        return self._present() < self._low_until
 
     # --- what can be done
 
     def start(self) -> None:
         """A START on a free bus, not before t_BUF has passed since the last STOP."""
-        self._at(max(self._present_s(), self._free_from_s), self._start)
+        self._at(max(self._present(), self._free_from), self._start)
 
     def restart(self) -> None:
         """A repeated START."""
-        self._when_released(lambda timing: self._after(timing.restart_s, self._start))
+        self._when_released(lambda timing: self._after(timing.restart, self._start))
 
     def send_address(self, byte: int) -> None:
         """The byte after a START: address and direction."""
@@ -98,7 +100,7 @@ class Wire:
     def stop(self) -> None:
         """A STOP."""
         end = self._lose if self._bus.stuck else self._stop
-        self._when_released(lambda timing: self._after(timing.stop_s, end))
+        self._when_released(lambda timing: self._after(timing.bit, end))
 
     def cancel(self) -> None:
         """Do not go on with what is under way; SCL stays low."""
@@ -108,41 +110,42 @@ class Wire:
     def release(self) -> None:
         """Let go of both lines, whatever is under way."""
         self.cancel()
-        self._low_until_s = Fraction(0)
+        self._low_until = 0
         self._bus.release(self._now_ns())
 
     # --- clock
 
     def set_timing(self, timing: Timing | None) -> None:
         """Go on at another rate of the kernel clock, or with other settings; without a clock, wait for one."""
-        now_s = self._time.seconds(self._time.now)
+        now = self._time.now
         if self._action is not None and self.timing is not None:
-            self._left_clocks = max(Fraction(0), self._due_s - now_s) / self.timing.clock_s
+            self._left_clocks = Fraction(max(0, self._due - now)) / self.timing.cycles
             self._time.cancel(self._event)
         self.timing = timing
         if self._action is not None and timing is not None:
-            self._at(now_s + self._left_clocks * timing.clock_s, self._action)
+            self._at(now + self._left_clocks * timing.cycles, self._action)
 
-    def _at(self, due_s: Fraction, action: Callable[[], None]) -> None:
-        self._due_s, self._action = due_s, action
+    def _at(self, due: Fraction | int, action: Callable[[], None]) -> None:
+        self._due, self._action = due, action
         if self.timing is None:
-            self._left_clocks = Fraction(0)
+            self._left_clocks = 0
         else:
-            self._event = self._time.at_time(due_s, self._fire)
+            self._event = self._time.at(math.ceil(due), self._fire)
 
-    def _after(self, duration_s: Fraction, action: Callable[[], None]) -> None:
-        self._at(self._present_s() + duration_s, action)
+    def _after(self, clocks: int, action: Callable[[], None]) -> None:
+        assert self.timing is not None
+        self._at(self._present() + clocks * self.timing.cycles, action)
 
     def _fire(self) -> None:
         action, self._action = self._action, None
         assert action is not None
         # What follows at once begins at the exact moment, and not at the cycle after it.
-        self._chain_s = self._due_s
+        self._chain = self._due
         action()
-        self._chain_s = None
+        self._chain = None
 
-    def _present_s(self) -> Fraction:
-        return self._time.seconds(self._time.now) if self._chain_s is None else self._chain_s
+    def _present(self) -> Fraction | int:
+        return self._time.now if self._chain is None else self._chain
 
     def _now_ns(self) -> int:
         return self._time.ns(self._time.now)
@@ -155,28 +158,28 @@ class Wire:
             self.on_clock()
             begin(self.timing)
 
-        if self.timing is None or self._present_s() < self._low_until_s:
-            self._at(max(self._present_s(), self._low_until_s), go)
+        if self.timing is None or self.held:
+            self._at(max(self._present(), self._low_until), go)
         else:
             go()
 
     # --- inside
 
     def _bit(self, action: Callable[[], None]) -> None:
-        self._when_released(lambda timing: self._after(timing.bit_s, action))
+        self._when_released(lambda timing: self._after(timing.bit, action))
 
     def _start(self) -> None:
         self._bus.start(self._now_ns())
         self.on_start()
         assert self.timing is not None
-        self._after(self.timing.hold_s, self.on_started)
+        self._after(self.timing.hold, self.on_started)
 
     def _send(self, byte: int, pass_on: Callable[[], bool]) -> None:
         def begin(timing: Timing) -> None:
             if self._bus.stuck and byte:
-                self._after((8 - byte.bit_length()) * timing.bit_s + timing.low_s, self._lose)
+                self._after((8 - byte.bit_length()) * timing.bit + timing.low, self._lose)
             else:
-                self._after(9 * timing.bit_s, end)
+                self._after(9 * timing.bit, end)
 
         def end() -> None:
             acknowledged = pass_on()
@@ -187,19 +190,21 @@ class Wire:
 
     def _receive(self, timing: Timing) -> None:
         byte = self._bus.read(self._now_ns())
-        self._after(8 * timing.bit_s, lambda: self.on_byte(byte))
+        self._after(8 * timing.bit, lambda: self.on_byte(byte))
 
     def _received(self) -> None:
         self._stretch()
         self.on_received()
 
     def _stretch(self) -> None:
-        self._low_until_s = self._present_s() + Fraction(self._bus.stretched_ns, NS_PER_S)
+        held_ns = self._bus.stretched_ns
+        if held_ns:
+            self._low_until = self._time.cycle_at_ns(self._now_ns() + held_ns)
 
     def _stop(self) -> None:
         self._bus.stop(self._now_ns())
         assert self.timing is not None
-        self._free_from_s = self._present_s() + self.timing.free_s
+        self._free_from = self._present() + self.timing.free * self.timing.cycles
         self.on_stop()
 
     def _lose(self) -> None:

@@ -47,23 +47,22 @@ settings = st.builds(
 
 @given(clocks=settings)
 def test_formulas(clocks):
-    timing = Timing.of(clocks.register, clocks.cr1 | ANFOFF, Fraction(KERNEL))
-    expected = (1, clocks.low, clocks.high, clocks.hold, clocks.restart, clocks.free)
-    found = (timing.clock_s, timing.low_s, timing.high_s, timing.hold_s, timing.restart_s, timing.free_s)
-    assert found == tuple(Fraction(count, KERNEL) for count in expected)
+    timing = Timing.of(clocks.register, clocks.cr1 | ANFOFF, Fraction(KERNEL), Fraction(4 * KERNEL))
+    expected = (4, clocks.low, clocks.high, clocks.hold, clocks.restart, clocks.free)
+    assert (timing.cycles, timing.low, timing.high, timing.hold, timing.restart, timing.free) == expected
 
 
 def test_analog_filter_adds_to_both_halves():
-    with_it = Timing.of(0x0010_2030, 0, Fraction(KERNEL))
-    without = Timing.of(0x0010_2030, ANFOFF, Fraction(KERNEL))
-    assert with_it.low_s - without.low_s == with_it.high_s - without.high_s == Fraction(100, 10**9)
-    assert with_it.hold_s == without.hold_s
+    with_it = Timing.of(0x0010_2030, 0, Fraction(KERNEL), Fraction(KERNEL))
+    without = Timing.of(0x0010_2030, ANFOFF, Fraction(KERNEL), Fraction(KERNEL))
+    assert with_it.low - without.low == with_it.high - without.high == 6  # 100 ns are 5.4 clocks of 54 MHz
+    assert with_it.hold == without.hold
 
 
 def test_a_register_for_400_khz_gives_that():
     """TIMINGR as boards with this chip use it for 400 kHz at 54 MHz; it leaves room for slopes, which are none here."""
-    timing = Timing.of(0x6000_030D, 0, Fraction(KERNEL))
-    assert 1 / timing.bit_s == pytest.approx(400_000, rel=0.05)
+    timing = Timing.of(0x6000_030D, 0, Fraction(KERNEL), Fraction(KERNEL))
+    assert KERNEL / timing.bit == pytest.approx(400_000, rel=0.05)
 
 
 @given(clocks=settings)
