@@ -279,16 +279,17 @@ class _Reader:
                 self._check_end(number, end, known, taken)
             if entry.ends[0] == entry.ends[1]:
                 raise self._strict.error(f"both ends are '{entry.ends[0]}'", ("links", number, "ends"))
-            if not {*entry.ends}.isdisjoint(part_ends):
-                self._check_part_line(number, entry)
+            of_part = not {*entry.ends}.isdisjoint(part_ends)
+            if of_part:
+                self._check_part_line(number, entry, part_ends)
             taken |= {*entry.ends} - {CHECKER_END}
-            links.append(Link(ends=entry.ends, baud=self._baud(number, entry)))
+            links.append(Link(ends=entry.ends, baud=self._baud(number, entry, of_part=of_part)))
         return tuple(links)
 
-    def _check_part_line(self, number: int, entry: LinkEntry) -> None:
-        if not any(end.endswith(".host") for end in entry.ends):
-            message = f"{' and '.join(entry.ends)}: a line of a part leads to a robot in this version of hilbench"
-            raise self._strict.error(message, ("links", number, "ends"), 'write ends = [..., "robot.host"]')
+    def _check_part_line(self, number: int, entry: LinkEntry, part_ends: Sequence[str]) -> None:
+        if not {*entry.ends} - {*part_ends} - {CHECKER_END}:
+            message = f"{' and '.join(entry.ends)}: a line of a part leads to a board or to a robot"
+            raise self._strict.error(message, ("links", number, "ends"), 'write ends = [..., "brain.usart1"]')
 
     def _check_end(self, number: int, end: str, known: Sequence[str], taken: set[str]) -> None:
         path = ("links", number, "ends")
@@ -297,11 +298,12 @@ class _Reader:
         if end in taken:
             raise self._strict.error(f"'{end}' has a line already", path)
 
-    def _baud(self, number: int, entry: LinkEntry) -> int:
+    def _baud(self, number: int, entry: LinkEntry, *, of_part: bool) -> int:
         """Return the rate of the end that is no emulated USART."""
         path = ("links", number, "baud")
         model_end = next((end for end in entry.ends if end.endswith(".host")), None)
-        if model_end is None and CHECKER_END not in entry.ends and entry.baud is not UNSET:
+        two_usarts = model_end is None and CHECKER_END not in entry.ends and not of_part
+        if two_usarts and entry.baud is not UNSET:
             raise self._strict.error("both ends are USARTs and have a rate of their own", path, "leave it out")
         if model_end is None:
             return 0 if entry.baud is UNSET else entry.baud

@@ -99,6 +99,11 @@ class _Actor:
         if self.port is not None:
             self.port.write(data)
 
+    def set_rate(self, baud: int) -> None:
+        """Let the part's end of its line work at another rate."""
+        if self.port is not None:
+            self.port.baud = baud
+
     def attach(self, port: Port) -> None:
         """Give the part the end of a line."""
         self.port = port
@@ -247,7 +252,13 @@ class Parts:
 
     def _make(self, name: str, plan: PartPlan, seed: int) -> Part:
         actor = self._actors[name]
-        ports = Ports(inputs=self._inputs[name], outputs=self._outputs[name], serial=actor.send, tell=actor.tell)
+        ports = Ports(
+            inputs=self._inputs[name],
+            outputs=self._outputs[name],
+            serial=actor.send,
+            rate=actor.set_rate,
+            tell=actor.tell,
+        )
         actor.part = part_class(plan.kind)(plan.settings, ports, seed=case_seed(seed, f"part {name}"))
         return actor.part
 

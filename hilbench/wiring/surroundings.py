@@ -77,6 +77,7 @@ class Surroundings:
                 self._add_vehicle()
         except WorldError as error:
             raise UnavailableError(str(error), where=f"scene {bench_file.world.scene}") from error
+        self._join_parts()
         self.parts.power_on()
 
     def close(self) -> None:
@@ -105,6 +106,15 @@ class Surroundings:
     def _join(self, vehicle: VirtualPioneer | BareVehicle) -> None:
         self.world, self.body, self.runner = vehicle.world, vehicle.body, vehicle.runner
         self.parts.join(vehicle.runner, vehicle.body)
+
+    def _join_parts(self) -> None:
+        """Let parts be the far ends of USARTs; whatever a part hears it may answer at once."""
+        for link in self._bench_file.links:
+            ports = [self._ports[end] for end in link.ends if end in self._ports]
+            parts = [name for end in link.ends if (name := end.partition(".")[0]) in self._bench_file.parts]
+            if ports and parts:
+                ports[0].reacts = True
+                self.parts.attach(parts[0], ports[0])
 
     def _robot_port(self, link: Link, line: Line) -> Port | None:
         """Return the robot's end of a link that leads to it: that of a board's USART, or of a part."""

@@ -177,6 +177,10 @@ def _no_line(data: bytes) -> None:
     """No line is connected."""
 
 
+def _no_rate(baud: int) -> None:
+    """No line is connected, or one whose rate others decide."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ports:
     """What a part is connected to.
@@ -185,12 +189,14 @@ class Ports:
         inputs: by name of terminal; what is not connected may be missing.
         outputs: likewise.
         serial: takes the bytes that the part sends, at the time at which it was called.
+        rate: takes the rate in bit/s of the part's serial end, if it has one of its own, from now on.
         tell: takes frozen events for the journal, at the time at which the part was called.
     """
 
     inputs: Mapping[str, DigitalInput] = field(default_factory=dict)
     outputs: Mapping[str, DigitalOutput] = field(default_factory=dict)
     serial: Callable[[bytes], None] = _no_line
+    rate: Callable[[int], None] = _no_rate
     tell: Callable[[object], None] = _deaf
 
     def input(self, name: str) -> DigitalInput:

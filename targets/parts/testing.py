@@ -78,6 +78,7 @@ class PartBench:
         wires: by terminal.
         events: what the part told, with the time of the call.
         sent: bytes that it sent, likewise.
+        rates: what it said of the rate of its serial end, likewise.
         quantities_out: the last quantities that went out.
         now_ns: the present.
     """
@@ -93,6 +94,7 @@ class PartBench:
         self.wires = {terminal.name: Wire() for terminal in kind.TERMINALS}
         self.events: list[tuple[int, object]] = []
         self.sent: list[tuple[int, bytes]] = []
+        self.rates: list[tuple[int, int]] = []
         self.quantities_out: Mapping[str, float] = {}
         self.now_ns = 0
         self._quantities = quantities or (lambda _ns: {})
@@ -103,6 +105,7 @@ class PartBench:
             inputs={name: wire for name, wire in self.wires.items() if directions[name] is Direction.IN},
             outputs={name: wire for name, wire in self.wires.items() if directions[name] is Direction.OUT},
             serial=lambda data: self.sent.append((self.now_ns, data)),
+            rate=lambda baud: self.rates.append((self.now_ns, baud)),
             tell=lambda event: self.events.append((self.now_ns, event)),
         )
         self.part = kind(settings, ports, seed=1)

@@ -115,7 +115,8 @@ class Chip:
     def next_event_ns(self) -> int | None:
         """When its interrupt pin may change next; None if it will not by itself."""
         times_ns = [self._interrupts.pulse_end_ns]
-        if self._interrupts.enabled & (RAW_DATA_READY | WAKE_ON_MOTION | FIFO_OVERFLOW):
+        wanted = self._interrupts.enabled & (RAW_DATA_READY | WAKE_ON_MOTION | FIFO_OVERFLOW)
+        if wanted and not self._interrupts.waits_for_reader:
             times_ns.append(self._next_sample_ns)
         return min((ns for ns in times_ns if ns is not None), default=None)
 

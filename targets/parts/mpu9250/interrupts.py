@@ -41,6 +41,11 @@ class Interrupts:
         """When the pin goes back by itself; None if it does not."""
         return self._pulse_end_ns
 
+    @property
+    def waits_for_reader(self) -> bool:
+        """The pin is latched: nothing that happens moves it before somebody reads."""
+        return bool(self._config & _LATCH and self._status & self._enabled)
+
     def reset(self, now_ns: int) -> None:
         """As after power-on."""
         self._status = 0
@@ -83,8 +88,7 @@ class Interrupts:
             self._show(now_ns)
 
     def _show(self, at_ns: int) -> None:
-        latched = bool(self._config & _LATCH and self._status & self._enabled)
-        active = latched or self._pulse_end_ns is not None
+        active = self.waits_for_reader or self._pulse_end_ns is not None
         level: bool | None = active is not bool(self._config & _ACTIVE_LOW)
         if level and self._config & _OPEN_DRAIN:
             level = None

@@ -41,7 +41,7 @@ class Acquisition:
         self._starts = 0
         self._started_ns = 0
         self._needed_ns = 1
-        self._since_ns: int | None = None
+        self._since_ns: int | None = 0
         self._stopped = False
         self.start("cold", 0)
 
@@ -49,7 +49,7 @@ class Acquisition:
         """Start ``cold``, ``warm`` or ``hot``."""
         self._starts += 1
         self._stopped = False
-        self._started_ns, self._since_ns = now_ns, None
+        self._started_ns = self._since_ns = now_ns
         self._need(kind)
         self.time_known = self.placed = kind != "cold"
         self.found = False

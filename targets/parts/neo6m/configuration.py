@@ -165,8 +165,6 @@ class Configurator:
 
     def set_port(self, baud: int, takes: int, sends: int) -> None:
         """Set rate and protocols of UART 1."""
-        if baud != self.state.baud:
-            self._note(f"the receiver is told {baud} bit/s: the line's rate is that of the link in the bench file")
         self.state = replace(self.state, baud=baud, takes=takes, sends=sends)
 
     def _port(self, port: int) -> bytes:

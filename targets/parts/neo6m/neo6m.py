@@ -68,7 +68,6 @@ class Neo6m(Part):
         "multipath, and errors that depend on speed or acceleration",
         "SBAS, DGPS, AssistNow, dead reckoning, static hold, platform models, power save mode",
         "the ports USB, DDC and SPI",
-        "the line's rate: a new one is accepted, and the link in the bench file has to be changed by hand",
         "sentences DTM, GBS, GRS, GST, and those of u-blox (PUBX,00 to 04)",
         "UBX classes RXM, AID, TIM, and of CFG all but PRT, MSG, RATE, RST, CFG and NAV5",
     )
@@ -89,6 +88,8 @@ class Neo6m(Part):
         self._fix = Fix.NONE
         self._epochs = 0
         self._line_free_ns = 0
+        self._line_baud = settings.baud
+        self._rate_ns = _NEVER
 
     # --- what the bench calls
 
@@ -103,7 +104,7 @@ class Neo6m(Part):
 
     def next_deadline_ns(self) -> int | None:
         """The next solution, output or pulse."""
-        due_ns = min(self._boot_ns, self._fall_ns, self._rise_ns, self._epoch_ns, self._out_ns)
+        due_ns = min(self._boot_ns, self._rate_ns, self._fall_ns, self._rise_ns, self._epoch_ns, self._out_ns)
         return None if due_ns == _NEVER else due_ns
 
     def advance(self, now_ns: int) -> None:
@@ -111,6 +112,8 @@ class Neo6m(Part):
         while (due_ns := self.next_deadline_ns()) is not None and due_ns <= now_ns:
             if due_ns == self._boot_ns:
                 self._boot(due_ns)
+            elif due_ns == self._rate_ns:
+                self._set_rate()
             elif due_ns == self._fall_ns:
                 self._fall_ns = _NEVER
                 self._pulse.set(False, due_ns)
@@ -150,6 +153,7 @@ class Neo6m(Part):
         self._inlet = Inlet()
         self._epoch_ns = self._out_ns = self._rise_ns = _NEVER
         self._boot_ns = now_ns + round(self._settings.boot_ms * 1e6)
+        self._set_rate()
         self._navigation.acquisition.start(kind, now_ns)
         self._tell_fix(Fix.NONE, 0)
         self._ports.tell(ReceiverStarted(start=kind))
@@ -222,7 +226,7 @@ class Neo6m(Part):
             if free_ns - now_ns > self._settings.buffer_s * 1e9:
                 self._note("more to send than the line can carry: messages are dropped")
                 continue
-            self._line_free_ns = free_ns + len(message) * _BITS_PER_BYTE * _S // self._configurator.state.baud
+            self._line_free_ns = free_ns + len(message) * _BITS_PER_BYTE * _S // self._line_baud
             going.append(message)
         if going:
             self._ports.serial(b"".join(going))
@@ -239,6 +243,16 @@ class Neo6m(Part):
         else:
             self._take_poll(message.group, message.number, now_ns)
 
+    def _plan_rate(self, now_ns: int) -> None:
+        """A new rate of the line counts when everything that has been said before is out (choice)."""
+        if self._configurator.state.baud != self._line_baud:
+            self._rate_ns = max(now_ns, self._line_free_ns)
+
+    def _set_rate(self) -> None:
+        self._rate_ns = _NEVER
+        self._line_baud = self._configurator.state.baud
+        self._ports.rate(self._line_baud)
+
     def _take_cfg(self, message: UbxMessage, now_ns: int) -> None:
         period_ms = self._configurator.state.period_ms
         answers = self._configurator.handle(message)
@@ -247,6 +261,7 @@ class Neo6m(Part):
             self._reset(reset, now_ns)
             return
         self._send((frame(answer) for answer in answers), _UBX, now_ns)
+        self._plan_rate(now_ns)
         if self._configurator.state.period_ms != period_ms:
             self._plan(now_ns)
 
@@ -273,6 +288,7 @@ class Neo6m(Part):
             self._note("dropped a sentence with a wrong checksum")
         elif fields[0] == "PUBX":
             self._take_pubx(fields)
+            self._plan_rate(now_ns)
         elif fields[0][2:] == "GPQ":
             self._take_query(fields, now_ns)
         else:

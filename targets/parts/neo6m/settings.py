@@ -46,7 +46,7 @@ class Neo6mSettings:
         60.0, "ms", "assumed: from the moment of a solution to its first byte", least=1, greatest=150
     )
     baud: int = setting(
-        9600, "bit/s", "data sheet section 1.7: at start; what the line really has is said by the link", least=1
+        9600, "bit/s", "data sheet section 1.7: of its end of the line at start, whatever the link says", least=1
     )
     buffer_s: float = setting(1.0, "s", "choice: a message that would have to wait for longer is dropped", least=0.1)
     accuracy_m: float = setting(2.5, "m", f"{_DS}: circular error probable, under an open sky", least=0)

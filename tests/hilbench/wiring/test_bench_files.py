@@ -196,10 +196,10 @@ WRONG = {
     "a part named like the world": (BRAIN + SWITCH.replace("[parts.s]", "[parts.world]"), 5, "the world already"),
     "a part named like a supply": (BRAIN + SWITCH.replace("[parts.s]", "[parts.gnd]"), 5, "a supply already"),
     "a dot in a name": (BRAIN + SWITCH.replace("parts.s", 'parts."s.t"'), 5, "has no dot; write [parts.s_t]"),
-    "a line to no robot": (
-        BRAIN + ADAPTER + '[[links]]\nends = ["a.uart2", "brain.usart1"]\n',
+    "a line to nobody": (
+        BRAIN + ADAPTER + '[[links]]\nends = ["a.uart2", "peer"]\n',
         9,
-        'a line of a part leads to a robot in this version of hilbench; write ends = [..., "robot.host"]',
+        'a line of a part leads to a board or to a robot; write ends = [..., "brain.usart1"]',
     ),
     "no line to the robot": (
         BRAIN + ROBOT + ADAPTER,

@@ -71,6 +71,16 @@ def test_latched_until_the_status_is_read(imu) -> None:
     assert len(imu.rises()) == 2
 
 
+def test_a_latched_pin_waits_for_its_reader_only(imu) -> None:
+    imu.write(0x37, 0x20)
+    imu.write(0x38, 1)
+    imu.run(5)
+    assert imu.bench.wires["int"].level()
+    assert imu.bench.part.next_deadline_ns() is None
+    imu.byte(0x3A)
+    assert imu.bench.part.next_deadline_ns() is not None
+
+
 def test_any_read_clears(imu) -> None:
     imu.write(0x19, 99, 1)
     imu.write(0x37, 0x30)

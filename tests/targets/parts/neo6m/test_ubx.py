@@ -240,7 +240,16 @@ def test_the_port(gps) -> None:
     assert gps.poll(0x06, 0x00, b"\x01") == _hex(PORT_9600)
     gps.say(PORT_115200)
     assert gps.poll(0x06, 0x00)[8:12] == (115200).to_bytes(4, "little")
-    assert any("115200" in note and "link" in note for note in gps.notes())
+
+
+def test_a_new_rate_counts_when_the_answer_is_out(gps) -> None:
+    gps.run_to(3.8)  # all sentences are out
+    said_ns = gps.now_ns
+    gps.say(PORT_115200)
+    gps.run(0.1)
+    assert gps.bench.rates == [(0, 9600), (said_ns + 10 * 10 * 10**9 // 9600, 115200)]
+    gps.command(0x06, 0x04, b"\x00\x00\x01\x00")
+    assert gps.bench.rates[-1] == (gps.now_ns, 9600)
 
 
 def test_protocols_can_be_switched_off(gps, make_ubx) -> None:
