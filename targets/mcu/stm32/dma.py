@@ -57,6 +57,7 @@ class _Slot:
         lines: the requests of each channel.
         flags: as in LISR for stream 0.
         reload: NDTR as it was written last.
+        selected: the requests that CHSEL had chosen when it was enabled last.
         stream: what runs; None while it is disabled, or has nothing to do.
     """
 
@@ -66,6 +67,7 @@ class _Slot:
         self.lines = lines
         self.flags = 0
         self.reload = 0
+        self.selected: Sequence[Request] = ()
         self.stream: Stream | None = None
         self._controller = controller
         self._irq = irq
@@ -80,11 +82,6 @@ class _Slot:
     def fcr(self) -> int:
         """FCR, without FS."""
         return self._controller[self.base + _FCR - _CR]
-
-    @property
-    def selected(self) -> Sequence[Request]:
-        """The requests that CHSEL has chosen."""
-        return self.lines.get(self.control >> _CHSEL & 0xF, ())
 
     def clear(self) -> None:
         """Go to the state after reset."""
@@ -297,6 +294,7 @@ class Dma(Peripheral):
     def _run(self, slot: _Slot, setting: Setting) -> None:
         count = self[slot.base + 0x04] or slot.reload
         if count or setting.by_peripheral:
+            slot.selected = slot.lines.get(slot.control >> _CHSEL & 0xF, ())
             peripheral, memory = self[slot.base + 0x08], self._memory_of(slot)
             slot.stream = Stream(self._bus, setting, count=count, peripheral=peripheral, memory=memory)
             self.look(slot)
@@ -338,11 +336,16 @@ class Dma(Peripheral):
 
     def look(self, slot: _Slot) -> None:
         """See what the stream wants, after anything has changed."""
-        stream = slot.stream
-        runs = stream is not None and self.clocked
-        asked = any(request.asks for request in slot.selected) if runs else False
-        self._peripheral_port.ask(slot.number, stream is not None and runs and stream.wants_peripheral(asked))
-        self._memory_port.ask(slot.number, stream is not None and runs and stream.wants_memory())
+        stream = slot.stream if self.clocked else None
+        if stream is None:
+            self._peripheral_port.ask(slot.number, False)
+            self._memory_port.ask(slot.number, False)
+            return
+        asked = False
+        for request in slot.selected:
+            asked = asked or request.level or request.once
+        self._peripheral_port.ask(slot.number, stream.wants_peripheral(asked))
+        self._memory_port.ask(slot.number, stream.wants_memory())
 
     def _priority(self, number: int) -> tuple[int, int]:
         return self._slots[number].control >> _PL & 3, -number

@@ -58,7 +58,7 @@ class Port:
         asking = [stream for stream, since in self._since.items() if since <= self._begun]
         beats = 1
         if asking:
-            best = max(asking, key=self._priority)
+            best = asking[0] if len(asking) == 1 else max(asking, key=self._priority)
             del self._since[best]
             self._serving = True
             beats = self._serve(best)

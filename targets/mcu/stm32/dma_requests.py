@@ -35,11 +35,6 @@ class Request:
         self.on_last: Callable[[], None] | None = None
         self._listeners: list[Listener] = []
 
-    @property
-    def asks(self) -> bool:
-        """Whether a transfer is wanted."""
-        return self.level or self.once
-
     def set(self, level: bool) -> None:
         """Drive the request."""
         self.level = level

@@ -115,18 +115,20 @@ class Stream:
 
     Attributes:
         setting: as given.
+        incoming: whether data comes in at the peripheral port.
         left: items that are still to pass the peripheral port: what NDTR shows.
         closing: it was disabled, and only empties its FIFO.
         flags: what has happened since the caller last took it.
-        level: bytes in the FIFO.
     """
 
     def __init__(self, bus: BusMaster, setting: Setting, *, count: int, peripheral: int, memory: int) -> None:
         self.setting = setting
+        self.incoming = setting.direction is not Direction.TO_PERIPHERAL
         self.closing = False
         self.flags = 0
         self._bus = bus
         self._count = 0xFFFF if setting.by_peripheral else count
+        self._half = (self._count + 1) // 2 * setting.peripheral_size
         self._fifo = bytearray()
         self._moves = False  # the memory port has begun to empty or to fill the FIFO
         self.restart(peripheral, memory)
@@ -146,11 +148,6 @@ class Stream:
     def level(self) -> int:
         """Bytes in the FIFO."""
         return len(self._fifo)
-
-    @property
-    def incoming(self) -> bool:
-        """Whether data comes in at the peripheral port."""
-        return self.setting.direction is not Direction.TO_PERIPHERAL
 
     @property
     def done(self) -> bool:
@@ -193,7 +190,8 @@ class Stream:
                 self._arrive(setting.peripheral_size)
             self._peripheral = self._peripheral + setting.peripheral_step & 0xFFFF_FFFF
             self.left -= 1
-        self._watch_threshold()
+        if setting.fifo:
+            self._watch_threshold()
         return beats
 
     # --- the memory port
@@ -227,7 +225,8 @@ class Stream:
                 self._fifo += data
                 self._to_fetch -= len(data)
             self._memory = self._memory + self.setting.memory_step & 0xFFFF_FFFF
-        self._watch_threshold()
+        if self.setting.fifo:
+            self._watch_threshold()
         return beats
 
     def _watch_threshold(self) -> None:
@@ -240,7 +239,6 @@ class Stream:
             self._moves = self.level <= setting.threshold or (self._moves and self.level + burst <= _FIFO_BYTES)
 
     def _arrive(self, size: int) -> None:
-        half = (self._count + 1) // 2 * self.setting.peripheral_size
         before, self._arrived = self._arrived, self._arrived + size
-        if before < half <= self._arrived:
+        if before < self._half <= self._arrived:
             self.flags |= HTIF
