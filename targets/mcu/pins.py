@@ -219,6 +219,11 @@ class Pin:
         return self._claim is None and self._mode in _ALTERNATE
 
     @property
+    def open_drain(self) -> bool:
+        """True if the pad carries its alternate-function output and only pulls low."""
+        return self._claim is None and self._mode is PadMode.AF_OPEN_DRAIN
+
+    @property
     def open_to_outside(self) -> bool:
         """True if an input in the chip sees what is outside: the pad is not analog, and the chip does not drive it."""
         return self._digital and self._strong is None

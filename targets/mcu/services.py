@@ -100,6 +100,9 @@ class OutputSignal(Protocol):
     def at_pin(self) -> bool:
         """Say whether a pin is configured to carry the signal, so that anybody outside can see it."""
 
+    def open_drain(self) -> bool:
+        """Say whether that pin only pulls low, so that others may do so too."""
+
 
 class InputSignal(Protocol):
     """An alternate-function input such as ``TIM2_CH1`` or ``USART1_RX``.

@@ -66,6 +66,10 @@ class PinOutput:
         """Say whether a pin is configured to carry the signal."""
         return self.pin is not None and self.pin.alternate
 
+    def open_drain(self) -> bool:
+        """Say whether that pin only pulls low."""
+        return self.pin is not None and self.pin.open_drain
+
     def update_watch(self) -> None:
         """Find out anew who looks at the signal, and tell the peripheral."""
         if self.pin is not None:

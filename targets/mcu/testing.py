@@ -75,6 +75,7 @@ class FakeOutput:
         level: as last set; None (released) at first.
         edges: every change so far, as (cycle, level).
         connected: what `at_pin` answers; True at first.
+        only_low: what `open_drain` answers; True at first.
         refresh: what the peripheral offers.
         on_watch: what the peripheral listens with.
     """
@@ -83,6 +84,7 @@ class FakeOutput:
         self.level: bool | None = None
         self.edges: list[tuple[int, bool | None]] = []
         self.connected = True
+        self.only_low = True
         self.refresh: Callable[[], None] | None = None
         self.on_watch: Callable[[], None] | None = None
         self._time = time
@@ -121,6 +123,10 @@ class FakeOutput:
     def at_pin(self) -> bool:
         """Say whether a pin carries the signal."""
         return self.connected
+
+    def open_drain(self) -> bool:
+        """Say whether that pin only pulls low."""
+        return self.only_low
 
 
 class FakeInput:

@@ -12,7 +12,8 @@ Choices where the manual is silent, besides those of `i2c_timing` and `i2c_wire`
   waits for the next one, and is noted.
 * The first byte of a 10-bit address that is not acknowledged is sent again after a repeated START.
 * PECR begins anew at each START that is no repeated one.
-* Without both pins in their alternate function nothing begins: START stays set.
+* Without both pins in their alternate function nothing begins: START stays set. At pins that are not open-drain no
+  acknowledge is heard: SDA is high where the chip lets it go.
 * After arbitration was lost the bus counts as free, but while SDA is held low.
 * A STOP or byte that waits because the kernel clock stands still goes on when it runs again.
 """
@@ -80,7 +81,7 @@ class I2c(Peripheral):
             0x00FB_DFFF,
             _SLAVE_CR1 & ~ADDRIE,
             fidelity=Fidelity.PARTLY,
-            note=f"master only: {_SLAVE_NOTE}",
+            note=f"master only: {_SLAVE_NOTE}; the levels of SCL and SDA do not move",
         ),
         Register("CR2", CR2, 0, 0x07FF_FFFF),
         Register("OAR1", OAR1, 0, 0x87FF, 0x8000, fidelity=Fidelity.ABSENT, note=_SLAVE_NOTE),
@@ -122,6 +123,7 @@ class I2c(Peripheral):
         self._levels = (False, False, False, False)
         self._wire = self._make_wire()
         self._timeout = LowTimeout(self.time, self._timed_out)
+        self._hears = True
         self._forget()
 
     def _make_wire(self) -> Wire:
@@ -273,11 +275,14 @@ class I2c(Peripheral):
         """Begin what START asks for, if the bus is free."""
         if not self[CR2] & START or self._owns or self._wire.busy or self[ISR] & BUSY:
             return
-        if all(pin.at_pin() for pin in self._pins):
-            self._wire.start()
-        else:
+        if not all(pin.at_pin() for pin in self._pins):
             text = "START was set, but SCL and SDA are not both at a pin: the bus does not move"
             self.note("misuse", "CR2.START", text)
+            return
+        self._hears = all(pin.open_drain() for pin in self._pins)
+        if not self._hears:
+            self.note("misuse", "SDA", "SCL and SDA are not both open-drain: no slave can pull them low")
+        self._wire.start()
 
     def _started(self) -> None:
         """SDA has fallen for a START: take over what CR2 says."""
@@ -303,7 +308,7 @@ class I2c(Peripheral):
     def _sent(self, acknowledged: bool) -> None:
         """A byte has been sent, of the address or of the data."""
         self._watch_low()
-        if not acknowledged:
+        if not acknowledged or not self._hears:
             self._refused()
         elif self._address:
             self._turns = self._reading

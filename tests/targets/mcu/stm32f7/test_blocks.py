@@ -17,7 +17,7 @@ AHB1ENR, APB1ENR, APB2ENR = RCC + 0x30, RCC + 0x40, RCC + 0x44
 MODER, OTYPER, AFRH = 0x00, 0x04, 0x24
 CR1, CR2, TIMINGR, ISR, RXDR, TXDR = 0x00, 0x04, 0x10, 0x18, 0x24, 0x28
 RAM = 0x2000_0000
-STOPF = 1 << 5
+NACKF, STOPF = 1 << 4, 1 << 5
 
 
 class Board:
@@ -99,6 +99,14 @@ def test_i2c_without_its_pins_does_not_move(board, memory):
     board.advance(100_000)
     assert memory.calls == []
     assert any(note.where == "I2C1_CR2.START" for note in board.machine.notes.all)
+
+
+def test_i2c_at_push_pull_pins_hears_nobody(board, memory):
+    board.open_i2c()
+    board.write(GPIOB + OTYPER, 0)
+    board.write(I2C1 + CR2, 0xA0 | 1 << 13)
+    board.advance(100_000)
+    assert board.read(I2C1 + ISR) == NACKF | STOPF | 1
 
 
 def test_dma_serves_i2c(board, memory):

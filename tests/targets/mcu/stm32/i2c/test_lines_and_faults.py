@@ -185,6 +185,14 @@ class TestPins:
         assert memory.calls == []
         assert rig.chip.noted("misuse") == ["I2C1_CR2.START"]
 
+    @pytest.mark.parametrize("pin", ["SCL", "SDA"])
+    def test_push_pull_hears_no_acknowledge(self, rig, pin):
+        rig.chip.output(f"I2C1_{pin}").only_low = False
+        rig.begin()
+        rig.until("STOPF")
+        assert rig.flags() == {"NACKF", "STOPF"}
+        assert rig.chip.noted("misuse") == ["I2C1_SDA"]
+
 
 class TestStuck:
     def test_a_bus_that_is_idle_looks_busy(self, rig):
