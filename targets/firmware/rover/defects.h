@@ -118,6 +118,10 @@
 #ifndef DEFECT_RPM_150
 #define DEFECT_RPM_150 0
 #endif
+// [g2] A wheel that stops goes on being shown at its last speed for a second | G2 lm393_tachometer.cpp get_rpm
+#ifndef DEFECT_RPM_HELD
+#define DEFECT_RPM_HELD 0
+#endif
 // 32 slots are reckoned with on discs of 20 | G1 at de8cdae
 #ifndef DEFECT_SLOTS_32
 #define DEFECT_SLOTS_32 0

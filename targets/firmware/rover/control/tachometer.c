@@ -42,14 +42,17 @@ void wheels_edge(enum wheel wheel, uint32_t now_us)
 }
 
 // Without an interrupt in between. That a wheel stands is remembered: the age of its last edge wraps some day. An edge that
-// came after `now_us` was taken has a negative age.
+// came after `now_us` was taken has a negative age. While the next edge is late, the wheel is as slow as that at least.
 static uint32_t interval_of(enum wheel wheel, uint32_t now_us)
 {
     irq_disable();
-    if ((int32_t)(now_us - wheels[wheel].edge_us) >= (int32_t)MAX_INTERVAL_US)
+    int32_t age_us = (int32_t)(now_us - wheels[wheel].edge_us);
+    if (age_us >= (int32_t)MAX_INTERVAL_US)
         wheels[wheel].turning = false;
     uint32_t interval_us = wheels[wheel].turning ? wheels[wheel].interval_us : 0;
     irq_enable();
+    if (!DEFECT_RPM_HELD && interval_us && age_us > (int32_t)interval_us)
+        return (uint32_t)age_us;
     return interval_us;
 }
 

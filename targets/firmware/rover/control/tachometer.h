@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // How fast the wheels turn, from the time between two slots of their discs (manual, chapter on the tachometers):
-// 60 / (slots * dt), in rpm. It is 0 where the last slot is a second old (so nothing below 3 rpm is seen) or the result is
-// above 1000, and the median of three readings is taken. It defines wheels_edge of wheels.h.
+// 60 / (slots * dt), in rpm, where dt is also never less than what has passed since the last slot. It is 0 where that is a
+// second (so nothing below 3 rpm is seen) or the result is above 1000, and the median of three readings is taken. It defines
+// wheels_edge of wheels.h.
 
 #pragma once
 

@@ -23,14 +23,20 @@ class Bench:
             self.chip.run(period_s)
             for wheel in wheels:
                 self.chip.turn(wheel)
+        self.last_us = self.chip.now_us
         return self
 
     @property
+    def rpm(self):
+        """Of the left front wheel, now."""
+        self.chip.code.call("tachometer_rpm", LEFT_FRONT)
+        return self.chip.code.float_result
+
+    @property
     def report(self):
-        self.chip.fetch()
-        self.chip.run(0.25)
+        """The latest report of motion."""
         payloads = [frame.payload for frame in FrameReader().receive(self.chip.fetch(), 0)]
-        return next(decode_report(payload) for payload in payloads if payload[0] == 0x83)
+        return [decode_report(payload) for payload in payloads if payload[0] == 0x83][-1]
 
 
 @settings(max_examples=15)
@@ -44,14 +50,28 @@ def test_slots_are_counted_wheel_by_wheel(rover):
     bench = Bench(rover)
     for wheel in range(4):
         bench.turn(100, 0.3, wheels=range(wheel + 1))
+    bench.chip.run(0.3)
     assert bench.report.ticks == (40, 30, 20, 10)
 
 
-def test_a_wheel_that_stops_is_shown_as_standing_after_a_second(rover):
+def test_a_wheel_that_stops_is_as_slow_as_its_last_slot_is_old(rover):
+    """At 100 rpm a slot is due after 30 ms."""
     bench = Bench(rover).turn(100, 0.5)
-    bench.chip.run(0.7)
+    chip = bench.chip
+    for age_s in (0.1, 0.3, 0.9):
+        chip.run(age_s - (chip.now_us - bench.last_us) / 1e6)
+        slowest = 60 / (20 * age_s)
+        assert slowest <= bench.rpm <= slowest * (1 + 0.06 / age_s)  # two readings of 20 ms, and one on the way
+    chip.run(0.4)
+    assert bench.report.rpm == (0.0,) * 4
+
+
+@pytest.mark.parametrize("image", ["rover-rpm-held", "rover-g2"])
+def test_a_wheel_that_stops_goes_on_being_shown_for_a_second(rover, image):
+    bench = Bench(rover, image).turn(100, 0.5)
+    bench.chip.run(0.95)
     assert bench.report.rpm == pytest.approx((100.0,) * 4, rel=1e-3)
-    bench.chip.run(0.1)
+    bench.chip.run(0.35)
     assert bench.report.rpm == (0.0,) * 4
 
 
@@ -59,6 +79,7 @@ def test_the_first_slot_after_a_stop_says_nothing(rover):
     bench = Bench(rover).turn(100, 0.5)
     bench.chip.run(5.0)
     bench.chip.turn(LEFT_FRONT)
+    bench.chip.run(0.3)
     assert bench.report.rpm == (0.0,) * 4
 
 
@@ -74,12 +95,10 @@ def test_above_a_thousand_rpm_is_a_bounce(rover):
 def test_one_bounce_does_not_pass_the_median(rover):
     """At 300 rpm a slot passes every 10 ms, so that a bounce spoils one reading at most."""
     bench = Bench(rover).turn(300, 0.5)
-    code = bench.chip.code
     bench.chip.run(0.0001)
     bench.chip.turn(LEFT_FRONT)
     for _ in range(10):
-        code.call("tachometer_rpm", LEFT_FRONT)
-        assert code.float_result == pytest.approx(300, rel=0.02)
+        assert bench.rpm == pytest.approx(300, rel=0.02)
         bench.turn(300, 0.01)
 
 
@@ -107,14 +126,14 @@ def test_a_wheel_that_stood_for_71_minutes_has_not_moved(rover):
     bench.chip.now_us += 2**32 - 2_000_000 - 20_000
     bench.chip.turn(LEFT_FRONT)
     bench.chip.code.call("tachometer_update", bench.chip.now_us)
-    bench.chip.code.call("tachometer_rpm", LEFT_FRONT)
-    assert bench.chip.code.float_result == 0.0
+    assert bench.rpm == 0.0
 
 
 def test_a_side_is_as_fast_as_its_slower_wheel_and_has_the_sign_of_its_throttle(rover):
     bench = Bench(rover)
-    bench.turn(100, 0.3, wheels=[LEFT_FRONT])
-    bench.turn(50, 0.5, wheels=[LEFT_BACK, RIGHT_FRONT, RIGHT_BACK])
+    for _ in range(10):
+        bench.turn(100, 0.03, wheels=[LEFT_BACK])
+        bench.turn(100, 0.03)
     side_rpm = []
     for side in (0, 1):
         bench.chip.code.call("tachometer_side_rpm", side)
