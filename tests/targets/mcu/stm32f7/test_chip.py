@@ -1,0 +1,273 @@
+"""How the peripherals of the STM32F767 are tied together: memory map, boot addresses, gates, interrupts, absences."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import struct
+from pathlib import Path
+
+import pytest
+
+from targets.boards import Straps, built_in_board
+from targets.mcu.engine.api import Reg
+from targets.mcu.errors import BusFault
+from targets.mcu.fidelity import Fidelity
+from targets.mcu.image import Image, Segment
+from targets.mcu.machine import Machine
+from targets.mcu.stm32f7.gates import GATES
+from targets.mcu.stm32f7.options import FACTORY_OPTCR, Options, encode
+from targets.mcu.symbols import NO_SYMBOLS
+from targets.mcu.testing import peek, poke
+
+FLASH, ITCM_FLASH, SYSTEM, OPTIONS = 0x0800_0000, 0x0020_0000, 0x1FF0_0000, 0x1FFF_0000
+HANG = b"\xfe\xe7"
+BOARD = built_in_board("nucleo-f767zi")
+
+
+def image(*segments, table=FLASH):
+    parts = [Segment(address, data) for address, data in segments]
+    return Image(
+        path=Path("image"),
+        format="bin",
+        digest="",
+        segments=tuple(parts),
+        table=table,
+        stack_pointer=0x2008_0000,
+        reset_vector=table + 0x41,
+        flash_bytes=0,
+        ram_bytes=0,
+        symbols=NO_SYMBOLS,
+        notes=(),
+    )
+
+
+def program(code=HANG, base=FLASH, stack=0x2008_0000):
+    return struct.pack("<II", stack, base + 0x41).ljust(0x40, b"\0") + code
+
+
+@pytest.fixture
+def nucleo():
+    def start(*segments, straps=None, table=FLASH, run_ns=10_000):
+        machine = Machine(BOARD, image(*(segments or ((FLASH, program()),)), table=table), straps=straps)
+        machine.run_to(run_ns)
+        return machine
+
+    return start
+
+
+# --- memory
+
+
+@pytest.mark.parametrize(
+    "address", [0, 0x3FFC, 0x2000_0000, 0x2001_FFFC, 0x2002_0000, 0x2007_BFFC, 0x2007_C000, 0x2007_FFFC]
+)
+def test_ram_is_there(nucleo, address):
+    bus = nucleo().bus
+    bus.write(address, 4, 0x1234_5678)
+    bus.write(address + 1, 1, 0xAB)
+    assert bus.read(address, 4) == 0x1234_AB78
+
+
+@pytest.mark.parametrize(
+    "address", [0x4000, 0x000F_FFFC, 0x0011_0000, 0x0040_0000, 0x0820_0000, 0x1FF1_0000, 0x2008_0000, 0x5006_0C00]
+)
+def test_nothing_is_there(nucleo, address):
+    with pytest.raises(BusFault):
+        nucleo().bus.read(address, 4)
+
+
+def test_the_flash_is_seen_at_two_addresses_and_none_of_them_is_0(nucleo):
+    machine = nucleo()
+    assert machine.bus.read(FLASH, 4) == machine.bus.read(ITCM_FLASH, 4) == 0x2008_0000
+    assert machine.bus.read(0, 4) == 0
+    assert machine.chip.in_flash(FLASH + (2 << 20) - 1)
+    assert machine.chip.in_flash(ITCM_FLASH)
+    assert not machine.chip.in_flash(0)
+
+
+def test_the_signature(nucleo):
+    bus = nucleo().bus
+    assert bus.read(0x1FF0_F442, 2) == 2048
+    assert bus.read(0x1FF0_F420, 4) != 0xFFFF_FFFF
+    assert bus.read(0xE004_2000, 4) == 0x1001_6451
+    assert bus.read(OPTIONS, 4) == 0x5500_AAFF
+
+
+def test_no_word_stands_for_a_bit(nucleo):
+    with pytest.raises(BusFault):
+        nucleo().bus.read(0x4200_0000, 4)
+    with pytest.raises(BusFault):
+        nucleo().bus.read(0x2200_0000, 4)
+
+
+def test_a_byte_to_ahb_leaves_the_other_lanes_alone_and_one_to_apb_does_not(nucleo):
+    machine = nucleo()
+    poke(machine.chip.rcc, "AHB1ENR", 1)
+    poke(machine.chip.rcc, "APB1ENR", 1)
+    machine.bus.write(0x4002_0014, 4, 0xFFFF)  # GPIOA_ODR
+    machine.bus.write(0x4002_0014, 1, 0)
+    assert machine.bus.read(0x4002_0014, 4) == 0xFF00
+    machine.bus.write(0x4000_0028, 1, 0x12)  # TIM2_PSC
+    assert machine.bus.read(0x4000_0028, 4) == 0x1212
+
+
+# --- booting
+
+
+def test_it_starts_by_itcm_from_the_beginning_of_the_flash(nucleo):
+    machine = nucleo()
+    assert machine.core.scb.vector_table == ITCM_FLASH
+    assert machine.engine.get(Reg.PC) == FLASH + 0x40
+    assert machine.engine.get(Reg.SP) == 0x2008_0000
+    assert machine.time.hclk_hz == 16_000_000
+
+
+def test_behind_a_boot_loader_it_starts_where_the_image_begins(nucleo):
+    base = FLASH + 0x8000
+    machine = nucleo((base, program(base=base)), table=base)
+    assert machine.core.scb.vector_table == base
+    assert machine.engine.get(Reg.PC) == base + 0x40
+
+
+def optioned(boot_add0, boot_add1=0x0040):
+    return OPTIONS, encode(Options(optcr=FACTORY_OPTCR & ~3, optcr1=boot_add1 << 16 | boot_add0))
+
+
+@pytest.mark.parametrize(
+    ("half", "table"),
+    [(0x2000, FLASH), (0x2008, FLASH + 0x2_0000), (0x0080, ITCM_FLASH), (0xFFFF, ITCM_FLASH), (0x1000, ITCM_FLASH)],
+)
+def test_boot_add0_says_where_from(nucleo, half, table):
+    machine = nucleo((FLASH, program()), (FLASH + 0x2_0000, program(base=FLASH + 0x2_0000)), optioned(half))
+    assert machine.ended is None
+    assert machine.core.scb.vector_table == table
+
+
+def test_the_boot_pin_chooses_boot_add1(nucleo):
+    machine = nucleo(straps=Straps(boot0=1))
+    assert machine.ended is not None
+    assert machine.ended.kind == "no-boot"
+    assert machine.ended.cause == ("BOOT_ADD1 chooses system memory (0x00100000), whose boot loader is not modelled")
+    ram = nucleo((0x2000_0000, program(base=0x2000_0000)), optioned(0x80, 0x8000), straps=Straps(boot0=1))
+    assert (ram.ended, ram.engine.get(Reg.PC)) == (None, 0x2000_0040)
+    assert peek(ram.chip.peripherals["SYSCFG"], "MEMRMP") & 1
+
+
+def test_code_in_the_ram_of_the_core(nucleo):
+    # ldr r0, =0x101; bx r0: into ITCM, where an image has put its code
+    code = bytes.fromhex("00480047 01010000".replace(" ", ""))
+    machine = nucleo((FLASH, program(code)), (0x100, HANG))
+    assert machine.engine.get(Reg.PC) == 0x100
+    assert machine.waits_in is not None
+    machine.reset("POR")
+    machine.run_to(20_000)
+    assert machine.engine.get(Reg.PC) == 0x100, "what the image puts into RAM is there after power-on, as in a debugger"
+
+
+def test_a_jump_into_erased_flash_is_said_whatever_the_address(nucleo):
+    for target in (FLASH + 0x10_0001, ITCM_FLASH + 0x10_0001):
+        code = bytes.fromhex("00480047") + struct.pack("<I", target)
+        machine = nucleo((FLASH, program(code)), run_ns=1_000_000)
+        assert machine.ended is not None
+        assert "the flash is erased there" in machine.ended.cause
+
+
+def test_a_jump_into_the_boot_loader_is_said(nucleo):
+    code = bytes.fromhex("00480047") + struct.pack("<I", SYSTEM + 0x21)
+    machine = nucleo((FLASH, program(code)), run_ns=1_000_000)
+    assert machine.ended is not None
+    assert "boot loader in system memory, which is not modelled" in machine.ended.cause
+
+
+def test_an_erased_vector_table(nucleo):
+    machine = nucleo((FLASH + 0x4000, b"\x00"), table=FLASH)
+    assert machine.ended is not None
+    assert machine.ended.kind == "lockup"
+
+
+# --- how it is tied together
+
+
+def test_every_gate_has_a_peripheral_and_opens_it(nucleo):
+    chip = nucleo().chip
+    assert set(GATES) <= set(chip.peripherals)
+    three_gates = {"ADC"}  # which it looks at itself
+    for name, (bus, bit) in GATES.items():
+        if name in three_gates:
+            continue
+        peripheral = chip.peripherals[name]
+        register = f"{bus}ENR"
+        poke(chip.rcc, register, peek(chip.rcc, register) & ~(1 << bit))
+        assert not peripheral.clocked, name
+        poke(chip.rcc, register, peek(chip.rcc, register) | 1 << bit)
+        assert peripheral.clocked, name
+
+
+def test_peripherals_do_not_overlap_and_lie_in_windows(nucleo):
+    chip = nucleo().chip
+    places = sorted((one.base, one.base + one.size, one.name) for one in chip.peripherals.values())
+    for (_, end, name), (start, _, other) in itertools.pairwise(places):
+        assert end <= start, f"{name} and {other}"
+    for start, end, name in places:
+        assert any(base <= start and end <= base + size for base, size in chip.REGISTER_WINDOWS), name
+
+
+def test_what_is_absent_says_so_at_the_first_touch(nucleo):
+    machine = nucleo()
+    for name in ("SPI1", "CAN1", "ETH", "USB_OTG_FS", "LTDC", "QUADSPI"):
+        peripheral = machine.chip.peripherals[name]
+        assert all(register.fidelity is Fidelity.ABSENT for register in peripheral.registers.values()), name
+        peripheral.read(min(peripheral.registers))
+    touched = {note.where.rpartition("_")[0] for note in machine.notes.all if note.kind == "unmodelled"}
+    assert touched == {"SPI1", "CAN1", "ETH", "USB_OTG_FS", "LTDC", "QUADSPI"}
+
+
+def test_resets_that_drivers_wait_for_end_at_once(nucleo):
+    chip = nucleo().chip
+    poke(chip.peripherals["ETH"], "DMABMR", 0x2_0101)
+    assert not peek(chip.peripherals["ETH"], "DMABMR") & 1
+    poke(chip.peripherals["USB_OTG_FS"], "GRSTCTL", 1)
+    assert peek(chip.peripherals["USB_OTG_FS"], "GRSTCTL") == 0x8000_0000
+
+
+def test_exti_lines_have_the_ports_that_syscfg_chooses(nucleo):
+    machine = nucleo()
+    chip = machine.chip
+    poke(chip.rcc, "APB2ENR", 1 << 14)
+    for port in "ABCDEFG":
+        poke(chip.peripherals["SYSCFG"], "EXTICR4", ("ABCDEFGHIJK".index(port)) << 8)
+        assert chip.signals.route_of("EXTI14") == f"P{port}14"
+    poke(chip.peripherals["SYSCFG"], "EXTICR4", 0xF << 8)
+    assert chip.signals.route_of("EXTI14") is None
+    poke(chip.peripherals["SYSCFG"], "EXTICR3", 10)
+    assert chip.signals.route_of("EXTI8") is None, "port K has 8 pins"
+
+
+def test_the_wake_up_pins_of_the_package(nucleo):
+    signals = nucleo().chip.signals
+    assert [signals.route_of(f"WKUP{number}") for number in range(1, 5)] == ["PA0", "PA2", "PC1", "PC13"]
+
+
+def test_a_reset_leaves_the_backup_domain_and_the_causes(nucleo):
+    machine = nucleo()
+    chip = machine.chip
+    poke(chip.rcc, "APB1ENR", 1 << 28)
+    poke(chip.pwr, "CR1", 0xC100)
+    poke(chip.rcc, "BDCR", 0x8100)
+    machine.reset("PIN")
+    machine.run_to(20_000)
+    assert peek(chip.rcc, "BDCR") & 0x8100 == 0x8100
+    assert peek(chip.rcc, "CSR") >> 24 == 0x0E
+    machine.reset("POR")
+    machine.run_to(30_000)
+    assert peek(chip.rcc, "BDCR") == 0
+
+
+def test_a_smaller_flash():
+    board = dataclasses.replace(BOARD, chip="STM32F767ZG")
+    machine = Machine(board, image((FLASH, program())))
+    assert len(machine.chip.flash.memory) == 1 << 20
+    assert machine.bus.read(0x1FF0_F442, 2) == 1024
+    with pytest.raises(BusFault):
+        machine.bus.read(FLASH + (1 << 20), 4)
