@@ -23,38 +23,58 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
-from targets.mcu.fidelity import Fidelity
 from targets.mcu.i2c_bus import I2cBus
-from targets.mcu.registers import Peripheral, Register
+from targets.mcu.registers import Peripheral
 from targets.mcu.services import Services
+from targets.mcu.stm32.i2c_message import address_bytes, count, crc8, header
+from targets.mcu.stm32.i2c_registers import (
+    ADDR,
+    ARLO,
+    AUTOEND,
+    BERR,
+    BUSY,
+    CLEARED_BY_ICR,
+    CR1,
+    CR2,
+    ERRIE,
+    ERRORS,
+    FILTERS,
+    ISR,
+    NACK,
+    NACKF,
+    ONLY_SET,
+    OVR,
+    PE,
+    PECBYTE,
+    PECEN,
+    PECERR,
+    PECR,
+    RD_WRN,
+    REGISTERS,
+    RELOAD,
+    RXDMAEN,
+    RXDR,
+    RXNE,
+    SAME_BIT,
+    START,
+    STOP,
+    STOPF,
+    TC,
+    TCIE,
+    TCR,
+    TIMEOUT,
+    TIMEOUTR,
+    TIMINGR,
+    TXDMAEN,
+    TXDR,
+    TXE,
+    TXIS,
+)
 from targets.mcu.stm32.i2c_timeouts import LowTimeout
 from targets.mcu.stm32.i2c_timing import Timing
 from targets.mcu.stm32.i2c_wire import Wire
 
 __all__ = ["I2c"]
-
-CR1, CR2, OAR1, OAR2, TIMINGR, TIMEOUTR, ISR, ICR, PECR, RXDR, TXDR = range(0, 0x2C, 4)
-
-PE, TXIE, RXIE, ADDRIE, NACKIE, STOPIE, TCIE, ERRIE = (1 << bit for bit in range(8))
-TXDMAEN, RXDMAEN = 1 << 14, 1 << 15
-PECEN = 1 << 23
-_FILTERS = 0x1F00
-_SLAVE_CR1 = 0x007B_0008  # ADDRIE, SBC, NOSTRETCH, GCEN, SMBHEN, SMBDEN, ALERTEN
-
-RD_WRN, ADD10, HEAD10R, START, STOP, NACK = (1 << bit for bit in range(10, 16))
-RELOAD, AUTOEND, PECBYTE = 1 << 24, 1 << 25, 1 << 26
-_ONLY_SET = START | STOP | NACK | PECBYTE
-
-TXE, TXIS, RXNE, ADDR, NACKF, STOPF, TC, TCR, BERR, ARLO, OVR, PECERR, TIMEOUT, ALERT = (1 << bit for bit in range(14))
-BUSY = 1 << 15
-_CLEARED_BY_ICR = ADDR | NACKF | STOPF | BERR | ARLO | OVR | PECERR | TIMEOUT | ALERT
-_ERRORS = BERR | ARLO | OVR | PECERR | TIMEOUT | ALERT
-
-_SAME_BIT = TXIE | RXIE | ADDRIE | NACKIE | STOPIE | TCIE
-"""Interrupt enables of CR1 that stand at the bit of their flag in ISR."""
-
-_HEADER = 0xF0
-_SLAVE_NOTE = "the slave mode is not modelled"
 
 
 class I2c(Peripheral):
@@ -73,35 +93,7 @@ class I2c(Peripheral):
         bus: what it is the master of.
     """
 
-    REGISTERS = (
-        Register(
-            "CR1",
-            CR1,
-            0,
-            0x00FB_DFFF,
-            _SLAVE_CR1 & ~ADDRIE,
-            fidelity=Fidelity.PARTLY,
-            note=f"master only: {_SLAVE_NOTE}; the levels of SCL and SDA do not move",
-        ),
-        Register("CR2", CR2, 0, 0x07FF_FFFF),
-        Register("OAR1", OAR1, 0, 0x87FF, 0x8000, fidelity=Fidelity.ABSENT, note=_SLAVE_NOTE),
-        Register("OAR2", OAR2, 0, 0x87FE, 0x8000, fidelity=Fidelity.ABSENT, note=_SLAVE_NOTE),
-        Register("TIMINGR", TIMINGR, 0, 0xF0FF_FFFF),
-        Register(
-            "TIMEOUTR",
-            TIMEOUTR,
-            0,
-            0x8FFF_9FFF,
-            0x8000_1000,
-            fidelity=Fidelity.PARTLY,
-            note="TIDLE and TEXTEN have no effect: SCL low for too long is the only timeout",
-        ),
-        Register("ISR", ISR, TXE, TXE | TXIS),
-        Register("ICR", ICR, 0, _CLEARED_BY_ICR),
-        Register("PECR", PECR, 0, 0),
-        Register("RXDR", RXDR, 0, 0),
-        Register("TXDR", TXDR, 0, 0xFF),
-    )
+    REGISTERS = REGISTERS
 
     def __init__(
         self,
@@ -185,7 +177,7 @@ class I2c(Peripheral):
         self._wire.release()
         self._timeout.high()
         self._forget()
-        self[CR2] &= ~_ONLY_SET
+        self[CR2] &= ~ONLY_SET
         self[ISR] = TXE
         self[PECR] = 0
         self._update()
@@ -195,10 +187,10 @@ class I2c(Peripheral):
     def write_CR1(self, value: int) -> None:
         """Enable and disable; filters, interrupts, DMA."""
         changed = self[CR1] ^ value
-        if changed & _FILTERS and self[CR1] & PE:
+        if changed & FILTERS and self[CR1] & PE:
             self.note("misuse", "CR1.DNF", "the filters may only be set while PE is 0")
         self[CR1] = value
-        if changed & _FILTERS:
+        if changed & FILTERS:
             self._set_timing()
         if changed & PE:
             self._switched(bool(value & PE))
@@ -212,14 +204,14 @@ class I2c(Peripheral):
 
     def write_CR2(self, value: int) -> None:
         """What to transfer; START and STOP."""
-        value |= self[CR2] & _ONLY_SET
+        value |= self[CR2] & ONLY_SET
         if not self[CR1] & PE:
-            value &= ~_ONLY_SET
+            value &= ~ONLY_SET
         self[CR2] = value
         if value & STOP and not value & START and not self._owns:
             self.note("misuse", "CR2.STOP", "set while no transfer is under way: it waits for the next one")
         if self[ISR] & TCR:
-            self._left = _count(value)
+            self._left = count(value)
         if self._waits:
             self._next()
         self._begin()
@@ -244,7 +236,7 @@ class I2c(Peripheral):
 
     def write_ICR(self, value: int) -> None:
         """Clear flags. ADDRCF also takes START back, and so ends the attempts to send a 10-bit address."""
-        self[ISR] &= ~(value & _CLEARED_BY_ICR)
+        self[ISR] &= ~(value & CLEARED_BY_ICR)
         if value & ADDR:
             self[CR2] &= ~START
         self._update()
@@ -293,11 +285,11 @@ class I2c(Peripheral):
         control = self[CR2]
         if self._turns:
             self._turns = False
-            self._address = [_header(control) | 1]
+            self._address = [header(control) | 1]
         else:
-            self._left = _count(control)
+            self._left = count(control)
             self._reading = bool(control & RD_WRN)
-            self._address = _address(control)
+            self._address = address_bytes(control)
         self._update()
 
     def _send_address(self) -> None:
@@ -454,7 +446,7 @@ class I2c(Peripheral):
 
     def _count_pec(self, byte: int) -> None:
         if self[CR1] & PECEN:
-            self[PECR] = _crc8(self[PECR] ^ byte)
+            self[PECR] = crc8(self[PECR] ^ byte)
 
     # --- lines
 
@@ -465,8 +457,8 @@ class I2c(Peripheral):
         self[ISR] = isr = self[ISR] & ~TXIS | (TXIS if wanted else 0)
         cr1 = self[CR1]
         levels = (
-            bool(isr & cr1 & _SAME_BIT or (isr & TCR and cr1 & TCIE)),
-            bool(isr & _ERRORS and cr1 & ERRIE),
+            bool(isr & cr1 & SAME_BIT or (isr & TCR and cr1 & TCIE)),
+            bool(isr & ERRORS and cr1 & ERRIE),
             bool(isr & TXIS and cr1 & TXDMAEN),
             bool(isr & RXNE and cr1 & RXDMAEN),
         )
@@ -477,30 +469,3 @@ class I2c(Peripheral):
         for line, was, level in zip(lines, before, levels, strict=True):
             if level is not was:
                 line.set(level)
-
-
-def _count(control: int) -> int:
-    """Return NBYTES."""
-    return control >> 16 & 0xFF
-
-
-def _header(control: int) -> int:
-    """Return the first byte of a 10-bit address, for writing."""
-    return _HEADER | control >> 7 & 6
-
-
-def _address(control: int) -> list[int]:
-    """Return the bytes that follow START, as far as they come before a repeated one."""
-    reading = bool(control & RD_WRN)
-    if not control & ADD10:
-        return [control & 0xFE | int(reading)]
-    if reading and control & HEAD10R:
-        return [_header(control) | 1]
-    return [_header(control), control & 0xFF]
-
-
-def _crc8(value: int) -> int:
-    """Divide by x^8 + x^2 + x + 1 (RM0410 section 33.4.12)."""
-    for _ in range(8):
-        value = value << 1 ^ (0x107 if value & 0x80 else 0)
-    return value & 0xFF
