@@ -9,7 +9,6 @@ from hilbench.bench_file import BenchFile
 from hilbench.cases import CaseBase
 from hilbench.check.provider import CaseInfo
 from hilbench.devices import DeviceActor
-from hilbench.errors import InternalError
 from hilbench.line_faults import LineFaults
 from hilbench.links import Line, MemoryLink
 from hilbench.rover_hands import ModelHands, RoverHands
@@ -36,21 +35,12 @@ class RoverCase(CaseBase):
     """What every case of a rover has.
 
     Attributes:
-        attended: somebody stands beside the rover.
         peer: the checker's end of the rover's line.
+        hands: who stands beside the rover; None if nobody does.
     """
 
-    attended = True
     peer: RoverPeer
-
-    @property
-    def hands(self) -> RoverHands:
-        """Who stands beside the rover.
-
-        Raises:
-            InternalError: nobody does, and the case has not said that it needs somebody.
-        """
-        raise InternalError("the case needs somebody beside the rover and has not said so")
+    hands: RoverHands | None = None
 
     def _packets(self) -> Sequence[str]:
         return self.peer.evidence()
@@ -85,13 +75,8 @@ class VirtualRoverCase(RoverCase):
         link = MemoryLink(bench.scheduler, line, name="host", faults=faults.plan if faults is not None else None)
         self.peer = RoverPeer(bench, link.a, PROFILES[settings.profile])
         self.robot = make_rover(settings)
-        self._hands = ModelHands(self.robot)
+        self.hands = ModelHands(self.robot)
         self._actor = DeviceActor(bench, self.robot, link.b, name="rover")
-
-    @property
-    def hands(self) -> RoverHands:
-        """Who stands beside the rover."""
-        return self._hands
 
 
 class AttachedRoverCase(RoverCase):
@@ -103,8 +88,6 @@ class AttachedRoverCase(RoverCase):
         peer: the checker's end of the line, settled.
         faults: what goes wrong on the line.
     """
-
-    attended = False
 
     def __init__(self, bench: Bench, case: CaseInfo, peer: RoverPeer, faults: LineFaults | None = None) -> None:
         super().__init__(bench, case, faults)

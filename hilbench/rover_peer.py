@@ -39,6 +39,7 @@ READY_WITHIN_S = 5.0
 """How long a rover may take from power-on to its first answer. A choice; the published firmware sleeps for 1 s."""
 
 _ASK_EVERY_S = 0.25
+_LAST_ANSWERS_S = 0.1
 _FLUSH = b"\n"
 _GAINS = PidGains(kp=0.01, kd=0.0001, ki=0.0001)
 """What the manual says the gains are at power-up."""
@@ -111,6 +112,7 @@ class RoverPeer(LinePeer[Report]):
         for _ in range(round(READY_WITHIN_S / _ASK_EVERY_S)):
             self.send(RequestTelemetry())
             if self.bench.run_until(lambda: bool(self.since(mark, GeneralReport)), _ASK_EVERY_S):
+                self.run(_LAST_ANSWERS_S)  # to what was asked while it booted
                 return True
         self.require_line()
         return False

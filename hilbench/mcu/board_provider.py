@@ -25,6 +25,7 @@ from hilbench.mcu.command_line import open_target
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
+from hilbench.rover_hands import hands_on
 from hilbench.shared import Shared
 
 __all__ = ["BoardProvider"]
@@ -62,7 +63,7 @@ class BoardProvider:
     def capabilities(self) -> frozenset[str]:
         """Boards, programs, variants, parts, and what the world can do."""
         bench_file = self._shared.bench_file
-        found = {"boards", *(f"variant '{name}'" for name in self._variants if name)}
+        found = {"boards", *hands_on(bench_file), *(f"variant '{name}'" for name in self._variants if name)}
         for name, variant in self._variants.items():
             there = {f"part '{part}'" for part in variant.parts}
             there |= {f"program '{one}'" for emulated in variant.boards.values() for one in emulated.programs}

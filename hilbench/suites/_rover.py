@@ -8,13 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from hilbench.check import CaseSetup, Violation, at_most, case, near
+from hilbench.check.provider import CaseBench
 from hilbench.check.recorder import unrecorded
 from hilbench.clock import NS_PER_S
-from hilbench.rover_cases import RoverCase
+from hilbench.errors import InternalError
+from hilbench.mcu.board_case import BoardCase
+from hilbench.rover_hands import RoverBench, RoverHands, RoverOnBoard
 from protocols.pkt import (
+    PROFILES,
     Command,
     ExecutionReport,
     GeneralReport,
@@ -28,7 +32,7 @@ from protocols.pkt import (
 )
 from protocols.pkt.clauses import BOARD_CLAUSES
 
-__all__ = ["Counts", "Rover", "on_rover"]
+__all__ = ["Counts", "Rover", "on_rover", "rover_bench"]
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., object])
 ReportT = TypeVar("ReportT")
@@ -49,6 +53,13 @@ def on_rover(clause_id: str, *, lasts_s: float) -> Callable[[FunctionT], Functio
     """Declare the case of a clause, in each of its profiles."""
     setups = {profile: CaseSetup(program=profile) for profile in _PROFILES[clause_id]}
     return case(clause_id, bench_time_s=lasts_s, setups=setups)
+
+
+def rover_bench(bench: CaseBench) -> RoverBench:
+    """Return the bench of a case as one with a rover."""
+    if isinstance(bench, BoardCase):
+        return RoverOnBoard(bench, PROFILES[bench.case.setup.program or "documented"])
+    return cast("RoverBench", bench)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +94,8 @@ class Rover:
         v2: the rover speaks the last schema: throttles, reports of its motion.
     """
 
-    def __init__(self, bench: RoverCase) -> None:
-        self._bench = bench
+    def __init__(self, bench: RoverBench) -> None:
+        self._hands = bench.hands
         self.peer = bench.peer
         self.schema = self.peer.profile.server.schema
         self.v2 = self.schema is Schema.V2
@@ -95,22 +106,29 @@ class Rover:
     # --- beside the line
 
     @property
+    def hands(self) -> RoverHands:
+        """Who stands beside the rover.
+
+        Raises:
+            InternalError: nobody does, and the case has not said that it needs somebody.
+        """
+        if self._hands is None:
+            raise InternalError("the case needs somebody beside the rover and has not said so")
+        return self._hands
+
+    @property
     def lit(self) -> bool:
         """The test LED is on."""
-        return self._bench.hands.led_is_lit()
+        return self.hands.led_is_lit()
 
     def require_dark(self) -> None:
         """Require that the test LED is off, if anybody can see it."""
-        assert not self._bench.attended or not self.lit, "the LED is on: a rejected frame was executed"
+        assert self._hands is None or not self.lit, "the LED is on: a rejected frame was executed"
 
     @property
     def duties(self) -> tuple[float, float]:
         """What reaches the motors."""
-        return self._bench.hands.duties()
-
-    def force_wheels(self, rpm: float | None) -> None:
-        """Turn all wheels at this speed, hold them for 0, let them go for None."""
-        self._bench.hands.force_wheels(rpm)
+        return self.hands.duties()
 
     # --- bytes out
 

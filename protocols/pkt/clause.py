@@ -37,9 +37,9 @@ class Clause:
         profiles: names of the profiles that hold it, see profiles.py.
         twin: where shipped behaviour is a defect, the clause that says what was promised; else None.
         needs: names of what a bench must be able to do for it to be checked: `server` or `client` under test, `led`
-            (see the test LED), `wheels` (hold them, or turn them at a given speed), `duty` (see what reaches the motor
-            driver), `imu` (hold the IMU still), `gps` (give a position), `boot` (begin from power-up), `client.report`
-            (ask what it understood).
+            (see the test LED), `wheels` (hold them, and see how fast they turn), `duty` (see what reaches the motor
+            driver), `imu` (hold the IMU still), `gps` (know the position), `boot` (begin from power-up),
+            `client.report` (ask what it understood).
     """
 
     id: str
