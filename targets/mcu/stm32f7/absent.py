@@ -237,24 +237,8 @@ class Rtc(Absent):
         super().reset()
 
 
-class Rng(Absent):
-    """The random number generator: no number ever comes."""
-
-    MISSING = "no number ever comes"
-    REGISTERS = registers("CR SR: DR:")
-
-
-class Crc(Absent):
-    """The CRC unit: it computes nothing."""
-
-    MISSING = "it computes nothing"
-    REGISTERS = registers("DR=FFFFFFFF IDR CR @10 INIT=FFFFFFFF POL=4C11DB7")
-
-
 _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
     (Rtc, "RTC", 0x4000_2800),
-    (Rng, "RNG", 0x5006_0800),
-    (Crc, "CRC", 0x4002_3000),
     (LowPowerTimer, "LPTIM1", 0x4000_2400),
     (Can, "CAN3", 0x4000_3400),
     (Spi, "SPI2", 0x4000_3800),

@@ -22,11 +22,13 @@ from targets.mcu.pins import Pins, Source
 from targets.mcu.registers import Peripheral
 from targets.mcu.services import IrqLine, Services
 from targets.mcu.signals import Signals
+from targets.mcu.stm32.crc import Crc
 from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.exti import STM32F7, Exti
 from targets.mcu.stm32.gpio import Gpio, thresholds
 from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.stm32.pin_functions import PinFunctions
+from targets.mcu.stm32.rng import Rng
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f7.absent import Rtc, absent_peripherals
@@ -109,7 +111,7 @@ class Stm32f767(Chip):
         self._system_memory = system_memory(variant.flash_bytes // 1024, unique_id(board.name))
         self._make_core_parts(board)
         self._memories = self._map()
-        self._make_peripherals()
+        self._make_peripherals(board.name)
         everything = (self.rcc, self._flash, self.pwr, self.iwdg, self.wwdg, self.dbgmcu, *self._others)
         self.peripherals = {peripheral.name: peripheral for peripheral in everything}
         for peripheral in self.peripherals.values():
@@ -171,7 +173,7 @@ class Stm32f767(Chip):
             Memory(base=RAM_BASE, data=main, writable=True),
         )
 
-    def _make_peripherals(self) -> None:
+    def _make_peripherals(self, board_name: str) -> None:
         """Everything else."""
         services = self.services
         ports = [
@@ -189,6 +191,8 @@ class Stm32f767(Chip):
             Syscfg(0x4001_3800, services, self.pins, self.signals, boot_pin=self._straps.boot0),
             self.exti,
             BackupSram(0x4002_4000, services, writable=self.pwr.backup_writable),
+            Crc(0x4002_3000, services),
+            Rng(0x5006_0800, services, seed=board_name),
             *self.usarts.values(),
             *self.i2cs.values(),
             *self._timers.values(),

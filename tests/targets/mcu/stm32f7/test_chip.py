@@ -271,3 +271,26 @@ def test_a_smaller_flash():
     assert machine.bus.read(0x1FF0_F442, 2) == 1024
     with pytest.raises(BusFault):
         machine.bus.read(FLASH + (1 << 20), 4)
+
+
+def test_the_crc_unit_takes_bytes_as_bytes(nucleo):
+    machine = nucleo()
+    poke(machine.chip.rcc, "AHB1ENR", 1 << 12)
+    for byte in b"123456789":
+        machine.bus.write(0x4002_3000, 1, byte)
+    assert machine.bus.read(0x4002_3000, 4) == 0x0376_E6E7, "CRC-32/MPEG-2"
+
+
+def test_random_numbers_take_the_48_mhz_clock(nucleo):
+    machine = nucleo()
+    rcc, rng = machine.chip.rcc, machine.chip.peripherals["RNG"]
+    poke(rcc, "AHB2ENR", 1 << 6)
+    poke(rng, "CR", 1 << 2)
+    machine.run_to(2_000_000)
+    assert not peek(rng, "SR") & 1, "the PLL is off"
+    poke(rcc, "PLLCFGR", 16 | 192 << 6 | 4 << 24)
+    poke(rcc, "CR", peek(rcc, "CR") | 1 << 24)
+    machine.run_to(4_000_000)
+    assert machine.chip.services.clocks.kernel("RNG") != 0
+    assert peek(rng, "SR") & 1
+    assert peek(rng, "DR") != 0
