@@ -1,9 +1,10 @@
 """The auxiliary I2C master: it fetches bytes from sensors behind the MPU-9250 (RM-MPU-9250A-00 sections 4.12 to 4.22).
 
-Slaves 0 to 3 are visited at each sample, or at one in 1 + I2C_MST_DLY of them; slave 4 once when it is told to.
-Choices: a visit takes no time and happens at the instant of the sample, so WAIT_FOR_ES and DELAY_ES_SHADOW change
-nothing and the clock of the bus means nothing; the bytes of the slaves that are enabled stand one behind the other in
-EXT_SENS_DATA.
+Slaves 0 to 3 are visited at each sample, or at one in 1 + I2C_MST_DLY of them; slave 4 once when it is told to. What
+slaves deliver stands one behind the other in EXT_SENS_DATA; who is disabled keeps its place until all are, or until
+I2C_MST_RST (section 4.25). Choices: a slave that is enabled anew or with another length makes the places anew; who
+does not acknowledge is asked again at the next sample, and its bytes read 0; a visit takes no time and happens at the
+instant of the sample, so WAIT_FOR_ES and DELAY_ES_SHADOW change nothing and the clock of the bus means nothing.
 """
 
 from __future__ import annotations
@@ -68,6 +69,12 @@ class AuxMaster:
         self.status = 0
         self.slave_4_in = 0
         self._chunks: dict[int, bytes] = {}
+        self._places: dict[int, int] = {}
+
+    def controls_changed(self) -> None:
+        """I2C_SLV0_CTRL to I2C_SLV3_CTRL may have been written: with the last slave the places go."""
+        if not any(self._fetch(control) & _ENABLE for control in _CONTROLS.values()):
+            self._places.clear()
 
     def read_status(self) -> int:
         """I2C_MST_STATUS is read, and cleared by that."""
@@ -87,9 +94,12 @@ class AuxMaster:
             due = not delayed >> number & 1 or sample % every == 0
             if visit.control & _ENABLE and due:
                 self._chunks[number] = self._exchange(visit, at_ns)
-        self.external = b"".join(self.chunk(number) for number in range(4) if self._visit(number).reads)[
-            :EXTERNAL_BYTES
-        ].ljust(EXTERNAL_BYTES, b"\0")
+            if visit.control & _ENABLE and visit.reads:
+                self._places[number] = visit.length
+        placed = (
+            self._chunks.get(number, b"")[:size].ljust(size, b"\0") for number, size in sorted(self._places.items())
+        )
+        self.external = b"".join(placed)[:EXTERNAL_BYTES].ljust(EXTERNAL_BYTES, b"\0")
         return self._visit_slave_4(at_ns)
 
     def _visit(self, number: int) -> _Visit:

@@ -47,6 +47,7 @@ _NOTHING = (0,) * _WORDS
 _OUTPUTS = range(Reg.ACCEL_XOUT_H, Reg.EXT_SENS_DATA_00)
 _EXTERNALS = range(Reg.EXT_SENS_DATA_00, Reg.EXT_SENS_DATA_00 + EXTERNAL_BYTES)
 _DMP = range(0x6D, 0x72)
+_SLAVE_CONTROLS = (Reg.I2C_SLV0_CTRL, Reg.I2C_SLV1_CTRL, Reg.I2C_SLV2_CTRL, Reg.I2C_SLV3_CTRL)
 _CLOCKED = (
     Reg.SMPLRT_DIV,
     Reg.CONFIG,
@@ -308,6 +309,8 @@ class Chip:
             self._fifo.put(bytes((value,)))
         elif address == Reg.ACCEL_INTEL_CTRL:
             self._reference = None
+        elif address in _SLAVE_CONTROLS:
+            self._master.controls_changed()
         self._configure_sensing()
         self._note_absent(address, value)
 

@@ -14,7 +14,6 @@ class Fifo:
 
     Attributes:
         keeps_old: FIFO_MODE 1: what does not fit is lost; else the oldest bytes are.
-        count: bytes in it.
     """
 
     def __init__(self) -> None:
@@ -40,7 +39,7 @@ class Fifo:
         return len(data) > room
 
     def take(self) -> int:
-        """Return the oldest byte and drop it; of an empty FIFO the byte that was read last (choice)."""
+        """Return the oldest byte and drop it; of an empty FIFO the byte that was read last."""
         if self._bytes:
             self._last = self._bytes.popleft()
         return self._last

@@ -261,6 +261,32 @@ def test_several_slaves_stand_one_behind_the_other(make_imu) -> None:
     assert imu.read(0x49, 4) == b"\x48\x48\x9a\x00"
 
 
+def test_a_disabled_slave_keeps_its_place_until_all_are(make_imu) -> None:
+    imu = make_imu()
+    _auxiliary(imu)
+    imu.write(0x25, 0x8C, 0x00, 0x81)
+    imu.write(0x28, 0x8C, 0x01, 0x81)
+    imu.run(10)
+    imu.write(0x27, 0x00)
+    imu.run(10)
+    assert imu.read(0x49, 2) == b"\x48\x9a"
+    imu.write(0x2A, 0x00)
+    imu.write(0x2A, 0x81)
+    imu.run(10)
+    assert imu.read(0x49, 2) == b"\x9a\x00"
+
+
+def test_more_bytes_than_there_is_room_for_are_lost(make_imu) -> None:
+    imu = make_imu()
+    _auxiliary(imu)
+    for first in (0x25, 0x28):
+        imu.write(first, 0x8C, 0x00, 0x8F)
+    imu.run(10)
+    found = imu.read(0x49, 25)
+    assert found[13] == found[15] == 0x48
+    assert found[24] == 0
+
+
 def test_bytes_of_a_word_can_be_swapped(make_imu) -> None:
     imu = make_imu()
     _auxiliary(imu)
