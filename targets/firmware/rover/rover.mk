@@ -10,7 +10,7 @@ ROVER_LDFLAGS := $(ROVER_CPU) $(filter-out -mcpu=% -mthumb,$(LDFLAGS)) -Lrover
 
 # What is the same in all images, and what asks for an option and so is compiled for each: options.h sees to it.
 ROVER_SAME := startup board/clock board/time board/gps_line board/wheels board/leds board/watchdog board/i2c \
-              protocol/crc sensors/imu sensors/nmea sensors/gps sensors/angles
+              protocol/crc sensors/imu sensors/readings sensors/nmea sensors/gps sensors/angles
 ROVER_EACH := main rover board/link board/motors protocol/decoder protocol/encoder protocol/commands protocol/reports \
               control/pid control/drive control/tachometer sensors/attitude
 

@@ -8,19 +8,14 @@
 #include "rover/board/i2c.h"
 #include "rover/board/time.h"
 #include "rover/sensors/mpu9250.h"
+#include "rover/sensors/readings.h"
 
-#define READ_TICKS 10u       // 10 Hz (manual, table of tasks)
-#define READ_BEFORE 1u       // ticks ahead, so that what is reported at a multiple of them is fresh
-#define START_TICKS 10u      // 100 ms from power-up to the first register (PS-MPU-9250A-01, 3.4.2)
-#define TRANSFER_TICKS 3u    // 16 bytes take half a millisecond
+#define READ_TICKS 10u    // 10 Hz (manual, table of tasks)
+#define READ_BEFORE 1u    // ticks ahead, so that what is reported at a multiple of them is fresh
+#define START_TICKS 10u   // 100 ms from power-up to the first register (PS-MPU-9250A-01, 3.4.2)
+#define TRANSFER_TICKS 3u // 16 bytes take half a millisecond
 #define RETRY_TICKS 100u
-#define CALIBRATION_READINGS 50u // one each tick
-#define STILL_LSB 262            // 2 deg/s: what moves more while it is calibrated keeps a bias of 0 (choice)
-#define MISSES_ALLOWED 5u        // readings in a row without new data
-
-#define ACCELERATION_G (2.0f / 32768.0f)
-#define RATE_DEG_S (250.0f / 32768.0f)
-#define FIELD_MGAUSS 1.5f // 0.15 uT (MS1356-E, 8.3.4)
+#define MISSES_ALLOWED 5u // readings in a row without new data
 
 // --- the script
 
@@ -54,16 +49,10 @@ static const struct step {
 static enum { PAUSED, IN_SCRIPT, CALIBRATING, RUNNING } phase;
 static enum { NOTHING, A_STEP, THE_MPU, THE_AK } asked; // of the bus
 static uint32_t step;
-static uint32_t wait_ticks;     // until the next step, or the end of the pause
-static uint32_t transfer_ticks; // until a transfer is given up
-static uint8_t bytes[15];
+static uint32_t wait_ticks;         // until the next step, or the end of the pause
+static uint32_t transfer_ticks;     // until a transfer is given up
+static uint8_t bytes[MOTION_BYTES]; // that the transfer under way brings
 static bool has_field;
-static float sensitivity[3];
-
-static uint32_t calibrated;  // readings
-static int32_t rate_sum[3];
-static int16_t rate_low[3], rate_high[3];
-static float bias_deg_s[3];
 static uint32_t misses;
 
 struct imu imu;
@@ -82,6 +71,7 @@ static void fail(void)
     asked = NOTHING;
     phase = PAUSED;
     wait_ticks = RETRY_TICKS;
+    misses = 0;
 }
 
 void imu_start(void)
@@ -92,17 +82,6 @@ void imu_start(void)
     step = 0;
     wait_ticks = START_TICKS;
     has_field = true;
-}
-
-static void begin_calibration(void)
-{
-    phase = CALIBRATING;
-    calibrated = 0;
-    for (unsigned axis = 0; axis < 3; ++axis) {
-        rate_sum[axis] = 0;
-        rate_low[axis] = INT16_MAX;
-        rate_high[axis] = INT16_MIN;
-    }
 }
 
 static void ask_step(void)
@@ -120,14 +99,8 @@ static void ask_step(void)
 static void end_script(void)
 {
     step = 0;
-    begin_calibration();
-}
-
-// ASA: 128 stands for a factor of 1 (MS1356-E, 8.3.11).
-static void take_sensitivity(void)
-{
-    for (unsigned axis = 0; axis < 3; ++axis)
-        sensitivity[axis] = FIELD_MGAUSS * ((float)(bytes[axis] - 128) / 256.0f + 1.0f);
+    phase = CALIBRATING;
+    readings_begin_calibration();
 }
 
 // The next step follows at once, unless the sensor needs time.
@@ -142,7 +115,7 @@ static void take_step(bool done)
         fail();
     } else {
         if (now->action == READ_SENSITIVITY)
-            take_sensitivity();
+            readings_set_sensitivity(bytes);
         wait_ticks = now->wait_ticks;
         if (++step == STEPS)
             end_script();
@@ -152,50 +125,6 @@ static void take_step(bool done)
 }
 
 // --- readings
-
-static int16_t big_endian(const uint8_t *at) { return (int16_t)(at[0] << 8 | at[1]); }
-
-static int16_t little_endian(const uint8_t *at) { return (int16_t)(at[1] << 8 | at[0]); }
-
-// bytes: INT_STATUS, then acceleration, temperature and rate, two bytes each.
-#define ACCELERATION_AT (bytes + 1)
-#define TEMPERATURE_AT (bytes + 7)
-#define RATE_AT (bytes + 9)
-
-static void calibrate(void)
-{
-    for (unsigned axis = 0; axis < 3; ++axis) {
-        int16_t rate = big_endian(RATE_AT + 2 * axis);
-        rate_sum[axis] += rate;
-        if (rate < rate_low[axis])
-            rate_low[axis] = rate;
-        if (rate > rate_high[axis])
-            rate_high[axis] = rate;
-    }
-    if (++calibrated < CALIBRATION_READINGS)
-        return;
-    for (unsigned axis = 0; axis < 3; ++axis) {
-        bool still = rate_high[axis] - rate_low[axis] < STILL_LSB;
-        bias_deg_s[axis] = still ? (float)rate_sum[axis] / (float)CALIBRATION_READINGS * RATE_DEG_S : 0.0f;
-    }
-    phase = RUNNING;
-}
-
-static void take_motion(void)
-{
-    float rate[3];
-    for (unsigned axis = 0; axis < 3; ++axis)
-        rate[axis] = (float)big_endian(RATE_AT + 2 * axis) * RATE_DEG_S - bias_deg_s[axis];
-    imu.rate_deg_s = (struct vector){rate[0], rate[1], rate[2]};
-    imu.acceleration_g = (struct vector){
-        (float)big_endian(ACCELERATION_AT) * ACCELERATION_G,
-        (float)big_endian(ACCELERATION_AT + 2) * ACCELERATION_G,
-        (float)big_endian(ACCELERATION_AT + 4) * ACCELERATION_G,
-    };
-    imu.temperature_c = (float)big_endian(TEMPERATURE_AT) / 333.87f + 21.0f;
-    imu.valid = true;
-    imu.failed = false;
-}
 
 static void end_reading(void)
 {
@@ -213,29 +142,14 @@ static void take_mpu(void)
     }
     misses = 0;
     if (phase == CALIBRATING) {
-        calibrate();
+        phase = readings_calibrate(bytes) ? RUNNING : CALIBRATING;
         return;
     }
-    take_motion();
+    readings_take_motion(bytes);
     if (has_field)
-        ask_read(THE_AK, AK, AK_ST1, 8);
+        ask_read(THE_AK, AK, AK_ST1, FIELD_BYTES);
     else
         end_reading();
-}
-
-// The AK8963's X is the other sensors' Y, its Y their X, its Z points the other way (PS-MPU-9250A-01, section 9.1).
-static void take_ak(void)
-{
-    bool overflow = bytes[7] & AK_HOFL;
-    if (bytes[0] & AK_DRDY) {
-        imu.field_valid = !overflow;
-        imu.field_mgauss = (struct vector){
-            (float)little_endian(bytes + 3) * sensitivity[1],
-            (float)little_endian(bytes + 1) * sensitivity[0],
-            -(float)little_endian(bytes + 5) * sensitivity[2],
-        };
-    }
-    end_reading();
 }
 
 static void take(bool done)
@@ -248,7 +162,8 @@ static void take(bool done)
     } else if (asked == THE_MPU) {
         take_mpu();
     } else {
-        take_ak();
+        readings_take_field(bytes);
+        end_reading();
     }
 }
 
@@ -275,7 +190,7 @@ void imu_tick(uint32_t tick)
     } else if (phase == IN_SCRIPT) {
         ask_step();
     } else if (is_time_to_read(tick)) {
-        ask_read(THE_MPU, MPU, MPU_INT_STATUS, sizeof bytes);
+        ask_read(THE_MPU, MPU, MPU_INT_STATUS, MOTION_BYTES);
     }
 }
 
