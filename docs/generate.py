@@ -32,7 +32,7 @@ from worlds.vehicles import find_vehicle
 from worlds.vehicles.pioneer_2dx import vehicle
 
 FOLDER = Path(__file__).parent
-CHIP = "STM32F103C8"
+CHIPS = {"mcu-registers.md": "STM32F103C8", "mcu-registers-f767.md": "STM32F767ZI"}
 MANY_NAMES = 8
 NOTE = "<!-- Made from the code by docs/generate.py; change the code, then run `make docs`. -->\n\n"
 
@@ -48,7 +48,7 @@ def pages() -> Mapping[str, str]:
         "pkt/frames.md": pkt_frames_page(),
         "pkt/clauses.md": pkt_clauses_page(),
         "fidelity.md": fidelity_page(),
-        "mcu-registers.md": registers_page(),
+        **{page: registers_page(chip) for page, chip in CHIPS.items()},
         "bluepill-clauses.md": bluepill_page(),
         "parts.md": parts_page(),
         "vehicles.md": vehicles_page(),
@@ -325,16 +325,16 @@ def fidelity_page() -> str:
     )
 
 
-def registers_page() -> str:
-    """The fidelity ledger of the emulated microcontroller."""
-    ledger = ledger_of(CHIP)
+def registers_page(chip: str) -> str:
+    """The fidelity ledger of an emulated microcontroller."""
+    ledger = ledger_of(chip)
     rows = [(f"`{part.name}`", f"0x{part.base:08X}", *_counts(part)) for part in ledger]
     total = [str(sum(int(row[column]) for row in rows)) for column in (2, 3, 4)]
     head = ("Peripheral", "Base", *(fidelity.value.capitalize() for fidelity in Fidelity))
     remarks = [row for part in ledger for row in _remarks(part)]
     return (
-        f"# The registers of the emulated {CHIP}\n\n"
-        f"What `hilbench doctor --fidelity {CHIP}` prints, shortened. [mcu.md](mcu.md) says what the words mean.\n\n"
+        f"# The registers of the emulated {chip}\n\n"
+        f"What `hilbench doctor --fidelity {chip}` prints, shortened. [mcu.md](mcu.md) says what the words mean.\n\n"
         + _table(head, [*rows, ("all", "", *total)])
         + "\n## What to know of them\n\nRegisters that are not named here are modelled, without a remark.\n\n"
         + _table(("Registers", "How far", "Bits without effect", "Remark"), remarks)
