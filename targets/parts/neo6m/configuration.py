@@ -9,9 +9,10 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from targets.parts.neo6m.nav_messages import NAV, NAV_MESSAGES
-from targets.parts.neo6m.nmea import SENTENCES
+from targets.parts.neo6m.nmea import PUBX_SENTENCES, SENTENCES
 from targets.parts.neo6m.ubx import UbxMessage
 
 __all__ = ["CFG", "NMEA", "PUBX", "Configurator", "Nav5", "Reset", "State"]
@@ -25,6 +26,9 @@ _KNOWN_PUBX = (0x00, 0x01, 0x03, 0x04, 0x05, 0x06)
 _SPOKEN_AT_START = ("GGA", "GLL", "GSA", "GSV", "RMC", "VTG")
 _LEAST_PERIOD_MS = 200
 """5 Hz at most (NEO-6 data sheet table 2)."""
+
+_KEPT = {0x02: 10, 0x07: 20, 0x11: 2, 0x13: 4, 0x16: 8, 0x17: 4, 0x1D: 28, 0x23: 40, 0x31: 32, 0x3B: 44}
+"""INF, TP, RXM, ANT, SBAS, NMEA, TMODE, NAVX5, TP5 and PM2, with the size of their payload, or of a block of it."""
 
 _NAV5_FORM = struct.Struct("<HBBiIbBHHHHBBIII")
 _PORT_FORM = struct.Struct("<BBHIIHHHH")
@@ -120,6 +124,7 @@ class Configurator:
         self._note = note
         self.state = self._default
         self.reset: Reset | None = None
+        self._kept: dict[int, bytes] = {}
         self._handlers: dict[int, Callable[[bytes], list[UbxMessage] | None]] = {
             _PRT: self._prt,
             _MSG: self._msg,
@@ -135,16 +140,29 @@ class Configurator:
 
     def handle(self, message: UbxMessage) -> list[UbxMessage]:
         """Do what a CFG message says; return the answers."""
-        handler = self._handlers.get(message.number)
-        if handler is None:
-            self._note(f"UBX-CFG 0x{message.number:02X} is not modelled: not acknowledged")
-        answers = handler(message.payload) if handler else None
+        handler = self._handlers.get(message.number, partial(self._keep, message.number))
+        answers = handler(message.payload)
         if self.reset is not None:
             return []
         done = UbxMessage(group=0x05, number=answers is not None, payload=bytes((CFG, message.number)))
         return [*(answers or ()), done]
 
     # --- each returns what it answers before the acknowledge, or None to refuse
+
+    def _keep(self, number: int, payload: bytes) -> list[UbxMessage] | None:
+        """Take what has no effect here, if it has the right size; give it back when it is asked for."""
+        if number not in _KEPT or len(payload) % _KEPT[number]:
+            self._note(f"UBX-CFG 0x{number:02X} is not modelled: not acknowledged")
+            return None
+        if payload:
+            self._note(f"UBX-CFG 0x{number:02X} is kept, and has no effect")
+            self._kept[number] = payload
+            return []
+        known = self._kept.get(number)
+        if known is None:
+            self._note(f"UBX-CFG 0x{number:02X}: what the receiver begins with is not modelled: not acknowledged")
+            return None
+        return [_cfg_message(number, known)]
 
     def _prt(self, payload: bytes) -> list[UbxMessage] | None:
         if len(payload) <= 1:
@@ -250,6 +268,8 @@ class Configurator:
 def _written(group: int, number: int) -> bool:
     if group == NMEA:
         return number in {known for known, _ in SENTENCES.values()}
+    if group == PUBX:
+        return number in PUBX_SENTENCES
     return group == NAV and number in NAV_MESSAGES
 
 

@@ -48,6 +48,7 @@ class Navigation:
         self._place = Track((0.0, 0.0, 0.0))
         self._speed = Track((0.0, 0.0, 0.0))
         self._wander = Wander(settings, seed)
+        self._course_deg = 0.0
         self._open = dops_of(SATELLITES, flat=False)
         self.acquisition = Acquisition(settings, seed)
         self.sky = 1.0
@@ -74,7 +75,6 @@ class Navigation:
         self.acquisition.step(len(seen), now_ns)
         self._wander.step(now_ns)
         fix, dops = self._fix(seen, nav5)
-        metres = self._metres_per_dop()
         found = self.acquisition.found
         tracked = seen if found else seen[: math.floor(len(seen) * self.acquisition.progress)]
         return Solution(
@@ -87,10 +87,8 @@ class Navigation:
             placed=self.acquisition.placed,
             used=len(seen) if fix else 0,
             dops=dops if fix else NONE,
-            horizontal_m=metres * dops.horizontal,
-            vertical_m=metres * dops.vertical,
+            metres_per_dop=self._metres_per_dop(),
             speed_m_s=settings.velocity_m_s / MEDIAN * math.sqrt(3),
-            course_from_m_s=settings.course_from_m_s,
             geoid_m=settings.geoid_m,
             leap_seconds=settings.leap_seconds,
             first_fix_ms=self.acquisition.first_fix_ms,
@@ -119,7 +117,17 @@ class Navigation:
         local = Tangent(here)
         true_m_s = self._tangent.direction(self._enu(self._speed.unfiltered_at(now_ns)))
         enu_m_s = _sum(local.components(true_m_s), self._wander.velocity_m_s)
-        return Motion(place=here, ecef_m=ecef_m, enu_m_s=enu_m_s, ecef_m_s=local.direction(enu_m_s))
+        frozen = math.hypot(*enu_m_s[:2]) < self._settings.course_from_m_s
+        if not frozen:
+            self._course_deg = math.degrees(math.atan2(enu_m_s[0], enu_m_s[1])) % 360
+        return Motion(
+            place=here,
+            ecef_m=ecef_m,
+            enu_m_s=enu_m_s,
+            ecef_m_s=local.direction(enu_m_s),
+            course_deg=self._course_deg,
+            course_frozen=frozen,
+        )
 
     def _enu(self, world: tuple[float, ...]) -> Vector:
         """A vector of the world, whose x axis has a bearing and whose y axis lies to the left of it."""

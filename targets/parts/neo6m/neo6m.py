@@ -10,13 +10,14 @@ is on its way out, and the rate of the line, decide when a byte is there. What i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
 
-from targets.parts.neo6m.configuration import CFG, MON, NMEA, Configurator, Reset
+from targets.parts.neo6m.configuration import CFG, MON, NMEA, PUBX, Configurator, Reset
 from targets.parts.neo6m.events import FixChanged, ReceiverNote, ReceiverStarted
 from targets.parts.neo6m.nav_messages import NAV, NAV_MESSAGES
 from targets.parts.neo6m.navigation import Navigation
-from targets.parts.neo6m.nmea import SENTENCES, parse_sentence, text
+from targets.parts.neo6m.nmea import PUBX_SENTENCES, SENTENCES, parse_sentence, text
 from targets.parts.neo6m.settings import Neo6mSettings
 from targets.parts.neo6m.solution import Fix, Solution
 from targets.parts.neo6m.ubx import Dropped, Inlet, Line, UbxMessage, frame
@@ -68,8 +69,8 @@ class Neo6m(Part):
         "multipath, and errors that depend on speed or acceleration",
         "SBAS, DGPS, AssistNow, dead reckoning, static hold, platform models, power save mode",
         "the ports USB, DDC and SPI",
-        "sentences DTM, GBS, GRS, GST, and those of u-blox (PUBX,00 to 04)",
-        "UBX classes RXM, AID, TIM, and of CFG all but PRT, MSG, RATE, RST, CFG and NAV5",
+        "the sentence GRS, and PUBX,01, 05 and 06",
+        "UBX classes RXM, AID and TIM; effects of CFG messages other than PRT, MSG, RATE, RST, CFG and NAV5",
     )
     Settings = Neo6mSettings
 
@@ -214,7 +215,9 @@ class Neo6m(Part):
             if (NAV, number) in due
         ]
         self._send(messages, _UBX, now_ns)
-        self._send((write(solution) for number, write in SENTENCES.values() if (NMEA, number) in due), _NMEA, now_ns)
+        sentences = [write(solution) for number, write in SENTENCES.values() if (NMEA, number) in due]
+        sentences += [write(solution) for number, write in PUBX_SENTENCES.items() if (PUBX, number) in due]
+        self._send(sentences, _NMEA, now_ns)
 
     def _send(self, messages: Iterable[bytes], protocol: int, now_ns: int) -> None:
         """Put messages on the line, as long as they need not wait for too long there."""
@@ -267,18 +270,20 @@ class Neo6m(Part):
 
     def _take_poll(self, group: int, number: int, now_ns: int) -> None:
         """A message without payload asks for one; there is none to give before the first solution."""
-        sentences = dict(SENTENCES.values())
         if (group, number) == (MON, _MON_VER):
             self._send([frame(UbxMessage(group=MON, number=_MON_VER, payload=_VERSION))], _UBX, now_ns)
         elif group == NAV and number in NAV_MESSAGES:
             if self._last is not None:
                 payload = NAV_MESSAGES[number](self._last)
                 self._send([frame(UbxMessage(group=NAV, number=number, payload=payload))], _UBX, now_ns)
-        elif group == NMEA and number in sentences:
-            if self._last is not None:
-                self._send([sentences[number](self._last)], _NMEA, now_ns)
+        elif (group, number) in _WRITERS:
+            self._answer(_WRITERS[group, number], now_ns)
         else:
             self._note(f"UBX 0x{group:02X} 0x{number:02X} is not modelled: not answered")
+
+    def _answer(self, write: Callable[[Solution], bytes], now_ns: int) -> None:
+        if self._last is not None:
+            self._send([write(self._last)], _NMEA, now_ns)
 
     def _take_line(self, line: bytes, now_ns: int) -> None:
         if not self._configurator.state.takes & _NMEA:
@@ -287,7 +292,7 @@ class Neo6m(Part):
         if fields is None:
             self._note("dropped a sentence with a wrong checksum")
         elif fields[0] == "PUBX":
-            self._take_pubx(fields)
+            self._take_pubx(fields, now_ns)
             self._plan_rate(now_ns)
         elif fields[0][2:] == "GPQ":
             self._take_query(fields, now_ns)
@@ -298,13 +303,16 @@ class Neo6m(Part):
         known = SENTENCES.get(fields[1]) if len(fields) > 1 else None
         if known is None:
             self._note(f"a query of {','.join(fields[1:])} is not answered")
-        elif self._last is not None:
-            self._send([known[1](self._last)], _NMEA, now_ns)
+        else:
+            self._answer(known[1], now_ns)
 
-    def _take_pubx(self, fields: list[str]) -> None:
-        """PUBX,40: how often a sentence comes; PUBX,41: the port. Neither is answered."""
+    def _take_pubx(self, fields: list[str], now_ns: int) -> None:
+        """PUBX,40: how often a sentence comes; PUBX,41: the port; neither is answered. Others are queries."""
         kind = fields[1] if len(fields) > 1 else ""
         try:
+            if len(fields) == 2 and (PUBX, int(kind)) in _WRITERS:
+                self._answer(_WRITERS[PUBX, int(kind)], now_ns)
+                return
             if kind == "40" and fields[2] in _SENTENCE_NUMBERS:
                 self._configurator.set_rate(NMEA, _SENTENCE_NUMBERS[fields[2]], int(fields[4]) & 0xFF)
                 return
@@ -320,6 +328,12 @@ class Neo6m(Part):
             self._noted.add(words)
             self._ports.tell(ReceiverNote(text=words))
 
+
+_WRITERS: Mapping[tuple[int, int], Callable[[Solution], bytes]] = MappingProxyType(
+    {(NMEA, number): write for number, write in SENTENCES.values()}
+    | {(PUBX, number): write for number, write in PUBX_SENTENCES.items()}
+)
+"""Of the sentences, by class and number."""
 
 _SENTENCE_NUMBERS = {
     "GGA": 0x00,

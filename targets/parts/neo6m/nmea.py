@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
+from targets.parts.neo6m.gps_time import week_of
 from targets.parts.neo6m.solution import Fix, Solution
 
-__all__ = ["SENTENCES", "parse_sentence", "sentence", "text"]
+__all__ = ["PUBX_SENTENCES", "SENTENCES", "parse_sentence", "sentence", "text"]
 
 _KNOTS, _KM_H = 3600 / 1852, 3.6
 _PER_GSV = 4
@@ -42,6 +43,10 @@ def _time(now: Solution) -> str:
     return f"{utc.hour:02}{utc.minute:02}{utc.second:02}.{utc.nano // 10_000_000:02}" if now.time_known else ""
 
 
+def _date(now: Solution) -> str:
+    return f"{now.utc.day:02}{now.utc.month:02}{now.utc.year % 100:02}" if now.time_known else ""
+
+
 def _angle(degrees: float, width: int, ends: str) -> tuple[str, str]:
     """Degrees and minutes with five decimals, and the letter of the half of the globe."""
     hundred_thousandths = round(abs(degrees) * 60 * 100_000)
@@ -57,9 +62,9 @@ def _position(now: Solution) -> tuple[str, str, str, str]:
 
 
 def _course(now: Solution) -> str:
+    """A frozen course is not told."""
     motion = now.motion
-    known = now.fix and motion.ground_m_s >= now.course_from_m_s
-    return f"{round(motion.course_deg, 2) % 360:.2f}" if known else ""
+    return f"{round(motion.course_deg, 2) % 360:.2f}" if now.fix and not motion.course_frozen else ""
 
 
 def _speed(now: Solution, per_m_s: float) -> str:
@@ -76,10 +81,10 @@ def _mode(now: Solution) -> str:
 
 def rmc(now: Solution) -> bytes:
     """Recommended minimum."""
-    utc = now.utc
-    date = f"{utc.day:02}{utc.month:02}{utc.year % 100:02}" if now.time_known else ""
     speed = _speed(now, _KNOTS)
-    return sentence("GPRMC", _time(now), _status(now), *_position(now), speed, _course(now), date, "", "", _mode(now))
+    return sentence(
+        "GPRMC", _time(now), _status(now), *_position(now), speed, _course(now), _date(now), "", "", _mode(now)
+    )
 
 
 def vtg(now: Solution) -> bytes:
@@ -134,6 +139,65 @@ def zda(now: Solution) -> bytes:
     return sentence("GPZDA", _time(now), f"{utc.day:02}", f"{utc.month:02}", f"{utc.year:04}", "00", "00")
 
 
+def gst(now: Solution) -> bytes:
+    """Standard deviations of the position; the ellipse of the error is left out."""
+    if not now.fix:
+        return sentence("GPGST", _time(now), *[""] * 7)
+    dops = (now.dops.north, now.dops.east, now.dops.vertical)
+    errors = (f"{now.metres_per_dop * dop:.1f}" for dop in dops)
+    return sentence("GPGST", _time(now), f"{now.metres_per_dop:.1f}", "", "", "", *errors)
+
+
+def gbs(now: Solution) -> bytes:
+    """Expected errors; no satellite is suspected."""
+    dops = (now.dops.north, now.dops.east, now.dops.vertical)
+    errors = [f"{now.metres_per_dop * dop:.1f}" for dop in dops] if now.fix else [""] * 3
+    return sentence("GPGBS", _time(now), *errors, "", "", "", "")
+
+
+def dtm(now: Solution) -> bytes:  # noqa: ARG001
+    """The datum is WGS 84 always."""
+    return sentence("GPDTM", "W84", "", "0.0", "N", "0.0", "E", "0.0", "W84")
+
+
+def pubx_00(now: Solution) -> bytes:
+    """Position of u-blox: height above the ellipsoid, kind of fix, accuracies, km/h, speed downwards."""
+    status = {Fix.NONE: "NF", Fix.FIX_2D: "G2", Fix.FIX_3D: "G3"}[now.fix]
+    dops = (now.dops.horizontal, now.dops.vertical, now.dops.time)
+    tail = [f"{min(dop, 99.99):.2f}" for dop in dops] + [str(now.used), "0", "0"]
+    if not now.fix:
+        return sentence("PUBX", "00", _time(now), *[""] * 4, "0.000", status, *[""] * 6, *tail)
+    height, down = f"{now.motion.place.height_m:.3f}", f"{-now.motion.enu_m_s[2]:.3f}"
+    accuracies = (f"{now.horizontal_m:.1f}", f"{now.vertical_m:.1f}")
+    moving = (_speed(now, _KM_H), _course(now), down, "")
+    return sentence("PUBX", "00", _time(now), *_position(now), height, status, *accuracies, *moving, *tail)
+
+
+def pubx_03(now: Solution) -> bytes:
+    """Satellites: number, U used or - not, azimuth, elevation, strength, seconds of lock (64 at most)."""
+    fields: list[str] = []
+    for index, one in enumerate(now.tracked):
+        where = (f"{one.azimuth_deg:03}", f"{one.elevation_deg:02}") if now.placed else ("", "")
+        used = "U" if index < now.used else "-"
+        lock = min(64, now.uptime_ms // 1000)
+        fields += [f"{one.number:02}", used, *where, f"{one.cn0_dbhz:02}", f"{lock:03}"]
+    return sentence("PUBX", "03", f"{len(now.tracked):02}", *fields)
+
+
+def pubx_04(now: Solution) -> bytes:
+    """Time: of day, date, of week, week, leap seconds (D: not from a satellite), and an ideal clock."""
+    if not now.time_known:
+        return sentence("PUBX", "04", *["", "", "", ""], f"{now.leap_seconds}D", "0", "0.000", "21", "")
+    utc_ns = now.gps_ns - now.leap_seconds * 1_000_000_000
+    seconds, left_ns = divmod(utc_ns % (7 * 86_400 * 1_000_000_000), 1_000_000_000)
+    of_week = f"{seconds}.{left_ns // 10_000_000:02}"
+    known = "" if now.fix else "D"
+    week = str(week_of(utc_ns))
+    return sentence(
+        "PUBX", "04", _time(now), _date(now), of_week, week, f"{now.leap_seconds}{known}", "0", "0.000", "21", ""
+    )
+
+
 SENTENCES: Mapping[str, tuple[int, Callable[[Solution], bytes]]] = MappingProxyType(
     {
         "RMC": (0x04, rmc),
@@ -142,7 +206,14 @@ SENTENCES: Mapping[str, tuple[int, Callable[[Solution], bytes]]] = MappingProxyT
         "GSA": (0x02, gsa),
         "GSV": (0x03, gsv),
         "GLL": (0x01, gll),
+        "GST": (0x07, gst),
         "ZDA": (0x08, zda),
+        "GBS": (0x09, gbs),
+        "DTM": (0x0A, dtm),
     }
 )
-"""By name: message number in class 0xF0, and the writer; in the order in which firmware 7.03 sends them."""
+"""By name: message number in class 0xF0, and the writer; in the order in which firmware 7.03 sends those that are on at
+start, the others behind them (choice)."""
+
+PUBX_SENTENCES: Mapping[int, Callable[[Solution], bytes]] = MappingProxyType({0: pubx_00, 3: pubx_03, 4: pubx_04})
+"""By message number in class 0xF1."""

@@ -53,7 +53,9 @@ class Neo6mSettings:
     correlation_s: float = setting(120.0, "s", "choice: the error wanders with this time constant", least=0.1)
     noise_m: float = setting(0.05, "m rms", "choice: from solution to solution, on each axis", least=0)
     velocity_m_s: float = setting(0.1, "m/s", f"{_DS}: half of the errors are smaller", least=0)
-    course_from_m_s: float = setting(0.3, "m/s", "assumed: no course is told when slower", least=0)
+    course_from_m_s: float = setting(
+        0.1, "m/s", "ZED-F9T Integration Manual UBX-19005590 section 3.1.7.5: the course is frozen when slower", least=0
+    )
 
     def __post_init__(self) -> None:
         check_settings(self)

@@ -30,22 +30,21 @@ class Motion:
         ecef_m: the same.
         enu_m_s: velocity to the east, to the north, up.
         ecef_m_s: the same.
+        course_deg: course over ground, 0..360, clockwise from north.
+        course_frozen: it is that of before, for it moves too slowly now to have one.
     """
 
     place: Geodetic
     ecef_m: Vector
     enu_m_s: Vector
     ecef_m_s: Vector
+    course_deg: float
+    course_frozen: bool
 
     @property
     def ground_m_s(self) -> float:
         """Speed over ground."""
         return math.hypot(*self.enu_m_s[:2])
-
-    @property
-    def course_deg(self) -> float:
-        """Course over ground, 0..360, clockwise from north."""
-        return math.degrees(math.atan2(self.enu_m_s[0], self.enu_m_s[1])) % 360
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,10 +61,8 @@ class Solution:
         placed: it is known where they stand.
         used: how many of them make the position, from the first on.
         dops: geometry of those.
-        horizontal_m: estimated error, standard deviation of both axes together.
-        vertical_m: likewise.
-        speed_m_s: likewise.
-        course_from_m_s: no course is told below this speed.
+        metres_per_dop: what makes an estimated error out of a dilution of precision.
+        speed_m_s: estimated error of the speed, standard deviation.
         geoid_m: height of the sea above the ellipsoid.
         leap_seconds: GPS minus UTC.
         first_fix_ms: how long the first fix took; 0 before.
@@ -81,11 +78,19 @@ class Solution:
     placed: bool
     used: int
     dops: Dops
-    horizontal_m: float
-    vertical_m: float
+    metres_per_dop: float
     speed_m_s: float
-    course_from_m_s: float
     geoid_m: float
     leap_seconds: int
     first_fix_ms: int
     uptime_ms: int
+
+    @property
+    def horizontal_m(self) -> float:
+        """Estimated error, standard deviation of both horizontal axes together."""
+        return self.metres_per_dop * self.dops.horizontal
+
+    @property
+    def vertical_m(self) -> float:
+        """Estimated error of the height, standard deviation."""
+        return self.metres_per_dop * self.dops.vertical

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 
 import pytest
 from hypothesis import given
@@ -45,6 +46,8 @@ def _solution(**changes) -> Solution:
         ecef_m=(0, 0, 0),
         enu_m_s=(speed * math.sin(course), speed * math.cos(course), 0),
         ecef_m_s=(0, 0, 0),
+        course_deg=77.52,
+        course_frozen=False,
     )
     used = [Satellite(number=n, elevation_deg=1, azimuth_deg=1, cn0_dbhz=40) for n in (23, 29, 7, 8, 9, 18, 26, 28)]
     hour, minute, second = changes.pop("at", (8, 35, 59))
@@ -58,10 +61,8 @@ def _solution(**changes) -> Solution:
         "placed": True,
         "used": len(used),
         "dops": Dops(east=1.18, north=0.0, vertical=1.54, time=1.0),
-        "horizontal_m": 1.0,
-        "vertical_m": 1.0,
+        "metres_per_dop": 2.0,
         "speed_m_s": 0.1,
-        "course_from_m_s": 0.0,
         "geoid_m": 48.0,
         "leap_seconds": 13,
         "first_fix_ms": 27000,
@@ -79,6 +80,29 @@ def test_the_examples_of_the_specification() -> None:
     there = _solution(minutes_n=17.11364, minutes_e=33.91565, at=(9, 23, 21))
     assert nmea.gll(there) == b"$GPGLL,4717.11364,N,00833.91565,E,092321.00,A,A*60\r\n"
     assert nmea.gsa(_solution()) == b"$GPGSA,A,3,23,29,07,08,09,18,26,28,,,,,1.94,1.18,1.54*0D\r\n"
+
+
+def test_the_datum_and_the_errors() -> None:
+    assert nmea.dtm(_solution()) == b"$GPDTM,W84,,0.0,N,0.0,E,0.0,W84*6F\r\n"
+    assert nmea.gst(_solution()) == nmea.sentence("GPGST", "083559.00", "2.0", "", "", "", "0.0", "2.4", "3.1")
+    assert nmea.gbs(_solution()) == nmea.sentence("GPGBS", "083559.00", "0.0", "2.4", "3.1", "", "", "", "")
+    assert nmea.gst(_solution(fix=Fix.NONE)) == nmea.sentence("GPGST", "083559.00", *[""] * 7)
+    assert nmea.gbs(_solution(fix=Fix.NONE)) == nmea.sentence("GPGBS", "083559.00", *[""] * 7)
+
+
+def test_sentences_of_u_blox() -> None:
+    position = "4717.11437,N,00833.91522,E"
+    expected = f"PUBX,00,083559.00,{position},547.600,G3,2.4,3.1,0.007,77.52,0.000,,1.18,1.54,1.00,8,0,0"
+    assert nmea.pubx_00(_solution(motion=_solution().motion)) == nmea.sentence(*expected.split(","))
+    lost = nmea.pubx_00(_solution(fix=Fix.NONE, used=0, dops=NONE, time_known=False)).decode().split(",")
+    assert (len(lost), lost[8], lost[2:7]) == (21, "NF", [""] * 5)
+    satellites = nmea.pubx_03(_solution(tracked=_solution().tracked[:2], used=1)).decode()
+    assert satellites.startswith("$PUBX,03,02,23,U,001,01,40,060,29,-,001,01,40,060*")
+    # 2002-12-09 08:35:59 UTC, a Monday, in week 1196, with 13 leap seconds
+    gps_ns = (1196 * 7 * 86400 + 86400 + 8 * 3600 + 35 * 60 + 59 + 13) * 10**9
+    expected = "PUBX,04,083559.00,091202,117359.00,1196,13,0,0.000,21,"
+    assert nmea.pubx_04(_solution(gps_ns=gps_ns)) == nmea.sentence(*expected.split(","))
+    assert nmea.pubx_04(_solution(time_known=False)).startswith(b"$PUBX,04,,,,,13D,0,0.000,21,*")
 
 
 def test_the_example_of_gsv() -> None:
@@ -206,8 +230,11 @@ def test_solutions_are_of_their_moment_and_not_of_a_step(make_gps) -> None:
     assert east_m == pytest.approx(3.0, abs=0.03)
 
 
-def test_no_course_is_told_while_it_stands(gps) -> None:
-    gps.run(1)
+def test_a_course_is_frozen_and_not_told_while_it_stands(make_gps) -> None:
+    """East at first; then the last course stays in UBX, and NMEA has none."""
+    gps = make_gps(lambda ns: {"x": 0, "y": 0, "z": 0, "vx": 1.0 if ns < 4 * 10**9 else 0.0, "vy": 0, "vz": 0})
+    gps.run_to(6.5)
+    assert struct.unpack("<I3iIIiII", gps.poll(0x01, 0x12))[6] == 90 * 10**5
     lines = {fields[0]: fields for fields in gps.lines()}
     assert lines["GPVTG"] == ["GPVTG", "", "T", "", "M", "0.000", "N", "0.000", "K", "A"]
     assert lines["GPRMC"][8] == ""

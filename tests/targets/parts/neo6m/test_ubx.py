@@ -350,7 +350,9 @@ def test_an_unknown_sentence_is_answered_and_a_broken_one_noted(gps) -> None:
     [
         (0x01, 0x60, b"", "not answered"),
         (0x0B, 0x01, b"\0", "not answered"),
-        (0x06, 0x31, b"", "0x31 is not modelled"),
+        (0x06, 0x60, b"", "0x60 is not modelled"),
+        (0x06, 0x31, b"", "0x31: what the receiver begins with"),
+        (0x06, 0x16, bytes(8), "0x16 is kept"),
         (0x06, 0x24, b"\x40\0" + bytes(20) + b"\x05" + bytes(13), "static_hold_cm_s"),
         (0x06, 0x00, b"\x03" + bytes(19), "lead nowhere"),
         (0x06, 0x01, b"\xf0\x06\x01", "0x06 is not modelled"),
@@ -362,8 +364,27 @@ def test_what_is_absent_is_noted(gps, group, number, payload, word) -> None:
 
 
 def test_sentences_that_are_absent_are_noted(gps) -> None:
-    gps.say(b"$PUBX,00*33\r\n$EIGPQ,GST*21\r\n$PUBX,41,1*27\r\n")
-    assert any("PUBX,00" in note for note in gps.notes())
+    gps.say(b"$PUBX,05*36\r\n$EIGPQ,GRS*20\r\n$PUBX,41,1*2B\r\n")
+    assert [sum(word in note for note in gps.notes()) for word in ("PUBX,05", "GRS", "PUBX,41")] == [1, 1, 1]
+
+
+def test_positions_of_u_blox_by_query_and_by_rate(gps) -> None:
+    gps.say(b"$PUBX,00*33\r\n$PUBX,04*37\r\n")
+    assert [fields[:2] for fields in gps.lines()] == [["PUBX", "00"], ["PUBX", "04"]]
+    assert gps.command(0xF1, 0x03).startswith(b"$PUBX,03,10,")
+    gps.command(0x06, 0x01, b"\xf1\x00\x02")
+    gps.take()
+    gps.run(4)
+    assert [fields[0] for fields in gps.lines()].count("PUBX") == 2
+
+
+def test_settings_without_effect_are_kept_and_acknowledged(gps, cut_messages) -> None:
+    """As flight controllers do it: they wait for ACK of CFG-SBAS before they go on."""
+    sbas = b"\x01\x03\x03\x00\xd1\xa2\x06\x00"
+    assert _answer(gps, 0x06, 0x16, b"", cut_messages) == NAK
+    assert _answer(gps, 0x06, 0x16, sbas, cut_messages) == ACK
+    assert gps.poll(0x06, 0x16) == sbas
+    assert _answer(gps, 0x06, 0x16, sbas[1:], cut_messages) == NAK
 
 
 @given(st.lists(PIECES, max_size=10))
