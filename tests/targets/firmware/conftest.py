@@ -3,39 +3,45 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import re
+import textwrap
 from fractions import Fraction
 
 import pytest
 
 from targets.boards import built_in_board
 from targets.firmware import image_path
-from targets.mcu.image import limits_for, load_image
+from targets.mcu.image import limits_of, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.serial_line import SerialFormat
 
 MS = 1_000_000
-BOARD = built_in_board("bluepill")
+BLUE_PILL, NUCLEO = built_in_board("bluepill"), built_in_board("nucleo-f767zi")
 FORMAT = SerialFormat.parse("8N1")
+
+
+def board_of(name):
+    return NUCLEO if name.startswith("f767") else BLUE_PILL
 
 
 @functools.cache
 def image(name):
-    return load_image(image_path(name), limits_for(BOARD.chip))
+    return load_image(image_path(name), limits_of(board_of(name).variant))
 
 
 class Run:
     """A machine with an image, and what it has said.
 
     Attributes:
-        machine: the emulated board.
+        machine: the emulated board that the image is for.
         sent: bytes that each USART has sent.
         console: what the program wrote to semihosting and ITM.
         resets: causes, in order.
     """
 
     def __init__(self, name, **options):
-        self.machine = Machine(BOARD, image(name), **options)
+        self.machine = Machine(board_of(name), image(name), **options)
         self.sent = {usart: bytearray() for usart in self.machine.chip.usarts}
         self.console = bytearray()
         self.resets = []
@@ -90,3 +96,23 @@ class Run:
 def start():
     """Makes a `Run`: ``start(name, timing=..., skip_idle=...)``."""
     return Run
+
+
+@pytest.fixture
+def put_in(monkeypatch):
+    """Replaces a method by one with a defect: it has an owner, a method, and words that are right and wrong."""
+
+    def put(defect):
+        member = inspect.getattr_static(defect.owner, defect.method)
+        function = member.fget if isinstance(member, property) else member
+        source = textwrap.dedent(inspect.getsource(function)).removeprefix("@property\n")
+        right = defect.right
+        assert right in source, f"{defect.owner.__name__}.{defect.method} has changed: describe this defect anew"
+        names = dict(vars(inspect.getmodule(function)))
+        # a class of its own, so that super() works
+        code = source.replace(right, defect.wrong, 1).replace("super()", f"super({defect.owner.__name__}, self)")
+        exec(compile(f"from __future__ import annotations\n{code}", f"<{defect.what}>", "exec"), names)
+        wrong = names[defect.method]
+        monkeypatch.setattr(defect.owner, defect.method, property(wrong) if isinstance(member, property) else wrong)
+
+    return put

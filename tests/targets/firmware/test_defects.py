@@ -7,8 +7,6 @@ describe the defect anew.
 from __future__ import annotations
 
 import functools
-import inspect
-import textwrap
 from dataclasses import dataclass
 
 import pytest
@@ -305,21 +303,6 @@ DEFECTS = [
 ]
 
 
-def put_in(defect, monkeypatch):
-    """Replace the method by one with the defect."""
-    member = inspect.getattr_static(defect.owner, defect.method)
-    function = member.fget if isinstance(member, property) else member
-    source = textwrap.dedent(inspect.getsource(function)).removeprefix("@property\n")
-    right = defect.right
-    assert right in source, f"{defect.owner.__name__}.{defect.method} has changed: describe this defect anew"
-    names = dict(vars(inspect.getmodule(function)))
-    # a class of its own, so that super() works
-    code = source.replace(right, defect.wrong, 1).replace("super()", f"super({defect.owner.__name__}, self)")
-    exec(compile(f"from __future__ import annotations\n{code}", f"<{defect.what}>", "exec"), names)
-    wrong = names[defect.method]
-    monkeypatch.setattr(defect.owner, defect.method, property(wrong) if isinstance(member, property) else wrong)
-
-
 @pytest.fixture(scope="module")
 def takes_ms():
     """How long a self-test takes without a defect: ``takes_ms(start, name)``."""
@@ -341,10 +324,10 @@ def sampled():
 
 
 @pytest.mark.parametrize("defect", list(sampled()))
-def test_it_is_found(start, takes_ms, monkeypatch, defect):
+def test_it_is_found(start, takes_ms, put_in, defect):
     name = f"selftest-{defect.test}"
     usual_ms = takes_ms(start, name)
-    put_in(defect, monkeypatch)
+    put_in(defect)
     run = start(name).to(1.5 * usual_ms + 1)
     _passed, failed = run.checks
     ended = run.machine.ended

@@ -223,6 +223,9 @@ _OWN: dict[str, Scenario] = {
             ),
         ),
         Scenario(image="f767-chip", span_ns=2200 * MS),
+        Scenario(image="f767-pins", span_ns=50 * MS),
+        Scenario(image="f767-serial", span_ns=50 * MS),
+        Scenario(image="f767-timers", span_ns=50 * MS),
         Scenario(image="boot-loader", span_ns=100 * MS, inputs=drives("PB9", (0, False))),
     )
 }

@@ -1,0 +1,101 @@
+"""The self-tests of ports, USART and timers of the STM32F767: they pass, and each defect of the model is found."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import pytest
+
+from targets.mcu.irq_lines import _Source
+from targets.mcu.stm32.gpio import Gpio
+from targets.mcu.stm32.pin_functions import PinFunctions
+from targets.mcu.stm32.tim.core import TimerCore
+from targets.mcu.stm32.tim.effects import TimerEffects
+from targets.mcu.stm32.tim.timer import Timer
+from targets.mcu.stm32.usart import Usart
+from targets.mcu.stm32.usart_receiver import Receiver
+
+CHECKS = {"pins": 37, "serial": 55, "timers": 31}
+NOTES = {"pins": [], "serial": ["USART2_BRR", "USART2_CR2.TXINV", "USART2_CR2.RXINV"], "timers": ["TIM6_0x34"]}
+LIMIT_MS = 50
+
+
+@pytest.mark.parametrize("name", CHECKS)
+@pytest.mark.parametrize("timing", ["flat", "table"])
+def test_every_check_holds(start, name, timing):
+    run = start(f"f767-{name}", timing=timing).to(LIMIT_MS)
+    passed, failed = run.checks
+    assert (len(passed), failed) == (CHECKS[name], [])
+    assert (run.machine.ended.kind, run.machine.ended.status) == ("exit", 0)
+    assert [note.where for note in run.machine.notes.all] == NOTES[name]
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_it_ends_at_the_same_cycle_however_it_is_run(start, name):
+    def end(step_ns=None, **options):
+        run = start(f"f767-{name}", **options).to(LIMIT_MS, step_ns=step_ns)
+        return run.machine.ended, run.console
+
+    assert end() == end(step_ns=77_777, skip_idle=False)
+
+
+class Defect(NamedTuple):
+    """See test_defects."""
+
+    what: str
+    test: str
+    owner: type
+    method: str
+    right: str
+    wrong: str
+
+
+DEFECTS = [
+    # --- ports
+    Defect("pulls the other way", "pins", Gpio, "_configure", "_PULLS[self[PUPDR]", "_PULLS[~self[PUPDR]"),
+    Defect("the lock does not lock", "pins", Gpio, "_unlocked", "if not locked", "if True"),
+    Defect(
+        "reset wins over set", "pins", Gpio, "write_BSRR", "| (value & 0xFFFF)", "| (value & ~(value >> 16) & 0xFFFF)"
+    ),
+    Defect("no function is chosen", "pins", PinFunctions, "_enter", "self._signals.route(name, pin)", "pass"),
+    # --- USART
+    Defect("TC stays", "serial", Usart, "write_TDR", "~(TXE | TC)", "~TXE"),
+    Defect("OVER8 is not looked at", "serial", Usart, "_divider", "if not self[CR1] & OVER8", "if True"),
+    Defect("CR1 has no M1", "serial", Usart, "_configure", "cr1 & (M0 | M1), 8", "cr1 & M0, 8"),
+    Defect("DATAINV one way only", "serial", Usart, "_decoded", "if self[CR2] & DATAINV", "if False"),
+    Defect("MSBFIRST one way only", "serial", Usart, "_decoded", "self._turned(form.value(word))", "form.value(word)"),
+    Defect("TXINV alone", "serial", Usart, "_configure", "tx.inverted = bool(cr2 & TXINV)", "tx.half_duplex = False"),
+    Defect("OVRDIS is not looked at", "serial", Usart, "_word", "and not self[CR3] & OVRDIS", ""),
+    Defect("ICR clears nothing", "serial", Usart, "write_ICR", "~(value & _CLEARED_BY_ICR)", "-1"),
+    Defect("no timeout", "serial", Usart, "_timed_out", "self[ISR] |= RTOF", "pass"),
+    Defect(
+        "a timeout of double length", "serial", Receiver, "_schedule_idle", "16 * self.timeout", "32 * self.timeout"
+    ),
+    Defect("no match", "serial", Usart, "_word", "flags |= CMF", "pass"),
+    Defect("mute mode hides nothing", "serial", Usart, "_is_muted_for", "if not cr1 & MME", "if True"),
+    Defect("every address is mine", "serial", Usart, "_is_muted_for", "is_mine = not", "is_mine = True or not"),
+    Defect("UE keeps the flags", "serial", Usart, "_stop", "self[ISR] = _AFTER_RESET", "pass"),
+    Defect("BRR is never locked", "serial", Usart, "_permitted", "if stays_enabled else 0", "if False else 0"),
+    Defect("a break has no end", "serial", Usart, "_break_sent", "self[ISR] &= ~SBKF", "pass"),
+    Defect("the kernel clock is PCLK", "serial", Usart, "_bit_cycles", "/ kernel_hz", "/ (self.time.hclk_hz / 4)"),
+    Defect("RXFRQ does nothing", "serial", Usart, "write_RQR", "self[ISR] &= ~RXNE", "pass"),
+    # --- timers
+    Defect("no copy of UIF", "timers", Timer, "_shown", "(UIFCPY if self[SR] & UIF else 0)", "0"),
+    Defect("no flags of units without pins", "timers", TimerCore, "_on_match", "| units << 12 & CC56_FLAGS", ""),
+    Defect("B2G does nothing", "timers", Timer, "write_EGR", "(B2IF if value & B2G else 0)", "0"),
+    Defect("B2IF does not ask", "timers", TimerCore, "_settle", "(flags | (flags & B2IF) >> 1)", "flags"),
+    Defect("the fourth bit of SMS", "timers", Timer, "_slave_mode", "value >> 13 & 8", "0"),
+    Defect("combined mode does not start", "timers", TimerEffects, "_act_on_trigger", "(TRIGGER, ", "(TRIGGER, -"),
+    Defect(
+        "shared interrupts", "timers", _Source, "set", "level or any(source.level for source in self._others)", "level"
+    ),
+]
+
+
+@pytest.mark.parametrize("defect", DEFECTS, ids=lambda defect: f"{defect.test}: {defect.what}")
+def test_it_is_found(start, put_in, defect):
+    put_in(defect)
+    run = start(f"f767-{defect.test}").to(LIMIT_MS)
+    _passed, failed = run.checks
+    ended = run.machine.ended
+    assert failed or ended is None or ended.kind != "exit", "the self-test passes all the same"
