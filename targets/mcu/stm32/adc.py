@@ -55,8 +55,12 @@ class Internal:
         if channel == _SENSOR and control & VBATE:
             return self.vbat_volts / 4
         if channel == _SENSOR and control & TSVREFE:
-            return self.at_25_volts + (self.temperature_c - 25.0) * self.volts_per_c
+            return self.sensor_volts(self.temperature_c)
         return 0.0
+
+    def sensor_volts(self, temperature_c: float) -> float:
+        """Return what the sensor gives at a temperature."""
+        return self.at_25_volts + (temperature_c - 25.0) * self.volts_per_c
 
 
 class Adc(Peripheral):

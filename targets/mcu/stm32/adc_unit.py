@@ -318,7 +318,7 @@ class Unit:
 
     def _keep_regular(self) -> None:
         cr1, cr2 = self.values[CR1], self.values[CR2]
-        if self._unread and cr2 & (DMA | EOCS):
+        if self._unread and (cr2 & EOCS or (cr2 & DMA and not self._dma_over)):
             self.values[SR] |= OVR
             self._regular.reset()
             return

@@ -6,7 +6,7 @@ What a stream does stands in `dma_stream`, who comes first in `dma_port`. Choice
   for each further beat of a burst (AN4031 names the steps: arbitration, address, bus matrix, data). The CPU is not
   slowed down by it.
 * A stream that is enabled while flags of it are set runs all the same; it is noted.
-* A write of the protected bits of an enabled stream leaves them as they are, which is noted.
+* A write of the protected bits of an enabled stream leaves them as they are, which is noted unless it clears EN too.
 * A stream that is disabled ends an access under way without a trace, and then stores what is in its FIFO.
 * Memory to memory in a controller that cannot is a transfer error. PSIZE and MSIZE of 3 are taken for 32 bits.
 """
@@ -228,7 +228,7 @@ class Dma(Peripheral):
                 self._start(slot)
         else:
             protected = ~(_ENABLES | EN)
-            if (before ^ value) & protected & ~CT:
+            if (before ^ value) & protected & ~CT and value & EN:
                 self._note_protected(slot, "CR")
             self[slot.base] = before & ~_ENABLES | value & _ENABLES
             if not value & EN:

@@ -187,7 +187,7 @@ class I2c(Peripheral):
     def write_CR1(self, value: int) -> None:
         """Enable and disable; filters, interrupts, DMA."""
         changed = self[CR1] ^ value
-        if changed & FILTERS and self[CR1] & PE:
+        if changed & FILTERS and self[CR1] & value & PE:
             self.note("misuse", "CR1.DNF", "the filters may only be set while PE is 0")
         self[CR1] = value
         if changed & FILTERS:

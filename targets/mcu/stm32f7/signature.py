@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import struct
 
+from targets.mcu.stm32.adc import Internal
+from targets.mcu.stm32.adc_format import code
+
 __all__ = ["SYSTEM_MEMORY_BASE", "SYSTEM_MEMORY_ITCM", "diagnose", "system_memory"]
 
 SYSTEM_MEMORY_BASE, SYSTEM_MEMORY_ITCM = 0x1FF0_0000, 0x0010_0000
 SIZE = 0x1_0000
-OTP_AT, UNIQUE_ID_AT, FLASH_SIZE_AT, PACKAGE_AT = 0xF000, 0xF420, 0xF442, 0xF7E0
+OTP_AT, UNIQUE_ID_AT, FLASH_SIZE_AT, CALIBRATION_AT, PACKAGE_AT = 0xF000, 0xF420, 0xF442, 0xF44A, 0xF7E0
 LQFP144 = 0b110  # PKG, bits 10 to 8, assumed
 
 # What a program finds that starts the boot loader as its vectors say: permanently undefined instructions (choice).
@@ -28,8 +31,19 @@ def system_memory(flash_kb: int, identity: bytes) -> bytearray:
     memory[:8] = struct.pack("<II", STACK, ENTRY)
     memory[UNIQUE_ID_AT : UNIQUE_ID_AT + 12] = identity
     memory[FLASH_SIZE_AT : FLASH_SIZE_AT + 2] = flash_kb.to_bytes(2, "little")
+    memory[CALIBRATION_AT : CALIBRATION_AT + 6] = _calibration()
     memory[PACKAGE_AT : PACKAGE_AT + 2] = (LQFP144 << 8).to_bytes(2, "little")
     return memory
+
+
+def _calibration() -> bytes:
+    """Return VREFINT_CAL, TS_CAL1 and TS_CAL2: 12-bit codes at 3.3 V, at 30 and at 110 degrees (DS11532).
+
+    Choice: as they are where the typical figures of the data sheet are exact.
+    """
+    inside = Internal()
+    volts = (inside.vrefint_volts, inside.sensor_volts(30.0), inside.sensor_volts(110.0))
+    return struct.pack("<HHH", *(code(one, 3.3, 12) for one in volts))
 
 
 def diagnose(pc: int) -> str | None:

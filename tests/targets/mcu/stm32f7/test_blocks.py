@@ -138,6 +138,23 @@ def test_adc_reads_a_pin(board):
     assert board.read(ADC + 0x4C) == round(1.1 / 3.3 * 4096)
 
 
+def test_the_sensor_is_what_its_calibration_says(board):
+    """RM0410 section 15.10: the temperature by TS_CAL1 (30 degrees) and TS_CAL2 (110 degrees); VDDA by VREFINT_CAL."""
+    board.write(APB2ENR, 1 << 8)
+    board.write(ADC + 0x304, 1 << 23)
+    found = []
+    for channel in (17, 18):
+        board.write(ADC + 0x34, channel)
+        board.write(ADC + 0x08, 1)
+        board.advance(1000)
+        board.write(ADC + 0x08, 1 | 1 << 30)
+        board.advance(2 * 15)
+        found.append(board.read(ADC + 0x4C))
+    reference, first, second = (board.machine.bus.read(0x1FF0_F44A + 2 * index, 2) for index in range(3))
+    assert found[0] == reference
+    assert (found[1] - first) * 80 / (second - first) + 30 == pytest.approx(25, abs=0.5)
+
+
 def test_each_adc_has_its_gate(board):
     board.write(APB2ENR, 1 << 9)
     board.write(ADC + 0x124, 7)

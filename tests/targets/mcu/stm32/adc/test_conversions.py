@@ -233,6 +233,8 @@ class TestDma:
         request.on_last()
         rig.clocks(SHORTEST)
         assert len(found) == (3 if dds else 2)
+        rig.clocks(5 * SHORTEST)
+        assert "OVR" not in rig.flags()
         rig.poke("CR2", rig.peek("CR2") & ~DMA)
         rig.poke("CR2", rig.peek("CR2") | DMA)
         rig.clear()

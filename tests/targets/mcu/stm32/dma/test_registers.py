@@ -89,6 +89,12 @@ class TestProtection:
         assert rig.peek("S3FCR") == 0xA1
         assert rig.chip.noted("misuse") == ["DMA2_S3CR", "DMA2_S3FCR"]
 
+    def test_clearing_all_of_cr_is_no_misuse(self, rig):
+        rig.stream(3, EN | MINC, 7)
+        rig.poke("S3CR", 0)
+        assert not rig.peek("S3CR") & EN
+        assert rig.chip.noted() == []
+
     def test_what_hardware_forces(self, rig):
         """Direct mode has no bursts and one width; between memories there is no direct mode and no circle."""
         rig.stream(0, EN | 1 << 11 | 2 << 13 | 5 << 21, 4)

@@ -60,6 +60,10 @@ class TestRegisters:
         rig.poke("CR1", 1 | 1 << 8)
         assert rig.chip.noted("misuse") == ["I2C1_TIMINGR", "I2C1_CR1.DNF"]
 
+    def test_clearing_all_of_cr1_is_no_misuse(self, rig):
+        rig.poke("CR1", 0)
+        assert rig.chip.noted() == []
+
 
 class TestInterrupts:
     @pytest.mark.parametrize(
