@@ -267,8 +267,8 @@ class Stm32f767(Chip):
 
     def stop_clocks(self) -> None:
         """Let all but LSE and LSI stand still, and end over-drive."""
-        self.pwr.enter_stop()
         self.rcc.stop()
+        self.pwr.enter_stop()
 
     def restart_clocks(self) -> None:
         """Leave Stop mode, on HSI."""

@@ -69,6 +69,25 @@ def test_the_light_blinks_to_the_cycle_and_the_button_switches_the_other(nucleo)
     assert levels == [(0, False), (101, True), (201, False)], "within the next tick"
 
 
+def test_the_button_ends_stop_mode_and_standby(nucleo):
+    machine = nucleo("f767-sleep")
+    resets, asleep = [], []
+    machine.on_reset = resets.append
+    for step in range(5):
+        machine.at_ns((50 + 50 * step) * MS, lambda: machine.chip.pins["PC13"].drive(True))
+        machine.at_ns((55 + 50 * step) * MS, lambda: machine.chip.pins["PC13"].drive(None))
+        machine.run_to((40 + 50 * step) * MS)
+        asleep.append(machine.asleep[0])
+    assert asleep == ["Stop", "Standby", "Stop", "Standby", "Sleep"]
+    assert resets == ["POR", "STANDBY", "STANDBY"]
+    assert machine.sent.decode().splitlines() == [
+        *("Stop", "awake on HSI", "Standby"),
+        *("reset by WKUP4", "Stop", "awake on HSI", "Standby"),
+        *("reset by WKUP4", "enough"),
+    ]
+    assert not machine.notes.all
+
+
 def test_it_echoes(nucleo):
     machine = nucleo("f767-demo")
     machine.run_to(20 * MS)

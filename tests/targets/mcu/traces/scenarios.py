@@ -223,6 +223,13 @@ _OWN: dict[str, Scenario] = {
             ),
         ),
         Scenario(image="f767-chip", span_ns=2200 * MS),
+        Scenario(
+            image="f767-sleep",
+            span_ns=250 * MS,
+            inputs=drives(
+                "PC13", *((50 * MS + 5 * MS * step, step % 2 == 0) for step in (0, 1, 10, 11, 20, 21, 30, 31))
+            ),
+        ),
         Scenario(image="f767-pins", span_ns=50 * MS),
         Scenario(image="f767-serial", span_ns=50 * MS),
         Scenario(image="f767-timers", span_ns=50 * MS),
