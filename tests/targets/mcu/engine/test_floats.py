@@ -7,13 +7,18 @@ import struct
 
 import pytest
 
+from targets.mcu.bus import Bus
 from targets.mcu.cortexm.kinds import CORTEX_M7
 from targets.mcu.engine.api import Access, FaultKind, FloatAccess, Reg, StopKind
 from targets.mcu.engine.float_gate import float_runs, is_float
 from targets.mcu.engine.hidden_state import HiddenState, Word
+from targets.mcu.engine.idle import IdleSkipper
+from targets.mcu.engine.thumb import Follower, NotUnderstood
 from targets.mcu.engine.timing import make_timing
 from targets.mcu.engine.unicorn_engine import UnicornEngine
 from targets.mcu.errors import BusFault
+from targets.mcu.fidelity import Notes
+from targets.mcu.timebase import Timebase
 
 FLASH, RAM, REGISTERS = 0x0800_0000, 0x2000_0000, 0x4000_0000
 CODE = FLASH + 0x100
@@ -280,3 +285,30 @@ class TestUnicorn:
         hidden.set(Word.GE, 9)
         m7.engine._registers._stale = True
         assert m7.engine.get(Reg.XPSR) >> 16 & 0xF == 9
+
+
+class TestLoops:
+    def test_a_loop_that_changes_floats_alone_is_executed(self, m7):
+        """VADD in a loop whose flags stay the same until its last turn: nothing of it may be passed over."""
+        time = Timebase(216_000_000)
+        bus = Bus(Notes(lambda: (0, 0), lambda: None))
+        idle = IdleSkipper(m7.engine, bus, time, m7.ram)
+        m7.floats = [0, ONE, struct.unpack("<I", struct.pack("<f", 5000))[0]]
+        # vadd.f32 s0, s0, s1; vcmp.f32 s0, s2; vmrs apsr_nzcv, fpscr; blt to the start; b to itself
+        m7.load(*VADD, 0xEEB4, 0x0A41, 0xEEF1, 0xFA10, 0xDBF8, 0xE7FE)
+        while m7.engine.cycle < 1_000_000:
+            idle.run(1_000_000)
+        assert m7.floats[0] == m7.floats[2]
+        assert m7.engine.get(Reg.PC) == CODE + 14
+        assert idle.found is not None
+
+    def test_a_loop_that_waits_for_a_counter_with_floats_is_not_understood(self):
+        class Nothing:
+            def core_register(self, _number):
+                return 0
+
+            def half(self, address):
+                return VADD[address >> 1 & 1]
+
+        with pytest.raises(NotUnderstood):
+            Follower(Nothing(), 0).step()
