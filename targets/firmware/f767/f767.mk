@@ -24,4 +24,4 @@ F767_CHECK := common/check common/console common/text
 $(eval $(call f767,demo,f767/demo f767/number f767/clock))
 $(eval $(call f767,sleep,f767/sleep f767/clock))
 $(eval $(call f767,chip,f767/chip f767/clock $(F767_CHECK)))
-$(foreach name,pins serial timers,$(eval $(call f767,$(name),f767/$(name) f767/clock $(F767_CHECK))))
+$(foreach name,adc dma i2c pins serial timers,$(eval $(call f767,$(name),f767/$(name) f767/clock $(F767_CHECK))))

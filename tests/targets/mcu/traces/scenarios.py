@@ -230,6 +230,7 @@ _OWN: dict[str, Scenario] = {
                 "PC13", *((50 * MS + 5 * MS * step, step % 2 == 0) for step in (0, 1, 10, 11, 20, 21, 30, 31))
             ),
         ),
+        *(Scenario(image=f"f767-{name}", span_ns=50 * MS) for name in ("adc", "dma", "i2c")),
         Scenario(image="f767-pins", span_ns=50 * MS),
         Scenario(image="f767-serial", span_ns=50 * MS),
         Scenario(image="f767-timers", span_ns=50 * MS),

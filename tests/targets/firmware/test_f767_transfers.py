@@ -1,0 +1,110 @@
+"""The self-tests of DMA, I2C and ADC of the STM32F767: they pass, and each defect of the model is found."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import pytest
+
+from targets.mcu.stm32.adc import Adc, Internal
+from targets.mcu.stm32.adc_sequences import Group
+from targets.mcu.stm32.adc_unit import Unit
+from targets.mcu.stm32.dma import Dma, _Slot
+from targets.mcu.stm32.dma_stream import Setting, Stream
+from targets.mcu.stm32.i2c import I2c
+from targets.mcu.stm32.i2c_wire import Wire
+
+CHECKS = {"adc": 28, "dma": 37, "i2c": 23}
+NOTES = {"adc": [], "dma": ["DMA1_S1NDTR", "DMA1_S1PAR"], "i2c": []}
+LIMIT_MS = 50
+
+
+@pytest.mark.parametrize("name", CHECKS)
+@pytest.mark.parametrize("timing", ["flat", "table"])
+def test_every_check_holds(start, name, timing):
+    run = start(f"f767-{name}", timing=timing).to(LIMIT_MS)
+    passed, failed = run.checks
+    assert (len(passed), failed) == (CHECKS[name], [])
+    assert (run.machine.ended.kind, run.machine.ended.status) == ("exit", 0)
+    assert [note.where for note in run.machine.notes.all] == NOTES[name]
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_it_ends_at_the_same_cycle_however_it_is_run(start, name):
+    def end(step_ns=None, **options):
+        run = start(f"f767-{name}", **options).to(LIMIT_MS, step_ns=step_ns)
+        return run.machine.ended, run.console
+
+    assert end() == end(step_ns=77_777, skip_idle=False)
+
+
+class Defect(NamedTuple):
+    """See test_defects."""
+
+    what: str
+    test: str
+    owner: type
+    method: str
+    right: str
+    wrong: str
+
+
+DEFECTS = [
+    # --- DMA
+    Defect("MINC is not looked at", "dma", Stream, "access_memory", "+ self.setting.memory_step", "+ 0"),
+    Defect("PINC is not looked at", "dma", Stream, "access_peripheral", "+ setting.peripheral_step", "+ 0"),
+    Defect(
+        "the FIFO is never emptied early",
+        "dma",
+        Stream,
+        "wants_memory",
+        "if self.closing or not self.left",
+        "if not self.left",
+    ),
+    Defect("direct mode has a threshold", "dma", Setting, "of", "bool(fcr & _DMDIS) or between", "True"),
+    Defect("half comes with the end", "dma", Stream, "_arrive", "before < self._half", "before < 2 * self._half"),
+    Defect("every burst fits", "dma", Setting, "burst_fits", "self.memory_beats == 1 or", "True or"),
+    Defect("EN stays", "dma", Dma, "_stop", "self[slot.base] &= ~EN", "pass"),
+    Defect("a bus error is nothing", "dma", Dma, "_fail", "slot.flag(flag)", "pass"),
+    Defect("no circle", "dma", Dma, "_advance", "stream.setting.circular", "False"),
+    Defect("one buffer", "dma", Dma, "_advance", "CT if stream.setting.double else 0", "0"),
+    Defect("NDTR is not locked", "dma", Dma, "_write_count", "if slot.control & EN", "if False"),
+    Defect("NDTR does not come back", "dma", Dma, "_run", "or slot.reload", "or 0"),
+    Defect("no interrupt", "dma", _Slot, "drive_irq", "(self.control & _ENABLES) << 1", "0"),
+    Defect("a request is never answered", "dma", Dma, "_serve_peripheral", "request.once = False", "pass"),
+    # --- I2C
+    Defect("no STOP after a NACK", "i2c", I2c, "_refused", "self._end()", "pass"),
+    Defect("START stays", "i2c", I2c, "_refused", "self[CR2] &= ~START", "pass"),
+    Defect("eight clocks", "i2c", Wire, "_send", "9 * timing.bit", "8 * timing.bit"),
+    Defect("a STOP takes no time", "i2c", Wire, "stop", "timing.bit, end", "1, end"),
+    Defect("BUSY stays", "i2c", I2c, "_stopped", "~(BUSY | TC | TCR)", "~(TC | TCR)"),
+    Defect("ICR clears nothing", "i2c", I2c, "write_ICR", "~(value & CLEARED_BY_ICR)", "-1"),
+    Defect("TXE cannot be set", "i2c", I2c, "write_ISR", "self[ISR] |= dropped", "pass"),
+    Defect("PE breaks nothing off", "i2c", I2c, "_switched", "self._break_off()", "pass"),
+    Defect("START without PE", "i2c", I2c, "write_CR2", "value &= ~ONLY_SET", "pass"),
+    Defect("STOPIE is not looked at", "i2c", I2c, "_update", "isr & cr1 & SAME_BIT", "isr & SAME_BIT"),
+    # --- ADC
+    Defect("no sampling time", "adc", Unit, "_proceed", "SAMPLING_CLOCKS[self._sampling(group.channel)]", "3"),
+    Defect("always twelve bits", "adc", Unit, "_bits", "BITS[self.values[CR1] >> 24 & 3]", "12"),
+    Defect("DR leaves EOC", "adc", Unit, "read", "self.values[SR] &= ~EOC", "pass"),
+    Defect("no watchdog", "adc", Unit, "_watch", "self.values[SR] |= AWD", "pass"),
+    Defect("no overrun", "adc", Unit, "_keep_regular", "cr2 & EOCS or (cr2", "False and (cr2"),
+    Defect("an overrun behind the last transfer", "adc", Unit, "_last_transfer", "self._dma_over = True", "pass"),
+    Defect("SCAN is not looked at", "adc", Unit, "_start_regular", "if cr1 & SCAN", "if False"),
+    Defect("discontinuous begins anew", "adc", Group, "start", "if not steps or", "if True or"),
+    Defect("injected without offset", "adc", Unit, "_keep_injected", "self.values[JOFR1 + 4 * rank]", "0"),
+    Defect("injected the other way round", "adc", Unit, "_injected_sequence", "range(4 - count, 4)", "range(count)"),
+    Defect("no trigger", "adc", Unit, "_regular_edge", "self._start_regular()", "pass"),
+    Defect("the battery is not divided", "adc", Internal, "volts", "self.vbat_volts / 4", "self.vbat_volts"),
+    Defect("no common flags", "adc", Adc, "read_CSR", "unit.values[SR]", "0"),
+    Defect("no interrupt", "adc", Adc, "_drive_irq", "any(unit.interrupt for unit in self._units)", "False"),
+]
+
+
+@pytest.mark.parametrize("defect", DEFECTS, ids=lambda defect: f"{defect.test}: {defect.what}")
+def test_it_is_found(start, put_in, defect):
+    put_in(defect)
+    run = start(f"f767-{defect.test}").to(LIMIT_MS)
+    _passed, failed = run.checks
+    ended = run.machine.ended
+    assert failed or ended is None or ended.kind != "exit", "the self-test passes all the same"
