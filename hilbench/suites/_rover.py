@@ -165,7 +165,10 @@ class Rover:
     @property
     def counts(self) -> Counts:
         """What the case has made of the counters, as the rover says now."""
-        now = self._general()
+        return self.counts_in(self._general())
+
+    def counts_in(self, now: GeneralReport) -> Counts:
+        """What the case has made of the counters, by this report."""
         return Counts(
             accepted=(now.accepted - self.before.accepted) % 256,
             rejected=(now.rejected - self.before.rejected) % 256,

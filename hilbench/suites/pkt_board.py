@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import pytest
 
-from hilbench.check import Inconclusive, Violation, near, within
+from hilbench.check import Inconclusive, Violation, at_least, at_most, near, within
 from hilbench.check.provider import CaseBench
 from hilbench.check.recorder import record_measure
 from hilbench.clock import NS_PER_S
@@ -661,6 +661,65 @@ def _after_new_mode(rover: Rover) -> float:
     rover.keep_alive(2.0)
     rover.drive(0.0, 0.0)
     return _held_throttle(rover).throttles[0]
+
+
+def _shown_after_stopping(rover: Rover) -> float:
+    """Drive, stop the wheels by hand, and return the fastest speed that the next 0x83 half a second later shows."""
+    rover.drive(0.3, 0.3)
+    rover.keep_alive(2.0)
+    if min(rover.hands.wheels_rpm()) < 60.0:
+        raise Inconclusive(f"the wheels turn at {min(rover.hands.wheels_rpm()):.0f} rpm only")
+    rover.next(MotionReport, 0.6)
+    rover.peer.run(0.2)
+    rover.hands.hold_wheels(True)
+    rover.next(MotionReport, 0.6)
+    rover.next(MotionReport, 0.6)
+    return max(rover.next(MotionReport, 0.6).rpm)
+
+
+@on_rover("P47", lasts_s=4.0)
+def test_a_stopped_wheel_as_shipped(rover: Rover) -> None:
+    at_least(_shown_after_stopping(rover), 50.0, unit="rpm", what="the fastest wheel half a second after it stood")
+
+
+@on_rover("P47D", lasts_s=4.0)
+def test_a_stopped_wheel(rover: Rover) -> None:
+    at_most(_shown_after_stopping(rover), 15.0, unit="rpm", what="the fastest wheel half a second after it stood")
+
+
+MANY = 100
+
+
+@on_rover("P48", lasts_s=1.6)
+def test_a_full_line_as_shipped(rover: Rover) -> None:
+    if rover.peer.line_s(3200) > 1.0:
+        raise Inconclusive("the line is too slow for more than 3200 bytes/s")
+    rover.write(_led_on(rover) * MANY)
+    rover.peer.run(0.2)
+    found = rover.counts_in(rover.next(GeneralReport, 1.2))  # a request could end in a frame that was cut
+    assert found.accepted < MANY, f"the state is {found}: nothing was lost"
+
+
+@on_rover("P48D", lasts_s=0.6)
+def test_a_full_line(rover: Rover) -> None:
+    rover.write(_led_on(rover) * MANY)
+    rover.peer.run(0.2)
+    rover.require(MANY, 0, 1, SUCCESS)
+
+
+@on_rover("P49", lasts_s=0.9)
+def test_silence_at_power_up_as_shipped(there: RoverBench) -> None:
+    there.peer.expect_silence(0.9, why="the sensors are being set up")
+
+
+@on_rover("P49D", lasts_s=0.1)
+def test_there_at_power_up(there: RoverBench) -> None:
+    peer = there.peer
+    for _ in range(10):
+        peer.send(RequestTelemetry())
+        if peer.bench.run_until(lambda: bool(peer.since(0, GeneralReport)), 0.1):
+            break
+    at_most(peer.bench.now_ns / NS_PER_S, 0.5, unit="s", what="the first 0x80 came after power-up by")
 
 
 # --- frames that end at a newline

@@ -14,6 +14,7 @@ from unittest.mock import patch
 
 from hilbench.check import CheckOptions, Verdict, run_suites
 from hilbench.check.results import Report
+from hilbench.clock import NS_PER_S
 from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.rover_provider import RoverProvider
@@ -79,7 +80,8 @@ class RoverMutant:
         behaviour = self.change(behaviour_of(settings))
         table: Table = {**SERVER_TABLE, **self.edges}
         frames: FrameTable = {**frame_table(behaviour.server.frames), **self.frames}
-        connection = Connection(Role.SERVER, behaviour.server, table=table, frames=frames)
+        epoch_ns = round(behaviour.body.boot_s * NS_PER_S)
+        connection = Connection(Role.SERVER, behaviour.server, epoch_ns=epoch_ns, table=table, frames=frames)
         return RoverRobot(settings, behaviour=behaviour, connection=connection)
 
 

@@ -163,7 +163,7 @@ def test_speeds_of_the_first_schema_are_shares_of_255():
 
 
 def test_a_throttle_beyond_one_reaches_the_motors_as_one():
-    station = Station(profile="g2")
+    station = Station(profile="g2", boot_s=0.0)
     station.say(MotorThrottles(a=1.5, b=math.nan))
     station.run(0.02)
     assert station.robot.duties == (1.0, 0.0)
@@ -197,7 +197,7 @@ def test_sensors_at_rest():
 @pytest.mark.parametrize("profile", PROFILES)
 def test_the_led(profile):
     station = Station(profile=profile)
-    station.run(0.5)
+    station.run(1.5)
     station.say(LedOn())
     station.run(0.02)
     assert station.robot.lit

@@ -29,6 +29,8 @@ class BodyQuirks:
         stop_reaches_motors: a lost link stops the motors, and not only the variables (G1 at 4720b70 zeroes those).
         slots: how many slots a disc has, as the firmware believes (G1: 32).
         mode_resets_controllers: the speed controllers begin anew when their mode is entered (choice; G2 goes on).
+        speed_held: a wheel that stops is shown at its last speed for a second (G2 lm393_tachometer.cpp `get_rpm`).
+        boot_s: how long after power-on nobody listens and nothing is said (G2 mpu9250.cpp sleeps for 0.955 s).
         windup: the sum grows also while the output is at its limit (G2 controllers/pid.cpp).
         kp: gain of the speed controllers at power-up, throttle per rpm (manual; G2 config.h).
         kd: throttle per (rpm/s).
@@ -43,6 +45,8 @@ class BodyQuirks:
     stop_reaches_motors: bool = True
     slots: int = SLOTS
     mode_resets_controllers: bool = True
+    speed_held: bool = False
+    boot_s: float = 0.0
     windup: bool = False
     kp: float = 0.01
     kd: float = 0.0001
@@ -71,6 +75,8 @@ _BODIES = {
         position_known=False,
         led_shared=True,
         mode_resets_controllers=False,
+        speed_held=True,
+        boot_s=0.955,
         windup=True,
     )
 }

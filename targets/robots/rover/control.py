@@ -28,7 +28,7 @@ _WINDOW = 3
 
 
 class Tachometers:
-    """What the firmware makes of the slots: the time between the last two, and the median of three readings.
+    """What the firmware makes of the slots: the time between two of them, and the median of three readings.
 
     Args:
         quirks: see `BodyQuirks`.
@@ -40,6 +40,7 @@ class Tachometers:
     def __init__(self, quirks: BodyQuirks) -> None:
         self._limit_rpm = quirks.shown_limit_rpm
         self._slots = quirks.slots
+        self._held = quirks.speed_held
         self._windows = [list(quirks.median_begins) for _ in range(WHEELS)]
         self.rpm = [0.0] * WHEELS
 
@@ -47,7 +48,7 @@ class Tachometers:
         """Takes a reading of each wheel."""
         for number, wheel in enumerate(wheels):
             window = self._windows[number]
-            window.append(_reading_rpm(wheel.edge_times_ns, now_ns, self._slots))
+            window.append(self._reading_rpm(wheel.edge_times_ns, now_ns))
             del window[: len(window) - _WINDOW]
             rpm = statistics.median(window)
             self.rpm[number] = 0.0 if self._limit_rpm is not None and rpm > self._limit_rpm else rpm
@@ -56,15 +57,15 @@ class Tachometers:
         """The speed of a pair: the slower of its two (G2; their mean is an alternative at compile time)."""
         return min(self.rpm[side], self.rpm[side + 2])
 
-
-def _reading_rpm(edge_times_ns: Sequence[int], now_ns: int, slots: int) -> float:
-    if len(edge_times_ns) < 2 or now_ns - edge_times_ns[-1] > _FORGET_NS:
-        return 0.0
-    gap_ns = edge_times_ns[-1] - edge_times_ns[-2]
-    if not 0 < gap_ns <= _FORGET_NS:
-        return 0.0
-    rpm = 60 * _NS_PER_S / (slots * gap_ns)
-    return rpm if rpm <= _FASTEST_RPM else 0.0
+    def _reading_rpm(self, edge_times_ns: Sequence[int], now_ns: int) -> float:
+        """The speed by the last two slots; while the next one is late, the speed at which it would come now."""
+        if len(edge_times_ns) < 2:
+            return 0.0
+        age_ns, gap_ns = now_ns - edge_times_ns[-1], edge_times_ns[-1] - edge_times_ns[-2]
+        if age_ns >= _FORGET_NS or not 0 < gap_ns <= _FORGET_NS:
+            return 0.0
+        rpm = 60 * _NS_PER_S / (self._slots * (gap_ns if self._held else max(gap_ns, age_ns)))
+        return rpm if rpm <= _FASTEST_RPM else 0.0
 
 
 class SpeedController:

@@ -103,6 +103,12 @@ _ALL = (
         server={"poll": PollOptions(lose_eleven=True)},
     ),
     Defect(
+        name="polled",
+        text="bytes are taken 32 at most every 10 ms, and what finds no room meanwhile is lost",
+        source="G2 application.cpp read_telecommands",
+        server={"poll": PollOptions(lose_eleven=False)},
+    ),
+    Defect(
         name="no-len-check",
         text="missing parameters are taken from earlier frames",
         source="G2 application.cpp set_motor_throttles; G0 update_motor_speeds",
@@ -181,6 +187,12 @@ _ALL = (
         body={"attitude_known": False},
     ),
     Defect(
+        name="rpm-held",
+        text="a wheel that stops is shown at its last speed for a second",
+        source="G2 sensors/tachometer/lm393_tachometer.cpp get_rpm",
+        body={"speed_held": True},
+    ),
+    Defect(
         name="slots-32",
         text="32 slots are reckoned with on discs of 20",
         source="G1, nhorro/ceai2020 at de8cdae",
@@ -199,6 +211,12 @@ _ALL = (
         body={"windup": True},
     ),
     Defect(
+        name="slow-start",
+        text="nothing is heard and nothing is said in the first 955 ms",
+        source="G2 sensors/mpu9250_imu/mpu9250.cpp: sleeps before the first tick",
+        body={"boot_s": 0.955},
+    ),
+    Defect(
         name="no-periodic-reports",
         text="0x80 comes on request alone, and no other report by itself",
         source="seed document, nhorro/ceai2020 intro_se/ISE-ProyectoFinalRover.md, which knows no periodic report",
@@ -213,7 +231,7 @@ _ALL = (
             "rates": (
                 ReportRate(report=ReportId.IMU, ticks=20),
                 ReportRate(report=ReportId.GENERAL, ticks=100),
-            )
+            ),
         },
     ),
 )

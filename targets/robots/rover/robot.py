@@ -94,7 +94,8 @@ class RoverRobot:
     ) -> None:
         self._settings = settings
         self.behaviour = behaviour_of(settings) if behaviour is None else behaviour
-        epoch_ns = power_on_ns + round(settings.boot_s * _NS_PER_S)
+        boot_s = self.behaviour.body.boot_s if settings.boot_s is None else settings.boot_s
+        epoch_ns = power_on_ns + round(boot_s * _NS_PER_S)
         self.connection = connection or Connection(Role.SERVER, self.behaviour.server, epoch_ns=epoch_ns)
         self.plant = Plant(settings.wheel_lag_s)
         self.motors = Motors(self.behaviour.body)

@@ -31,8 +31,8 @@ class RoverSettings:
         "documented", "", "protocols.pkt.profiles: what was promised, what was shipped"
     )
     defects: tuple[str, ...] = _setting((), "", "names of targets.robots.rover.defects, put into the profile")
-    boot_s: float = _setting(
-        0.0, "s", "choice; G2 needs 0.955 s for its sensors (rover_firmware/application.cpp, sleeps)"
+    boot_s: float | None = _setting(
+        None, "s", "none: of the profile; G2 needs 0.955 s for its sensors (rover_firmware, mpu9250.cpp)"
     )
     wheel_lag_s: float = _setting(0.08, "s", "assumed: time constant of a geared motor and its wheel in the air")
     latitude_deg: float = _setting(-34.6175, "deg", "choice: Buenos Aires, nhorro/ceai2020 example frames")
@@ -47,7 +47,7 @@ class RoverSettings:
         for name in self.defects:
             if name not in DEFECTS:
                 raise ValueError(f"defects: there is no defect '{name}'; there are {', '.join(DEFECTS)}")
-        if not 0 <= self.boot_s <= 60:
+        if self.boot_s is not None and not 0 <= self.boot_s <= 60:
             raise ValueError(f"boot_s: {self.boot_s} is not 0..60 s")
         if not 0 < self.wheel_lag_s <= 10:
             raise ValueError(f"wheel_lag_s: {self.wheel_lag_s} is not above 0 and at most 10 s")
