@@ -143,10 +143,10 @@ CORTEX_M7 = CoreKind(
         "ITM": (0x01, 0xB0, 0x0B, 0x00),
         "TPIU": (0xA9, 0xB9, 0x0B, 0x00),
     },
-    # A choice. The core issues up to two instructions in a cycle: Arm gives 5.01 CoreMark per MHz for it and 3.34 for a
-    # Cortex-M3, which takes 5/4 cycles per instruction for the same work, so about 5/6; a tenth less than that, as what
-    # is measured there is not all issued in pairs. Wait states cost only what ART accelerator and caches miss, a little
-    # more with each of them (RM0410 section 3.3.2 gives how many there are).
+    # A choice. The core issues up to two instructions in a cycle. Arm gives 5.01 CoreMark per MHz for it and 3.34 for a
+    # Cortex-M3, which takes 5/4 cycles per instruction: which comes to 5/6. Code compiled for it issues more pairs,
+    # 1/2 being all there can be; 3/4 is between. Wait states cost only what ART accelerator and caches miss, a little
+    # more with each of them (RM0410 section 3.3.2 says how many there are).
     flat_cpi=tuple(Fraction(3, 4) + Fraction(wait_states, 64) for wait_states in range(16)),
 )
 

@@ -70,6 +70,7 @@ def _registers(kind: CoreKind) -> Iterator[Register]:
         fidelity=Fidelity.PARTLY,
         note="DIV_0_TRP finds divisions in flash only; UNALIGN_TRP traps after the access has happened; "
         "without it an unaligned LDM, STM, LDRD or STRD is done, where silicon faults"
+        + ("; so is one of floating-point registers" if kind.fpu else "")
         + (f"; IC and DC: {_CACHES}" if kind.ccsidr else ""),
     )
     yield Register("CPACR", _CPACR, 0, 0 if kind.fpu is None else _CP10 | _CP11)

@@ -9,6 +9,7 @@ import pytest
 
 from targets.mcu.bus import Bus
 from targets.mcu.cortexm.kinds import CORTEX_M7
+from targets.mcu.engine import hidden_state
 from targets.mcu.engine.api import Access, FaultKind, FloatAccess, Reg, StopKind
 from targets.mcu.engine.float_gate import float_runs, is_float
 from targets.mcu.engine.hidden_state import HiddenState, Word
@@ -16,7 +17,7 @@ from targets.mcu.engine.idle import IdleSkipper
 from targets.mcu.engine.thumb import Follower, NotUnderstood
 from targets.mcu.engine.timing import make_timing
 from targets.mcu.engine.unicorn_engine import UnicornEngine
-from targets.mcu.errors import BusFault
+from targets.mcu.errors import BusFault, EngineError
 from targets.mcu.fidelity import Notes
 from targets.mcu.timebase import Timebase
 
@@ -278,6 +279,11 @@ class TestUnicorn:
         hidden._places = {Word.FPCCR: places[Word.FPCCR] + 4}  # CPACR
         assert hidden.get(Word.FPCCR) == 0
         assert m7.execute(*VADD).kind is StopKind.LIMIT
+
+    def test_words_that_are_not_found_are_an_error(self, monkeypatch):
+        monkeypatch.setattr(hidden_state, "_BASEPRI_TO_FPCCR", 33)
+        with pytest.raises(EngineError, match="not where it is kept"):
+            hidden_state._places.__wrapped__()
 
     def test_hidden_words(self, m7):
         hidden = HiddenState(m7.engine._uc, m7.engine._lib)
