@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 
@@ -77,9 +78,20 @@ ends = ["brain.usart1", "gps.uart1"]
 """
 
 
+DOCS = Path(__file__).parents[3] / "docs" / "sensors.md"
+
+
 def reports(data: bytes, kind: type) -> list:
     frames = [found for found in FrameReader().receive(bytes(data), 0) if isinstance(found, Frame)]
     return [report for report in map(decode_report, (frame.payload for frame in frames)) if isinstance(report, kind)]
+
+
+def test_the_example_of_the_docs_is_a_bench_file(read):
+    head = '[targets.brain]\nboard = "nucleo-f767zi"\nfirmware = "a.elf"\n[world]\nvehicle = "rover-4wd"\n'
+    example = DOCS.read_text(encoding="utf-8").split("```toml\n")[1].split("```")[0]
+    found = read("version = 1\n" + head + example)
+    assert {name: plan.kind for name, plan in found.parts.items()} == {"imu": "mpu9250", "gps": "neo6m"}
+    assert found.links[0].ends == ("brain.usart2", "gps.uart1")
 
 
 @pytest.mark.needs_bullet
