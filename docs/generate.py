@@ -247,8 +247,8 @@ def parts_page() -> str:
         "[vehicles.md](vehicles.md)) or to what another part gives (`driver.out_a`); `buses` joins an I2C slave to an "
         "interface of a board (`brain.I2C1`), `[[links]]` a serial end to a USART (`brain.usart2`) or to a robot; "
         "`settings` changes what the tables have. Quirks of the originals are settings, each with the source that "
-        "has it. *One step late* marks feedback: what the other part gave for the physics step before. How the two sensors work: "
-        "[sensors.md](sensors.md).\n\n"
+        "has it. *One step late* marks feedback: what the other part gave for the physics step before. How "
+        "the two sensors work: [sensors.md](sensors.md).\n\n"
         + "\n".join(_part(kind, part_class(kind)) for kind in PARTS)
     )
 
