@@ -13,7 +13,8 @@ from collections import Counter
 
 import pytest
 
-from tests.targets.mcu.differential import coverage, m7, qemu
+from targets.mcu.cortexm.kinds import CORTEX_M7
+from tests.targets.mcu.differential import coverage, m7, qemu, through_registers
 from tests.targets.mcu.differential.encodings import ENCODINGS
 from tests.targets.mcu.differential.encodings_m7 import ENCODINGS as MORE_ENCODINGS
 from tests.targets.mcu.differential.encodings_m7 import decode
@@ -62,6 +63,11 @@ class TestSequences:
             pieces = random.Random(image.cases[0].number)
             cut = m7.Run(image.data).output(pieces.randint(1, 60) for _ in itertools.count())
             assert not differences(image, SEED, whole, cut)
+
+    def test_a_slice_may_be_ended_from_within_every_access(self, chunk):
+        for image, whole in chunk:
+            run = through_registers.Run(image.data, stops=True, kind=CORTEX_M7)
+            assert not differences(image, SEED, whole, run.output())
 
 
 def test_a_run_may_be_cut_after_every_instruction():

@@ -6,13 +6,15 @@ any of them, as an event that an access makes due earlier does.
 
 from __future__ import annotations
 
+from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
 from targets.mcu.engine.api import Access, Reg, StopKind
 from targets.mcu.engine.timing import make_timing
 from targets.mcu.engine.unicorn_engine import UnicornEngine
 from tests.targets.mcu.differential.image import BLOCK, FLASH, RAM, STACK_TOP
 
 _PAGE = 0x400
-_FLASH_SIZE, _RAM_SIZE = 0x1_0000, 0x5000
+_FLASH_SIZE, _RAM_SIZE = 0x1_0000, 0x1_0000
+_PPB = 0xE000_0000
 _SYS_OPEN, _SYS_WRITE, _SYS_EXIT = 0x01, 0x05, 0x18
 _NO_LIMIT = 1 << 40
 
@@ -23,21 +25,23 @@ class Run:
     Args:
         image: what is in flash.
         stops: end the slice with every access to the block.
+        kind: the core.
 
     Attributes:
         accesses: to the block, so far.
         slices: that the run took, so far.
     """
 
-    def __init__(self, image: bytes, *, stops: bool) -> None:
+    def __init__(self, image: bytes, *, stops: bool, kind: CoreKind = CORTEX_M3) -> None:
         self.accesses = self.slices = 0
         self._stops = stops
         self._block = bytearray(_PAGE)
         self._below, self._above = bytearray(BLOCK - RAM), bytearray(RAM + _RAM_SIZE - BLOCK - _PAGE)
-        self._engine = engine = UnicornEngine(make_timing("flat"))
+        self._engine = engine = UnicornEngine(make_timing("flat", kind), kind)
         engine.map_memory(FLASH, bytearray(image.ljust(_FLASH_SIZE, b"\xff")), writable=False)
         engine.map_memory(RAM, self._below, writable=True)
         engine.map_registers(BLOCK, _PAGE, Access(self._read, self._write))
+        engine.map_registers(_PPB, 0x10_0000, Access(lambda _offset, _size: 0, lambda _offset, _size, _value: None))
         engine.map_memory(BLOCK + _PAGE, self._above, writable=True)
         engine.set(Reg.XPSR, 1 << 24)
         engine.set(Reg.SP, STACK_TOP)
