@@ -13,6 +13,8 @@ __all__ = ["Narrator", "TextLines"]
 LINE_IDLE_NS = 100 * NS_PER_MS
 """After so long without a byte the beginning of a line is shown as it is (choice)."""
 LINE_BYTES = 160
+I2C_BYTES = 16
+"""Of a message on an I2C bus so many bytes are shown (choice)."""
 ROUNDING_NS = 1
 """Spans between edges whose times are rounded down to the nanosecond differ so much by that alone."""
 
@@ -133,6 +135,8 @@ class Narrator:
             case "note":
                 at = f" ({event['at']})" if event["at"] else ""
                 return f"note: {event['where']}: {event['text']}{at}"
+            case "event" if event["name"] == "I2cTransaction":
+                return _i2c_words(event["value"])
         return ""
 
     def _pin(self, event: Mapping[str, Any]) -> str:
@@ -153,3 +157,14 @@ class Narrator:
             return ""
         self._pwm[event["source"]] = (period_ns, high_ns)
         return f"period {period_ns} ns, high {high_ns} ns ({100 * high_ns / period_ns:.2f} %)"
+
+
+def _i2c_words(transaction: Mapping[str, Any]) -> str:
+    """Return what went over an I2C bus: address, direction and bytes of each message, and what was not acknowledged."""
+    words = []
+    for message in transaction["messages"]:
+        sign, data = "r" if message["read"] else "w", message["data"]
+        refused = "" if message["acknowledged"] and not message["refused"] else " no acknowledge"
+        cut = data if len(data) <= 2 * I2C_BYTES else f"{data[: 2 * I2C_BYTES]}..."
+        words.append(f"0x{message['address']:02X} {sign} {cut}".rstrip() + refused)
+    return ", ".join(words if transaction["complete"] else [*words, "broken off"])

@@ -11,6 +11,7 @@ from hilbench.mcu.narration import Narrator
 from hilbench.mcu.usart_port import UsartPort
 from hilbench.nearest import did_you_mean
 from targets.mcu.fidelity import Note
+from targets.mcu.i2c_bus import I2cBus
 from targets.mcu.pins import Pin
 
 __all__ = ["BoardUnderTest", "SerialLine", "boards_under_test"]
@@ -152,6 +153,18 @@ class BoardUnderTest:
         if port_pin is None:
             raise UsageError(f"{self.name} has no pin '{name}'", hint=did_you_mean(name, board.pins, "pins"))
         return self._machine.chip.pins[port_pin]
+
+    def i2c(self, name: str) -> I2cBus:
+        """Return the bus of an I2C interface, such as ``I2C1``: attach slaves to it, watch it, break it.
+
+        Raises:
+            UsageError: the board has no such interface.
+        """
+        i2cs = self._machine.chip.i2cs
+        if name.upper() not in i2cs:
+            hint = did_you_mean(name.upper(), i2cs, "they are") if i2cs else "those of its chip are not modelled"
+            raise UsageError(f"{self.name} has no I2C interface '{name}'", hint=hint)
+        return i2cs[name.upper()].bus
 
     def is_lit(self, led: str = "") -> bool:
         """Say whether a light of the board is lit; its first one if none is named."""
