@@ -16,6 +16,7 @@ __all__ = ["LEAST_SATELLITES", "Acquisition"]
 LEAST_SATELLITES = 3
 """For a position with a known height."""
 
+_KINDS = ("cold", "warm", "hot")
 _TIME_AFTER = 2 / 3
 _MOST_SIGMAS = 3.0
 
@@ -45,8 +46,15 @@ class Acquisition:
         self._stopped = False
         self.start("cold", 0)
 
+    def restart(self, kind: str, now_ns: int) -> str:
+        """Start again; return how: no warmer than what is remembered allows."""
+        allowed = min(kind, self._remembers, key=_KINDS.index)
+        self.start(allowed, now_ns)
+        return allowed
+
     def start(self, kind: str, now_ns: int) -> None:
         """Start ``cold``, ``warm`` or ``hot``."""
+        self._remembers = kind
         self._starts += 1
         self._stopped = False
         self._started_ns = self._since_ns = now_ns
@@ -74,6 +82,7 @@ class Acquisition:
         self.time_known |= self.progress >= _TIME_AFTER
         if self.progress >= 1.0:
             self.found = self.placed = True
+            self._remembers = "hot"
             self.first_fix_ms = self.first_fix_ms or max(1, (now_ns - self._started_ns) // 1_000_000)
 
     def _need(self, kind: str) -> None:

@@ -97,6 +97,7 @@ class Neo6m(Part):
     def power_on(self, now_ns: int) -> None:
         """Begin to start up."""
         self._pulse.set(False, now_ns)
+        self._navigation.acquisition.start(self._settings.start, now_ns)
         self._start(self._settings.start, now_ns)
 
     def after_step(self, from_ns: int, to_ns: int, before: Mapping[str, float], after: Mapping[str, float]) -> None:
@@ -155,7 +156,6 @@ class Neo6m(Part):
         self._epoch_ns = self._out_ns = self._rise_ns = _NEVER
         self._boot_ns = now_ns + round(self._settings.boot_ms * 1e6)
         self._set_rate()
-        self._navigation.acquisition.start(kind, now_ns)
         self._tell_fix(Fix.NONE, 0)
         self._ports.tell(ReceiverStarted(start=kind))
 
@@ -173,10 +173,10 @@ class Neo6m(Part):
         if reset.mode == _STOP:
             acquisition.stop()
         elif reset.mode in (_GPS_ONLY, _START):
-            acquisition.start(kind, now_ns)
+            acquisition.restart(kind, now_ns)
         else:
             self._configurator.restart()
-            self._start(kind, now_ns)
+            self._start(acquisition.restart(kind, now_ns), now_ns)
 
     # --- solutions
 

@@ -122,6 +122,16 @@ def test_what_is_cleared_says_how_it_starts(gps, cleared, kind) -> None:
     assert b"u-blox ag" in gps.take()
 
 
+def test_what_was_never_known_is_not_remembered(make_gps) -> None:
+    gps = make_gps(start="cold", spread_percent=0)
+    gps.run_to(5)
+    gps.command(0x06, 0x04, b"\x00\x00\x01\x00")
+    assert gps.bench.told(ReceiverStarted)[-1] == ReceiverStarted(start="cold")
+    gps.run(30)
+    gps.command(0x06, 0x04, b"\x00\x00\x01\x00")
+    assert gps.bench.told(ReceiverStarted)[-1] == ReceiverStarted(start="hot")
+
+
 def test_a_reset_of_navigation_alone_says_nothing_and_forgets_the_position(gps) -> None:
     gps.command(0x06, 0x04, b"\xff\xff\x02\x00")
     gps.run(2)
