@@ -201,8 +201,8 @@ class Chip(abc.ABC):
         """Leave Stop mode."""
 
     @abc.abstractmethod
-    def pin_wakes(self) -> bool:
-        """Say whether an edge from outside ends Standby."""
+    def standby_may_end(self) -> bool:
+        """Say whether something may end Standby."""
 
     @abc.abstractmethod
     def sends_events(self) -> bool:

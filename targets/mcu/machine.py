@@ -385,7 +385,7 @@ class Machine:
         if fault is None:
             return False
         if self._in_standby():
-            may_wake = chip.pin_wakes()
+            may_wake = chip.standby_may_end()
         else:
             may_wake = self.core.may_wake(events=chip.sends_events())
         if not may_wake:

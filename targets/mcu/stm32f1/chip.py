@@ -266,7 +266,7 @@ class Stm32f103(Chip):
         """Leave Stop mode, on HSI."""
         self.rcc.resume()
 
-    def pin_wakes(self) -> bool:
+    def standby_may_end(self) -> bool:
         """Say whether WKUP ends Standby."""
         return self.pwr.wakes_by_pin()
 

@@ -220,25 +220,7 @@ class Can28(Can):
     )
 
 
-class Rtc(Absent):
-    """The real-time clock: it stands still."""
-
-    MISSING = "it stands still"
-    REGISTERS = registers(
-        "TR DR=2101 CR ISR=7 PRER=7F00FF WUTR=FFFF @1C ALRMAR ALRMBR WPR SSR: SHIFTR TSTR: TSDR: TSSSR: CALR TAMPCR "
-        "ALRMASSR ALRMBSSR OR " + " ".join(f"BKP{n}R" for n in range(32))
-    )
-
-    def reset(self) -> None:
-        """A reset of the chip leaves it alone."""
-
-    def reset_backup(self) -> None:
-        """A reset of the backup domain clears everything."""
-        super().reset()
-
-
 _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
-    (Rtc, "RTC", 0x4000_2800),
     (LowPowerTimer, "LPTIM1", 0x4000_2400),
     (Can, "CAN3", 0x4000_3400),
     (Spi, "SPI2", 0x4000_3800),

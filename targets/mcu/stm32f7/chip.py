@@ -29,9 +29,10 @@ from targets.mcu.stm32.gpio import Gpio, thresholds
 from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.stm32.pin_functions import PinFunctions
 from targets.mcu.stm32.rng import Rng
+from targets.mcu.stm32.rtc import Rtc
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
-from targets.mcu.stm32f7.absent import Rtc, absent_peripherals
+from targets.mcu.stm32f7.absent import absent_peripherals
 from targets.mcu.stm32f7.af_table import ALTERNATE_FUNCTIONS, PADS
 from targets.mcu.stm32f7.backup_sram import BackupSram
 from targets.mcu.stm32f7.blocks import adcs, dma_controllers, i2cs, timers, usarts
@@ -55,6 +56,7 @@ __all__ = ["Stm32f767"]
 ITCM_RAM, RAM_BASE, RAM_END, BOOT_END = 0x0000_0000, 0x2000_0000, 0x2008_0000, 0x2005_0000
 # On AHB a byte leaves the other lanes of its word alone; behind the APB bridges it is repeated over the word.
 APB = ((0x4000_0000, 0x8000), (0x4001_0000, 0x7C00))
+TIME_STAMP_PIN = "PC13"  # RTC_TS (DS11532, additional functions)
 
 _US_PER_S = 1_000_000
 _PULL_OHMS = 10_000.0  # of resistors on the board; a choice where its schematic says otherwise
@@ -112,14 +114,14 @@ class Stm32f767(Chip):
         self._make_core_parts(board)
         self._memories = self._map()
         self._make_peripherals(board.name)
-        everything = (self.rcc, self._flash, self.pwr, self.iwdg, self.wwdg, self.dbgmcu, *self._others)
+        everything = (self.rcc, self._flash, self.pwr, self.iwdg, self.wwdg, self.rtc, self.dbgmcu, *self._others)
         self.peripherals = {peripheral.name: peripheral for peripheral in everything}
         for peripheral in self.peripherals.values():
             behind_bridge = any(start <= peripheral.base < start + size for start, size in APB)
             bus.add(peripheral, ahb=not behind_bridge)
         for base, size in APB:
             bus.add_quiet(base, size)
-        self.rcc.connect(GATES, self.peripherals, others=(self.core.systick,), backup=(self._rtc,))
+        self.rcc.connect(GATES, self.peripherals, others=(self.core.systick,), backup=(self.rtc,))
         self.rcc.on_nmi = self.core.set_nmi
         self.rcc.on_clock_failure = self._clock_failed
         self.rcc.on_pll = self.pwr.pll_switched
@@ -157,6 +159,10 @@ class Stm32f767(Chip):
             window=True,
         )
         self.wwdg = Wwdg(0x4000_2C00, services)
+        self.signals.route("RTC_TS", TIME_STAMP_PIN)
+        self.rtc = Rtc(0x4000_2800, services, rtc_hz=self.rcc.rtc_hz, backup_writable=self.pwr.backup_writable)
+        self.rcc.on_rtc_clock = self.rtc.clock_changed
+        self.rtc.on_wake = self.pwr.wake_by_rtc
         self.dbgmcu = Dbgmcu(0xE004_2000, services)
 
     def _map(self) -> tuple[Memory, ...]:
@@ -184,8 +190,6 @@ class Stm32f767(Chip):
         self.usarts = {usart.name: usart for usart in usarts(services, self._tree)}
         self.i2cs = {i2c.name: i2c for i2c in i2cs(services, self._tree)}
         self._timers = {timer.name: timer for timer in timers(services)}
-        absent = absent_peripherals(services)
-        self._rtc = next(peripheral for peripheral in absent if isinstance(peripheral, Rtc))
         self._others: tuple[Peripheral, ...] = (
             *ports,
             Syscfg(0x4001_3800, services, self.pins, self.signals, boot_pin=self._straps.boot0),
@@ -198,7 +202,7 @@ class Stm32f767(Chip):
             *self._timers.values(),
             *dma_controllers(services, self._requests),
             adcs(services, self._requests, self.pins, self.rcc.adc_enabled),
-            *absent,
+            *absent_peripherals(services),
         )
 
     def _irq(self, number: int) -> IrqLine:
@@ -274,9 +278,9 @@ class Stm32f767(Chip):
         """Leave Stop mode, on HSI."""
         self.rcc.resume()
 
-    def pin_wakes(self) -> bool:
-        """Say whether a WKUP pin ends Standby."""
-        return self.pwr.wakes_by_pin()
+    def standby_may_end(self) -> bool:
+        """Say whether a WKUP pin or the RTC may end Standby."""
+        return self.pwr.may_wake()
 
     def sends_events(self) -> bool:
         """Say whether EXTI lets an edge through as an event."""

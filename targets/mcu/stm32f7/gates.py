@@ -13,6 +13,7 @@ _AHB3 = {0: "FMC", 1: "QUADSPI"}
 _APB1 = {
     **{bit: f"TIM{number}" for bit, number in enumerate((2, 3, 4, 5, 6, 7, 12, 13, 14))},
     9: "LPTIM1",
+    10: "RTC",
     11: "WWDG",
     13: "CAN3",
     14: "SPI2",

@@ -204,9 +204,9 @@ class Pwr(Peripheral):
             return DeepSleep.STOP_LOW_POWER_FLASH_OFF if control & FPDS else DeepSleep.STOP_LOW_POWER
         return DeepSleep.STOP_FLASH_OFF if control & FPDS else DeepSleep.STOP
 
-    def wakes_by_pin(self) -> bool:
-        """Say whether an edge from outside ends Standby."""
-        return bool(self[CSR2] >> 8 & PINS)
+    def may_wake(self) -> bool:
+        """Say whether a pin or the RTC may end Standby."""
+        return bool(self[CSR2] >> 8 & PINS or self[CSR1] & EIWUP)
 
     def wake_by_rtc(self) -> None:
         """An alarm, wake-up, tamper or time stamp of the RTC; it ends Standby if EIWUP is set."""

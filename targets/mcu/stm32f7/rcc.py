@@ -75,7 +75,7 @@ APB2_BITS = 0x64F7_7FB3  # TIM1, 8-11, USART1, 6, SDMMC1-2, ADC1-3, SPI1, 4-6, S
 ADC1EN = 1 << 8
 APB2_RESETS = APB2_BITS & ~(3 << 9)  # one for all ADCs
 DTCMRAMEN, RTCAPBEN = 1 << 20, 1 << 10
-OTHER_GATES = "gates of memories, of PTP, ULPI and Ethernet lines, and of the bus of the RTC are remembered"
+OTHER_GATES = "gates of memories, of PTP, ULPI and Ethernet lines are remembered"
 
 # Every reset of the chip also pulls NRST low, so that PINRSTF comes with each; power-on is a brown-out, too. Leaving
 # Standby is a power reset that leaves BORRSTF alone (RM0410 sections 5.1 and 5.3.21).
@@ -109,6 +109,7 @@ class Rcc(BasicRcc):
     Attributes:
         on_pll: called with whether the PLL is switched on, when that changes; PWR may change the voltage scale only
             while it is off.
+        on_rtc_clock: called when `rtc_hz` may have changed.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
@@ -130,7 +131,7 @@ class Rcc(BasicRcc):
         Register("AHB1ENR", AHB1ENR, DTCMRAMEN, AHB1_BITS, fidelity=Fidelity.PARTLY, note=OTHER_GATES),
         Register("AHB2ENR", AHB2ENR, 0, AHB2_BITS),
         Register("AHB3ENR", AHB3ENR, 0, AHB3_BITS),
-        Register("APB1ENR", APB1ENR, RTCAPBEN, APB1_BITS, fidelity=Fidelity.PARTLY, note=OTHER_GATES),
+        Register("APB1ENR", APB1ENR, RTCAPBEN, APB1_BITS),
         Register("APB2ENR", APB2ENR, 0, APB2_BITS),
         *(
             Register(name, offset, bits, bits, fidelity=Fidelity.ABSENT, note="clocks run on in Sleep mode")
@@ -207,6 +208,7 @@ class Rcc(BasicRcc):
     ) -> None:
         self.tree = tree
         self.on_pll: Callable[[bool], None] = lambda _on: None
+        self.on_rtc_clock: Callable[[], None] = lambda: None
         self._supply = supply
         self._kernels = kernel_choices()
         super().__init__(
@@ -267,6 +269,7 @@ class Rcc(BasicRcc):
         self[CFGR] = self._keep_source(value)
         self._try_switch()
         self._set_tree()
+        self.on_rtc_clock()
 
     def write_AHB1RSTR(self, value: int) -> None:
         """Reset the peripherals of AHB1."""
@@ -316,6 +319,7 @@ class Rcc(BasicRcc):
         """As in every family; the kernel clocks may run on the LSE."""
         super().write_BDCR(value)
         self._set_tree()
+        self.on_rtc_clock()
 
     def write_DCKCFGR1(self, value: int) -> None:
         """TIMPRE, and dividers of clocks that nobody uses."""
@@ -377,6 +381,7 @@ class Rcc(BasicRcc):
         super()._on_ready(name, ready)
         if not ready:
             self._set_tree()  # a kernel clock may have gone
+        self.on_rtc_clock()
 
     def _set_tree(self, *, stopped: bool | None = None) -> None:
         tree, pll = self.tree, pll_rates(self[PLLCFGR], self.hse_hz)
@@ -428,3 +433,4 @@ class Rcc(BasicRcc):
         """Go to the state after a reset of the chip."""
         super().reset()
         self.on_pll(False)
+        self.on_rtc_clock()

@@ -294,3 +294,44 @@ def test_random_numbers_take_the_48_mhz_clock(nucleo):
     assert machine.chip.services.clocks.kernel("RNG") != 0
     assert peek(rng, "SR") & 1
     assert peek(rng, "DR") != 0
+
+
+def test_the_rtc_runs_on_the_crystal_and_wakes_by_its_line(nucleo):
+    machine = nucleo()
+    chip = machine.chip
+    rcc, pwr, rtc = chip.rcc, chip.pwr, chip.peripherals["RTC"]
+    poke(rcc, "APB1ENR", 1 << 28 | 1 << 10)
+    poke(pwr, "CR1", 0xC100)
+    poke(rcc, "BDCR", 1)
+    machine.run_to(2_100_000_000)
+    poke(rcc, "BDCR", 1 | 0x100 | 1 << 15)
+    poke(chip.exti, "IMR", 1 << 22)
+    poke(chip.exti, "RTSR", 1 << 22)
+    for key in (0xCA, 0x53):
+        poke(rtc, "WPR", key)
+    poke(rtc, "WUTR", 0)
+    poke(rtc, "CR", 1 << 14 | 1 << 10 | 0b100)
+    machine.run_to(2_900_000_000)
+    assert not peek(chip.exti, "PR")
+    machine.run_to(3_200_000_000)
+    assert peek(chip.exti, "PR") == 1 << 22, "a second of the crystal later"
+    assert peek(rtc, "TR") & 0xF in (1, 2)
+    assert not chip.standby_may_end()
+    poke(pwr, "CSR1", 1 << 8)
+    assert chip.standby_may_end()
+
+
+def test_the_rtc_stands_still_without_its_crystal():
+    machine = Machine(dataclasses.replace(BOARD, lse_hz=None), image((FLASH, program())))
+    machine.run_to(10_000)
+    chip = machine.chip
+    poke(chip.rcc, "APB1ENR", 1 << 28 | 1 << 10)
+    poke(chip.pwr, "CR1", 0xC100)
+    poke(chip.rcc, "BDCR", 1 | 0x100 | 1 << 15)
+    machine.run_to(5_000_000_000)
+    assert (peek(chip.peripherals["RTC"], "TR"), peek(chip.peripherals["RTC"], "DR")) == (0, 0x2101)
+    poke(chip.rcc, "BDCR", 1 << 16)
+    poke(chip.rcc, "BDCR", 0x200 | 1 << 15)
+    poke(chip.rcc, "CSR", 1)
+    machine.run_to(12_000_000_000)
+    assert peek(chip.peripherals["RTC"], "TR") & 0xF == 6, "LSI, 32 kHz behind the prescalers for 32.768"

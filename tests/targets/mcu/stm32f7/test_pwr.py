@@ -98,7 +98,7 @@ def test_a_pin_ends_standby_at_its_edge(world, pin, number, falling):
     wkup.drive(falling)
     poke(world.pwr, "CR2", falling << 8 + number)
     poke(world.pwr, "CSR2", 1 << 8 + number)
-    assert world.pwr.wakes_by_pin()
+    assert world.pwr.may_wake()
     assert world.pwr.enter_standby()
     wkup.drive(not falling)
     assert world.chip.resets == ["STANDBY"]
