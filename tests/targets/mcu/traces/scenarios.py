@@ -244,6 +244,7 @@ def _scenario(image: str) -> Scenario:
 
 
 _BY_TABLE = (
+    replace(_scenario("f767-demo"), timing="table", span_ns=30 * MS),
     replace(_scenario("bench-tick-1khz"), timing="table"),
     replace(_scenario("bad-hardfault-loop"), timing="table", span_ns=5 * MS),
     replace(_scenario("echo-irq"), timing="table", span_ns=25 * MS),
