@@ -192,6 +192,29 @@ def test_no_chip_runs_beyond_what_a_part_is_due_for_now(rig):
     assert rig.rom.data[0x10] == 3
 
 
+def test_a_part_is_due_within_a_transaction(rig, monkeypatch):
+    """What it is due for comes before the next byte, however short it is after the last one: time never goes back."""
+    rom, calls = rig.rom, []
+
+    def write(_byte, now_ns):
+        calls.append(now_ns)
+        rom.ready_ns = now_ns + 7_000
+        return True
+
+    def advance(now_ns):
+        calls.append(now_ns)
+        rom.ready_ns = None
+
+    monkeypatch.setattr(rom, "write", write)
+    monkeypatch.setattr(rom, "advance", advance)
+    monkeypatch.setattr(rom, "address", lambda _address, _read, now_ns: not calls.append(now_ns))
+    monkeypatch.setattr(rom, "end", calls.append)
+    rig.machine.send(2 * MS, 1, 2, 3)
+    rig.bench.run_for(0.010)
+    assert calls == sorted(calls)
+    assert len(calls) == 1 + 3 + 3 + 1
+
+
 def test_a_bus_without_parts_is_recorded_too(bench):
     machine = Machine()
     machines = {"brain": machine}
