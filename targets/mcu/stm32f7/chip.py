@@ -168,6 +168,7 @@ class Stm32f767(Chip):
     def _map(self) -> tuple[Memory, ...]:
         flash, system = self._flash, self._system_memory
         whole = memoryview(self.ram)
+        # A view of a part of it has all that a bytearray is asked for here and in the engine.
         main, itcm = (cast("bytearray", part) for part in (whole[: self._main_bytes], whole[self._main_bytes :]))
         return (
             Memory(base=ITCM_RAM, data=itcm, writable=True),
