@@ -41,7 +41,14 @@ _TARGET_KINDS = (
     "listen:tcp:PORT",
     "exec:COMMAND",
 )
-_ROVER_TARGET_KINDS = ("rover-model", "serial:PORT@BAUD", "socket://HOST:PORT")
+_ROVER_TARGET_KINDS = (
+    "rover-model",
+    "serial:PORT@BAUD",
+    "socket://HOST:PORT",
+    "listen:pty:PATH",
+    "listen:tcp:PORT",
+    "exec:COMMAND",
+)
 
 
 def make_provider(options: CheckOptions) -> BenchProvider:
@@ -78,12 +85,16 @@ def _rover(shared: Shared) -> BenchProvider:
 
 
 def _rover_at(shared: Shared, spec: str) -> BenchProvider:
-    from hilbench.rover_provider import AttachedRoverProvider
+    from hilbench.rover_provider import AttachedRoverProvider, foreign_host
 
     if spec == "rover-model":
         return _rover(shared)
     kind, _, rest = spec.partition(":")
-    if rest and kind not in {"listen", "exec"}:
+    if kind == "listen":
+        return ListenProvider(shared, rest, foreign_host(shared))
+    if kind == "exec" and rest:
+        return ExecProvider(shared, rest, foreign_host(shared))
+    if rest:
         return AttachedRoverProvider(shared, spec)
     hint = did_you_mean(spec, _ROVER_TARGET_KINDS, "a target of a rover's bench is one of")
     raise UsageError("not a target", where=f"--target {spec}", hint=hint)

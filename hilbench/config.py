@@ -51,7 +51,7 @@ DEFAULT_BENCH = "pioneer"
 ROBOT_SUITES = ("p2os-client", "p2os-server", "pioneer-motion")
 """What is checked on a bench with a robot, unless its file says otherwise."""
 
-ROVER_SUITES = ("pkt-board",)
+ROVER_SUITES = ("pkt-board", "pkt-host")
 """The same, of a bench with a rover."""
 
 _MODELS = {"pioneer-2dx": RobotSettings, "rover": RoverSettings}

@@ -6,8 +6,10 @@ import contextlib
 import shlex
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, Generic, TypeVar
+from dataclasses import dataclass
+from typing import Any, Generic, Protocol, TypeVar
 
+from hilbench.bench import Bench
 from hilbench.cases import AttachedCase, CaseBase, ForeignClientCase
 from hilbench.check.observations import Observations
 from hilbench.check.provider import CaseInfo
@@ -171,16 +173,46 @@ class AttachedProvider(AttachedProviderBase[Peer, AttachedCase]):
         return AttachedCase(self._bench, case, peer, reopen, faults)
 
 
+class Script(Protocol):
+    """What a check puts in the place of a server."""
+
+    @property
+    def port(self) -> Port:
+        """Its end of the line."""
+
+    def close(self) -> None:
+        """Leave the port to another."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FarEnd:
+    """What a foreign client finds at the far end of its line.
+
+    Attributes:
+        serve: begins to serve at a port.
+        case: makes the bench of a case.
+        capabilities: of a bench with it, beside those of the client.
+    """
+
+    serve: Callable[[Bench, Port], Any]
+    case: Callable[[Bench, CaseInfo, Any, Any, LineFaults | None], CaseBase]
+    capabilities: frozenset[str] = frozenset()
+
+
+P2OS_SERVER = FarEnd(serve=ScriptedServer, case=ForeignClientCase)
+
+
 class _ClientProvider(_LockedProvider, ABC):
     """A foreign client, which finds our scripted server behind a door."""
 
-    def __init__(self, shared: Shared, target: str, capabilities: frozenset[str]) -> None:
+    def __init__(self, shared: Shared, target: str, capabilities: frozenset[str], far_end: FarEnd) -> None:
         super().__init__(shared, target)
-        self.capabilities = capabilities
+        self.capabilities = capabilities | far_end.capabilities
+        self._far_end = far_end
         self._port: Port | None = None
 
     @contextlib.contextmanager
-    def open_case(self, case: CaseInfo) -> Iterator[ForeignClientCase]:
+    def open_case(self, case: CaseInfo) -> Iterator[CaseBase]:
         """Put a fresh scripted server behind the door, and take care of the client."""
         self._lock()
         if self._port is None:
@@ -188,10 +220,10 @@ class _ClientProvider(_LockedProvider, ABC):
             self._ports.append(self._port)
         faults = self._shared.line_faults(self._bench, case, near_is_client=False)
         faulty = None if faults is None else faults.on(self._port)
-        server = ScriptedServer(self._bench, faulty or self._port)
+        server: Script = self._far_end.serve(self._bench, faulty or self._port)
         client = self._client()
         try:
-            yield ForeignClientCase(self._bench, case, server, client, faults)
+            yield self._far_end.case(self._bench, case, server, client, faults)
         finally:
             client.close()
             server.close()
@@ -217,8 +249,8 @@ class _ClientProvider(_LockedProvider, ABC):
 class ListenProvider(_ClientProvider):
     """Waits for whoever connects: ``listen:pty:PATH`` or ``listen:tcp:[HOST:]PORT``."""
 
-    def __init__(self, shared: Shared, spec: str) -> None:
-        super().__init__(shared, f"whoever connects to {spec}", LISTEN_CAPABILITIES)
+    def __init__(self, shared: Shared, spec: str, far_end: FarEnd = P2OS_SERVER) -> None:
+        super().__init__(shared, f"whoever connects to {spec}", LISTEN_CAPABILITIES, far_end)
         self._kind, _, self._where = spec.partition(":")
         if self._kind not in {"pty", "tcp"} or not self._where:
             raise UsageError(
@@ -239,8 +271,8 @@ class ListenProvider(_ClientProvider):
 class ExecProvider(_ClientProvider):
     """Starts a program for each case: ``exec:COMMAND``, with ``{pty}`` or ``{port}`` where it is to connect."""
 
-    def __init__(self, shared: Shared, command: str) -> None:
-        super().__init__(shared, command, EXEC_CAPABILITIES)
+    def __init__(self, shared: Shared, command: str, far_end: FarEnd = P2OS_SERVER) -> None:
+        super().__init__(shared, command, EXEC_CAPABILITIES, far_end)
         self._command = command
         self._names: dict[str, str] = {}
         try:

@@ -11,12 +11,14 @@ from hilbench.check.provider import CaseInfo
 from hilbench.devices import DeviceActor
 from hilbench.line_faults import LineFaults
 from hilbench.links import Line, MemoryLink
+from hilbench.rover_client import HostUnderTest
 from hilbench.rover_hands import ModelHands, RoverHands
 from hilbench.rover_peer import RoverPeer
+from hilbench.scripted_rover import ScriptedRover
 from protocols.pkt import PROFILES
 from targets.robots.rover import RoverRobot, RoverSettings
 
-__all__ = ["AttachedRoverCase", "RoverCase", "RoverFactory", "VirtualRoverCase", "make_rover", "rover_baud"]
+__all__ = ["AttachedRoverCase", "HostCase", "RoverCase", "RoverFactory", "VirtualRoverCase", "make_rover", "rover_baud"]
 
 RoverFactory = Callable[[RoverSettings], RoverRobot]
 
@@ -77,6 +79,33 @@ class VirtualRoverCase(RoverCase):
         self.robot = make_rover(settings)
         self.hands = ModelHands(self.robot)
         self._actor = DeviceActor(bench, self.robot, link.b, name="rover")
+
+
+class HostCase(CaseBase):
+    """What every case of a host has: a scripted rover at the far end of its line.
+
+    Args:
+        bench: whose time passes.
+        case: what is known of it.
+        rover: the scripted rover.
+        client: the host under test.
+        faults: what goes wrong on the line.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        case: CaseInfo,
+        rover: ScriptedRover,
+        client: HostUnderTest,
+        faults: LineFaults | None = None,
+    ) -> None:
+        super().__init__(bench, case, faults)
+        self.rover = rover
+        self.client = client
+
+    def _packets(self) -> Sequence[str]:
+        return self.rover.evidence()
 
 
 class AttachedRoverCase(RoverCase):

@@ -6,20 +6,31 @@ import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from hilbench.bench import Bench
 from hilbench.check.provider import CaseInfo
 from hilbench.clock import Scheduler
 from hilbench.errors import UsageError
+from hilbench.ground_station import GroundStation
 from hilbench.line_faults import LineFaults
-from hilbench.links import Line, Port
-from hilbench.locked_providers import AttachedProviderBase
-from hilbench.rover_cases import AttachedRoverCase, RoverFactory, VirtualRoverCase, make_rover, rover_baud
+from hilbench.links import Line, MemoryLink, Port
+from hilbench.locked_providers import AttachedProviderBase, FarEnd
+from hilbench.rover_cases import AttachedRoverCase, HostCase, RoverFactory, VirtualRoverCase, make_rover, rover_baud
+from hilbench.rover_client import OWN_HOST_CAPABILITIES, OwnHost
 from hilbench.rover_hands import HANDS
 from hilbench.rover_peer import RoverPeer
+from hilbench.scripted_rover import ScriptedRover
 from hilbench.shared import Shared
-from protocols.pkt import PROFILES
+from protocols.pkt import PROFILES, Profile
 from targets.robots.rover import PROFILE_NAMES, RoverSettings
 
-__all__ = ["AttachedRoverProvider", "RoverProvider"]
+__all__ = ["AttachedRoverProvider", "HostFactory", "RoverProvider", "foreign_host", "make_host"]
+
+HostFactory = Callable[[Bench, Port, Profile], GroundStation]
+
+
+def make_host(bench: Bench, port: Port, profile: Profile) -> GroundStation:
+    """Make our ground station as it is meant to be: the client of a profile."""
+    return GroundStation(bench, port, profile)
 
 
 class RoverProvider:
@@ -29,19 +40,26 @@ class RoverProvider:
         shared: bench file, journal, waiting.
         settings: other ones than those of the bench file.
         make_rover: makes the rover.
+        make_host: makes the host under test.
     """
 
     def __init__(
-        self, shared: Shared, *, settings: RoverSettings | None = None, make_rover: RoverFactory = make_rover
+        self,
+        shared: Shared,
+        *,
+        settings: RoverSettings | None = None,
+        make_rover: RoverFactory = make_rover,
+        make_host: HostFactory = make_host,
     ) -> None:
         self._shared = shared
         self._settings = settings or _settings_of(shared)
         self._make_rover = make_rover
+        self._make_host = make_host
 
     @property
     def capabilities(self) -> frozenset[str]:
         """Everything, in every profile."""
-        return HANDS | {"server", *(f"program '{name}'" for name in PROFILE_NAMES)}
+        return HANDS | OWN_HOST_CAPABILITIES | {"server", *(f"program '{name}'" for name in PROFILE_NAMES)}
 
     @property
     def suites(self) -> Sequence[str]:
@@ -55,14 +73,22 @@ class RoverProvider:
         return self._shared.describe(target, "none: wheels lifted")
 
     @contextlib.contextmanager
-    def open_case(self, case: CaseInfo) -> Iterator[VirtualRoverCase]:
+    def open_case(self, case: CaseInfo) -> Iterator[VirtualRoverCase | HostCase]:
         """Open a bench for one case."""
         bench = self._shared.bench(Scheduler())
-        faults = self._shared.line_faults(bench, case, near_is_client=True)
+        of_host = "client" in case.needs
+        faults = self._shared.line_faults(bench, case, near_is_client=not of_host)
         settings = self._settings
         if case.setup.program:
             settings = replace(settings, profile=case.setup.program)  # type: ignore[arg-type]
         line = Line(baud=rover_baud(self._shared.bench_file))
+        if of_host:
+            profile = PROFILES[settings.profile]
+            plan = faults.plan if faults is not None else None
+            link = MemoryLink(bench.scheduler, line, name="host", faults=plan)
+            rover = ScriptedRover(bench, link.a, profile)
+            yield HostCase(bench, case, rover, OwnHost(self._make_host(bench, link.b, profile)), faults)
+            return
         yield VirtualRoverCase(bench, case, settings, line, make_rover=self._make_rover, faults=faults)
 
     def close(self) -> None:
@@ -90,6 +116,16 @@ class AttachedRoverProvider(AttachedProviderBase[RoverPeer, AttachedRoverCase]):
     ) -> AttachedRoverCase:
         del reopen  # no case hangs up
         return AttachedRoverCase(self._bench, case, peer, faults)
+
+
+def foreign_host(shared: Shared) -> FarEnd:
+    """Return what a foreign host finds at the far end of its line, on a bench with a rover."""
+    profile = _settings_of(shared).profile
+
+    def serve(bench: Bench, port: Port) -> ScriptedRover:
+        return ScriptedRover(bench, port, PROFILES[profile])
+
+    return FarEnd(serve=serve, case=HostCase, capabilities=frozenset({f"program '{profile}'"}))
 
 
 def _settings_of(shared: Shared) -> RoverSettings:

@@ -1,0 +1,163 @@
+"""The suite pkt-host: our ground station passes, the line-splitting one loses what it should, faulty ones are found."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from types import MappingProxyType
+
+import pytest
+
+from hilbench.bench_provider import make_provider
+from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
+from hilbench.config import open_bench
+from hilbench.ground_station import GroundStation
+from hilbench.journal import Journal
+from hilbench.options import TargetChoice
+from hilbench.rover_provider import RoverProvider, make_host
+from hilbench.shared import Shared
+from protocols.pkt import (
+    CLIENT_TABLE,
+    PROFILES,
+    ClientState,
+    ClientTrigger,
+    Framing,
+    FramingOptions,
+    MotorThrottles,
+    PacketTotals,
+    Resync,
+    UnknownReport,
+)
+from protocols.pkt.clauses import HOST_CLAUSES
+
+OPTIONS = CheckOptions(bench="rover-model", suites=("pkt-host",))
+
+
+def run(select="", make=make_host):
+    shared = Shared(bench_file=open_bench("rover-model"), timeout_scale=1.0, journal=Journal())
+    options = CheckOptions(bench="rover-model", suites=("pkt-host",), select=select)
+    return run_suites(options, RoverProvider(shared, make_host=make))
+
+
+def test_each_clause_is_cited_by_one_function_in_each_of_its_profiles():
+    planned = list_cases(OPTIONS, make_provider(OPTIONS))
+    cited = [(case.clauses[0].id, case.setup.program) for case in planned]
+    assert sorted(cited) == sorted((clause.id, profile) for clause in HOST_CLAUSES for profile in clause.profiles)
+
+
+def test_our_hosts_pass():
+    report = run()
+    assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
+
+
+# --- hosts that are wrong
+
+
+def with_options(**changes):
+    """A host of the case's profile, but for these options."""
+
+    def make(bench, port, profile):
+        return GroundStation(bench, port, profile, options=replace(profile.client, **changes))
+
+    return make
+
+
+def without(state, trigger):
+    """A host whose table lacks an edge."""
+
+    def make(bench, port, profile):
+        table = {edge: to for edge, to in CLIENT_TABLE.items() if edge != (state, trigger)}
+        return GroundStation(bench, port, profile, table=MappingProxyType(table))
+
+    return make
+
+
+class NeverUnwraps(GroundStation):
+    @property
+    def totals(self):
+        general = self.general
+        return None if general is None else PacketTotals(accepted=general.accepted, rejected=general.rejected)
+
+
+class SwapsMotors(GroundStation):
+    def send(self, command):
+        if isinstance(command, MotorThrottles):
+            command = replace(command, a=command.b, b=command.a)
+        super().send(command)
+
+
+class StopsAtAStranger(GroundStation):
+    def _keep(self, report):
+        self.deaf = getattr(self, "deaf", False) or isinstance(report, UnknownReport)
+        if not self.deaf:
+            super()._keep(report)
+
+
+def documented():
+    """The documented host in the place of one that splits lines."""
+
+    def make(bench, port, _profile):
+        return GroundStation(bench, port, PROFILES["documented"])
+
+    return make
+
+
+SCAN = PROFILES["documented"].client.frames
+MUTANTS = [
+    ("P36D", "P36D", with_options(split_lines=True)),
+    ("P37D", "P37D", with_options(split_lines=True)),
+    ("P54D", "P54D", with_options(split_lines=True)),
+    ("P55D", "P55D", with_options(frames=replace(SCAN, resync=Resync.NONE))),
+    ("P56", "P56", with_options(frames=replace(SCAN, timeout_s=0.01))),
+    ("P50", "P50", with_options(frames=FramingOptions(framing=Framing.TERM))),
+    ("P51", "P51", with_options(request_s=None)),
+    ("P51", "P51", with_options(request_s=1.1)),
+    ("P52", "P52", with_options(stop_at_the_end=False)),
+    ("P53", "P53 and documented", SwapsMotors),
+    ("P57", "P57", with_options(silence_s=None)),
+    ("P57", "P57", with_options(silence_s=5.5)),
+    ("P57", "P57", without(ClientState.LOST, ClientTrigger.REPORT)),
+    ("P58", "P58", StopsAtAStranger),
+    ("P59", "P59", NeverUnwraps),
+    ("P36", "P36 and g2", documented()),
+    ("P37", "P37 and g2", documented()),
+    ("P54", "P54 and g2", documented()),
+    ("P55", "P55 and g2", documented()),
+]
+
+
+@pytest.mark.parametrize(("clause", "select", "make"), MUTANTS, ids=lambda value: str(value)[:30])
+def test_a_faulty_host_is_found(clause, select, make):
+    report = run(select, make)
+    assert {case.clause_ids[0] for case in report.cases if case.verdict is Verdict.FAIL} == {clause}
+
+
+def test_each_clause_finds_something():
+    assert {clause.id for clause in HOST_CLAUSES} == {clause for clause, _, _ in MUTANTS}
+
+
+PROGRAM = """
+import serial, sys, time
+port = serial.Serial(sys.argv[1], 115200)
+while True:
+    port.write(bytes.fromhex("504B54210100E1F00A"))
+    time.sleep(0.3)
+"""
+
+
+def test_a_foreign_host(tmp_path):
+    """A program that we start, through a pty and pyserial: what it sends is judged, and no more."""
+    (tmp_path / "host.py").write_text(PROGRAM)
+    command = f"exec:{sys.executable} {tmp_path / 'host.py'} {{pty}}"
+    options = replace(OPTIONS, targets=(TargetChoice(spec=command),), select="P50 or P52 or P57")
+    report = run_suites(options, make_provider(options))
+    verdicts = {case.clause_ids[0]: case.verdict for case in report.cases}
+    assert verdicts == {"P50": Verdict.PASS, "P52": Verdict.FAIL, "P57": Verdict.NOT_APPLICABLE}
+
+
+def test_no_such_target():
+    command = [sys.executable, "-m", "hilbench", "check", "rover-model", "--target", "rovr"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith("hilbench: --target rovr: not a target; ")
