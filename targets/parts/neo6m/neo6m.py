@@ -206,8 +206,7 @@ class Neo6m(Part):
         """Send what is due of the last solution: UBX by number, then the sentences (choice of the order)."""
         self._out_ns = _NEVER
         solution, state = self._last, self._configurator.state
-        if solution is None:
-            return
+        assert solution is not None
         due = {(group, number) for group, number, rate in state.rates if self._epochs % rate == 0}
         messages = [
             frame(UbxMessage(group=NAV, number=number, payload=write(solution)))

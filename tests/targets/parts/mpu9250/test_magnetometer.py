@@ -219,6 +219,18 @@ def test_mistakes_are_noted(mag, modes, word) -> None:
     assert any(word in note for note in mag.notes())
 
 
+def test_registers_for_the_factory_are_noted(mag) -> None:
+    mag.write(0x0D, 0xFF, address=0x0C)
+    assert any("TS1" in note for note in mag.notes())
+
+
+def test_writes_beyond_the_registers_do_nothing(mag) -> None:
+    mag.write(0x0B, 0x00, address=0x0C)
+    mag.write(0x42, 0x01, address=0x0C)
+    assert mag.read(0x42, 1, address=0x0C) == b"\0"
+    assert mag.notes() == []
+
+
 def test_a_reset_of_the_mpu_leaves_it_alone(mag) -> None:
     mag.write(0x0A, 0x16, address=0x0C)
     mag.write(0x6B, 0x80)
@@ -293,6 +305,20 @@ def test_bytes_of_a_word_can_be_swapped(make_imu) -> None:
     imu.write(0x25, 0x8C, 0x00, 0xC2)
     imu.run(10)
     assert imu.read(0x49, 2) == b"\x9a\x48"
+
+
+def test_a_slave_without_a_register_goes_on_where_it_stood(make_imu) -> None:
+    """I2C_SLV0_REG_DIS: the first read sets the counter of the AK8963, the next ones continue."""
+    imu = make_imu()
+    imu.write(0x37, 0x02)
+    imu.read(0x0C, 1, address=0x0C)
+    _auxiliary(imu)
+    imu.write(0x6A, 0x00)
+    imu.write(0x25, 0x8C, 0x77, 0xA2)
+    imu.write(0x19, 99)
+    imu.write(0x6A, 0x20)
+    imu.run(101)
+    assert imu.read(0x49, 2) == b"\x48\x9a"
 
 
 def test_slave_4_writes_once_and_is_done(make_imu) -> None:

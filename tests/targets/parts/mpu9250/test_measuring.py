@@ -323,6 +323,18 @@ def test_axes_that_are_off_keep_their_last_value(make_imu, rest) -> None:
     assert later_gyro[2] > gyro[2]
 
 
+def test_the_thermometer_can_be_switched_off(make_imu) -> None:
+    imu = make_imu(temperature_degc=30)
+    warm = imu.words(0x41, 1)
+    imu.write(0x6B, 0x09)
+    imu.run(5)
+    assert imu.words(0x41, 1) == warm
+    imu.write(0x6A, 0x01)
+    imu.run(5)
+    assert imu.words(0x41, 1) == [0]
+    assert imu.accel() == [0, 0, 16384]
+
+
 def test_signal_reset_clears_the_output_registers(imu) -> None:
     imu.byte_ns = 1000
     imu.write(0x6A, 0x01)

@@ -138,6 +138,11 @@ def test_what_is_absent_is_noted_once(imu, address, value, word) -> None:
     assert [word in note for note in imu.notes()] == [True]
 
 
+def test_the_motion_processor_reads_zero_and_is_noted(imu) -> None:
+    assert imu.read(0x6D, 5) == bytes(5)
+    assert any("motion processor" in note for note in imu.notes())
+
+
 def test_a_part_that_was_not_switched_on_is_silent() -> None:
     from targets.parts.mpu9250 import Mpu9250, Mpu9250Settings
     from targets.parts.part import Ports

@@ -82,6 +82,11 @@ def test_the_examples_of_the_specification() -> None:
     assert nmea.gsa(_solution()) == b"$GPGSA,A,3,23,29,07,08,09,18,26,28,,,,,1.94,1.18,1.54*0D\r\n"
 
 
+def test_time_and_date() -> None:
+    assert nmea.zda(_solution()) == nmea.sentence("GPZDA", "083559.00", "09", "12", "2002", "00", "00")
+    assert nmea.zda(_solution(time_known=False)) == nmea.sentence("GPZDA", "", "", "", "", "00", "00")
+
+
 def test_the_datum_and_the_errors() -> None:
     assert nmea.dtm(_solution()) == b"$GPDTM,W84,,0.0,N,0.0,E,0.0,W84*6F\r\n"
     assert nmea.gst(_solution()) == nmea.sentence("GPGST", "083559.00", "2.0", "", "", "", "0.0", "2.4", "3.1")

@@ -252,6 +252,26 @@ def test_a_new_rate_counts_when_the_answer_is_out(gps) -> None:
     assert gps.bench.rates[-1] == (gps.now_ns, 9600)
 
 
+@pytest.mark.parametrize(("port", "mode", "baud"), [(0, 0x84, 0), (2, 0x8D0, 9600), (3, 0, 0), (4, 0, 0)])
+def test_the_other_ports_are_there_to_be_asked(gps, port, mode, baud) -> None:
+    found = struct.unpack("<BBHIIHHHH", gps.poll(0x06, 0x00, bytes((port,))))
+    assert (found[0], found[3], found[4]) == (port, mode, baud)
+
+
+def test_before_the_first_solution_there_is_nothing_to_tell(make_gps, make_ubx) -> None:
+    gps = make_gps()
+    gps.run_to(0.5)
+    gps.take()
+    gps.say(make_ubx(0x01, 0x02) + make_ubx(0xF0, 0x00) + b"$EIGPQ,RMC*3A\r\n$PUBX,00*33\r\n")
+    assert gps.take() == b""
+
+
+def test_sentences_are_not_heard_with_nmea_off(gps) -> None:
+    gps.command(0x06, 0x00, _hex(PORT_9600)[:12] + b"\x01\x00\x03\x00" + bytes(4))
+    gps.say(b"$EIGPQ,RMC*3A\r\n")
+    assert gps.take() == b""
+
+
 def test_protocols_can_be_switched_off(gps, make_ubx) -> None:
     gps.command(0x06, 0x00, _hex(PORT_9600)[:14] + b"\x01\x00" + bytes(4))
     gps.take()
@@ -356,6 +376,8 @@ def test_an_unknown_sentence_is_answered_and_a_broken_one_noted(gps) -> None:
         (0x06, 0x24, b"\x40\0" + bytes(20) + b"\x05" + bytes(13), "static_hold_cm_s"),
         (0x06, 0x00, b"\x03" + bytes(19), "lead nowhere"),
         (0x06, 0x01, b"\xf0\x06\x01", "0x06 is not modelled"),
+        (0x06, 0x08, b"\xe8\x03\x02\x00\x01\x00", "always 1"),
+        (0x06, 0x00, _hex(PORT_9600)[:4] + b"\xc0\x00" + _hex(PORT_9600)[6:], "8 bits without parity"),
     ],
 )
 def test_what_is_absent_is_noted(gps, group, number, payload, word) -> None:
