@@ -232,6 +232,10 @@ class Stm32f767(Chip):
         """
         pin = self._straps.boot0
         settings = self._flash.settings
+        if settings.dual_bank and settings.dual_boot:
+            return Boot(
+                table=SYSTEM_MEMORY_ITCM, refusal="nDBOOT has the boot loader choose a bank; it is not modelled"
+            )
         table = settings.boot_address(pin)
         if table >= BOOT_END or not any(memory.holds(table) for memory in self._memories):
             table = ITCM_RAM if pin else 0x0020_0000  # what lies outside stands for these
@@ -252,6 +256,9 @@ class Stm32f767(Chip):
             if peripheral is not self.rcc:
                 peripheral.reset()
         self.rcc.reset_by(cause)
+        if self._flash.settings.hardware_window_watchdog:
+            text = "the window watchdog would start by itself; it starts by WWDG_CR only"
+            self.services.notes.add("unmodelled", "FLASH_OPTCR.WWDG_SW", text)
 
     def watchdog_runs(self) -> bool:
         """Say whether a watchdog will reset the chip if the program does nothing more."""

@@ -154,6 +154,36 @@ def test_the_boot_pin_chooses_boot_add1(nucleo):
     assert peek(ram.chip.peripherals["SYSCFG"], "MEMRMP") & 1
 
 
+def test_option_bytes_that_are_not_modelled_are_said(nucleo):
+    dual = Options(optcr=FACTORY_OPTCR & ~(3 << 28 | 3), optcr1=0x0040_0080)
+    machine = nucleo((FLASH, program()), (OPTIONS, encode(dual)))
+    assert machine.ended is not None
+    assert machine.ended.cause == "nDBOOT has the boot loader choose a bank; it is not modelled"
+    window = Options(optcr=FACTORY_OPTCR & ~(1 << 4 | 3), optcr1=0x0040_0080)
+    machine = nucleo((FLASH, program()), (OPTIONS, encode(window)))
+    assert [note.where for note in machine.notes.all] == ["FLASH_OPTCR.WWDG_SW"]
+
+
+def test_the_hardware_watchdog_runs_from_the_reset_on(nucleo):
+    hardware = Options(optcr=FACTORY_OPTCR & ~(1 << 5 | 3), optcr1=0x0040_0080)
+    machine = nucleo((FLASH, program()), (OPTIONS, encode(hardware)))
+    assert machine.chip.watchdog_runs()
+
+
+@pytest.mark.parametrize("variable", [0x100, 0x2000_0100, 0x2007_F000])
+def test_loops_that_count_in_memory_are_passed_over_rightly(variable):
+    # ldr r1, =variable; ldr r3, =50000; movs r0, #0; 1: str r0, [r1]; ldr r2, [r1]; adds r0, #1; cmp r2, r3; bne 1b; b .
+    code = bytes.fromhex("0449 054b 0020 0860 0a68 0130 9a42 fad1 fee7 00bf")
+    code += struct.pack("<II", variable, 50_000)
+    found = []
+    for skip in (True, False):
+        machine = Machine(BOARD, image((FLASH, program(code))), skip_idle=skip)
+        machine.run_to(40_000_000)
+        found.append((machine.engine.fingerprint(), machine.engine.instructions, bytes(machine.ram)))
+        assert machine.bus.read(variable, 4) == 50_000
+    assert found[0] == found[1]
+
+
 def test_code_in_the_ram_of_the_core(nucleo):
     # ldr r0, =0x101; bx r0: into ITCM, where an image has put its code
     code = bytes.fromhex("00480047 01010000".replace(" ", ""))
