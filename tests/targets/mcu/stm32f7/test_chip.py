@@ -172,7 +172,7 @@ def test_the_hardware_watchdog_runs_from_the_reset_on(nucleo):
 
 @pytest.mark.parametrize("variable", [0x100, 0x2000_0100, 0x2007_F000])
 def test_loops_that_count_in_memory_are_passed_over_rightly(variable):
-    # ldr r1, =variable; ldr r3, =50000; movs r0, #0; 1: str r0, [r1]; ldr r2, [r1]; adds r0, #1; cmp r2, r3; bne 1b; b .
+    # ldr r1, =variable; ldr r3, =50000; movs r0, #0; str r0, [r1]; ldr r2, [r1]; adds r0, #1; cmp r2, r3; bne; b .
     code = bytes.fromhex("0449 054b 0020 0860 0a68 0130 9a42 fad1 fee7 00bf")
     code += struct.pack("<II", variable, 50_000)
     found = []
