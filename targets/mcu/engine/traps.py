@@ -21,7 +21,7 @@ class Traps:
     Args:
         uc: the Unicorn instance.
         register: returns the value of a core register by its number, 0 to 15.
-        on_division: called instead of a division by zero; it must end the slice.
+        on_division: called before a division by zero; it must end the slice and undo it.
         on_unaligned: called with the address of an unaligned access; it must end the slice after the instruction.
     """
 
@@ -71,10 +71,9 @@ class Traps:
             self._uc.hook_del(self._accesses)
             self._accesses = None
 
-    def _about_to_divide(self, uc: Any, _address: int, _size: int, divisor: int) -> None:
+    def _about_to_divide(self, _uc: object, _address: int, _size: int, divisor: int) -> None:
         if not self._register(divisor):
             self._on_division()
-            uc.emu_stop()
 
     def _accessed(self, _uc: object, _access: int, address: int, size: int, _value: int, _data: object) -> None:
         if address & size - 1:

@@ -128,7 +128,6 @@ class UnicornEngine:
         self._unmasking_hooks: set[int] | None = None
         self._code_in_ram = False
         self._traps = Traps(self._uc, self._core_register, self._on_division, self._on_unaligned)
-        self._trapped = False
         self._gate = FloatGate(self._uc, self.half, self._is_privileged, self._on_denied_float)
         self._access_wanted = FloatAccess.EVERYBODY
         self._context_wanted = self._context_set = (True, 0)
@@ -329,11 +328,8 @@ class UnicornEngine:
     def _why(self, status: int, counted: int, at_limit: bool) -> tuple[Stop | None, int]:
         """Return why Unicorn came back, and how many instructions have retired."""
         if self._refused is not None:
-            self._event_sent = self._trapped = False
+            self._event_sent = False
             return None, counted - 1
-        if self._trapped:
-            self._trapped = False
-            return Stop(StopKind.FAULT, fault=FaultKind.DIVISION), counted - 1
         if self._intr is not None:
             return self._why_interrupt(self._intr, counted)
         if status:
@@ -478,7 +474,7 @@ class UnicornEngine:
         return self.get(Reg(number))
 
     def _on_division(self) -> None:
-        self._trapped = True
+        self._refuse(FaultKind.DIVISION, 0)
 
     def _on_unaligned(self, address: int) -> None:
         self._refuse(FaultKind.UNALIGNED, address)

@@ -51,6 +51,24 @@ class TestDivision:
         trapping.load(0x2800, 0xBF18, *UDIV, HANG)  # cmp r0, #0; it ne; udivne
         assert trapping.run().kind is StopKind.LIMIT
 
+    @pytest.mark.parametrize(("mask", "place"), [(8, 0), (4, 0), (4, 1), (2, 1), (1, 0), (1, 2), (1, 3)])
+    def test_by_zero_in_an_it_block(self, any_timing, at, mask, place):
+        """Nothing that comes behind it in the block may happen."""
+        engine, length = any_timing.engine, 4 - (mask & -mask).bit_length() + 1
+        engine.set(Reg.R2, 77)
+        engine.set(Reg.XPSR, 1 << 24 | 1 << 30)
+        body = [[0x3301], [0x3301], [0x3301], [0x3301]][:length]  # adds r3, #1
+        body[place] = UDIV
+        any_timing.load(0xBF00 | mask, *(half for halves in body for half in halves), HANG)
+        assert any_timing.engine.run(engine.cycle + 50) == DIVISION
+        assert engine.get(Reg.PC) == at.code + 2 + 2 * place
+        assert (engine.get(Reg.R2), engine.get(Reg.R3)) == (77, place)
+        assert engine.instructions == 1 + place
+        engine.set(Reg.R0, 5)
+        engine.set(Reg.R1, 100)
+        any_timing.run()
+        assert (engine.get(Reg.R2), engine.get(Reg.R3)) == (20, length - 1)
+
     def test_it_can_be_switched_on_and_off_for_code_that_has_run(self, machine, at):
         machine.load(*UDIV, HANG)
         for wanted in (False, True, False, True):
