@@ -10,8 +10,9 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from hilbench.check.catalogue import Clause
 from hilbench.mcu.ledger import LedgerPeripheral, ledger_of
-from hilbench.suites import _bluepill_clauses, _dodge_clauses
+from hilbench.suites import _bluepill_clauses, _dodge_clauses, _rover_motion_clauses
 from hilbench.wiring.signals import SIGNALS
 from protocols.p2os.clauses import CLAUSES
 from protocols.p2os.command_table import COMMANDS
@@ -50,6 +51,7 @@ def pages() -> Mapping[str, str]:
         "fidelity.md": fidelity_page(),
         **{page: registers_page(chip) for page, chip in CHIPS.items()},
         "bluepill-clauses.md": bluepill_page(),
+        "rover-clauses.md": rover_page(),
         "parts.md": parts_page(),
         "vehicles.md": vehicles_page(),
     }
@@ -231,7 +233,21 @@ def bluepill_page() -> str:
         "the experiments of the bachelor's thesis, with figures; D01 to D07 say in figures what "
         "finding one's way is.\n\n"
     )
-    clauses = [*_bluepill_clauses.CLAUSES, *_dodge_clauses.CLAUSES]
+    return text + _suites([*_bluepill_clauses.CLAUSES, *_dodge_clauses.CLAUSES])
+
+
+def rover_page() -> str:
+    """Every clause about how the rover drives."""
+    text = (
+        "# What the suite of the rover's motion checks\n\n"
+        "`hilbench check rover` runs it beside `pkt-board` ([pkt/clauses.md](pkt/clauses.md)): the documented program "
+        "on an emulated board, with motors, tachometers, inertial sensor and GPS receiver around it.\n\n"
+    )
+    return text + _suites(_rover_motion_clauses.CLAUSES)
+
+
+def _suites(clauses: Sequence[Clause]) -> str:
+    text = ""
     for suite in dict.fromkeys(clause.suite for clause in clauses):
         rows = [(clause.id, clause.level, clause.text, clause.source) for clause in clauses if clause.suite == suite]
         text += f"## {suite}: {len(rows)} clauses\n\n" + _table(("Id", "Level", "Text", "Source"), rows) + "\n"

@@ -20,6 +20,7 @@ OWN_CATALOGUES = (
     "protocols.pkt.clauses",
     "hilbench.suites._bluepill_clauses",
     "hilbench.suites._dodge_clauses",
+    "hilbench.suites._rover_motion_clauses",
 )
 
 

@@ -1,0 +1,211 @@
+"""The suite of the rover's motion: what is right passes, and each clause has something wrong that fails it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import msgspec
+import pytest
+
+from hilbench.bench_file import TerminalEnd
+from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
+from hilbench.cli import main
+from hilbench.config import open_bench
+from hilbench.exit_codes import ExitCode
+from hilbench.journal import Journal
+from hilbench.mcu.board_provider import BoardProvider
+from hilbench.options import TargetChoice
+from hilbench.shared import Shared
+from hilbench.suites._rover_motion_clauses import CLAUSES
+from targets.firmware import image_path
+
+pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
+
+IDS = {clause.id for clause in CLAUSES}
+SHORT = "flags or unequal_throttles or inertial_sensor_at_rest or an_empty_battery"
+
+
+def check(select="", *, alter=lambda bench_file: bench_file, image="", seed=0, act=run_suites):
+    """Run the suite on benches with a mistake in each; `image` is a program to run instead of the documented one."""
+    name = "brain.documented"
+    choices = [TargetChoice(name=name, spec=f"nucleo-f767zi:{image_path(image)}")] if image else []
+    shared = Shared(bench_file=open_bench("rover"), timeout_scale=1.0, journal=Journal())
+    options = CheckOptions(bench="rover", suites=("rover-motion",), select=select, seed=seed)
+    return act(options, BoardProvider(shared, choices, alter=alter))
+
+
+def setting(wrong, **settings):
+    """Set something wrong on a part, or on all parts of a kind."""
+
+    def alter(bench_file):
+        parts = {
+            name: replace(plan, settings=replace(plan.settings, **settings)) if wrong in (name, plan.kind) else plan
+            for name, plan in bench_file.parts.items()
+        }
+        return replace(bench_file, parts=parts)
+
+    return alter
+
+
+def motor(**settings):
+    return setting("dc-motor", **settings)
+
+
+def disc(**settings):
+    return setting("tachometer-disc", **settings)
+
+
+def imu(**settings):
+    return setting("mpu9250", **settings)
+
+
+def gps(**settings):
+    return setting("neo6m", **settings)
+
+
+def swapped(*terminals):
+    """Solder the wires of two terminals the other way round."""
+    one, other = (TerminalEnd(part=name.partition(".")[0], terminal=name.partition(".")[2]) for name in terminals)
+    change = {one: other, other: one}
+
+    def alter(bench_file):
+        nets = [replace(net, terminals=tuple(change.get(end, end) for end in net.terminals)) for net in bench_file.nets]
+        return replace(bench_file, nets=tuple(nets))
+
+    return alter
+
+
+def signals(part, **others):
+    """Show a part something else of the world."""
+
+    def alter(bench_file):
+        plan = bench_file.parts[part]
+        parts = {**bench_file.parts, part: replace(plan, signals={**plan.signals, **others})}
+        return replace(bench_file, parts=parts)
+
+    return alter
+
+
+def elsewhere(scene):
+    """Let it all happen in another scene."""
+    return lambda bench_file: replace(bench_file, world=msgspec.structs.replace(bench_file.world, scene=scene))
+
+
+MUTANTS = [
+    # clause, cases, what is wrong, image that runs instead; those of the first rows are quick
+    ("R05", "flags", swapped("driver.ena", "driver.enb"), ""),
+    ("R13", "unequal_throttles", swapped("driver.in3", "driver.in4"), ""),
+    ("R14", "inertial_sensor_at_rest", None, "rover-accel-g"),
+    ("R14", "inertial_sensor_at_rest", imu(mount_pitch_deg=10.0), ""),
+    ("R14", "inertial_sensor_at_rest", imu(temperature_degc=40.0), ""),
+    ("R26", "an_empty_battery", setting("battery", charge=1.0), ""),
+]
+LONG_MUTANTS = [
+    ("R01", "throttle_to_speed", motor(stall_torque_nm=0.07), ""),
+    ("R01", "throttle_to_speed", motor(idle_speed_rad_s=22.0), ""),
+    ("R01", "throttle_to_speed", setting("l298n", drop_1a_v=1.8), ""),
+    ("R02", "as_the_original", motor(running_torque_nm=0.0095), ""),
+    ("R02", "as_the_original", setting("cells", cells=3), ""),
+    ("R03", "breakaway", motor(breakaway_torque_nm=0.0095), ""),
+    ("R03", "breakaway", motor(friction_speed_rad_s=8.0), ""),
+    ("R04", "both_directions", setting("motor_rb", reversed=True), ""),
+    ("R04", "both_directions", swapped("driver.in3", "driver.in4"), ""),
+    ("R06", "gains_at_power_up", None, "rover-slots-32"),
+    ("R07", "settles_in_the_air", None, "rover-pid-offsets"),
+    ("R07", "settles_in_the_air", disc(extra_pulses=1), ""),
+    ("R08", "settles_on_the_floor", None, "rover-slots-32"),
+    ("R09", "tachometers", None, "rover-rpm-150"),
+    ("R09", "tachometers", disc(missed=0.1), ""),
+    ("R09", "tachometers", disc(slots=32), ""),
+    ("R09", "tachometers", swapped("tacho_lf.out", "tacho_lb.out"), ""),
+    ("R09", "tachometers", setting("tacho_rf", extra_pulses=7), ""),
+    ("R10", "straight_on", motor(idle_speed_rad_s=22.0), ""),
+    ("R11", "turning_on_the_spot", elsewhere("carpet"), ""),
+    ("R12", "turning_on_a_carpet", elsewhere("hard-floor"), ""),
+    ("R15", "gyroscope", imu(mount_roll_deg=20.0), ""),
+    ("R15", "gyroscope", signals("imu", wz="wx", wx="wz"), ""),
+    ("R16", "attitude_on_a_ramp", None, "rover-quat-wxyz"),
+    ("R16", "attitude_on_a_ramp", None, "rover-nan-quaternion"),
+    ("R16", "attitude_on_a_ramp", imu(mount_roll_deg=15.0), ""),
+    ("R17", "heading_after_a_turn", imu(x_axis_bearing_deg=90.0), ""),
+    ("R17", "heading_after_a_turn", signals("imu", wz="wx"), ""),
+    ("R18", "accuracy_of_the_position", None, "rover-gps-order"),
+    ("R18", "accuracy_of_the_position", None, "rover-no-gps"),
+    ("R18", "accuracy_of_the_position", gps(accuracy_m=25.0), ""),
+    ("R19", "positions_along_a_way", signals("gps", x="y", y="x"), ""),
+    ("R19", "positions_along_a_way", gps(latency_ms=900.0), ""),
+    ("R20", "without_a_fix", None, "rover-stale-byte-84"),
+    ("R21", "receiver_that_is_not_understood", None, "rover-status-zero"),
+    ("R22", "bus_of_the_inertial_sensor", None, "rover-status-zero"),
+    ("R23", "lost_link", None, "rover-no-link-timeout"),
+    ("R23", "lost_link", None, "rover-link-stops-report-only"),
+    ("R24", "a_stalled_wheel", disc(spurious_hz=20.0), ""),
+    ("R24", "a_stalled_wheel", swapped("tacho_rf.out", "tacho_rb.out"), ""),
+    ("R25", "a_wall", elsewhere("hard-floor"), ""),
+]
+
+
+def failures(report):
+    return {case.id.partition("/")[2]: case.cause for case in report.cases if case.verdict is not Verdict.PASS}
+
+
+def require_found(clause, select, alter, image):
+    report = check(f"{clause} and {select}", alter=alter or (lambda bench_file: bench_file), image=image)
+    assert {case.verdict for case in report.cases} <= {Verdict.PASS, Verdict.FAIL}, failures(report)
+    assert clause in {one.id for one in report.clauses if one.verdict is Verdict.FAIL}
+
+
+def test_what_is_right_passes():
+    report = check(SHORT)
+    assert failures(report) == {}
+    assert report.exit_code == ExitCode.OK
+    assert report.run_hash
+
+
+@pytest.mark.parametrize(("clause", "select", "alter", "image"), MUTANTS)
+def test_what_is_wrong_is_found(clause, select, alter, image):
+    require_found(clause, select, alter, image)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("clause", "select", "alter", "image"), LONG_MUTANTS)
+def test_what_is_wrong_is_found_in_longer_cases(clause, select, alter, image):
+    require_found(clause, select, alter, image)
+
+
+def test_every_clause_has_a_case_and_something_wrong_that_fails_it():
+    cases = check(act=list_cases)
+    assert {clause.id for case in cases for clause in case.clauses} == IDS
+    assert {mutant[0] for mutant in (*MUTANTS, *LONG_MUTANTS)} == IDS
+    assert not [case.id for case in cases if case.missing]
+
+
+def test_on_another_bench_it_does_not_apply(capsys):
+    assert main(["check", "rover-model", "--suite", "rover-motion"]) == ExitCode.INCONCLUSIVE
+    assert "nothing that was selected applies" in capsys.readouterr().out
+
+
+@pytest.fixture(scope="module")
+def report():
+    return check()
+
+
+@pytest.mark.thorough
+class TestAll:
+    def test_every_clause_passes(self, report):
+        assert failures(report) == {}
+        assert report.exit_code == ExitCode.OK
+        assert {clause.id for clause in report.clauses} == IDS
+
+    def test_it_takes_as_long_as_it_says(self, report):
+        declared_s = Counter()
+        for case in check(act=list_cases):
+            declared_s[case.clauses[0].id] += case.bench_time_s
+        measured_s = {clause.id: clause.bench_time_s for clause in report.clauses}
+        assert measured_s == pytest.approx(dict(declared_s), rel=0.1)
+
+    def test_equal_runs_have_equal_hashes(self, report):
+        again = check("R05 or R14 or R24")
+        hashes = {case.id: case.case_hash for case in report.cases}
+        assert {case.id: case.case_hash for case in again.cases}.items() <= hashes.items()
