@@ -35,6 +35,10 @@ def constant(register, value):
 
 
 ENABLE = [*constant(0, 0xF << 20), *constant(1, CPACR), 0x6008, 0xF3BF, 0x8F4F, 0xF3BF, 0x8F6F]  # str; dsb; isb
+UNPRIVILEGED = [  # msr psp, r0; movs r0, #3; msr control, r0; isb
+    *(*constant(0, RAM + 0x800), 0xF380, 0x8809, 0x2003, 0xF380, 0x8814, 0xF3BF, 0x8F6F),
+    0xBF00,
+]
 SUMS = [
     *(*constant(5, 0), *constant(6, ONE), *constant(4, 300)),
     *(0xEE00, 0x5A10, 0xEE00, 0x6A90),  # vmov s0, r5; vmov s1, r6
@@ -116,12 +120,16 @@ class Bench:
         return [get(register) for register in Reg if register is not Reg.XPSR], floats[:16], floats[32]
 
 
-END = MAIN + 2 * (len(ENABLE) + len(SUMS)) - 2
+PREPARATIONS = {"privileged": [], "unprivileged": UNPRIVILEGED}
 
 
-def make(*, lazy=True):
+def end_of(prepare="privileged"):
+    return MAIN + 2 * (len(ENABLE) + len(PREPARATIONS[prepare]) + len(SUMS)) - 2
+
+
+def make(*, lazy=True, prepare="privileged"):
     """A bench with three interrupts: 0 spoils the registers, 1 spares them, 2 saves what it uses; 2 over 1 over 0."""
-    bench = Bench([*ENABLE, *SUMS], {16: SPOILS, 17: SPARES, 18: SAVES})
+    bench = Bench([*ENABLE, *PREPARATIONS[prepare], *SUMS], {16: SPOILS, 17: SPARES, 18: SAVES})
     for irq, priority in ((0, 0xC0), (1, 0x80), (2, 0x40)):
         bench.core.exceptions.set_priority(Number.FIRST_IRQ + irq, priority)
         bench.core.exceptions.enable(1 << Number.FIRST_IRQ + irq)
@@ -130,30 +138,31 @@ def make(*, lazy=True):
     return bench
 
 
-@pytest.fixture(scope="module")
-def undisturbed():
-    bench = make()
-    bench.run_to(END)
+@pytest.fixture(scope="module", params=PREPARATIONS)
+def undisturbed(request):
+    bench = make(prepare=request.param)
+    bench.run_to(end_of(request.param))
     assert bench.engine.get(Reg.R0) == struct.unpack("<I", struct.pack("<f", 300))[0]
     low, high = bench.engine.get(Reg.R1), bench.engine.get(Reg.R2)
     assert struct.pack("<2I", low, high) == struct.pack("<d", 301)
-    return bench.state
+    return request.param, bench.state
 
 
 @pytest.mark.parametrize("lazy", [True, False])
 @pytest.mark.parametrize("seed", range(4))
 def test_interrupts_leave_no_trace(undisturbed, lazy, seed):
     """Nested, tail-chained, late, between any two instructions: main computes what it does alone."""
-    bench, rng = make(lazy=lazy), random.Random(seed)
+    prepare, state = undisturbed
+    bench, rng = make(lazy=lazy, prepare=prepare), random.Random(seed)
     entered = []
     bench.core.on_running = entered.append
-    while bench.engine.get(Reg.PC) != END:
+    while bench.engine.get(Reg.PC) != end_of(prepare):
         bench.step(rng.randint(1, 6))
-        if bench.bus.read(CPACR, 4) and rng.random() < 0.3:
+        if bench.core.scb.float_access and rng.random() < 0.3:
             bench.interrupt(rng.randrange(3))
     while bench.core.running or bench.core.can_take():
         bench.step(1)
-    assert bench.state == undisturbed
+    assert bench.state == state
     assert {entered.count(number) > 20 for number in (16, 17, 18)} == {True}
     assert any(entered[at] and entered[at - 1] > entered[at] for at in range(len(entered)))  # nested
     assert bench.core.last_fault is None
@@ -187,7 +196,7 @@ def test_floating_point_before_it_is_allowed():
 def test_a_fault_handler_that_allows_it_goes_on():
     """As a kernel does that gives floating point to tasks that use it."""
     bench = Bench([0xBF00, *SUMS], {3: [*ENABLE, BX_LR]})
-    bench.run_to(END - 2 * len(ENABLE) + 2)
+    bench.run_to(end_of() - 2 * len(ENABLE) + 2)
     assert bench.engine.get(Reg.R0) == struct.unpack("<I", struct.pack("<f", 300))[0]
     assert bench.core.last_fault.causes == ("NOCP",)
     assert bench.core.last_fault.exception == Number.HARD_FAULT
