@@ -4,7 +4,7 @@
 VENV ?= .venv
 BIN  := $(VENV)/bin
 
-.PHONY: check test lint types layers unit search bench soak mutants campaign docs clean
+.PHONY: check test lint types layers unit search bench soak mutants loss campaign docs clean
 
 check:            ## the main job: the virtual Pioneer against its conformance suites
 	@.ci/setup $(VENV)
@@ -44,6 +44,9 @@ soak: dev         ## ten million bytes into both roles, whole and byte by byte; 
 mutants: dev      ## the matrix clause x mutant (docs/mutants.md, docs/rover-defects.md)
 	$(BIN)/python -m tests.mutants
 	$(BIN)/python -m tests.mutants.rover
+
+loss: dev         ## what newlines cost a client of the rover (docs/pkt/loss.md)
+	$(BIN)/python -m tests.loss
 
 campaign: dev     ## the dodger in twenty rooms, in three ways (docs/campaign.md); half an hour
 	$(BIN)/python -m tests.campaign
