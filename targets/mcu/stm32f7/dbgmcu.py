@@ -21,7 +21,7 @@ class Dbgmcu(Peripheral):
     REGISTERS: ClassVar[tuple[Register, ...]] = (
         Register("IDCODE", IDCODE, STM32F76, 0),
         Register("CR", CR, 0, SLEEP_AND_TRACE, SLEEP_AND_TRACE, note="sleep modes and trace pins are as without it"),
-        Register("APB1_FZ", APB1_FZ, 0, 0x0FE0_3FFF, note=FREEZES),
+        Register("APB1_FZ", APB1_FZ, 0, 0x07E0_3FFF, note=FREEZES),
         Register("APB2_FZ", APB2_FZ, 0, 0x0007_0003, note=FREEZES),
     )
 

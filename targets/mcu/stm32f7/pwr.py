@@ -36,7 +36,10 @@ OVER_DRIVE_S = Fraction(45, 1_000_000)
 
 
 class DeepSleep(enum.Enum):
-    """Where WFI and WFE lead with SLEEPDEEP set; the value is the typical time to wake up (DS11532, wake-up times)."""
+    """Where WFI and WFE lead with SLEEPDEEP set.
+
+    The value is the time to wake up; assumed, of the order that DS11532 gives for its wake-up times.
+    """
 
     STOP = Fraction(128, 10_000_000)  # main regulator, flash in Stop
     STOP_FLASH_OFF = Fraction(105, 1_000_000)

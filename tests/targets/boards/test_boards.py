@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from targets.boards import Board, Straps, board_names, built_in_board
+from targets.mcu.chip_limits import limits_for, limits_of
 from targets.mcu.errors import BoardError
 from targets.mcu.variants import VARIANTS
 
@@ -60,11 +61,21 @@ def test_every_name_on_a_connector_is_a_pin_or_a_supply(name):
 
 @pytest.mark.parametrize(
     ("name", "pins"),
-    [("STM32F103T8", 26), ("STM32F103CB", 37), ("STM32F103R8", 51), ("STM32F103VB", 80), ("STM32F767ZI", 114)],
+    [
+        *(("STM32F103T8", 26), ("STM32F103CB", 37), ("STM32F103R8", 51), ("STM32F103VB", 80)),
+        *(("STM32F767VG", 82), ("STM32F767ZI", 114), ("STM32F767IG", 140), ("STM32F767BI", 168), ("STM32F767NI", 168)),
+    ],
 )
 def test_packages_have_as_many_pins_as_the_datasheet_says(name, pins):
     assert len(VARIANTS[name].pins) == pins
-    assert VARIANTS[name].flash_bytes == {"8": 64, "B": 128, "I": 2048}[name[-1]] * 1024
+    assert VARIANTS[name].flash_bytes == {"8": 64, "B": 128, "G": 1024, "I": 2048}[name[-1]] * 1024
+
+
+@pytest.mark.parametrize("variant", VARIANTS.values(), ids=VARIANTS)
+def test_images_and_boards_know_the_same_chips(variant):
+    assert limits_for(variant.name) == limits_of(variant)
+    assert limits_of(variant).itcm_size == variant.itcm_bytes
+    assert limits_of(variant).flash_bases[1:] == (() if variant.flash_alias is None else (variant.flash_alias,))
 
 
 MINIMAL = {"name": "mine", "chip": "STM32F103C8"}
