@@ -33,7 +33,7 @@ within 2.1 %."""
 
 _RANDOM_IMU_BYTES = 56
 
-_FONT = "sans-serif"
+_FONT = 'font-family="sans-serif" font-size="12"'
 
 _WIDTH, _HEIGHT, _LEFT, _BOTTOM, _TOP = 640, 360, 52, 44, 20
 _MAX_SIZE, _MAX_SHARE = 98, 0.35
@@ -71,7 +71,7 @@ def picture(random_losses: Mapping[int, Loss], structured: Mapping[str, tuple[in
     """Return the picture: the formula as a curve, what was measured as points."""
     curve = " ".join(f"{_x(size):.1f},{_y(by_formula(size)):.1f}" for size in range(1, _MAX_SIZE))
     lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {_HEIGHT}" font-family="{_FONT}" font-size="12">',
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {_HEIGHT}" {_FONT}>',
         "<title>Share of frames that a line-splitting client loses</title>",
         f'<rect width="{_WIDTH}" height="{_HEIGHT}" fill="white"/>',
         *_axes(),
