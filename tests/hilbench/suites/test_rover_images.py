@@ -1,0 +1,82 @@
+"""Each defect that our rover firmware can be built with is found on the emulated board, by a clause of `documented`.
+
+What finds the same defects in the behavioural model is in docs/rover-defects.md; here one clause each is enough.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from hilbench.check import CheckOptions, Verdict, run_suites
+from hilbench.config import open_bench
+from hilbench.journal import Journal
+from hilbench.mcu.board_provider import BoardProvider
+from hilbench.options import TargetChoice
+from hilbench.shared import Shared
+from targets.firmware import image_names, image_path
+
+pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
+
+FOUND_BY = {
+    "no-0x81": "P02D",
+    "0x81-leds-only": "P04D",
+    "no-resync": "P11D",
+    "no-frame-timeout": "P23D",
+    "timer-since-reset": "P23D",
+    "no-link-timeout": "P24D",
+    "link-stops-report-only": "P24D",
+    "eagain-11": "P25D",
+    "polled": "P48D",
+    "no-len-check": "P22D",
+    "throttle-unchecked": "P28D",
+    "rpm-150": "P29D",
+    "slots-32": "P29D",
+    "pid-offsets": "P38D",
+    "stale-byte-84": "P39D",
+    "no-gps": "P40D",
+    "gps-order": "P40D",
+    "accel-g": "P41D",
+    "quat-wxyz": "P42D",
+    "nan-quaternion": "P42D",
+    "first-rpm-1": "P43D",
+    "led-shared": "P44D",
+    "pid-windup": "P45D",
+    "pid-no-reset": "P46D",
+    "rpm-held": "P47D",
+    "no-periodic-reports": "P30",
+    "g0-rates": "P30",
+}
+UNFOUND = {
+    "status-zero": "no clause asks for STATUS",
+    "slow-start": "what comes meanwhile is answered later, and no clause says how late",
+    "kd-ki-getters": "nothing asks for 0x85",
+}
+OTHERS = {"9600", "g0", "g2", "pid-report", "pwm-1khz", "term", "v1b"}
+"""Images that are no documented rover with a defect."""
+
+
+def verdicts(image, clauses):
+    choices = [TargetChoice(name="brain.documented", spec=f"nucleo-f767zi:{image_path(image)}")]
+    shared = Shared(bench_file=open_bench("rover"), timeout_scale=1.0, journal=Journal())
+    select = f"documented and ({' or '.join(sorted(set(clauses)))})"
+    options = CheckOptions(bench="rover", suites=("pkt-board",), select=select)
+    report = run_suites(options, BoardProvider(shared, choices))
+    return {case.clause_ids[0]: case.verdict for case in report.cases}
+
+
+def test_every_image_is_known():
+    images = {name.removeprefix("rover-") for name in image_names() if name.startswith("rover-")}
+    assert images == {*FOUND_BY, *UNFOUND, *OTHERS}
+
+
+def test_more_than_fifteen_are_found():
+    assert len(FOUND_BY) > 15
+
+
+@pytest.mark.parametrize(("defect", "clause"), FOUND_BY.items())
+def test_the_defect_is_found(defect, clause):
+    assert verdicts(f"rover-{defect}", [clause])[clause] is Verdict.FAIL
+
+
+def test_the_rover_without_defects_passes_them_all():
+    assert set(verdicts("rover", FOUND_BY.values()).values()) == {Verdict.PASS}
