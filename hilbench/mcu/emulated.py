@@ -287,7 +287,15 @@ class EmulatedBench:
                 signal = f"{full.partition('.')[2].upper()}_TX"
                 port.frame_taps.append(partial(self._frame_at_pin, name, signal, pin_log))
         if waveforms is not None:
+            self._draw_buses(name, waveforms)
             self._group.after_round.append(waveforms.write_to)
+
+    def _draw_buses(self, name: str, waveforms: Waveforms) -> None:
+        for interface, i2c in self.machines[name].chip.i2cs.items():
+            scope = f"{name}.{interface.lower()}"
+            waveforms.declare(scope, ["scl", "sda"], initial=True)
+            i2c.draw(partial(waveforms.level, scope))
+            waveforms.late.append(i2c.undrawn_ns)
 
     def _record_line(self, full: str, port: UsartPort) -> None:
         sent, heard = ByteLog(self.bench, "tx", full), ByteLog(self.bench, "rx", full)

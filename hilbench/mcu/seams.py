@@ -50,6 +50,12 @@ class I2c(Protocol):
     def bus(self) -> I2cBus:
         """What slaves are soldered to."""
 
+    def draw(self, on_edge: Callable[[str, int, bool], None]) -> None:
+        """Have `on_edge` called with ``scl`` or ``sda``, bench time in ns and level of each edge, some time later."""
+
+    def undrawn_ns(self) -> int | None:
+        """Return the bench time from which on edges are still to come; None if there are none."""
+
 
 class Ending(Protocol):
     """Why a machine does not run on.

@@ -1,14 +1,15 @@
 """Waveforms for GTKWave and PulseView: a value change dump (IEEE 1364-2005, section 18) of pins, nets and lines.
 
 Time unit is the nanosecond of bench time. Pins are under ``BOARD.pins``, lines under ``BOARD.usart1`` with ``tx`` and
-``rx`` as the levels on the wire (so that a UART decoder reads them), nets under ``nets``. A pin that floats is ``z``.
+``rx`` as the levels on the wire (so that a UART decoder reads them), I2C buses under ``BOARD.i2c1`` with ``scl`` and
+``sda``, nets under ``nets``. A pin that floats is ``z``.
 """
 
 from __future__ import annotations
 
 import heapq
 import itertools
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,6 +32,9 @@ class Waveforms:
     Args:
         path: the file; an older one is overwritten.
 
+    Attributes:
+        late: each returns a bench time from which on changes may still come that belong there, or None.
+
     Raises:
         UnavailableError: it cannot be written.
     """
@@ -49,6 +53,7 @@ class Waveforms:
         self._variables: dict[tuple[str, str], Variable[str]] = {}
         self._nets: dict[tuple[str, str], Variable[str]] = {}
         self._written_ns = 0
+        self.late: list[Callable[[], int | None]] = []
 
     def declare(self, scope: str, names: Iterable[str], initial: bool | None) -> None:
         """Declare signals of one bit, with the level they begin with."""
@@ -71,12 +76,20 @@ class Waveforms:
         for time_s, level in frame.edges():
             self._change(scope, name, time_s.numerator * NS_PER_S // time_s.denominator, _LEVELS[level])
 
+    def level(self, scope: str, name: str, ns: int, level: bool) -> None:
+        """Take a level that a signal has from `ns` on."""
+        self._change(scope, name, ns, _LEVELS[level])
+
     def write_to(self, reached_ns: int) -> None:
-        """Write what has happened up to and including `reached_ns`.
+        """Write what has happened up to and including `reached_ns`, and nothing behind what may come late.
 
         Raises:
             UnavailableError: the file cannot be written.
         """
+        late_ns = [ns - 1 for late in self.late if (ns := late()) is not None]
+        self._write(min([reached_ns, *late_ns]))
+
+    def _write(self, reached_ns: int) -> None:
         try:
             while self._changes and self._changes[0][0] <= reached_ns:
                 ns, _, variable, level = heapq.heappop(self._changes)
@@ -91,7 +104,7 @@ class Waveforms:
         Raises:
             UnavailableError: the file cannot be written.
         """
-        self.write_to(at_ns)
+        self._write(at_ns)
         try:
             self._writer.close(max(at_ns, self._written_ns))
             self._file.close()

@@ -20,12 +20,14 @@ Choices where the manual is silent, besides those of `i2c_timing` and `i2c_wire`
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from fractions import Fraction
 
 from targets.mcu.i2c_bus import I2cBus
 from targets.mcu.registers import Peripheral
 from targets.mcu.services import Services
+from targets.mcu.stm32.i2c_levels import I2cLevels
 from targets.mcu.stm32.i2c_message import address_bytes, count, crc8, header
 from targets.mcu.stm32.i2c_registers import (
     ADDR,
@@ -141,6 +143,20 @@ class I2c(Peripheral):
         self._address: list[int] = []  # bytes of the address that have not begun yet
         self._turns = False  # a repeated START follows, for the second half of a 10-bit address for reading
         self._held: int | None = None  # a byte for which RXDR is not free yet
+
+    # --- for who looks at it
+
+    def draw(self, on_edge: Callable[[str, int, bool], None]) -> None:
+        """Have `on_edge` called with ``scl`` or ``sda``, bench time in ns and level, from now on.
+
+        Edges come in order of time, those of a byte when it is over: none before `undrawn_ns` is missing.
+        """
+        self._wire.levels = I2cLevels(lambda line, at, level: on_edge(line, self.time.ns(math.ceil(at)), level))
+
+    def undrawn_ns(self) -> int | None:
+        """Return the bench time from which on edges are still to be drawn; None if there are none."""
+        since = self._wire.undrawn
+        return None if since is None else self.time.ns(math.ceil(since))
 
     # --- for who breaks it
 
@@ -415,6 +431,8 @@ class I2c(Peripheral):
 
     def _stuck_changed(self) -> None:
         """SDA falls or rises while SCL is high: for an interface that only listens, a START or a STOP."""
+        if self._wire.levels is not None:
+            self._wire.levels.stick(self.time.now, self.bus.stuck)
         if self[CR1] & PE and not self._owns:
             self[ISR] = self[ISR] & ~BUSY | (BUSY if self.bus.stuck else 0)
             self._begin()

@@ -12,8 +12,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 
 from targets.mcu.i2c_bus import I2cBus
+from targets.mcu.stm32.i2c_levels import I2cLevels
 from targets.mcu.stm32.i2c_timing import Timing
 from targets.mcu.timebase import Event, Timebase
 
@@ -36,6 +38,7 @@ class Wire:
         on_received: called after its ninth clock.
         on_stop: called when SDA has risen for a STOP.
         on_clock: called when SCL, which was low, is let go for the next condition or byte.
+        levels: who draws what is done; None while nobody wants to see it.
         on_lost: called when SDA is low where it should be high; both lines were let go then.
     """
 
@@ -49,12 +52,14 @@ class Wire:
         self.on_stop: Callable[[], None] = lambda: None
         self.on_clock: Callable[[], None] = lambda: None
         self.on_lost: Callable[[], None] = lambda: None
+        self.levels: I2cLevels | None = None
         self._time = time
         self._bus = bus
         self._action: Callable[[], None] | None = None
         self._event: Event | None = None
         # Moments are HCLK cycles, and fractions of them where the kernel clock is no divisor of HCLK.
         self._due: Fraction | int = 0
+        self._begun: Fraction | int = 0
         self._left_clocks: Fraction | int = 0
         self._chain: Fraction | int | None = None
         self._low_until: Fraction | int = 0
@@ -70,15 +75,21 @@ class Wire:
         """Whether a slave holds SCL low after the last byte."""
         return self._present() < self._low_until
 
+    @property
+    def undrawn(self) -> Fraction | int | None:
+        """When what is under way has begun, which is not drawn yet; None if nothing is."""
+        return self._begun if self.busy else None
+
     # --- what can be done
 
     def start(self) -> None:
         """A START on a free bus, not before t_BUF has passed since the last STOP."""
-        self._at(max(self._present(), self._free_from), self._start)
+        self._begun = max(self._present(), self._free_from)
+        self._at(self._begun, self._start)
 
     def restart(self) -> None:
         """A repeated START."""
-        self._when_released(lambda timing: self._after(timing.restart, self._start))
+        self._when_released(lambda timing: self._after(timing.restart, self._restart))
 
     def send_address(self, byte: int) -> None:
         """The byte after a START: address and direction."""
@@ -94,8 +105,8 @@ class Wire:
 
     def acknowledge(self, acknowledge: bool) -> None:
         """The ninth clock after `receive`."""
-        lost = self._bus.stuck and not acknowledge
-        self._bit(self._lose if lost else self._received)
+        end = self._lose if self._bus.stuck and not acknowledge else partial(self._received, acknowledge)
+        self._when_released(lambda timing: self._after(timing.bit, end))
 
     def stop(self) -> None:
         """A STOP."""
@@ -111,7 +122,7 @@ class Wire:
         """Let go of both lines, whatever is under way."""
         self.cancel()
         self._low_until = 0
-        self._bus.release(self._now_ns())
+        self._let_go()
 
     # --- clock
 
@@ -155,24 +166,39 @@ class Wire:
 
         def go() -> None:
             assert self.timing is not None
+            self._begun = self._present()
             self.on_clock()
             begin(self.timing)
 
         if self.timing is None or self.held:
-            self._at(max(self._present(), self._low_until), go)
+            self._begun = max(self._present(), self._low_until)
+            self._at(self._begun, go)
         else:
             go()
 
     # --- inside
 
-    def _bit(self, action: Callable[[], None]) -> None:
-        self._when_released(lambda timing: self._after(timing.bit, action))
+    def _restart(self) -> None:
+        if self.levels is not None and self.timing is not None:
+            self.levels.restart(self._begun, self.timing)
+        self._start()
 
     def _start(self) -> None:
         self._bus.start(self._now_ns())
+        if self.levels is not None:
+            self.levels.start(self._present())
         self.on_start()
         assert self.timing is not None
-        self._after(self.timing.hold, self.on_started)
+        self._after(self.timing.hold, self._started)
+
+    def _started(self) -> None:
+        if self.levels is not None:
+            self.levels.clock_low(self._present())
+        self.on_started()
+
+    def _draw(self, word: int, count: int) -> None:
+        if self.levels is not None and self.timing is not None:
+            self.levels.bits(self._begun, self.timing, word, count)
 
     def _send(self, byte: int, pass_on: Callable[[], bool]) -> None:
         def begin(timing: Timing) -> None:
@@ -183,6 +209,7 @@ class Wire:
 
         def end() -> None:
             acknowledged = pass_on()
+            self._draw(byte << 1 | (not acknowledged), 9)
             self._stretch()
             self.on_sent(acknowledged)
 
@@ -190,9 +217,14 @@ class Wire:
 
     def _receive(self, timing: Timing) -> None:
         byte = self._bus.read(self._now_ns())
-        self._after(8 * timing.bit, lambda: self.on_byte(byte))
+        self._after(8 * timing.bit, partial(self._byte_in, byte))
 
-    def _received(self) -> None:
+    def _byte_in(self, byte: int) -> None:
+        self._draw(byte, 8)
+        self.on_byte(byte)
+
+    def _received(self, acknowledged: bool) -> None:
+        self._draw(not acknowledged, 1)
         self._stretch()
         self.on_received()
 
@@ -204,9 +236,16 @@ class Wire:
     def _stop(self) -> None:
         self._bus.stop(self._now_ns())
         assert self.timing is not None
+        if self.levels is not None:
+            self.levels.stop(self._begun, self.timing)
         self._free_from = self._present() + self.timing.free * self.timing.cycles
         self.on_stop()
 
     def _lose(self) -> None:
-        self._bus.release(self._now_ns())
+        self._let_go()
         self.on_lost()
+
+    def _let_go(self) -> None:
+        if self.levels is not None:
+            self.levels.release(self._present())
+        self._bus.release(self._now_ns())

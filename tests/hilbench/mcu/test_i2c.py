@@ -14,11 +14,16 @@ from targets.mcu.i2c_bus import I2cMessage, I2cTransaction
 
 
 @pytest.fixture
-def emulated(tmp_path):
+def bench_file(tmp_path):
     """A Nucleo whose program asks three times who is at 0x50, and breaks off a fourth time."""
     file = tmp_path / "my.toml"
     file.write_text(f'version = 1\n[targets.brain]\nboard = "nucleo-f767zi"\nfirmware = "{image_path("f767-i2c")}"\n')
-    emulated = EmulatedBench(open_bench(str(file)))
+    return open_bench(str(file))
+
+
+@pytest.fixture
+def emulated(bench_file):
+    emulated = EmulatedBench(bench_file)
     yield emulated
     emulated.close()
 
@@ -64,6 +69,43 @@ def test_a_test_may_watch_the_bus(emulated):
     boards_under_test(emulated)["brain"].i2c("i2c1").taps.append(told.append)
     emulated.bench.run_for(0.01)
     assert [one.complete for one in told] == [True, True, True, False]
+
+
+def changes(vcd, scope):
+    """The changes of the signals of a scope, in the order of the file: name, ns, level."""
+    names, here, found, ns = {}, "", [], 0
+    for line in vcd.read_text().splitlines():
+        words = line.split()
+        if words[0] == "$scope":
+            here = f"{here}.{words[2]}".lstrip(".")
+        elif words[0] == "$upscope":
+            here = here.rpartition(".")[0]
+        elif words[0] == "$var" and here == scope:
+            names[words[3]] = words[4]
+        elif words[0].startswith("#"):
+            ns = int(words[0][1:])
+        elif words[0][0] in "01" and words[0][1:] in names:
+            found.append((names[words[0][1:]], ns, words[0][0] == "1"))
+    return found
+
+
+def test_waveforms_have_clock_and_data(bench_file, tmp_path):
+    """Three STARTs with an address and its NACK up to a STOP; the fourth is broken off within its address."""
+    emulated = EmulatedBench(bench_file, vcd=tmp_path / "i2c.vcd", step_ns=30_000)
+    told = []
+    boards_under_test(emulated)["brain"].i2c("I2C1").taps.append(told.append)
+    emulated.bench.run_for(0.01)
+    emulated.close()
+    conditions, clocks, scl = [], 0, True
+    for name, ns, level in changes(tmp_path / "i2c.vcd", "brain.i2c1")[2:]:  # behind the levels at the beginning
+        if name == "scl":
+            scl, clocks = level, clocks + level
+        elif scl:
+            conditions.append((level, clocks, ns))
+            clocks = 0
+    assert [one[:2] for one in conditions[:6]] == [(False, 0), (True, 10)] * 3  # nine clocks, and that of the STOP
+    times = [ns for one in told[:3] for ns in (one.begin_ns, one.end_ns)]
+    assert [one[2] for one in conditions[:6]] == times
 
 
 def test_an_interface_that_is_not_there(emulated, tmp_path):
