@@ -260,7 +260,7 @@ class TimerCore(Peripheral, abc.ABC):
         # the counter's edges fall at its ticks; others may fall in between, where the bus is faster than the timer
         self._stages[unit.number].changed(tick, self._clock.cycle_of(tick) if self._advancing else self.time.now)
         if self._master_mode() == 4 + unit.number:
-            self._queue.append((self._trgo.set, (unit.ref,)))
+            self._queue.append((self._trgo.set, (unit.out,)))
 
     def _request(self, request: DmaRequest) -> None:
         self._burst, self._burst_index = request, 0
@@ -294,7 +294,7 @@ class TimerCore(Peripheral, abc.ABC):
         mode = self._master
         if mode == MMS_ENABLE:
             return bool(self[CR1] & CEN) and (self._slave.mode != GATED or self._slave.trigger_level())
-        return mode > MMS_COMPARE and self._counting.units[mode - 4].ref
+        return mode > MMS_COMPARE and self._counting.units[mode - 4].out
 
     def _changed_outputs(self) -> None:
         tick = self._clock.now

@@ -14,16 +14,21 @@ Where the manual leaves a choice:
 * In the centre-aligned modes 1 and 2 a match at the turning points, 0 and ARR, sets the flag in both (the figure of the
   centre-aligned waveforms shows it for CCRx = 0, ARR and above). OCxREF reacts to every match, whatever sets the flag.
 * With ARR = 0 the counter is blocked, the prescaler is not. The repetition counter counts on while UDIS is set.
+* In asymmetric PWM mode the direction is that which the counter has on arrival: at ARR it counts down already.
 * In PWM mode OCxREF follows the comparison at once when the mode is entered from frozen or from the other PWM mode;
   entered from a forced or a compare mode, from the next change of the comparison on (RM0008, OC1M note 2).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 __all__ = [
     "ACTIVE",
+    "ALONE",
+    "BOTH",
+    "BY_DIRECTION",
+    "EITHER",
     "FORCE_ACTIVE",
     "FORCE_INACTIVE",
     "FROZEN",
@@ -39,6 +44,8 @@ __all__ = [
 LONG_AGO = -(1 << 16)
 """A tick further back than any dead time is long."""
 FROZEN, ACTIVE, INACTIVE, TOGGLE, FORCE_INACTIVE, FORCE_ACTIVE, PWM1, PWM2 = range(8)
+ALONE, EITHER, BOTH, BY_DIRECTION = range(4)
+"""How OCxREFC comes of OCxREF and that of the partner: not at all, OR, AND, or the partner's while counting down."""
 
 _LEGS_TO_SEE_ALL = 4  # a wrap, then up, down and up again: whatever recurs has occurred once by then
 
@@ -53,17 +60,37 @@ class Compare:
         mode: OCxM in effect.
         ccr: CCRx in effect, and
         ccr_preload: as written; they differ until the next update event if OCxPE is set.
-        ref: OCxREF, and
+        ref: OCxREF.
+        combination: what becomes of it, with the OCxREF of
+        partner: the other unit of the pair, and
+        gate: a unit whose OCxREF must be high as well, or None.
+        out: OCxREFC, which is OCxREF unless it is combined, and
         since: the tick of its last change.
         following: the PWM comparison as it was last; OCxREF changes when this does.
         cleared: OCxREF is held low by ETRF until an update event.
     """
 
-    __slots__ = ("bit", "ccr", "ccr_preload", "cleared", "following", "mode", "number", "output", "ref", "since")
+    __slots__ = (
+        "bit",
+        "ccr",
+        "ccr_preload",
+        "cleared",
+        "combination",
+        "following",
+        "gate",
+        "mode",
+        "number",
+        "out",
+        "output",
+        "partner",
+        "ref",
+        "since",
+    )
 
     def __init__(self, number: int) -> None:
         self.number = number
         self.bit = 1 << number
+        self.partner = self
         self.reset()
 
     def reset(self) -> None:
@@ -71,13 +98,26 @@ class Compare:
         self.output = True
         self.mode = FROZEN
         self.ccr = self.ccr_preload = 0
-        self.ref = self.following = self.cleared = False
+        self.ref = self.out = self.following = self.cleared = False
+        self.combination = ALONE
+        self.gate: Compare | None = None
         self.since = LONG_AGO
 
     def pwm(self, cnt: int, down: bool) -> bool:
         """Return the level that the PWM mode gives for a state of the counter."""
         active = cnt <= self.ccr if down else cnt < self.ccr
         return active is (self.mode == PWM1)
+
+    def combined(self, down: bool) -> bool:
+        """Return OCxREFC."""
+        level = self.ref
+        if self.combination == EITHER:
+            level = level or self.partner.ref
+        elif self.combination == BOTH:
+            level = level and self.partner.ref
+        elif self.combination == BY_DIRECTION and down:
+            level = self.partner.ref
+        return level and (self.gate is None or self.gate.ref)
 
 
 class Counting:
@@ -98,21 +138,24 @@ class Counting:
         rcr: what it is reloaded with.
         top: one more than the counter can hold.
         udis: no update events.
+        combines: whether OCxREFC of any unit is more than its OCxREF.
         units: the compare units.
-        edges_asked: returns a mask of units of whose OCxREF somebody wants every edge; whole periods without one of
+        edges_asked: returns a mask of units of whose OCxREFC somebody wants every edge; whole periods without one of
             those are left out.
         on_update: called at an update event by the counter, after the preloaded values were taken.
         on_match: called with a mask of units whose flags are to be set.
-        before_ref: called with a unit and the tick before its OCxREF changes, and
+        before_ref: called with a unit and the tick before its OCxREFC changes, and
         on_ref: after.
     """
 
     __slots__ = (
+        "_changed_at",
         "arr",
         "arr_preload",
         "before_ref",
         "centre",
         "cnt",
+        "combines",
         "down",
         "edges_asked",
         "on_match",
@@ -144,6 +187,8 @@ class Counting:
         self.tick = 0
         self.top = 1 << bits
         self.units = tuple(Compare(number) for number in range(units))
+        for unit in self.units:
+            unit.partner = self.units[min(unit.number ^ 1, units - 1)]
         self.on_update = on_update
         self.on_match = on_match
         self.before_ref = before_ref
@@ -158,6 +203,8 @@ class Counting:
         self.arr = self.arr_preload = self.top - 1
         self.psc = self.psc_preload = self.psc_count = 0
         self.rep = self.rcr = 0
+        self.combines = False
+        self._changed_at: int | None = None
         for unit in self.units:
             unit.reset()
 
@@ -183,7 +230,7 @@ class Counting:
             self._cross(event)
             legs += 1
             if legs == _LEGS_TO_SEE_ALL:
-                asked = self.edges_asked()
+                asked = self.sources_of(self.edges_asked())
                 skips = not any(asked & unit.bit and self._recurs(unit) for unit in self.units)
             if skips:
                 self._skip(tick)
@@ -249,6 +296,7 @@ class Counting:
         for unit in self.units:
             if unit.output and unit.mode >= PWM1:
                 self._compare(unit, unit.pwm(self.cnt, self.down), self.tick)
+        self.resolve()
 
     def set_mode(self, unit: Compare, mode: int) -> None:
         """Change OCxM."""
@@ -260,19 +308,53 @@ class Counting:
             unit.following = unit.pwm(self.cnt, self.down)
             if old in (FROZEN, PWM1, PWM2):
                 self._set_ref(unit, unit.following, self.tick)
+        self.resolve()
+
+    def combine(self, unit: Compare, combination: int) -> None:
+        """Change what OCxREFC is made of."""
+        if unit.combination != combination:
+            unit.combination = combination
+            self._recombine()
+
+    def group(self, gates: Sequence[bool]) -> None:
+        """Let the first units be high only while the fifth is, where `gates` says so."""
+        for unit, gated in zip(self.units, gates, strict=False):
+            unit.gate = self.units[4] if gated else None
+        self._recombine()
+
+    def _recombine(self) -> None:
+        self.combines = True
+        self.resolve()
+        self.combines = any(unit.combination or unit.gate for unit in self.units)
 
     def clear(self, unit: Compare) -> None:
         """ETRF is high: hold OCxREF low until the next update event."""
         if unit.output and unit.mode not in (FORCE_INACTIVE, FORCE_ACTIVE):
             self._set_ref(unit, False, self.tick)
             unit.cleared = True
+            self.resolve()
 
     def trigger_fast(self, unit: Compare) -> None:
         """A trigger with OCxFE set acts like a match in PWM mode, whatever the comparison says."""
         if unit.output and unit.mode >= PWM1:
             self._set_ref(unit, self.down is (unit.mode == PWM1), self.tick)
+            self.resolve()
+
+    def resolve(self) -> None:
+        """Bring OCxREFC up to date, after OCxREF of some unit or the direction has changed at the present tick."""
+        if self.combines:
+            self._changed_at = None
+            self._resolve(self.tick)
 
     # --- what comes
+
+    def sources_of(self, units: int) -> int:
+        """Return the units on whose OCxREF the OCxREFC of these depend."""
+        if self.combines:
+            for unit in self.units:
+                if units & unit.bit:
+                    units |= (unit.partner.bit if unit.combination else 0) | (unit.gate.bit if unit.gate else 0)
+        return units
 
     def next_event(self, *, update: bool, matches: int, edges: int) -> int | None:
         """Return the first tick at which something wanted may happen, or None if nothing will.
@@ -280,8 +362,9 @@ class Counting:
         Args:
             update: an update event is wanted,
             matches: flags of these units are,
-            edges: changes of OCxREF of these units are.
+            edges: changes of OCxREFC of these units are.
         """
+        edges = self.sources_of(edges)
         if not self.running or not (update or matches or edges):
             return None
         update = (update or self._waits_to_load()) and not self.udis
@@ -340,7 +423,7 @@ class Counting:
         for unit in wanted:
             if matches & unit.bit and (unit.ccr == cnt or (over and unit.ccr > self.arr)):
                 return True
-            if edges & unit.bit and self._changes(unit, cnt, down):
+            if edges & unit.bit and (self._changes(unit, cnt, down) or self._turns(unit)):
                 return True
         return False
 
@@ -348,6 +431,10 @@ class Counting:
         if unit.mode >= PWM1:
             return unit.pwm(cnt, down) is not unit.following
         return unit.ccr == cnt and unit.mode in (ACTIVE, INACTIVE, TOGGLE)
+
+    def _turns(self, unit: Compare) -> bool:
+        """Say whether OCxREFC may change where the counter turns round."""
+        return unit.combination == BY_DIRECTION and bool(self.centre)
 
     # --- legs
 
@@ -383,11 +470,15 @@ class Counting:
         cnt, down = self.cnt, self.down
         self.cnt = cnt - steps if down else cnt + steps
         flags = 0
-        for unit in self.units:
+        units: Sequence[Compare] = self.units
+        if self.combines:  # what is made of several has to hear of them in their order
+            units = sorted(units, key=lambda unit: unit.ccr, reverse=down)
+        for unit in units:
             step = cnt - unit.ccr if down else unit.ccr - cnt
             if 0 < step <= steps and unit.output:
                 flags |= unit.bit
                 self._matched(unit, unit.ccr, down, start + step * period)
+        self._resolve_changes()
         if flags and self._flags_within(down):
             self.on_match(flags)
 
@@ -411,6 +502,7 @@ class Counting:
                 if unit.ccr == cnt:
                     flags |= unit.bit
                 self._matched(unit, cnt, down, self.tick)
+        self.resolve()
         if flags:
             self.on_match(flags)
 
@@ -428,16 +520,40 @@ class Counting:
                 self._set_ref(unit, level, tick)
 
     def _set_ref(self, unit: Compare, level: bool, tick: int) -> None:
-        if level is not unit.ref:
-            self.before_ref(unit, tick)
+        if level is unit.ref:
+            return
+        if self.combines:
+            if tick != self._changed_at:
+                self._resolve_changes()
+            self._changed_at = tick
             unit.ref = level
+        else:
+            self.before_ref(unit, tick)
+            unit.ref = unit.out = level
             unit.since = tick
             self.on_ref(unit, tick)
+
+    def _resolve_changes(self) -> None:
+        """Let all that has changed at one tick take effect at once."""
+        if self._changed_at is not None:
+            tick, self._changed_at = self._changed_at, None
+            self._resolve(tick)
+
+    def _resolve(self, tick: int) -> None:
+        for unit in self.units:
+            level = unit.combined(self.down)
+            if level is not unit.out:
+                self.before_ref(unit, tick)
+                unit.out = level
+                unit.since = tick
+                self.on_ref(unit, tick)
 
     # --- whole periods at once
 
     def _recurs(self, unit: Compare) -> bool:
-        """Say whether OCxREF may change in every period."""
+        """Say whether OCxREF may change in every period, or OCxREFC with the direction."""
+        if self._turns(unit):
+            return True
         if not unit.output or unit.ccr > self.arr:
             return False
         if unit.mode == TOGGLE:
@@ -468,9 +584,15 @@ class Counting:
             self.rep = self.rcr - (boundaries - self.rep - 1) % (self.rcr + 1)
             if not self.udis:
                 self.on_update()
+        self._skip_toggles(periods)
+
+    def _skip_toggles(self, periods: int) -> None:
         for unit in self.units:
             if unit.output and unit.mode == TOGGLE and self._matches_in_period(unit) * periods % 2:
-                unit.ref = not unit.ref
+                unit.ref = unit.out = not unit.ref
+        if self.combines:
+            for unit in self.units:
+                unit.out = unit.combined(self.down)
 
     def _matches_in_period(self, unit: Compare) -> int:
         if unit.ccr > self.arr:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from targets.mcu.stm32.tim.breaks import BreakInput
 from targets.mcu.stm32.tim.core import TimerCore
-from targets.mcu.stm32.tim.counting import FROZEN, PWM1, PWM2, Compare
+from targets.mcu.stm32.tim.counting import ALONE, BOTH, BY_DIRECTION, EITHER, FROZEN, PWM1, PWM2, Compare
 from targets.mcu.stm32.tim.registers import (
     BDTR,
     BIF,
@@ -43,8 +43,17 @@ from targets.mcu.stm32.tim.slave import GATED, RESET, RESET_AND_TRIGGER, TRIGGER
 __all__ = ["TimerEffects"]
 
 
-_NEAREST = (PWM1, PWM2, FROZEN, FROZEN, PWM1, PWM2, PWM1, PWM2)
-"""For the modes from 1000 on: retriggerable one-pulse, reserved, combined and asymmetric PWM."""
+_EXTENDED = (
+    (PWM1, ALONE),
+    (PWM2, ALONE),
+    (FROZEN, ALONE),
+    (FROZEN, ALONE),
+    (PWM1, EITHER),
+    (PWM2, BOTH),
+    (PWM1, BY_DIRECTION),
+    (PWM2, BY_DIRECTION),
+)
+"""What the modes from 1000 on are made of: retriggerable one-pulse (missing), reserved, combined, asymmetric PWM."""
 
 
 class TimerEffects(TimerCore):
@@ -97,6 +106,7 @@ class TimerEffects(TimerCore):
     def turned(self, down: bool, counts: bool) -> None:
         """Count an edge of the encoder."""
         self._counting.down = down
+        self._counting.resolve()
         if counts:
             self.counted()
 
@@ -191,17 +201,19 @@ class TimerEffects(TimerCore):
             unit.ccr_preload = self[COMPARES[unit.number]] & 0xFFFF_FFFF >> 32 - self.kind.bits
             unit.ccr = unit.ccr_preload
         if not waits:
-            self._counting.set_mode(unit, self._mode_of(unit.number, bits))
+            mode, combination = self._mode_of(unit.number, bits)
+            self._counting.set_mode(unit, mode)
+            self._counting.combine(unit, combination)
 
-    def _mode_of(self, number: int, bits: int) -> int:
-        """Return OCxM; a mode with its fourth bit is noted and taken as the one that is nearest to it."""
+    def _mode_of(self, number: int, bits: int) -> tuple[int, int]:
+        """Return OCxM, and what becomes of OCxREF."""
         mode = bits >> 4 & 7
         if not self[MODES[number >> 1]] >> 16 + 8 * (number & 1) & 1:
-            return mode
-        nearest = _NEAREST[mode]
-        text = f"OC{number + 1}M = {8 + mode:#06b} is not modelled: it is taken as {nearest:#05b}"
-        self.note("unmodelled", f"CCMR{number // 2 + 1}.OC{number + 1}M", text)
-        return nearest
+            return mode, ALONE
+        if mode < 4:
+            taken = f"it is taken as {_EXTENDED[mode][0]:#05b}"
+            self.note("unmodelled", f"CCMR{number // 2 + 1}.OC{number + 1}M", f"{8 + mode:#06b} is missing: {taken}")
+        return _EXTENDED[mode]
 
     def _configure_inputs(self) -> None:
         smcr, modes = self[SMCR], (self[CCMR1] | self[CCMR2] << 16)

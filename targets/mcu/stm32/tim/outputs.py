@@ -1,4 +1,4 @@
-"""The output stages of a timer: from OCxREF to the pins, with polarity, dead time and idle states.
+"""The output stages of a timer: from OCxREFC to the pins, with polarity, dead time and idle states.
 
 RM0008 sections 14.3.11 and 14.3.12, and the table of output control bits for complementary channels (section 14.4.9).
 The general-purpose timers have the polarity alone. An output that the timer does not drive is released (choice: the
@@ -131,7 +131,7 @@ class OutputStage:
 
     @property
     def follows(self) -> bool:
-        """Whether OCxREF decides the level of either output at present."""
+        """Whether OCxREFC decides the level of either output at present."""
         gate = self._gate
         return self._unit.output and (self.enabled or self.n_enabled) and (gate.main_enable or not gate.advanced)
 
@@ -141,7 +141,7 @@ class OutputStage:
         return self._due
 
     def changed(self, tick: int, cycle: int) -> None:
-        """OCxREF or a control bit has changed at `cycle`, in `tick`: tell the outputs, note when a dead time ends."""
+        """OCxREFC or a control bit has changed at `cycle`, in `tick`: tell the outputs, note when a dead time ends."""
         gate, unit = self._gate, self._unit
         self._tell(tick, cycle)
         self._due = None
@@ -191,12 +191,12 @@ class OutputStage:
             return None, None
         gate = self._gate
         if not gate.advanced:
-            return (self._unit.ref is not self.inverted if self.enabled else None), None
+            return (self._unit.out is not self.inverted if self.enabled else None), None
         if not gate.main_enable:
             return self._idle_levels(tick)
         if self.enabled and self.n_enabled:
             return self._complementary_levels(tick)
-        ref, off_state = self._unit.ref, gate.off_state_run
+        ref, off_state = self._unit.out, gate.off_state_run
         if self.enabled:
             return ref is not self.inverted, (self.n_inverted if off_state else None)
         if self.n_enabled:
@@ -206,7 +206,7 @@ class OutputStage:
     def _complementary_levels(self, tick: int) -> tuple[bool, bool]:
         unit = self._unit
         settled = tick - unit.since >= self._gate.dead_ticks
-        active, n_active = unit.ref and settled, not unit.ref and settled
+        active, n_active = unit.out and settled, not unit.out and settled
         return active is not self.inverted, n_active is not self.n_inverted
 
     def _idle_levels(self, tick: int) -> tuple[bool | None, bool | None]:

@@ -80,7 +80,6 @@ ADVANCED = _registers(advanced=True)
 
 _TRGO2 = "MMS2 is remembered without effect: there is no TRGO2"
 _FILTERS = "the break inputs are not filtered (BKF, BK2F)"
-_GROUPS = "combining channel 5 with others (GC5C1 to GC5C3) is not modelled"
 _DFSDM = "breaks by the DFSDM and the polarity of the pin are not modelled"
 
 
@@ -131,7 +130,7 @@ F7_ADVANCED = (
     _f7("RCR", RCR, 0xFFFF),
     _f7("BDTR", BDTR, 0x03FF_FFFF, ignored=BKF | BK2F, note=_FILTERS),
     _f7("CCMR3", CCMR3, 0x0101_FCFC),
-    _f7("CCR5", CCR5, 0xE000_FFFF, ignored=0xE000_0000, note=_GROUPS),
+    _f7("CCR5", CCR5, 0xE000_FFFF),
     _f7("CCR6", CCR6, 0xFFFF),
     _f7("AF1", AF1, 0x0101, reset=0x1, ignored=0x100, note=_DFSDM),
     _f7("AF2", AF2, 0x0101, reset=0x1, ignored=0x100, note=_DFSDM),

@@ -263,7 +263,8 @@ class Timer(TimerEffects):
             if self[CCER] >> 4 * (first + index) & 1:  # CCxS can be written only while the channel is off
                 value = value & ~(0b11 << shift) | old & 0b11 << shift
             if self._lock_level() >= 3 and not value >> shift & 0b11:
-                value = value & ~(0x78 << shift) | old & 0x78 << shift
+                frozen = 0x1_0078 << shift
+                value = value & ~frozen | old & frozen
         self[offset] = value
         self._apply_channels()
         self._settle()
@@ -355,8 +356,11 @@ class Timer(TimerEffects):
         self._write_ccr(3, value)
 
     def write_CCR5(self, value: int) -> None:
-        """Set the compare value of channel 5."""
+        """Set the compare value of channel 5, and the channels that are high only while it is."""
+        self._sync()
+        self._counting.group([bool(value >> bit & 1) for bit in (29, 30, 31)])
         self._write_ccr(4, value)
+        self._settle()
 
     def write_CCR6(self, value: int) -> None:
         """Set the compare value of channel 6."""

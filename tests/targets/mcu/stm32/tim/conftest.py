@@ -30,10 +30,11 @@ class SlowTimer:
         self.cnt = self.prescale = self.repeat = self.wait = 0
         self.down = False
         self.arr, self.psc = 0xFFFF, 0
-        self.ccr, self.mode = [0] * 4, [0] * 4
+        self.ccr, self.mode, self.how = [0] * 4, [0] * 4, [0] * 4
         self.enable, self.n_enable = [False] * 4, [False] * 4
         self.ref, self.compared, self.cleared = [False] * 4, [False] * 4, [False] * 4
-        self.settled = [10**9] * 4  # ticks since OCxREF last changed
+        self.refc = [False] * 4  # OCxREFC: OCxREF, or what is made of it and others
+        self.settled = [10**9] * 4  # ticks since OCxREFC last changed
         self.idle = 10**9  # ticks since MOE was cleared
         self.moe = False
         self.level = dict.fromkeys(("CH1", "CH2", "CH3", "CH4", "ETR", "ITR", "BKIN"), False)
@@ -52,6 +53,20 @@ class SlowTimer:
 
     def is_output(self, number):
         return self.channel(number) & 3 == 0
+
+    def chosen(self, number):
+        """OCxM with its fourth bit."""
+        register = "CCMR1" if number < 2 else "CCMR2"
+        return self.channel(number) >> 4 & 7 | self.bit(register, 16 + 8 * (number % 2)) << 3
+
+    def made(self, number):
+        """OCxREFC (RM0410 section 25.4.7, OC1M)."""
+        one, other = self.ref[number], self.ref[number ^ 1]
+        if not self.is_output(number):
+            return one
+        return {12: one or other, 13: one and other}.get(
+            self.how[number], (other if self.down else one) if self.how[number] > 13 else one
+        )
 
     @property
     def sms(self):
@@ -217,7 +232,8 @@ class SlowTimer:
     def set_ref(self, number, level):
         if level != self.ref[number]:
             self.ref[number] = level
-            self.settled[number] = 0
+            if max(self.how) < 8:
+                self.settled[number] = 0
 
     def set_mode(self, number, mode):
         old, self.mode[number] = self.mode[number], mode
@@ -252,7 +268,7 @@ class SlowTimer:
 
     def pair(self, number):
         """RM0008, table "output control bits for complementary OCx and OCxN channels with break feature"."""
-        ref, e, ne = self.ref[number], self.enable[number], self.n_enable[number]
+        ref, e, ne = self.refc[number], self.enable[number], self.n_enable[number]
         p, np = self.bit("CCER", 4 * number + 1), self.bit("CCER", 4 * number + 3)
         if not self.is_output(number):
             return None, None
@@ -275,6 +291,10 @@ class SlowTimer:
         return None, None
 
     def show(self):
+        for number in range(4):
+            if self.made(number) != self.refc[number]:
+                self.refc[number] = self.made(number)
+                self.settled[number] = 0
         levels = [self.pair(number) for number in range(4)]
         for index, level in enumerate([first for first, _ in levels] + [second for _, second in levels[:3]]):
             if level != self.outputs[index][-1][1]:
@@ -449,13 +469,15 @@ class SlowTimer:
                 self.n_enable[number] = self.bit("CCER", 4 * number + 2)
             if not self.is_output(number):
                 self.set_mode(number, 0)
+                self.how[number] = 0
                 self.taken[number] = False
                 continue
             if not self.channel(number) & 8 or not self.taken[number]:
                 self.ccr[number] = self.reg[f"CCR{number + 1}"]
             self.taken[number] = True
             if not waits:
-                self.set_mode(number, self.channel(number) >> 4 & 7)
+                self.how[number] = self.chosen(number)
+                self.set_mode(number, {12: 6, 13: 7, 14: 6, 15: 7}.get(self.how[number], self.how[number]))
         self.compare_all()
         self.clear_by_etrf()
 
@@ -529,7 +551,10 @@ class SlowTimer:
         self.write_CCMR("CCMR2", 2, value)
 
     def write_CCER(self, value):
-        self.reg["CCER"] = value if self.advanced else value & (0xBBBB if self.both_edges else 0x3333)
+        if self.both_edges:
+            self.reg["CCER"] = value & (0xBFFF if self.advanced else 0xBBBB)
+        else:
+            self.reg["CCER"] = value if self.advanced else value & 0x3333
         self.apply()
 
     def write_CNT(self, value):

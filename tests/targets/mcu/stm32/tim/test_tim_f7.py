@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from targets.mcu.irq_lines import IrqLines
 from targets.mcu.registers import Peripheral
+from targets.mcu.services import Watch
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.kinds import F7_KINDS
 from targets.mcu.testing import FakeChip, peek, poke
@@ -138,11 +139,76 @@ def test_channels_5_and_6_compare(make_f7, number):
     assert not chip.irq(27).level
 
 
-def test_groups_of_channel_5_are_noted(make_f7):
+@pytest.mark.parametrize("watch", list(Watch))
+def test_channels_are_high_only_while_channel_5_is(make_f7, watch):
+    """Combined 3-phase PWM (RM0410 section 25.3.14)."""
     chip, timer = make_f7("TIM8")
-    poke(timer, "CCR5", 0x2000_0005)
-    assert peek(timer, "CCR5") == 0x2000_0005
-    assert chip.noted("unmodelled") == ["TIM8_CCR5"]
+    for number in (1, 2, 3):
+        chip.output(f"TIM8_CH{number}").set_watch(watch)
+    poke(timer, "CCMR1", 0x6060)
+    poke(timer, "CCMR2", 0x0060)
+    poke(timer, "CCMR3", 0x0070)  # channel 5 is high from its compare value on
+    for number, compare in enumerate((8, 6, 7, 0, 3), 1):
+        poke(timer, f"CCR{number}", compare | (0xA000_0000 if number == 5 else 0))  # channels 1 and 3
+    poke(timer, "ARR", 9)
+    poke(timer, "CCER", 0x111)
+    poke(timer, "BDTR", 0x8000)
+    poke(timer, "EGR", 1)
+    poke(timer, "CR1", 1)
+    seen = dict.fromkeys((1, 2, 3), "")
+    chip.advance(1)
+    for _ in range(20):
+        for number in seen:
+            chip.output(f"TIM8_CH{number}").look()
+            seen[number] += str(int(chip.output(f"TIM8_CH{number}").level))
+        chip.advance(1)
+    assert seen == {1: "0001111100" * 2, 2: "1111110000" * 2, 3: "0001111000" * 2}
+
+
+def test_asymmetric_pwm(make_f7):
+    """Up by CCR1, down by CCR2, centre-aligned (RM0410 section 25.3.12)."""
+    chip, timer = make_f7("TIM1")
+    poke(timer, "CR1", 0x20)
+    poke(timer, "CCMR1", 0x6060 | 0x1_0000)
+    poke(timer, "CCMR1", 0x6000 | 0x60 | 0x1_0000)
+    poke(timer, "CCR1", 2)
+    poke(timer, "CCR2", 5)
+    poke(timer, "ARR", 8)
+    poke(timer, "CCER", 1)
+    poke(timer, "BDTR", 0x8000)
+    poke(timer, "CR1", 0x21)
+    levels = ""
+    chip.advance(1)
+    for _ in range(32):
+        levels += str(int(chip.output("TIM1_CH1").level))
+        chip.advance(1)
+    # counts 0 to 7 upwards by OC1REF (high below 2), 8 to 1 downwards by OC2REF (high up to 5)
+    assert levels == ("11000000" + "00011111") * 2
+
+
+@pytest.mark.parametrize("watch", [Watch.LIVE, Watch.RECORD])
+def test_asymmetric_pwm_that_shows_the_direction_alone(make_f7, watch):
+    chip, timer = make_f7("TIM1")
+    chip.output("TIM1_CH1").set_watch(watch)
+    poke(timer, "CR1", 0x20)
+    poke(timer, "CCMR1", 0x6060 | 0x1_0000)
+    poke(timer, "CCR2", 20)  # never while it counts up, always while it counts down
+    poke(timer, "ARR", 8)
+    poke(timer, "CCER", 1)
+    poke(timer, "BDTR", 0x8000)
+    poke(timer, "SR", 0)
+    poke(timer, "CR1", 0x21)
+    chip.advance(100)
+    chip.output("TIM1_CH1").look()
+    edges = [(cycle, level) for cycle, level in chip.output("TIM1_CH1").edges if cycle > 1]
+    assert edges == [(1 + 8 * turn, turn % 2 == 1) for turn in range(1, 13)]
+
+
+def test_lock_level_3_freezes_all_of_the_mode(make_f7):
+    _, timer = make_f7("TIM8")
+    poke(timer, "BDTR", 0x300)
+    poke(timer, "CCMR1", 0x0101_7070)
+    assert peek(timer, "CCMR1") == 0
 
 
 class TestBreaks:
@@ -316,8 +382,8 @@ def test_a_reserved_slave_mode(make_f7):
     assert chip.noted("reserved") == ["TIM2_SMCR.SMS"]
 
 
-@pytest.mark.parametrize(("mode", "nearest"), [(8, 6), (9, 7), (12, 6), (13, 7), (14, 6), (15, 7)])
-def test_modes_with_a_fourth_bit_are_noted(make_f7, mode, nearest):
+@pytest.mark.parametrize(("mode", "nearest"), [(8, 6), (9, 7), (10, 0)])
+def test_modes_that_are_missing_are_noted(make_f7, mode, nearest):
     chip, timer = make_f7("TIM3")
     _, plain = make_f7("TIM3")
     poke(timer, "CCMR1", (mode & 7) << 12 | 1 << 24)

@@ -20,7 +20,21 @@ def channels(*, inputs):
     return st.builds(lambda low, high: low | high << 8, byte, byte)
 
 
-def steps(*, inputs):
+def combined():
+    """Two channels, one or both of which make OCxREFC of the two: combined or asymmetric PWM."""
+    plain = st.integers(0, 7)
+    extended = st.integers(12, 15)
+    return st.builds(
+        lambda first, second, preload: (
+            (first & 7) << 4 | (first >> 3) << 16 | (second & 7) << 12 | (second >> 3) << 24 | preload * 0x0808
+        ),
+        extended,
+        st.one_of(plain, extended),
+        st.integers(0, 1),
+    )
+
+
+def steps(*, inputs, combinations=False):
     write = st.one_of(
         st.tuples(
             st.just("CR1"),
@@ -38,7 +52,10 @@ def steps(*, inputs):
         st.tuples(st.just("EGR"), st.sampled_from([1, 2, 0x1E, 0x5F])),
         st.tuples(st.just("SR"), st.sampled_from([0, 0xFFFF, 0xFFFE])),
         st.tuples(st.just("DIER"), st.integers(0, 0x7FFF)),
-        st.tuples(st.sampled_from(["CCMR1", "CCMR2"]), channels(inputs=inputs)),
+        st.tuples(
+            st.sampled_from(["CCMR1", "CCMR1", "CCMR2"]),
+            st.one_of(combined(), channels(inputs=inputs)) if combinations else channels(inputs=inputs),
+        ),
         st.tuples(st.just("CCER"), st.one_of(st.integers(0, 0xBFFF), st.just(0xBBBB))),
         st.tuples(st.just("CR2"), st.sampled_from([0, 0x20, 0x30, 0x80, 8])),
         st.tuples(st.just("BDTR"), st.sampled_from([0x8000, 0x8003, 0xCC00, 0])),
@@ -57,7 +74,9 @@ def steps(*, inputs):
     return st.lists(st.tuples(st.integers(0, 30), action), min_size=10, max_size=40)
 
 
-def play(bench, actions):
+def play(bench, actions, first=()):
+    for name, value in first:
+        bench.write(name, value)
     for name, value in (("ARR", 9), ("CCR1", 4), ("CR1", 1)):
         bench.write(name, value)
     for cycles, (what, value) in actions:
@@ -103,3 +122,23 @@ def test_an_input_of_both_edges_captures_each(make_bench, name):
         bench.read("CCR1")
     bench.compare_log()
     assert len(bench.chip.dma(f"{name}_CH1").pulses) == 3
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    actions=steps(inputs=False, combinations=True),
+    first=combined(),
+    centre=st.sampled_from([0, 0x20, 0x40, 0x60]),
+    name=NAMES,
+    watch=st.sampled_from(list(Watch)),
+)
+def test_combined_and_asymmetric_pwm(make_bench, actions, first, centre, name, watch):
+    bench = make_bench(name, kinds=F7_KINDS)
+    for output in bench.OUTPUTS:
+        bench.output(output).set_watch(watch)
+    setup = [("CR1", centre), ("CCMR1", first), ("CCR2", 7), ("CCER", 0x1111), ("BDTR", 0x8000)]
+    play(bench, actions, setup)
+    bench.advance(300)
+    bench.compare_outputs()
+    if watch is not Watch.NOBODY:
+        bench.compare_edges()
