@@ -12,7 +12,9 @@
 #define SECTOR_11 0x081C0000u
 #define ITCM_FLASH(axim) ((axim) - 0x08000000u + 0x00200000u)
 
-static volatile uint32_t flash_interrupts, button_interrupts;
+enum { PIN = 12, BUTTON = 13 }; // lines of EXTI
+
+static volatile uint32_t flash_interrupts, pin_interrupts;
 
 void FLASH_IRQHandler(void)
 {
@@ -22,8 +24,8 @@ void FLASH_IRQHandler(void)
 
 void EXTI15_10_IRQHandler(void)
 {
-    ++button_interrupts;
-    EXTI->PR = 1u << 13;
+    ++pin_interrupts;
+    EXTI->PR = EXTI->PR & (1u << PIN | 1u << BUTTON);
 }
 
 static void memories(void)
@@ -73,8 +75,11 @@ static void clocks(void)
     check("pll-holds", RCC->CR & RCC_CR_PLLON);
     PWR->CR1 &= ~PWR_CR1_VOS_SCALE1;
     check_equal("scale-holds", PWR->CR1 & PWR_CR1_VOS_SCALE1, PWR_CR1_VOS_SCALE1);
+    GPIO('E')->PUPDR = 2;
     check_equal("gate-shut", GPIO('E')->PUPDR, 0);
     RCC->AHB1ENR |= RCC_AHB1_GPIO('E');
+    DSB();
+    check_equal("nothing-got-through", GPIO('E')->PUPDR, 0);
     GPIO('E')->PUPDR = 1;
     check_equal("gate-open", GPIO('E')->PUPDR, 1);
     RCC->AHB1RSTR = RCC_AHB1_GPIO('E');
@@ -132,21 +137,38 @@ static void flash(void)
     check_equal("locked-again", FLASH->CR, FLASH_CR_LOCK);
 }
 
+static void pull(uint32_t how) { GPIO('G')->PUPDR = how << 2 * PIN; }
+
+// PG12 is moved by its pulls; nothing may be attached to it.
+static void edges_of_a_pin(void)
+{
+    RCC->AHB1ENR |= RCC_AHB1_GPIO('G');
+    pull(2);
+    SYSCFG_EXTICR[PIN / 4] = (uint32_t)('G' - 'A') << PIN % 4 * 4;
+    EXTI->FTSR = 1u << PIN;
+    EXTI->IMR = 1u << PIN;
+    pull(1);
+    DSB();
+    check_equal("rising-is-not-asked-for", pin_interrupts, 0);
+    pull(2);
+    DSB();
+    check_equal("falling", pin_interrupts, 1);
+    EXTI->IMR = 0;
+    EXTI->FTSR = 0;
+}
+
 static void external_interrupts(void)
 {
-    RCC->AHB1ENR |= RCC_AHB1_GPIO('C');
     RCC->APB2ENR |= RCC_APB2_SYSCFG;
-    SYSCFG_EXTICR[13 / 4] = (uint32_t)('C' - 'A') << 13 % 4 * 4;
-    EXTI->IMR |= 1u << 13;
-    EXTI->RTSR |= 1u << 13;
     interrupt_enable(EXTI15_10_IRQ, 4);
-    check_equal("no-edge", button_interrupts, 0);
-    EXTI->SWIER = 1u << 13;
+    edges_of_a_pin();
+    EXTI->IMR = 1u << BUTTON;
+    EXTI->SWIER = 1u << BUTTON;
     DSB();
-    check_equal("by-software", button_interrupts, 1);
+    check_equal("by-software", pin_interrupts, 2);
     check_equal("swier-cleared-by-pr", EXTI->SWIER, 0);
     EXTI->IMR |= 1u << 24;
-    check_equal("lines", EXTI->IMR, 1u << 24 | 1u << 13);
+    check_equal("lines", EXTI->IMR, 1u << 24 | 1u << BUTTON);
 }
 
 int main(void)

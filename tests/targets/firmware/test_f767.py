@@ -6,6 +6,7 @@ import math
 import re
 from fractions import Fraction
 from functools import partial
+from typing import NamedTuple
 
 import pytest
 
@@ -14,6 +15,13 @@ from targets.firmware import image_path
 from targets.mcu.image import limits_of, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.serial_line import SerialFormat
+from targets.mcu.stm32.exti import Exti
+from targets.mcu.stm32.rcc import BasicRcc
+from targets.mcu.stm32f7.chip import Stm32f767
+from targets.mcu.stm32f7.flash import Flash
+from targets.mcu.stm32f7.pwr import Pwr
+from targets.mcu.stm32f7.rcc import Rcc
+from targets.mcu.stm32f7.syscfg import Syscfg
 
 MS = 1_000_000
 FORMAT = SerialFormat.parse("8N1")
@@ -41,7 +49,48 @@ def test_the_self_test_of_the_chip_passes(nucleo, timing):
     assert machine.ended is not None, lines
     assert (machine.ended.kind, machine.ended.status) == ("exit", 0), lines
     assert lines[-1] == f"done {len(lines) - 1} ok 0 failed"
-    assert len(lines) == 41
+    assert len(lines) == 43
+
+
+class Defect(NamedTuple):
+    """See test_defects."""
+
+    what: str
+    owner: type
+    method: str
+    right: str
+    wrong: str
+
+
+DEFECTS = [
+    Defect(
+        "no flash by ITCM", Stm32f767, "_map", "base=0x0020_0000, data=flash.memory", "base=0x0020_0000, data=system"
+    ),
+    Defect("boots from AXI", Stm32f767, "boot", "table = settings.boot_address(pin)", "table = ITCM_RAM"),
+    Defect("PLL settings do not hold", Rcc, "write_PLLCFGR", "if self[CR] & (PLLON", "if False and self[CR] & (PLLON"),
+    Defect("the PLL starts at once", BasicRcc, "_oscillator", "start_s, stop_s", "start_s / 1000, stop_s"),
+    Defect("gates are always open", BasicRcc, "_apply_gates", "bool(self[offset] & bit)", "True"),
+    Defect("resets reset nothing", BasicRcc, "_write_resets", "peripheral.reset()", "pass"),
+    Defect("VOS does not hold", Pwr, "write_CR1", "and self._pll_on", "and False"),
+    Defect("over-drive is never on", Pwr, "_set_over_drive", "| ODSWRDY if on", "if on"),
+    Defect("no lock", Flash, "_program", "if not self[CR] & PG or self[CR] & LOCK", "if False"),
+    Defect("any width", Flash, "_program", "elif size != wanted", "elif False"),
+    Defect("zeros become ones", Flash, "_program", "(old & value).to_bytes", "value.to_bytes"),
+    Defect("erases nothing", Flash, "_erase", 'b"\\xff" * size', "bytes(size)"),
+    Defect("EOP comes unasked", Flash, "_end", "EOP if self[CR] & EOPIE else 0", "0"),
+    Defect("CR opens without keys", Flash, "write_CR", "if self[CR] & LOCK", "if False"),
+    Defect("port A only", Syscfg, "_choose_ports", "PORTS[port]", "PORTS[0]"),
+    Defect("PR clears nothing in SWIER", Exti, "write_PR", "self[0x10] &= ~value", "pass"),
+]
+
+
+@pytest.mark.parametrize("defect", DEFECTS, ids=lambda defect: defect.what)
+def test_each_defect_of_the_chip_is_found(start, put_in, defect):
+    put_in(defect)
+    run = start("f767-chip").to(2500)
+    _passed, failed = run.checks
+    ended = run.machine.ended
+    assert failed or ended is None or ended.kind != "exit", "the self-test passes all the same"
 
 
 def test_what_the_floating_point_unit_works_out(nucleo):
