@@ -77,7 +77,7 @@ DEFECTS = [
     Defect("any width", Flash, "_program", "elif size != wanted", "elif False"),
     Defect("zeros become ones", Flash, "_program", "(old & value).to_bytes", "value.to_bytes"),
     Defect("erases nothing", Flash, "_erase", 'b"\\xff" * size', "bytes(size)"),
-    Defect("EOP comes unasked", Flash, "_end", "EOP if self[CR] & EOPIE else 0", "0"),
+    Defect("EOP never comes", Flash, "_end", "EOP if self[CR] & EOPIE else 0", "0"),
     Defect("CR opens without keys", Flash, "write_CR", "if self[CR] & LOCK", "if False"),
     Defect("port A only", Syscfg, "_choose_ports", "PORTS[port]", "PORTS[0]"),
     Defect("PR clears nothing in SWIER", Exti, "write_PR", "self[0x10] &= ~value", "pass"),
