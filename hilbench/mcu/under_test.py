@@ -10,6 +10,7 @@ from hilbench.mcu.emulated import EmulatedBench, End
 from hilbench.mcu.narration import Narrator
 from hilbench.mcu.usart_port import UsartPort
 from hilbench.nearest import did_you_mean
+from targets.boards import Button
 from targets.mcu.fidelity import Note
 from targets.mcu.i2c_bus import I2cBus
 from targets.mcu.pins import Pin
@@ -173,6 +174,22 @@ class BoardUnderTest:
             if led in {"", known.name, known.pin}:
                 return self.pin(known.pin).level is (known.active == "high")
         raise UsageError(f"{self.name} has no light '{led}'", hint=did_you_mean(led, [one.name for one in leds]))
+
+    def push(self, button: str = "") -> None:
+        """Push a button of the board, its first one if none is named, until `let_go`."""
+        known = self._button(button)
+        self.pin(known.pin).drive(known.active == "high")
+
+    def let_go(self, button: str = "") -> None:
+        """Let go of a button that was pushed."""
+        self.pin(self._button(button).pin).drive(None)
+
+    def _button(self, name: str) -> Button:
+        buttons = self.emulated.bench_file.boards[self.name].board.buttons
+        for known in buttons:
+            if name in {"", known.name, known.pin}:
+                return known
+        raise UsageError(f"{self.name} has no button '{name}'", hint=did_you_mean(name, [one.name for one in buttons]))
 
     def reset(self) -> None:
         """Press the reset button."""

@@ -1,0 +1,68 @@
+"""The NUCLEO-F767ZI as a user has it: in a bench file, in a test, on the command line."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from pathlib import Path
+
+import pytest
+
+from hilbench.cli import main
+from hilbench.config import open_bench
+from hilbench.errors import UsageError
+from hilbench.mcu.emulated import EmulatedBench
+from hilbench.mcu.under_test import boards_under_test
+
+IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
+
+
+@pytest.fixture
+def nucleo(tmp_path):
+    file = tmp_path / "bench.toml"
+    file.write_text(f'version = 1\n[targets.brain]\nboard = "nucleo-f767zi"\nfirmware = "{IMAGES / "f767-demo.elf"}"\n')
+    with contextlib.closing(EmulatedBench(open_bench(str(file)))) as emulated:
+        yield boards_under_test(emulated)["brain"]
+
+
+def test_a_test_pushes_its_button_and_sees_its_lights(nucleo):
+    nucleo.run(0.020)
+    assert nucleo.usart("usart3").text.startswith("Nucleo-F767ZI at 216 MHz")
+    assert not nucleo.is_lit("LD2")
+    nucleo.push("B1")
+    assert nucleo.run_until(lambda: nucleo.is_lit("LD2"), within_s=0.02)
+    nucleo.let_go()
+    assert nucleo.run_until(lambda: not nucleo.is_lit("LD2"), within_s=0.02)
+    assert nucleo.run_until(lambda: nucleo.is_lit("LD1"), within_s=0.3)
+    assert nucleo.now_s == pytest.approx(0.2503, abs=1e-4)
+    with pytest.raises(UsageError, match="brain has no button 'B2'; did you mean 'B1'"):
+        nucleo.push("B2")
+
+
+def test_its_pins_have_three_names(nucleo):
+    assert nucleo.pin("D15") is nucleo.pin("PB8")
+    assert nucleo.pin("D40") is nucleo.pin("PE10")
+    with pytest.raises(UsageError, match="brain has no pin 'PK0'"):
+        nucleo.pin("PK0")
+
+
+@pytest.mark.parametrize(
+    ("what", "image", "said"),
+    [
+        ("nucleo-f767zi", "cut", "truncated: the file has 3000 bytes"),
+        ("bluepill", "f767-demo.elf", "it would fit an STM32F767xG (1024 KB of flash, 512 KB of RAM)"),
+    ],
+)
+def test_images_that_do_not_fit(capsys, tmp_path, what, image, said):
+    cut = tmp_path / "cut"
+    cut.write_bytes((IMAGES / "f767-demo.elf").read_bytes()[:3000])
+    assert main(["run", f"{what}:{cut if image == 'cut' else IMAGES / image}", "--for", "1ms"]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_its_ledger_is_of_both_names(capsys):
+    for name in ("nucleo-f767zi", "stm32f767zi"):
+        assert main(["doctor", "--fidelity", name, "--json"]) == 0
+        parts = {part["name"]: part for part in json.loads(capsys.readouterr().out)["peripherals"]}
+        assert parts["RCC"]["base"] == 0x4002_3800
+        assert parts["SPI1"]["counts"]["absent"] == len(parts["SPI1"]["registers"])
