@@ -20,7 +20,7 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.files import refuse_overwriting
 from hilbench.inputs import inputs_of, inputs_of_targets
 from hilbench.journal import Journal
-from hilbench.links import Line
+from hilbench.links import Line, is_serial_target
 from hilbench.locked_providers import AttachedProvider, ExecProvider, ListenProvider
 from hilbench.nearest import did_you_mean
 from hilbench.observing import VirtualObserver
@@ -65,7 +65,8 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     journal = Journal(options.journal, bench_file.header(options.seed)) if options.journal else None
     shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal or Journal())
     if bench_file.boards:
-        return _for_boards(shared, options)
+        at_port = len(options.targets) == 1 and is_serial_target(options.targets[0].spec)
+        return _rover_at(shared, options.targets[0].spec) if at_port else _for_boards(shared, options)
     rover = bench_file.rover is not None
     if not options.targets:
         return _rover(shared) if rover else VirtualProvider(shared)

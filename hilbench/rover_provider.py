@@ -106,7 +106,9 @@ class AttachedRoverProvider(AttachedProviderBase[RoverPeer, AttachedRoverCase]):
 
     @property
     def _profile(self) -> str:
-        return _settings_of(self._shared).profile
+        """The one of the model on the bench; a bench of boards has the documented rover's."""
+        settings = self._shared.bench_file.rover
+        return "documented" if settings is None else settings.profile
 
     def _make_peer(self, port: Port) -> RoverPeer:
         return RoverPeer(self._bench, port, PROFILES[self._profile])

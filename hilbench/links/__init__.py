@@ -3,7 +3,7 @@
 from hilbench.links.memory import MemoryLink, MemoryPort
 from hilbench.links.port import Line, LinkCounters, Port
 from hilbench.links.pty import PtyDoor
-from hilbench.links.serialport import SerialPort, SerialTarget, parse_serial_target
+from hilbench.links.serialport import SerialPort, SerialTarget, is_serial_target, parse_serial_target
 from hilbench.links.tcp import TcpDoor
 
 __all__ = [
@@ -16,5 +16,6 @@ __all__ = [
     "SerialPort",
     "SerialTarget",
     "TcpDoor",
+    "is_serial_target",
     "parse_serial_target",
 ]

@@ -47,6 +47,11 @@ class SerialTarget:
     baud: int
 
 
+def is_serial_target(text: str) -> bool:
+    """Say whether a target is at a serial port or behind a pyserial URL, and not something of this machine's own."""
+    return text.startswith("serial:") or "://" in text
+
+
 def parse_serial_target(text: str, default_baud: int = DEFAULT_BAUD) -> SerialTarget:
     """Return what `[serial:]PATH-OR-URL[@BAUD]` names, such as `serial:/dev/ttyUSB0@115200` or `socket://host:8101`.
 

@@ -42,6 +42,9 @@ _PROFILES = {clause.id: clause.profiles for clause in BOARD_CLAUSES}
 DONE_S = 0.05
 """How long a rover has for a frame, behind its last byte: five turns of its loop. A choice."""
 
+ANSWER_S = 2.0
+"""How long a case waits for the counters."""
+
 PERIODIC_WITHIN_S = 1.2
 """The slowest of the published firmwares says 0x80 once a second."""
 
@@ -248,5 +251,6 @@ class Rover:
         return self.duties == (0.0, 0.0)
 
     def _general(self) -> GeneralReport:
-        with unrecorded():
-            return self.peer.request()
+        """Ask for the counters; P01 judges how soon the answer comes."""
+        self.peer.send(RequestTelemetry())
+        return self.next(GeneralReport, ANSWER_S)

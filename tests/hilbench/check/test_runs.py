@@ -174,3 +174,21 @@ def test_a_file_that_cannot_be_written_is_found_out_before_the_run(write_suite, 
     with pytest.raises(UsageError, match=f"^--{option} {file}: there is no folder"):
         run_check(options, lambda _: provider)
     assert provider.opened == []
+
+
+def test_a_case_on_several_benches_is_a_case_on_each(check, make_provider):
+    provider = make_provider(["program 'slow'"])
+    report = check(
+        """
+        @my("A1", setups={"slow": CaseSetup(program="slow"), "fast": CaseSetup(program="fast")})
+        def test_both(bench):
+            bench.pass_time(0.1)
+        """,
+        provider=provider,
+    )
+    verdicts = {case.id: (case.verdict.value, case.cause) for case in report.cases}
+    assert verdicts["panel/both[slow]"][0] == "pass"
+    assert verdicts["panel/both[fast]"][0] == "not-applicable"
+    assert [bench.case.setup.program for bench in provider.opened] == ["slow"]
+    (clause,) = report.clauses
+    assert clause.verdict.value == "pass"
