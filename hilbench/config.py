@@ -207,6 +207,9 @@ class _Reader:
             raise UnavailableError(f"no firmware file '{firmware}'", where=where)
         given = msgspec.structs.asdict(entry.straps)
         straps = {key: value for key, value in given.items() if value is not UNSET}
+        if straps.get("boot1") and board.variant.boot1_pin is None:
+            hint = "its option bytes have an address for each level of BOOT, which is boot0"
+            raise self._strict.error(f"the {board.chip} has no BOOT1", ("targets", name, "straps"), hint)
         return EmulatedBoard(
             board=board,
             board_name=entry.board,

@@ -60,6 +60,18 @@ def test_images_that_do_not_fit(capsys, tmp_path, what, image, said):
     assert said in capsys.readouterr().err
 
 
+def test_it_has_no_boot1(capsys, tmp_path):
+    file = tmp_path / "bench.toml"
+    image = IMAGES / "f767-demo.elf"
+    head = f'version = 1\n[targets.brain]\nboard = "nucleo-f767zi"\nfirmware = "{image}"\n'
+    file.write_text(head + "straps = { boot1 = 1 }\n")
+    assert main(["run", str(file), "--for", "1ms"]) == 2
+    assert "the STM32F767ZI has no BOOT1" in capsys.readouterr().err
+    file.write_text(head + "straps = { boot0 = 1 }\n")
+    assert main(["run", str(file), "--for", "1ms"]) == 1
+    assert "BOOT_ADD1 chooses system memory (0x00100000), whose boot loader is not modelled" in capsys.readouterr().err
+
+
 def test_its_ledger_is_of_both_names(capsys):
     for name in ("nucleo-f767zi", "stm32f767zi"):
         assert main(["doctor", "--fidelity", name, "--json"]) == 0
