@@ -8,7 +8,7 @@ chip: an input that no pin carries has a level of its own then.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from targets.mcu.pins import Pin, Pins
 from targets.mcu.services import Watch
@@ -22,16 +22,16 @@ class PinOutput:
     Attributes:
         name: such as ``TIM2_CH1``.
         level: as last set.
-        pin: the pad it is routed to.
+        pins: the pads it is routed to.
         peers: the inputs of the same name inside the chip, if the signal stays there.
     """
 
-    __slots__ = ("_refresh", "_watch", "level", "name", "on_watch", "peers", "pin")
+    __slots__ = ("_refresh", "_watch", "level", "name", "on_watch", "peers", "pins")
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.level: bool | None = None
-        self.pin: Pin | None = None
+        self.pins: tuple[Pin, ...] = ()
         self.peers: tuple[PinInput, ...] = ()
         self._refresh: Callable[[], None] | None = None
         self.on_watch: Callable[[], None] | None = None
@@ -45,8 +45,8 @@ class PinOutput:
     @refresh.setter
     def refresh(self, callback: Callable[[], None] | None) -> None:
         self._refresh = callback
-        if self.pin is not None:
-            self.pin.update_laziness()
+        for pin in self.pins:
+            pin.update_laziness()
 
     def set(self, level: bool | None) -> None:
         """Drive the signal from the present cycle on; None releases it."""
@@ -64,16 +64,16 @@ class PinOutput:
 
     def at_pin(self) -> bool:
         """Say whether a pin is configured to carry the signal."""
-        return self.pin is not None and self.pin.alternate
+        return any(pin.alternate for pin in self.pins)
 
     def open_drain(self) -> bool:
-        """Say whether that pin only pulls low."""
-        return self.pin is not None and self.pin.open_drain
+        """Say whether those pins only pull low."""
+        return bool(self.pins) and all(pin.open_drain for pin in self.pins)
 
     def update_watch(self) -> None:
         """Find out anew who looks at the signal, and tell the peripheral."""
-        if self.pin is not None:
-            watch = self.pin.watch() if self.pin.alternate else Watch.NOBODY
+        if self.pins:
+            watch = max(pin.watch() if pin.alternate else Watch.NOBODY for pin in self.pins)
         else:
             watch = Watch.LIVE if any(peer.on_change is not None for peer in self.peers) else Watch.NOBODY
         if watch is not self._watch:
@@ -86,9 +86,10 @@ class PinOutput:
     def _changed(self, level: bool | None, cycle: int | None) -> None:
         was_high = self.level is True
         self.level = level
-        if self.pin is not None:
-            if self.pin.alternate:
-                self.pin.update(cycle)
+        if self.pins:
+            for pin in self.pins:
+                if pin.alternate:
+                    pin.update(cycle)
         elif (level is True) is not was_high:
             for peer in self.peers:
                 if peer.on_change is not None:
@@ -154,7 +155,7 @@ class Signals:
         self._pins = pins
         self._outputs: dict[str, PinOutput] = {}
         self._inputs: dict[str, list[PinInput]] = {}
-        self._routes: dict[str, str] = {}
+        self._routes: dict[str, tuple[str, ...]] = {}
         self._idle: dict[str, bool] = {}
 
     def only_at_pins(self, idle: Mapping[str, bool]) -> None:
@@ -180,43 +181,45 @@ class Signals:
 
     def route(self, name: str, pin: str | None) -> None:
         """Let the pad `pin` carry the signal, or none. Who listens to it is told if its level changes by that."""
-        old = self._routes.get(name)
-        if old == pin:
+        self.route_all(name, () if pin is None else (pin,))
+
+    def route_all(self, name: str, pins: Sequence[str]) -> None:
+        """Let all these pads carry the signal; who listens to it hears the last of them."""
+        old = self._routes.get(name, ())
+        if old == tuple(pins):
             return
         before = [(listener, listener.level()) for listener in self._inputs.get(name, ())]
-        if pin is None:
-            del self._routes[name]
-        else:
-            self._routes[name] = pin
+        self._routes[name] = tuple(pins)
         self._connect(name)
-        if old is not None:
-            self._attach(old)
+        for pin in old:
+            if pin not in pins:
+                self._attach(pin)
         for listener, level in before:
             if listener.on_change is not None and listener.level() is not level:
                 listener.on_change(not level)
 
     def route_of(self, name: str) -> str | None:
-        """Return the pin that carries the signal."""
-        return self._routes.get(name)
+        """Return the pin that carries the signal; the last of several."""
+        return next(reversed(self._routes.get(name, ())), None)
 
     def _connect(self, name: str) -> None:
-        route = self._routes.get(name)
-        pin = self._pins[route] if route is not None else None
+        route = self._routes.get(name, ())
+        pins = tuple(self._pins[pin] for pin in route)
         output, listeners = self._outputs.get(name), self._inputs.get(name, [])
-        inside = pin is None and name not in self._idle
+        inside = not pins and name not in self._idle
         if output is not None:
-            output.pin, output.peers = pin, tuple(listeners) if inside else ()
+            output.pins, output.peers = pins, tuple(listeners) if inside else ()
         for listener in listeners:
-            listener.pin, listener.peer = pin, output if inside else None
+            listener.pin, listener.peer = pins[-1] if pins else None, output if inside else None
             listener.idle = self._idle.get(name, False)
-        if route is not None:
-            self._attach(route)
-        elif output is not None:
+        for pin in route:
+            self._attach(pin)
+        if not route and output is not None:
             output.update_watch()
 
     def _attach(self, pin: str) -> None:
-        names = sorted(name for name, at in self._routes.items() if at == pin)
+        names = sorted(name for name, pins in self._routes.items() if pin in pins)
         self._pins[pin].attach(
             [self._outputs[name] for name in names if name in self._outputs],
-            [listener for name in names for listener in self._inputs.get(name, ())],
+            [listener for name in names if self._routes[name][-1] == pin for listener in self._inputs.get(name, ())],
         )

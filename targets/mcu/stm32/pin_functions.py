@@ -1,10 +1,9 @@
 """Which signals each pin carries, by alternate function, on chips whose every pin has a multiplexer of its own.
 
 The F1 moves whole groups of signals (AFIO); from the F2 on each pin chooses one of sixteen functions (RM0410 section
-6.3.2), and a signal that no pin has chosen is connected to nothing. Choice where the manual is silent: an input that no
-pin carries reads low, but the lines of a serial port high, as they idle.
-
-Silicon lets several pins carry the same output at once. Here the pin that chose last carries it, and that is noted.
+6.3.2), and a signal that no pin has chosen is connected to nothing. Several pins may carry the same output. Choices
+where the manual is silent: an input that no pin carries reads low, but the lines of a serial port high, as they idle;
+one that several pins carry hears the pin that chose it last.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ __all__ = ["PinFunctions"]
 
 _EVENTOUT = "EVENTOUT"
 _IDLES_HIGH = re.compile(r"US?ART\d_(TX|RX)")
+_INPUT = re.compile(r"US?ART\d_(RX|CTS)|TIM[18]_BKIN2?|TIM[1348]_ETR")
 
 
 class PinFunctions:
@@ -68,13 +68,13 @@ class PinFunctions:
 
     def _enter(self, name: str, pin: str) -> None:
         carriers = self._carriers.setdefault(name, [])
-        if carriers and name != _EVENTOUT:
-            text = f"{name} is chosen at {carriers[-1]} too: only {pin} carries it, on silicon both pins would"
-            self._notes.add("unmodelled", f"{pin}_{name}", text)
+        if carriers and _INPUT.fullmatch(name):
+            text = f"{name} is chosen at {carriers[-1]} too: what it hears then is not in the manual; here it is {pin}"
+            self._notes.add("assumed", f"{pin}_{name}", text)
         carriers.append(pin)
-        self._signals.route(name, pin)
+        self._signals.route_all(name, carriers)
 
     def _leave(self, name: str, pin: str) -> None:
         carriers = self._carriers[name]
         carriers.remove(pin)
-        self._signals.route(name, carriers[-1] if carriers else None)
+        self._signals.route_all(name, carriers)

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.mcu.pins import PadMode
+from targets.mcu.services import Watch
 from targets.mcu.stm32.gpio import thresholds
 from targets.mcu.testing import peek, poke
 
@@ -183,16 +184,54 @@ def test_a_function_that_the_pin_lacks_is_noted(pinout):
     assert pinout.pins["PD8"].level is None
 
 
-def test_the_second_pin_of_a_signal_is_noted_and_carries_it(pinout):
+def test_several_pins_carry_the_same_output(pinout):
     signal = pinout.services.output("TIM2_CH1")
     signal.set(True)
     pinout.alternate("PA0", 1)
-    assert not pinout.chip.noted()
     pinout.alternate("PA5", 1)
-    assert "PA5_TIM2_CH1" in pinout.chip.noted("unmodelled")
-    assert pinout.functions.pin_of("TIM2_CH1") == "PA5"
+    assert not pinout.chip.noted()
+    assert [pinout.pins[pin].level for pin in ("PA0", "PA5")] == [True, True]
+    pinout.pins["PA0"].record()
+    heard = []
+    pinout.pins["PA5"].on_edge(lambda _cycle, _ns, level: heard.append(level))
+    signal.set(False)
+    assert heard == [False]
+    assert [edge.level for edge in pinout.pins["PA0"].edges] == [False]
     pinout.field("PA5", "MODER", 0)
-    assert pinout.pins["PA0"].level is True
+    assert signal.at_pin()
+    assert [pinout.pins[pin].level for pin in ("PA0", "PA5")] == [False, None]
+    pinout.field("PA0", "MODER", 0)
+    assert not signal.at_pin()
+
+
+def test_who_looks_at_any_of_several_pins_is_who_looks_at_the_output(pinout):
+    signal = pinout.services.output("TIM2_CH1")
+    for pin in ("PA0", "PA5"):
+        pinout.alternate(pin, 1)
+    assert signal.watch() is Watch.NOBODY
+    pinout.pins["PA0"].record()
+    assert signal.watch() is Watch.RECORD
+    pinout.pins["PA5"].on_edge(lambda *_: None)
+    assert signal.watch() is Watch.LIVE
+    pinout.field("PA5", "MODER", 0)
+    assert signal.watch() is Watch.RECORD
+
+
+def test_an_input_at_several_pins_hears_the_last_and_is_noted(pinout):
+    signal = pinout.services.input("USART2_RX")
+    heard = []
+    signal.on_change = heard.append
+    for pin in ("PA3", "PD6"):
+        pinout.pins[pin].drive(True)
+        pinout.alternate(pin, 7)
+    assert pinout.chip.noted("assumed") == ["PD6_USART2_RX"]
+    pinout.pins["PA3"].drive(False)
+    assert heard == []
+    pinout.pins["PD6"].drive(False)
+    assert heard == [False]
+    pinout.field("PD6", "MODER", 0)
+    pinout.pins["PA3"].drive(True)
+    assert heard == [False, True]
 
 
 def test_eventout_is_noted(pinout):
