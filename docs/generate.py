@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -29,6 +30,7 @@ from targets.parts import PARTS, Direction, Part, Quantity, part_class
 from targets.parts import settings as part_settings
 from targets.robots.pioneer.ledger import LEDGER
 from targets.robots.pioneer.settings import RobotSettings, describe
+from targets.robots.rover import DEFECTS, STEADY_RPM, RoverSettings
 from worlds.vehicles import find_vehicle
 from worlds.vehicles.pioneer_2dx import vehicle
 
@@ -52,6 +54,7 @@ def pages() -> Mapping[str, str]:
         **{page: registers_page(chip) for page, chip in CHIPS.items()},
         "bluepill-clauses.md": bluepill_page(),
         "rover-clauses.md": rover_page(),
+        "rover-model.md": rover_model_page(),
         "parts.md": parts_page(),
         "vehicles.md": vehicles_page(),
     }
@@ -223,6 +226,38 @@ def pkt_clauses_page() -> str:
         head = ("Id", "Level", "Profiles", "Text", "Twin", "Needs", "Source")
         text += f"## {suite}: {len(rows)} clauses\n\n" + _table(head, rows) + "\n"
     return text
+
+
+def rover_model_page() -> str:
+    """The behavioural rover: what it is set to, and the defects that can be put into it."""
+    text = (
+        "# The behavioural rover\n\n"
+        "`hilbench check rover-model` and `hilbench serve rover-model` have a rover without a microcontroller: its "
+        "control board as the host sees it, four wheels in the air, an IMU that lies level and still, a GPS receiver "
+        'with a fix. In a bench file, `[targets.NAME]` with `model = "rover"`, and `[targets.NAME.settings]`:\n\n'
+    )
+    rows = [
+        (item.name, _plain(item.default), item.metadata["unit"], item.metadata["source"])
+        for item in dataclasses.fields(RoverSettings)
+    ]
+    text += _table(("Setting", "Default", "Unit", "Source"), rows)
+    text += (
+        "\n`profile` says what was promised or shipped ([pkt/frames.md](pkt/frames.md)), `defects` puts single defects "
+        "of the published firmwares into it; which clauses find them: [rover-defects.md](rover-defects.md).\n\n"
+    )
+    text += _table(("Defect", "What it does", "Source"), [(one.name, one.text, one.source) for one in DEFECTS.values()])
+    points = ", ".join(f"{rpm:g} rpm at {throttle:g}" for throttle, rpm in STEADY_RPM)
+    return text + (
+        f"\nThe wheels come to these steady speeds, with straight lines between them: {points}; the first and the last "
+        "are assumed, the others those of the published bench test (nhorro/ceai2020, RoverBasicBenchTest.ipynb). They "
+        "begin to turn at 0.23 and stop below 0.195.\n\n"
+        "Not modelled: battery, currents, loads, the floor; noise of any sensor; a GPS receiver that looks for its "
+        "satellites; the 0x85 report, which nothing asks for. The bench `rover` has all but the last.\n"
+    )
+
+
+def _plain(value: object) -> str:
+    return "none" if value is None else ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
 def bluepill_page() -> str:
