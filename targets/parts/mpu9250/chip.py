@@ -95,6 +95,7 @@ class Chip:
         self._first_ns: int | None = None
         self._started_ns = 0
         self._period_ns = 1
+        self._accel_every = 1
         self._taken = 0
         self._clock_base = 0
         self._frozen: tuple[int, bytes] | None = None
@@ -187,8 +188,11 @@ class Chip:
         known, held = self._computed
         if number == known or self._first_ns is None:
             return held
-        at_ns = self._first_ns + (number - 1 - self._clock_base) * self._period_ns
-        fresh = self._sensing.words(number, at_ns)
+        since = number - 1 - self._clock_base
+        at_ns, accel_ns = (
+            self._first_ns + count * self._period_ns for count in (since, since - since % self._accel_every)
+        )
+        fresh = self._sensing.words(number, at_ns, accel_ns)
         off = self._axes_off
         words = tuple(
             old if off >> index & 1 else new for index, (old, new) in enumerate(zip(held, fresh, strict=True))
@@ -337,7 +341,9 @@ class Chip:
         self._interrupts.configure(self._values[Reg.INT_PIN_CFG], self._values[Reg.INT_ENABLE], self._now_ns)
 
     def _configure_sensing(self) -> None:
-        self._sensing.configure(self._values, self._rates())
+        rates = self._rates()
+        self._accel_every = max(1, rates.accel_ns // rates.sample_ns)
+        self._sensing.configure(self._values, rates)
 
     # --- sample clock
 

@@ -66,7 +66,6 @@ class Sensing:
         self._force = Track((0.0, 0.0, G_M_S2))
         self._rate = Track((0.0, 0.0, 0.0))
         self._attitude = Track((0.0, 0.0, 0.0))
-        self._accel_ns = 1
         self._accel = self._gyro = _Setup(counts=1, added=(0.0, 0.0, 0.0), noise=0)
 
     def step(self, from_ns: int, to_ns: int, before: Mapping[str, float], after: Mapping[str, float]) -> None:
@@ -82,7 +81,6 @@ class Sensing:
     def configure(self, values: Mapping[int, int], rates: Rates) -> None:
         """Take the configuration registers."""
         person = self._individual
-        self._accel_ns = rates.accel_ns
         self._force.set_filter(rates.accel.lag_s, rates.accel.rest_s)
         self._rate.set_filter(rates.gyro.lag_s, rates.gyro.rest_s)
         tested = _tested(values[Reg.ACCEL_CONFIG], person.accel_test_g)
@@ -103,10 +101,16 @@ class Sensing:
             noise=self._settings.gyro_noise_dps_rthz * math.sqrt(rates.gyro.bandwidth_hz),
         )
 
-    def words(self, index: int, at_ns: int) -> tuple[int, ...]:
-        """Return the seven words of a sample: x, y, z of the accelerometer, temperature, x, y, z of the gyroscope."""
+    def words(self, index: int, at_ns: int, accel_ns: int) -> tuple[int, ...]:
+        """Return the seven words of a sample: x, y, z of the accelerometer, temperature, x, y, z of the gyroscope.
+
+        Args:
+            index: number of the sample.
+            at_ns: its time.
+            accel_ns: time of the accelerometer's last value, which may be slower.
+        """
         noise = gaussians(self._seed, "motion", index)
-        force = self._turned(self._force.at(at_ns - at_ns % self._accel_ns))
+        force = self._turned(self._force.at(accel_ns))
         rate = self._turned(self._rate.at(at_ns))
         accel_g = [f / G_M_S2 * scale for f, scale in zip(force, self._individual.accel_scale, strict=True)]
         gyro_dps = [math.degrees(w) * scale for w, scale in zip(rate, self._individual.gyro_scale, strict=True)]

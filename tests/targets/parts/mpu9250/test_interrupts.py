@@ -21,6 +21,7 @@ def test_raw_data_ready_comes_at_the_sample_times(imu, gaps) -> None:
     assert gaps(rises) == {5 * MS}
     falls = [ns for ns, level in imu.edges()[1:] if level is False]
     assert {fall - rise for rise, fall in zip(rises, falls, strict=False)} == {50 * US}
+    assert imu.notes() == []
 
 
 def test_the_first_sample_comes_35_ms_after_power_on(make_imu) -> None:
@@ -259,6 +260,28 @@ def test_wake_on_motion(make_imu, rest, mode, pulses) -> None:
     imu.run_to(200 * MS)
     assert pulses <= len(imu.rises()) <= pulses + 3
     assert imu.byte(0x3A) & 0x40
+
+
+@pytest.mark.parametrize("scale", range(4))
+@pytest.mark.parametrize(("mg", "moved"), [(45, True), (35, False)])
+def test_the_threshold_of_motion_is_in_mg_whatever_the_scale(make_imu, rest, scale, mg, moved) -> None:
+    """Ten steps of 4 mg."""
+    imu = make_imu(lambda ns: {**rest, "az": 9.80665 * (1 + (ns >= 100 * MS) * mg / 1000)}, step_ns=5 * MS)
+    imu.write(0x1C, scale << 3)
+    imu.write(0x19, 9, 1)
+    imu.write(0x1F, 10)
+    imu.write(0x69, 0x80)
+    imu.write(0x38, 0x40)
+    imu.run_to(150 * MS)
+    assert bool(imu.rises()) is moved
+
+
+@pytest.mark.parametrize(
+    ("register", "value", "word"), [(0x1A, 0x08, "EXT_SYNC"), (0x38, 0x08, "FSYNC_INT"), (0x24, 0x40, "WAIT_FOR_ES")]
+)
+def test_pins_and_waits_that_are_not_there_are_noted(imu, register, value, word) -> None:
+    imu.write(register, value)
+    assert [word in note for note in imu.notes()] == [True]
 
 
 def test_a_still_sensor_sleeps_on(make_imu) -> None:

@@ -329,6 +329,13 @@ def test_slave_4_writes_once_and_is_done(make_imu) -> None:
     assert imu.byte(0x36) & 0x40
     assert imu.byte(0x36) == 0
     assert imu.byte(0x34) == 0
+    imu.write(0x31, 0x8C, 0x00)
+    imu.write(0x34, 0x80)
+    imu.run(10)
+    imu.write(0x31, 0x8C)
+    imu.write(0x34, 0xA0)  # without a register: what follows the one byte that was read
+    imu.run(10)
+    assert imu.byte(0x35) == 0x9A
     imu.write(0x31, 0x8C, 0x10)
     imu.write(0x34, 0x80)
     imu.run(10)

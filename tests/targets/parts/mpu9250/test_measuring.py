@@ -66,6 +66,44 @@ def test_mounting_turns_the_axes(make_imu, rest) -> None:
     assert nose_up.accel() == [16384, 0, 0]
 
 
+@pytest.mark.parametrize("after_us", [1, 999])
+def test_a_sample_is_of_its_time_less_the_delay_of_the_filter(make_imu, rest, after_us) -> None:
+    """A rate that grows by 1000 dps a second: a millisecond is 131 counts."""
+    imu = make_imu(lambda ns: {**rest, "wz": math.radians(ns / 1e6)}, step_ns=3 * MS)
+    imu.write(0x19, 0, 0x02)
+    set_ns = imu.now_ns - imu.byte_ns  # the period begins anew with the last byte
+    imu.byte_ns = 0
+    imu.run_to(set_ns + 50 * MS + after_us * 1000)
+    seen_ms = (set_ns + 50 * MS) / 1e6 - 3.9
+    assert imu.gyro()[2] == pytest.approx(seen_ms * 131, abs=1)
+
+
+def test_the_accelerometer_has_a_delay_of_its_own(make_imu, rest) -> None:
+    """A force that grows by a g a second."""
+    imu = make_imu(lambda ns: {**rest, "ax": G * ns / 1e9}, step_ns=3 * MS)
+    imu.write(0x19, 0, 0x01)
+    set_ns = imu.now_ns - imu.byte_ns
+    imu.write(0x1D, 0x03)
+    imu.byte_ns = 0
+    imu.run_to(set_ns + 150 * MS + 900_000)
+    assert imu.accel()[0] / 16384 == pytest.approx((set_ns + 150 * MS) / 1e9 - 0.0118, abs=0.00004)
+
+
+@pytest.mark.parametrize(("config2", "changes"), [(0x03, 10), (0x08, 40)])
+def test_a_slow_accelerometer_repeats_its_values_at_8_khz(make_imu, rest, config2, changes) -> None:
+    """In 10 ms: 1 kHz, or 4 kHz with the filter off."""
+    imu = make_imu(lambda ns: {**rest, "ax": G * ns / 1e9, "wx": ns / 1e9})
+    imu.write(0x1D, config2)
+    imu.byte_ns = 0
+    imu.run_to(70 * MS)
+    seen = []
+    for _ in range(80):
+        imu.run_to(imu.now_ns + 125_000)
+        seen.append((imu.accel()[0], imu.gyro()[0]))
+    assert len({accel for accel, _ in seen}) == pytest.approx(changes, abs=1)
+    assert len({gyro for _, gyro in seen}) > 70
+
+
 @pytest.mark.parametrize("degc", [-40.0, 21.0, 25.0, 85.0])
 def test_temperature(make_imu, degc) -> None:
     imu = make_imu(temperature_degc=degc)
@@ -321,6 +359,16 @@ def test_axes_that_are_off_keep_their_last_value(make_imu, rest) -> None:
     assert (later_accel[0], later_gyro[1]) == (accel[0], gyro[1])
     assert later_gyro[0] > gyro[0]
     assert later_gyro[2] > gyro[2]
+
+
+def test_with_every_axis_off_there_are_no_samples(imu) -> None:
+    imu.write(0x6C, 0x3F)
+    imu.byte(0x3A)
+    imu.run(50)
+    assert imu.byte(0x3A) == 0
+    imu.write(0x6C, 0x3E)
+    imu.run(50)
+    assert imu.byte(0x3A) == 1
 
 
 def test_the_thermometer_can_be_switched_off(make_imu) -> None:
