@@ -20,6 +20,8 @@ from hilbench.suites._rover import Rover, rover_bench
 from protocols.pkt import (
     Dialect,
     GeneralReport,
+    GpsReport,
+    ImuReport,
     MotionReport,
     MotorThrottles,
     Position,
@@ -30,8 +32,20 @@ from targets.mcu.i2c_bus import I2cBus
 from targets.parts.neo6m.settings import Neo6mSettings
 from worlds.vehicles.rover_4wd import DEFAULTS, WHEELS
 
-__all__ = ["LEFT", "NAMES", "RIGHT", "SLOTS", "Moment", "Ride", "ideal_turn_deg_s", "metres_off", "on_bench"]
+__all__ = [
+    "LEFT",
+    "NAMES",
+    "RIGHT",
+    "SLOTS",
+    "Moment",
+    "Ride",
+    "ideal_turn_deg_s",
+    "metres_off",
+    "numbers_in",
+    "on_bench",
+]
 
+ReportT = TypeVar("ReportT", ImuReport, MotionReport, GpsReport)
 FunctionT = TypeVar("FunctionT", bound=Callable[..., object])
 Four = tuple[float, float, float, float]
 
@@ -215,7 +229,7 @@ class Ride:
     def motion(self) -> tuple[int, MotionReport]:
         """Wait for a 0x83 that begins later than now; return it with the time of its first byte."""
         mark = self.rover.mark()
-        report = self.rover.motion()
+        report = numbers_in(self.rover.motion())
         return next(got.start_ns for got, found in self.rover.peer.since(mark, MotionReport) if found is report), report
 
     def status(self) -> int:
@@ -253,6 +267,19 @@ class Ride:
 
     def _edge(self, pin: str, _cycle: int, ns: int, level: bool | None) -> None:
         self.edges.append(PinEdge(ns, pin, level))
+
+
+def numbers_in(report: ReportT) -> ReportT:
+    """Return a report, all of whose fields are numbers.
+
+    Raises:
+        Violation: one is not.
+    """
+    for name in report.__slots__:
+        field = getattr(report, name)
+        if not all(map(math.isfinite, field if isinstance(field, tuple) else (field,))):
+            raise Violation(f"{name} of a {type(report).__name__} is no number: {field}")
+    return report
 
 
 def ideal_turn_deg_s(wheels_rpm: Iterable[float]) -> float:

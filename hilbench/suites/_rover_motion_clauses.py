@@ -75,9 +75,9 @@ CLAUSES = (
     _clause(
         6,
         "The gains at power-up",
-        "At a set point of 120 rpm the wheels settle where 0.01 of the throttle for each missing rpm, and the little "
-        "that has been summed, is the throttle that makes that speed, 7 rpm more or less; 0x83 shows such throttles "
-        "and speeds, within 0.05 of the throttle.",
+        "At a set point of 120 rpm, given while they turn, the wheels settle where 0.01 of the throttle for each "
+        "missing rpm, and the little that has been summed, is the throttle that makes that speed, 7 rpm more or less; "
+        "0x83 shows such throttles and speeds, within 0.05 of the throttle.",
         f"{_CONFIG}: kp 0.01, kd 0.0001, ki 0.0001",
         _KIT,
         _TOLERANCE,

@@ -134,7 +134,7 @@ LONG_MUTANTS = [
     ("R18", "accuracy_of_the_position", None, "rover-no-gps"),
     ("R18", "accuracy_of_the_position", gps(accuracy_m=25.0), ""),
     ("R19", "positions_along_a_way", signals("gps", x="y", y="x"), ""),
-    ("R19", "positions_along_a_way", gps(latency_ms=900.0), ""),
+    ("R19", "positions_along_a_way", gps(accuracy_m=25.0), ""),
     ("R20", "without_a_fix", None, "rover-stale-byte-84"),
     ("R21", "receiver_that_is_not_understood", None, "rover-status-zero"),
     ("R22", "bus_of_the_inertial_sensor", None, "rover-status-zero"),

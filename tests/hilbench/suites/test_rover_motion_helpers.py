@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from hilbench.check import Violation
 from hilbench.suites._rover_law import (
     CARRIED_KG_M2,
     FULL_V,
@@ -16,8 +17,8 @@ from hilbench.suites._rover_law import (
     volts_at,
     wheel_course,
 )
-from hilbench.suites._rover_motion import Moment, ideal_turn_deg_s, metres_off
-from protocols.pkt import Position
+from hilbench.suites._rover_motion import Moment, ideal_turn_deg_s, metres_off, numbers_in
+from protocols.pkt import ImuReport, MotionReport, Position
 from targets.parts.neo6m.geodesy import Geodetic, Tangent, geodetic_of
 
 
@@ -77,3 +78,11 @@ def test_two_wheels_turn_by_what_their_rims_make():
     """A rim of 1 m/s on each side, against each other, on a track of 140 mm: 14.3 rad/s to the left."""
     rpm = 60 / math.tau / 0.0325
     assert ideal_turn_deg_s((-rpm, rpm, -rpm, rpm)) == pytest.approx(math.degrees(2 / 0.140))
+
+
+def test_what_is_no_number_is_a_violation():
+    sound = MotionReport(rpm=(1.0, 2.0, 3.0, 4.0))
+    assert numbers_in(sound) is sound
+    for wrong in (ImuReport(quaternion=(math.nan, 0.0, 0.0, 0.0)), MotionReport(rpm=(0.0, math.inf, 0.0, 0.0))):
+        with pytest.raises(Violation, match="is no number"):
+            numbers_in(wrong)
