@@ -11,7 +11,7 @@ from targets.mcu.variants import VARIANTS, ChipName, Variant
 
 __all__ = ["Board", "Button", "Connector", "Led", "Straps"]
 
-_SLOWEST_HSE_HZ, _FASTEST_HSE_HZ = 1_000_000, 25_000_000
+_SLOWEST_HSE_HZ = 1_000_000
 _FASTEST_LSE_HZ = 1_000_000
 _SLOWEST_START_US = 60_000_000
 
@@ -84,7 +84,7 @@ class Board:
         version: version of this format.
         name: what people call the board.
         chip: part number, without package material and temperature range.
-        hse_hz: rate of the crystal or clock at OSC_IN, 1 to 25 MHz; left out where there is none.
+        hse_hz: rate of the crystal or clock at OSC_IN, 1 to 25 MHz (STM32F7: 50); left out where there is none.
         lse_hz: rate of the crystal at OSC32_IN; left out where there is none.
         hse_bypass: OSC_IN is driven by a clock rather than a crystal; programs set HSEBYP for that.
         hse_startup_us: from HSEON to HSERDY. Each crystal has its own (DS5319: typically 2 ms). 500 us is a choice:
@@ -122,8 +122,9 @@ class Board:
     connectors: tuple[Connector, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.hse_hz is not None and not _SLOWEST_HSE_HZ <= self.hse_hz <= _FASTEST_HSE_HZ:
-            raise ValueError(f"hse_hz must be between {_SLOWEST_HSE_HZ} and {_FASTEST_HSE_HZ}, not {self.hse_hz}")
+        fastest_hz = self.variant.fastest_hse_hz
+        if self.hse_hz is not None and not _SLOWEST_HSE_HZ <= self.hse_hz <= fastest_hz:
+            raise ValueError(f"hse_hz must be between {_SLOWEST_HSE_HZ} and {fastest_hz}, not {self.hse_hz}")
         if self.lse_hz is not None and not 0 < self.lse_hz <= _FASTEST_LSE_HZ:
             raise ValueError(f"lse_hz must be between 1 and {_FASTEST_LSE_HZ}, not {self.lse_hz}")
         for about, startup_us in (("hse", self.hse_startup_us), ("lse", self.lse_startup_us)):

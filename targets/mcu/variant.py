@@ -24,6 +24,7 @@ class Variant:
         i2cs: the I2C interfaces whose pins the package brings out.
         boot1_pin: the port pin that is BOOT1 at a reset; None where option bytes say where to boot from.
         itcm_bytes: RAM from 0 on, beside the core; 0 where there is none.
+        fastest_hse_hz: the highest rate of a clock at OSC_IN.
         flash_alias: where else the flash is seen by a program; None for nowhere that a program is linked for.
     """
 
@@ -37,3 +38,4 @@ class Variant:
     boot1_pin: str | None = None
     itcm_bytes: int = 0
     flash_alias: int | None = None
+    fastest_hse_hz: int = 25_000_000

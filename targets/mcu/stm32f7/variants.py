@@ -53,6 +53,7 @@ def _variant(package: str, size: str) -> Variant:
         i2cs=("I2C1", "I2C2", "I2C3", "I2C4"),
         itcm_bytes=16 * _KB,
         flash_alias=0x0020_0000,
+        fastest_hse_hz=50_000_000,  # of a clock; a crystal has 4 to 26 MHz
     )
 
 

@@ -95,6 +95,7 @@ def test_a_board_may_have_no_crystal():
         ({"buttons": [{"name": "B", "pin": "PE9"}]}, "buttons names 'PE9'"),
         ({"chip": "STM32F767ZI", "straps": {"boot1": 1}}, "straps sets boot1, which the STM32F767ZI does not have"),
         ({"hse_hz": 32_768}, "hse_hz must be between 1000000 and 25000000, not 32768"),
+        ({"chip": "STM32F767ZI", "hse_hz": 50_000_001}, "hse_hz must be between 1000000 and 50000000, not 50000001"),
         ({"lse_hz": 0}, "lse_hz must be between"),
         ({"hse_startup_us": 0}, "hse_startup_us must be between 1 and 60000000, not 0"),
         ({"lse_startup_us": 60_000_001}, "lse_startup_us must be between"),
