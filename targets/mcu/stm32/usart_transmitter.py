@@ -86,6 +86,7 @@ class Transmitter:
         self._data_sent = False
         self._end = 0
         self._end_event: Event | None = None
+        self._frame: SerialFrame | None = None  # whose edges nobody has asked for yet
         self._edges: list[tuple[int, bool]] = []
         self._edge_event: Event | None = None
         self._connect()
@@ -111,7 +112,7 @@ class Transmitter:
         self.refresh()
         self._time.cancel(self._end_event)
         self._time.cancel(self._edge_event)
-        self.holding = None
+        self.holding = self._frame = None
         self._edges = []
         self._sending = _Sending.NOTHING
         self._preamble_due = self.break_wanted = self._data_sent = self._enabled = False
@@ -194,7 +195,7 @@ class Transmitter:
             is_break=is_break,
         )
         self.quiet = False
-        self._edges = [(16 * bit, level) for bit, level in frame.edge_bits()]
+        self._frame, self._edges = frame, []
         self._follow_edges()
         self.on_frame(frame)
 
@@ -231,13 +232,16 @@ class Transmitter:
 
     def refresh(self) -> None:
         """Bring level and record of the output up to the present cycle."""
+        if self._frame is not None:
+            self._edges = [(16 * bit, level) for bit, level in self._frame.edge_bits()]
+            self._frame = None
         now = self._time.now
         while self._edges and (cycle := self._clock.cycle(self._edges[0][0])) <= now:
             self._output.set_at(cycle, self._edges.pop(0)[1] is not self.inverted)
 
     def _follow_edges(self) -> None:
         self._time.cancel(self._edge_event)
-        if self._edges and self._output.watch() is Watch.LIVE:
+        if (self._frame or self._edges) and self._output.watch() is Watch.LIVE:
             self.refresh()
             if self._edges:
                 self._edge_event = self._time.at(self._clock.cycle(self._edges[0][0]), self._follow_edges)
@@ -245,7 +249,7 @@ class Transmitter:
     def _finish_edges(self) -> None:
         if self._output.watch() is Watch.NOBODY:
             # All edges are past, and the last has left the line high.
-            self._edges = []
+            self._frame, self._edges = None, []
             self._output.set(not self.inverted)
         else:
             self.refresh()
