@@ -240,6 +240,8 @@ class Usart(UsartBase):
         """Set the divider of the bit clock."""
         self.before_clock_change()
         self[BRR] = self._permitted(BRR, value)
+        if self[CR1] & OVER8 and self[BRR] & 0x8:
+            self.note("misuse", "BRR", "bit 3 must be kept clear with OVER8; it is not looked at")
         self.after_clock_change()
 
     def write_GTPR(self, value: int) -> None:

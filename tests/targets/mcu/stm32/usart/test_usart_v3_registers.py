@@ -59,6 +59,13 @@ def test_a_divider_below_16_is_noted_and_does_nothing(port, cr1, brr):
     assert port.peek("ISR") & (TEACK | REACK) == 0
 
 
+def test_bit_3_of_brr_is_noted_with_over8(port):
+    port.poke("CR1", OVER8)
+    port.poke("BRR", 0x48)
+    assert port.chip.noted("misuse") == ["USART3_BRR"]
+    assert port.usart.baud_hz == Fraction(2 * 54_000_000, 0x40)
+
+
 @pytest.mark.parametrize(
     ("cr1", "cr2", "text"),
     [
