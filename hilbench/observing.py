@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
+from typing import Any
 
 from hilbench.cases import VirtualCase
 from hilbench.check.observations import Coverage, IgnoredCommand, Ledger, Pace, PortCounters, TouchedFeature
@@ -17,6 +18,9 @@ from hilbench.pioneer import OBEYED, UNKNOWN
 from protocols.p2os import CLIENT_TABLE, SERVER_TABLE, Role, Table, command_name
 from protocols.p2os.states import State, Trigger
 from targets.robots.pioneer.ledger import LEDGER, Fidelity, LedgerEntry
+
+AnyTable = Mapping[tuple[Any, Any], Any]
+"""Edges by state and trigger, of any protocol."""
 
 TABLES: Mapping[Role, Table] = {Role.SERVER: SERVER_TABLE, Role.CLIENT: CLIENT_TABLE}
 
@@ -42,7 +46,9 @@ class VirtualObserver:
 
     def coverage(self) -> tuple[Coverage, ...]:
         """Return the coverage of each role that was tested, the server's first."""
-        return tuple(coverage_of(role, TABLES[role], self._visits[role]) for role in TABLES if role in self._visits)
+        return tuple(
+            coverage_of(role.value, TABLES[role], self._visits[role]) for role in TABLES if role in self._visits
+        )
 
     def ledger(self) -> Ledger | None:
         """Return the fidelity of the virtual robot; None if none was built."""
@@ -84,11 +90,11 @@ class VirtualObserver:
             yield LedgerEntry(feature="unknown commands", commands=tuple(numbers), fidelity=Fidelity.ABSENT, note=note)
 
 
-def coverage_of(role: Role, table: Table, visits: Mapping[tuple[State, Trigger], int]) -> Coverage:
+def coverage_of(peer: str, table: AnyTable, visits: Mapping[tuple[Any, Any], int]) -> Coverage:
     """Return how much of a state table was gone through.
 
     Args:
-        role: whose table it is.
+        peer: whose table it is.
         table: the whole machine; the state of its first edge is where it begins.
         visits: how often each edge was taken; edges that are not in the table do not count.
     """
@@ -96,7 +102,7 @@ def coverage_of(role: Role, table: Table, visits: Mapping[tuple[State, Trigger],
     taken = [edge for edge in table if visits.get(edge)]
     entered = {next(iter(table))[0], *(state for state, _ in taken), *(table[edge].next_state for edge in taken)}
     return Coverage(
-        peer=role.value,
+        peer=peer,
         states=len(states),
         states_missed=tuple(state.name for state in states if state not in entered),
         edges=len(table),

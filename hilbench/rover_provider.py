@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from hilbench.bench import Bench
+from hilbench.check.observations import Observations
 from hilbench.check.provider import CaseInfo
 from hilbench.clock import Scheduler
 from hilbench.errors import UsageError
@@ -17,6 +18,7 @@ from hilbench.locked_providers import AttachedProviderBase, FarEnd
 from hilbench.rover_cases import AttachedRoverCase, HostCase, RoverFactory, VirtualRoverCase, make_rover, rover_baud
 from hilbench.rover_client import OWN_HOST_CAPABILITIES, OwnHost
 from hilbench.rover_hands import HANDS
+from hilbench.rover_observing import RoverObserver
 from hilbench.rover_peer import RoverPeer
 from hilbench.scripted_rover import ScriptedRover
 from hilbench.shared import Shared
@@ -55,6 +57,7 @@ class RoverProvider:
         self._settings = settings or _settings_of(shared)
         self._make_rover = make_rover
         self._make_host = make_host
+        self._observer = RoverObserver()
 
     @property
     def capabilities(self) -> frozenset[str]:
@@ -86,10 +89,17 @@ class RoverProvider:
             profile = PROFILES[settings.profile]
             plan = faults.plan if faults is not None else None
             link = MemoryLink(bench.scheduler, line, name="host", faults=plan)
-            rover = ScriptedRover(bench, link.a, profile)
-            yield HostCase(bench, case, rover, OwnHost(self._make_host(bench, link.b, profile)), faults)
+            station = self._make_host(bench, link.b, profile)
+            yield HostCase(bench, case, ScriptedRover(bench, link.a, profile), OwnHost(station), faults)
+            self._observer.take(station.connection)
             return
-        yield VirtualRoverCase(bench, case, settings, line, make_rover=self._make_rover, faults=faults)
+        made = VirtualRoverCase(bench, case, settings, line, make_rover=self._make_rover, faults=faults)
+        yield made
+        self._observer.take(made.robot.connection)
+
+    def observed(self) -> Observations:
+        """Return how much of the state tables the cases went through."""
+        return Observations(coverage=self._observer.coverage())
 
     def close(self) -> None:
         """Close the journal."""

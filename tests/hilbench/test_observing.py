@@ -20,7 +20,7 @@ from hilbench.check.results import CaseResult, tightest_margins
 from hilbench.check.verdicts import Measure
 from hilbench.observing import coverage_of
 from hilbench.options import TargetChoice
-from protocols.p2os import CLIENT_TABLE, SERVER_TABLE, Role
+from protocols.p2os import CLIENT_TABLE, SERVER_TABLE
 from protocols.p2os.states import ServerState, ServerTrigger
 from targets.robots.pioneer.ledger import LEDGER, Fidelity
 
@@ -200,7 +200,7 @@ edges = st.dictionaries(st.sampled_from(list(SERVER_TABLE)), st.integers(0, 3))
 @given(edges)
 def test_coverage_counts_what_was_taken(visits):
     stranger = (ServerState.WAIT, ServerTrigger.COMMAND)
-    coverage = coverage_of(Role.SERVER, SERVER_TABLE, {**visits, stranger: 5})
+    coverage = coverage_of("server", SERVER_TABLE, {**visits, stranger: 5})
     taken = {edge for edge, times in visits.items() if times}
     missed = [f"{state.name} {trigger.name}" for state, trigger in SERVER_TABLE if (state, trigger) not in taken]
     assert list(coverage.edges_missed) == missed

@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,6 +19,8 @@ from hilbench.check.results import Report
 from hilbench.clock import NS_PER_S
 from hilbench.config import open_bench
 from hilbench.journal import Journal
+from hilbench.mcu.board_provider import BoardProvider
+from hilbench.options import TargetChoice
 from hilbench.rover_provider import RoverProvider
 from hilbench.shared import Shared
 from protocols.pkt import (
@@ -40,8 +44,14 @@ from protocols.pkt import (
 )
 from protocols.pkt.clauses import BOARD_CLAUSES
 from protocols.pkt.server import ServerMachine
+from targets.firmware import image_path
 from targets.robots.rover import BEHAVIOURS, DEFECTS, Behaviour, RoverRobot, RoverSettings, behaviour_of
 from targets.robots.rover.control import Motors
+
+_ROW = re.compile(r"^\| `(?P<name>[^`]+)` \|.*\| (?P<clauses>[^|]*) \|$", re.MULTILINE)
+
+SHOWN = 3
+"""So many of the clauses that find a defect in the model are run on the emulated board."""
 
 PAGE = Path(__file__).parents[2] / "docs" / "rover-defects.md"
 
@@ -269,14 +279,28 @@ def run(mutant: RoverMutant | None, select: str = "") -> Report:
         return run_suites(options, provider)
 
 
+def run_image(name: str, clauses: Sequence[str]) -> Report:
+    """Run some clauses of `documented` on the emulated board, with the image that has this defect."""
+    shared = Shared(bench_file=open_bench("rover"), timeout_scale=1.0, journal=Journal())
+    spec = f"nucleo-f767zi:{image_path(f'rover-{name}')}"
+    provider = BoardProvider(shared, [TargetChoice(name="brain.documented", spec=spec)])
+    select = f"documented and ({' or '.join(clauses)})"
+    return run_suites(CheckOptions(bench="rover", suites=("pkt-board",), select=select), provider)
+
+
+def has_image(name: str) -> bool:
+    """There is an image with this defect."""
+    return image_path(f"rover-{name}").is_file()
+
+
 def killers(report: Report) -> tuple[str, ...]:
     """The clauses that fail."""
     return tuple(sorted({case.clause_ids[0] for case in report.cases if case.verdict is Verdict.FAIL}))
 
 
-def page(found: Mapping[str, Sequence[str]]) -> str:
-    """The page of the table, from the clauses that find each mutant."""
-    return "\n".join([*_head(), *_table(found), *_clauses(found)]) + "\n"
+def page(found: Mapping[str, Sequence[str]], firmware: Mapping[str, Sequence[str]]) -> str:
+    """The page of the table, from the clauses that find each mutant, as a model and in the firmware."""
+    return "\n".join([*_head(), *_table(found, firmware), *_clauses(found)]) + "\n"
 
 
 def _head() -> Iterator[str]:
@@ -284,14 +308,17 @@ def _head() -> Iterator[str]:
     yield "Made by `python -m tests.mutants.rover`. Do not edit.\n"
     yield "The published firmwares of the CEAI rover differ from what their document and manual promise. Each of these"
     yield "defects is put back by itself into a rover that is otherwise as documented (a behavioural model: `defects`"
-    yield "in the settings of the bench `rover-model`), and the suite `pkt-board` is run against it.\n"
+    yield "in the settings of the bench `rover-model`), and the suite `pkt-board` is run against it. Then the first"
+    yield f"{SHOWN} of the clauses that found it are run against our firmware with the same defect, on the emulated"
+    yield "NUCLEO-F767ZI (images `rover-DEFECT`).\n"
 
 
-def _table(found: Mapping[str, Sequence[str]]) -> Iterator[str]:
-    yield "| Defect | What it does | Where it was published | Clauses of `documented` that find it |"
-    yield "|---|---|---|---|"
+def _table(found: Mapping[str, Sequence[str]], firmware: Mapping[str, Sequence[str]]) -> Iterator[str]:
+    yield "| Defect | What it does | Where it was published | Found in the firmware by | Found in the model by |"
+    yield "|---|---|---|---|---|"
     for defect in DEFECTS.values():
-        yield f"| `{defect.name}` | {defect.text} | {defect.source} | {', '.join(found[defect.name])} |"
+        emulated = ", ".join(firmware.get(defect.name, ("no image",)))
+        yield f"| `{defect.name}` | {defect.text} | {defect.source} | {emulated} | {', '.join(found[defect.name])} |"
     yield "\n## Other faults\n"
     yield "| Fault | What it does | Profile | Clauses that find it |"
     yield "|---|---|---|---|"
@@ -308,14 +335,24 @@ def _clauses(found: Mapping[str, Sequence[str]]) -> Iterator[str]:
         yield f"| {clause.id} {clause.title} | {', '.join(names) or 'none'} |"
 
 
-def main() -> int:
+def on_the_page() -> dict[str, tuple[str, ...]]:
+    """What the page says already: by fault, the clauses that find it in the model."""
+    rows = _ROW.finditer(PAGE.read_text(encoding="utf-8"))
+    return {row["name"]: tuple(row["clauses"].split(", ")) for row in rows}
+
+
+def main(words: Sequence[str]) -> int:
     """Run them all and write the page; 1 if one survives."""
-    found = {mutant.id: killers(run(mutant)) for mutant in all_mutants()}
-    PAGE.write_text(page(found), encoding="utf-8")
-    survivors = [name for name, clauses in found.items() if not clauses]
+    parser = argparse.ArgumentParser(prog="python -m tests.mutants.rover", description=__doc__)
+    parser.add_argument("--firmware", action="store_true", help="run the images alone; the model is as on the page")
+    chosen = parser.parse_args(words)
+    found = on_the_page() if chosen.firmware else {mutant.id: killers(run(mutant)) for mutant in all_mutants()}
+    firmware = {name: killers(run_image(name, found[name][:SHOWN])) for name in DEFECTS if has_image(name)}
+    PAGE.write_text(page(found, firmware), encoding="utf-8")
+    survivors = [name for name, clauses in (*found.items(), *firmware.items()) if not clauses]
     sys.stderr.write("".join(f"{name} survives\n" for name in survivors))
     return 1 if survivors else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

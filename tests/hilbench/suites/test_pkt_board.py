@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from contextlib import closing
 
 import pytest
@@ -14,11 +13,10 @@ from hilbench.links import Line, PtyDoor
 from hilbench.options import TargetChoice
 from protocols.pkt.clauses import BOARD_CLAUSES
 from targets.robots.rover import DEFECTS, RoverRobot, RoverSettings
-from tests.mutants.rover import BY_HAND, PAGE, all_mutants, killers, page, run
+from tests.mutants.rover import BY_HAND, all_mutants, killers, on_the_page, run
 
 OPTIONS = CheckOptions(bench="rover-model", suites=("pkt-board",))
-ROW = re.compile(r"^\| `(?P<name>[^`]+)` \|.*\| (?P<clauses>[^|]*) \|$", re.MULTILINE)
-FOUND = {row["name"]: row["clauses"].split(", ") for row in ROW.finditer(PAGE.read_text(encoding="utf-8"))}
+FOUND = on_the_page()
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +69,7 @@ def test_each_published_defect_is_found_by_a_promise():
 
 @pytest.mark.thorough
 def test_the_page_is_up_to_date():
-    assert page({mutant.id: killers(run(mutant)) for mutant in all_mutants()}) == PAGE.read_text(encoding="utf-8")
+    assert {mutant.id: killers(run(mutant)) for mutant in all_mutants()} == FOUND
 
 
 def test_a_rover_behind_a_pty(tmp_path):

@@ -1,0 +1,66 @@
+"""The suite pkt-board on the emulated NUCLEO-F767ZI: firmware, motors, tachometers, IMU and GPS."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from hilbench.bench_provider import make_provider
+from hilbench.check import CheckOptions, Verdict, run_suites
+from hilbench.options import TargetChoice
+from hilbench.rover_provider import AttachedRoverProvider
+from targets.robots.rover import DEFECTS
+from tests.mutants.rover import PAGE, has_image, killers, run_image
+
+pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
+
+ROW = re.compile(r"^\| `(?P<name>[^`]+)` \|[^|]*\|[^|]*\| (?P<firmware>[^|]*) \| [^|]* \|$", re.MULTILINE)
+FOUND = {row["name"]: row["firmware"].split(", ") for row in ROW.finditer(PAGE.read_text(encoding="utf-8"))}
+QUICK = ("no-0x81", "no-resync", "throttle-unchecked", "led-shared")
+
+
+def check(select):
+    options = CheckOptions(bench="rover", suites=("pkt-board",), select=select)
+    return run_suites(options, make_provider(options))
+
+
+@pytest.mark.parametrize(
+    "select", ["P01 or P13 or P20", "P11 or P11D", "P29D or P41D or P42D", "P26 and documented", "P33 or P34"]
+)
+def test_each_profile_has_its_image(select):
+    report = check(select)
+    assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
+
+
+def test_two_runs_are_the_same():
+    one, other = check("P19 and documented"), check("P19 and documented")
+    assert one.run_hash == other.run_hash != ""
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_a_defect_of_the_firmware_is_found(name):
+    clause, *_ = FOUND[name]
+    assert killers(run_image(name, [clause])) == (clause,)
+
+
+def test_each_defect_with_an_image_is_found_in_the_firmware():
+    emulated = {name for name in DEFECTS if has_image(name)}
+    assert len(emulated) >= 15
+    assert {name for name, clauses in FOUND.items() if clauses not in ([""], ["no image"])} >= emulated
+
+
+@pytest.mark.thorough
+def test_everything():
+    report = check("")
+    assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
+    assert report.exit_code == 0
+    assert len({clause for case in report.cases for clause in case.clause_ids}) >= 60
+
+
+def test_a_port_in_the_place_of_the_board():
+    options = CheckOptions(bench="rover", targets=(TargetChoice(spec="serial:/dev/none@115200"),))
+    provider = make_provider(options)
+    assert isinstance(provider, AttachedRoverProvider)
+    assert provider.capabilities == {"server", "program 'documented'"}
+    provider.close()
