@@ -6,6 +6,8 @@
 
 #include <stdint.h>
 
+#include "chip/cpu.h"
+
 typedef struct {
     uint32_t CR;
     uint32_t NDTR;
@@ -54,5 +56,6 @@ static inline void dma_begin(unsigned stream, unsigned channel, volatile uint32_
     s->M0AR = (uint32_t)(uintptr_t)memory;
     s->NDTR = count;
     s->CR = channel << DMA_CR_CHSEL_SHIFT | DMA_CR_MINC | how;
+    DSB(); // what is to be sent has to be in memory
     s->CR |= DMA_CR_EN;
 }
