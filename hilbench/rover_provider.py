@@ -80,7 +80,13 @@ class RoverProvider:
         """Open a bench for one case."""
         bench = self._shared.bench(Scheduler())
         of_host = "client" in case.needs
-        faults = self._shared.line_faults(bench, case, near_is_client=not of_host)
+        made: VirtualRoverCase | None = None
+
+        def interrupted() -> None:
+            if made is not None:
+                made.peer.line_expected = False
+
+        faults = self._shared.line_faults(bench, case, near_is_client=not of_host, on_interruption=interrupted)
         settings = self._settings
         if case.setup.program:
             settings = replace(settings, profile=case.setup.program)  # type: ignore[arg-type]

@@ -38,7 +38,7 @@ def serve_boards(
         UsageError: a door for a USART that is not there; an image that cannot run on its board.
         UnavailableError: an image, the engine or the physics is missing; a door cannot be opened.
     """
-    if options.scene is not None and not bench_file.targets:
+    if options.scene is not None and not bench_file.has_world:
         raise UsageError("nothing stands in a world here", where=f"--scene {options.scene}")
     with signals_held(), contextlib.ExitStack() as stack:
         emulated = EmulatedBench(

@@ -46,8 +46,8 @@ class RoverSettings:
         """Checks the figures."""
         for name in self.defects:
             if name not in DEFECTS:
-                raise ValueError(f"defects: there is no defect '{name}'; there are {', '.join(DEFECTS)}")
+                raise ValueError(f"defects has '{name}', which is none; there are {', '.join(DEFECTS)}")
         if self.boot_s is not None and not 0 <= self.boot_s <= 60:
-            raise ValueError(f"boot_s: {self.boot_s} is not 0..60 s")
+            raise ValueError(f"boot_s {self.boot_s} is not 0..60 s")
         if not 0 < self.wheel_lag_s <= 10:
-            raise ValueError(f"wheel_lag_s: {self.wheel_lag_s} is not above 0 and at most 10 s")
+            raise ValueError(f"wheel_lag_s {self.wheel_lag_s} is not above 0 and at most 10 s")

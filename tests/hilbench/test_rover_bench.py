@@ -1,0 +1,112 @@
+"""Bench files with a behavioural rover: what they mean, what is refused, faults on their line, and serving it."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+
+import pytest
+import serial
+
+from hilbench.bench_provider import make_provider
+from hilbench.check import CheckOptions, Verdict, run_suites
+from hilbench.cli import main
+from hilbench.config import open_bench, read_bench
+from hilbench.errors import UsageError
+from targets.robots.rover import RoverSettings
+
+HEAD = """version = 1
+[targets.rover]
+model = "rover"
+"""
+LINE = """[[links]]
+ends = ["peer", "rover.host"]
+baud = 115200
+"""
+
+
+@pytest.fixture
+def bench(tmp_path):
+    def write(text):
+        file = tmp_path / "my.toml"
+        file.write_text(HEAD + text)
+        return file
+
+    return write
+
+
+def test_settings(bench):
+    found = read_bench(
+        bench('[targets.rover.settings]\nprofile = "g2"\ndefects = ["no-resync"]\nboot_s = 0.5\n' + LINE)
+    )
+    assert found.rover == RoverSettings(profile="g2", defects=("no-resync",), boot_s=0.5)
+    assert not found.has_world
+    assert found.suites == ("pkt-board", "pkt-host")
+    with pytest.raises(UsageError, match="names no Pioneer"):
+        found.pioneer()
+    assert open_bench("pioneer").rover is None
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ('[targets.rover.settings]\nprofil = "g2"\n', 5, "unknown key 'profil'"),
+        ('[targets.rover.settings]\nprofile = "g3"\n', 5, "'g3' is not a value it takes"),
+        (
+            '[targets.rover.settings]\ndefects = ["no-rsync"]\n',
+            5,
+            "defects has 'no-rsync', which is none; there are no-0x81",
+        ),
+        ("[targets.rover.settings]\nwatchdog_ms = 1\n", 5, "unknown key 'watchdog_ms'"),
+        ('[world]\nscene = "empty"\n', 4, "nothing stands in a world here"),
+    ],
+)
+def test_what_is_refused(bench, capsys, text, line, message):
+    file = bench(text)
+    assert main(["validate", str(file)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"hilbench: {file}:{line}: ")
+    assert message in said
+
+
+def run(file, select):
+    options = CheckOptions(bench=str(file), suites=("pkt-board",), select=select)
+    return run_suites(options, make_provider(options))
+
+
+def test_faults_strike_the_line(bench):
+    flips = LINE + '[[faults]]\nkind = "flip"\nbit = 3\nprobability = 0.01\ntowards = "rover.host"\n'
+    (case,) = run(bench(flips), "P21 and documented").cases
+    assert case.verdict is Verdict.FAIL
+    assert any("flip" in line for line in case.evidence)
+
+
+def test_a_plug_that_is_pulled_fails_a_case_and_not_the_run(bench):
+    pulled = LINE + '[[faults]]\nkind = "disconnect"\nat_s = 0.05\nduration_s = 30\n'
+    report = run(bench(pulled), "(P19 or P27) and documented")
+    assert {case.clause_ids[0]: case.verdict for case in report.cases} == {"P19": Verdict.FAIL, "P27": Verdict.FAIL}
+
+
+def test_a_defect_in_the_bench_file_is_found(bench):
+    file = bench('[targets.rover.settings]\ndefects = ["gps-order"]\n' + LINE)
+    report = run(file, "(P40D or P41D) and documented")
+    verdicts = {case.clause_ids[0]: case.verdict for case in report.cases}
+    assert verdicts == {"P40D": Verdict.FAIL, "P41D": Verdict.PASS}
+
+
+def test_it_is_served(tmp_path):
+    command = [sys.executable, "-m", "hilbench", "serve", "rover-model", "--pty", str(tmp_path / "rover")]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as served:
+        assert "115200 baud" in served.stderr.readline()
+        assert served.stderr.readline() == "stop with Ctrl-C\n"
+        with serial.Serial(str(tmp_path / "rover"), 115200, timeout=20) as port:
+            port.write(bytes.fromhex("504B54210101F1D10A"))
+            assert bytes.fromhex("504B542103810100F3C70A") in port.read_until(bytes.fromhex("810100F3C70A"))
+        served.send_signal(signal.SIGINT)
+        assert served.wait(20) == 0
+
+
+def test_a_rover_that_is_served_stands_nowhere(tmp_path, capsys):
+    assert main(["serve", "rover-model", "--tcp", "0", "--scene", "corridor"]) == 2
+    assert "nothing stands in a world here" in capsys.readouterr().err
