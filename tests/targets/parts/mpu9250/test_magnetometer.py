@@ -366,14 +366,22 @@ def test_delayed_slaves_are_visited_less_often(make_imu) -> None:
     assert sum(status >> 1 & 1 for status in seen) == 4
 
 
-def test_external_bytes_go_into_the_fifo(make_imu) -> None:
+@pytest.mark.parametrize(
+    ("slave", "fifo_en", "master_ctrl"), [(0, 0x01, 0), (1, 0x02, 0), (2, 0x04, 0), (3, 0x00, 0x20)]
+)
+def test_external_bytes_go_into_the_fifo(make_imu, slave, fifo_en, master_ctrl) -> None:
+    """All four slaves read; one of them is wanted."""
     imu = make_imu()
     _auxiliary(imu)
-    imu.write(0x25, 0x8C, 0x00, 0x82)
-    imu.write(0x6A, 0x60)
-    imu.write(0x23, 0x01)
+    for number in range(4):
+        imu.write(0x25 + 3 * number, 0x8C, 0x00 if number == slave else 0x0A, 0x82)
+    imu.run(5)
+    imu.write(0x24, master_ctrl)
+    imu.write(0x6A, 0x64)
+    imu.write(0x23, fifo_en)
     imu.run(24)
     imu.write(0x23, 0)
+    imu.write(0x24, 0)
     count = imu.read(0x72, 2)[1]
     assert count in (8, 10)
     assert imu.read(0x74, 4) == b"\x48\x9a\x48\x9a"

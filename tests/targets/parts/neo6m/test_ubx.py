@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import operator
 import struct
 
 import pytest
@@ -398,6 +400,52 @@ def test_positions_of_u_blox_by_query_and_by_rate(gps) -> None:
     gps.take()
     gps.run(4)
     assert [fields[0] for fields in gps.lines()].count("PUBX") == 2
+
+
+NUMBERS = {"GGA": 0, "GLL": 1, "GSA": 2, "GSV": 3, "RMC": 4, "VTG": 5, "GST": 7, "ZDA": 8, "GBS": 9, "DTM": 10}
+
+
+@pytest.mark.parametrize(("name", "number"), NUMBERS.items())
+def test_numbers_of_sentences(gps, cut_sentences, name, number) -> None:
+    """GPS.G6-SW-10018, "NMEA Messages Overview"; by poll, by CFG-MSG and by PUBX,40."""
+    assert cut_sentences(gps.command(0xF0, number))[0][0] == f"GP{name}"
+    gps.command(0x06, 0x01, bytes((0xF0, number, 5)))
+    assert gps.poll(0x06, 0x01, bytes((0xF0, number)))[3] == 5
+    body = f"PUBX,40,{name},0,7,0,0,0,0"
+    check = functools.reduce(operator.xor, body.encode())
+    gps.say(f"${body}*{check:02X}\r\n".encode())
+    assert gps.poll(0x06, 0x01, bytes((0xF0, number)))[3] == 7
+
+
+@pytest.mark.parametrize(("mask", "kept"), [(0x01, "port"), (0x02, "messages"), (0x08, "navigation")])
+def test_sections_are_saved_one_by_one(gps, mask, kept) -> None:
+    gps.command(0x06, 0x00, _hex(PORT_9600)[:12] + b"\x03\x00\x03\x00" + bytes(4))
+    gps.command(0x06, 0x01, b"\xf0\x01\x00")
+    gps.command(0x06, 0x08, _hex("F4 01 01 00 01 00"))
+    gps.command(0x06, 0x24, b"\x01\x00\x04" + bytes(33))
+    gps.command(0x06, 0x09, struct.pack("<III", 0, mask, 0))
+    gps.command(0x06, 0x04, b"\x00\x00\x01\x00")
+    gps.run(0.5)
+    found = {
+        "port": gps.poll(0x06, 0x00)[12] == 3,
+        "messages": gps.poll(0x06, 0x01, b"\xf0\x01")[3] == 0,
+        "navigation": gps.poll(0x06, 0x08)[:2] == b"\xf4\x01" and gps.poll(0x06, 0x24)[2] == 4,
+    }
+    assert found == {name: name == kept for name in found}
+
+
+def test_satellites_one_by_one(gps, make_gps) -> None:
+    """Used, orbit known by ephemeris; before a fix neither."""
+    found = gps.poll(0x01, 0x30)
+    assert found[4] == 10
+    channel, number, flags, _, strength, elevation, azimuth, _ = struct.unpack("<BBBBBbhi", found[8:20])
+    assert (channel, number, flags, elevation, azimuth) == (0, 17, 0x0D, 78, 40)
+    assert 40 < strength <= 48
+    searching = make_gps(start="cold", spread_percent=0)
+    searching.run_to(14)
+    flags = searching.poll(0x01, 0x30)[10::12]
+    assert len(flags) > 3
+    assert set(flags) == {0}
 
 
 def test_settings_without_effect_are_kept_and_acknowledged(gps, cut_messages) -> None:
