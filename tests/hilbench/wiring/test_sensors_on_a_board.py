@@ -21,6 +21,7 @@ scene = "hard-floor"
 [parts.imu]
 kind = "mpu9250"
 buses = {{ i2c = "brain.I2C1" }}
+pins = {{ int = "brain.PA8" }}
 [parts.imu.settings]
 accel_noise_ug_rthz = 0
 mag_noise_ut = 0
@@ -100,12 +101,16 @@ def test_the_rovers_program_reads_its_sensors(read):
     """At rest, with the nose to the east, at the world's origin."""
     emulated = EmulatedBench(read(ROVER.format(image=image_path("rover"))), seed=1)
     try:
-        said = bytearray()
+        said, edges = bytearray(), []
+        emulated.machines["brain"].chip.pins["PA8"].on_edge(lambda _cycle, ns, level: edges.append((ns, level)))
         emulated.ports["brain.usart3"].taps.append(lambda data, _ns: said.extend(data))
         emulated.bench.scheduler.run_until(None, 2_100_000_000)
         imu, gps = reports(said, ImuReport)[-1], reports(said, GpsReport)[-1]
     finally:
         emulated.close()
+    rises = [ns for ns, level in edges if level][1:]  # the first one tells of a sample before it was enabled
+    assert len(rises) > 60  # each of the readings at rest, then ten a second
+    assert {round((ns - rises[0]) / 1000) % 5000 for ns in rises} <= {0, 1, 4999}  # 200 Hz, whenever it is read
     assert imu.validity == 3
     assert imu.acceleration == pytest.approx((0, 0, 9.81), abs=0.02)
     assert imu.rate_deg_s == pytest.approx((0, 0, 0), abs=0.3)
