@@ -33,15 +33,17 @@ class CostTable:
         cost_of: one of them, by its half-words.
         refill: of the pipeline after a branch taken.
         waits: wait states of the flash show, at every refill and at loads relative to PC.
+        ram_end: first address behind RAM that begins at 0; 0 if none does.
     """
 
     cost_of: Callable[[int, int], Cost]
     refill: int
     waits: bool
+    ram_end: int = 0
 
 
 CORTEX_M3_TABLE = CostTable(opcode_cycles.cost_of, opcode_cycles.REFILL, waits=True)
-CORTEX_M7_TABLE = CostTable(opcode_cycles_m7.cost_of, opcode_cycles_m7.REFILL, waits=False)
+CORTEX_M7_TABLE = CostTable(opcode_cycles_m7.cost_of, opcode_cycles_m7.REFILL, waits=False, ram_end=0x0010_0000)
 
 
 class TableTiming:
@@ -57,6 +59,7 @@ class TableTiming:
         self._cost_of = table.cost_of
         self._refill = table.refill
         self._waits = table.waits
+        self._ram_end = table.ram_end
         self._cycles = 0  # at the beginning of the instruction last seen
         self._wait_states = 0
         self._limit = _NO_LIMIT
@@ -122,7 +125,7 @@ class TableTiming:
         cost = self._costs.get(address)
         if cost is None:
             cost = self._cost_of(self._half(address), self._half(address + 2))
-            if address < _RAM_BASE:  # code in RAM may change
+            if self._ram_end <= address < _RAM_BASE:  # code in RAM may change
                 self._costs[address] = cost
         return cost
 

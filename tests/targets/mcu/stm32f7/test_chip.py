@@ -365,3 +365,27 @@ def test_the_rtc_stands_still_without_its_crystal():
     poke(chip.rcc, "CSR", 1)
     machine.run_to(12_000_000_000)
     assert peek(chip.peripherals["RTC"], "TR") & 0xF == 6, "LSI, 32 kHz behind the prescalers for 32.768"
+
+
+# ldr r0, =0x100; ldr r1, FIRST; ldr r2, =0x47704770; str r1, [r0]; str r2, [r0, #4]; dsb; isb; adds r3, r0, #1; movs r4, #1;
+# blx r3; ldr r1, SECOND; str r1, [r0]; dsb; isb; blx r3; movs r0, #0x18; ldr r1, =0x20026; bkpt 0xab
+CODE_THAT_CHANGES = """
+4ff480700c490a4a01604260bff34f8fbff36f8f431c0124984708490160bff3
+4f8fbff36f8f984718200249abbe00bf7047704726000200
+"""
+
+
+def test_code_that_changes_in_the_ram_of_the_core_takes_what_it_takes():
+    """It stores an instruction and a return at 0x100, calls it, stores another one there, calls that, and ends."""
+    code = bytes.fromhex(CODE_THAT_CHANGES)
+    division, nothing = 0xF4F4_FBB4, 0x8000_F3AF
+
+    def cycles(first, second):
+        words = struct.pack("<II", first, second)
+        machine = Machine(BOARD, image((FLASH, program(code + words))), timing="table")
+        machine.run_to(1_000_000)
+        return machine.ended.cycle
+
+    assert (
+        cycles(division, division) > cycles(nothing, division) == cycles(division, nothing) > cycles(nothing, nothing)
+    )
