@@ -367,8 +367,8 @@ def test_the_rtc_stands_still_without_its_crystal():
     assert peek(chip.peripherals["RTC"], "TR") & 0xF == 6, "LSI, 32 kHz behind the prescalers for 32.768"
 
 
-# ldr r0, =0x100; ldr r1, FIRST; ldr r2, =0x47704770; str r1, [r0]; str r2, [r0, #4]; dsb; isb; adds r3, r0, #1; movs r4, #1;
-# blx r3; ldr r1, SECOND; str r1, [r0]; dsb; isb; blx r3; movs r0, #0x18; ldr r1, =0x20026; bkpt 0xab
+# ldr r0, =0x100; ldr r1, FIRST; ldr r2, =0x47704770; str r1, [r0]; str r2, [r0, #4]; dsb; isb; adds r3, r0, #1;
+# movs r4, #1; blx r3; ldr r1, SECOND; str r1, [r0]; dsb; isb; blx r3; movs r0, #0x18; ldr r1, =0x20026; bkpt 0xab
 CODE_THAT_CHANGES = """
 4ff480700c490a4a01604260bff34f8fbff36f8f431c0124984708490160bff3
 4f8fbff36f8f984718200249abbe00bf7047704726000200
