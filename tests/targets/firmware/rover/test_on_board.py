@@ -187,6 +187,16 @@ def test_other_rates_and_other_frames(on_board):
     assert bytes(term.sent) == bytes.fromhex("504B5421800000000033DC0A")
 
 
+@pytest.mark.parametrize(
+    ("name", "first_s", "periodic"), [("rover", 0.0, 4), ("rover-slow-start", 0.955, 1), ("rover-g2", 0.955, 1)]
+)
+def test_the_first_word(on_board, name, first_s, periodic):
+    """What comes before is kept, and answered then."""
+    board = on_board(name).run(0.1).say(REQUEST).run(1.0)
+    assert first_s <= board.sent_ns[0] / NS_PER_S <= first_s + 0.01
+    assert [payload[0] for payload in board.payloads()].count(0x80) == periodic + 1
+
+
 def test_256_frames_without_a_gap(on_board):
     board = on_board().run(0.205).say(LED_ON * 256).run(0.5)
     counts = [payload[0] for payload in board.payloads()]

@@ -45,20 +45,26 @@ class Twins:
         self.image = image
         self.chip = rover(image, sensors=False)
         self.model = RoverRobot(settings_of(image))
+        self._boot_ns = round(self.model.behaviour.body.boot_s * 1_000_000_000)  # which the chip spends in main.c
         self.model.plant.force(0.0)
         server = self.model.behaviour.server
         self.schema = server.schema
         self._frames = FramingOptions(framing=server.frames.framing)
-        self._told = self.model.advance(0)
+        self._told = self.model.advance(self._now_ns)
         self.wait(OFF_TICK_S)
+
+    @property
+    def _now_ns(self):
+        """The model's time; the chip's begins when it has booted."""
+        return self._boot_ns + self.chip.now_us * NS_PER_US
 
     def wait(self, seconds):
         self.chip.run(seconds)
-        self._told += self.model.advance(self.chip.now_us * NS_PER_US)
+        self._told += self.model.advance(self._now_ns)
 
     def write(self, data):
         self.chip.write(data)
-        self._told += self.model.receive(data, self.chip.now_us * NS_PER_US)
+        self._told += self.model.receive(data, self._now_ns)
 
     def frame(self, payload):
         return encode_frame(payload, self._frames)
