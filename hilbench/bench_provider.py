@@ -15,7 +15,7 @@ from hilbench.check.observations import Observations
 from hilbench.check.provider import BenchProvider, CaseInfo
 from hilbench.client_under_test import OWN_CAPABILITIES
 from hilbench.clock import Scheduler
-from hilbench.config import open_bench
+from hilbench.config import DEFAULT_FILE, ROVER_SUITES, open_bench
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.files import refuse_overwriting
 from hilbench.inputs import inputs_of, inputs_of_targets
@@ -57,7 +57,7 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     Raises:
         UsageError: the bench file or the target is wrong, or would be overwritten.
     """
-    bench_file = open_bench(options.bench)
+    bench_file = open_bench(_bench_of(options))
     refuse_overwriting(options.outputs(), [*inputs_of(bench_file), *inputs_of_targets(options.targets)])
     if bench_file.boards and not (options.suites or bench_file.suites):
         hint = 'write suites = ["my_suite.py"] into it, or --suite; without clauses: pytest (hilbench init begins one)'
@@ -77,6 +77,13 @@ def make_provider(options: CheckOptions) -> BenchProvider:
         nearest = did_you_mean(choice.name, bench_file.targets, "targets")
         raise UsageError(f"no target '{choice.name}'", where=f"--target {choice.name}={choice.spec}", hint=nearest)
     return _rover_at(shared, choice.spec) if rover else _for_target(shared, choice.spec)
+
+
+def _bench_of(options: CheckOptions) -> str | None:
+    """Return the bench that is meant; where none is named, and suites of the rover are, it is the rover's."""
+    named = options.bench is not None or DEFAULT_FILE.is_file()
+    of_rover = bool(options.suites) and set(options.suites) <= set(ROVER_SUITES)
+    return "rover-model" if of_rover and not named else options.bench
 
 
 def _rover(shared: Shared) -> BenchProvider:

@@ -95,6 +95,14 @@ def test_a_defect_in_the_bench_file_is_found(bench):
     assert verdicts == {"P40D": Verdict.FAIL, "P41D": Verdict.PASS}
 
 
+def test_suites_of_the_rover_mean_its_bench(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "--suite", "pkt-board", "-k", "P03 and documented"]) == 0
+    assert "bench rover-model" in capsys.readouterr().out
+    assert main(["check", "--suite", "pkt-board", "--target", "serial:/dev/none@115200", "-k", "P03"]) == 3
+    assert "/dev/none" in capsys.readouterr().out
+
+
 def test_it_is_served(tmp_path):
     command = [sys.executable, "-m", "hilbench", "serve", "rover-model", "--pty", str(tmp_path / "rover")]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as served:
