@@ -51,6 +51,11 @@ loss: dev         ## what newlines cost a client of the rover (docs/pkt/loss.md)
 campaign: dev     ## the dodger in twenty rooms, in three ways (docs/campaign.md); half an hour
 	$(BIN)/python -m tests.campaign
 
+.PHONY: plots
+plots:            ## the rover's wheels after throttles and set points (docs/rover-motion.md); five minutes
+	@.ci/setup $(VENV) dev,plots
+	$(BIN)/python -m tests.rover_plots
+
 docs: dev         ## regenerate what the docs take from the code
 	$(BIN)/python docs/generate.py
 

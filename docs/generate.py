@@ -276,7 +276,8 @@ def rover_page() -> str:
     text = (
         "# What the suite of the rover's motion checks\n\n"
         "`hilbench check rover` runs it beside `pkt-board` ([pkt/clauses.md](pkt/clauses.md)): the documented program "
-        "on an emulated board, with motors, tachometers, inertial sensor and GPS receiver around it.\n\n"
+        "on an emulated board, with motors, tachometers, inertial sensor and GPS receiver around it. "
+        "[rover-motion.md](rover-motion.md) has pictures of what R01 to R08 are about.\n\n"
     )
     return text + _suites(_rover_motion_clauses.CLAUSES)
 

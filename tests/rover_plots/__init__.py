@@ -1,0 +1,1 @@
+"""How the rover's wheels follow throttles and set points, beside what the original did. ``make plots``."""
