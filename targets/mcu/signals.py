@@ -139,6 +139,10 @@ class PinInput:
             return self.peer.level is True
         return self.idle
 
+    def floats_as_idle(self) -> bool:
+        """Say whether the signal idles high and its pad floats: a line whose far end sends frames drives no pad."""
+        return self.idle and self.pin is not None and self.pin.level is None
+
     def at_pin(self) -> bool:
         """Say whether what is outside of a pin can reach the signal."""
         return self.pin is not None and self.pin.open_to_outside
@@ -195,7 +199,7 @@ class Signals:
             if pin not in pins:
                 self._attach(pin)
         for listener, level in before:
-            if listener.on_change is not None and listener.level() is not level:
+            if listener.on_change is not None and listener.level() is not level and not listener.floats_as_idle():
                 listener.on_change(not level)
 
     def route_of(self, name: str) -> str | None:

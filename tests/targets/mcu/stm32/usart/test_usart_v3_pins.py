@@ -70,6 +70,18 @@ def test_a_pin_that_is_given_to_the_receiver_later_is_no_start_bit(board):
     assert peek(board.usart2, "ISR") & 0xFF == 0xC0
 
 
+def test_a_pin_without_a_wire_is_no_start_bit_either(board):
+    """A far end that sends frames drives no pin; the line is high all the same."""
+    start(board.usart2)
+    board.alternate("PD6", 7)
+    board.chip.advance(40 * 216)
+    assert peek(board.usart2, "ISR") & 0xFF == 0xC0
+    board.usart2.receive(frame_now(board, 0x42))
+    board.chip.advance(11 * 216)
+    assert peek(board.usart2, "ISR") & 0xFF == 0xE0
+    assert peek(board.usart2, "RDR") == 0x42
+
+
 @pytest.mark.parametrize("swapped", [False, True])
 def test_a_wire_carries_bytes(board, swapped):
     for pin in ("PD5", "PD6", "PD8", "PD9"):
