@@ -63,6 +63,7 @@ def test_rx_needs_a_pin_with_its_function(board):
 
 def test_a_pin_that_is_given_to_the_receiver_later_is_no_start_bit(board):
     start(board.usart2)
+    board.chip.advance(20 * 216)
     board.pins["PD6"].drive(True)
     board.alternate("PD6", 7)
     board.field("PD6", "MODER", 0)
@@ -73,6 +74,7 @@ def test_a_pin_that_is_given_to_the_receiver_later_is_no_start_bit(board):
 def test_a_pin_without_a_wire_is_no_start_bit_either(board):
     """A far end that sends frames drives no pin; the line is high all the same."""
     start(board.usart2)
+    board.chip.advance(20 * 216)
     board.alternate("PD6", 7)
     board.chip.advance(40 * 216)
     assert peek(board.usart2, "ISR") & 0xFF == 0xC0
