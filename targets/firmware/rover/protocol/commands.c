@@ -17,7 +17,7 @@
 
 struct telemetry telemetry;
 
-static uint32_t heard_us;
+static uint32_t heard_us; // the last sound frame
 static bool lost;
 
 // --- what each command does; parameters stand behind the opcode
@@ -104,8 +104,19 @@ static bool is_reported(uint8_t opcode)
     return !DEFECT_0X81_LEDS_ONLY || opcode == LED_ON || opcode == LED_OFF;
 }
 
+// Frames that come again do not bring the motors back: the next command does.
+void commands_tick(uint32_t now_us)
+{
+    if (DEFECT_NO_LINK_TIMEOUT || lost || now_us - heard_us < SILENCE_US)
+        return;
+    lost = true;
+    led_put(LED_ALARM, true);
+    drive_stop();
+}
+
 void packet_received(const uint8_t *payload, uint32_t count, uint32_t now_us)
 {
+    commands_tick(now_us); // a host that comes back too late was lost, even if no tick has seen it
     heard_us = now_us;
     lost = false;
     led_put(LED_ALARM, false);
@@ -125,14 +136,4 @@ void packet_rejected(enum error error)
 {
     ++telemetry.rejected;
     telemetry.last_error = (uint8_t)error;
-}
-
-// Frames that come again do not bring the motors back: the next command does.
-void commands_tick(uint32_t now_us)
-{
-    if (DEFECT_NO_LINK_TIMEOUT || lost || now_us - heard_us < SILENCE_US)
-        return;
-    lost = true;
-    led_put(LED_ALARM, true);
-    drive_stop();
 }

@@ -156,6 +156,14 @@ def test_silence_stops_the_motors_and_a_request_keeps_them(rover):
     assert chip.write(THROTTLES).motors == [0.5, -0.25]
 
 
+def test_a_host_that_comes_back_too_late_was_lost(rover):
+    """Between two ticks, so that only the frame itself can tell."""
+    chip = rover(sensors=False).run(0.003).write(THROTTLES)
+    assert chip.run(1.001).write(REQUEST).motors == [0.0, 0.0]
+    chip = rover(sensors=False).run(0.003).write(THROTTLES)
+    assert chip.run(0.999).write(REQUEST).motors == [0.5, -0.25]
+
+
 def test_silence_stops_the_speed_controllers_too(rover):
     chip = rover(sensors=False).write(frame_of("<BffB", 4, 30.0, 30.0, 3))
     assert chip.run(0.5).motors[0] > 0.3
