@@ -268,17 +268,17 @@ class EmulatedBench:
             self.bench.record("note", name, note="image", where=str(self.images[name].path.name), text=text, at="")
         for note in machine.notes.all:
             self._record_note(name, note)
-        pins = [pin for pin in machine.chip.pins if pin.bonded]
         waveforms = self._waveforms
         scope = f"{name}.pins"
         if waveforms is not None:
-            for pin in pins:
-                waveforms.declare(scope, [pin.name], pin.level)
+            for pin in machine.chip.pins:
+                if pin.bonded:
+                    waveforms.declare(scope, [pin.name], pin.level)
         pin_log = PinLog(
             self.bench,
             self._group,
             name,
-            pins,
+            machine.chip.pins,
             everything=None if waveforms is None else partial(waveforms.edges, scope),
         )
         for full, port in self.ports.items():

@@ -13,14 +13,14 @@ left out is told with the first frame, once for each pin.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass
 from hilbench.mcu.group import MachineGroup
-from targets.mcu.pins import Edge, Pin
+from targets.mcu.pins import Edge, Pin, Pins
 from targets.mcu.serial_line import SerialFrame
 
 __all__ = ["PinLog"]
@@ -38,6 +38,7 @@ class _Watched:
 
     Attributes:
         pin: the pin.
+        place: its place among the others.
         seen: all its edges in this window, and
         count: those of them that are to be told.
         was_busy: whether there were many edges in the window before, and
@@ -49,6 +50,7 @@ class _Watched:
     """
 
     pin: Pin
+    place: int
     seen: int = 0
     count: int = 0
     was_busy: bool = False
@@ -88,7 +90,7 @@ class PinLog:
         bench: whose journal it writes to.
         group: who lets the chip run.
         name: of the board in the bench.
-        pins: what to record.
+        pins: of its chip; those that the package has are recorded.
         everything: called with the name of a pin and all its edges, in time or ahead of it; None if nobody wants all.
     """
 
@@ -97,7 +99,7 @@ class PinLog:
         bench: Bench,
         group: MachineGroup,
         name: str,
-        pins: Iterable[Pin],
+        pins: Pins,
         *,
         everything: OnEdges | None = None,
     ) -> None:
@@ -105,7 +107,8 @@ class PinLog:
         self._group = group
         self._name = name
         self._everything = everything
-        self._watched = [_Watched(pin) for pin in pins]
+        self._pins = pins
+        self._watched = [_Watched(pin, place) for place, pin in enumerate(pin for pin in pins if pin.bonded)]
         self._by_name = {watched.pin.name: watched for watched in self._watched}
         for watched in self._watched:
             watched.pin.record()
@@ -130,9 +133,9 @@ class PinLog:
         self._bench.scheduler.at(when_ns, action, order=EventClass.CHECK, source=f"{self._name}.pins")
 
     def _collect(self, _reached_ns: int) -> None:
-        for watched in self._watched:
-            if watched.pin.recording and (edges := watched.pin.take_edges()):
-                self._take(watched, edges)
+        taken = [(self._by_name[pin.name], edges) for pin, edges in self._pins.take_all_edges()]
+        for watched, edges in sorted(taken, key=lambda each: each[0].place):
+            self._take(watched, edges)
 
     def _take(self, watched: _Watched, edges: list[Edge]) -> None:
         if self._everything is not None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
 from hilbench.bench import Bench
-from hilbench.bench_file import Net, PartPlan, QuantityEnd
+from hilbench.bench_file import Net, PartPlan
 from hilbench.check.provider import case_seed
 from hilbench.clock import Entry, EventClass
 from hilbench.links import Port
@@ -168,8 +168,10 @@ class Parts:
         kinds = {name: part_class(plan.kind) for name, plan in plans.items()}
         self._order = order_of(plans, kinds)
         self._late = {name: late_quantities(kind) for name, kind in kinds.items()}
-        self._given: dict[QuantityEnd, float] = {}
-        self._given_before: dict[QuantityEnd, float] = {}
+        self._acting = [name for name in self._order if _overrides(kinds[name], "feed", "before_step")]
+        self._sensing = [name for name in plans if _overrides(kinds[name], "after_step", "next_deadline_ns")]
+        self._given: dict[str, Mapping[str, float]] = {}
+        self._given_before: dict[str, Mapping[str, float]] = {}
         self._actors = {name: _Actor(bench, name, self.taps) for name in plans}
         self._inputs: dict[str, dict[str, DigitalInput]] = {name: {} for name in plans}
         self._outputs: dict[str, dict[str, _Driven]] = {name: _open_outputs(plan) for name, plan in plans.items()}
@@ -267,11 +269,11 @@ class Parts:
     def _before(self, now_ns: int, next_ns: int) -> None:
         assert self._signals is not None
         self._given_before, self._given = self._given, {}
-        for name in self._order:
+        for name in self._acting:
             part, signals = self.by_name[name], self._plans[name].signals
             part.feed(_seen(signals, self._values) | self._taken(name))
-            for quantity, value in part.before_step(now_ns, next_ns).items():
-                self._given[QuantityEnd(part=name, quantity=quantity)] = value
+            self._given[name] = given = part.before_step(now_ns, next_ns)
+            for quantity, value in given.items():
                 if quantity in signals:
                     self._signals.drive(signals[quantity], value)
 
@@ -279,7 +281,9 @@ class Parts:
         """What other parts give a part for the coming step, or gave it for the last one where it takes that late."""
         late = self._late[name]
         return {
-            quantity: self._given_before.get(end, 0.0) if quantity in late else self._given[end]
+            quantity: self._given_before.get(end.part, {}).get(end.quantity, 0.0)
+            if quantity in late
+            else self._given[end.part][end.quantity]
             for quantity, end in self._plans[name].sources.items()
         }
 
@@ -288,10 +292,15 @@ class Parts:
         before, self._values = self._values, self._signals.read()
         if not self.senses:
             return
-        for name, part in self.by_name.items():
-            signals, taken = self._plans[name].signals, self._taken(name)
+        for name in self._sensing:
+            part, signals, taken = self.by_name[name], self._plans[name].signals, self._taken(name)
             part.after_step(now_ns, next_ns, _seen(signals, before) | taken, _seen(signals, self._values) | taken)
             self._actors[name].settle()
+
+
+def _overrides(kind: type[Part], *methods: str) -> bool:
+    """Whether a kind does something of its own in one of these calls, which are made at each step."""
+    return any(getattr(kind, method) is not getattr(Part, method) for method in methods)
 
 
 def _open_outputs(plan: PartPlan) -> dict[str, _Driven]:

@@ -278,6 +278,9 @@ class Pin:
         """Set which signals the pad carries and who listens to it."""
         self.refresh()
         self.outputs, self.inputs = tuple(outputs), tuple(inputs)
+        self._pins.with_outputs.pop(self, None)
+        if self.outputs:
+            self._pins.with_outputs[self] = None
         self._reconfigured()
 
     def set_source(self, key: Hashable, source: Source | None) -> None:
@@ -440,6 +443,8 @@ class Pin:
     def _tell_edge(self, cycle: int, level: bool | None) -> None:
         ns = self._pins.time.ns(cycle)
         if self.recording:
+            if not self._edges:
+                self._pins.with_edges.append(self)
             self._edges.append(Edge(cycle, ns, level))
         for callback in tuple(self._listeners):
             callback(cycle, ns, level)
@@ -475,6 +480,8 @@ class Pins:
             section 5.3.14, standard pins).
         deliver: called with a bench time in ns and an action for it, when a wire brings something from another chip.
             The machine sets it; until then such an action happens at once.
+        with_outputs: the pins that carry signals of the chip, if they are set to.
+        with_edges: the pins that had an edge to record when they had none; see `take_all_edges`.
     """
 
     def __init__(
@@ -495,6 +502,8 @@ class Pins:
             0.41 * (vdd_volts - 2.0) + 1.3,
         )
         self.deliver: Callable[[int, Callable[[], None]], None] = lambda _ns, action: action()
+        self.with_outputs: dict[Pin, None] = {}
+        self.with_edges: list[Pin] = []
         there = None if bonded is None else frozenset(bonded)
         self._pins = {name: Pin(name, self, bonded=there is None or name in there) for name in names}
 
@@ -504,6 +513,18 @@ class Pins:
         if pin is None:
             raise BoardError(f"the chip has no pin {name}", hint="pins are named like PA0 or PC13")
         return pin
+
+    def take_all_edges(self) -> list[tuple[Pin, list[Edge]]]:
+        """Return the edges of all pins that are being recorded, and forget them; pins without any cost nothing.
+
+        They come in no particular order, but in the same one whenever the same happens.
+        """
+        for pin in self.with_outputs:
+            if pin.recording:
+                pin.refresh()
+        pins = [pin for pin in self.with_edges if pin.recording]
+        self.with_edges = [pin for pin in self.with_edges if not pin.recording]
+        return [(pin, edges) for pin in pins if (edges := pin.take_edges())]
 
     def __contains__(self, name: object) -> bool:
         return name in self._pins

@@ -47,6 +47,25 @@ def test_outputs_decide_the_level():
     assert pin.level is False
 
 
+def test_the_edges_of_all_pins_are_taken_at_once():
+    """Those of a pin that is not recorded any more stay until it is recorded again, or asked."""
+    chip, pins = make()
+    for name in ("PA2", "PA0", "PA1"):
+        push_pull(pins[name], False)
+        pins[name].record()
+    for name in ("PA2", "PA0", "PA2"):
+        chip.advance(1)
+        pins[name].set_latch(pins[name].level is False)
+    pins["PA0"].record(on=False)
+    assert [(pin.name, [edge.cycle for edge in edges]) for pin, edges in pins.take_all_edges()] == [("PA2", [1, 3])]
+    assert pins.take_all_edges() == []
+    pins["PA0"].record()
+    assert [(pin.name, [edge.cycle for edge in edges]) for pin, edges in pins.take_all_edges()] == [("PA0", [2])]
+    pins["PA2"].set_latch(True)
+    assert len(pins["PA2"].take_edges()) == 1
+    assert pins.take_all_edges() == []
+
+
 def test_a_pull_yields_to_a_driver_and_comes_back():
     _, pins = make()
     pin = pins["PA0"]
@@ -320,7 +339,9 @@ class Square:
 
 @given(
     st.lists(
-        st.tuples(st.integers(0, 37), st.sampled_from(["record", "stop", "listen", "unlisten", "take", "level"])),
+        st.tuples(
+            st.integers(0, 37), st.sampled_from(["record", "stop", "listen", "unlisten", "take", "take all", "level"])
+        ),
         max_size=30,
     )
 )
@@ -352,6 +373,8 @@ def test_lazy_edges_are_those_of_a_pin_that_is_always_watched(steps):
             pin.off_edge(listen)
         elif step == "take":
             got += [(edge.cycle, edge.level) for edge in pin.take_edges()]
+        elif step == "take all":
+            got += [(edge.cycle, edge.level) for _, edges in pins.take_all_edges() for edge in edges]
         else:
             now = chip.time.now
             assert pin.level is (None if now < 10 else now // 10 % 2 == 1)
