@@ -175,7 +175,7 @@ def require_law(ride: Ride, throttles: Sequence[float], duration_s: float, **oth
         start_rpm = min(ride.rpm(LOOK_S))
 
 
-@on_bench("R01", lasts_s=5.0)
+@on_bench("R01", lasts_s=4.9)
 def test_throttle_to_speed(ride: Ride) -> None:
     require_law(ride, (0.3, 0.5, 1.0, 0.4), 1.2)
 
@@ -203,7 +203,7 @@ def test_breakaway(ride: Ride) -> None:
                 at_most(rpm, TWITCHES_RPM, unit="rpm", what=what)
 
 
-@on_bench("R04", lasts_s=2.9)
+@on_bench("R04", lasts_s=2.5)
 def test_both_directions(ride: Ride) -> None:
     ride.drive(-0.4, -0.4, 1.2)
     rpm = course_rpm(Driven(throttle=0.4), 1.2)
@@ -215,7 +215,7 @@ def test_both_directions(ride: Ride) -> None:
     near(right, -settled_rpm(Driven(throttle=0.4)), LAW_RPM, unit="rpm", what="right wheels after throttle -0.4")
 
 
-@on_bench("R05", lasts_s=1.8)
+@on_bench("R05", lasts_s=1.6)
 def test_flags(ride: Ride) -> None:
     for flags, signs in ((1, (1, 0)), (2, (1, -1)), (0, (1, -1))):
         ride.drive(0.5 * (flags == 1), -0.5 * (flags == 2), 0.5, flags=flags)
@@ -247,7 +247,7 @@ def steps(ride: Ride, over_s: float) -> Sequence[tuple[Moment, Moment]]:
     return list(zip(last, last[5:], strict=False))
 
 
-@on_bench("R06", lasts_s=3.2)
+@on_bench("R06", lasts_s=3.0)
 def test_gains_at_power_up(ride: Ride) -> None:
     """From rest the first error of 120 rpm asks for more than full throttle, and the speed swings for a while."""
     ride.drive(0.3, 0.3, 1.2)
@@ -284,7 +284,7 @@ def test_settles_on_the_floor(ride: Ride) -> None:
 # --- tachometers
 
 
-@on_bench("R09", lasts_s=3.4)
+@on_bench("R09", lasts_s=2.8)
 def test_tachometers(ride: Ride) -> None:
     """Each wheel has its own way behind it: one of a side after the other is held."""
     ride.hold("lb")
@@ -307,7 +307,7 @@ def test_tachometers(ride: Ride) -> None:
 # --- on the floor
 
 
-@on_bench("R10", lasts_s=2.3, scene="hard-floor")
+@on_bench("R10", lasts_s=2.2, scene="hard-floor")
 def test_straight_on(ride: Ride) -> None:
     ride.go(0.1)
     start = ride.now
@@ -338,7 +338,7 @@ def test_turning_on_the_spot(ride: Ride) -> None:
         within(ratio, *RATIO, unit="of two wheels", what=f"rate of turn to the {way}")
 
 
-@on_bench("R12", lasts_s=2.8, scene="carpet")
+@on_bench("R12", lasts_s=2.7, scene="carpet")
 def test_turning_on_a_carpet(ride: Ride) -> None:
     ride.drive(-0.8, 0.8, 0.8)
     turn_deg_s, _ = turn_ratio(ride, 0.3)
@@ -347,7 +347,7 @@ def test_turning_on_a_carpet(ride: Ride) -> None:
     within(turn_ratio(ride)[0], 10.0, 60.0, unit="deg/s", what="rate of turn at throttles -1 and 1")
 
 
-@on_bench("R13", lasts_s=1.4, scene="hard-floor")
+@on_bench("R13", lasts_s=1.3, scene="hard-floor")
 def test_unequal_throttles(ride: Ride) -> None:
     ride.drive(0.4, 0.7, 1.2)
     at_least(min(ride.rpm(LOOK_S)), TURNS_RPM, unit="rpm", what="slowest wheel at throttles 0.4 and 0.7")
@@ -389,7 +389,7 @@ def require_valid(report: ImuReport) -> None:
         raise Violation(f"the validity byte of 0x82 is {report.validity}, required {VALID}")
 
 
-@on_bench("R15", lasts_s=2.4, scene="hard-floor")
+@on_bench("R15", lasts_s=2.2, scene="hard-floor")
 def test_gyroscope(ride: Ride) -> None:
     ride.go(0.8)
     ride.drive(-1.0, 1.0, 0.5)
@@ -411,7 +411,7 @@ def angles_deg(ride: Ride, report: ImuReport) -> tuple[float, float, float]:
     return math.degrees(roll), math.degrees(pitch), math.degrees(yaw)
 
 
-@on_bench("R16", lasts_s=2.3, scene="ramp")
+@on_bench("R16", lasts_s=2.1, scene="ramp")
 def test_attitude_on_a_ramp(ride: Ride) -> None:
     """Nose up is a negative pitch: x forward, y left, z up."""
     half = DEFAULTS.wheelbase_m / 2
@@ -424,7 +424,7 @@ def test_attitude_on_a_ramp(ride: Ride) -> None:
     near(roll, 0.0, LEVEL_DEG, unit="deg", what="roll on the ramp")
 
 
-@on_bench("R17", lasts_s=4.8, scene="hard-floor")
+@on_bench("R17", lasts_s=4.2, scene="hard-floor")
 def test_heading_after_a_turn(ride: Ride) -> None:
     """The scene's x axis looks to magnetic north, and so does the rover at first."""
     ride.go(0.8)
@@ -500,7 +500,7 @@ def require_status(ride: Ride, wanted: int) -> None:
         raise Violation(f"STATUS is {status:#04x}, required {wanted:#04x}", ride.rover.peer.evidence())
 
 
-@on_bench("R21", lasts_s=4.0, settings={"gps": {"baud": 4800}})
+@on_bench("R21", lasts_s=3.9, settings={"gps": {"baud": 4800}})
 def test_receiver_that_is_not_understood(ride: Ride) -> None:
     require_status(ride, 0)
     ride.go(3.8)
@@ -513,7 +513,7 @@ def test_receiver_that_is_not_understood(ride: Ride) -> None:
 # --- what breaks on the way
 
 
-@on_bench("R22", lasts_s=6.0)
+@on_bench("R22", lasts_s=5.8)
 @pytest.mark.parametrize("fault", ["stuck", "deaf"])
 def test_bus_of_the_inertial_sensor_breaks(ride: Ride, fault: str) -> None:
     ride.drive(0.4, 0.4, 1.2)
@@ -542,7 +542,7 @@ def break_bus(ride: Ride, fault: str) -> int:
     return ride.now.at_ns
 
 
-@on_bench("R23", lasts_s=5.2, scene="hard-floor")
+@on_bench("R23", lasts_s=4.4, scene="hard-floor")
 def test_lost_link(ride: Ride) -> None:
     ride.drive(0.5, 0.5, 0.8)
     ride.rover.peer.send(RequestTelemetry())
@@ -561,7 +561,7 @@ def test_lost_link(ride: Ride) -> None:
     at_least(min(ride.rpm(0.1)), TURNS_RPM, unit="rpm", what="wheels after the next command")
 
 
-@on_bench("R24", lasts_s=4.4)
+@on_bench("R24", lasts_s=3.3)
 def test_a_stalled_wheel(ride: Ride) -> None:
     """Its motor draws more, and the others get less."""
     ride.drive(0.5, 0.5, 1.2)
@@ -584,7 +584,7 @@ def test_a_stalled_wheel(ride: Ride) -> None:
     at_least(report.ticks[1], ticks + 1, unit="slots", what="its ticks")
 
 
-@on_bench("R25", lasts_s=3.9, scene="rover-room")
+@on_bench("R25", lasts_s=3.5, scene="rover-room")
 def test_a_wall(ride: Ride) -> None:
     ride.place(WALL_M - DEFAULTS.body_length_m / 2 - 0.3, 0.0)
     ride.go(0.1)
@@ -599,7 +599,7 @@ def test_a_wall(ride: Ride) -> None:
     ride.rover.require_throttles(report, 0.35, 0.35)
 
 
-@on_bench("R26", lasts_s=1.7, settings={"cells": {"charge": 0.1}})
+@on_bench("R26", lasts_s=1.6, settings={"cells": {"charge": 0.1}})
 def test_an_empty_battery(ride: Ride) -> None:
     require_law(ride, (1.0,), 1.5, emf_v=volts_at(0.1))
     rpm = max(ride.rpm(LOOK_S))
