@@ -57,7 +57,7 @@ DEFECTS = [
     Defect(
         "reset wins over set", "pins", Gpio, "write_BSRR", "| (value & 0xFFFF)", "| (value & ~(value >> 16) & 0xFFFF)"
     ),
-    Defect("no function is chosen", "pins", PinFunctions, "_enter", "self._signals.route(name, pin)", "pass"),
+    Defect("no function is chosen", "pins", PinFunctions, "_enter", "self._signals.route_all(name, carriers)", "pass"),
     # --- USART
     Defect("TC stays", "serial", Usart, "write_TDR", "~(TXE | TC)", "~TXE"),
     Defect("OVER8 is not looked at", "serial", Usart, "_divider", "if not self[CR1] & OVER8", "if True"),
