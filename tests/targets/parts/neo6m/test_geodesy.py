@@ -126,6 +126,13 @@ def test_too_few_satellites_have_no_geometry() -> None:
     assert dops_of(_standing((30, 0), (40, 120), (50, 240)), flat=True).horizontal < 3
 
 
+def test_a_known_height_stands_for_a_satellite_overhead() -> None:
+    """Three around the horizon: G'G is diag(3/2, 3/2, 1, 3)."""
+    dops = dops_of(_standing((0, 0), (0, 120), (0, 240)), flat=True)
+    assert (dops.east, dops.north) == pytest.approx((math.sqrt(2 / 3), math.sqrt(2 / 3)))
+    assert (dops.vertical, dops.time) == pytest.approx((1, math.sqrt(1 / 3)))
+
+
 @given(st.floats(0, 1))
 def test_the_more_sky_the_more_satellites(sky) -> None:
     seen = received(sky, 5)

@@ -139,8 +139,8 @@ def test_sizes_of_the_specification(gps, make_gps, number, size) -> None:
 
 
 def test_status_and_solution_agree(gps) -> None:
-    tow, fix, flags, _, _, first, uptime = struct.unpack("<IBBBBII", gps.poll(0x01, 0x03))
-    assert (fix, flags) == (3, 0x0D)
+    tow, *fix, first, uptime = struct.unpack("<IBBBBII", gps.poll(0x01, 0x03))
+    assert fix == [3, 0x0D, 0, 0]
     assert 500 < first <= 3000
     assert uptime == 3000
     sol = struct.unpack("<IihBB3iI3iIHBBI", gps.poll(0x01, 0x06))
@@ -201,6 +201,7 @@ def test_messages_are_switched_on_and_off(gps, cut_messages) -> None:
     gps.take()
     gps.run(2)
     assert [found[:2] for found in cut_messages(gps.take())] == [(0x01, 0x02)] * 2
+    assert gps.notes() == []
 
 
 def test_a_rate_is_once_in_so_many_solutions(gps) -> None:
