@@ -169,7 +169,7 @@ DEFECTS = [
     Defect("one pulse goes on", "tim-inputs", TimerCore, "_updated", "if self[CR1] & OPM and", "if False and"),
     Defect("each overflow is an update", "tim1", Counting, "_cross", "not self.rep and", "True and"),
     Defect("UDIS is not looked at", "tim", Counting, "_cross", "and not self.udis", ""),
-    Defect("no flag at a match", "tim", TimerCore, "_on_match", "self[SR] |= units << 1", "pass"),
+    Defect("no flag at a match", "tim", TimerCore, "_on_match", "units << 1 & CC_FLAGS", "0"),
     Defect("UG keeps the prescaler's count", "tim", Counting, "reinitialise", "self.psc_count = 0", "pass"),
     Defect("UG keeps the counter", "tim", Counting, "reinitialise", "self.cnt = self.arr if", "self.cnt = self.cnt if"),
     Defect("the encoder counts up only", "tim-inputs", TimerEffects, "turned", "self._counting.down = down", "pass"),
