@@ -116,7 +116,8 @@ void commands_tick(uint32_t now_us)
 
 void packet_received(const uint8_t *payload, uint32_t count, uint32_t now_us)
 {
-    commands_tick(now_us); // a host that comes back too late was lost, even if no tick has seen it
+    if (!DEFECT_POLLED) // which takes what has come first, and looks at the time then
+        commands_tick(now_us); // a host that comes back too late was lost, even if no tick has seen it
     heard_us = now_us;
     lost = false;
     led_put(LED_ALARM, false);
