@@ -43,12 +43,12 @@ FOUND_BY = {
     "pid-windup": "P45D",
     "pid-no-reset": "P46D",
     "rpm-held": "P47D",
+    "slow-start": "P49D",
     "no-periodic-reports": "P30",
     "g0-rates": "P30",
 }
 UNFOUND = {
     "status-zero": "no clause asks for STATUS",
-    "slow-start": "what comes meanwhile is answered later, and no clause says how late",
     "kd-ki-getters": "nothing asks for 0x85",
 }
 OTHERS = {"9600", "g0", "g2", "pid-report", "pwm-1khz", "term", "v1b"}
