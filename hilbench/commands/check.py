@@ -12,6 +12,8 @@ _EXAMPLES = """
 hilbench check                                   the bench in ./hilbench.toml, or else the virtual Pioneer
 hilbench check pioneer --suite p2os-server -k 'S36 or watchdog'
 hilbench check --target serial:/dev/ttyUSB0@9600 --suite p2os-server --junit report.xml
+hilbench check rover -k 'P24D or P29D'             an emulated rover, each case on the image of its own profile
+hilbench check --suite pkt-board --target serial:/dev/ttyACM0@115200
 hilbench check --list --json -
 """
 

@@ -7,6 +7,7 @@ rover sees: LED, wheels, motor voltage. Stimuli are written as on the wire where
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
@@ -212,6 +213,13 @@ def test_a_piece_of_a_sync_word(rover: Rover) -> None:
     rover.require(0, 1, None, BAD_SYNC)
 
 
+@on_rover("P60", lasts_s=0.9)
+def test_a_p_begins_a_frame_anywhere(rover: Rover) -> None:
+    for count, broken in enumerate((b"P", b"PK", b"PKT", LED_ON[:-1]), start=1):
+        rover.write(broken + LED_OFF)
+        rover.require(count, count, 2, SUCCESS)
+
+
 @on_rover("P13", lasts_s=0.6)
 def test_noise(rover: Rover) -> None:
     rover.write(b"abcdefg\n" + _led_on(rover))
@@ -353,6 +361,15 @@ def test_half_a_frame_is_forgotten(rover: Rover) -> None:
         rover.peer.run(wait_s)
         _cut_led_on(rover, 0.5)
         rover.require(count, 0, 1, SUCCESS)
+
+
+@on_rover("P61", lasts_s=10.5)
+def test_half_a_frame_is_forgotten_anywhere(rover: Rover) -> None:
+    for size in range(1, len(LED_ON)):
+        rover.write(LED_ON[:size])
+        rover.peer.run(1.2)
+        rover.write(LED_OFF)
+        rover.require(size, 0, 2, SUCCESS)
 
 
 @on_rover("P24", lasts_s=11.0)
@@ -636,8 +653,6 @@ def _set_integral_gain(rover: Rover, ki: float) -> None:
     """Set kp and kd to 0, whether the gains are read where they stand or four bytes behind."""
     if rover.peer.profile.server.pid_reads_late:
         # What follows the gains in the frame is what is taken for ki: kp, sent kd, sent ki, ki.
-        import struct
-
         rover.write(rover.peer.frame(b"\x05" + struct.pack("<ffff", 0.0, 0.0, 0.0, ki)))
     else:
         rover.send(PidGains(kp=0.0, kd=0.0, ki=ki))

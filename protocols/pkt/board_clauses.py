@@ -807,4 +807,30 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         profiles=_DOCUMENTED,
         needs=("server", "boot"),
     ),
+    Clause(
+        id="P60",
+        suite=_SUITE,
+        level="must",
+        title="Whatever a P breaks, it begins a frame",
+        text=(
+            "LED_OFF behind 50, behind 50 4B, behind 50 4B 54, and behind LED_ON without its newline: each time it is "
+            "accepted, and one error is counted."
+        ),
+        sources=(
+            f"{DOCUMENT}: after an error the state is the initial one, in which a P begins a packet",
+            "that the error does not use up its byte is a choice",
+        ),
+        profiles=_DOCUMENTED,
+        needs=("server",),
+    ),
+    Clause(
+        id="P61",
+        suite=_SUITE,
+        level="must",
+        title="Half a frame is forgotten wherever it ends",
+        text="LED_ON cut behind each of its bytes but the last, and 1.2 s later LED_OFF: all eight are accepted, 8/0.",
+        sources=(f"{G2_CONFIG} PACKET_TIMEOUT_IN_MS", f"{DECODER} check_timeouts and its comment"),
+        profiles=_DOCUMENTED,
+        needs=("server",),
+    ),
 )

@@ -1,7 +1,7 @@
 """The catalogue of what the peers of this protocol must do.
 
-P01 to P35 and P38 to P49 for the rover's end, P36, P37 and P50 to P59 for the host's. A D behind an id marks the twin
-of a clause in which shipped behaviour is a defect.
+P36, P37 and P50 to P59 are for the host's end, the others for the rover's. A D behind an id marks the twin of a clause
+in which shipped behaviour is a defect.
 """
 
 from __future__ import annotations
