@@ -15,7 +15,7 @@ from hilbench.options import TargetChoice
 from hilbench.shared import Shared
 from targets.firmware import image_names, image_path
 
-pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
+pytestmark = pytest.mark.needs_bullet
 
 FOUND_BY = {
     "no-0x81": "P02D",
@@ -73,10 +73,12 @@ def test_more_than_fifteen_are_found():
     assert len(FOUND_BY) > 15
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("defect", "clause"), FOUND_BY.items())
 def test_the_defect_is_found(defect, clause):
     assert verdicts(f"rover-{defect}", [clause])[clause] is Verdict.FAIL
 
 
+@pytest.mark.thorough
 def test_the_rover_without_defects_passes_them_all():
     assert set(verdicts("rover", FOUND_BY.values()).values()) == {Verdict.PASS}
