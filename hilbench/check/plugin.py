@@ -275,6 +275,7 @@ class CheckPlugin:
         run = item.stash[_RUN] = _CaseRun(planned)
         with recording() as run.measures:
             handled = yield
+        del item.stash[_RUN]  # or every bench of the run, megabytes each, would be kept to its end
         self.collector.enter(run.result())
         if run.outcome.lost:
             reason = f"target lost: {run.outcome.cause}"

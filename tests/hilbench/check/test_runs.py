@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import os
+import weakref
 
 import pytest
 
@@ -192,3 +194,20 @@ def test_a_case_on_several_benches_is_a_case_on_each(check, make_provider):
     assert [bench.case.setup.program for bench in provider.opened] == ["slow"]
     (clause,) = report.clauses
     assert clause.verdict.value == "pass"
+
+
+def test_no_bench_is_kept_when_its_case_is_over(check, make_provider):
+    provider = make_provider()
+    alive = weakref.WeakSet()
+    counts = []
+
+    class Counted(list):
+        def append(self, bench):
+            gc.collect()
+            counts.append(len(alive))
+            alive.add(bench)
+
+    provider.opened = Counted()
+    report = check(TWO + '\n    @my("A3")\n    def test_wrong(peer): assert False\n', provider=provider)
+    assert [case.verdict for case in report.cases].count(Verdict.FAIL) == 1
+    assert counts == [0, 0, 0, 0]
