@@ -384,6 +384,18 @@ def test_a_damaged_elf_is_loaded_or_refused_and_nothing_else(save, changes):
         load_image(save(bytes(elf)), CHIP).line_at(FLASH + 0x104)
 
 
+def test_hex_files_that_were_joined(save):
+    """A boot loader and its application, one text behind the other; linkers write a start address into each."""
+    start, end = ":0400000508000101ED\n", ":00000001FF\n"
+    loader, application = (
+        hex_text([(base, firmware(base))]).replace(end, start + end) for base in (FLASH, FLASH + 0x8000)
+    )
+    assert len(load_image(save(loader.replace(end, "") + application, "joined.hex"), CHIP).segments) == 2
+    text = refused(save(loader + application, "joined.hex"))
+    assert "goes on after its end record" in text
+    assert "leave out the end record of the first" in text
+
+
 def test_hex_files_that_are_damaged(save):
     text = hex_text([(FLASH, firmware())])
     lines = text.splitlines()
