@@ -2,7 +2,7 @@
 
 Values are kept as written. Flags that hardware would set stay clear, but for those whose absence would hang a driver
 before it has begun: CAN enters and leaves its modes at once, the core resets of USB and the software reset of the
-Ethernet's DMA end at once.
+Ethernet's DMA end at once, and so does an access to a PHY, which finds none.
 
 Registers: RM0410, the register maps at the end of the sections.
 """
@@ -175,6 +175,7 @@ class Ethernet(Absent):
     size = 0x1400
     MISSING = "no PHY answers, no frame is sent or arrives"
     DMABMR, SR = 0x1000, 1 << 0
+    MACMIIAR, BUSY, WRITE, MACMIIDR = 0x10, 1 << 0, 1 << 1, 0x14
     REGISTERS = registers(
         "MACCR=8000 MACFFR MACHTHR MACHTLR MACMIIAR MACMIIDR MACFCR MACVLANTR @28 MACRWUFFR MACPMTCSR @34 MACDBGR: "
         "MACSR: MACIMR MACA0HR=8010FFFF MACA0LR=FFFFFFFF MACA1HR=FFFF MACA1LR=FFFFFFFF MACA2HR=FFFF MACA2LR=FFFFFFFF "
@@ -187,6 +188,12 @@ class Ethernet(Absent):
     def write_DMABMR(self, value: int) -> None:
         """The software reset ends at once."""
         self[self.DMABMR] = value & ~self.SR
+
+    def write_MACMIIAR(self, value: int) -> None:
+        """An access to a PHY ends at once; a read finds the pull-up of MDIO."""
+        self[self.MACMIIAR] = value & ~self.BUSY
+        if value & self.BUSY and not value & self.WRITE:
+            self[self.MACMIIDR] = 0xFFFF
 
 
 class Otg(Absent):

@@ -257,6 +257,9 @@ def test_resets_that_drivers_wait_for_end_at_once(nucleo):
     chip = nucleo().chip
     poke(chip.peripherals["ETH"], "DMABMR", 0x2_0101)
     assert not peek(chip.peripherals["ETH"], "DMABMR") & 1
+    poke(chip.peripherals["ETH"], "MACMIIAR", 2 << 6 | 4 << 2 | 1)  # a PHY's register 2
+    assert not peek(chip.peripherals["ETH"], "MACMIIAR") & 1
+    assert peek(chip.peripherals["ETH"], "MACMIIDR") == 0xFFFF  # nobody pulls MDIO down
     poke(chip.peripherals["USB_OTG_FS"], "GRSTCTL", 1)
     assert peek(chip.peripherals["USB_OTG_FS"], "GRSTCTL") == 0x8000_0000
 
