@@ -136,7 +136,7 @@ class Rcc(BasicRcc):
         *(
             Register(name, offset, bits, bits, fidelity=Fidelity.ABSENT, note="clocks run on in Sleep mode")
             for name, offset, bits in (
-                ("AHB1LPENR", AHB1LPENR, AHB1_BITS | 0x000B_8000),  # and FLITF, AXI, SRAM1, SRAM2
+                ("AHB1LPENR", AHB1LPENR, AHB1_BITS | 0x0003_A000),  # and AXI, FLITF, SRAM1, SRAM2
                 ("AHB2LPENR", AHB2LPENR, AHB2_BITS),
                 ("AHB3LPENR", AHB3LPENR, AHB3_BITS),
                 ("APB1LPENR", APB1LPENR, APB1_BITS),

@@ -96,7 +96,7 @@ def test_reset_values(world):
     }
     lowpower = {name: value for name, value in values.items() if name.endswith("LPENR")}
     assert values == expected | lowpower
-    assert lowpower["AHB1LPENR"] == 0x7EFF_97FF
+    assert lowpower["AHB1LPENR"] == 0x7EF7_B7FF  # RM0410 section 5.3.15: AXILPEN is bit 13
 
 
 def test_216_mhz_the_usual_way(world):
