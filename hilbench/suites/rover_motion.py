@@ -451,6 +451,14 @@ def fixes(ride: Ride, mark: int) -> list[tuple[int, Position]]:
     return [(got.start_ns, position(numbers_in(report), ride.dialect)) for got, report in found if report.validity]
 
 
+def last_position(ride: Ride, mark: int = 0) -> GpsReport:
+    """Return the newest 0x84 since a mark."""
+    found = ride.rover.peer.since(mark, GpsReport)
+    if not found:
+        raise Violation("no 0x84 came", ride.rover.peer.evidence(mark))
+    return numbers_in(found[-1][1])
+
+
 def off_m(ride: Ride, at_ns: int, place: Position) -> float:
     """Return how far a reported position is from where the rover was at the receiver's last full second before."""
     epoch_ns = (at_ns - EPOCH_LATE_NS) // NS_PER_S * NS_PER_S
@@ -488,7 +496,7 @@ def test_without_a_fix(ride: Ride) -> None:
         raise Violation("no 0x84 with a known position within 3.2 s of a hot start", ride.rover.peer.evidence())
     ride.open_sky(0.0)
     ride.go(3.1)
-    (_, report), *_ = reversed(ride.rover.peer.since(mark, GpsReport))
+    report = last_position(ride, mark)
     if report.validity:
         raise Violation("0x84 knows a position, and the receiver sees no sky", ride.rover.peer.evidence())
     off = math.dist(metres_off(ride.origin, position(report, ride.dialect)), metres_off(ride.origin, known[-1][1]))
@@ -508,8 +516,7 @@ def test_receiver_that_is_not_understood(ride: Ride) -> None:
     require_status(ride, 0)
     ride.go(3.8)
     require_status(ride, StatusFlag.GPS_FAIL)
-    (_, report), *_ = reversed(ride.rover.peer.since(0, GpsReport))
-    if report.validity:
+    if last_position(ride).validity:
         raise Violation("0x84 says that the position is known", ride.rover.peer.evidence())
 
 

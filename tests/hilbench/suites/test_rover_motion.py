@@ -137,6 +137,7 @@ LONG_MUTANTS = [
     ("R19", "positions_along_a_way", gps(accuracy_m=25.0), ""),
     ("R20", "without_a_fix", None, "rover-stale-byte-84"),
     ("R21", "receiver_that_is_not_understood", None, "rover-status-zero"),
+    ("R21", "receiver_that_is_not_understood", None, "rover-no-periodic-reports"),
     ("R22", "bus_of_the_inertial_sensor", None, "rover-status-zero"),
     ("R23", "lost_link", None, "rover-no-link-timeout"),
     ("R23", "lost_link", None, "rover-link-stops-report-only"),
