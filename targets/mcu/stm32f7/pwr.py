@@ -217,6 +217,8 @@ class Pwr(Peripheral):
             self[CSR1] |= WUIF
             if self._in_standby:
                 self.services.chip_reset("STANDBY")
+        elif self._in_standby:
+            self.note("misuse", "CSR1.EIWUP", "is not set: what comes from the RTC does not end Standby mode")
 
     def enter_stop(self) -> None:
         """Enter Stop mode: over-drive is switched off (RM0410 section 4.3.5)."""

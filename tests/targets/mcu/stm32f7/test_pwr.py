@@ -120,6 +120,7 @@ def test_the_rtc_ends_standby_if_it_may(world):
     assert world.pwr.enter_standby()
     world.pwr.wake_by_rtc()
     assert world.chip.resets == []
+    assert world.chip.noted("misuse") == ["PWR_CSR1.EIWUP"]
     poke(world.pwr, "CSR1", 1 << 8)
     world.pwr.wake_by_rtc()
     assert (world.chip.resets, peek(world.pwr, "CSR1") & 1) == (["STANDBY"], 1)
