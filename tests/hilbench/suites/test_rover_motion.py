@@ -175,6 +175,15 @@ def test_what_is_wrong_is_found_in_longer_cases(clause, select, alter, image):
     require_found(clause, select, alter, image)
 
 
+@pytest.mark.thorough
+def test_the_last_published_firmware_fails_what_it_never_did():
+    """Gains, speeds above 150 rpm, units, orders, position, STATUS, lost link; it drives as well as any other."""
+    report = check(image="rover-g2")
+    failed = {one.id for one in report.clauses if one.verdict is Verdict.FAIL}
+    assert failed == {"R07", "R08", "R09", "R14", *(f"R{number}" for number in range(16, 25))}
+    assert {one.verdict for one in report.clauses} == {Verdict.PASS, Verdict.FAIL}
+
+
 def test_every_clause_has_a_case_and_something_wrong_that_fails_it():
     cases = check(act=list_cases)
     assert {clause.id for case in cases for clause in case.clauses} == IDS
