@@ -30,7 +30,7 @@ from hilbench.shared import Shared
 
 __all__ = ["BULLET_CAPABILITIES", "VIRTUAL_CAPABILITIES", "Shared", "VirtualProvider", "make_provider"]
 
-VIRTUAL_CAPABILITIES = frozenset({"server", "hangup", "baud", "truth"}) | OWN_CAPABILITIES
+VIRTUAL_CAPABILITIES = frozenset({"P2OS", "server", "hangup", "baud", "truth"}) | OWN_CAPABILITIES
 BULLET_CAPABILITIES = frozenset({"scene", "rays", "contacts", "gravity"})
 
 _TARGET_KINDS = (

@@ -37,7 +37,7 @@ CaseT = TypeVar("CaseT", bound=CaseBase)
 _LAST_WORDS_S = 0.5
 """How long a client's last bytes may take to pass the wire, so that the next case does not hear them. A choice."""
 
-_SERVER_CAPABILITIES = frozenset({"server"})
+_SERVER_CAPABILITIES = frozenset({"P2OS", "server"})
 
 
 class _LockedProvider:
@@ -199,7 +199,7 @@ class FarEnd:
     capabilities: frozenset[str] = frozenset()
 
 
-P2OS_SERVER = FarEnd(serve=ScriptedServer, case=ForeignClientCase)
+P2OS_SERVER = FarEnd(serve=ScriptedServer, case=ForeignClientCase, capabilities=frozenset({"P2OS"}))
 
 
 class _ClientProvider(_LockedProvider, ABC):

@@ -179,6 +179,7 @@ def hands_on(bench_file: BenchFile) -> Iterable[str]:
     """Return what a bench of boards can do for the cases of a rover."""
     kinds = {plan.kind for plan in bench_file.parts.values()}
     if any(CHECKER_END in link.ends for link in bench_file.links) and bench_file.boards:
+        yield "PKT!"
         yield "server"
         yield "boot"
         if "l298n" in kinds:

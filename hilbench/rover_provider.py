@@ -62,7 +62,7 @@ class RoverProvider:
     @property
     def capabilities(self) -> frozenset[str]:
         """Everything, in every profile."""
-        return HANDS | OWN_HOST_CAPABILITIES | {"server", *(f"program '{name}'" for name in PROFILE_NAMES)}
+        return HANDS | OWN_HOST_CAPABILITIES | {"PKT!", "server", *(f"program '{name}'" for name in PROFILE_NAMES)}
 
     @property
     def suites(self) -> Sequence[str]:
@@ -118,7 +118,7 @@ class AttachedRoverProvider(AttachedProviderBase[RoverPeer, AttachedRoverCase]):
     @property
     def capabilities(self) -> frozenset[str]:
         """Its line, in the one profile that it has."""
-        return frozenset({"server", f"program '{self._profile}'"})
+        return frozenset({"PKT!", "server", f"program '{self._profile}'"})
 
     @property
     def _profile(self) -> str:
@@ -143,7 +143,7 @@ def foreign_host(shared: Shared) -> FarEnd:
     def serve(bench: Bench, port: Port) -> ScriptedRover:
         return ScriptedRover(bench, port, PROFILES[profile])
 
-    return FarEnd(serve=serve, case=HostCase, capabilities=frozenset({f"program '{profile}'"}))
+    return FarEnd(serve=serve, case=HostCase, capabilities=frozenset({"PKT!", f"program '{profile}'"}))
 
 
 def _settings_of(shared: Shared) -> RoverSettings:

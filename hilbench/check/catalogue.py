@@ -3,15 +3,18 @@
 Each protocol brings a table ``CLAUSES`` in its module ``clauses``; so does the bench of emulated boards. Those of this
 distribution are looked at first; another distribution's, found by its entry point in the group ``hilbench.protocols``,
 only for an id they do not hold.
+
+A clause of a protocol needs a bench that speaks it: without the capability of that name its cases do not apply.
 """
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
+from types import MappingProxyType
 
 from hilbench.check.verdicts import Level
 
@@ -22,6 +25,10 @@ OWN_CATALOGUES = (
     "hilbench.suites._dodge_clauses",
     "hilbench.suites._rover_motion_clauses",
 )
+
+
+SPOKEN: Mapping[str, str] = MappingProxyType({"protocols.p2os.clauses": "P2OS", "protocols.pkt.clauses": "PKT!"})
+"""The capability that the clauses of a protocol need, besides their own needs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,6 +74,7 @@ def _foreign_clauses() -> dict[str, Clause]:
 def _by_id(modules: Iterable[str]) -> dict[str, Clause]:
     found = {}
     for module in modules:
+        spoken = {SPOKEN[module]} if module in SPOKEN else set()
         for entry in importlib.import_module(module).CLAUSES:
             found[entry.id] = Clause(
                 id=entry.id,
@@ -75,6 +83,6 @@ def _by_id(modules: Iterable[str]) -> dict[str, Clause]:
                 title=entry.title,
                 text=entry.text,
                 source=entry.source,
-                needs=frozenset(entry.needs),
+                needs=frozenset({*entry.needs, *spoken}),
             )
     return found
