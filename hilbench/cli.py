@@ -103,7 +103,7 @@ def _dispatch(words: list[str]) -> int:
     if first not in COMMANDS:
         raise _unknown_command(first)
     command = importlib.import_module(f"hilbench.commands.{first}")
-    arguments = command.parser().parse_args(words[1:])
+    arguments = command.parser().parse_words(words[1:])
 
     from hilbench.siblings import check_siblings
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NoReturn, TypeVar
 
 from hilbench.console import Console
@@ -43,6 +43,15 @@ class Parser(argparse.ArgumentParser):
         )
         # -1s and -1 are values, and wrong ones mostly: then it is their option that has to say so.
         self._negative_number_matcher = re.compile(r"-\d")
+
+    def parse_words(self, words: Sequence[str]) -> argparse.Namespace:
+        """Read a command line; options may stand anywhere among the other words, and none behind ``--``.
+
+        Raises:
+            UsageError: it is wrong.
+        """
+        # argparse fills a positional that may be left out as soon as it meets the one before it.
+        return self.parse_args(words) if "--" in words else self.parse_intermixed_args(words)
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong with the command line.

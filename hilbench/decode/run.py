@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from hilbench.decode.decoders import DECODERS, DecodeOptions, Decoder, Speaker
 from hilbench.decode.items import Item, Kind
 from hilbench.decode.lines import json_line, text_line
 from hilbench.decode.sources import Chunk
+from hilbench.errors import UsageError
 
 __all__ = ["Totals", "decode"]
 
@@ -95,10 +96,13 @@ def decode(
 
     Raises:
         UnavailableError: the source cannot be read; what was read before has been yielded.
+        UsageError: one of `streams` is not there; the others have been yielded.
     """
     make_line = json_line if as_json else text_line
     known: dict[str, _Stream] = {}
+    there: dict[str, None] = {}
     for chunk in chunks:
+        there[chunk.stream] = None
         if streams and chunk.stream not in streams:
             continue
         if chunk.stream not in known:
@@ -113,6 +117,13 @@ def decode(
         yield from _together(
             [make_line(item, stream.place(item, totals), name, None) for item in stream.decoder.finish()]
         )
+    _check_names(streams, [name for name in there if name])
+
+
+def _check_names(asked: frozenset[str], there: Sequence[str]) -> None:
+    for name in sorted(asked.difference(there)):
+        known = f"there are: {', '.join(there)}" if there else "only a journal with bytes in it has streams"
+        raise UsageError(f"no stream '{name}'", where="--stream", hint=known)
 
 
 def _together(lines: list[str]) -> Iterator[str]:

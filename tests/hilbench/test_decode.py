@@ -114,6 +114,38 @@ def test_a_journal(tmp_path, capsys):
     assert "checker tx    UPDATE_MOTOR_SPEED_SETPOINTS a_rpm=30 b_rpm=30 flags=3" in out
 
 
+def test_a_stream_that_is_not_there_is_refused(tmp_path, capsys):
+    events = [{"ns": 5, "kind": "tx", "source": source, "data": REQUEST.hex()} for source in ("rover", "checker")]
+    lines = [json.dumps(event) for event in ({"kind": "journal"}, *events)]
+    (tmp_path / "run.jsonl").write_text("\n".join(lines))
+    words = ["decode", "pkt", str(tmp_path / "run.jsonl"), "--stream", "rover tx"]
+    assert main(words) == 0
+    capsys.readouterr()
+    assert main([*words, "--stream", "nosuch"]) == 2
+    out, said = capsys.readouterr()
+    assert out.count("REQUEST_TMY") == 1
+    assert said == "hilbench: --stream: no stream 'nosuch'; there are: rover tx, checker tx\n"
+    (tmp_path / "raw").write_bytes(REQUEST)
+    assert main(["decode", "pkt", str(tmp_path / "raw"), "--stream", "rover tx"]) == 2
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["pkt", "--json", "FILE"], ["--json", "pkt", "FILE"], ["pkt", "FILE", "--json"], ["--json", "--", "pkt", "FILE"]],
+)
+def test_options_may_stand_anywhere(tmp_path, capsys, words):
+    (tmp_path / "capture").write_bytes(REQUEST)
+    assert main(["decode", *(str(tmp_path / "capture") if word == "FILE" else word for word in words)]) == 0
+    assert json.loads(capsys.readouterr().out)["name"] == "REQUEST_TMY"
+
+
+def test_the_file_may_be_standard_input_behind_an_option():
+    done = subprocess.run(
+        [*COMMAND, "pkt", "--schema", "v2", "-"], input=REQUEST, capture_output=True, timeout=60, check=True
+    )
+    assert b"REQUEST_TMY" in done.stdout
+
+
 # --- what is said
 
 
