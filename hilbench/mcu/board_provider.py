@@ -173,6 +173,9 @@ class _Images:
                 hint = did_you_mean(name, known, "this bench has")
                 raise UsageError("nothing of that name to replace", where=f"--target {name}=...", hint=hint)
             self._chosen[name] = _only_board(choice.spec)
+            board = name.partition(".")[0]
+            there = [variant.boards[board] for variant in variants.values() if board in variant.boards]
+            _check_board(self._chosen[name], there)
         self.names = tuple(self._chosen)
         self.text = ", ".join(f"{name}: {emulated.firmware}" for name, emulated in self._chosen.items())
 
@@ -190,3 +193,11 @@ def _only_board(spec: str) -> EmulatedBoard:
     if len(boards) != 1:
         raise UsageError("not a board with an image", where=f"--target {spec}", hint="write bluepill:IMAGE")
     return next(iter(boards.values()))
+
+
+def _check_board(chosen: EmulatedBoard, there: Sequence[EmulatedBoard]) -> None:
+    """Refuse a board that is not the bench's: only the image is replaced, and it would run on another."""
+    if all(chosen.board != emulated.board for emulated in there):
+        message = f"the board of this bench is {there[0].board_name}, not {chosen.board_name}"
+        hint = f"write {there[0].board_name}:{chosen.firmware}"
+        raise UsageError(message, where=f"--target {chosen.where}", hint=hint)
