@@ -6,12 +6,15 @@ gives bytes back, and names the time at which it wants to be called again. The a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import Protocol
+from collections.abc import Callable, Iterable, Sequence
+from typing import Generic, Protocol, TypeVar
 
 from hilbench.bench import Bench
 from hilbench.clock import Entry, EventClass
 from hilbench.links import Port
+
+EventT = TypeVar("EventT")
+EventT_co = TypeVar("EventT_co", covariant=True)
 
 
 class SerialDevice(Protocol):
@@ -31,6 +34,70 @@ class SerialDevice(Protocol):
 
     def take_events(self) -> Iterable[object]:
         """Return what happened since the last call."""
+
+
+class Talk(Protocol):
+    """An event that is nothing but bytes for the line."""
+
+    @property
+    def data(self) -> bytes:
+        """The bytes."""
+
+
+class ClientRole(Protocol[EventT_co]):
+    """The client role of a protocol: says what happened by events, the bytes for the line among them."""
+
+    def receive(self, data: bytes, now_ns: int) -> Sequence[EventT_co]:
+        """Take bytes off the line."""
+
+    def advance(self, now_ns: int) -> Sequence[EventT_co]:
+        """Do what is due at ``now_ns``."""
+
+    def next_deadline_ns(self) -> int | None:
+        """Return the time at which `advance` must be called, or None."""
+
+    def line_down(self, now_ns: int) -> Sequence[EventT_co]:
+        """Take note that the line was hung up."""
+
+
+class ClientDevice(Generic[EventT]):
+    """Makes a serial device of the client role: its events, less the bytes, are what it reports.
+
+    Args:
+        connection: the client role.
+        talk: the kind of its events that are bytes for the line.
+    """
+
+    def __init__(self, connection: ClientRole[EventT], talk: type[Talk]) -> None:
+        self._connection = connection
+        self._talk = talk
+        self._events: list[EventT] = []
+
+    def receive(self, data: bytes, now_ns: int) -> bytes:
+        """Take bytes off the line; return what to put on it."""
+        return self.take(self._connection.receive(data, now_ns))
+
+    def advance(self, now_ns: int) -> bytes:
+        """Do what is due at ``now_ns``; return what to put on the line."""
+        return self.take(self._connection.advance(now_ns))
+
+    def next_deadline_ns(self) -> int | None:
+        """Return the time at which `advance` must be called, or None."""
+        return self._connection.next_deadline_ns()
+
+    def line_down(self, now_ns: int) -> bytes:
+        """Take note that the line was hung up; return what to put on it."""
+        return self.take(self._connection.line_down(now_ns))
+
+    def take_events(self) -> list[EventT]:
+        """Return what happened since the last call."""
+        events, self._events = self._events, []
+        return events
+
+    def take(self, events: Sequence[EventT]) -> bytes:
+        """Keep events that were got from the role directly; return what to put on the line."""
+        self._events += [event for event in events if not isinstance(event, self._talk)]
+        return b"".join(event.data for event in events if isinstance(event, self._talk))
 
 
 class DeviceActor:

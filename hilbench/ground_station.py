@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from hilbench.bench import Bench
-from hilbench.devices import DeviceActor
+from hilbench.devices import ClientDevice, DeviceActor
 from hilbench.links import Port
 from protocols.pkt import (
     BOTH_MOTORS,
@@ -27,7 +27,6 @@ from protocols.pkt import (
     Command,
     Connection,
     EulerImuReport,
-    Event,
     GeneralReport,
     GpsReport,
     ImuReport,
@@ -102,34 +101,6 @@ class Telemetry:
     report: Report
 
 
-class _StationDevice:
-    """Makes a serial device of the client role: its events, less the bytes, are what it reports."""
-
-    def __init__(self, connection: Connection) -> None:
-        self.connection = connection
-        self._events: list[Event] = []
-
-    def receive(self, data: bytes, now_ns: int) -> bytes:
-        return self.take(self.connection.receive(data, now_ns))
-
-    def advance(self, now_ns: int) -> bytes:
-        return self.take(self.connection.advance(now_ns))
-
-    def next_deadline_ns(self) -> int | None:
-        return self.connection.next_deadline_ns()
-
-    def line_down(self, now_ns: int) -> bytes:
-        return self.take(self.connection.line_down(now_ns))
-
-    def take_events(self) -> list[Event]:
-        events, self._events = self._events, []
-        return events
-
-    def take(self, events: list[Event]) -> bytes:
-        self._events += [event for event in events if not isinstance(event, Transmit)]
-        return b"".join(event.data for event in events if isinstance(event, Transmit))
-
-
 class GroundStation:
     """Drives a rover through a port.
 
@@ -170,7 +141,7 @@ class GroundStation:
         self.latest: dict[type[Report], Telemetry] = {}
         self.failure = ""
         self.on_report: Callable[[Telemetry], None] = lambda _telemetry: None
-        self._device = _StationDevice(self.connection)
+        self._device = ClientDevice(self.connection, Transmit)
         self._actor = DeviceActor(bench, self._device, port, name="station", on_event=self._take)
 
     # --- what it knows

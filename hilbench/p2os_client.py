@@ -6,8 +6,10 @@ other is named.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from hilbench.bench import Bench
-from hilbench.devices import DeviceActor
+from hilbench.devices import ClientDevice, DeviceActor
 from hilbench.links import Port
 from protocols.p2os import (
     BaudWanted,
@@ -36,39 +38,21 @@ from protocols.p2os import (
 )
 
 
-class _ClientDevice:
-    """Makes a serial device of the client role: its events, less the bytes, are what it reports.
+class _RateChangingDevice(ClientDevice[Event]):
+    """A device of the client role that changes the line's rate too.
 
-    A change of rate is made at once: the bytes of the same call are meant for the new one.
+    That is done at once: the bytes of the same call are meant for the new one.
     """
 
     def __init__(self, connection: Connection, port: Port) -> None:
-        self.connection = connection
+        super().__init__(connection, Transmit)
         self._port = port
-        self._events: list[Event] = []
 
-    def receive(self, data: bytes, now_ns: int) -> bytes:
-        return self.take(self.connection.receive(data, now_ns))
-
-    def advance(self, now_ns: int) -> bytes:
-        return self.take(self.connection.advance(now_ns))
-
-    def next_deadline_ns(self) -> int | None:
-        return self.connection.next_deadline_ns()
-
-    def line_down(self, now_ns: int) -> bytes:
-        return self.take(self.connection.line_down(now_ns))
-
-    def take_events(self) -> list[Event]:
-        events, self._events = self._events, []
-        return events
-
-    def take(self, events: list[Event]) -> bytes:
+    def take(self, events: Sequence[Event]) -> bytes:
         for event in events:
             if isinstance(event, BaudWanted):
                 self._port.baud = event.baud
-        self._events += [event for event in events if not isinstance(event, Transmit)]
-        return b"".join(event.data for event in events if isinstance(event, Transmit))
+        return super().take(events)
 
 
 class P2osClient:
@@ -100,7 +84,7 @@ class P2osClient:
         self.config: ConfigPacket | None = None
         self.failure = ""
         self.pose: PoseTracker | None = None
-        self._device = _ClientDevice(self.connection, port)
+        self._device = _RateChangingDevice(self.connection, port)
         self._actor = DeviceActor(bench, self._device, port, name="client", on_event=self._take)
 
     # --- what it knows
