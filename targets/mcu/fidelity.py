@@ -62,12 +62,16 @@ class Notes:
         self._now = now
         self._pc = pc
 
-    def add(self, kind: str, where: str, text: str) -> None:
-        """Note something, if it is the first of its kind and place."""
+    def pc(self) -> int | None:
+        """Return the address of the instruction in flight; None outside the program."""
+        return self._pc()
+
+    def add(self, kind: str, where: str, text: str, *, pc: int | None = None) -> None:
+        """Note something, if it is the first of its kind and place; `pc` where an earlier instruction did it."""
         if (kind, where) in self._seen:
             return
         self._seen.add((kind, where))
         cycle, ns = self._now()
-        note = Note(kind=kind, where=where, text=text, pc=self._pc(), cycle=cycle, ns=ns)
+        note = Note(kind=kind, where=where, text=text, pc=self._pc() if pc is None else pc, cycle=cycle, ns=ns)
         self.all.append(note)
         self.on_note(note)

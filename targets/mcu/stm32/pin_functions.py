@@ -3,21 +3,25 @@
 The F1 moves whole groups of signals (AFIO); from the F2 on each pin chooses one of sixteen functions (RM0410 section
 6.3.2), and a signal that no pin has chosen is connected to nothing. Several pins may carry the same output. Choices
 where the manual is silent: an input that no pin carries reads low, but the lines of a serial port high, as they idle;
-one that several pins carry hears the pin that chose it last.
+one that several pins carry hears the pin that chose it last. Programs that put a pin in its mode before they choose its
+function have it in AF0 in between: a function that the pin lacks is noted when it has stood for a millisecond.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from fractions import Fraction
 
 from targets.mcu.fidelity import Notes
 from targets.mcu.signals import Signals
+from targets.mcu.timebase import Event, Timebase
 
 __all__ = ["PinFunctions"]
 
 _EVENTOUT = "EVENTOUT"
 _IDLES_HIGH = re.compile(r"US?ART\d_(TX|RX)")
+_PATIENCE_S = Fraction(1, 1000)
 _INPUT = re.compile(r"US?ART\d_(RX|CTS)|TIM[18]_BKIN2?|TIM[1348]_ETR")
 
 
@@ -27,14 +31,19 @@ class PinFunctions:
     Args:
         table: for each pin the signals of each alternate function that it has.
         signals: the signals of the chip.
+        time: the chip's cycles and events.
         notes: where it is noted that a pin lacks a function.
     """
 
-    def __init__(self, table: Mapping[str, Mapping[int, tuple[str, ...]]], signals: Signals, notes: Notes) -> None:
+    def __init__(
+        self, table: Mapping[str, Mapping[int, tuple[str, ...]]], signals: Signals, time: Timebase, notes: Notes
+    ) -> None:
         self._table = table
         self._signals = signals
+        self._time = time
         self._notes = notes
         self._chosen: dict[str, int] = {}
+        self._doubts: dict[str, Event] = {}
         self._carriers: dict[str, list[str]] = {}
         names = {name for functions in table.values() for of_one in functions.values() for name in of_one}
         signals.only_at_pins({name: bool(_IDLES_HIGH.fullmatch(name)) for name in sorted(names)})
@@ -46,6 +55,7 @@ class PinFunctions:
             return
         if old is not None:
             del self._chosen[pin]
+            self._time.cancel(self._doubts.pop(pin, None))
             for name in self._table[pin].get(old, ()):
                 self._leave(name, pin)
         if function is not None:
@@ -62,9 +72,17 @@ class PinFunctions:
     def _check(self, pin: str, function: int) -> None:
         names = self._table[pin].get(function)
         if names is None:
-            self._notes.add("misuse", f"{pin}_AF{function}", f"{pin} has no alternate function {function}")
+            self._doubt(pin, function)
         elif _EVENTOUT in names:
             self._notes.add("unmodelled", f"{pin}_AF{function}", "EVENTOUT is not put out: SEV makes no pulse")
+
+    def _doubt(self, pin: str, function: int) -> None:
+        pc = self._notes.pc()
+
+        def note() -> None:
+            self._notes.add("misuse", f"{pin}_AF{function}", f"{pin} has no alternate function {function}", pc=pc)
+
+        self._doubts[pin] = self._time.at_time(self._time.seconds(self._time.now) + _PATIENCE_S, note)
 
     def _enter(self, name: str, pin: str) -> None:
         carriers = self._carriers.setdefault(name, [])

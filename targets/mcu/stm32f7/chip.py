@@ -94,7 +94,7 @@ class Stm32f767(Chip):
         self._main_bytes = variant.ram_bytes
         self.pins = Pins(PADS, time, notes, bonded=variant.pins, thresholds=thresholds(3.3))
         self.signals = Signals(self.pins)
-        self._functions = PinFunctions(ALTERNATE_FUNCTIONS, self.signals, notes)
+        self._functions = PinFunctions(ALTERNATE_FUNCTIONS, self.signals, time, notes)
         self._tree = ClockTree()
         self._requests = Requests()
         self._irq_lines = IrqLines(self._irq)

@@ -25,7 +25,7 @@ class Pinout:
         self.pins = Pins(PADS, self.chip.time, self.chip.notes, bonded=bonded, thresholds=thresholds(3.3))
         self.signals = Signals(self.pins)
         self.services = dataclasses.replace(self.chip.services, output=self.signals.output, input=self.signals.input)
-        self.functions = PinFunctions(ALTERNATE_FUNCTIONS, self.signals, self.chip.notes)
+        self.functions = PinFunctions(ALTERNATE_FUNCTIONS, self.signals, self.time, self.chip.notes)
         self.ports = {
             letter: self.chip.add(
                 Gpio(f"GPIO{letter}", 0x4002_0000 + 0x400 * index, self.services, self.pins, self.functions)

@@ -15,6 +15,7 @@ RESETS = {
     "A": {"MODER": 0xA800_0000, "OSPEEDR": 0x0C00_0000, "PUPDR": 0x6400_0000},
     "B": {"MODER": 0x0000_0280, "OSPEEDR": 0x0000_00C0, "PUPDR": 0x0000_0100},
 }
+LONG = 216_000_000  # a second in HCLK cycles
 KEY = 1 << 16
 
 
@@ -178,10 +179,49 @@ def test_two_signals_share_a_function(pinout):
     assert trigger.level()
 
 
-def test_a_function_that_the_pin_lacks_is_noted(pinout):
+def test_a_function_that_a_pin_lacks_is_noted_a_millisecond_later(pinout):
     pinout.alternate("PD8", 1)
-    assert pinout.chip.noted("misuse") == ["PD8_AF1"]
     assert pinout.pins["PD8"].level is None
+    pinout.chip.advance(215_999)
+    assert pinout.chip.noted("misuse") == []
+    pinout.chip.advance(1)
+    assert pinout.chip.noted("misuse") == ["PD8_AF1"]
+    pinout.chip.advance(LONG)
+    assert [note.cycle for note in pinout.chip.notes.all] == [216_000]
+
+
+def test_the_note_has_the_place_in_the_program_that_chose_the_function(pinout, monkeypatch):
+    monkeypatch.setattr(pinout.chip.notes, "_pc", lambda: 0x0800_0100)
+    pinout.alternate("PD8", 1)
+    monkeypatch.setattr(pinout.chip.notes, "_pc", lambda: None)
+    pinout.chip.advance(LONG)
+    assert [note.pc for note in pinout.chip.notes.all] == [0x0800_0100]
+
+
+@pytest.mark.parametrize("later", [("AFR", 7), ("MODER", 0)])
+def test_the_mode_may_be_written_before_the_function(pinout, later):
+    pinout.field("PD8", "MODER", 2)
+    pinout.chip.advance(215_999)
+    pinout.field("PD8", *later)
+    pinout.chip.advance(LONG)
+    assert pinout.chip.notes.all == []
+
+
+def test_a_reset_forgets_the_function_that_a_pin_lacks(pinout):
+    pinout.field("PD8", "MODER", 2)
+    pinout.ports["D"].reset()
+    pinout.chip.advance(LONG)
+    assert pinout.chip.notes.all == []
+
+
+def test_a_second_function_that_a_pin_lacks_has_a_millisecond_of_its_own(pinout):
+    pinout.field("PD8", "MODER", 2)
+    pinout.chip.advance(200_000)
+    pinout.field("PD8", "AFR", 1)
+    pinout.chip.advance(200_000)
+    assert pinout.chip.notes.all == []
+    pinout.chip.advance(LONG)
+    assert pinout.chip.noted("misuse") == ["PD8_AF1"]
 
 
 def test_several_pins_carry_the_same_output(pinout):
