@@ -13,13 +13,12 @@ import signal
 import subprocess
 import threading
 from collections.abc import Iterator
-from typing import Protocol
 
 from hilbench.bench import Bench
-from hilbench.check.verdicts import Violation
 from hilbench.errors import UnavailableError
 from hilbench.links import Port
 from hilbench.p2os_client import P2osClient
+from hilbench.under_test import OwnUnderTest, UnderTest
 from protocols.p2os import LocalProtocolError
 
 OWN_CAPABILITIES = frozenset(
@@ -35,69 +34,15 @@ _TERMINATE_WITHIN_S = 3.0
 _OUR_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
-class ClientUnderTest(Protocol):
-    """A client that can be made to connect."""
-
-    @property
-    def own(self) -> P2osClient | None:
-        """Our own client, which can be commanded and asked; None if it is a foreign one."""
-
-    def start(self) -> None:
-        """Have the client connect, from scratch.
-
-        Raises:
-            UnavailableError: it cannot be started, or nobody came.
-        """
-
-    def ended(self) -> str:
-        """Say how the client ended by itself, as in "exited with status 3"; empty while it lives."""
-
-    def disconnect(self) -> None:
-        """Have the user of the client end the session."""
-
-    def close(self) -> None:
-        """Make sure the client is gone."""
+ClientUnderTest = UnderTest[P2osClient]
+"""A client that can be made to connect."""
 
 
-class OwnClient:
+class OwnClient(OwnUnderTest[P2osClient]):
     """The client of this package."""
 
     def __init__(self, client: P2osClient) -> None:
-        self._client = client
-
-    @property
-    def own(self) -> P2osClient:
-        """The client itself."""
-        return self._client
-
-    def start(self) -> None:
-        """Begin to connect.
-
-        Raises:
-            Violation: it does not want to.
-        """
-        try:
-            self._client.connect()
-        except LocalProtocolError as error:
-            raise Violation(f"the client does not begin: {error}") from error
-
-    def ended(self) -> str:
-        """Return nothing: it lives and dies with its bench."""
-        return ""
-
-    def disconnect(self) -> None:
-        """Begin to take leave.
-
-        Raises:
-            Violation: it does not want to.
-        """
-        try:
-            self._client.disconnect()
-        except LocalProtocolError as error:
-            raise Violation(f"the client does not take its leave: {error}") from error
-
-    def close(self) -> None:
-        """Nothing to do: it lives and dies with its bench."""
+        super().__init__(client, called="client", refusal=LocalProtocolError)
 
 
 class ExecClient:
