@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from types import MappingProxyType
 
+from targets.mcu.stm32.clock_tree import AHB_DIVIDERS, APB_DIVIDERS, BasicClockTree, BusRates
 from targets.mcu.stm32.rcc import Source
 
 __all__ = [
@@ -24,8 +25,6 @@ __all__ = [
 HSI_HZ = Fraction(16_000_000)  # RM0410 section 5.2.2
 LSI_HZ = Fraction(32_000)  # RM0410 section 5.2.5; DS11532: 17 to 47 kHz
 PLLSRC = 1 << 22
-AHB_DIVIDERS = (1, 1, 1, 1, 1, 1, 1, 1, 2, 4, 8, 16, 64, 128, 256, 512)
-APB_DIVIDERS = (1, 1, 1, 1, 2, 4, 8, 16)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,34 +105,16 @@ def kernel_choices() -> Mapping[str, KernelChoice]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rates:
-    """Rates in hertz, and the dividers from HCLK to the peripheral buses.
+class Rates(BusRates):
+    """Rates in hertz, and the dividers from HCLK to the peripheral buses; see `BusRates`.
 
     Attributes:
-        sysclk: before the AHB prescaler.
-        hclk: CPU, memory, DMA.
-        apb1: HCLK cycles per tick of PCLK1.
-        apb2: HCLK cycles per tick of PCLK2.
         all_timers: TIMPRE: the timers run at HCLK as long as the bus is divided by 4 at most, else at 4 times its rate.
         kernels: rate of the clock that each peripheral with a choice runs on; 0 for none.
     """
 
-    sysclk: Fraction
-    hclk: Fraction
-    apb1: int
-    apb2: int
     all_timers: bool
     kernels: Mapping[str, Fraction] = field(default_factory=dict)
-
-    @property
-    def pclk1(self) -> Fraction:
-        """Rate of PCLK1."""
-        return self.hclk / self.apb1
-
-    @property
-    def pclk2(self) -> Fraction:
-        """Rate of PCLK2."""
-        return self.hclk / self.apb2
 
     def timer(self, divider: int) -> int:
         """Return HCLK cycles per tick of the timers on a bus with that divider (RM0410 section 5.2.10)."""
@@ -152,41 +133,19 @@ def rates_of(cfgr: int, source: Source, hse_hz: Fraction, pll: PllRates, *, all_
     )
 
 
-class ClockTree:
-    """The present rates, as the peripherals ask for them; implements `services.Clocks`. RCC sets them.
-
-    Attributes:
-        rates: the present rates.
-        stopped: Stop mode: every derived clock stands still.
-    """
+class ClockTree(BasicClockTree[Rates]):
+    """The present rates, as the peripherals ask for them; implements `services.Clocks`. See `BasicClockTree`."""
 
     def __init__(self) -> None:
-        self.rates = Rates(sysclk=HSI_HZ, hclk=HSI_HZ, apb1=1, apb2=1, all_timers=False)
-        self.stopped = False
-        self._pclk: dict[str, int] = {}
-        self._timer: dict[str, int] = {}
         self._kernel: dict[str, Fraction] = {}
-        self.set(self.rates, stopped=False)
+        super().__init__(Rates(sysclk=HSI_HZ, hclk=HSI_HZ, apb1=1, apb2=1, all_timers=False))
 
     def set(self, rates: Rates, *, stopped: bool) -> None:
-        """Take over new rates."""
-        self.rates = rates
-        self.stopped = stopped
-        dividers = {"AHB": 1, "APB1": rates.apb1, "APB2": rates.apb2}
-        for bus, divider in dividers.items():
-            self._pclk[bus] = 0 if stopped else divider
-            self._timer[bus] = 0 if stopped else rates.timer(divider)
+        """Take over new rates, those of the kernel clocks too."""
+        super().set(rates, stopped=stopped)
         self._kernel = {
             name: rates.hclk / rate if rate and not stopped else Fraction(0) for name, rate in rates.kernels.items()
         }
-
-    def pclk(self, bus: str) -> int:
-        """Return HCLK cycles per tick of the bus clock; 0 in Stop mode."""
-        return self._pclk[bus]
-
-    def timer(self, bus: str) -> int:
-        """Return HCLK cycles per tick of the timers' clock on that bus; 0 in Stop mode."""
-        return self._timer[bus]
 
     def kernel(self, peripheral: str) -> Fraction:
         """Return HCLK cycles per tick of a peripheral's own clock; 0 in Stop mode, or while its source does not run."""
