@@ -237,6 +237,11 @@ class Rover:
         for name, found, wanted in zip("AB", report.throttles, (left, right), strict=True):
             near(found, wanted, tolerance, unit="of full", what=f"throttle {name} in 0x83")
 
+    def require_setpoints(self, report: MotionReport, left_rpm: float, right_rpm: float) -> None:
+        """Require the setpoints of a 0x83."""
+        for name, found_rpm, wanted_rpm in zip("AB", report.setpoints_rpm, (left_rpm, right_rpm), strict=True):
+            near(found_rpm, wanted_rpm, 1e-3, unit="rpm", what=f"setpoint {name} in 0x83")
+
     def stop_s(self, since_ns: int, within_s: float) -> None:
         """Require that both motors are without voltage within a time since `since_ns`."""
         stopped = self.peer.bench.run_until(self._stands, within_s + 1.0)

@@ -224,8 +224,8 @@ CLAUSES = (
     _clause(
         23,
         "Lost link",
-        "The motors of a rover on its way get their last pulse 0.9 to 1.03 s after the last frame, and its wheels "
-        "stand; requests do not bring them back, the next command does.",
+        "The motors of a rover on its way get their last pulse 0.9 to 1.03 s after the last frame, whether throttles "
+        "or set points drive it, and its wheels stand; requests do not bring them back, the next command does.",
         f"{_CONFIG}: HEARTBEAT_TIMEOUT_IN_MS",
         f"{_G0} handle_connection_lost",
         _TOLERANCE,

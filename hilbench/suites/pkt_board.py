@@ -396,6 +396,28 @@ def test_a_lost_link_stops_the_motors(rover: Rover) -> None:
         raise Violation("the motors do not obey any more", rover.peer.evidence())
 
 
+@on_rover("P62", lasts_s=7.0)
+def test_a_lost_link_ends_speed_control(rover: Rover) -> None:
+    rover.hands.hold_wheels(True)
+    rover.send(SpeedSetpoints(a_rpm=60.0, b_rpm=-60.0))
+    rover.keep_alive(2.0)
+    if not all(rover.duties):
+        raise Violation(f"the motors stand though the link is kept up: {rover.duties}", rover.peer.evidence())
+    rover.send(SpeedSetpoints(a_rpm=60.0, b_rpm=-60.0))
+    sent_ns = rover.peer.bench.now_ns - round(DONE_S * NS_PER_S)
+    rover.stop_s(sent_ns, 1.1)
+    rover.keep_alive(1.0)
+    if rover.duties != (0.0, 0.0):
+        raise Violation("the motors run again though nothing has commanded them", rover.peer.evidence())
+    report = rover.motion()
+    rover.require_throttles(report, 0.0, 0.0)
+    rover.require_setpoints(report, 0.0, 0.0)
+    rover.send(SpeedSetpoints(a_rpm=60.0, b_rpm=60.0, flags=1))
+    left, right = rover.duties
+    at_least(left, 0.3, unit="of full", what="duty A after a setpoint for A alone")
+    near(right, 0.0, 0.1, unit="of full", what="duty B after a setpoint for A alone")
+
+
 def _eleven_bytes(rover: Rover, times: int) -> Counts:
     """Send a frame of eleven bytes several times, each at another time of a receiver that looks every 10 ms."""
     frame = rover.peer.frame(bytes.fromhex("010000"))

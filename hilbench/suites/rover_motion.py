@@ -553,8 +553,12 @@ def break_bus(ride: Ride, fault: str) -> int:
 
 
 @on_bench("R23", lasts_s=4.4, scene="hard-floor")
-def test_lost_link(ride: Ride) -> None:
-    ride.drive(0.5, 0.5, 0.8)
+@pytest.mark.parametrize("control", ["throttles", "setpoints"])
+def test_lost_link(ride: Ride, control: str) -> None:
+    if control == "throttles":
+        ride.drive(0.5, 0.5, 0.8)
+    else:
+        ride.keep(120.0, 120.0, 0.8)
     ride.rover.peer.send(RequestTelemetry())
     last_ns = ride.heard_ns()
     ride.rover.peer.run(2.2)

@@ -833,4 +833,22 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         profiles=_DOCUMENTED,
         needs=("server",),
     ),
+    Clause(
+        id="P62",
+        suite=_SUITE,
+        level="must",
+        title="A lost link ends speed control",
+        text=(
+            "0x04 with 60 and -60 rpm, the wheels held, then silence: both motors are at 0 within 1.1 s, and stay "
+            "there when frames come again; 0x83 shows throttles and setpoints of 0. 0x04 with 60 rpm and flags 01 then "
+            "runs A alone. REQUEST_TMY each 0.5 s keeps them running."
+        ),
+        sources=(
+            f"{G2} handle_connection_lost, its comment: on a lost connection switch the vehicle off at once",
+            f"{G2_CONFIG} HEARTBEAT_TIMEOUT_IN_MS",
+            CHOICE + " that the setpoints go too: none may come back with a command for the other pair",
+        ),
+        profiles=_DOCUMENTED,
+        needs=("server", "duty", "wheels"),
+    ),
 )

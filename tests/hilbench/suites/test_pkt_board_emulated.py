@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 
 from hilbench.bench_provider import make_provider
@@ -11,12 +9,11 @@ from hilbench.check import CheckOptions, Verdict, run_suites
 from hilbench.options import TargetChoice
 from hilbench.rover_provider import AttachedRoverProvider
 from targets.robots.rover import DEFECTS
-from tests.mutants.rover import PAGE, has_image, killers, run_image
+from tests.mutants.rover import firmware_on_the_page, has_image, killers, run_image
 
 pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
 
-ROW = re.compile(r"^\| `(?P<name>[^`]+)` \|[^|]*\|[^|]*\| (?P<firmware>[^|]*) \| [^|]* \|$", re.MULTILINE)
-FOUND = {row["name"]: row["firmware"].split(", ") for row in ROW.finditer(PAGE.read_text(encoding="utf-8"))}
+FOUND = firmware_on_the_page()
 QUICK = ("no-0x81", "no-resync", "throttle-unchecked", "led-shared")
 
 
@@ -47,7 +44,7 @@ def test_a_defect_of_the_firmware_is_found(name):
 def test_each_defect_with_an_image_is_found_in_the_firmware():
     emulated = {name for name in DEFECTS if has_image(name)}
     assert len(emulated) >= 15
-    assert {name for name, clauses in FOUND.items() if clauses not in ([""], ["no image"])} >= emulated
+    assert {name for name, clauses in FOUND.items() if clauses not in (("",), ("no image",))} >= emulated
 
 
 @pytest.mark.thorough
