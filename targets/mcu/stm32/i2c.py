@@ -1,6 +1,7 @@
 """I2C with TIMINGR, as in the STM32F0, F3, F7, L4 and H7: the master (RM0410 section 33).
 
-The slave mode is not modelled. Nobody on the bus of a chip would address it.
+The slave mode is not modelled. Nobody on the bus of a chip would address it. Own address 0 is what common drivers of a
+master leave in OAR1, enabled, so it asks for no slave here (choice).
 
 Choices where the manual is silent, besides those of `i2c_timing` and `i2c_wire`:
 
@@ -44,6 +45,13 @@ from targets.mcu.stm32.i2c_registers import (
     ISR,
     NACK,
     NACKF,
+    OA1,
+    OA1_10,
+    OA1MODE,
+    OA2,
+    OAEN,
+    OAR1,
+    OAR2,
     ONLY_SET,
     OVR,
     PE,
@@ -58,6 +66,7 @@ from targets.mcu.stm32.i2c_registers import (
     RXDR,
     RXNE,
     SAME_BIT,
+    SLAVE_NOTE,
     START,
     STOP,
     STOPF,
@@ -232,6 +241,18 @@ class I2c(Peripheral):
             self._next()
         self._begin()
         self._update()
+
+    def write_OAR1(self, value: int) -> None:
+        """Keep the own address; one other than 0 is noted."""
+        self[OAR1] = value
+        if value & OAEN and value & (OA1_10 if value & OA1MODE else OA1):
+            self.note("unmodelled", "OAR1", SLAVE_NOTE)
+
+    def write_OAR2(self, value: int) -> None:
+        """Keep the second own address; one other than 0 is noted."""
+        self[OAR2] = value
+        if value & OAEN and value & OA2:
+            self.note("unmodelled", "OAR2", SLAVE_NOTE)
 
     def write_TIMINGR(self, value: int) -> None:
         """Set the bit clock."""

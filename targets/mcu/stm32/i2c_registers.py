@@ -11,6 +11,9 @@ PE, TXIE, RXIE, ADDRIE, NACKIE, STOPIE, TCIE, ERRIE = (1 << bit for bit in range
 TXDMAEN, RXDMAEN = 1 << 14, 1 << 15
 PECEN = 1 << 23
 FILTERS = 0x1F00
+OAEN = 1 << 15
+OA1, OA1_10, OA2 = 0x00FE, 0x03FF, 0x07FE  # with the mask of OA2: a masked address 0 answers to others
+OA1MODE = 1 << 10
 _SLAVE_CR1 = 0x007B_0008  # ADDRIE, SBC, NOSTRETCH, GCEN, SMBHEN, SMBDEN, ALERTEN
 
 RD_WRN, ADD10, HEAD10R, START, STOP, NACK = (1 << bit for bit in range(10, 16))
@@ -25,7 +28,8 @@ ERRORS = BERR | ARLO | OVR | PECERR | TIMEOUT | ALERT
 SAME_BIT = TXIE | RXIE | ADDRIE | NACKIE | STOPIE | TCIE
 """Interrupt enables of CR1 that stand at the bit of their flag in ISR."""
 
-_SLAVE_NOTE = "the slave mode is not modelled"
+SLAVE_NOTE = "the slave mode is not modelled"
+_OWN_NOTE = f"is kept and has no effect: {SLAVE_NOTE}"
 
 REGISTERS = (
     Register(
@@ -35,11 +39,11 @@ REGISTERS = (
         0x00FB_DFFF,
         _SLAVE_CR1 & ~ADDRIE,
         fidelity=Fidelity.PARTLY,
-        note=f"master only: {_SLAVE_NOTE}; the levels of SCL and SDA do not move",
+        note=f"master only: {SLAVE_NOTE}; the levels of SCL and SDA do not move",
     ),
     Register("CR2", CR2, 0, 0x07FF_FFFF),
-    Register("OAR1", OAR1, 0, 0x87FF, 0x8000, fidelity=Fidelity.ABSENT, note=_SLAVE_NOTE),
-    Register("OAR2", OAR2, 0, 0x87FE, 0x8000, fidelity=Fidelity.ABSENT, note=_SLAVE_NOTE),
+    Register("OAR1", OAR1, 0, 0x87FF, fidelity=Fidelity.PARTLY, note=f"{_OWN_NOTE}; own address 0 is not noted"),
+    Register("OAR2", OAR2, 0, 0x87FE, fidelity=Fidelity.PARTLY, note=_OWN_NOTE),
     Register("TIMINGR", TIMINGR, 0, 0xF0FF_FFFF),
     Register(
         "TIMEOUTR",

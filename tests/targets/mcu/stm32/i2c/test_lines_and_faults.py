@@ -55,6 +55,26 @@ class TestRegisters:
         rig.poke("CR1", 1 << 19 | 1)
         assert rig.chip.noted("unmodelled") == ["I2C1_OAR1", "I2C1_CR1"]
 
+    @pytest.mark.parametrize(
+        ("name", "value", "noted"),
+        [
+            ("OAR1", 0x8000, False),  # as drivers of a master leave it
+            ("OAR1", 0x8400, False),  # in 10-bit mode too
+            ("OAR1", 0x0030, False),
+            ("OAR1", 0x8030, True),
+            ("OAR1", 0x8500, True),
+            ("OAR2", 0x8000, False),
+            ("OAR2", 0x0730, False),
+            ("OAR2", 0x8030, True),
+            ("OAR2", 0x8700, True),  # every address
+        ],
+    )
+    def test_only_an_own_address_asks_for_the_slave_mode(self, rig, name, value, noted):
+        rig.poke(name, 0)
+        rig.poke(name, value)
+        assert rig.peek(name) == value
+        assert rig.chip.noted() == ([f"I2C1_{name}"] if noted else [])
+
     def test_timing_may_only_change_without_pe(self, rig):
         rig.poke("TIMINGR", 0x1234)
         rig.poke("CR1", 1 | 1 << 8)
