@@ -7,7 +7,6 @@ what it receives. Judging is the business of the case.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -18,6 +17,7 @@ from hilbench.check.verdicts import Violation
 from hilbench.clock import NS_PER_S
 from hilbench.errors import UnavailableError
 from hilbench.links import Port
+from hilbench.timed_reader import TimedReader
 
 __all__ = ["QUIET_S", "LinePeer", "Received", "Sound", "Unsound"]
 
@@ -28,7 +28,6 @@ QUIET_S = 0.25
 """A line with nothing on it for this long is quiet. A choice: two and a half cycles of a P2OS robot."""
 
 _EVIDENCE_PACKETS = 6
-_KEPT_BYTE_TIMES = 1024
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,8 +81,7 @@ class LinePeer(ABC, Generic[MessageT]):
         self.bench = bench
         self.received: list[Received[MessageT]] = []
         self.dropped: list[Unsound] = []
-        self.bytes_received = 0
-        self._byte_times_ns: deque[int] = deque(maxlen=_KEPT_BYTE_TIMES)
+        self._timed: TimedReader[Sound[MessageT] | Unsound] = TimedReader(self._read)
         self.line_expected = True
         self.attach(port)
 
@@ -114,6 +112,11 @@ class LinePeer(ABC, Generic[MessageT]):
         self.require_line()
 
     # --- looking back
+
+    @property
+    def bytes_received(self) -> int:
+        """How many bytes were received, in all or since `forget`."""
+        return self._timed.bytes_received
 
     def mark(self) -> int:
         """Return a position in what was received, to look only at what comes after it."""
@@ -191,7 +194,7 @@ class LinePeer(ABC, Generic[MessageT]):
         mark, count, start_ns = self.mark(), self.bytes_received, self.bench.now_ns
         self.run(for_s)
         if self.bytes_received != count:
-            after_s = (self._byte_times_ns[-1] - start_ns) / NS_PER_S
+            after_s = (self._timed.last_byte_ns - start_ns) / NS_PER_S
             raise Violation(
                 f"{self.bytes_received - count} bytes came (the last after {after_s:.3f} s) where silence is required"
                 + (f": {why}" if why else ""),
@@ -213,7 +216,7 @@ class LinePeer(ABC, Generic[MessageT]):
         self._begin_reading()
         self.received.clear()
         self.dropped.clear()
-        self.bytes_received = 0
+        self._timed.bytes_received = 0
 
     # --- the line
 
@@ -231,21 +234,16 @@ class LinePeer(ABC, Generic[MessageT]):
             raise UnavailableError("the target closed the line", where=self.port.name)
 
     def _take(self, data: bytes, at_ns: int) -> None:
-        # One byte at a time, so that each packet knows when its first byte came.
-        for index in range(len(data)):
-            self.bytes_received += 1
-            self._byte_times_ns.append(at_ns)
-            for item in self._read(data[index : index + 1], at_ns):
-                self._keep(item, at_ns)
+        for item in self._timed.receive(data, at_ns):
+            self._keep(item, at_ns)
 
     def _keep(self, item: Sound[MessageT] | Unsound, at_ns: int) -> None:
         if isinstance(item, Unsound):
             self.dropped.append(item)
             self.bench.record("dropped", "checker", reason=item.reason, data=item.data)
             return
-        first = min(len(item.raw), len(self._byte_times_ns))
         self.bench.record("rx", "checker", data=item.raw, packet=type(item.packet).__name__)
-        start_ns = self._byte_times_ns[-first]
+        start_ns = self._timed.start_ns(item.raw)
         self.received.append(Received(start_ns=start_ns, at_ns=at_ns, raw=item.raw, packet=item.packet))
 
     def _line_changed(self, up: bool, _at_ns: int) -> None:

@@ -5,13 +5,13 @@ Left alone it answers each REQUEST_TMY with 0x80 and says nothing else. It execu
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_S
 from hilbench.links import Port
+from hilbench.timed_reader import TimedReader
 from protocols.pkt import (
     Command,
     Dropped,
@@ -34,7 +34,6 @@ from protocols.pkt import (
 __all__ = ["HeardCommand", "ScriptedRover"]
 
 _EVIDENCE_LINES = 10
-_KEPT_BYTE_TIMES = 1024
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +66,6 @@ class ScriptedRover:
     Attributes:
         received: the frames heard, oldest first.
         dropped: what was heard and was no frame.
-        bytes_received: how many bytes were heard in all.
         answers: whether REQUEST_TMY is answered.
         general: what the answer says.
     """
@@ -78,14 +76,13 @@ class ScriptedRover:
         self.profile = profile
         self.received: list[HeardCommand] = []
         self.dropped: list[Dropped] = []
-        self.bytes_received = 0
         self.answers = True
         self.general = GeneralReport(status=0 if profile.server.general_status else None)
         frames = profile.server.frames
         tolerant = frames.framing is Framing.TERM
         options = FramingOptions(framing=frames.framing, tolerant_newline=tolerant, resync=Resync.SCAN)
-        self._reader = FrameReader(replace(options, timer=FrameTimer.SINCE_LAST_BYTE))
-        self._byte_times_ns: deque[int] = deque(maxlen=_KEPT_BYTE_TIMES)
+        reader = FrameReader(replace(options, timer=FrameTimer.SINCE_LAST_BYTE))
+        self._reader = TimedReader(reader.receive)
         self._closed = False
         port.on_receive = self._take
         port.on_line = lambda up, _at_ns: bench.record("line", "rover", up=up)
@@ -115,6 +112,11 @@ class ScriptedRover:
 
     # --- looking back
 
+    @property
+    def bytes_received(self) -> int:
+        """How many bytes were heard in all."""
+        return self._reader.bytes_received
+
     def heard(self, *kinds: type[Command], mark: int = 0) -> list[HeardCommand]:
         """Return the frames heard since ``mark``; of some kinds of command, or all for none."""
         return [heard for heard in self.received[mark:] if not kinds or isinstance(heard.command, kinds)]
@@ -139,11 +141,8 @@ class ScriptedRover:
     def _take(self, data: bytes, at_ns: int) -> None:
         if self._closed:
             return
-        for index in range(len(data)):
-            self.bytes_received += 1
-            self._byte_times_ns.append(at_ns)
-            for found in self._reader.receive(data[index : index + 1], at_ns):
-                self._keep(found, at_ns)
+        for found in self._reader.receive(data, at_ns):
+            self._keep(found, at_ns)
 
     def _keep(self, found: Frame | Dropped, at_ns: int) -> None:
         if isinstance(found, Dropped):
@@ -155,7 +154,7 @@ class ScriptedRover:
         except RemoteProtocolError:
             command = None
         self.bench.record("rx", "rover", data=found.raw, command=type(command).__name__)
-        start_ns = self._byte_times_ns[-min(len(found.raw), len(self._byte_times_ns))]
+        start_ns = self._reader.start_ns(found.raw)
         heard = HeardCommand(start_ns=start_ns, at_ns=at_ns, raw=found.raw, payload=found.payload, command=command)
         self.received.append(heard)
         if self.answers and isinstance(command, RequestTelemetry):

@@ -14,7 +14,6 @@ Like a robot on a serial line, the server does not notice that a client is gone.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -26,6 +25,7 @@ from hilbench.check.verdicts import Violation
 from hilbench.clock import NS_PER_S, EventClass
 from hilbench.links import Port
 from hilbench.scripted_packets import CONFIG, IDENTIFICATION, STANDING
+from hilbench.timed_reader import TimedReader
 from protocols.p2os import (
     COMMANDS,
     Command,
@@ -46,7 +46,6 @@ SIP_CYCLE_S = 0.1
 HANDSHAKE_NAMES = ("SYNC0", "SYNC1", "SYNC2")
 
 _EVIDENCE_LINES = 10
-_KEPT_BYTE_TIMES = 1024
 # Frames longer than allowed must be seen to be judged.
 _LONGEST_COUNT = 255
 # A client at another rate sends garbage that can look like a header; a frame is not waited for longer than this.
@@ -96,7 +95,6 @@ class ScriptedServer:
     Attributes:
         received: the frames heard, oldest first.
         dropped: what was heard and was no frame.
-        bytes_received: how many bytes were heard in all.
         in_session: whether a session is open.
         sessions_opened: how many sessions the client has opened, by a whole handshake.
         stream: gives the bytes that go out in a SIP's place, for the number of the cycle counted from 0; none for an
@@ -109,7 +107,6 @@ class ScriptedServer:
         self.port = port
         self.received: list[Heard] = []
         self.dropped: list[Dropped] = []
-        self.bytes_received = 0
         self.in_session = False
         self.sessions_opened = 0
         self.stream: Callable[[int], bytes] = lambda _tick: encode_packet(STANDING)
@@ -125,8 +122,7 @@ class ScriptedServer:
         self._closed = False
         self._stream_number = 0
         self._sips_after_close = 0
-        self._reader = FrameReader(max_count=_LONGEST_COUNT, timeout_ns=_FRAME_TIMEOUT_NS)
-        self._byte_times_ns: deque[int] = deque(maxlen=_KEPT_BYTE_TIMES)
+        self._reader = TimedReader(FrameReader(max_count=_LONGEST_COUNT, timeout_ns=_FRAME_TIMEOUT_NS).receive)
         port.on_receive = self._take
         port.on_line = self._line_changed
 
@@ -183,6 +179,11 @@ class ScriptedServer:
         self.end_session()
 
     # --- looking back
+
+    @property
+    def bytes_received(self) -> int:
+        """How many bytes were heard in all."""
+        return self._reader.bytes_received
 
     def mark(self) -> int:
         """Return a position in what was heard, to look only at what comes after it."""
@@ -297,12 +298,8 @@ class ScriptedServer:
     def _take(self, data: bytes, at_ns: int) -> None:
         if self._closed:
             return
-        # One byte at a time, so that each frame knows when its first byte came.
-        for index in range(len(data)):
-            self.bytes_received += 1
-            self._byte_times_ns.append(at_ns)
-            for item in self._reader.receive(data[index : index + 1], at_ns):
-                self._hear(item, at_ns)
+        for item in self._reader.receive(data, at_ns):
+            self._hear(item, at_ns)
 
     def _hear(self, item: Frame | Dropped, at_ns: int) -> None:
         if isinstance(item, Dropped):
@@ -314,7 +311,7 @@ class ScriptedServer:
         except RemoteProtocolError:
             command = None
         name = self._name_of(command) if command is not None else f"#{item.body[0]} that cannot be read"
-        start_ns = self._byte_times_ns[-min(len(item.raw), len(self._byte_times_ns))]
+        start_ns = self._reader.start_ns(item.raw)
         self.bench.record("rx", "server", data=item.raw, name=name)
         self.received.append(Heard(start_ns=start_ns, at_ns=at_ns, raw=item.raw, command=command, name=name))
         self._obey(name)
