@@ -5,19 +5,20 @@ Addresses: RM0008 table 3. Interrupts: RM0008 table 63. Clock gates: RM0008 sect
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, ClassVar
 
 from targets.mcu.bus import BIT_BAND, Bus
-from targets.mcu.chip import AskReset, Boot, Chip, DeepSleep, MakeCore, Memory
+from targets.mcu.chip import AskReset, Boot, MakeCore, Memory
 from targets.mcu.cortexm.kinds import CORTEX_M3
 from targets.mcu.fidelity import Notes
-from targets.mcu.pins import Pins, Source
+from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
-from targets.mcu.services import DmaRequest, IrqLine, Services
+from targets.mcu.services import DmaRequest, Services
 from targets.mcu.signals import Signals
 from targets.mcu.stm32 import exti
+from targets.mcu.stm32.chip import BasicChip
 from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.unique_id import unique_id
@@ -79,10 +80,9 @@ BRIDGES = ((0x4000_0000, 0x1_0000), (0x4001_0000, 0x8000))
 RAM_BASE = 0x2000_0000
 
 _US_PER_S = 1_000_000
-_PULL_OHMS = 10_000.0  # of resistors on the board; a choice where its schematic says otherwise
 
 
-class Stm32f103(Chip):
+class Stm32f103(BasicChip):
     """The STM32F103; see `targets.mcu.chip.Chip`."""
 
     START_HZ = 8_000_000  # HSI
@@ -90,6 +90,11 @@ class Stm32f103(Chip):
     # The last is the private peripheral bus.
     REGISTER_WINDOWS = ((0x4000_0000, 0x1_8000), (0x4002_0000, 0x4000), (0xE000_0000, 0x10_0000))
     BIT_BAND: ClassVar[Mapping[int, int]] = BIT_BAND
+
+    rcc: Rcc
+    pwr: Pwr
+    dbgmcu: Dbgmcu
+    _flash: Flash
 
     def __init__(
         self,
@@ -129,12 +134,9 @@ class Stm32f103(Chip):
             bus.add(peripheral, ahb=name in AHB_PERIPHERALS)
         for base, size in BRIDGES:
             bus.add_quiet(base, size)
-        self.rcc.connect(GATES, self.peripherals, others=(self.core.systick,), backup=(self.bkp, self._rtc))
-        self.rcc.on_nmi = self.core.set_nmi
+        self._tie(GATES, backup=(self.bkp, self._rtc))
         self.rcc.on_clock_failure = self._timers[0].clock_failed
-        self.exti.on_event = self.core.receive_event
-        for name, level in board.pulled(straps).items():
-            self.pins[name].set_source("board", Source(self.pins.vdd_volts if level else 0.0, _PULL_OHMS))
+        self._pull_pins(board, straps)
 
     def _make_core_parts(self, board: Board) -> None:
         """Clocks, power, flash, and what depends on them."""
@@ -203,9 +205,6 @@ class Stm32f103(Chip):
             *absent,
         )
 
-    def _irq(self, number: int) -> IrqLine:
-        return self.core.irq(number)
-
     def _dma_request(self, name: str) -> DmaRequest:
         return self.dma.request(name)
 
@@ -216,11 +215,6 @@ class Stm32f103(Chip):
         """The flash with its interface."""
         return self._flash
 
-    @property
-    def memories(self) -> Sequence[Memory]:
-        """What the boot pins put at 0, flash, system memory, RAM, option bytes."""
-        return self._memories
-
     def boot(self, image_table: int) -> Boot:
         """Follow the BOOT pins (RM0008 section 3.4) first, then what the image says."""
         if self._straps.boot0 == 0:
@@ -230,49 +224,9 @@ class Stm32f103(Chip):
         )
         return Boot(table=RAM_BASE, refusal=refusal)
 
-    def reset(self, cause: str) -> None:
-        """Reset everything that a reset with this cause resets."""
-        self.rcc.reset()
-        if cause == "POR":
-            self.pwr.power_on()
-            self.dbgmcu.power_on()
-        for peripheral in self.peripherals.values():
-            if peripheral is not self.rcc:
-                peripheral.reset()
-        self.rcc.reset_by(cause)
-
-    def watchdog_runs(self) -> bool:
-        """Say whether a watchdog will reset the chip if the program does nothing more."""
-        return self.iwdg.runs or self.wwdg.runs
-
-    def deep_sleep(self) -> DeepSleep:
-        """Return the mode that PWR_CR chooses."""
-        return self.pwr.deep_sleep()
-
-    def sleep_resets(self, mode: DeepSleep) -> bool:
-        """Say whether nRST_STOP or nRST_STDBY is programmed."""
-        settings = self._flash.settings
-        return settings.reset_on_standby if mode.is_standby else settings.reset_on_stop
-
-    def enter_standby(self) -> bool:
-        """Enter Standby; False if WUF is set."""
-        return self.pwr.enter_standby()
-
-    def stop_clocks(self) -> None:
-        """Let all but LSE and LSI stand still."""
-        self.rcc.stop()
-
-    def restart_clocks(self) -> None:
-        """Leave Stop mode, on HSI."""
-        self.rcc.resume()
-
     def standby_may_end(self) -> bool:
         """Say whether WKUP ends Standby."""
         return self.pwr.wakes_by_pin()
-
-    def sends_events(self) -> bool:
-        """Say whether EXTI lets an edge through as an event."""
-        return self.exti.sends_events()
 
     def diagnose(self, pc: int) -> str | None:
         """Tell of the boot loader that is not there."""

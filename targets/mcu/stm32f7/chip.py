@@ -9,19 +9,19 @@ there for DMA, which on silicon takes a clean or an invalidation of the data cac
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, cast
 
 from targets.mcu.bus import Bus
-from targets.mcu.chip import AskReset, Boot, Chip, DeepSleep, MakeCore, Memory
+from targets.mcu.chip import AskReset, Boot, MakeCore, Memory
 from targets.mcu.cortexm.kinds import CORTEX_M7
 from targets.mcu.fidelity import Notes
 from targets.mcu.irq_lines import IrqLines
-from targets.mcu.pins import Pins, Source
+from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
-from targets.mcu.services import IrqLine, Services
+from targets.mcu.services import Services
 from targets.mcu.signals import Signals
+from targets.mcu.stm32.chip import BasicChip
 from targets.mcu.stm32.crc import Crc
 from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.exti import STM32F7, Exti
@@ -59,10 +59,9 @@ APB = ((0x4000_0000, 0x8000), (0x4001_0000, 0x7C00))
 TIME_STAMP_PIN = "PC13"  # RTC_TS (DS11532, additional functions)
 
 _US_PER_S = 1_000_000
-_PULL_OHMS = 10_000.0  # of resistors on the board; a choice where its schematic says otherwise
 
 
-class Stm32f767(Chip):
+class Stm32f767(BasicChip):
     """The STM32F767; see `targets.mcu.chip.Chip`."""
 
     START_HZ = 16_000_000  # HSI
@@ -76,6 +75,11 @@ class Stm32f767(Chip):
         (0xA000_0000, 0x2000),  # FMC and QUADSPI
         (0xE000_0000, 0x10_0000),  # the private peripheral bus
     )
+
+    rcc: Rcc
+    pwr: Pwr
+    dbgmcu: Dbgmcu
+    _flash: Flash
 
     def __init__(
         self,
@@ -121,14 +125,11 @@ class Stm32f767(Chip):
             bus.add(peripheral, ahb=not behind_bridge)
         for base, size in APB:
             bus.add_quiet(base, size)
-        self.rcc.connect(GATES, self.peripherals, others=(self.core.systick,), backup=(self.rtc,))
-        self.rcc.on_nmi = self.core.set_nmi
+        self._tie(GATES, backup=(self.rtc,))
         self.rcc.on_clock_failure = self._clock_failed
         self.rcc.on_pll = self.pwr.pll_switched
         self.pwr.on_supply = self.rcc.supply_changed
-        self.exti.on_event = self.core.receive_event
-        for name, level in board.pulled(straps).items():
-            self.pins[name].set_source("board", Source(self.pins.vdd_volts if level else 0.0, _PULL_OHMS))
+        self._pull_pins(board, straps)
 
     def _make_core_parts(self, board: Board) -> None:
         """Clocks, power, flash, and what depends on them."""
@@ -206,9 +207,6 @@ class Stm32f767(Chip):
             *absent_peripherals(services),
         )
 
-    def _irq(self, number: int) -> IrqLine:
-        return self.core.irq(number)
-
     def _clock_failed(self) -> None:
         for name in ("TIM1", "TIM8"):
             self._timers[name].clock_failed()
@@ -219,11 +217,6 @@ class Stm32f767(Chip):
     def flash(self) -> Flash:
         """The flash with its interface."""
         return self._flash
-
-    @property
-    def memories(self) -> Sequence[Memory]:
-        """RAM, flash and system memory at all their addresses, and the option bytes."""
-        return self._memories
 
     def boot(self, image_table: int) -> Boot:
         """Follow the address that the option bytes have for the level of the BOOT pin (RM0410 section 2.5).
@@ -248,51 +241,19 @@ class Stm32f767(Chip):
 
     def reset(self, cause: str) -> None:
         """Reset everything that a reset with this cause resets."""
-        self.rcc.reset()
-        if cause == "POR":
-            self.pwr.power_on()
-            self.dbgmcu.power_on()
-        for peripheral in self.peripherals.values():
-            if peripheral is not self.rcc:
-                peripheral.reset()
-        self.rcc.reset_by(cause)
+        super().reset(cause)
         if self._flash.settings.hardware_window_watchdog:
             text = "the window watchdog would start by itself; it starts by WWDG_CR only"
             self.services.notes.add("unmodelled", "FLASH_OPTCR.WWDG_SW", text)
 
-    def watchdog_runs(self) -> bool:
-        """Say whether a watchdog will reset the chip if the program does nothing more."""
-        return self.iwdg.runs or self.wwdg.runs
-
-    def deep_sleep(self) -> DeepSleep:
-        """Return the mode that PWR_CR1 chooses."""
-        return self.pwr.deep_sleep()
-
-    def sleep_resets(self, mode: DeepSleep) -> bool:
-        """Say whether nRST_STOP or nRST_STDBY is programmed."""
-        settings = self._flash.settings
-        return settings.reset_on_standby if mode.is_standby else settings.reset_on_stop
-
-    def enter_standby(self) -> bool:
-        """Enter Standby; False if a wake-up flag is set."""
-        return self.pwr.enter_standby()
-
     def stop_clocks(self) -> None:
         """Let all but LSE and LSI stand still, and end over-drive."""
-        self.rcc.stop()
+        super().stop_clocks()
         self.pwr.enter_stop()
-
-    def restart_clocks(self) -> None:
-        """Leave Stop mode, on HSI."""
-        self.rcc.resume()
 
     def standby_may_end(self) -> bool:
         """Say whether a WKUP pin or the RTC may end Standby."""
         return self.pwr.may_wake()
-
-    def sends_events(self) -> bool:
-        """Say whether EXTI lets an edge through as an event."""
-        return self.exti.sends_events()
 
     def diagnose(self, pc: int) -> str | None:
         """Tell of the boot loader that is not there."""
