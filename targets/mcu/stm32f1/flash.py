@@ -16,31 +16,30 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
+from types import MappingProxyType
 from typing import ClassVar
 
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Fidelity
-from targets.mcu.registers import Peripheral, Register
+from targets.mcu.registers import Register
 from targets.mcu.services import Services
+from targets.mcu.stm32.flash import CR, FLASH_BASE, KEYR, OPTKEYR, SR, BasicFlash
 from targets.mcu.stm32f1.clock_limits import needed_wait_states
 from targets.mcu.stm32f1.clocks import ClockTree
 from targets.mcu.stm32f1.options import FACTORY, OPTIONS_BASE, OPTIONS_SIZE, Options, decode
-from targets.mcu.timebase import Event
 
-__all__ = ["FLASH_BASE", "Flash"]
+__all__ = ["Flash"]
 
-IRQ = 4
-FLASH_BASE = 0x0800_0000
 PAGE = 0x400  # medium density: 1 KB (PM0075 section 1.2)
 PAGES_PER_PROTECTION_BIT = 4
 
-ACR, KEYR, OPTKEYR, SR, CR, AR, OBR, WRPR = 0x00, 0x04, 0x08, 0x0C, 0x10, 0x14, 0x1C, 0x20
+ACR, AR, OBR, WRPR = 0x00, 0x14, 0x1C, 0x20
 
 LATENCY, HLFCYA, PRFTBE, PRFTBS = 0x7, 1 << 3, 1 << 4, 1 << 5
 BSY, PGERR, WRPRTERR, EOP = 1 << 0, 1 << 2, 1 << 4, 1 << 5
 PG, PER, MER, OPTPG, OPTER, STRT, LOCK, OPTWRE = 1 << 0, 1 << 1, 1 << 2, 1 << 4, 1 << 5, 1 << 6, 1 << 7, 1 << 9
 ERRIE, EOPIE = 1 << 10, 1 << 12
-KEY1, KEY2 = 0x4567_0123, 0xCDEF_89AB
+KEYS = (0x4567_0123, 0xCDEF_89AB)
 
 # DS5319, flash memory characteristics: programming 16 bits typically takes 52.5 us, erasing a page or all 20 to 40 ms
 # with no typical value given; the lower limit is taken.
@@ -49,8 +48,8 @@ ERASE_S = Fraction(20, 1000)
 HALF_CYCLE_HZ = 8_000_000  # PM0075 section 1.2: half-cycle access up to 8 MHz
 
 
-class Flash(Peripheral):
-    """The flash interface with the memory behind it.
+class Flash(BasicFlash):
+    """The flash interface with the memory behind it; see `BasicFlash`.
 
     Args:
         base: address of its first register.
@@ -60,12 +59,7 @@ class Flash(Peripheral):
         hsi_on: says whether the HSI runs, which programming needs.
 
     Attributes:
-        memory: the flash, shared with the engine.
-        options: the option bytes, shared with the engine.
         settings: what the option bytes said at the last reset.
-        on_code_changed: called with address and size after the contents changed.
-        on_latency: called with the number of wait states when it changes.
-        stall_until: called with a cycle before which no instruction in flash can begin.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
@@ -81,52 +75,21 @@ class Flash(Peripheral):
         Register("WRPR", WRPR, 0xFFFF_FFFF, 0),
     )
 
+    KEYS = MappingProxyType({KEYR: KEYS, OPTKEYR: KEYS})
+    ONE_WRONG_KEY_KILLS_ALL = True
+    LOCK = LOCK
+    BASES = (FLASH_BASE,)
+    OPTIONS_BASE = OPTIONS_BASE
+
     def __init__(
         self, base: int, services: Services, tree: ClockTree, *, size: int, hsi_on: Callable[[], bool] = lambda: True
     ) -> None:
-        super().__init__("FLASH", base, services)
-        self.memory = bytearray(b"\xff" * size)
-        self.options = bytearray(FACTORY)
+        super().__init__(base, services, size=size, options=FACTORY)
         self.settings: Options = decode(self.options)
-        self.on_code_changed: Callable[[int, int], None] = lambda _address, _size: None
-        self.on_latency: Callable[[int], None] = lambda _wait_states: None
-        self.stall_until: Callable[[int], None] = lambda _cycle: None
         self._tree = tree
         self._hsi_on = hsi_on
-        self._irq = services.irq(IRQ)
-        self._keys = {KEYR: 0, OPTKEYR: 0}
-        self._dead = False
-        self._ends: Event | None = None
 
     # --- what the machine calls
-
-    def load(self, address: int, data: bytes) -> None:
-        """Put an image into flash or option bytes, as a programmer does before power-on.
-
-        Raises:
-            BusFault: part of it lies outside of both.
-        """
-        for start, memory in ((FLASH_BASE, self.memory), (OPTIONS_BASE, self.options)):
-            if start <= address and address + len(data) <= start + len(memory):
-                memory[address - start : address - start + len(data)] = data
-                self._load_options()
-                return
-        raise BusFault(address)
-
-    def reset(self) -> None:
-        """Lock, forget an operation under way, and load the option bytes anew; the contents stay."""
-        super().reset()
-        self.time.cancel(self._ends)
-        self._ends = None
-        self._keys = {KEYR: 0, OPTKEYR: 0}
-        self._dead = False
-        self._load_options()
-        self._irq.set(False)
-        self.on_latency(0)
-
-    def after_clock_change(self) -> None:
-        """Compare the wait states with the new rate."""
-        self._check_access()
 
     def program(self, address: int, size: int, value: int) -> None:
         """A store to flash or option bytes: programs a half-word if the registers say so.
@@ -162,38 +125,12 @@ class Flash(Peripheral):
             self.on_latency(value & LATENCY)
         self._check_access()
 
-    def read_KEYR(self) -> int:
-        """Write-only."""
-        return 0
-
-    def write_KEYR(self, value: int) -> None:
-        """Unlock CR by two keys in order; a wrong one is a bus error and locks it until the next reset."""
-        if self[CR] & LOCK and self._turn_key(KEYR, value):
-            self[CR] &= ~LOCK
-
-    def read_OPTKEYR(self) -> int:
-        """Write-only."""
-        return 0
-
     def write_OPTKEYR(self, value: int) -> None:
         """Set OPTWRE by two keys in order, as KEYR."""
         if self[CR] & LOCK:
             self.note("misuse", "OPTKEYR", "FLASH_CR is locked; the option bytes are unlocked after it")
         elif not self[CR] & OPTWRE and self._turn_key(OPTKEYR, value):
             self[CR] |= OPTWRE
-
-    def _turn_key(self, register: int, value: int) -> bool:
-        """Take one key; return whether it was the second of the pair."""
-        expected = (KEY1, KEY2)[self._keys[register]]
-        if self._dead or value != expected:
-            self._dead = True
-            self.note(
-                "misuse", self.registers[register].name, "wrong key: a bus error, and locked until the next reset"
-            )
-            name = f"{self.name}_{self.registers[register].name}"
-            raise BusFault(self.base + register, f"{name} got a wrong key, and takes none until the next reset")
-        self._keys[register] ^= 1
-        return not self._keys[register]
 
     def write_SR(self, value: int) -> None:
         """EOP, WRPRTERR and PGERR are cleared by writing 1."""
@@ -233,12 +170,6 @@ class Flash(Peripheral):
             self[AR] = value
 
     # --- operations
-
-    def _when_free(self, action: Callable[[], None]) -> None:
-        if self._ends is not None and self._ends.pending:
-            self.time.at(self._ends.cycle, partial(self._when_free, action))
-        else:
-            action()
 
     def _program_flash(self, address: int, value: int) -> None:
         offset = address - FLASH_BASE
@@ -305,10 +236,6 @@ class Flash(Peripheral):
         self.on_code_changed(base + offset, len(data))
 
     # --- flags and checks
-
-    def _set_status(self, *, set_: int = 0, clear: int = 0) -> None:
-        self[SR] = (self[SR] & ~clear) | set_
-        self._irq_follows()
 
     def _irq_follows(self) -> None:
         status, control = self[SR], self[CR]

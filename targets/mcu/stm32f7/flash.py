@@ -17,12 +17,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
+from types import MappingProxyType
 from typing import ClassVar
 
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Fidelity
-from targets.mcu.registers import Peripheral, Register
+from targets.mcu.registers import Register
 from targets.mcu.services import Services
+from targets.mcu.stm32.flash import CR, FLASH_BASE, KEYR, OPTKEYR, SR, BasicFlash
 from targets.mcu.stm32f7.clock_limits import needed_wait_states
 from targets.mcu.stm32f7.clocks import ClockTree
 from targets.mcu.stm32f7.options import (
@@ -35,14 +37,12 @@ from targets.mcu.stm32f7.options import (
     encode,
 )
 from targets.mcu.stm32f7.sectors import Sector, sectors_of
-from targets.mcu.timebase import Event
 
-__all__ = ["FLASH_BASE", "ITCM_BASE", "Flash"]
+__all__ = ["ITCM_BASE", "Flash"]
 
-IRQ = 4
-FLASH_BASE, ITCM_BASE = 0x0800_0000, 0x0020_0000
+ITCM_BASE = 0x0020_0000
 
-ACR, KEYR, OPTKEYR, SR, CR, OPTCR, OPTCR1 = range(0x00, 0x1C, 4)
+ACR, OPTCR, OPTCR1 = 0x00, 0x14, 0x18
 
 LATENCY, PRFTEN, ARTEN, ARTRST = 0xF, 1 << 8, 1 << 9, 1 << 11
 EOP, OPERR, WRPERR, PGAERR, PGPERR, ERSERR, BSY = 1 << 0, 1 << 1, 1 << 4, 1 << 5, 1 << 6, 1 << 7, 1 << 16
@@ -66,8 +66,8 @@ ERASE_S = {
 MASS_ERASE_S_PER_MB = Fraction(8)
 
 
-class Flash(Peripheral):
-    """The flash interface with the memory behind it.
+class Flash(BasicFlash):
+    """The flash interface with the memory behind it; see `BasicFlash`.
 
     Args:
         base: address of its first register.
@@ -76,12 +76,7 @@ class Flash(Peripheral):
         size: bytes of flash.
 
     Attributes:
-        memory: the flash, shared with the engine.
-        options: the option bytes, shared with the engine.
         settings: what the option bytes say.
-        on_code_changed: called with address and size after the contents changed, for both addresses of the flash.
-        on_latency: called with the number of wait states when it changes.
-        stall_until: called with a cycle before which no instruction in flash can begin.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
@@ -108,49 +103,18 @@ class Flash(Peripheral):
         Register("OPTCR1", OPTCR1, FACTORY_OPTCR1),
     )
 
+    KEYS = MappingProxyType(KEYS)
+    ONE_WRONG_KEY_KILLS_ALL = False
+    LOCK = LOCK
+    BASES = (FLASH_BASE, ITCM_BASE)
+    OPTIONS_BASE = OPTIONS_BASE
+
     def __init__(self, base: int, services: Services, tree: ClockTree, *, size: int) -> None:
-        super().__init__("FLASH", base, services)
-        self.memory = bytearray(b"\xff" * size)
         self.settings = Options(optcr=FACTORY_OPTCR & OPTION_BITS, optcr1=FACTORY_OPTCR1)
-        self.options = bytearray(encode(self.settings))
-        self.on_code_changed: Callable[[int, int], None] = lambda _address, _size: None
-        self.on_latency: Callable[[int], None] = lambda _wait_states: None
-        self.stall_until: Callable[[int], None] = lambda _cycle: None
+        super().__init__(base, services, size=size, options=encode(self.settings))
         self._tree = tree
-        self._irq = services.irq(IRQ)
-        self._turned = {KEYR: 0, OPTKEYR: 0}
-        self._dead: set[int] = set()
-        self._ends: Event | None = None
 
     # --- what the machine calls
-
-    def load(self, address: int, data: bytes) -> None:
-        """Put an image into flash or option bytes, as a programmer does before power-on.
-
-        Raises:
-            BusFault: part of it lies outside of both.
-        """
-        for start, memory in ((FLASH_BASE, self.memory), (ITCM_BASE, self.memory), (OPTIONS_BASE, self.options)):
-            if start <= address and address + len(data) <= start + len(memory):
-                memory[address - start : address - start + len(data)] = data
-                self._load_options()
-                return
-        raise BusFault(address)
-
-    def reset(self) -> None:
-        """Lock, forget an operation under way, and load the option bytes anew; the contents stay."""
-        super().reset()
-        self.time.cancel(self._ends)
-        self._ends = None
-        self._turned = {KEYR: 0, OPTKEYR: 0}
-        self._dead.clear()
-        self._load_options()
-        self._irq.set(False)
-        self.on_latency(0)
-
-    def after_clock_change(self) -> None:
-        """Compare the wait states with the new rate."""
-        self._check_access()
 
     def program(self, address: int, size: int, value: int) -> None:
         """A store to flash: programs what was stored if the registers say so.
@@ -179,33 +143,10 @@ class Flash(Peripheral):
             self.on_latency(value & LATENCY)
         self._check_access()
 
-    def read_KEYR(self) -> int:
-        """Write-only."""
-        return 0
-
-    def write_KEYR(self, value: int) -> None:
-        """Unlock CR by two keys in order; a wrong one is a bus error and locks it until the next reset."""
-        if self[CR] & LOCK and self._turn_key(KEYR, value):
-            self[CR] &= ~LOCK
-
-    def read_OPTKEYR(self) -> int:
-        """Write-only."""
-        return 0
-
     def write_OPTKEYR(self, value: int) -> None:
         """Unlock OPTCR by two keys in order, as KEYR."""
         if self[OPTCR] & OPTLOCK and self._turn_key(OPTKEYR, value):
             self[OPTCR] &= ~OPTLOCK
-
-    def _turn_key(self, register: int, value: int) -> bool:
-        """Take one key; return whether it was the second of the pair."""
-        if register in self._dead or value != KEYS[register][self._turned[register]]:
-            self._dead.add(register)
-            name = self.registers[register].name
-            self.note("misuse", name, "wrong key: a bus error, and locked until the next reset")
-            raise BusFault(self.base + register, f"FLASH_{name} got a wrong key, and takes none until the next reset")
-        self._turned[register] ^= 1
-        return not self._turned[register]
 
     def write(self, offset: int, value: int) -> None:
         """As of every peripheral; the flags of SR keep their value where 0 is written."""
@@ -249,12 +190,6 @@ class Flash(Peripheral):
         self[OPTCR1] = value
 
     # --- operations
-
-    def _when_free(self, action: Callable[[], None]) -> None:
-        if self._ends is not None and self._ends.pending:
-            self.time.at(self._ends.cycle, partial(self._when_free, action))
-        else:
-            action()
 
     def _program(self, offset: int, size: int, value: int) -> None:
         wanted = 1 << (self[CR] >> 8 & 3)
@@ -361,10 +296,6 @@ class Flash(Peripheral):
     def _fail(self, flag: int) -> None:
         """Set the flag of an error; OPERR only with its interrupt enabled (RM0410 section 3.7.4)."""
         self._set_status(set_=flag | OPERR if self[CR] & ERRIE else flag)
-
-    def _set_status(self, *, set_: int = 0, clear: int = 0) -> None:
-        self[SR] = (self[SR] & ~clear) | set_
-        self._irq_follows()
 
     def _irq_follows(self) -> None:
         status, control = self[SR], self[CR]
