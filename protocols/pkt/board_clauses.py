@@ -352,8 +352,8 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Half a frame is forgotten after a second",
         text=(
-            "LED_ON cut behind its sixth byte, the rest 30 s later: 0/0/0/0, an error of time is not counted. The rest "
-            "0.5 s later instead: 1/0/1/0."
+            "LED_ON cut behind its sixth byte, the rest 30 s later, or 1.1 s: 0/0/0/0, an error of time is not "
+            "counted. The rest 0.9 s later instead: 1/0/1/0."
         ),
         sources=(f"{G2_CONFIG} PACKET_TIMEOUT_IN_MS", f"{DECODER} check_timeouts and its comment", f"{G2} set_error"),
         profiles=_DOCUMENTED,
@@ -850,5 +850,56 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         ),
         profiles=_DOCUMENTED,
         needs=("server", "duty", "wheels"),
+    ),
+    Clause(
+        id="P63",
+        suite=_SUITE,
+        level="must",
+        title="Setpoints are for the pairs that the flags name",
+        text=(
+            "0x04 with 30 and -20 rpm, the wheels held: 0x83 shows these setpoints, and throttles of 0.3 and -0.2 "
+            "within 0.05. With flags 01, 10 and 10 rpm: A alone changes; with flags 00: none; with flags 02, 40 and 15 "
+            "rpm: B alone; ACC + 1 each time."
+        ),
+        sources=(f"{DOCUMENT}, 0x03: flags", f"{MANUAL}, 0x04", f"{G2_MOTORS} set_motor_speed_setpoints"),
+        profiles=_V2,
+        needs=("server", "wheels"),
+    ),
+    Clause(
+        id="P64",
+        suite=_SUITE,
+        level="must",
+        title="Each command has its report",
+        text=(
+            "LED_ON, LED_OFF, 0x03, 0x04 and 0x05 are each followed by one 0x81 with their opcode and status 0; a "
+            "payload of 03 alone by one with 03 and another status."
+        ),
+        sources=(f"{DOCUMENT}, 0x81: sent after the execution of a command", f"{MANUAL}, 0x81"),
+        profiles=_DOCUMENTED,
+        needs=("server",),
+    ),
+    Clause(
+        id="P65",
+        suite=_SUITE,
+        level="must",
+        title="REJ wraps",
+        text="50 4B 54 21 00 256 times: REJ is FF after 255 and 00 after one more, nothing accepted.",
+        sources=(f"{DOCUMENT}, 0x80: a byte", f"{G2} set_error"),
+        profiles=_LEN,
+        needs=("server",),
+    ),
+    Clause(
+        id="P66",
+        suite=_SUITE,
+        level="must",
+        title="Missing parameters of the speed control are an error",
+        text=(
+            "After 0x04 with 30 and -20 rpm, payloads of 04 alone, of 04 and 8 bytes, of 05 alone and of 05 and 8 "
+            "bytes are each accepted with an error, and followed by one 0x81 with their opcode and a status other than "
+            "0; 0x83 still shows setpoints of 30 and -20."
+        ),
+        sources=(f"{DOCUMENT}, 0x80: LAST_ERROR is the error of the last command", CHOICE + " which error; ours is 2"),
+        profiles=_DOCUMENTED,
+        needs=("server",),
     ),
 )

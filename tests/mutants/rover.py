@@ -29,6 +29,8 @@ from protocols.pkt import (
     Connection,
     Dropped,
     DropReason,
+    ExecutionReport,
+    Frame,
     FrameAction,
     FrameState,
     FrameTable,
@@ -142,6 +144,36 @@ def _without_flags(set_values: Callable[..., None], motors: Motors, which: objec
     set_values(motors, which, values, 3)
 
 
+def _saturating_rejected(act: Callable[..., None], machine: ServerMachine, action: Action) -> None:
+    if action is not Action.REJECT or machine.telemetry.rejected < 255:
+        act(machine, action)
+
+
+def _exchanged(set_both: Callable[..., None], motors: Motors, a_rpm: float, b_rpm: float, flags: int) -> None:
+    set_both(motors, b_rpm, a_rpm, flags)
+
+
+def _without_setpoint_flags(
+    set_both: Callable[..., None], motors: Motors, a_rpm: float, b_rpm: float, _flags: int
+) -> None:
+    set_both(motors, a_rpm, b_rpm, 3)
+
+
+def _silent_on_motors(send: Callable[..., None], machine: ServerMachine) -> None:
+    if machine.telemetry.last_opcode not in (3, 4, 5):
+        send(machine)
+
+
+def _always_success(_send: Callable[..., None], machine: ServerMachine) -> None:
+    machine.transmit(machine.encode(ExecutionReport(opcode=machine.telemetry.last_opcode, error=0)))
+
+
+def _filled_up(decode: Callable[..., object], machine: ServerMachine, frame: Frame) -> object:
+    if frame.payload[0] in (4, 5):
+        frame = replace(frame, payload=frame.payload.ljust(13, b"\0"))
+    return decode(machine, frame)
+
+
 def _only_without_control(stop: Callable[..., None], motors: Motors) -> None:
     if not motors.pid:
         stop(motors)
@@ -154,7 +186,7 @@ def _counting_noise(drop: Callable[..., None], machine: ServerMachine, dropped: 
 
 
 def patched(
-    owner: type, name: str, around: Callable[..., None]
+    owner: type, name: str, around: Callable[..., object]
 ) -> Callable[[], contextlib.AbstractContextManager[object]]:
     """Put a function around a method."""
     original = getattr(owner, name)
@@ -220,9 +252,39 @@ BY_HAND = (
         patches=(patched(ServerMachine, "_act_on_packet", _saturating),),
     ),
     RoverMutant(
+        id="rejected-saturates",
+        what="REJECTED stays at 255",
+        patches=(patched(ServerMachine, "_act_on_packet", _saturating_rejected),),
+    ),
+    RoverMutant(
         id="flags-ignored",
         what="a motor command is for both pairs, whatever its flags",
         patches=(patched(Motors, "_set", _without_flags),),
+    ),
+    RoverMutant(
+        id="setpoints-exchanged",
+        what="0x04 sets the right pair to A and the left one to B",
+        patches=(patched(Motors, "set_setpoints", _exchanged),),
+    ),
+    RoverMutant(
+        id="setpoint-flags-ignored",
+        what="0x04 is for both pairs, whatever its flags",
+        patches=(patched(Motors, "set_setpoints", _without_setpoint_flags),),
+    ),
+    RoverMutant(
+        id="0x81-not-for-motors",
+        what="0x81 is not sent after 0x03, 0x04 and 0x05",
+        patches=(patched(ServerMachine, "_send_execution", _silent_on_motors),),
+    ),
+    RoverMutant(
+        id="0x81-always-success",
+        what="0x81 has status 0 also after a command that was refused",
+        patches=(patched(ServerMachine, "_send_execution", _always_success),),
+    ),
+    RoverMutant(
+        id="short-speed-control-taken",
+        what="missing parameters of 0x04 and 0x05 are taken for 0",
+        patches=(patched(ServerMachine, "_decode", _filled_up),),
     ),
     RoverMutant(id="stops-late", what="the motors stop after two seconds of silence", change=server(silence_s=2.0)),
     RoverMutant(
@@ -236,6 +298,8 @@ BY_HAND = (
         edges={(state, ServerTrigger.REQUEST): Transition(state, (Action.SEND_GENERAL,)) for state in ServerState},
     ),
     RoverMutant(id="frame-timeout-300ms", what="a frame is given up after 0.3 s", change=frames(timeout_s=0.3)),
+    RoverMutant(id="frame-timeout-700ms", what="a frame is given up after 0.7 s", change=frames(timeout_s=0.7)),
+    RoverMutant(id="frame-timeout-20s", what="a frame is given up after 20 s", change=frames(timeout_s=20.0)),
     RoverMutant(id="kp-doubled", what="the controllers begin with twice the gain", change=body(kp=0.02)),
     RoverMutant(
         id="cut-frames-cost-two",
