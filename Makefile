@@ -30,10 +30,10 @@ layers: dev
 	$(BIN)/lint-imports
 
 unit: dev         ## on all cores
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 search: dev       ## the property tests again, with examples nobody has seen
-	HILBENCH_SEARCH=1 $(BIN)/python -m pytest -n auto
+	HILBENCH_SEARCH=1 $(BIN)/python -m pytest -n auto --dist worksteal
 
 bench: dev        ## speed, as ratios against something run beside it
 	$(BIN)/python -m pytest tests/benchmarks -s
