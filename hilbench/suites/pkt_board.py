@@ -21,6 +21,7 @@ from hilbench.rover_hands import RoverBench
 from hilbench.suites._rover import DONE_S, Counts, Rover, on_rover, rover_bench
 from protocols.pkt import (
     TERMINATOR,
+    Command,
     EulerImuReport,
     ExecutionReport,
     GeneralReport,
@@ -133,7 +134,7 @@ def test_unknown_opcode_is_reported(rover: Rover) -> None:
 
 @on_rover("P64", lasts_s=0.8)
 def test_each_command_is_reported(rover: Rover) -> None:
-    commands = (
+    commands: Sequence[Command] = (
         LedOn(),
         LedOff(),
         MotorThrottles(a=0.0, b=0.0),
