@@ -19,6 +19,7 @@ from hilbench.shared import Shared
 from hilbench.suites._bluepill_clauses import CLAUSES
 from targets.firmware import image_path
 from targets.parts.p2os_adapter.link import RobotLink
+from tests.mutants.alterations import setting, swapped
 
 pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
 
@@ -42,19 +43,6 @@ def check(select="", *, alter=lambda bench_file: bench_file, images=None, seed=0
     return act(options, BoardProvider(shared, choices, alter=alter))
 
 
-def setting(kind, **settings):
-    """Set something wrong on all parts of a kind."""
-
-    def alter(bench_file):
-        parts = {
-            name: replace(plan, settings=replace(plan.settings, **settings)) if plan.kind == kind else plan
-            for name, plan in bench_file.parts.items()
-        }
-        return replace(bench_file, parts=parts)
-
-    return alter
-
-
 def motor(**settings):
     return setting("motor-code", **settings)
 
@@ -69,18 +57,6 @@ def encoder(**settings):
 
 def adapter(**settings):
     return setting("p2os-adapter", **settings)
-
-
-def swapped(*terminals):
-    """Solder the wires of two terminals the other way round, wherever both are."""
-    one, other = (TerminalEnd(part=name.partition(".")[0], terminal=name.partition(".")[2]) for name in terminals)
-    change = {one: other, other: one}
-
-    def alter(bench_file):
-        nets = [replace(net, terminals=tuple(change.get(end, end) for end in net.terminals)) for net in bench_file.nets]
-        return replace(bench_file, nets=tuple(nets))
-
-    return alter
 
 
 def moved(terminal, pin):

@@ -8,7 +8,6 @@ from dataclasses import replace
 import msgspec
 import pytest
 
-from hilbench.bench_file import TerminalEnd
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from hilbench.cli import main
 from hilbench.config import open_bench
@@ -19,6 +18,7 @@ from hilbench.options import TargetChoice
 from hilbench.shared import Shared
 from hilbench.suites._rover_motion_clauses import CLAUSES
 from targets.firmware import image_path
+from tests.mutants.alterations import setting, swapped
 
 pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
 
@@ -35,19 +35,6 @@ def check(select="", *, alter=lambda bench_file: bench_file, image="", seed=0, a
     return act(options, BoardProvider(shared, choices, alter=alter))
 
 
-def setting(wrong, **settings):
-    """Set something wrong on a part, or on all parts of a kind."""
-
-    def alter(bench_file):
-        parts = {
-            name: replace(plan, settings=replace(plan.settings, **settings)) if wrong in (name, plan.kind) else plan
-            for name, plan in bench_file.parts.items()
-        }
-        return replace(bench_file, parts=parts)
-
-    return alter
-
-
 def motor(**settings):
     return setting("dc-motor", **settings)
 
@@ -62,18 +49,6 @@ def imu(**settings):
 
 def gps(**settings):
     return setting("neo6m", **settings)
-
-
-def swapped(*terminals):
-    """Solder the wires of two terminals the other way round."""
-    one, other = (TerminalEnd(part=name.partition(".")[0], terminal=name.partition(".")[2]) for name in terminals)
-    change = {one: other, other: one}
-
-    def alter(bench_file):
-        nets = [replace(net, terminals=tuple(change.get(end, end) for end in net.terminals)) for net in bench_file.nets]
-        return replace(bench_file, nets=tuple(nets))
-
-    return alter
 
 
 def signals(part, **others):
