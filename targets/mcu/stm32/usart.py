@@ -23,7 +23,7 @@ from fractions import Fraction
 
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
-from targets.mcu.serial_line import Sampled, SerialFormat
+from targets.mcu.serial_line import Sampled
 from targets.mcu.services import InputSignal, Services
 from targets.mcu.stm32.usart_base import UsartBase, listen
 from targets.mcu.stm32.usart_receiver import Receiver
@@ -65,10 +65,7 @@ _LOCKED = {
 }
 """Bits that can be written only while UE is clear (RM0410 section 34.8)."""
 
-_STOP_HALF_BITS = (2, 1, 4, 3)
-"""By CR2.STOP."""
 _WORD_BITS = {0: 8, M0: 9, M1: 7}
-_LIN_BREAK_BITS = 13
 _LEAST_DIVIDER = 16
 
 
@@ -139,28 +136,19 @@ class Usart(UsartBase):
         Register("TDR", TDR, writable=0x1FF),
     )
 
+    STATUS, CR1, CR2, CR3 = ISR, CR1, CR2, CR3
+
     def __init__(
         self, name: str, base: int, services: Services, *, irq: int, kernel_hz: Callable[[], Fraction]
     ) -> None:
         super().__init__(name, base, services, irq=irq)
         self._kernel_hz = kernel_hz
         self._outputs = (self._line_tx, services.output(f"{name}_RX"))
-        self._idle_armed = False
 
     def _make_receiver(self) -> Receiver:
         rx = super()._make_receiver()
         rx.on_timeout = self._timed_out
         return rx
-
-    # --- what the chip calls
-
-    def reset(self) -> None:
-        """Go to the state after reset; a frame that is being sent stays on the wire as it was announced."""
-        super().reset()
-        self._tx.reset()
-        self._rx.reset()
-        self._idle_armed = False
-        self._configure()
 
     # --- status and data
 
@@ -289,16 +277,8 @@ class Usart(UsartBase):
         word_bits = _WORD_BITS.get(cr1 & (M0 | M1), 8)
         if cr1 & (M0 | M1) == M0 | M1:
             self.note("reserved", "CR1.M", "11 is reserved: words have 8 bits")
-        parity = ("O" if cr1 & PS else "E") if cr1 & PCE else "N"
-        stop_half_bits = _STOP_HALF_BITS[cr2 >> 12 & 3]
-        self._format = SerialFormat(data_bits=word_bits - (parity != "N"), parity=parity, stop_half_bits=stop_half_bits)
-        tx.word_bits = rx.word_bits = word_bits
-        tx.stop_half_bits = rx.stop_half_bits = stop_half_bits
-        tx.break_bits = _LIN_BREAK_BITS if cr2 & LINEN else word_bits + 2
-        tx.half_duplex = bool(cr3 & HDSEL)
+        self._take_frame(word_bits)
         tx.inverted = bool(cr2 & TXINV)
-        tx.clear_to_send = not (cr3 & CTSE and self._line_cts.level())
-        rx.lin_break_bits = (11 if cr2 & LBDL else 10) if cr2 & LINEN else 0
         rx.oversampling = 8 if cr1 & OVER8 else 16
         rx.one_sample = bool(cr3 & ONEBIT)
         rx.timeout_bits = self[RTOR] & 0xFF_FFFF if cr2 & RTOEN else None
@@ -317,21 +297,11 @@ class Usart(UsartBase):
             wanted = 0
         acknowledged = (TEACK if wanted & TE else 0) | (REACK if wanted & RE else 0)
         self[ISR] = self[ISR] & ~(TEACK | REACK) | acknowledged
-        if wanted and not self._bit_cycles():
-            # Its clock stands still. Pins keep their levels, nothing is sampled.
-            if not self._tx.quiet:
-                text = "Stop began while a frame was being sent: silicon breaks off, here it was sent to its end"
-                self.note("misuse", "ISR.TC", text)
-            wanted &= ~RE
-        self._rx.switch(bool(wanted & RE))
-        self._tx.enable(bool(wanted & TE))
-        self._tx.show_idle()
-        self._tx.proceed()
+        hears = self._switch_halves(wanted)
         single = bool(cr3 & HDSEL)
-        heard = self._heard_at() if wanted & RE else None
+        heard = self._heard_at() if hears else None
         for line in (self._line_rx, self._line_single):
             listen(line, (self._single_heard if single else self._heard) if line is heard else None)
-        listen(self._line_cts, self._cts_changed if cr3 & CTSE else None)
 
     def _divider(self) -> int:
         """Return ticks of the kernel clock in a bit; 0 if BRR is no rate."""
@@ -349,9 +319,6 @@ class Usart(UsartBase):
         return cycles.numerator if cycles.denominator == 1 else cycles
 
     # --- the line
-
-    def _half_duplex(self) -> bool:
-        return bool(self[CR3] & HDSEL)
 
     def _heard_at(self) -> InputSignal:
         # Half duplex uses the pin of the sender, and SWAP exchanges the two.
@@ -397,27 +364,8 @@ class Usart(UsartBase):
 
     # --- sending
 
-    def _loaded(self) -> None:
-        self[ISR] |= TXE
-        self._update()
-
-    def _complete(self) -> None:
-        self[ISR] |= TC
-        self._update()
-
     def _break_sent(self) -> None:
         self[ISR] &= ~SBKF
-
-    def _cut(self) -> None:
-        if not self[CR1] & TE:
-            text = "TE was cleared while a frame was being sent: silicon may lose it, here it was sent to its end"
-            self.note("misuse", "CR1.TE", text)
-
-    def _cts_changed(self, level: bool) -> None:
-        self[ISR] |= CTSIF
-        self._tx.clear_to_send = not level
-        self._tx.proceed()
-        self._update()
 
     # --- receiving
 
@@ -467,10 +415,6 @@ class Usart(UsartBase):
 
     def _timed_out(self) -> None:
         self[ISR] |= RTOF
-        self._update()
-
-    def _lin_break(self) -> None:
-        self[ISR] |= LBDF
         self._update()
 
     # --- lines

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
-from targets.mcu.serial_line import Sampled, SerialFormat
+from targets.mcu.serial_line import Sampled
 from targets.mcu.services import InputSignal, Services
 from targets.mcu.stm32.usart_base import UsartBase, listen
 
@@ -43,11 +43,6 @@ _ENABLES_OF_CR3 = EIE | DMAR | DMAT | CTSIE
 
 _CLEARED_BY_DR_READ = PE | FE | NE | ORE | IDLE
 _CLEARED_BY_DR_WRITE = PE | TC
-
-_STOP_HALF_BITS = (2, 1, 4, 3)
-"""By CR2.STOP."""
-
-_LIN_BREAK_BITS = 13
 
 _PINS = {
     "USART1": ("PA9 (or PB6)", "PA10 (or PB7)"),
@@ -93,23 +88,20 @@ class Usart(UsartBase):
         Register("GTPR", GTPR, 0, 0xFFFF, fidelity=Fidelity.PARTLY, note="is remembered without effect"),
     )
 
+    STATUS, CR1, CR2, CR3 = SR, CR1, CR2, CR3
+
     def __init__(self, name: str, base: int, services: Services, *, bus: str, irq: int) -> None:
         super().__init__(name, base, services, irq=irq)
         self._bus = bus
         self._received = 0
         self._seen = 0
-        self._idle_armed = False
 
     # --- what the chip calls
 
     def reset(self) -> None:
         """Go to the state after reset; a frame that is being sent stays on the wire as it was announced."""
-        super().reset()
-        self._tx.reset()
-        self._rx.reset()
         self._received = self._seen = 0
-        self._idle_armed = False
-        self._configure()
+        super().reset()
 
     # --- registers
 
@@ -169,19 +161,8 @@ class Usart(UsartBase):
 
     def _configure(self) -> None:
         """Let everything follow the control registers."""
-        cr1, cr2, cr3 = self[CR1], self[CR2], self[CR3]
-        tx, rx = self._tx, self._rx
-        word_bits = 9 if cr1 & M else 8
-        parity = ("O" if cr1 & PS else "E") if cr1 & PCE else "N"
-        stop_half_bits = _STOP_HALF_BITS[cr2 >> 12 & 3]
-        self._format = SerialFormat(data_bits=word_bits - (parity != "N"), parity=parity, stop_half_bits=stop_half_bits)
-        tx.word_bits = rx.word_bits = word_bits
-        tx.stop_half_bits = rx.stop_half_bits = stop_half_bits
-        tx.break_bits = _LIN_BREAK_BITS if cr2 & LINEN else word_bits + 2
-        rx.lin_break_bits = (11 if cr2 & LBDL else 10) if cr2 & LINEN else 0
-        tx.break_wanted = bool(cr1 & SBK)
-        tx.half_duplex = bool(cr3 & HDSEL)
-        tx.clear_to_send = not (cr3 & CTSE and self._line_cts.level())
+        self._take_frame(9 if self[CR1] & M else 8)
+        self._tx.break_wanted = bool(self[CR1] & SBK)
         self._run()
         self._update()
         self._tell_setting()
@@ -194,26 +175,13 @@ class Usart(UsartBase):
             what = f"0x{self[BRR]:X} is no baud rate (16 is the least): {self.name} does nothing"
             self.note("misuse", "BRR", what)
             wanted = 0
-        if wanted and not self._bit_cycles():
-            # Its bus stands still: Stop. Pins keep their levels (RM0008 section 4.3.4), nothing is sampled.
-            if not self._tx.quiet:
-                what = "Stop began while a frame was being sent: silicon breaks off, here it was sent to its end"
-                self.note("misuse", "SR.TC", what)
-            wanted &= ~RE
-        self._rx.switch(bool(wanted & RE))
-        self._tx.enable(bool(wanted & TE))
-        self._tx.show_idle()
-        self._tx.proceed()
-        listen(self._line_rx, self._rx.drive if wanted & RE and not cr3 & HDSEL else None)
-        listen(self._line_single, self._single_changed if wanted & RE and cr3 & HDSEL else None)
-        listen(self._line_cts, self._cts_changed if cr3 & CTSE else None)
+        hears = self._switch_halves(wanted)
+        listen(self._line_rx, self._rx.drive if hears and not cr3 & HDSEL else None)
+        listen(self._line_single, self._single_changed if hears and cr3 & HDSEL else None)
 
     def _bit_cycles(self) -> int:
         divider = self[BRR]
         return divider * self.services.clocks.pclk(self._bus) if divider >= 16 else 0
-
-    def _half_duplex(self) -> bool:
-        return bool(self[CR3] & HDSEL)
 
     def _heard_at(self) -> InputSignal:
         return self._line_single if self._half_duplex() else self._line_rx
@@ -230,27 +198,8 @@ class Usart(UsartBase):
 
     # --- sending
 
-    def _loaded(self) -> None:
-        self[SR] |= TXE
-        self._update()
-
-    def _complete(self) -> None:
-        self[SR] |= TC
-        self._update()
-
     def _break_sent(self) -> None:
         self[CR1] &= ~SBK
-
-    def _cut(self) -> None:
-        if not self[CR1] & TE:
-            text = "TE was cleared while a frame was being sent: silicon may lose it, here it was sent to its end"
-            self.note("misuse", "CR1.TE", text)
-
-    def _cts_changed(self, level: bool) -> None:
-        self[SR] |= CTS
-        self._tx.clear_to_send = not level
-        self._tx.proceed()
-        self._update()
 
     # --- receiving
 
@@ -296,10 +245,6 @@ class Usart(UsartBase):
             self._idle_armed = False
             self[SR] |= IDLE
             self._update()
-
-    def _lin_break(self) -> None:
-        self[SR] |= LBD
-        self._update()
 
     # --- lines
 

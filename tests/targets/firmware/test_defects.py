@@ -44,16 +44,16 @@ DEFECTS = [
         "usart",
         Usart,
         "_loaded",
-        "self[SR] |= TXE\n    self._update()",
-        "self.time.after(self._bit_cycles(), lambda: (self.__setitem__(SR, self[SR] | TXE), self._update()))",
+        "self[self.STATUS] |= TXE\n    self._update()",
+        "self.time.after(self._bit_cycles(), lambda: (self.__setitem__(0, self[0] | TXE), self._update()))",
     ),
     Defect(
         "TC a bit late",
         "usart",
         Usart,
         "_complete",
-        "self[SR] |= TC\n    self._update()",
-        "self.time.after(self._bit_cycles(), lambda: (self.__setitem__(SR, self[SR] | TC), self._update()))",
+        "self[self.STATUS] |= TC\n    self._update()",
+        "self.time.after(self._bit_cycles(), lambda: (self.__setitem__(0, self[0] | TC), self._update()))",
     ),
     Defect(
         "TC is not cleared by SR and DR", "usart", Usart, "write_DR", "TXE | self._seen & _CLEARED_BY_DR_WRITE", "TXE"
@@ -100,7 +100,7 @@ DEFECTS = [
     Defect("errors interrupt without DMA", "usart", Usart, "_irq_of_errors", "cr3 & EIE and cr3 & DMAR", "cr3 & EIE"),
     Defect("CTS is not looked at", "usart", Usart, "_cts_changed", "self._tx.clear_to_send = not level", "pass"),
     Defect("RTS is always low", "usart", Usart, "_update", "(bool(sr & RXNE) or not self._rx.running)", "False"),
-    Defect("no LIN break", "usart", Usart, "_lin_break", "self[SR] |= LBD", "pass"),
+    Defect("no LIN break", "usart", Usart, "_lin_break", "self[self.STATUS] |= LBD", "pass"),
     Defect("one wire: nothing is heard of oneself", "usart", UsartBase, "_sent", "self._rx.receive(frame)", "pass"),
     Defect("every address is mine", "usart", Usart, "_is_muted_for", "word & ADD == self[CR2] & ADD", "True"),
     # --- DMA
