@@ -110,6 +110,12 @@ ROOM_C = 25.0
 FIELD_MGAUSS, FIELD_OFF_MGAUSS = 227.0, 40.0
 """WMM2020 at the scene's origin, and what is left after a calibration (assumed)."""
 
+FIELD_NORTH_MGAUSS, FIELD_UP_MGAUSS = 172.7, 147.5
+"""Of the same: what is level, towards magnetic north, and what points up."""
+
+LEANING_G = ZERO_G_Z + SENSITIVITY + NOISE_G
+"""Tolerance of the acceleration of a sensor that was mounted otherwise."""
+
 VALID = 3
 """Inertial sensor and magnetometer were read."""
 
@@ -425,6 +431,9 @@ def test_attitude_on_a_ramp(ride: Ride) -> None:
     roll, pitch, _ = angles_deg(ride, report)
     near(pitch, -math.degrees(RAMP_SLOPE_RAD), LEVEL_DEG, unit="deg", what="pitch on the ramp")
     near(roll, 0.0, LEVEL_DEG, unit="deg", what="roll on the ramp")
+    wanted = (G * math.sin(RAMP_SLOPE_RAD), 0.0, G * math.cos(RAMP_SLOPE_RAD))
+    for axis, value, true in zip("xyz", acceleration_m_s2(report, ride.dialect), wanted, strict=True):
+        near(value, true, ZERO_G_Z * G + NOISE_G * G, unit="m/s^2", what=f"acceleration along {axis} on the ramp")
 
 
 @on_bench("R17", lasts_s=4.2, scene="hard-floor")
@@ -438,8 +447,42 @@ def test_heading_after_a_turn(ride: Ride) -> None:
     true_deg = ride.at(at_ns).yaw_deg
     at_least(true_deg, 60.0, unit="deg", what="turn to the left")
     *_, yaw = angles_deg(ride, report)
+    require_field(report, true_deg)
     off_deg = math.remainder(yaw - true_deg, 360)
     near(off_deg, 0.0, HEADING_DEG, unit="deg", what=f"heading beside the true {true_deg:.0f} degrees")
+
+
+def require_field(report: ImuReport, yaw_deg: float) -> None:
+    """Require the field that a level rover sees which looks so far to the left of magnetic north."""
+    yaw_rad = math.radians(yaw_deg)
+    ahead, left = FIELD_NORTH_MGAUSS * math.cos(yaw_rad), -FIELD_NORTH_MGAUSS * math.sin(yaw_rad)
+    for axis, value, true in zip("xyz", report.field_mgauss, (ahead, left, FIELD_UP_MGAUSS), strict=True):
+        near(value, true, FIELD_OFF_MGAUSS, unit="mG", what=f"field along {axis} at {yaw_deg:.0f} degrees")
+
+
+def require_axes_of_a_turn(ride: Ride, up: Sequence[float]) -> None:
+    """Turn to the left, and require gravity and the turn along the axis of the sensor that points upward."""
+    ride.go(0.8)
+    _, report = next_imu(ride)
+    for axis, value, share in zip("xyz", acceleration_m_s2(report, ride.dialect), up, strict=True):
+        near(value, share * G, LEANING_G * G, unit="m/s^2", what=f"acceleration along {axis} of a sensor that leans")
+    ride.drive(-1.0, 1.0, 0.5)
+    at_ns, report = next_imu(ride)
+    true_deg_s = ride.at(at_ns - READ_BEFORE_NS).turn_deg_s
+    at_least(true_deg_s, 60.0, unit="deg/s", what="rate of turn")
+    for axis, value, share in zip("xyz", report.rate_deg_s, up, strict=True):
+        tolerance = SENSITIVITY * true_deg_s + RATE_DEG_S
+        near(value, share * true_deg_s, tolerance, unit="deg/s", what=f"rate about {axis} of a sensor that leans")
+
+
+@on_bench("R27", lasts_s=2.2, scene="hard-floor", settings={"imu": {"mount_roll_deg": 90.0}})
+def test_sensor_on_its_side(ride: Ride) -> None:
+    require_axes_of_a_turn(ride, (0.0, 1.0, 0.0))
+
+
+@on_bench("R27", lasts_s=2.2, scene="hard-floor", settings={"imu": {"mount_pitch_deg": 90.0}})
+def test_sensor_on_its_nose(ride: Ride) -> None:
+    require_axes_of_a_turn(ride, (-1.0, 0.0, 0.0))
 
 
 # --- position
