@@ -339,6 +339,23 @@ BY_HAND = (
 )
 
 
+FIRMWARE_ALONE = (
+    (
+        "status-zero",
+        "STATUS in 0x80 is always 0",
+        "G2: nothing writes TMY_PARAM_STATUS",
+        "R21, R22 of `rover-motion`; nothing of `pkt-board`, which cannot break a sensor",
+    ),
+    (
+        "kd-ki-getters",
+        "0x85 shows kp in the place of kd and ki",
+        "G2 controllers/pid.h",
+        "nothing: no clause asks for 0x85, which no promised rover sends by itself",
+    ),
+)
+"""Images with a defect that the model does not have: name, what it does, where it was published, who finds it."""
+
+
 def all_mutants() -> tuple[RoverMutant, ...]:
     """Every faulty rover there is."""
     return (*published(), *BY_HAND)
@@ -398,6 +415,11 @@ def _table(found: Mapping[str, Sequence[str]], firmware: Mapping[str, Sequence[s
     for defect in DEFECTS.values():
         emulated = _shown(firmware.get(defect.name, ("no image",)))
         yield f"| `{defect.name}` | {defect.text} | {defect.source} | {emulated} | {_shown(found[defect.name])} |"
+    yield "\n## In the firmware alone\n"
+    yield "| Defect | What it does | Where it was published | Found by |"
+    yield "|---|---|---|---|"
+    for name, text, source, finders in FIRMWARE_ALONE:
+        yield f"| `{name}` | {text} | {source} | {finders} |"
     yield "\n## Other faults\n"
     yield "| Fault | What it does | Profile | Clauses that find it |"
     yield "|---|---|---|---|"
@@ -421,8 +443,9 @@ def _clauses(found: Mapping[str, Sequence[str]]) -> Iterator[str]:
 
 def on_the_page(row: re.Pattern[str] = _ROW) -> dict[str, tuple[str, ...]]:
     """What the page says already: by fault, the clauses that find it in the model."""
+    alone = {name for name, *_ in FIRMWARE_ALONE}
     rows = row.finditer(PAGE.read_text(encoding="utf-8"))
-    return {row["name"]: tuple(row["clauses"].replace("*", "").split(", ")) for row in rows}
+    return {row["name"]: tuple(row["clauses"].replace("*", "").split(", ")) for row in rows if row["name"] not in alone}
 
 
 def firmware_on_the_page() -> dict[str, tuple[str, ...]]:

@@ -14,6 +14,7 @@ from hilbench.mcu.board_provider import BoardProvider
 from hilbench.options import TargetChoice
 from hilbench.shared import Shared
 from targets.firmware import image_names, image_path
+from tests.mutants.rover import FIRMWARE_ALONE
 
 pytestmark = pytest.mark.needs_bullet
 
@@ -47,10 +48,9 @@ FOUND_BY = {
     "no-periodic-reports": "P30",
     "g0-rates": "P30",
 }
-UNFOUND = {
-    "status-zero": "no clause asks for STATUS",
-    "kd-ki-getters": "nothing asks for 0x85",
-}
+FOUND_IN_MOTION = {"status-zero": "R21"}
+"""By the suite rover-motion; its own tests run it."""
+UNFOUND = {"kd-ki-getters": "no clause asks for 0x85"}
 OTHERS = {"9600", "g0", "g2", "pid-report", "pwm-1khz", "term", "v1b"}
 """Images that are no documented rover with a defect."""
 
@@ -66,7 +66,14 @@ def verdicts(image, clauses):
 
 def test_every_image_is_known():
     images = {name.removeprefix("rover-") for name in image_names() if name.startswith("rover-")}
-    assert images == {*FOUND_BY, *UNFOUND, *OTHERS}
+    assert images == {*FOUND_BY, *FOUND_IN_MOTION, *UNFOUND, *OTHERS}
+
+
+def test_images_that_the_model_has_not_are_on_the_page():
+    assert {name for name, *_ in FIRMWARE_ALONE} == {*FOUND_IN_MOTION, *UNFOUND}
+    finders = {name: by for name, _, _, by in FIRMWARE_ALONE}
+    assert all(finders[name].startswith(clause) for name, clause in FOUND_IN_MOTION.items())
+    assert all(finders[name].startswith("nothing") for name in UNFOUND)
 
 
 def test_more_than_fifteen_are_found():
