@@ -17,13 +17,23 @@ import enum
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from types import MappingProxyType
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, Required, TypedDict, Unpack
 
 from targets.mcu.registers import Peripheral
 from targets.mcu.services import Services
 from targets.mcu.stm32.oscillator import Oscillator
 
-__all__ = ["BackupPart", "BasicRcc", "ClockedPart", "Source"]
+__all__ = [
+    "BDCR_BITS",
+    "CR_BITS",
+    "CSR_BITS",
+    "BackupPart",
+    "BasicRcc",
+    "BoardClocks",
+    "ClockedPart",
+    "Source",
+    "ready_bits",
+]
 
 IRQ = 5
 
@@ -34,8 +44,13 @@ SW = 0x3
 LSEON, LSERDY, LSEBYP, RTCSEL, RTCEN, BDRST = 1 << 0, 1 << 1, 1 << 2, 0x300, 1 << 15, 1 << 16
 LSION, LSIRDY, RMVF = 1 << 0, 1 << 1, 1 << 24
 CSSF = 1 << 7
+CR_BITS = HSION | 0xF8 | HSEON | HSEBYP | CSSON | PLLON
+BDCR_BITS = LSEON | LSEBYP | RTCSEL | RTCEN | BDRST
+CSR_BITS = LSION | RMVF
+"""The bits of these registers that can be written in every family."""
 DEFAULT_TRIM = 0x10
 LSE_HZ = Fraction(32_768)
+HSE_START_S = Fraction(2, 1000)
 
 
 class Source(enum.IntEnum):
@@ -63,6 +78,29 @@ class BackupPart(Protocol):
         """Go to the state after a reset of the backup domain."""
 
 
+class BoardClocks(TypedDict, total=False):
+    """What the board has to do with the clocks; see `BasicRcc`."""
+
+    hse_hz: Required[int | Fraction | None]
+    hse_is_clock: bool
+    hse_start_s: Fraction
+    lse: bool
+    lse_start_s: Fraction
+    lsi_hz: int | Fraction
+    backup_writable: Required[Callable[[], bool]]
+
+
+def ready_bits(bdcr: int, csr: int) -> dict[str, tuple[int, int, int]]:
+    """Return what every family has of `BasicRcc.READY`, by the offsets of BDCR and CSR."""
+    return {
+        "LSI": (1 << 0, csr, LSIRDY),
+        "LSE": (1 << 1, bdcr, LSERDY),
+        "HSI": (1 << 2, CR, HSIRDY),
+        "HSE": (1 << 3, CR, HSERDY),
+        "PLL": (1 << 4, CR, PLLRDY),
+    }
+
+
 class BasicRcc(Peripheral):
     """Reset and clock control; a family says where its registers are and what the rates of its clocks are.
 
@@ -71,10 +109,10 @@ class BasicRcc(Peripheral):
         services: what the chip offers.
         hse_hz: crystal or clock at OSC_IN; None if the board has neither.
         hse_is_clock: the board drives OSC_IN with a clock; HSEBYP works only then.
-        hse_start_s: from HSEON to HSERDY.
+        hse_start_s: from HSEON to HSERDY; typically 2 ms for a crystal (DS5319, DS11532).
         lse: the board has a crystal of 32.768 kHz.
-        lse_start_s: from LSEON to LSERDY.
-        lsi_hz: rate of the internal low-speed oscillator.
+        lse_start_s: from LSEON to LSERDY; `LSE_START_S` if not given.
+        lsi_hz: rate of the internal low-speed oscillator; `LSI_HZ` if not given.
         backup_writable: says whether PWR_CR.DBP opens the backup domain.
 
     Attributes:
@@ -82,6 +120,8 @@ class BasicRcc(Peripheral):
         ENABLE_OF: offset of the enable register of a bus.
         RESET_OF: the bus of a reset register, by its offset.
         HSI_HZ: rate of the internal high-speed oscillator.
+        LSI_HZ: typical rate of the internal low-speed oscillator.
+        LSE_START_S: typical time from LSEON to LSERDY.
         START_S: seconds from switching on to ready, by oscillator. Where a limit is all that is given, the slower one
             is taken. That of HSE and LSE is a matter of the board's crystals.
         CYCLES_TO_STOP: cycles of the oscillator from switching off to not ready.
@@ -100,33 +140,23 @@ class BasicRcc(Peripheral):
     ENABLE_OF: ClassVar[Mapping[str, int]]
     RESET_OF: ClassVar[Mapping[int, str]]
     HSI_HZ: ClassVar[Fraction]
+    LSI_HZ: ClassVar[Fraction]
+    LSE_START_S: ClassVar[Fraction]
     START_S: ClassVar[Mapping[str, Fraction]]
     CYCLES_TO_STOP: ClassVar[Mapping[str, int]] = MappingProxyType({"HSI": 6, "HSE": 6, "LSE": 6, "LSI": 3})
     READY: ClassVar[Mapping[str, tuple[int, int, int]]]
     RESET_FLAGS: ClassVar[int]
     CAUSES: ClassVar[Mapping[str, int]]
 
-    def __init__(
-        self,
-        base: int,
-        services: Services,
-        *,
-        hse_hz: int | Fraction | None,
-        hse_is_clock: bool,
-        hse_start_s: Fraction,
-        lse: bool,
-        lse_start_s: Fraction,
-        lsi_hz: int | Fraction,
-        backup_writable: Callable[[], bool],
-    ) -> None:
+    def __init__(self, base: int, services: Services, **board: Unpack[BoardClocks]) -> None:
         super().__init__("RCC", base, services)
-        self.hse_hz = Fraction(hse_hz or 0)
-        self.lsi_hz = Fraction(lsi_hz)
+        self.hse_hz = Fraction(board["hse_hz"] or 0)
+        self.lsi_hz = Fraction(board.get("lsi_hz", self.LSI_HZ))
         self.on_nmi: Callable[[bool], None] = lambda _level: None
         self.on_clock_failure: Callable[[], None] = lambda: None
-        self._hse_is_clock = hse_is_clock
-        self._hse_healthy = hse_hz is not None
-        self._backup_writable = backup_writable
+        self._hse_is_clock = board.get("hse_is_clock", False)
+        self._hse_healthy = board["hse_hz"] is not None
+        self._backup_writable = board["backup_writable"]
         self._irq = services.irq(IRQ)
         self._source = Source.HSI
         self._lsi_forced = False
@@ -135,13 +165,17 @@ class BasicRcc(Peripheral):
         self._parts: list[ClockedPart] = []
         self._backup: list[BackupPart] = []
         rates = {"HSI": self.HSI_HZ, "HSE": self.hse_hz, "LSE": LSE_HZ, "LSI": self.lsi_hz}
-        starts = {**self.START_S, "HSE": hse_start_s, "LSE": lse_start_s}
+        starts = {
+            **self.START_S,
+            "HSE": board.get("hse_start_s", HSE_START_S),
+            "LSE": board.get("lse_start_s", self.LSE_START_S),
+        }
         self._oscillators = {name: self._oscillator(name, starts[name], rates.get(name)) for name in self.READY}
         self._hsi, self._hse, self._lse, self._lsi, self._pll = (
             self._oscillators[name] for name in ("HSI", "HSE", "LSE", "LSI", "PLL")
         )
         self._hse.works = self._hse_healthy
-        self._lse.works = lse
+        self._lse.works = board.get("lse", True)
         self._hsi.run_now()
 
     def _oscillator(self, name: str, start_s: Fraction, rate: Fraction | None) -> Oscillator:

@@ -2,37 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from fractions import Fraction
 from types import MappingProxyType
-from typing import ClassVar
+from typing import ClassVar, Unpack
 
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.services import Services
-from targets.mcu.stm32.rcc import (
-    BDRST,
-    CR,
-    CSSON,
-    HSEBYP,
-    HSEON,
-    HSERDY,
-    HSION,
-    HSIRDY,
-    LSEBYP,
-    LSEON,
-    LSERDY,
-    LSION,
-    LSIRDY,
-    PLLON,
-    PLLRDY,
-    RMVF,
-    RTCEN,
-    RTCSEL,
-    BasicRcc,
-)
+from targets.mcu.stm32.rcc import BDCR_BITS, CR, CR_BITS, CSR_BITS, PLLON, BasicRcc, BoardClocks, ready_bits
 from targets.mcu.stm32f1.clock_limits import violations
-from targets.mcu.stm32f1.clocks import HSI_HZ, ClockTree, pll_hz, rates_of
+from targets.mcu.stm32f1.clocks import HSI_HZ, LSI_HZ, ClockTree, pll_hz, rates_of
 
 __all__ = ["Rcc"]
 
@@ -63,17 +42,11 @@ class Rcc(BasicRcc):
         base: address of its first register.
         services: what the chip offers.
         tree: the clock tree this sets; it is also the chip's `services.clocks`.
-        hse_hz: crystal or clock at OSC_IN; None if the board has neither.
-        hse_is_clock: the board drives OSC_IN with a clock; HSEBYP works only then.
-        hse_start_s: from HSEON to HSERDY; DS5319: typically 2 ms.
-        lse: the board has a crystal of 32.768 kHz.
-        lse_start_s: from LSEON to LSERDY; DS5319: typically 2.5 s at 25 degrees.
-        lsi_hz: rate of the internal low-speed oscillator.
-        backup_writable: says whether PWR_CR.DBP opens the backup domain.
+        board: see `BasicRcc`.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
-        Register("CR", CR, 0x0000_0083, HSION | 0xF8 | HSEON | HSEBYP | CSSON | PLLON, note="HSICAL reads 0 (choice)"),
+        Register("CR", CR, 0x0000_0083, CR_BITS, note="HSICAL reads 0 (choice)"),
         Register("CFGR", CFGR, 0, 0x077F_FFF3, fidelity=Fidelity.PARTLY, note="MCO: the pin carries no edges"),
         Register("CIR", CIR, 0, 0x009F_1F00),
         Register("APB2RSTR", APB2RSTR, 0, APB2_BITS),
@@ -81,57 +54,27 @@ class Rcc(BasicRcc):
         Register("AHBENR", AHBENR, 0x14, AHB_BITS, fidelity=Fidelity.PARTLY, note="SRAM, FLITF: gates are remembered"),
         Register("APB2ENR", APB2ENR, 0, APB2_BITS),
         Register("APB1ENR", APB1ENR, 0, APB1_BITS),
-        Register("BDCR", BDCR, 0, LSEON | LSEBYP | RTCSEL | RTCEN | BDRST),
-        Register("CSR", CSR, CAUSES["POR"], LSION | RMVF),
+        Register("BDCR", BDCR, 0, BDCR_BITS),
+        Register("CSR", CSR, CAUSES["POR"], CSR_BITS),
     )
 
     CFGR, CIR, BDCR, CSR = CFGR, CIR, BDCR, CSR
     ENABLE_OF = MappingProxyType({"AHB": AHBENR, "APB2": APB2ENR, "APB1": APB1ENR})
     RESET_OF = MappingProxyType({APB2RSTR: "APB2", APB1RSTR: "APB1"})
-    HSI_HZ = HSI_HZ
+    HSI_HZ, LSI_HZ = HSI_HZ, LSI_HZ
+    LSE_START_S = Fraction(5, 2)  # DS5319: typically, at 25 degrees
     # DS5319, tables of the HSI (1 to 2 us), LSI (at most 85 us) and PLL (lock time at most 200 us).
     START_S = MappingProxyType(
         {"HSI": Fraction(2, 1_000_000), "LSI": Fraction(85, 1_000_000), "PLL": Fraction(200, 1_000_000)}
     )
-    READY = MappingProxyType(
-        {
-            "LSI": (1 << 0, CSR, LSIRDY),
-            "LSE": (1 << 1, BDCR, LSERDY),
-            "HSI": (1 << 2, CR, HSIRDY),
-            "HSE": (1 << 3, CR, HSERDY),
-            "PLL": (1 << 4, CR, PLLRDY),
-        }
-    )
+    READY = MappingProxyType(ready_bits(BDCR, CSR))
     RESET_FLAGS = 0xFC00_0000
     CAUSES = MappingProxyType(CAUSES)
 
-    def __init__(
-        self,
-        base: int,
-        services: Services,
-        tree: ClockTree,
-        *,
-        hse_hz: int | Fraction | None,
-        hse_is_clock: bool = False,
-        hse_start_s: Fraction = Fraction(2, 1000),
-        lse: bool = True,
-        lse_start_s: Fraction = Fraction(5, 2),
-        lsi_hz: int | Fraction = 40_000,
-        backup_writable: Callable[[], bool],
-    ) -> None:
+    def __init__(self, base: int, services: Services, tree: ClockTree, **board: Unpack[BoardClocks]) -> None:
         self.tree = tree
         self._mco = services.output("MCO")
-        super().__init__(
-            base,
-            services,
-            hse_hz=hse_hz,
-            hse_is_clock=hse_is_clock,
-            hse_start_s=hse_start_s,
-            lse=lse,
-            lse_start_s=lse_start_s,
-            lsi_hz=lsi_hz,
-            backup_writable=backup_writable,
-        )
+        super().__init__(base, services, **board)
 
     # --- registers
 

@@ -11,32 +11,23 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
-from typing import ClassVar
+from typing import ClassVar, Unpack
 
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.services import Services
 from targets.mcu.stm32.rcc import (
-    BDRST,
+    BDCR_BITS,
     CR,
-    CSSON,
+    CR_BITS,
+    CSR_BITS,
     HSEBYP,
     HSEON,
-    HSERDY,
-    HSION,
-    HSIRDY,
     LSE_HZ,
-    LSEBYP,
-    LSEON,
-    LSERDY,
-    LSION,
-    LSIRDY,
     PLLON,
-    PLLRDY,
-    RMVF,
-    RTCEN,
-    RTCSEL,
     BasicRcc,
+    BoardClocks,
+    ready_bits,
 )
 from targets.mcu.stm32f7.clock_limits import pll_violations, violations
 from targets.mcu.stm32f7.clocks import (
@@ -98,13 +89,8 @@ class Rcc(BasicRcc):
         base: address of its first register.
         services: what the chip offers.
         tree: the clock tree this sets; it is also the chip's `services.clocks`.
-        hse_hz: crystal or clock at OSC_IN; None if the board has neither.
-        hse_is_clock: the board drives OSC_IN with a clock.
-        hse_start_s: from HSEON to HSERDY; DS11532: typically 2 ms for a crystal.
-        lse: the board has a crystal of 32.768 kHz.
-        lse_start_s: from LSEON to LSERDY; DS11532: typically 2 s.
-        backup_writable: says whether PWR_CR1.DBP opens the backup domain.
         supply: returns the voltage scale, 1 to 3, and whether over-drive is switched on.
+        board: see `BasicRcc`.
 
     Attributes:
         on_pll: called with whether the PLL is switched on, when that changes; PWR may change the voltage scale only
@@ -117,7 +103,7 @@ class Rcc(BasicRcc):
             "CR",
             CR,
             0x0000_0083,
-            HSION | 0xF8 | HSEON | HSEBYP | CSSON | PLLON | PLLI2SON | PLLSAION,
+            CR_BITS | PLLI2SON | PLLSAION,
             note="HSICAL reads 0 (choice)",
         ),
         Register("PLLCFGR", PLLCFGR, 0x2400_3010, PLL_BITS, note="R is for DSI, which this chip does not have"),
@@ -147,11 +133,11 @@ class Rcc(BasicRcc):
             "BDCR",
             BDCR,
             0,
-            LSEON | LSEBYP | LSEDRV | RTCSEL | RTCEN | BDRST,
+            BDCR_BITS | LSEDRV,
             fidelity=Fidelity.PARTLY,
             note="LSEDRV is remembered",
         ),
-        Register("CSR", CSR, CAUSES["POR"], LSION | RMVF),
+        Register("CSR", CSR, CAUSES["POR"], CSR_BITS),
         Register("SSCGR", SSCGR, 0, 0xCFFF_FFFF, 1 << 31, note="the PLL keeps its rate: no spread spectrum"),
         Register("PLLI2SCFGR", PLLI2SCFGR, 0x2400_3000, MULTIPLIER_BITS, fidelity=Fidelity.PARTLY, note="feeds nobody"),
         Register(
@@ -171,7 +157,8 @@ class Rcc(BasicRcc):
     RESET_OF = MappingProxyType(
         {AHB1RSTR: "AHB1", AHB2RSTR: "AHB2", AHB3RSTR: "AHB3", APB1RSTR: "APB1", APB2RSTR: "APB2"}
     )
-    HSI_HZ = HSI_HZ
+    HSI_HZ, LSI_HZ = HSI_HZ, LSI_HZ
+    LSE_START_S = Fraction(2)  # DS11532: typically
     # DS11532, characteristics of the HSI (2.2 us typical), LSI (40 us at most) and PLLs (200 us at most at 100 MHz, 300
     # us at 432 MHz: the latter).
     START_S = MappingProxyType(
@@ -179,15 +166,7 @@ class Rcc(BasicRcc):
         | dict.fromkeys(("PLL", "PLLI2S", "PLLSAI"), Fraction(300, 1_000_000))
     )
     READY = MappingProxyType(
-        {
-            "LSI": (1 << 0, CSR, LSIRDY),
-            "LSE": (1 << 1, BDCR, LSERDY),
-            "HSI": (1 << 2, CR, HSIRDY),
-            "HSE": (1 << 3, CR, HSERDY),
-            "PLL": (1 << 4, CR, PLLRDY),
-            "PLLI2S": (1 << 5, CR, PLLI2SRDY),
-            "PLLSAI": (1 << 6, CR, PLLSAIRDY),
-        }
+        ready_bits(BDCR, CSR) | {"PLLI2S": (1 << 5, CR, PLLI2SRDY), "PLLSAI": (1 << 6, CR, PLLSAIRDY)}
     )
     RESET_FLAGS = 0xFE00_0000
     CAUSES = MappingProxyType(CAUSES)
@@ -198,30 +177,15 @@ class Rcc(BasicRcc):
         services: Services,
         tree: ClockTree,
         *,
-        hse_hz: int | Fraction | None,
-        hse_is_clock: bool = False,
-        hse_start_s: Fraction = Fraction(2, 1000),
-        lse: bool = True,
-        lse_start_s: Fraction = Fraction(2),
-        backup_writable: Callable[[], bool],
         supply: Callable[[], tuple[int, bool]],
+        **board: Unpack[BoardClocks],
     ) -> None:
         self.tree = tree
         self.on_pll: Callable[[bool], None] = lambda _on: None
         self.on_rtc_clock: Callable[[], None] = lambda: None
         self._supply = supply
         self._kernels = kernel_choices()
-        super().__init__(
-            base,
-            services,
-            hse_hz=hse_hz,
-            hse_is_clock=hse_is_clock,
-            hse_start_s=hse_start_s,
-            lse=lse,
-            lse_start_s=lse_start_s,
-            lsi_hz=LSI_HZ,
-            backup_writable=backup_writable,
-        )
+        super().__init__(base, services, **board)
 
     @property
     def pll_on(self) -> bool:
