@@ -122,8 +122,6 @@ LONG_MUTANTS = [
     ("R25", "a_wall", elsewhere("hard-floor"), ""),
     ("R27", "sensor_on_its_side", imu(mount_pitch_deg=30.0), ""),
     ("R27", "sensor_on_its_nose", None, "rover-accel-g"),
-    ("R27", "sensor_on_its_side", imu(mount_pitch_deg=30.0), ""),
-    ("R27", "sensor_on_its_nose", imu(mount_yaw_deg=30.0, mount_roll_deg=180.0), "rover-accel-g"),
 ]
 
 
