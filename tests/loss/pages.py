@@ -105,10 +105,17 @@ def _axes() -> Iterable[str]:
 
 
 def _points(points: Iterable[tuple[int, float, str]], colour: str) -> Iterable[str]:
+    """Draw points, each with its name; those that lie upon each other share a line of text."""
+    names: dict[tuple[int, int], list[str]] = {}
+    places: dict[tuple[int, int], tuple[float, float]] = {}
     for size, share, name in points:
+        key = size, round(_y(share) / 8)
         yield f'<circle cx="{_x(size):.1f}" cy="{_y(share):.1f}" r="4" fill="{colour}"/>'
-        if name:
-            left = size > _MAX_SIZE * 0.45
-            dx, anchor = (-8, "end") if left else (8, "start")
-            x, y = _x(size) + dx, _y(share) + 4
-            yield f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="{colour}">{escape(name)}</text>'
+        places.setdefault(key, (_x(size), _y(share)))
+        names.setdefault(key, []).extend([name] if name else [])
+    for (size, row), together in names.items():
+        if together:
+            x, y = places[size, row]
+            dx, anchor = (-8, "end") if size > _MAX_SIZE * 0.45 else (8, "start")
+            text = escape("; ".join(together))
+            yield f'<text x="{x + dx:.1f}" y="{y + 4:.1f}" text-anchor="{anchor}" fill="{colour}">{text}</text>'
