@@ -20,6 +20,11 @@ LOCKSTEP_NS = 20_000
 Supply = Literal["3v3", "gnd"]
 
 
+def is_checker_end(end: str) -> bool:
+    """Say whether the checker, or a served client, sits at this end of a link: ``peer`` or ``peer.NAME``."""
+    return end.partition(".")[0] == CHECKER_END
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelTarget:
     """A behavioural model.
@@ -36,7 +41,7 @@ class Link:
     """A serial line.
 
     Attributes:
-        ends: ``peer``, ``NAME.host`` of a model, ``NAME.usart1`` of a board, ``NAME.uart2`` of a part.
+        ends: ``peer`` or ``peer.LINE``, ``NAME.host`` of a model, ``NAME.usart1`` of a board, ``NAME.uart2`` of a part.
         baud: bit/s of the end that is no emulated USART; 0 to follow the USART.
     """
 
@@ -193,6 +198,19 @@ class BenchFile:
         if self.boards:
             about["timing"] = {name: emulated.timing for name, emulated in self.boards.items()}
         return about
+
+    @property
+    def checker_lines(self) -> Mapping[str, str]:
+        """The far end of each line of the checker, by the line's name: ``LINE`` of ``peer.LINE``, empty of ``peer``.
+
+        Of several lines without a name it is the first.
+        """
+        found: dict[str, str] = {}
+        for link in self.links:
+            for near, far in (link.ends, link.ends[::-1]):
+                if is_checker_end(near):
+                    found.setdefault(near.partition(".")[2], far)
+        return found
 
     @property
     def has_world(self) -> bool:

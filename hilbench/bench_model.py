@@ -88,7 +88,8 @@ class LinkEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """A serial line between two ends.
 
     Attributes:
-        ends: ``peer``, where the checker or a served client sits; ``NAME.host`` of a model; ``NAME.usart1`` of a board;
+        ends: ``peer``, where the checker or a served client sits, or ``peer.LINE`` where it has several lines, each
+            with a name of your choosing; ``NAME.host`` of a model; ``NAME.usart1`` of a board;
             a serial end of a part, as ``NAME.uart2``.
         baud: speed in bit/s of the end that is no emulated USART, which has its own; 9600 for a model, and that of
             the USART for ``peer`` and for a part without a rate of its own, if it is left out.

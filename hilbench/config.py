@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import re
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from typing import Any
 import msgspec
 from msgspec import UNSET
 
-from hilbench.bench_file import CHECKER_END, BenchFile, EmulatedBoard, Link, ModelTarget
+from hilbench.bench_file import CHECKER_END, BenchFile, EmulatedBoard, Link, ModelTarget, is_checker_end
 from hilbench.bench_model import BenchModel, LinkEntry, TargetEntry, World
 from hilbench.board_files import open_board
 from hilbench.check.suites import shipped_suites
@@ -56,6 +57,7 @@ ROVER_SUITES = ("pkt-board", "pkt-host")
 
 _MODELS = {"pioneer-2dx": RobotSettings, "rover": RoverSettings}
 _MODEL_BAUD = 9600
+_LINE_NAME = re.compile(r"[A-Za-z_][\w-]*")
 _TABLE_ALIGNMENT = 0x80
 """VTOR holds no lower bits (ARMv7-M ARM, DDI0403, section B3.2.5)."""
 _MODEL_KEYS = ("model", "settings")
@@ -290,13 +292,13 @@ class _Reader:
         return tuple(links)
 
     def _check_part_line(self, number: int, entry: LinkEntry, part_ends: Sequence[str]) -> None:
-        if not {*entry.ends} - {*part_ends} - {CHECKER_END}:
+        if not any(end not in part_ends and not is_checker_end(end) for end in entry.ends):
             message = f"{' and '.join(entry.ends)}: a line of a part leads to a board or to a robot"
             raise self._strict.error(message, ("links", number, "ends"), 'write ends = [..., "brain.usart1"]')
 
     def _check_end(self, number: int, end: str, known: Sequence[str], taken: set[str]) -> None:
         path = ("links", number, "ends")
-        if end not in known:
+        if end not in known and not _names_checker_line(end):
             raise self._strict.error(f"'{end}' is not the end of a link", path, did_you_mean(end, known, "ends"))
         if end in taken:
             raise self._strict.error(f"'{end}' has a line already", path)
@@ -305,7 +307,7 @@ class _Reader:
         """Return the rate of the end that is no emulated USART."""
         path = ("links", number, "baud")
         model_end = next((end for end in entry.ends if end.endswith(".host")), None)
-        two_usarts = model_end is None and CHECKER_END not in entry.ends and not of_part
+        two_usarts = model_end is None and not any(map(is_checker_end, entry.ends)) and not of_part
         if two_usarts and entry.baud is not UNSET:
             raise self._strict.error("both ends are USARTs and have a rate of their own", path, "leave it out")
         if model_end is None:
@@ -341,6 +343,11 @@ class _Reader:
         if towards is UNSET:
             towards = ends[0] if fault.from_ == ends[1] else ends[1]
         return msgspec.structs.replace(fault, towards=towards, from_=UNSET)
+
+
+def _names_checker_line(end: str) -> bool:
+    """Say whether it is ``peer.LINE``."""
+    return is_checker_end(end) and _LINE_NAME.fullmatch(end.partition(".")[2]) is not None
 
 
 def _ends(model: BenchModel, boards: dict[str, EmulatedBoard]) -> tuple[str, ...]:

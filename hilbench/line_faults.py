@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from hilbench.bench import Bench
+from hilbench.bench_file import is_checker_end
 from hilbench.clock import NS_PER_S
-from hilbench.config import CHECKER_END
 from hilbench.fault_entries import FaultEntry
 from hilbench.links.faults import Direction, Fault, FaultKind, FaultPlan, FaultyPort
 from hilbench.links.port import Port
@@ -59,7 +59,7 @@ class LineFaults:
         faults = [
             Fault(
                 kind=FaultKind(entry.kind),
-                direction=to_client if entry.towards == CHECKER_END else to_robot,
+                direction=to_client if is_checker_end(str(entry.towards)) else to_robot,
                 **entry.given,
             )
             for entry in entries

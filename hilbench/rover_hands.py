@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Protocol
 
 from hilbench.bench import Bench
-from hilbench.bench_file import CHECKER_END, BenchFile
+from hilbench.bench_file import BenchFile
 from hilbench.errors import InternalError
 from hilbench.mcu.board_case import BoardBench
 from hilbench.rover_peer import RoverPeer
@@ -166,9 +166,7 @@ class RoverOnBoard:
     """
 
     def __init__(self, board_bench: BoardBench, profile: Profile) -> None:
-        links = board_bench.emulated.bench_file.links
-        end = next(end for link in links if CHECKER_END in link.ends for end in link.ends if end != CHECKER_END)
-        port = board_bench.emulated.ports[end]
+        port = board_bench.emulated.ports[board_bench.emulated.bench_file.checker_lines[""]]
         port.reacts = True
         self.there = board_bench
         self.peer = RoverPeer(board_bench.bench, port, profile)
@@ -178,7 +176,7 @@ class RoverOnBoard:
 def hands_on(bench_file: BenchFile) -> Iterable[str]:
     """Return what a bench of boards can do for the cases of a rover."""
     kinds = {plan.kind for plan in bench_file.parts.values()}
-    if any(CHECKER_END in link.ends for link in bench_file.links) and bench_file.boards:
+    if "" in bench_file.checker_lines and bench_file.boards:
         yield "PKT!"
         yield "server"
         yield "boot"

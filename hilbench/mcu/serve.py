@@ -7,7 +7,7 @@ import dataclasses
 
 import msgspec
 
-from hilbench.bench_file import CHECKER_END, BenchFile
+from hilbench.bench_file import BenchFile, is_checker_end
 from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.links import PtyDoor
@@ -74,7 +74,7 @@ def _with_scene(bench_file: BenchFile, scene: str | None) -> BenchFile:
 
 def _free(bench_file: BenchFile) -> list[str]:
     """Return the USARTs that are not linked to anything on the bench."""
-    linked = {end for link in bench_file.links if CHECKER_END not in link.ends for end in link.ends}
+    linked = {end for link in bench_file.links if not any(map(is_checker_end, link.ends)) for end in link.ends}
     names = [f"{name}.{usart.lower()}" for name, board in bench_file.boards.items() for usart in board.board.usarts]
     return [name for name in names if name not in linked]
 
