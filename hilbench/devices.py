@@ -6,7 +6,9 @@ gives bytes back, and names the time at which it wants to be called again. The a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Generic, Protocol, TypeVar
 
 from hilbench.bench import Bench
@@ -100,7 +102,88 @@ class ClientDevice(Generic[EventT]):
         return b"".join(event.data for event in events if isinstance(event, self._talk))
 
 
-class DeviceActor:
+class LinesDevice(Protocol):
+    """As `SerialDevice`, at several lines: what is to be put on them comes with their names."""
+
+    def receive(self, line: str, data: bytes, now_ns: int) -> Iterable[tuple[str, bytes]]:
+        """Take bytes off a line; return what to put on the lines."""
+
+    def advance(self, now_ns: int) -> Iterable[tuple[str, bytes]]:
+        """Do what is due at ``now_ns``; return what to put on the lines."""
+
+    def next_deadline_ns(self) -> int | None:
+        """Return the time at which `advance` must be called, or None."""
+
+    def line_down(self, line: str, now_ns: int) -> Iterable[tuple[str, bytes]]:
+        """Take note that a line was hung up; return what to put on the lines."""
+
+    def take_events(self) -> Iterable[object]:
+        """Return what happened since the last call."""
+
+
+class _Reporting(Protocol):
+    """What every device has."""
+
+    def next_deadline_ns(self) -> int | None: ...
+
+    def take_events(self) -> Iterable[object]: ...
+
+
+class _Actor(ABC):
+    """Records what a device reports, and calls it when it is due."""
+
+    def __init__(
+        self,
+        bench: Bench,
+        device: _Reporting,
+        *,
+        name: str,
+        on_event: Callable[[object], None],
+        after: Callable[[], None],
+    ) -> None:
+        self._bench = bench
+        self._reporting = device
+        self._name = name
+        self._on_event = on_event
+        self._after = after
+        self._entry: Entry | None = None
+        self._entry_ns: int | None = None
+
+    def settle(self) -> None:
+        """Record what the device reports and book its next call; call this after touching the device directly."""
+        for event in self._reporting.take_events():
+            self._bench.record_event(self._name, event)
+            self._on_event(event)
+        self._after()
+        self._book()
+
+    @abstractmethod
+    def _advance(self) -> None:
+        """Let the device do what is due now."""
+
+    def _write(self, port: Port, data: bytes, **about: object) -> None:
+        if data:
+            self._bench.record("tx", self._name, **about, data=data)
+            port.write(data)
+
+    def _due(self) -> None:
+        self._entry = None
+        self._advance()
+
+    def _book(self) -> None:
+        deadline_ns = self._reporting.next_deadline_ns()
+        if self._entry is not None and deadline_ns == self._entry_ns:
+            return
+        if self._entry is not None:
+            self._bench.scheduler.cancel(self._entry)
+            self._entry = None
+        if deadline_ns is not None:
+            when_ns = max(deadline_ns, self._bench.now_ns)
+            self._entry = self._bench.scheduler.at(when_ns, self._due, order=EventClass.TIMER, source=self._name)
+            self._entry_ns = deadline_ns
+
+
+class DeviceActor(_Actor):
     """Calls a device when bytes arrive, when it is due, and when the line goes down.
 
     Args:
@@ -122,38 +205,22 @@ class DeviceActor:
         on_event: Callable[[object], None] = lambda _event: None,
         after: Callable[[], None] = lambda: None,
     ) -> None:
-        self._bench = bench
+        super().__init__(bench, device, name=name, on_event=on_event, after=after)
         self._device = device
         self._port = port
-        self._name = name
-        self._on_event = on_event
-        self._after = after
-        self._entry: Entry | None = None
-        self._entry_ns: int | None = None
         port.on_receive = self._received
         port.on_line = self._line_changed
         self.settle()
 
-    def settle(self) -> None:
-        """Record what the device reports and book its next call; call this after touching the device directly."""
-        for event in self._device.take_events():
-            self._bench.record_event(self._name, event)
-            self._on_event(event)
-        self._after()
-        self._book()
-
     def transmit(self, data: bytes) -> None:
         """Put bytes of the device on its line, and settle."""
-        if data:
-            self._bench.record("tx", self._name, data=data)
-            self._port.write(data)
+        self._write(self._port, data)
         self.settle()
 
     def _received(self, data: bytes, at_ns: int) -> None:
         self.transmit(self._device.receive(data, at_ns))
 
-    def _due(self) -> None:
-        self._entry = None
+    def _advance(self) -> None:
         self.transmit(self._device.advance(self._bench.now_ns))
 
     def _line_changed(self, up: bool, at_ns: int) -> None:
@@ -161,14 +228,48 @@ class DeviceActor:
         if not up:
             self.transmit(self._device.line_down(at_ns))
 
-    def _book(self) -> None:
-        deadline_ns = self._device.next_deadline_ns()
-        if self._entry is not None and deadline_ns == self._entry_ns:
-            return
-        if self._entry is not None:
-            self._bench.scheduler.cancel(self._entry)
-            self._entry = None
-        if deadline_ns is not None:
-            when_ns = max(deadline_ns, self._bench.now_ns)
-            self._entry = self._bench.scheduler.at(when_ns, self._due, order=EventClass.TIMER, source=self._name)
-            self._entry_ns = deadline_ns
+
+class LinesActor(_Actor):
+    """As `DeviceActor`, for a device at several lines.
+
+    Args:
+        bench: whose time and journal are used.
+        device: what to call.
+        ports: the device's ends of its links, by the names that it has for them.
+        name: the source name in the journal.
+        on_event: called for each event the device reports, after it is recorded.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        device: LinesDevice,
+        ports: Mapping[str, Port],
+        *,
+        name: str,
+        on_event: Callable[[object], None] = lambda _event: None,
+    ) -> None:
+        super().__init__(bench, device, name=name, on_event=on_event, after=lambda: None)
+        self._device = device
+        self._ports = ports
+        for line, port in ports.items():
+            port.on_receive = partial(self._received, line)
+            port.on_line = partial(self._line_changed, line)
+        self.settle()
+
+    def transmit(self, sent: Iterable[tuple[str, bytes]]) -> None:
+        """Put bytes of the device on its lines, and settle."""
+        for line, data in sent:
+            self._write(self._ports[line], data, line=line)
+        self.settle()
+
+    def _received(self, line: str, data: bytes, at_ns: int) -> None:
+        self.transmit(self._device.receive(line, data, at_ns))
+
+    def _advance(self) -> None:
+        self.transmit(self._device.advance(self._bench.now_ns))
+
+    def _line_changed(self, line: str, up: bool, at_ns: int) -> None:
+        self._bench.record("line", self._name, line=line, up=up)
+        if not up:
+            self.transmit(self._device.line_down(line, at_ns))
