@@ -1,10 +1,11 @@
-"""The part of the clock tree from SYSCLK to the buses, which the F1 and the F7 have in common, as arithmetic.
+"""The part of the clock tree from SYSCLK to the buses, which the families have in common, as arithmetic.
 
 SYSCLK is divided for HCLK, and HCLK for each of the two peripheral buses (RM0008 section 7.2, RM0410 section 5.2).
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Generic, TypeVar
@@ -43,6 +44,10 @@ class BusRates:
         """Rate of PCLK2."""
         return self.hclk / self.apb2
 
+    def dividers(self) -> Mapping[str, int]:
+        """Return HCLK cycles per tick of each bus by its name."""
+        return {"AHB": 1, "APB1": self.apb1, "APB2": self.apb2}
+
     def timer(self, divider: int) -> int:
         """Return HCLK cycles per tick of the timers on a bus with that divider.
 
@@ -76,8 +81,7 @@ class BasicClockTree(Generic[AnyRates]):
         """Take over new rates."""
         self.rates = rates
         self.stopped = stopped
-        dividers = {"AHB": 1, "APB1": rates.apb1, "APB2": rates.apb2}
-        for bus, divider in dividers.items():
+        for bus, divider in rates.dividers().items():
             self._pclk[bus] = 0 if stopped else divider
             self._timer[bus] = 0 if stopped else rates.timer(divider)
 

@@ -1,19 +1,17 @@
-"""RCC as far as the F1 and the F7 have it in common: oscillators, SYSCLK, gates, resets (RM0008 section 7, RM0410 5).
+"""RCC as far as all families have it in common: oscillators, gates, resets, the backup domain.
 
-The order at a reset of the chip: `BasicRcc.reset` first (the clock is then HSI), FLASH second (the option bytes are
-loaded), then everybody else, then `BasicRcc.reset_by` with the cause.
+RM0008 section 7, RM0410 section 5, RM0433 section 8. The order at a reset of the chip: `BasicRcc.reset` first (the
+clock is then HSI), FLASH second (the option bytes are loaded), then everybody else, then `BasicRcc.reset_by` with the
+cause.
 
 A peripheral is told of a change of its clock by `before_clock_change` and `after_clock_change`, and so it is when its
-clock gate opens or shuts: `Peripheral.clocked` changes between the two calls.
-
-Choices where the manuals are silent: SYSCLK switches at once when the wanted source is ready; SW = 11 is not taken
-over; a peripheral is reset at both edges of its bit in a reset register.
+clock gate opens or shuts: `Peripheral.clocked` changes between the two calls. Choice where the manuals are silent: a
+peripheral is reset at both edges of its bit in a reset register.
 """
 
 from __future__ import annotations
 
 import abc
-import enum
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from types import MappingProxyType
@@ -23,42 +21,16 @@ from targets.mcu.registers import Peripheral
 from targets.mcu.services import Services
 from targets.mcu.stm32.oscillator import Oscillator
 
-__all__ = [
-    "BDCR_BITS",
-    "CR_BITS",
-    "CSR_BITS",
-    "BackupPart",
-    "BasicRcc",
-    "BoardClocks",
-    "ClockedPart",
-    "Source",
-    "ready_bits",
-]
+__all__ = ["BDCR_BITS", "LSE_HZ", "LSION", "BackupPart", "BasicRcc", "BoardClocks", "ClockedPart"]
 
 IRQ = 5
 
-CR = 0x00
-HSION, HSIRDY, HSEON, HSERDY, HSEBYP, CSSON = 1 << 0, 1 << 1, 1 << 16, 1 << 17, 1 << 18, 1 << 19
-PLLON, PLLRDY = 1 << 24, 1 << 25
-SW = 0x3
 LSEON, LSERDY, LSEBYP, RTCSEL, RTCEN, BDRST = 1 << 0, 1 << 1, 1 << 2, 0x300, 1 << 15, 1 << 16
-LSION, LSIRDY, RMVF = 1 << 0, 1 << 1, 1 << 24
-CSSF = 1 << 7
-CR_BITS = HSION | 0xF8 | HSEON | HSEBYP | CSSON | PLLON
+LSION, LSIRDY = 1 << 0, 1 << 1
 BDCR_BITS = LSEON | LSEBYP | RTCSEL | RTCEN | BDRST
-CSR_BITS = LSION | RMVF
-"""The bits of these registers that can be written in every family."""
-DEFAULT_TRIM = 0x10
+"""The bits of this register that can be written in every family."""
 LSE_HZ = Fraction(32_768)
 HSE_START_S = Fraction(2, 1000)
-
-
-class Source(enum.IntEnum):
-    """What drives SYSCLK; the values of CFGR.SW and SWS."""
-
-    HSI = 0
-    HSE = 1
-    PLL = 2
 
 
 class ClockedPart(Protocol):
@@ -90,19 +62,8 @@ class BoardClocks(TypedDict, total=False):
     backup_writable: Required[Callable[[], bool]]
 
 
-def ready_bits(bdcr: int, csr: int) -> dict[str, tuple[int, int, int]]:
-    """Return what every family has of `BasicRcc.READY`, by the offsets of BDCR and CSR."""
-    return {
-        "LSI": (1 << 0, csr, LSIRDY),
-        "LSE": (1 << 1, bdcr, LSERDY),
-        "HSI": (1 << 2, CR, HSIRDY),
-        "HSE": (1 << 3, CR, HSERDY),
-        "PLL": (1 << 4, CR, PLLRDY),
-    }
-
-
-class BasicRcc(Peripheral):
-    """Reset and clock control; a family says where its registers are and what the rates of its clocks are.
+class BasicRcc(Peripheral, abc.ABC):
+    """Reset and clock control; oscillators, gates, resets, the backup domain.
 
     Args:
         base: address of its first register.
@@ -116,7 +77,8 @@ class BasicRcc(Peripheral):
         backup_writable: says whether PWR_CR.DBP opens the backup domain.
 
     Attributes:
-        CFGR, CIR, BDCR, CSR: offsets of registers.
+        BDCR, CSR: offsets of registers.
+        FLAGS: offset of the register with the flags of resets; often CSR.
         ENABLE_OF: offset of the enable register of a bus.
         RESET_OF: the bus of a reset register, by its offset.
         HSI_HZ: rate of the internal high-speed oscillator.
@@ -125,18 +87,17 @@ class BasicRcc(Peripheral):
         START_S: seconds from switching on to ready, by oscillator. Where a limit is all that is given, the slower one
             is taken. That of HSE and LSE is a matter of the board's crystals.
         CYCLES_TO_STOP: cycles of the oscillator from switching off to not ready.
-        READY: by oscillator, its bit in CIR, and offset and bit of its ready flag.
-        RESET_FLAGS: the flags of CSR that say what has caused the last resets.
+        READY: by oscillator, its bit among the interrupt flags, and offset and bit of its ready flag.
+        RESET_FLAGS: the flags that say what has caused the last resets.
         CAUSES: those that each cause sets.
         lsi_hz: rate of the internal low-speed oscillator, in hertz.
         on_nmi: called with the level of the NMI that the clock security system asks for.
         on_clock_failure: called when the clock security system finds the HSE dead; the break input of TIM1.
     """
 
-    CFGR: ClassVar[int]
-    CIR: ClassVar[int]
     BDCR: ClassVar[int]
     CSR: ClassVar[int]
+    FLAGS: ClassVar[int]
     ENABLE_OF: ClassVar[Mapping[str, int]]
     RESET_OF: ClassVar[Mapping[int, str]]
     HSI_HZ: ClassVar[Fraction]
@@ -158,7 +119,6 @@ class BasicRcc(Peripheral):
         self._hse_healthy = board["hse_hz"] is not None
         self._backup_writable = board["backup_writable"]
         self._irq = services.irq(IRQ)
-        self._source = Source.HSI
         self._lsi_forced = False
         self._gated: list[tuple[Peripheral, int, int]] = []
         self._resettable: list[tuple[Peripheral, str, int]] = []
@@ -171,9 +131,7 @@ class BasicRcc(Peripheral):
             "LSE": board.get("lse_start_s", self.LSE_START_S),
         }
         self._oscillators = {name: self._oscillator(name, starts[name], rates.get(name)) for name in self.READY}
-        self._hsi, self._hse, self._lse, self._lsi, self._pll = (
-            self._oscillators[name] for name in ("HSI", "HSE", "LSE", "LSI", "PLL")
-        )
+        self._hsi, self._hse, self._lse, self._lsi = (self._oscillators[name] for name in ("HSI", "HSE", "LSE", "LSI"))
         self._hse.works = self._hse_healthy
         self._lse.works = board.get("lse", True)
         self._hsi.run_now()
@@ -210,14 +168,6 @@ class BasicRcc(Peripheral):
     # --- what a family says
 
     @abc.abstractmethod
-    def _pll_runs_on_hse(self) -> bool:
-        """Say whether the HSE is selected as the source of the PLL."""
-
-    @abc.abstractmethod
-    def _check_pll(self) -> None:
-        """Note what is wrong with the settings of the PLL, which is about to start."""
-
-    @abc.abstractmethod
     def _set_tree(self, *, stopped: bool | None = None) -> None:
         """Make the clock tree what the registers say; `stopped` None for as it is."""
 
@@ -225,11 +175,47 @@ class BasicRcc(Peripheral):
     def _rtc_hse_hz(self) -> Fraction:
         """Return the rate of the HSE as the RTC gets it, 0 for none."""
 
+    @abc.abstractmethod
+    def _on_ready(self, name: str, ready: bool) -> None:
+        """An oscillator has become ready, or ceases to be."""
+
+    @abc.abstractmethod
+    def _update_lines(self) -> None:
+        """Drive interrupt and NMI from flags and enables."""
+
+    @abc.abstractmethod
+    def _forget_source(self) -> None:
+        """A reset: what SYSCLK runs on after it, and whatever else does not stand in a register."""
+
+    @abc.abstractmethod
+    def _stop_oscillators(self) -> None:
+        """Let the oscillators stand still that Stop mode stops."""
+
+    @abc.abstractmethod
+    def _back_to_start(self) -> None:
+        """Let SYSCLK run on what it does after Stop mode."""
+
+    @abc.abstractmethod
+    def _is_guarded(self) -> bool:
+        """Say whether the clock security system watches the HSE."""
+
+    @abc.abstractmethod
+    def _runs_on_hse(self) -> bool:
+        """Say whether SYSCLK comes from the HSE at present."""
+
+    @abc.abstractmethod
+    def _on_failure(self) -> None:
+        """The clock security system acts."""
+
+    @abc.abstractmethod
+    def _bypass_fits(self) -> bool:
+        """Say whether what HSEBYP says can work with what the board has at OSC_IN."""
+
     # --- resets
 
     def reset(self) -> None:
         """Go to the state after a reset of the chip: HSI, every gate shut. The backup domain and the flags stay."""
-        kept = {self.BDCR: self[self.BDCR], self.CSR: self[self.CSR] & self.RESET_FLAGS}
+        kept = {self.BDCR: self[self.BDCR], self.FLAGS: self[self.FLAGS] & self.RESET_FLAGS}
         for name, oscillator in reversed(self._oscillators.items()):
             if name not in ("HSI", "LSE"):
                 oscillator.stop_now()
@@ -237,7 +223,7 @@ class BasicRcc(Peripheral):
         for offset, value in kept.items():
             self[offset] = value
         self._lsi_forced = False
-        self._source = Source.HSI
+        self._forget_source()
         self._hse.works = self._hse_healthy
         self._hsi.run_now()
         self._set_tree(stopped=False)
@@ -245,13 +231,13 @@ class BasicRcc(Peripheral):
         self._update_lines()
 
     def reset_by(self, cause: str) -> None:
-        """Set the flags of CSR for a cause, as `services.chip_reset` names it; POR also resets the backup domain."""
+        """Set the flags for a cause, as `services.chip_reset` names it; POR also resets the backup domain."""
         if cause in ("POR", "STANDBY"):
-            self[self.CSR] &= ~self.RESET_FLAGS
+            self[self.FLAGS] &= ~self.RESET_FLAGS
         if cause == "POR":
             self[self.BDCR] = 0
             self._reset_backup_domain()
-        self[self.CSR] |= self.CAUSES[cause]
+        self[self.FLAGS] |= self.CAUSES[cause]
 
     def _reset_backup_domain(self) -> None:
         self[self.BDCR] &= BDRST
@@ -268,9 +254,9 @@ class BasicRcc(Peripheral):
         self._hse.fail()
         if not was_ready:
             return
-        if self[CR] & CSSON:
+        if self._is_guarded():
             self._on_failure()
-        elif self._hse_drives(self._source):
+        elif self._runs_on_hse():
             self.note("unmodelled", "CR.CSSON", "the HSE failed unguarded: silicon stands still, the model runs on")
 
     def repair_hse(self) -> None:
@@ -306,49 +292,14 @@ class BasicRcc(Peripheral):
     def stop(self) -> None:
         """Enter Stop mode: all but LSE and LSI stands still (RM0008 section 4.3.4). Cycles still count, as of HSI."""
         self._stop_oscillators()
-        self._back_to_hsi()
+        self._back_to_start()
         self._set_tree(stopped=True)
 
     def resume(self) -> None:
         """Leave Stop mode, on HSI."""
         self._set_tree(stopped=False)
 
-    def _stop_oscillators(self) -> None:
-        self[CR] &= ~(HSEON | PLLON)
-        self._pll.stop_now()
-        self._hse.stop_now()
-
     # --- registers
-
-    def write_CR(self, value: int) -> None:
-        """HSION, HSEON, CSSON, PLLON; what drives SYSCLK, or is selected to, cannot be switched off."""
-        kept = self._needed_bits() & self[CR] & ~value
-        if kept:
-            self.note("misuse", "CR", f"bits 0x{kept:X}: an oscillator that drives SYSCLK cannot be switched off")
-        value |= kept
-        if (value ^ self[CR]) & HSEBYP and self[CR] & HSEON:
-            self.note("misuse", "CR.HSEBYP", "can be changed only while HSEON = 0; it keeps its value")
-            value ^= HSEBYP
-        if value >> 3 & 0x1F != DEFAULT_TRIM:
-            mhz = self.HSI_HZ // 1_000_000
-            self.note("unmodelled", "CR.HSITRIM", f"is remembered; HSI stays at exactly {mhz} MHz")
-        self[CR] = value
-        self._hse.works = self._hse_healthy and self._bypass_fits()
-        self._hsi.switch(bool(value & HSION))
-        self._hse.switch(bool(value & HSEON))
-        self._feed_pll()
-
-    def _bypass_fits(self) -> bool:
-        if not self[CR] & HSEBYP or self._hse_is_clock:
-            return True
-        self.note("misuse", "CR.HSEBYP", "the board has a crystal, not a clock, at OSC_IN: HSE will not become ready")
-        return False
-
-    def write_CIR(self, value: int) -> None:
-        """Enables, and clears by writing 1; the clear bits read 0."""
-        cleared = value >> 16 & 0xFF
-        self[self.CIR] = value & 0xFFFF & ~cleared
-        self._update_lines()
 
     def write_BDCR(self, value: int) -> None:
         """LSE and the clock of the RTC; all but BDRST obey PWR_CR.DBP (RM0008 section 7.3.9, RM0410 5.3.20)."""
@@ -368,11 +319,6 @@ class BasicRcc(Peripheral):
             value = (value & ~LSEBYP) | (old & LSEBYP)
         self[self.BDCR] = value
         self._lse.switch(bool(value & LSEON))
-
-    def write_CSR(self, value: int) -> None:
-        """LSION; RMVF clears the reset flags."""
-        self[self.CSR] = value & ~self.RESET_FLAGS if value & RMVF else value
-        self._lsi.switch(bool(value & LSION) or self._lsi_forced)
 
     def write(self, offset: int, value: int) -> None:
         """As of every peripheral; a gate that this chip does not have is noted."""
@@ -402,76 +348,7 @@ class BasicRcc(Peripheral):
             if bus == self.RESET_OF[offset] and changed & bit:
                 peripheral.reset()
 
-    # --- SYSCLK
-
-    def _hse_drives(self, source: Source) -> bool:
-        return source is Source.HSE or (source is Source.PLL and self._pll_runs_on_hse())
-
-    def _needed_bits(self) -> int:
-        """Return the bits of CR that hold up SYSCLK: of the source in use, and of the one selected."""
-        needed = 0
-        for source in (self._source, Source(self[self.CFGR] & SW)):
-            needed |= HSEON if self._hse_drives(source) else HSION
-            needed |= PLLON if source is Source.PLL else 0
-        return needed
-
-    def _on_ready(self, name: str, ready: bool) -> None:
-        flag, offset, bit = self.READY[name]
-        self[offset] = self[offset] | bit if ready else self[offset] & ~bit
-        if ready and self[self.CIR] & flag << 8:
-            self[self.CIR] |= flag
-            self._update_lines()
-        if name in ("HSI", "HSE"):
-            self._feed_pll()
-        if ready:
-            self._try_switch()
-            self._set_tree()
-
-    def _feed_pll(self) -> None:
-        entry = self._hse if self._pll_runs_on_hse() else self._hsi
-        on = bool(self[CR] & PLLON) and entry.ready
-        if on and not self._pll.on:
-            self._check_pll()
-        self._pll.switch(on)
-
-    def _try_switch(self) -> None:
-        wanted = Source(self[self.CFGR] & SW)
-        oscillator = (self._hsi, self._hse, self._pll)[wanted]
-        if oscillator.ready:
-            self._source = wanted
-            self[self.CFGR] = (self[self.CFGR] & ~0xC) | wanted << 2
-
-    def _keep_source(self, value: int) -> int:
-        """Return a value for CFGR with SW as it was if it is not allowed."""
-        if value & SW != SW:
-            return value
-        self.note("misuse", "CFGR.SW", "11 is not allowed; SW keeps its value")
-        return (value & ~SW) | (self[self.CFGR] & SW)
-
-    def _back_to_hsi(self) -> None:
-        self[CR] |= HSION
-        self[self.CFGR] &= ~0xF
-        self._hsi.run_now()
-        self._source = Source.HSI
-
-    def _on_failure(self) -> None:
-        """The clock security system acts (RM0008 7.2.7, RM0410 5.2.7): off with the HSE, back to HSI, an NMI."""
-        if self._hse_drives(self._source):
-            if self._source is Source.PLL:
-                self[CR] &= ~PLLON
-            self._back_to_hsi()
-        self[CR] &= ~HSEON
-        self._hse.stop_now()
-        self._feed_pll()
-        self[self.CIR] |= CSSF
-        self._update_lines()
-        self._set_tree()
-        self.on_clock_failure()
-
-    def _update_lines(self) -> None:
-        cir = self[self.CIR]
-        self._irq.set(bool(cir & cir >> 8 & 0x7F))
-        self.on_nmi(bool(cir & CSSF))
+    # --- clocks
 
     def _tell_change(self, change: Callable[[], None]) -> None:
         """Make a change of the clock, with everybody told before and after."""

@@ -23,7 +23,13 @@ EWIF = 1 << 0
 
 
 class Wwdg(Peripheral):
-    """The window watchdog."""
+    """The window watchdog.
+
+    Args:
+        base: address.
+        services: what the chip offers.
+        bus: the bus whose clock it counts.
+    """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
         Register("CR", CR, T, T | WDGA, live=True),
@@ -31,7 +37,8 @@ class Wwdg(Peripheral):
         Register("SR", SR, 0, EWIF),
     )
 
-    def __init__(self, base: int, services: Services) -> None:
+    def __init__(self, base: int, services: Services, *, bus: str = "APB1") -> None:
+        self._bus = bus
         super().__init__("WWDG", base, services)
         self._irq = services.irq(IRQ)
         self._event: Event | None = None
@@ -121,7 +128,7 @@ class Wwdg(Peripheral):
     def _restart(self) -> None:
         """Enter the next event anew: the counter reaching 0x40, or falling below it while the watchdog is on."""
         self.time.cancel(self._event)
-        self._period = self.services.clocks.pclk("APB1") if self.clocked else 0
+        self._period = self.services.clocks.pclk(self._bus) if self.clocked else 0
         if not self._period:
             return
         target = T6 if self._count != T6 else T6 - 1

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from targets.mcu.stm32.clock_tree import AHB_DIVIDERS, APB_DIVIDERS, BasicClockTree, BusRates
-from targets.mcu.stm32.rcc import Source
+from targets.mcu.stm32.rcc_classic import Source
 
 __all__ = ["HSI_HZ", "LSI_HZ", "ClockTree", "Rates", "pll_hz", "rates_of"]
 

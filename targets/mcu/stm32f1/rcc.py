@@ -1,4 +1,4 @@
-"""RCC of the STM32F103 (RM0008 section 7), on what is common to the families (`targets.mcu.stm32.rcc`)."""
+"""RCC of the STM32F103 (RM0008 section 7), on what is common to the families (`targets.mcu.stm32.rcc_classic`)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import ClassVar, Unpack
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.services import Services
-from targets.mcu.stm32.rcc import BDCR_BITS, CR, CR_BITS, CSR_BITS, PLLON, BasicRcc, BoardClocks, ready_bits
+from targets.mcu.stm32.rcc import BDCR_BITS, BoardClocks
+from targets.mcu.stm32.rcc_classic import CR, CR_BITS, CSR_BITS, PLLON, ClassicRcc, ready_bits
 from targets.mcu.stm32f1.clock_limits import violations
 from targets.mcu.stm32f1.clocks import HSI_HZ, LSI_HZ, ClockTree, pll_hz, rates_of
 
@@ -35,7 +36,7 @@ APB2_BITS = 0x0000_5E7D  # AFIO, GPIOA-E, ADC1-2, TIM1, SPI1, USART1
 AHB_BITS = 0x0000_0055  # DMA1, SRAM, FLITF, CRC
 
 
-class Rcc(BasicRcc):
+class Rcc(ClassicRcc):
     """Reset and clock control.
 
     Args:
@@ -59,6 +60,7 @@ class Rcc(BasicRcc):
     )
 
     CFGR, CIR, BDCR, CSR = CFGR, CIR, BDCR, CSR
+    FLAGS = CSR
     ENABLE_OF = MappingProxyType({"AHB": AHBENR, "APB2": APB2ENR, "APB1": APB1ENR})
     RESET_OF = MappingProxyType({APB2RSTR: "APB2", APB1RSTR: "APB1"})
     HSI_HZ, LSI_HZ = HSI_HZ, LSI_HZ

@@ -8,7 +8,7 @@ from fractions import Fraction
 from types import MappingProxyType
 
 from targets.mcu.stm32.clock_tree import AHB_DIVIDERS, APB_DIVIDERS, BasicClockTree, BusRates
-from targets.mcu.stm32.rcc import Source
+from targets.mcu.stm32.rcc_classic import Source
 
 __all__ = [
     "HSI_HZ",

@@ -1,4 +1,4 @@
-"""RCC of the STM32F76x (RM0410 section 5), on what is common to the families (`targets.mcu.stm32.rcc`).
+"""RCC of the STM32F76x (RM0410 section 5), on what is common to the families (`targets.mcu.stm32.rcc_classic`).
 
 Choices: the peripherals' clocks run on in Sleep mode whatever the xxxLPENR registers say; every reset value of those is
 "all bits set". PLLI2S and PLLSAI start and get ready; of what they feed, only the 48 MHz clock has anybody who uses it.
@@ -16,17 +16,15 @@ from typing import ClassVar, Unpack
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.services import Services
-from targets.mcu.stm32.rcc import (
-    BDCR_BITS,
+from targets.mcu.stm32.rcc import BDCR_BITS, LSE_HZ, BoardClocks
+from targets.mcu.stm32.rcc_classic import (
     CR,
     CR_BITS,
     CSR_BITS,
     HSEBYP,
     HSEON,
-    LSE_HZ,
     PLLON,
-    BasicRcc,
-    BoardClocks,
+    ClassicRcc,
     ready_bits,
 )
 from targets.mcu.stm32f7.clock_limits import pll_violations, violations
@@ -82,7 +80,7 @@ CAUSES = {
 }
 
 
-class Rcc(BasicRcc):
+class Rcc(ClassicRcc):
     """Reset and clock control.
 
     Args:
@@ -153,6 +151,7 @@ class Rcc(BasicRcc):
     )
 
     CFGR, CIR, BDCR, CSR = CFGR, CIR, BDCR, CSR
+    FLAGS = CSR
     ENABLE_OF = MappingProxyType({"AHB1": AHB1ENR, "AHB2": AHB2ENR, "AHB3": AHB3ENR, "APB1": APB1ENR, "APB2": APB2ENR})
     RESET_OF = MappingProxyType(
         {AHB1RSTR: "AHB1", AHB2RSTR: "AHB2", AHB3RSTR: "AHB3", APB1RSTR: "APB1", APB2RSTR: "APB2"}
