@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -16,14 +17,19 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
 from hilbench.line_faults import LineFaults, describe_faults
-from hilbench.links import Line, Port, PtyDoor, TcpDoor
+from hilbench.links import Line, MemoryLink, Port, PtyDoor, TcpDoor
 from hilbench.nearest import did_you_mean
+from hilbench.options import PtyDoor as PtyWish
 from hilbench.options import ServeOptions
+from hilbench.options import TcpDoor as TcpWish
 from hilbench.pioneer import PioneerPlan, VirtualPioneer, plan_of
 from hilbench.rover_cases import rover_baud
 from hilbench.serving import AnyDoor, Say, place, run_until_stopped, signals_held, traffic
 from targets.robots.rover import RoverRobot
 from worlds.errors import WorldError
+
+_HOST = "host"
+"""The line of a robot that has one alone."""
 
 
 def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
@@ -43,24 +49,42 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
     """
     if not options.ptys and not options.tcps:
         raise UsageError("no door", where="hilbench serve", hint="add --pty PATH or --tcp PORT")
-    _check_links(options, bench_file)
     target = _rover(options, bench_file) if bench_file.rover is not None else _pioneer(options, bench_file)
+    wishes = _assigned(options, bench_file, tuple(target.lines))
     # What is half built or half gone cannot be cleaned up: a signal waits until the robot runs, or until all is gone.
     with signals_held(), contextlib.ExitStack() as stack:
         scheduler = Scheduler()
-        doors = stack.enter_context(_doors(options, scheduler, target.baud))
-        port = doors[0] if len(doors) == 1 else SharedDoor(doors)
+        doors = {
+            line: stack.enter_context(_doors(options, wishes.get(line, ()), scheduler, baud))
+            for line, baud in target.lines.items()
+        }
         journal = Journal(options.journal, bench_file.header(options.seed))
         bench = Bench(scheduler, journal)
         stack.callback(lambda: journal.close(bench.now_ns))
-        stack.callback(target.make(bench, _faulty(bench, port, options, bench_file)))
-        _announce(bench, doors, port, say)
+        ports = {line: _port(bench, line, there, target.lines[line]) for line, there in doors.items()}
+        stack.callback(
+            target.make(bench, {line: _faulty(bench, port, options, bench_file) for line, port in ports.items()})
+        )
+        for line, there in doors.items():
+            _announce(bench, there, ports[line], say, line if len(doors) > 1 else "")
         if bench_file.faults:
             say(f"faults on the line: {describe_faults(bench_file.faults)}")
         run_until_stopped(scheduler, say)
-        for door in doors:
+        for door in itertools.chain.from_iterable(doors.values()):
             say(traffic(door))
     return ExitCode.OK
+
+
+def _assigned(
+    options: ServeOptions, bench_file: BenchFile, lines: Sequence[str]
+) -> Mapping[str, Sequence[PtyWish | TcpWish]]:
+    """Return the doors of each line; where there is one alone, all doors are its."""
+    if len(lines) > 1:
+        from hilbench.mcu.doors import assign
+
+        return assign(options, lines)
+    _check_links(options, bench_file)
+    return {lines[0]: [*options.ptys, *options.tcps]}
 
 
 def _check_links(options: ServeOptions, bench_file: BenchFile) -> None:
@@ -74,22 +98,22 @@ def _check_links(options: ServeOptions, bench_file: BenchFile) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Target:
-    """What is served: the rate of its line, and what brings it to life at an end of it and returns how to end it."""
+    """What is served: the rates of its lines, and what brings it to life at their ends and returns how to end it."""
 
-    baud: int
-    make: Callable[[Bench, Port], Callable[[], None]]
+    lines: Mapping[str, int]
+    make: Callable[[Bench, Mapping[str, Port]], Callable[[], None]]
 
 
 def _pioneer(options: ServeOptions, bench_file: BenchFile) -> _Target:
     plan = _plan(options, bench_file)
 
-    def make(bench: Bench, port: Port) -> Callable[[], None]:
+    def make(bench: Bench, ports: Mapping[str, Port]) -> Callable[[], None]:
         try:
-            return VirtualPioneer(bench, port, plan, seed=options.seed).close
+            return VirtualPioneer(bench, ports[_HOST], plan, seed=options.seed).close
         except WorldError as error:
             raise UnavailableError(str(error), where=f"scene {plan.scene}") from error
 
-    return _Target(plan.settings.host_baud, make)
+    return _Target({_HOST: plan.settings.host_baud}, make)
 
 
 def _rover(options: ServeOptions, bench_file: BenchFile) -> _Target:
@@ -98,11 +122,11 @@ def _rover(options: ServeOptions, bench_file: BenchFile) -> _Target:
     settings = bench_file.rover
     assert settings is not None
 
-    def make(bench: Bench, port: Port) -> Callable[[], None]:
-        DeviceActor(bench, RoverRobot(settings), port, name="rover")
+    def make(bench: Bench, ports: Mapping[str, Port]) -> Callable[[], None]:
+        DeviceActor(bench, RoverRobot(settings), ports[_HOST], name="rover")
         return lambda: None
 
-    return _Target(options.baud or rover_baud(bench_file), make)
+    return _Target({_HOST: options.baud or rover_baud(bench_file)}, make)
 
 
 def _plan(options: ServeOptions, bench_file: BenchFile) -> PioneerPlan:
@@ -118,18 +142,27 @@ def _plan(options: ServeOptions, bench_file: BenchFile) -> PioneerPlan:
 
 
 @contextlib.contextmanager
-def _doors(options: ServeOptions, scheduler: Scheduler, baud: int) -> Iterator[Sequence[AnyDoor]]:
+def _doors(
+    options: ServeOptions, wishes: Sequence[PtyWish | TcpWish], scheduler: Scheduler, baud: int
+) -> Iterator[Sequence[AnyDoor]]:
     line = Line(baud=baud)
     doors: list[AnyDoor] = []
     with contextlib.ExitStack() as stack:
-        for pty in options.ptys:
-            pty_door = PtyDoor(scheduler, pty.path, line, any_baud=options.any_baud, name=f"pty:{pty.path}")
-            doors.append(stack.enter_context(contextlib.closing(pty_door)))
-        for tcp in options.tcps:
-            host = f"[{tcp.host}]" if ":" in tcp.host else tcp.host
-            tcp_door = TcpDoor(scheduler, f"{host}:{tcp.port}", line, name=f"tcp:{tcp.port}")
-            doors.append(stack.enter_context(contextlib.closing(tcp_door)))
+        for wish in wishes:
+            if isinstance(wish, PtyWish):
+                door: AnyDoor = PtyDoor(scheduler, wish.path, line, any_baud=options.any_baud, name=f"pty:{wish.path}")
+            else:
+                host = f"[{wish.host}]" if ":" in wish.host else wish.host
+                door = TcpDoor(scheduler, f"{host}:{wish.port}", line, name=f"tcp:{wish.port}")
+            doors.append(stack.enter_context(contextlib.closing(door)))
         yield doors
+
+
+def _port(bench: Bench, line: str, doors: Sequence[AnyDoor], baud: int) -> Port:
+    """Return the robot's end of a line, with these doors at the far end; without one it leads nowhere."""
+    if not doors:
+        return MemoryLink(bench.scheduler, Line(baud=baud), name=line).b
+    return doors[0] if len(doors) == 1 else SharedDoor(doors)
 
 
 def _faulty(bench: Bench, port: Port, options: ServeOptions, bench_file: BenchFile) -> Port:
@@ -139,11 +172,13 @@ def _faulty(bench: Bench, port: Port, options: ServeOptions, bench_file: BenchFi
     return LineFaults(bench, bench_file.faults, seed=options.seed, near_is_client=False).on(port)
 
 
-def _announce(bench: Bench, doors: Sequence[AnyDoor], port: Port, say: Say) -> None:
+def _announce(bench: Bench, doors: Sequence[AnyDoor], port: Port, say: Say, line: str) -> None:
+    """Tell where the doors are and who comes and goes; `line` is its name where there are several."""
     to_robot = port.on_line
+    at, serving = (f"{line}: ", f"serving {line} at") if line else ("", "serving at")
 
     def line_changed(up: bool, at_ns: int) -> None:
-        say(f"{bench.now_s:10.3f} s  a client {'came' if up else 'left'}")
+        say(f"{bench.now_s:10.3f} s  {at}a client {'came' if up else 'left'}")
         to_robot(up, at_ns)
 
     def garbled(door: PtyDoor, client_baud: int) -> None:
@@ -156,6 +191,6 @@ def _announce(bench: Bench, doors: Sequence[AnyDoor], port: Port, say: Say) -> N
     for door in doors:
         if isinstance(door, PtyDoor):
             door.on_garbled = partial(garbled, door)
-            say(f"serving at {place(door)} ({door.slave_name}), {door.baud} baud")
+            say(f"{serving} {place(door)} ({door.slave_name}), {door.baud} baud")
         else:
-            say(f"serving at {place(door)}, paced as {door.baud} baud")
+            say(f"{serving} {place(door)}, paced as {door.baud} baud")
