@@ -7,7 +7,7 @@ import shlex
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from hilbench.bench import Bench
 from hilbench.cases import AttachedCase, CaseBase, ForeignClientCase
@@ -25,7 +25,7 @@ from hilbench.config import BenchFile
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.line_faults import LineFaults
 from hilbench.line_peer import LinePeer
-from hilbench.links import Line, Port, PtyDoor, SerialPort, TcpDoor, parse_serial_target
+from hilbench.links import DEFAULT_BAUD, Line, Port, PtyDoor, SerialPort, TcpDoor, parse_serial_target
 from hilbench.observing import counters_of, pace_of
 from hilbench.peer import Peer
 from hilbench.scripted_server import ScriptedServer
@@ -88,9 +88,12 @@ class AttachedProviderBase(_LockedProvider, ABC, Generic[PeerT, CaseT]):
         spec: the target as on the command line.
     """
 
+    USUAL_BAUD: ClassVar[int] = DEFAULT_BAUD
+    """The rate of a port of which the command line says none, in bit/s."""
+
     def __init__(self, shared: Shared, spec: str) -> None:
         super().__init__(shared, spec)
-        self._serial = parse_serial_target(spec)
+        self._serial = parse_serial_target(spec, self.USUAL_BAUD)
         self._peer: PeerT | None = None
 
     @abstractmethod

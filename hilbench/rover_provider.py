@@ -115,6 +115,9 @@ class RoverProvider:
 class AttachedRoverProvider(AttachedProviderBase[RoverPeer, AttachedRoverCase]):
     """A rover that somebody else runs, at a serial port or behind any pyserial URL; its profile is the bench file's."""
 
+    USUAL_BAUD = 115200
+    """What the published client opens its port at (nhorro/ceai2020 rover_client), in bit/s."""
+
     @property
     def capabilities(self) -> frozenset[str]:
         """Its line, in the one profile that it has."""

@@ -37,7 +37,7 @@ def parser() -> Parser:
         help="built-in bench or bench file (default: ./hilbench.toml, else pioneer)",
     )
     add("--target", metavar="[NAME=]T", action="append", default=[], type=typed(arguments.target_choice),
-        help="what to check instead of the bench file's target: pioneer, serial:PORT@BAUD, any pyserial URL; for a "
+        help="what to check instead of the bench file's target: pioneer, serial:PORT[@BAUD], any pyserial URL; for a "
         "client under test listen:pty:PATH, listen:tcp:PORT or exec:COMMAND")  # fmt: skip
     add("--suite", metavar="S", action="append", default=[],
         help="shipped suite, or a .py file or folder of your own (default: all shipped suites)")  # fmt: skip

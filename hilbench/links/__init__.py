@@ -3,10 +3,11 @@
 from hilbench.links.memory import MemoryLink, MemoryPort
 from hilbench.links.port import Line, LinkCounters, Port
 from hilbench.links.pty import PtyDoor
-from hilbench.links.serialport import SerialPort, SerialTarget, is_serial_target, parse_serial_target
+from hilbench.links.serialport import DEFAULT_BAUD, SerialPort, SerialTarget, is_serial_target, parse_serial_target
 from hilbench.links.tcp import TcpDoor
 
 __all__ = [
+    "DEFAULT_BAUD",
     "Line",
     "LinkCounters",
     "MemoryLink",

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import termios
 import tty
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+
+import pytest
 
 from hilbench.bench_provider import make_provider
 from hilbench.check.provider import CaseInfo
@@ -58,3 +61,27 @@ def test_the_session_is_closed_before_the_first_case_and_after_the_last() -> Non
         finally:
             provider.close()
         assert bytes(robot.written) == STOP + ENABLE_0 + CLOSE_1
+
+
+@pytest.mark.parametrize(
+    ("suite", "rate", "speed"),
+    [
+        ("p2os-server", "", termios.B9600),
+        ("pkt-board", "", termios.B115200),
+        ("pkt-board", "@57600", termios.B57600),
+    ],
+)
+def test_a_port_without_a_rate_is_opened_at_the_usual_one_of_its_protocol(suite: str, rate: str, speed: int) -> None:
+    master, slave = os.openpty()
+    try:
+        target = TargetChoice(spec=f"serial:{os.ttyname(slave)}{rate}")
+        provider = make_provider(CheckOptions(targets=(target,), suites=(suite,)))
+        try:
+            with provider.open_case(CaseInfo(id="x", clause_ids=(), seed=0)) as bench:
+                assert termios.tcgetattr(slave)[4] == speed
+                bench.finish("fail", "")
+        finally:
+            provider.close()
+    finally:
+        os.close(master)
+        os.close(slave)
