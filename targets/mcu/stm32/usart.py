@@ -1,5 +1,7 @@
 """USARTs with ISR, ICR, RDR and TDR (RM0410 section 34, on the STM32F7; F0, F3 and L4 have the same).
 
+Those that have FIFOs as well, on the STM32H7, are `usart_fifo.FifoUsart`.
+
 Choices where the manual is silent, besides those of the transmitter and the receiver:
 
 * A bit that "can only be written when the USART is disabled" keeps its value while UE stays set; that is noted.
@@ -18,8 +20,9 @@ Choices where the manual is silent, besides those of the transmitter and the rec
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from fractions import Fraction
+from typing import ClassVar
 
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
@@ -49,10 +52,10 @@ SCARCNT, WUS, WUFIE, UCESM = 7 << 17, 3 << 20, 1 << 22, 1 << 23
 
 ABRRQ, SBKRQ, MMRQ, RXFRQ, TXFRQ = (1 << bit for bit in range(5))
 
-_AFTER_RESET = TC | TXE
+AFTER_RESET = TC | TXE
 _SAME_BIT = TXEIE | TCIE | RXNEIE | IDLEIE
 """Interrupt enables of CR1 that stand at the bit of their flag in ISR."""
-_CLEARED_BY_ICR = PE | FE | NF | ORE | IDLE | TC | LBDF | CTSIF | RTOF | EOBF | CMF | WUF
+CLEARED_BY_ICR = PE | FE | NF | ORE | IDLE | TC | LBDF | CTSIF | RTOF | EOBF | CMF | WUF
 
 _ENABLES = {CR1: TXEIE | TCIE | RXNEIE | IDLEIE | PEIE | CMIE | RTOIE, CR2: LBDIE, CR3: EIE | DMAR | DMAT | CTSIE}
 """Bits that change nothing but the lines to interrupts and DMA."""
@@ -81,7 +84,7 @@ class Usart(UsartBase):
             changes as of any change of a clock.
     """
 
-    REGISTERS = (
+    REGISTERS: ClassVar[tuple[Register, ...]] = (
         Register(
             "CR1",
             CR1,
@@ -126,17 +129,19 @@ class Usart(UsartBase):
         Register(
             "ISR",
             ISR,
-            reset=_AFTER_RESET,
+            reset=AFTER_RESET,
             writable=0,
             fidelity=Fidelity.PARTLY,
             note="EOBF, ABRE, ABRF and WUF are never set",
         ),
-        Register("ICR", ICR, writable=_CLEARED_BY_ICR),
+        Register("ICR", ICR, writable=CLEARED_BY_ICR),
         Register("RDR", RDR, writable=0),
         Register("TDR", TDR, writable=0x1FF),
     )
 
     STATUS, CR1, CR2, CR3 = ISR, CR1, CR2, CR3
+    ENABLES: ClassVar[Mapping[int, int]] = _ENABLES
+    LOCKED: ClassVar[Mapping[int, int]] = _LOCKED
 
     def __init__(
         self, name: str, base: int, services: Services, *, irq: int, kernel_hz: Callable[[], Fraction]
@@ -162,7 +167,7 @@ class Usart(UsartBase):
 
     def write_ICR(self, value: int) -> None:
         """Clear flags by writing 1."""
-        self[ISR] &= ~(value & _CLEARED_BY_ICR)
+        self[ISR] &= ~value
         self._update()
 
     def read_RQR(self) -> int:
@@ -244,7 +249,7 @@ class Usart(UsartBase):
     def _permitted(self, offset: int, value: int) -> int:
         """Return what a write leaves: some bits are locked while UE is set."""
         stays_enabled = self[CR1] & UE and not (offset == CR1 and not value & UE)
-        locked = (value ^ self[offset]) & _LOCKED[offset] if stays_enabled else 0
+        locked = (value ^ self[offset]) & self.LOCKED[offset] if stays_enabled else 0
         if locked:
             name = self.registers[offset].name
             self.note("misuse", name, f"bits 0x{locked:X} cannot be changed while UE is set: they keep their value")
@@ -254,7 +259,7 @@ class Usart(UsartBase):
         value = self._permitted(offset, value)
         changed = self[offset] ^ value
         self[offset] = value
-        if changed & ~_ENABLES[offset]:
+        if changed & ~self.ENABLES[offset]:
             self._configure()
         elif changed:
             self._update()
@@ -267,7 +272,7 @@ class Usart(UsartBase):
             self.note("misuse", "CR1.UE", text)
         self._tx.reset()
         self._idle_armed = False
-        self[ISR] = _AFTER_RESET
+        self[ISR] = self.registers[ISR].reset
         self._update()
 
     def _configure(self) -> None:
@@ -373,20 +378,29 @@ class Usart(UsartBase):
         word, form = self._decoded(sampled.word), self._format
         if self._is_muted_for(word):
             return
-        flags = self[ISR]
-        if flags & RXNE and not self[CR3] & OVRDIS:
-            errors = ORE
-        else:
-            self[RDR] = word
+        errors = (NF if sampled.noise else 0) | (FE if sampled.framing_error else 0)
+        errors |= PE if form.parity_wrong(word) else 0
+        if self._keep(word, errors):
             self._idle_armed = True
-            flags |= RXNE
-            errors = (NF if sampled.noise else 0) | (FE if sampled.framing_error else 0)
-            errors |= PE if form.parity_wrong(word) else 0
+        else:
+            errors = ORE
+            self[ISR] |= ORE
         if form.value(word) == self[CR2] >> 24:
-            flags |= CMF
-        self[ISR] = flags | errors
+            self[ISR] |= CMF
         self.on_word(form.value(word), errors)
         self._update()
+
+    def _keep(self, word: int, errors: int) -> bool:
+        """Put a word where RDR finds it, with the flags that tell of it; False if there is no room."""
+        if self[ISR] & RXNE and not self[CR3] & OVRDIS:
+            return False
+        self[RDR] = word
+        self[ISR] |= RXNE | errors
+        return True
+
+    def _is_full(self) -> bool:
+        """Say whether the next word would be lost."""
+        return bool(self[ISR] & RXNE)
 
     def _is_muted_for(self, word: int) -> bool:
         """Say whether mute mode hides a word, and enter or leave the mode if the word is an address."""
@@ -422,7 +436,7 @@ class Usart(UsartBase):
     def _update(self) -> None:
         """Drive interrupt, DMA requests and RTS from flags and enables."""
         isr, cr1, cr3 = self[ISR], self[CR1], self[CR3]
-        self._line_rts.set((bool(isr & RXNE) or not self._rx.running) if cr3 & RTSE else None)
+        self._line_rts.set((self._is_full() or not self._rx.running) if cr3 & RTSE else None)
         refused = cr3 & DDRE and isr & (PE | FE | NF | ORE)
         self._drive_lines(
             bool(isr & cr1 & _SAME_BIT) or self._irq_of_others(isr, cr1, cr3),

@@ -1,12 +1,14 @@
-"""A USART of the STM32F7 on a chip in a test tube, and the far end of its line."""
+"""A USART of the STM32F7 or H7 on a chip in a test tube, and the far end of its line."""
 
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import partial
 
 import pytest
 
 from targets.mcu.stm32.usart import Usart
+from targets.mcu.stm32.usart_fifo import FifoUsart
 from targets.mcu.testing import FakeChip
 from tests.targets.mcu.stm32.usart.port import BasicPort
 
@@ -16,10 +18,12 @@ UE, RE, TE, OVER8 = 1 << 0, 1 << 2, 1 << 3, 1 << 15
 class Port(BasicPort):
     """USART3 with its kernel clock from HCLK / `divider` or at `kernel_hz`, and what it has sent as (cycle, frame)."""
 
+    make_usart = Usart
+
     def __init__(self, hclk_hz=216_000_000, divider=4, kernel_hz=None, name="USART3"):
         chip = FakeChip(hclk_hz, {"APB1": divider})
         self.chip, self.kernel_hz = chip, kernel_hz
-        super().__init__(chip, Usart(name, 0x4000_4800, chip.services, irq=39, kernel_hz=self.kernel), 39)
+        super().__init__(chip, self.make_usart(name, 0x4000_4800, chip.services, irq=39, kernel_hz=self.kernel), 39)
         self.words = []
         self.usart.on_word = lambda data, errors: self.words.append((data, errors))
         self.tx_at_rx = chip.output(f"{name}_RX")
@@ -61,19 +65,37 @@ class Port(BasicPort):
         self.chip.advance_to(self.chip.time.cycle_at(frames[-1].end_s))
 
 
-@pytest.fixture(scope="session")
-def make_port():
-    """The class: ``make_port(hclk_hz, divider, kernel_hz)``."""
-    return Port
+class FifoPort(Port):
+    """A USART that could have FIFOs."""
+
+    make_usart = FifoUsart
+
+
+class PlainPort(FifoPort):
+    """A UART that could have FIFOs; without smartcard mode its flags after a reset are those of the F7."""
+
+    make_usart = staticmethod(partial(FifoUsart, synchronous=False))
+
+
+@pytest.fixture(scope="session", params=[Port, PlainPort], ids=["F7", "H7"])
+def make_port(request):
+    """The class: ``make_port(hclk_hz, divider, kernel_hz)``; with FIFOEN clear both generations are alike."""
+    return request.param
 
 
 @pytest.fixture
-def port():
+def port(make_port):
     """At 216 MHz and a kernel clock of 54 MHz, just out of reset."""
-    return Port()
+    return make_port()
 
 
 @pytest.fixture
-def open_port():
+def open_port(make_port):
     """At 3.375 MBaud, 8N1, past its preamble."""
-    return Port().open()
+    return make_port().open()
+
+
+@pytest.fixture(scope="session")
+def make_fifo_port():
+    """The class of USARTs with FIFOs: ``make_fifo_port(hclk_hz, divider, kernel_hz)``."""
+    return FifoPort
