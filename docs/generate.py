@@ -11,6 +11,8 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+import autoware_pages
+
 from hilbench.check.catalogue import Clause
 from hilbench.mcu.ledger import LedgerPeripheral, ledger_of
 from hilbench.suites import _bluepill_clauses, _dodge_clauses, _rover_motion_clauses
@@ -50,6 +52,8 @@ def pages() -> Mapping[str, str]:
         "pkt/messages.md": pkt_messages_page(),
         "pkt/frames.md": pkt_frames_page(),
         "pkt/clauses.md": pkt_clauses_page(),
+        "autoware/messages.md": autoware_pages.messages_page(_table),
+        "autoware/stand-in-link.md": autoware_pages.stand_in_page(_table, _machine),
         "fidelity.md": fidelity_page(),
         **{page: registers_page(chip) for page, chip in CHIPS.items()},
         "bluepill-clauses.md": bluepill_page(),

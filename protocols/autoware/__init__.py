@@ -1,0 +1,176 @@
+"""The driving stack's messages to a vehicle-interface board, and the stand-in link that carries them, without any I/O.
+
+Start at `Connection` (one end of a line), `AckermannControlCommand` and `VelocityReport` (what is said), `MESSAGES`
+(fields, units, rates and original types). The link is a stand-in: a micro-ROS agent will take its place, and the
+messages stay.
+"""
+
+from __future__ import annotations
+
+from protocols.autoware.catalogue import (
+    MESSAGES,
+    FieldSpec,
+    MessageSpec,
+    Sender,
+    WireType,
+)
+from protocols.autoware.connection import (
+    Connection,
+)
+from protocols.autoware.crc import (
+    CRC_BYTES,
+    crc16,
+)
+from protocols.autoware.errors import (
+    AutowareError,
+    LocalProtocolError,
+    RemoteProtocolError,
+)
+from protocols.autoware.events import (
+    AgentAbsent,
+    AgentFound,
+    BoardFound,
+    BoardLost,
+    Event,
+    FrameDropped,
+    LossReason,
+    MessageReceived,
+    StateChanged,
+    Transmit,
+)
+from protocols.autoware.machine import (
+    Counters,
+)
+from protocols.autoware.messages import (
+    AckermannControlCommand,
+    AgentOnline,
+    AgentPing,
+    Clock,
+    ControlMode,
+    ControlModeReport,
+    ControlModeRequest,
+    ControlModeResponse,
+    HazardLights,
+    HazardLightsCommand,
+    HazardLightsReport,
+    Message,
+    SteeringReport,
+    Time,
+    TurnIndicators,
+    TurnIndicatorsCommand,
+    TurnIndicatorsReport,
+    VelocityReport,
+)
+from protocols.autoware.options import (
+    AgentOptions,
+    BoardOptions,
+    FramingOptions,
+)
+from protocols.autoware.payload import (
+    MESSAGE_IDS,
+    UnknownMessage,
+    decode_message,
+    encode_message,
+    payload_size,
+)
+from protocols.autoware.stand_in import (
+    ESCAPE,
+    FLAG,
+    NOISE_RUN,
+    Dropped,
+    DropReason,
+    Frame,
+    FrameReader,
+    encode_frame,
+    longest_frame,
+)
+from protocols.autoware.states import (
+    AGENT_TABLE,
+    BOARD_TABLE,
+    TIMER_STATES,
+    Action,
+    AgentState,
+    AgentTrigger,
+    BoardState,
+    BoardTrigger,
+    Role,
+    State,
+    Table,
+    Timer,
+    Transition,
+    Trigger,
+)
+
+__all__ = [
+    "AGENT_TABLE",
+    "BOARD_TABLE",
+    "CRC_BYTES",
+    "ESCAPE",
+    "FLAG",
+    "MESSAGES",
+    "MESSAGE_IDS",
+    "NOISE_RUN",
+    "TIMER_STATES",
+    "AckermannControlCommand",
+    "Action",
+    "AgentAbsent",
+    "AgentFound",
+    "AgentOnline",
+    "AgentOptions",
+    "AgentPing",
+    "AgentState",
+    "AgentTrigger",
+    "AutowareError",
+    "BoardFound",
+    "BoardLost",
+    "BoardOptions",
+    "BoardState",
+    "BoardTrigger",
+    "Clock",
+    "Connection",
+    "ControlMode",
+    "ControlModeReport",
+    "ControlModeRequest",
+    "ControlModeResponse",
+    "Counters",
+    "DropReason",
+    "Dropped",
+    "Event",
+    "FieldSpec",
+    "Frame",
+    "FrameDropped",
+    "FrameReader",
+    "FramingOptions",
+    "HazardLights",
+    "HazardLightsCommand",
+    "HazardLightsReport",
+    "LocalProtocolError",
+    "LossReason",
+    "Message",
+    "MessageReceived",
+    "MessageSpec",
+    "RemoteProtocolError",
+    "Role",
+    "Sender",
+    "State",
+    "StateChanged",
+    "SteeringReport",
+    "Table",
+    "Time",
+    "Timer",
+    "Transition",
+    "Transmit",
+    "Trigger",
+    "TurnIndicators",
+    "TurnIndicatorsCommand",
+    "TurnIndicatorsReport",
+    "UnknownMessage",
+    "VelocityReport",
+    "WireType",
+    "crc16",
+    "decode_message",
+    "encode_frame",
+    "encode_message",
+    "longest_frame",
+    "payload_size",
+]

@@ -1,0 +1,94 @@
+"""What a connection reports, in the order in which it happened.
+
+`Transmit` carries the bytes that the machine itself wants on the line; they stand among the other events, so that the
+order is the true one. Do not subclass these.
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+from protocols.autoware.messages import Message
+from protocols.autoware.payload import UnknownMessage
+from protocols.autoware.stand_in import DropReason
+from protocols.autoware.states import State, Trigger
+
+__all__ = [
+    "AgentAbsent",
+    "AgentFound",
+    "BoardFound",
+    "BoardLost",
+    "Event",
+    "FrameDropped",
+    "LossReason",
+    "MessageReceived",
+    "StateChanged",
+    "Transmit",
+]
+
+
+class LossReason(enum.Enum):
+    """Why an agent lost its board."""
+
+    SILENCE = "no frame for too long"
+    LINE_DOWN = "the line went down"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Transmit:
+    """Bytes to be written to the line now, whole frames."""
+
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StateChanged:
+    """The machine went from one state to another."""
+
+    old: State
+    new: State
+    trigger: Trigger
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrameDropped:
+    """Bytes that did not become a message; `data` is what stood on the line."""
+
+    reason: DropReason
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MessageReceived:
+    """A message of the other end, of an unknown id too; never a ping or its answer, which the machine handles."""
+
+    message: Message | UnknownMessage
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AgentFound:
+    """Board: an agent has said that it is there."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AgentAbsent:
+    """Board: nobody has answered the pings after a reset."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoardFound:
+    """Agent: the first frame of the board since the line was opened, or since the board was lost."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoardLost:
+    """Agent: nothing comes from the board."""
+
+    reason: LossReason
+
+
+Event = Transmit | StateChanged | FrameDropped | MessageReceived | AgentFound | AgentAbsent | BoardFound | BoardLost

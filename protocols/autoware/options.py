@@ -1,0 +1,82 @@
+"""What both ends of the stand-in link can be set to. Times are in seconds of bench time, for people."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from protocols.autoware.errors import LocalProtocolError
+
+__all__ = ["AgentOptions", "BoardOptions", "FramingOptions"]
+
+_MOST = 0xFFFF
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FramingOptions:
+    """How frames are made and found.
+
+    Attributes:
+        local_address: of this end; 0 at both ends in the original (Micro-XRCE-DDS-Client, custom_transport.c).
+        remote_address: of the other end.
+        max_payload: the largest payload, in bytes. 64 is a choice: the longest message has 29, and the original's
+            client takes 512 (UXR_CONFIG_CUSTOM_TRANSPORT_MTU).
+    """
+
+    local_address: int = 0
+    remote_address: int = 0
+    max_payload: int = 64
+
+    def __post_init__(self) -> None:
+        """Checks the figures; LocalProtocolError names the wrong one."""
+        for name in ("local_address", "remote_address"):
+            if not 0 <= getattr(self, name) <= 0xFF:
+                raise LocalProtocolError(f"{name} {getattr(self, name)} is not 0..255")
+        if not 1 <= self.max_payload <= _MOST:
+            raise LocalProtocolError(f"max_payload {self.max_payload} is not 1..{_MOST}")
+
+
+def _check_positive(options: object, names: tuple[str, ...]) -> None:
+    for name in names:
+        value = getattr(options, name)
+        if value is not None and not value > 0:
+            raise LocalProtocolError(f"{name} is {value}, not above 0")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoardOptions:
+    """The board's end.
+
+    Attributes:
+        frames: how its frames are made and found.
+        ping_s: time between two pings after a reset, and how long the last one is waited for; 1 s (LMA-FEM-UNICAMP/
+            microAutoware, microAutoware.c: rmw_uros_ping_agent(1000, 20)).
+        pings: how many; 20, so that the board gives up after 20 s.
+        reconnects: an agent that comes later is taken, too (choice); the original needs a reset then.
+    """
+
+    frames: FramingOptions = field(default_factory=FramingOptions)
+    ping_s: float = 1.0
+    pings: int = 20
+    reconnects: bool = True
+
+    def __post_init__(self) -> None:
+        """Checks the figures; LocalProtocolError names the wrong one."""
+        _check_positive(self, ("ping_s", "pings"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AgentOptions:
+    """The driving stack's end.
+
+    Attributes:
+        frames: how its frames are made and found.
+        silence_s: a board without a sound frame for this long counts as lost; None for never. 1 s is a choice: the
+            board reports its mode several times in it.
+    """
+
+    frames: FramingOptions = field(default_factory=FramingOptions)
+    silence_s: float | None = 1.0
+
+    def __post_init__(self) -> None:
+        """Checks the figure."""
+        _check_positive(self, ("silence_s",))
