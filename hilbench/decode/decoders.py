@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from hilbench.decode.items import Item, Kind
-from protocols import p2os, pkt
+from protocols import autoware, p2os, pkt
 
 __all__ = ["DECODERS", "DecodeOptions", "Decoder", "Speaker"]
 
@@ -110,9 +110,46 @@ class P2osDecoder:
         return Item(kind=Kind.FRAME, name=type(packet).__name__, raw=found.raw, fields=_fields(packet))
 
 
-DECODERS: Mapping[str, Callable[[DecodeOptions, Speaker], Decoder]] = {"pkt": PktDecoder, "p2os": P2osDecoder}
+class AutowareDecoder:
+    """The stand-in link of the driving stack, either end: ids tell them apart."""
+
+    def __init__(self, options: DecodeOptions, speaker: Speaker) -> None:
+        del options, speaker
+        self._reader = autoware.FrameReader()
+
+    def feed(self, data: bytes) -> Iterator[Item]:
+        """See `Decoder`."""
+        return map(self._item, self._reader.receive(data))
+
+    def finish(self) -> Iterator[Item]:
+        """See `Decoder`."""
+        return map(self._item, self._reader.reset())
+
+    def _item(self, found: autoware.Frame | autoware.Dropped) -> Item:
+        if isinstance(found, autoware.Dropped):
+            return Item(kind=Kind.DROPPED, name=found.reason.value, raw=found.data)
+        try:
+            said = autoware.decode_message(found.payload)
+        except autoware.RemoteProtocolError as error:
+            return Item(kind=Kind.UNREADABLE, name=str(error), raw=found.raw)
+        if isinstance(said, autoware.UnknownMessage):
+            return Item(kind=Kind.FRAME, name=f"message {said.id:02X}", raw=found.raw, fields={"body": said.body})
+        fields = {name: _stamp(value) for name, value in _fields(said).items()}
+        return Item(kind=Kind.FRAME, name=type(said).__name__, raw=found.raw, fields=fields)
+
+
+DECODERS: Mapping[str, Callable[[DecodeOptions, Speaker], Decoder]] = {
+    "pkt": PktDecoder,
+    "p2os": P2osDecoder,
+    "autoware": AutowareDecoder,
+}
 """By the name of the protocol."""
 
 
 def _fields(message: Any) -> dict[str, object]:
     return {name: getattr(message, name) for name in message.__dataclass_fields__}
+
+
+def _stamp(value: object) -> object:
+    """A time as seconds with all their digits; anything else as it is."""
+    return f"{value.sec}.{value.nanosec:09}" if isinstance(value, autoware.Time) else value

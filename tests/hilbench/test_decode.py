@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from hilbench.cli import main
 from hilbench.decode.decoders import DECODERS, DecodeOptions
 from hilbench.decode.sources import read_chunks
-from protocols import p2os, pkt
+from protocols import autoware, p2os, pkt
 
 REQUEST = bytes.fromhex("504B54210100E1F00A")
 THROTTLES = bytes.fromhex("504B54210A030000003F000080BE038C420A")
@@ -37,6 +37,31 @@ def test_every_byte_is_told_once_in_order(protocol, pieces):
     in_bytes = [item for at in range(len(data)) for item in cut.feed(data[at : at + 1])] + [*cut.finish()]
     assert b"".join(item.raw for item in in_one) == data
     assert [repr(item) for item in in_one] == [repr(item) for item in in_bytes]
+
+
+def test_the_stand_in_link_of_a_driving_stack(tmp_path, capsys):
+    command = autoware.AckermannControlCommand(stamp=autoware.Time(12, 5), speed=5.0, jerk=float("inf"))
+    frames = [
+        autoware.encode_frame(autoware.encode_message(command)),
+        autoware.encode_frame(autoware.encode_message(autoware.ControlModeResponse(sequence=7, success=True))),
+        autoware.encode_frame(b"\x7f\x01"),
+        autoware.encode_frame(b"\x83"),
+        b"\x7e\x00\x00",
+    ]
+    capture = tmp_path / "capture.bin"
+    capture.write_bytes(b"".join(frames))
+    assert main(["decode", "autoware", "--input", "raw", str(capture)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert "AckermannControlCommand stamp=12.000000005" in lines[0]
+    assert "speed=5" in lines[0]
+    assert "ControlModeResponse sequence=7 success=True" in lines[1]
+    assert "message 7F body=01" in lines[2]
+    assert "!! a payload of ControlModeReport has 10 bytes, not 1" in lines[3]
+    assert "!! a flag within the frame: 7E 00 00" in lines[4]
+    assert main(["decode", "autoware", "--input", "raw", "--json", str(capture)]) == 1
+    first = json.loads(capsys.readouterr().out.splitlines()[0])
+    assert first["fields"]["stamp"] == "12.000000005"
+    assert first["fields"]["jerk"] == "inf"
 
 
 # --- forms of input
