@@ -13,15 +13,15 @@ What a stream does stands in `dma_stream`, who comes first in `dma_port`. Choice
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Peripheral, Register
-from targets.mcu.services import IrqLine, Services
+from targets.mcu.services import BusMaster, IrqLine, Services
 from targets.mcu.stm32.dma_port import Port
-from targets.mcu.stm32.dma_requests import Request, Requests
+from targets.mcu.stm32.dma_requests import Request, Sources
 from targets.mcu.stm32.dma_stream import Direction, Setting, Stream
 
 __all__ = ["MEMORY_CYCLES", "PERIPHERAL_CYCLES", "Dma"]
@@ -54,17 +54,15 @@ class _Slot:
     Attributes:
         number: 0 to 7.
         base: offset of its CR.
-        lines: the requests of each channel.
         flags: as in LISR for stream 0.
         reload: NDTR as it was written last.
-        selected: the requests that CHSEL had chosen when it was enabled last.
+        selected: the requests that it listens to since it was enabled last.
         stream: what runs; None while it is disabled, or has nothing to do.
     """
 
-    def __init__(self, number: int, controller: Dma, irq: IrqLine, lines: Mapping[int, Sequence[Request]]) -> None:
+    def __init__(self, number: int, controller: Dma, irq: IrqLine) -> None:
         self.number = number
         self.base = _CR + _STREAM_SIZE * number
-        self.lines = lines
         self.flags = 0
         self.reload = 0
         self.selected: Sequence[Request] = ()
@@ -120,10 +118,11 @@ class Dma(Peripheral):
         name: ``DMA1``.
         base: address of LISR.
         services: what the chip offers. Used: interrupts, the bus.
-        requests: all request lines of the chip.
-        channels: names of the requests by stream and channel.
+        sources: which requests a stream listens to.
         irqs: numbers of the interrupts of streams 0 to 7.
         between_memories: whether the peripheral port reaches memory, so that memory to memory is possible.
+        control_bits: the bits of SxCR that are there.
+        memory: what it reads and writes, if that is not all that the CPU does.
     """
 
     def __init__(
@@ -132,26 +131,28 @@ class Dma(Peripheral):
         base: int,
         services: Services,
         *,
-        requests: Requests,
-        channels: Mapping[tuple[int, int], Sequence[str]],
+        sources: Sources,
         irqs: Sequence[int],
         between_memories: bool,
+        control_bits: int = 0x1FEF_FFFF,
+        memory: BusMaster | None = None,
     ) -> None:
+        self._control_bits = control_bits
         super().__init__(name, base, services)
-        self._bus = services.bus
+        self._bus = services.bus if memory is None else memory
+        self._sources = sources
         self._between_memories = between_memories
-        self._slots = [
-            _Slot(number, self, services.irq(irqs[number]), _lines(number, requests, channels))
-            for number in range(STREAMS)
-        ]
-        self._peripheral_port = Port(self.time, PERIPHERAL_CYCLES, self._priority, self._serve_peripheral)
-        self._memory_port = Port(self.time, MEMORY_CYCLES, self._priority, self._serve_memory)
+        self._slots = [_Slot(number, self, services.irq(irqs[number])) for number in range(STREAMS)]
+        self._peripheral_port = self._port(PERIPHERAL_CYCLES, self._serve_peripheral)
+        self._memory_port = self._port(MEMORY_CYCLES, self._serve_memory)
         for slot in self._slots:
             self._connect(slot)
 
+    def _port(self, cycles: int, serve: Callable[[int], int]) -> Port:
+        return Port(self.time, lambda: self.services.clocks.pclk("AHB"), cycles, self._priority, serve)
+
     def _connect(self, slot: _Slot) -> None:
-        for line in {line for lines in slot.lines.values() for line in lines}:
-            line.listen(slot)
+        self._sources.connect(slot.number, slot)
         self._writers[slot.base] = partial(self._write_control, slot)
         self._readers[slot.base + 0x04] = partial(self._read_count, slot)
         self._writers[slot.base + 0x04] = partial(self._write_count, slot)
@@ -169,7 +170,7 @@ class Dma(Peripheral):
         timing = "the CPU is not slowed down, and no overrun or underrun of the FIFO is flagged"
         for number in range(STREAMS):
             base = _STREAM_SIZE * number
-            yield Register(f"S{number}CR", base + _CR, 0, 0x1FEF_FFFF, fidelity=Fidelity.PARTLY, note=timing)
+            yield Register(f"S{number}CR", base + _CR, 0, self._control_bits, fidelity=Fidelity.PARTLY, note=timing)
             yield Register(f"S{number}NDTR", base + _NDTR, 0, 0xFFFF)
             yield Register(f"S{number}PAR", base + _PAR)
             yield Register(f"S{number}M0AR", base + _M0AR)
@@ -294,7 +295,7 @@ class Dma(Peripheral):
     def _run(self, slot: _Slot, setting: Setting) -> None:
         count = self[slot.base + 0x04] or slot.reload
         if count or setting.by_peripheral:
-            slot.selected = slot.lines.get(slot.control >> _CHSEL & 0xF, ())
+            slot.selected = self._sources.selected(slot.number, slot.control >> _CHSEL & 0xF)
             peripheral, memory = self[slot.base + 0x08], self._memory_of(slot)
             slot.stream = Stream(self._bus, setting, count=count, peripheral=peripheral, memory=memory)
             self.look(slot)
@@ -391,17 +392,6 @@ class Dma(Peripheral):
         self.look(slot)
         if flags:
             slot.flag(flags)
-
-
-def _lines(
-    stream: int, requests: Requests, channels: Mapping[tuple[int, int], Sequence[str]]
-) -> Mapping[int, Sequence[Request]]:
-    """Return the lines of each channel of a stream."""
-    return {
-        channel: tuple(requests.line(name) for name in names)
-        for (number, channel), names in channels.items()
-        if number == stream
-    }
 
 
 def _forced(control: int, fcr: int) -> int:

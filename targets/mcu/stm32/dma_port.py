@@ -18,15 +18,22 @@ class Port:
 
     Args:
         time: cycles and events.
-        cycles: how long an access of one beat takes; each further beat takes one more.
+        bus_cycle: returns how many cycles of `time` one of the bus takes; 0, in Stop mode, counts as 1.
+        cycles: how long an access of one beat takes, in cycles of the bus; each further beat takes one more.
         priority: returns what to sort the streams by; the greatest wins.
         serve: makes the access of a stream, and returns how many beats it had.
     """
 
     def __init__(
-        self, time: Timebase, cycles: int, priority: Callable[[int], tuple[int, int]], serve: Callable[[int], int]
+        self,
+        time: Timebase,
+        bus_cycle: Callable[[], int],
+        cycles: int,
+        priority: Callable[[int], tuple[int, int]],
+        serve: Callable[[int], int],
     ) -> None:
         self._time = time
+        self._bus_cycle = bus_cycle
         self._cycles = cycles
         self._priority = priority
         self._serve = serve
@@ -52,7 +59,7 @@ class Port:
     def _proceed(self) -> None:
         if self._event is None and not self._serving and self._since:
             self._begun = self._time.now
-            self._event = self._time.after(self._cycles, self._finish)
+            self._event = self._time.after(self._cycles * (self._bus_cycle() or 1), self._finish)
 
     def _finish(self) -> None:
         asking = [stream for stream, since in self._since.items() if since <= self._begun]
@@ -64,7 +71,7 @@ class Port:
             beats = self._serve(best)
             self._serving = False
         if beats > 1:
-            self._event = self._time.after(beats - 1, self._free)
+            self._event = self._time.after((beats - 1) * (self._bus_cycle() or 1), self._free)
         else:
             self._free()
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-__all__ = ["Listener", "Request", "Requests"]
+__all__ = ["Channels", "Listener", "Request", "Requests", "Sources"]
 
 
 class Listener(Protocol):
@@ -69,3 +69,34 @@ class Requests:
     def line(self, name: str) -> Request:
         """Return the line of that name."""
         return self._lines.setdefault(name, Request())
+
+
+class Sources(Protocol):
+    """What leads to the streams of a controller."""
+
+    def connect(self, stream: int, listener: Listener) -> None:
+        """Have a stream told of changes of every request that it could listen to."""
+
+    def selected(self, stream: int, channel: int) -> Sequence[Request]:
+        """Return what a stream listens to when it is enabled with that value of CHSEL; it may change meanwhile."""
+
+
+class Channels:
+    """Requests that have their places at streams and channels, as in the STM32F2, F4 and F7.
+
+    Args:
+        requests: all lines of the chip.
+        names: of the requests by stream and channel.
+    """
+
+    def __init__(self, requests: Requests, names: Mapping[tuple[int, int], Sequence[str]]) -> None:
+        self._lines = {place: tuple(requests.line(name) for name in at_place) for place, at_place in names.items()}
+
+    def connect(self, stream: int, listener: Listener) -> None:
+        """Have a stream told of changes of the requests of all its channels."""
+        for line in {line for (number, _), lines in self._lines.items() if number == stream for line in lines}:
+            line.listen(listener)
+
+    def selected(self, stream: int, channel: int) -> Sequence[Request]:
+        """Return the requests at that place."""
+        return self._lines.get((stream, channel), ())

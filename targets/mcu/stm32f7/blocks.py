@@ -9,7 +9,7 @@ from targets.mcu.pins import Pins
 from targets.mcu.services import Services
 from targets.mcu.stm32.adc import Adc
 from targets.mcu.stm32.dma import Dma
-from targets.mcu.stm32.dma_requests import Requests
+from targets.mcu.stm32.dma_requests import Channels, Requests
 from targets.mcu.stm32.i2c import I2c
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.kinds import F7_KINDS
@@ -98,8 +98,7 @@ def dma_controllers(services: Services, requests: Requests) -> tuple[Dma, ...]:
             "DMA1",
             0x4002_6000,
             services,
-            requests=requests,
-            channels=dma_map.DMA1,
+            sources=Channels(requests, dma_map.DMA1),
             irqs=(11, 12, 13, 14, 15, 16, 17, 47),
             between_memories=False,
         ),
@@ -107,8 +106,7 @@ def dma_controllers(services: Services, requests: Requests) -> tuple[Dma, ...]:
             "DMA2",
             0x4002_6400,
             services,
-            requests=requests,
-            channels=dma_map.DMA2,
+            sources=Channels(requests, dma_map.DMA2),
             irqs=(56, 57, 58, 59, 60, 68, 69, 70),
             between_memories=True,
         ),

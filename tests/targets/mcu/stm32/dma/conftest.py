@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from targets.mcu.stm32.dma import Dma
-from targets.mcu.stm32.dma_requests import Requests
+from targets.mcu.stm32.dma_requests import Channels, Requests
 from targets.mcu.testing import FakeChip, peek, poke
 
 RAM = 0x2000_0000
@@ -27,8 +27,7 @@ class Rig:
                 "DMA2",
                 0x4002_6400,
                 self.chip.services,
-                requests=self.requests,
-                channels=channels,
+                sources=Channels(self.requests, channels),
                 irqs=IRQS,
                 between_memories=between_memories,
             )

@@ -1,0 +1,62 @@
+"""The blocks that the STM32H753 has several of: addresses, interrupts and clocks (RM0433, memory map and vectors)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from functools import partial
+
+from targets.mcu.services import Services
+from targets.mcu.stm32.dma import Dma
+from targets.mcu.stm32.dma_requests import Requests
+from targets.mcu.stm32.dmamux import DmaMux, Outlets
+from targets.mcu.stm32.usart_fifo import FifoUsart
+from targets.mcu.stm32h7 import dma_map
+from targets.mcu.stm32h7.dma_reach import DmaReach
+
+__all__ = ["KernelHz", "dma_controllers", "usarts"]
+
+KernelHz = Callable[[str], Fraction]
+"""Returns the rate of a peripheral's own clock by the peripheral's name; 0 while it stands still."""
+
+_USARTS = {
+    "USART1": (0x4001_1000, 37),
+    "USART2": (0x4000_4400, 38),
+    "USART3": (0x4000_4800, 39),
+    "UART4": (0x4000_4C00, 52),
+    "UART5": (0x4000_5000, 53),
+    "USART6": (0x4001_1400, 71),
+    "UART7": (0x4000_7800, 82),
+    "UART8": (0x4000_7C00, 83),
+}
+_DMA_IRQS = ((11, 12, 13, 14, 15, 16, 17, 47), (56, 57, 58, 59, 60, 68, 69, 70))
+
+
+def usarts(services: Services, kernel_hz: KernelHz) -> tuple[FifoUsart, ...]:
+    """Return the USARTs and UARTs; `kernel_hz` knows them by their names."""
+    return tuple(
+        FifoUsart(
+            name, base, services, irq=irq, kernel_hz=partial(kernel_hz, name), synchronous=name.startswith("USART")
+        )
+        for name, (base, irq) in _USARTS.items()
+    )
+
+
+def dma_controllers(services: Services, requests: Requests) -> tuple[DmaMux, Dma, Dma]:
+    """Return the multiplexer and the two controllers behind it (RM0433 section 17.3.1: channels 0 to 7 are DMA1's)."""
+    mux = DmaMux("DMAMUX1", 0x4002_0800, services, requests=requests, names=dma_map.DMAMUX1, channels=16)
+    memory = DmaReach(services.bus, services.notes.add)
+    first, second = (
+        Dma(
+            f"DMA{number + 1}",
+            0x4002_0000 + 0x400 * number,
+            services,
+            sources=Outlets(mux, 8 * number),
+            irqs=_DMA_IRQS[number],
+            between_memories=True,
+            control_bits=0x01FF_FFFF,  # with TRBUFF, without CHSEL
+            memory=memory,
+        )
+        for number in range(2)
+    )
+    return mux, first, second
