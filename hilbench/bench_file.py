@@ -10,6 +10,7 @@ from typing import Any, Literal
 from hilbench.bench_model import World
 from hilbench.errors import UsageError
 from hilbench.fault_entries import FaultEntry
+from hilbench.model_kinds import ModelSettings
 from targets.boards import Board, Straps
 from targets.robots.pioneer import RobotSettings
 from targets.robots.rover import RoverSettings
@@ -33,7 +34,7 @@ class ModelTarget:
         settings: what it is set to; their class says which model it is.
     """
 
-    settings: RobotSettings | RoverSettings
+    settings: ModelSettings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,13 +15,14 @@ from hilbench.check.observations import Observations
 from hilbench.check.provider import BenchProvider, CaseInfo
 from hilbench.client_under_test import OWN_CAPABILITIES
 from hilbench.clock import Scheduler
-from hilbench.config import DEFAULT_FILE, ROVER_SUITES, open_bench
+from hilbench.config import DEFAULT_FILE, open_bench
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.files import refuse_overwriting
 from hilbench.inputs import inputs_of, inputs_of_targets
 from hilbench.journal import Journal
 from hilbench.links import Line, is_serial_target
 from hilbench.locked_providers import AttachedProvider, ExecProvider, ListenProvider
+from hilbench.model_kinds import MODEL_KINDS
 from hilbench.nearest import did_you_mean
 from hilbench.observing import VirtualObserver
 from hilbench.options import CheckOptions
@@ -80,10 +81,11 @@ def make_provider(options: CheckOptions) -> BenchProvider:
 
 
 def _bench_of(options: CheckOptions) -> str | None:
-    """Return the bench that is meant; where none is named, and suites of the rover are, it is the rover's."""
-    named = options.bench is not None or DEFAULT_FILE.is_file()
-    of_rover = bool(options.suites) and set(options.suites) <= set(ROVER_SUITES)
-    return "rover-model" if of_rover and not named else options.bench
+    """Return the bench that is meant; where none is named, and suites of a model are, it is that model's."""
+    if options.bench is not None or DEFAULT_FILE.is_file() or not options.suites:
+        return options.bench
+    meant = [kind.bench for kind in MODEL_KINDS.values() if {*options.suites} <= {*kind.suites}]
+    return (meant[0] if meant else "") or None
 
 
 def _rover(shared: Shared) -> BenchProvider:

@@ -23,15 +23,13 @@ from hilbench.check.suites import shipped_suites
 from hilbench.clock import NS_PER_US
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.fault_entries import FaultEntry
+from hilbench.model_kinds import MODEL_KINDS
 from hilbench.names import file_name
 from hilbench.nearest import did_you_mean
 from hilbench.schema import json_schema
 from hilbench.strict import Strict
 from hilbench.toml_file import TomlFile
 from hilbench.wiring.reader import WiringReader
-from targets.robots.pioneer import RobotSettings
-from targets.robots.pioneer.hostbaud import RATES
-from targets.robots.rover import RoverSettings
 from worlds.errors import SceneFileError
 from worlds.scenes import read_scene, scene_names
 
@@ -49,14 +47,6 @@ BUILT_IN_FOLDER = Path(__file__).parent / "benches"
 DEFAULT_FILE = Path("hilbench.toml")
 DEFAULT_BENCH = "pioneer"
 
-ROBOT_SUITES = ("p2os-client", "p2os-server", "pioneer-motion")
-"""What is checked on a bench with a robot, unless its file says otherwise."""
-
-ROVER_SUITES = ("pkt-board", "pkt-host")
-"""The same, of a bench with a rover."""
-
-_MODELS = {"pioneer-2dx": RobotSettings, "rover": RoverSettings}
-_MODEL_BAUD = 9600
 _LINE_NAME = re.compile(r"[A-Za-z_][\w-]*")
 _TABLE_ALIGNMENT = 0x80
 """VTOR holds no lower bits (ARMv7-M ARM, DDI0403, section B3.2.5)."""
@@ -122,8 +112,9 @@ def resolve_scene(scene: str, folder: Path, where: str) -> str:
 def bench_schema() -> dict[str, Any]:
     """Return the JSON Schema of bench files."""
     schema = json_schema(BenchModel, "hilbench bench file")
-    models, known = msgspec.json.schema_components(_MODELS.values(), ref_template="#/$defs/{name}")
-    for model, definition in zip(_MODELS.values(), (known[one.__name__] for one in _MODELS.values()), strict=True):
+    kinds = [kind.settings for kind in MODEL_KINDS.values()]
+    models, known = msgspec.json.schema_components(kinds, ref_template="#/$defs/{name}")
+    for model, definition in zip(kinds, (known[one.__name__] for one in kinds), strict=True):
         definition["additionalProperties"] = False
         definition["description"] = " ".join(definition["description"].partition("Raises:")[0].split())
         for item in dataclasses.fields(model):
@@ -197,7 +188,7 @@ class _Reader:
     def _model(self, name: str, entry: TargetEntry) -> ModelTarget:
         path = ("targets", name, "settings")
         assert entry.model is not UNSET
-        return ModelTarget(settings=self._strict.convert_at(entry.settings, _MODELS[entry.model], path))
+        return ModelTarget(settings=self._strict.convert_at(entry.settings, MODEL_KINDS[entry.model].settings, path))
 
     def _board(self, name: str, entry: TargetEntry) -> EmulatedBoard:
         assert entry.board is not UNSET
@@ -250,10 +241,9 @@ class _Reader:
 
     def _suites(self, model: BenchModel) -> tuple[str, ...]:
         """Return the suites of the file, or those of every robot where it names none."""
-        boards = any(entry.board is not UNSET for entry in model.targets.values())
-        rover = any(entry.model == "rover" for entry in model.targets.values())
         if "suites" not in self._file.data:
-            return () if boards else ROVER_SUITES if rover else ROBOT_SUITES
+            models = [entry.model for entry in model.targets.values()]
+            return () if UNSET in models else MODEL_KINDS[str(models[0])].suites
         shipped = shipped_suites()
         return tuple(
             suite if suite in shipped else str(self._suite_file(suite, number, shipped))
@@ -274,8 +264,10 @@ class _Reader:
     # --- lines
 
     def _links(self, model: BenchModel, boards: dict[str, EmulatedBoard], part_ends: Sequence[str]) -> tuple[Link, ...]:
-        if len(model.links) > 1 and not boards:
-            raise self._strict.error("a second link: this bench has one line", ("links", 1))
+        lines = len(_model_ends(model))
+        if len(model.links) > lines and not boards:
+            several = "one line" if lines == 1 else f"{lines} lines"
+            raise self._strict.error(f"a second link: this bench has {several}", ("links", lines))
         known = (*_ends(model, boards), *part_ends)
         taken: set[str] = set()
         links = []
@@ -288,7 +280,7 @@ class _Reader:
             if of_part:
                 self._check_part_line(number, entry, part_ends)
             taken |= {*entry.ends} - {CHECKER_END}
-            links.append(Link(ends=entry.ends, baud=self._baud(number, entry, of_part=of_part)))
+            links.append(Link(ends=entry.ends, baud=self._baud(number, entry, model, of_part=of_part)))
         return tuple(links)
 
     def _check_part_line(self, number: int, entry: LinkEntry, part_ends: Sequence[str]) -> None:
@@ -303,18 +295,19 @@ class _Reader:
         if end in taken:
             raise self._strict.error(f"'{end}' has a line already", path)
 
-    def _baud(self, number: int, entry: LinkEntry, *, of_part: bool) -> int:
+    def _baud(self, number: int, entry: LinkEntry, model: BenchModel, *, of_part: bool) -> int:
         """Return the rate of the end that is no emulated USART."""
         path = ("links", number, "baud")
-        model_end = next((end for end in entry.ends if end.endswith(".host")), None)
+        model_end = next((end for end in entry.ends if end in _model_ends(model)), None)
         two_usarts = model_end is None and not any(map(is_checker_end, entry.ends)) and not of_part
         if two_usarts and entry.baud is not UNSET:
             raise self._strict.error("both ends are USARTs and have a rate of their own", path, "leave it out")
         if model_end is None:
             return 0 if entry.baud is UNSET else entry.baud
-        baud = _MODEL_BAUD if entry.baud is UNSET else entry.baud
-        if baud not in RATES:
-            rates = ", ".join(map(str, RATES))
+        kind = MODEL_KINDS[str(model.targets[model_end.partition(".")[0]].model)]
+        baud = kind.baud if entry.baud is UNSET else entry.baud
+        if kind.rates and baud not in kind.rates:
+            rates = ", ".join(map(str, kind.rates))
             raise self._strict.error(f"{baud} is not a value it takes", path, f"{model_end} takes: {rates}")
         return baud
 
@@ -352,6 +345,10 @@ def _names_checker_line(end: str) -> bool:
 
 def _ends(model: BenchModel, boards: dict[str, EmulatedBoard]) -> tuple[str, ...]:
     """Return every end a link can have: the checker's, the host port of each model, the USARTs of each board."""
-    hosts = [f"{name}.host" for name, entry in model.targets.items() if entry.board is UNSET]
     usarts = [f"{name}.{usart.lower()}" for name, entry in boards.items() for usart in entry.board.variant.usarts]
-    return (CHECKER_END, *hosts, *usarts)
+    return (CHECKER_END, *_model_ends(model), *usarts)
+
+
+def _model_ends(model: BenchModel) -> list[str]:
+    models = {name: entry.model for name, entry in model.targets.items() if entry.model is not UNSET}
+    return [f"{name}.{line}" for name, kind in models.items() for line in MODEL_KINDS[kind].lines]

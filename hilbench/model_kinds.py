@@ -1,0 +1,49 @@
+"""The behavioural models that a bench file can name: what each is set to, its lines, and what is checked of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from targets.robots.pioneer import RobotSettings
+from targets.robots.pioneer.hostbaud import RATES as PIONEER_RATES
+from targets.robots.rover import RoverSettings
+
+__all__ = ["MODEL_KINDS", "ModelKind", "ModelSettings"]
+
+ModelSettings = RobotSettings | RoverSettings
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelKind:
+    """One kind of model.
+
+    Attributes:
+        settings: the class of its settings.
+        suites: what is checked on a bench with it, unless its file says otherwise.
+        baud: of its lines, if the bench file says none, in bit/s.
+        rates: that its lines can have, in bit/s; empty for any.
+        lines: the ends of links that it has, as ``NAME.LINE``.
+        bench: the built-in bench with it alone, which a run of its suites means; empty for the default one.
+    """
+
+    settings: type[ModelSettings]
+    suites: tuple[str, ...]
+    baud: int = 9600
+    rates: tuple[int, ...] = ()
+    lines: tuple[str, ...] = ("host",)
+    bench: str = ""
+
+
+MODEL_KINDS: Mapping[str, ModelKind] = MappingProxyType(
+    {
+        "pioneer-2dx": ModelKind(
+            settings=RobotSettings, suites=("p2os-client", "p2os-server", "pioneer-motion"), rates=tuple(PIONEER_RATES)
+        ),
+        "rover": ModelKind(
+            settings=RoverSettings, suites=("pkt-board", "pkt-host"), rates=tuple(PIONEER_RATES), bench="rover-model"
+        ),
+    }
+)
+"""By the name that a bench file has for them."""
