@@ -24,6 +24,7 @@ from typing import Any
 
 from worlds.errors import PhysicsMissingError, UnknownNameError, WorldError
 from worlds.geometry import Matrix, Vector, add, cross, rotation, subtract, turn, turn_back
+from worlds.motion import Lead, PlanarPose, PlanarVelocity
 from worlds.quiet import captured_output
 from worlds.scenes import Box, Scene
 from worlds.vehicles import Vehicle
@@ -89,6 +90,8 @@ class BulletWorld:
         self._body, self._other_names, self._links = built
         self._part_names = {link: part for part, link in self._links.items()}
         self._joint_links = [self._links[joint] for joint in vehicle.joints]
+        self.motion = vehicle.motion() if vehicle.motion else None
+        self._lead = Lead(self.motion, self) if self.motion else None
         self.place(scene.start.x_m, scene.start.y_m, scene.start.yaw_rad, scene.start.z_m)
 
     def step(self) -> None:
@@ -97,10 +100,14 @@ class BulletWorld:
             self._send_commands()
         if self._torques_nm or self._applied_nm:
             self._send_torques()
+        if self._lead:
+            self._lead.before_step(1 / self.step_hz)
         self._bullet.stepSimulation(physicsClientId=self._client)
         self.step_index += 1
         self._placed = False
         self._forget()
+        if self._lead:
+            self._lead.after_step()
 
     def command(self, joint: str, speed_rad_s: float, torque_limit_nm: float) -> None:
         """Drive a joint towards a speed with at most this torque."""
@@ -146,9 +153,11 @@ class BulletWorld:
 
     def velocity(self) -> Velocity:
         """Return how the vehicle moves."""
-        linear, angular = self._bullet.getBaseVelocity(self._body, physicsClientId=self._client)
-        # The library speaks of the centre of mass; the reference point is off it.
-        return Velocity(linear_m_s=subtract(linear, cross(angular, self._frame()[2])), angular_rad_s=angular)
+        if self.motion:
+            x_m_s, y_m_s, yaw_rad_s = self.motion.velocity
+            return Velocity(linear_m_s=(x_m_s, y_m_s, 0.0), angular_rad_s=(0.0, 0.0, yaw_rad_s))
+        linear, angular = self._velocity()
+        return Velocity(linear_m_s=linear, angular_rad_s=angular)
 
     def cast(self, starts_m: Sequence[Vector], ends_m: Sequence[Vector], *, floor: bool = False) -> list[float]:
         """Cast rays; the vehicle never stops one."""
@@ -176,13 +185,11 @@ class BulletWorld:
 
     def place(self, x_m: float, y_m: float, yaw_rad: float, z_m: float = 0.0) -> None:
         """Put the vehicle down at rest, joints released."""
-        where = add((x_m, y_m, z_m), turn(rotation(yaw_rad), self._com_m))
-        quaternion = (0.0, 0.0, math.sin(yaw_rad / 2), math.cos(yaw_rad / 2))
         at = {"physicsClientId": self._client}
         angles = {
             joint: self._bullet.getJointState(self._body, self._links[joint], **at)[0] for joint in self._frictions_nm
         }
-        self._bullet.resetBasePositionAndOrientation(self._body, where, quaternion, **at)
+        self._put((x_m, y_m, z_m), yaw_rad)
         self._bullet.resetBaseVelocity(self._body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), **at)
         for joint, angle in angles.items():
             self._bullet.resetJointState(self._body, self._links[joint], angle, 0.0, **at)
@@ -190,7 +197,29 @@ class BulletWorld:
         self._commands_changed = bool(self._commands)
         self._torques_nm, self._applied_nm = {}, {}
         self._placed = True
+        self._height_m = z_m
+        if self.motion:
+            self.motion.place(PlanarPose(x_m, y_m, yaw_rad))
         self._forget()
+
+    def carry(self, pose: PlanarPose | None, velocity: PlanarVelocity) -> None:
+        """Put the vehicle there, level and at its height, and give it a velocity; see `worlds.motion.Carried`."""
+        if pose is not None:
+            where = pose.x_m, pose.y_m, self._height_m
+            self._put(where, pose.yaw_rad)
+        arm = turn(rotation(pose.yaw_rad), self._com_m) if pose else self._frame()[2]
+        angular = (0.0, 0.0, velocity.yaw_rad_s)
+        # What gravity takes within a step: nothing holds the vehicle at its height but this.
+        linear = (velocity.x_m_s, velocity.y_m_s, GRAVITY_M_S2 / self.step_hz)
+        self._bullet.resetBaseVelocity(
+            self._body, add(linear, cross(angular, arm)), angular, physicsClientId=self._client
+        )
+        self._forget()
+
+    def planar(self) -> tuple[PlanarPose, PlanarVelocity]:
+        """Return where the vehicle is and how it moves, seen from above."""
+        (x_m, y_m, _), (linear, angular) = self.pose().position_m, self._velocity()
+        return PlanarPose(x_m, y_m, self.pose().yaw_rad), PlanarVelocity(linear[0], linear[1], angular[2])
 
     def close(self) -> None:
         """Give the world up; its client serves the next one."""
@@ -204,6 +233,16 @@ class BulletWorld:
     def _give_back_client(self) -> None:
         _idle_clients.append(self._client)
         self._bullet = _Closed()
+
+    def _velocity(self) -> tuple[Vector, Vector]:
+        linear, angular = self._bullet.getBaseVelocity(self._body, physicsClientId=self._client)
+        # The library speaks of the centre of mass; the reference point is off it.
+        return subtract(linear, cross(angular, self._frame()[2])), angular
+
+    def _put(self, where_m: Vector, yaw_rad: float) -> None:
+        quaternion = (0.0, 0.0, math.sin(yaw_rad / 2), math.cos(yaw_rad / 2))
+        center_m = add(where_m, turn(rotation(yaw_rad), self._com_m))
+        self._bullet.resetBasePositionAndOrientation(self._body, center_m, quaternion, physicsClientId=self._client)
 
     def _forget(self) -> None:
         self._joint_states = None

@@ -3,8 +3,8 @@
 SI units throughout; x forward, y left, z up, yaw counter-clockwise seen from above. Nothing here loads numpy or
 PyBullet: the implementation is imported when a world is opened.
 
-Two implementations: ``bullet`` (rigid bodies, contacts, rays) and ``plane`` (a wheeled vehicle on an endless floor,
-exact kinematics, neither contacts nor rays). A third needs to satisfy `World` and nothing else.
+Two implementations: ``bullet`` (rigid bodies, contacts, rays) and ``plane`` (a vehicle on an endless floor, without
+contacts or rays). A third needs to satisfy `World` and nothing else.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from types import MappingProxyType
 from typing import Protocol
 
 from worlds.errors import UnknownNameError, WorldError
+from worlds.motion import PlanarMotion
 from worlds.scenes import Scene, find_scene
 from worlds.vehicles import Vehicle, find_vehicle
 
@@ -104,6 +105,10 @@ class World(Protocol):
     @property
     def vehicle(self) -> Vehicle:
         """What the vehicle is made of."""
+
+    @property
+    def motion(self) -> PlanarMotion | None:
+        """What moves a vehicle that has a model of its own (`worlds.vehicles.Vehicle.motion`); None for any other."""
 
     @property
     def step_hz(self) -> int:

@@ -7,9 +7,11 @@ the middle between its wheels), x forward, y left, z up.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
+
+from worlds.motion import PlanarMotion
 
 Vector = tuple[float, float, float]
 
@@ -133,6 +135,7 @@ class Vehicle:
         name: of its kind.
         parts: body first.
         drive: how it is driven, if by two wheels side by side.
+        motion: makes the model that moves it, where that is not left to its wheels (`worlds.motion`).
         mounts: places on the body where sensors sit, by name: metres, vehicle frame.
         parameters: the figures it was made from.
     """
@@ -140,6 +143,7 @@ class Vehicle:
     name: str
     parts: tuple[Part, ...]
     drive: DifferentialDrive | None = None
+    motion: Callable[[], PlanarMotion] | None = None
     mounts: Mapping[str, Vector] = field(default_factory=dict)
     parameters: tuple[Parameter, ...] = ()
 
