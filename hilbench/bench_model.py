@@ -21,7 +21,7 @@ class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """
 
     scene: str = "empty"
-    vehicle: Literal["pioneer-2dx", "rover-4wd"] = "pioneer-2dx"
+    vehicle: Literal["pioneer-2dx", "rover-4wd", "car"] = "pioneer-2dx"
     physics: Literal["bullet", "plane"] = "bullet"
     step_hz: Annotated[int, msgspec.Meta(ge=50, le=10_000)] = 240
 

@@ -165,7 +165,8 @@ class QuantityReader:
 
 def _fits(world: World) -> bool:
     """Whether the physics can hold the vehicle."""
-    return world.physics != "plane" or find_vehicle(world.vehicle).drive is not None
+    vehicle = find_vehicle(world.vehicle)
+    return world.physics != "plane" or vehicle.drive is not None or vehicle.motion is not None
 
 
 def _driven(plans: Mapping[str, PartPlan], signals: Mapping[str, WorldSignal]) -> Iterable[tuple[str, str, str]]:

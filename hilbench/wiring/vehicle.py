@@ -10,6 +10,7 @@ from hilbench.pioneer import sonar_poses
 from hilbench.wiring.signals import VehicleBody
 from hilbench.world_runner import WorldRunner
 from worlds.scenes import Scene
+from worlds.vehicles.car import CarBody
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 from worlds.vehicles.rover_4wd import Rover4wdBody
 from worlds.world import World, open_world
@@ -28,7 +29,15 @@ def _rover(world: World) -> VehicleBody:
     return Rover4wdBody(world)
 
 
-_BODIES: Mapping[str, Callable[[World], VehicleBody]] = {"pioneer-2dx": _pioneer, "rover-4wd": _rover}
+def _car(world: World) -> VehicleBody:
+    return CarBody(world)
+
+
+_BODIES: Mapping[str, Callable[[World], VehicleBody]] = {
+    "pioneer-2dx": _pioneer,
+    "rover-4wd": _rover,
+    "car": _car,
+}
 
 
 class BareVehicle:

@@ -29,7 +29,7 @@ def test_names_and_the_plane_need_no_physics(python):
     )
     assert run.returncode == 0, run.stderr
     scenes = "'empty', 'wall', 'room-with-boxes', 'corridor', 'ramp', 'post', 'cell', 'stand', 'carpet', 'hard-floor', "
-    names = f"({scenes}'rover-room') ('pioneer-2dx', 'rover-4wd') ('bullet', 'plane')"
+    names = f"({scenes}'rover-room', 'test-track') ('pioneer-2dx', 'rover-4wd', 'car') ('bullet', 'plane')"
     assert run.stdout.splitlines() == [names, "1"]
 
 

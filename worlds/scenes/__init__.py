@@ -6,10 +6,10 @@ from pathlib import Path
 
 from worlds.errors import UnknownNameError
 from worlds.scenes.builtin import BUILTIN
-from worlds.scenes.model import Box, Scene, Start
+from worlds.scenes.model import Box, Lane, Scene, Start
 from worlds.scenes.reader import read_scene
 
-__all__ = ["Box", "Scene", "Start", "find_scene", "read_scene", "scene_names"]
+__all__ = ["Box", "Lane", "Scene", "Start", "find_scene", "read_scene", "scene_names"]
 
 
 def scene_names() -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from types import MappingProxyType
 
 from worlds.scenes.model import Box, Scene, Start
+from worlds.scenes.track import track
 
 ROOM_SIDE_M = 10.0
 ROOM_BOXES = 12
@@ -169,6 +170,7 @@ BUILTIN: MappingProxyType[str, Callable[[int], Scene]] = MappingProxyType(
         "carpet": carpet,
         "hard-floor": hard_floor,
         "rover-room": rover_room,
+        "test-track": track,
     }
 )
 """Scene by name; each is made from a seed, which only the room uses."""

@@ -58,6 +58,21 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Lane:
+    """Where a vehicle is meant to drive. Paint, not an obstacle: the physics does not know it.
+
+    Attributes:
+        center_m: points of its middle line in the direction of travel, the first beside the start, metres.
+        width_m: from edge to edge, metres.
+        closed: whether the last point is followed by the first.
+    """
+
+    center_m: tuple[Point, ...]
+    width_m: float
+    closed: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Scene:
     """A floor without edges and the boxes on it.
 
@@ -66,12 +81,14 @@ class Scene:
         start: the vehicle's pose at the first step.
         boxes: the fixed obstacles, in loading order (the order is part of a run's identity).
         floor_friction: Coulomb coefficient of the floor; at 1.0 the vehicle's own value is the real one.
+        lane: where to drive, if the scene says so.
     """
 
     name: str
     start: Start = Start()
     boxes: tuple[Box, ...] = ()
     floor_friction: float = 1.0
+    lane: Lane | None = None
 
     @property
     def endless(self) -> bool:

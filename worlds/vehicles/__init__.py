@@ -10,7 +10,13 @@ from worlds.vehicles.model import Parameter, Vehicle
 
 __all__ = ["Parameter", "Vehicle", "find_vehicle", "vehicle_names"]
 
-_MODULES = MappingProxyType({"pioneer-2dx": "worlds.vehicles.pioneer_2dx", "rover-4wd": "worlds.vehicles.rover_4wd"})
+_MODULES = MappingProxyType(
+    {
+        "pioneer-2dx": "worlds.vehicles.pioneer_2dx",
+        "rover-4wd": "worlds.vehicles.rover_4wd",
+        "car": "worlds.vehicles.car",
+    }
+)
 
 
 def vehicle_names() -> tuple[str, ...]:
