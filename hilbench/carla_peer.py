@@ -1,12 +1,13 @@
-"""The simulator's end of a vehicle-interface board's line in the hands of a check: says statuses, keeps commands.
+"""Both ends of the simulator's line in the hands of a check: one says statuses and keeps commands, one the reverse.
 
-It reads without opinion: whatever has its letters in their places is a frame, also with a NaN or an unknown mode.
+They read without opinion: whatever has its letters in their places is a frame, also with a NaN or an unknown mode.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
+from typing import Generic, TypeVar
 
 from hilbench.bench import Bench
 from hilbench.feed import Feed
@@ -14,14 +15,19 @@ from hilbench.line_peer import LinePeer, Received, Sound, Unsound
 from hilbench.links import Port
 from protocols.carla import (
     COMMAND_LAYOUT,
+    STATUS_LAYOUT,
     CommandFrame,
     Dropped,
+    Layout,
     StatusFrame,
     StreamReader,
+    encode_command,
     encode_status,
 )
 
-__all__ = ["STATUS_HZ", "SimulatorPeer"]
+__all__ = ["STATUS_HZ", "BoardPeer", "SimulatorPeer"]
+
+FrameT = TypeVar("FrameT", StatusFrame, CommandFrame)
 
 STATUS_HZ = 20.0
 """How often the original says a status: CARLA in steps of 0.05 s (Carla-Autoware-Bridge, fixed_delta_seconds)."""
@@ -29,8 +35,43 @@ STATUS_HZ = 20.0
 _LAST_FRAMES_S = 0.35
 
 
-class SimulatorPeer(LinePeer[CommandFrame]):
-    """See `LinePeer`. A frame ends with its ``$``; the NUL behind it is counted apart.
+class _FramePeer(LinePeer[FrameT], Generic[FrameT]):
+    """See `LinePeer`. A frame ends with its ``$``; the NUL behind a command is counted apart."""
+
+    LAYOUT: Layout
+
+    def __init__(self, bench: Bench, port: Port) -> None:
+        self.paddings = 0
+        super().__init__(bench, port)
+
+    def _begin_reading(self) -> None:
+        self._reader = StreamReader(self.LAYOUT, lambda _frame: None)
+        self._latest: deque[int] = deque(maxlen=self.LAYOUT.length)
+        self._behind_frame = False
+
+    def _read(self, data: bytes, at_ns: int) -> Iterator[Sound[FrameT] | Unsound]:
+        self._latest += data
+        self.paddings += self._behind_frame and self.LAYOUT.padding.startswith(data)
+        self._behind_frame = False
+        for item in self._reader.receive(data, at_ns):
+            if isinstance(item, Dropped):
+                yield Unsound(reason=item.reason.name, data=item.data)
+            else:
+                self._behind_frame = True
+                yield Sound(raw=bytes(self._latest), packet=item)  # type: ignore[arg-type]
+
+    def frames(self, mark: int = 0) -> list[Received[FrameT]]:
+        """Return the frames received since a mark."""
+        return [got for got in self.received[mark:] if got.packet is not None]
+
+    def forget(self) -> None:
+        """Discard everything received so far."""
+        super().forget()
+        self.paddings = 0
+
+
+class SimulatorPeer(_FramePeer[CommandFrame]):
+    """The simulator's end, with a board at the other.
 
     Args:
         bench: whose time passes while the peer waits.
@@ -42,27 +83,12 @@ class SimulatorPeer(LinePeer[CommandFrame]):
         paddings: NULs behind frames.
     """
 
+    LAYOUT = COMMAND_LAYOUT
+
     def __init__(self, bench: Bench, port: Port) -> None:
         self.status = StatusFrame()
         self.statuses = Feed(bench, self._send_status, name="simulator")
-        self.paddings = 0
         super().__init__(bench, port)
-
-    def _begin_reading(self) -> None:
-        self._reader = StreamReader(COMMAND_LAYOUT, lambda _frame: None)
-        self._latest: deque[int] = deque(maxlen=COMMAND_LAYOUT.length)
-        self._behind_frame = False
-
-    def _read(self, data: bytes, at_ns: int) -> Iterator[Sound[CommandFrame] | Unsound]:
-        self._latest += data
-        self.paddings += self._behind_frame and data in COMMAND_LAYOUT.padding
-        self._behind_frame = False
-        for item in self._reader.receive(data, at_ns):
-            if isinstance(item, CommandFrame):
-                self._behind_frame = True
-                yield Sound(raw=bytes(self._latest), packet=item)
-            elif isinstance(item, Dropped):
-                yield Unsound(reason=item.reason.name, data=item.data)
 
     # --- sending
 
@@ -73,20 +99,9 @@ class SimulatorPeer(LinePeer[CommandFrame]):
     def _send_status(self) -> None:
         self.send_status(self.status)
 
-    # --- looking back
-
-    def frames(self, mark: int = 0) -> list[Received[CommandFrame]]:
-        """Return the frames received since a mark."""
-        return [got for got in self.received[mark:] if got.packet is not None]
-
     def modes(self, mark: int = 0) -> list[int]:
         """Return the mode bytes of the frames received since a mark."""
         return [frame.mode for _, frame in self.since(mark, CommandFrame)]
-
-    def forget(self) -> None:
-        """Discard everything received so far."""
-        super().forget()
-        self.paddings = 0
 
     def settle(self) -> None:
         """Say statuses at the usual rate until the board has left EMERGENCY, then discard what came."""
@@ -94,3 +109,40 @@ class SimulatorPeer(LinePeer[CommandFrame]):
         self.run(_LAST_FRAMES_S)
         self.statuses.stop()
         self.forget()
+
+
+class BoardPeer(_FramePeer[StatusFrame]):
+    """The board's end, with a simulator's side at the other.
+
+    Args:
+        bench: whose time passes while the peer waits.
+        port: the line.
+
+    Attributes:
+        command: what `commands` says.
+        commands: says it at a rate, once started.
+    """
+
+    LAYOUT = STATUS_LAYOUT
+
+    def __init__(self, bench: Bench, port: Port) -> None:
+        self.command = CommandFrame()
+        self.commands = Feed(bench, self._send_command, name="board")
+        super().__init__(bench, port)
+
+    def send_command(self, command: CommandFrame) -> None:
+        """Put a sound command on the line, with its NUL."""
+        self.write(encode_command(command))
+
+    def _send_command(self) -> None:
+        self.send_command(self.command)
+
+    def settle(self) -> None:
+        """Say nothing more, and discard what came."""
+        self.commands.stop()
+        self.forget()
+
+    def close(self) -> None:
+        """Leave the port to another."""
+        self.commands.stop()
+        self.port.on_receive = lambda _data, _at_ns: None

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from hilbench.bench import Bench
-from hilbench.carla_peer import SimulatorPeer
+from hilbench.carla_peer import BoardPeer, SimulatorPeer
 from hilbench.clock import Scheduler
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
-from protocols.carla import BAUD, VECTORS, StatusFrame
+from protocols.carla import BAUD, VECTORS, CommandFrame, Mode, StatusFrame
 
 F1, F2, F3 = (VECTORS[name].data for name in ("F1", "F2", "F3"))
 
@@ -59,3 +59,19 @@ def test_what_is_forgotten_is_gone(there):
     bench.run_for(0.01)
     peer.forget()
     assert (peer.frames(), peer.paddings, peer.bytes_received) == ([], 0, 0)
+
+
+def test_the_board_s_end_is_the_reverse(there):
+    bench, simulator, port = there
+    board = BoardPeer(bench, port)
+    board.command = CommandFrame(steering=-0.5, speed=0.75, mode=Mode.MANUAL)
+    board.commands.start(100.0)
+    simulator.statuses.start(20.0)
+    bench.run_for(0.0999)
+    assert simulator.modes() == [4] * 10
+    assert simulator.paddings == 10
+    assert [got.raw for got in board.frames()] == [VECTORS["F4"].data] * 2
+    board.close()
+    bench.run_for(0.1)
+    assert len(simulator.frames()) == 10
+    assert len(board.frames()) == 2
