@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 
 __all__ = ["Path", "PathError", "Place"]
 
@@ -109,23 +109,26 @@ class Path:
             near_m: only the path around this length counts, for a path that crosses itself or comes back.
             within_m: so far around it.
         """
-        best: tuple[float, Place] | None = None
-        for index, ((ax, ay), (bx, by)) in enumerate(pairwise(self._points)):
+        nearest_m, found = math.inf, Place(s_m=0.0, offset_m=0.0)
+        for index in self._around(near_m, within_m):
+            (ax, ay), (bx, by) = self._points[index : index + 2]
             start_m, length_m = self._s_m[index], self._s_m[index + 1] - self._s_m[index]
-            if near_m is not None and not self._near(start_m + length_m / 2, near_m, within_m + length_m):
-                continue
             dx, dy = (bx - ax) / length_m, (by - ay) / length_m
             along_m = min(max((x_m - ax) * dx + (y_m - ay) * dy, 0.0), length_m)
-            offset_m = dx * (y_m - ay) - dy * (x_m - ax)
             distance_m = math.dist((x_m, y_m), (ax + along_m * dx, ay + along_m * dy))
-            if best is None or distance_m < best[0]:
-                signed_m = math.copysign(distance_m, offset_m)
-                best = distance_m, Place(s_m=self.normal(start_m + along_m), offset_m=signed_m)
-        return self.place(x_m, y_m) if best is None else best[1]
+            if distance_m < nearest_m:
+                left_m = dx * (y_m - ay) - dy * (x_m - ax)
+                nearest_m = distance_m
+                found = Place(s_m=self.normal(start_m + along_m), offset_m=math.copysign(distance_m, left_m))
+        return found
 
-    def _near(self, s_m: float, near_m: float, within_m: float) -> bool:
-        apart_m = abs(s_m - near_m)
-        return min(apart_m, self.length_m - apart_m) <= within_m if self.closed else apart_m <= within_m
+    def _around(self, near_m: float | None, within_m: float) -> Iterable[int]:
+        """The straight lines that reach into a part of the path."""
+        count = len(self._points) - 1
+        if near_m is None or 2 * within_m >= self.length_m:
+            return range(count)
+        first, last = (self._segment(near_m + sign * within_m)[0] for sign in (-1, 1))
+        return range(first, last + 1) if first <= last else chain(range(first, count), range(last + 1))
 
     def _segment(self, s_m: float) -> tuple[int, float]:
         s_m = self.normal(s_m)

@@ -36,7 +36,7 @@ class DriverSettings:
     steering_limit_rad: float = 0.6
     steering_rate_rad_s: float = 0.6
     steering_sign: int = 1
-    look_ahead_s: float = 0.8
+    look_ahead_s: float = 0.6
     look_ahead_least_m: float = 4.0
     look_ahead_most_m: float = 15.0
     speed_m_s: float = 10.0

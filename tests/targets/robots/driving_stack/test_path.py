@@ -44,7 +44,7 @@ def test_where_a_path_crosses_itself_the_place_before_tells_which_way_is_meant()
     eight = Path([(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (10.0, 20.0), (10.0, -20.0)])
     assert eight.place(10.2, 0.1).s_m == pytest.approx(10.2)
     assert eight.place(10.2, 0.1, near_m=70.0, within_m=5.0).s_m == pytest.approx(69.9)
-    assert eight.place(10.2, 0.1, near_m=1e9, within_m=5.0).s_m == pytest.approx(10.2)
+    assert eight.place(10.2, 0.1, near_m=1e9, within_m=5.0).s_m == pytest.approx(69.9)
 
 
 def test_near_reaches_over_the_end_of_a_closed_path(circle):
@@ -59,6 +59,15 @@ def test_curvature_is_that_of_the_circle_with_its_sign(circle, straight):
     assert mirrored.curvature_per_m(50.0) == pytest.approx(-1 / 30, rel=0.04)
     assert straight.curvature_per_m(50.0) == 0.0
     assert straight.curvature_per_m(0.0) == 0.0
+
+
+@given(st.floats(-60, 60), st.floats(-30, 90), st.floats(0, 188))
+def test_a_search_around_a_place_finds_nothing_farther_than_what_is_there(x_m, y_m, near_m):
+    points = [(30 * math.sin(i / 10), 30 - 30 * math.cos(i / 10)) for i in range(63)]
+    path = Path(points, closed=True)
+    found = path.place(x_m, y_m, near_m=near_m, within_m=25.0)
+    around = [path.point(near_m + d / 4) for d in range(-100, 101)]
+    assert abs(found.offset_m) <= min(math.dist(point, (x_m, y_m)) for point in around) + 1e-9
 
 
 @given(st.floats(-40, 40), st.floats(-40, 40))
