@@ -310,7 +310,10 @@ def parts_page() -> str:
 
 
 def _part(kind: str, part: type[Part]) -> str:
-    joined = [(one.name, f"wire {one.direction.value}", _needed(one.text, one.needed)) for one in part.TERMINALS]
+    joined = [
+        (one.name, f"{'analog ' if one.analog else ''}wire {one.direction.value}", _needed(one.text, one.needed))
+        for one in part.TERMINALS
+    ]
     joined += [
         (one.name, f"quantity {one.direction.value}, {one.unit}", _needed(_late(one), one.needed))
         for one in part.QUANTITIES

@@ -14,10 +14,11 @@ from hilbench.links import Port
 from hilbench.mcu.seams import Machine
 from hilbench.wiring.order import late_quantities, order_of
 from hilbench.wiring.signals import VehicleBody, open_signals
-from hilbench.wiring.terminals import PinInput, PinOutput
+from hilbench.wiring.terminals import AnalogPinOutput, PinInput, PinOutput
 from hilbench.wiring.world_signals import WorldSignals
 from hilbench.world_runner import WorldRunner
-from targets.parts import DigitalInput, DigitalOutput, Direction, Part, Ports, part_class
+from targets.mcu.pins import Pin
+from targets.parts import AnalogOutput, DigitalInput, DigitalOutput, Direction, Part, Ports, part_class
 
 __all__ = ["Parts"]
 
@@ -175,6 +176,7 @@ class Parts:
         self._actors = {name: _Actor(bench, name, self.taps) for name in plans}
         self._inputs: dict[str, dict[str, DigitalInput]] = {name: {} for name in plans}
         self._outputs: dict[str, dict[str, _Driven]] = {name: _open_outputs(plan) for name, plan in plans.items()}
+        self._analogs: dict[str, dict[str, AnalogOutput]] = {name: {} for name in plans}
         for net in nets:
             self._connect(net, machines)
         self.by_name: dict[str, Part] = {name: self._make(name, plan, seed) for name, plan in plans.items()}
@@ -240,9 +242,11 @@ class Parts:
     def _connect(self, net: Net, machines: Mapping[str, Machine]) -> None:
         for end in net.terminals:
             kind = part_class(self._plans[end.part].kind)
-            direction = next(one.direction for one in kind.TERMINALS if one.name == end.terminal)
-            if direction is Direction.OUT:
-                self._outputs[end.part][end.terminal] = _Driven(_output(net, machines))
+            terminal = next(one for one in kind.TERMINALS if one.name == end.terminal)
+            if terminal.analog:
+                self._analogs[end.part][end.terminal] = AnalogPinOutput(*_pin(net, machines))
+            elif terminal.direction is Direction.OUT:
+                self._outputs[end.part][end.terminal] = _Driven(PinOutput(*_pin(net, machines)))
             else:
                 self._inputs[end.part][end.terminal] = self._input(net, machines)
 
@@ -257,6 +261,7 @@ class Parts:
         ports = Ports(
             inputs=self._inputs[name],
             outputs=self._outputs[name],
+            analogs=self._analogs[name],
             serial=actor.send,
             rate=actor.set_rate,
             tell=actor.tell,
@@ -308,10 +313,10 @@ def _open_outputs(plan: PartPlan) -> dict[str, _Driven]:
     return {terminal.name: _Driven() for terminal in terminals if terminal.direction is Direction.OUT}
 
 
-def _output(net: Net, machines: Mapping[str, Machine]) -> DigitalOutput:
+def _pin(net: Net, machines: Mapping[str, Machine]) -> tuple[Machine, Pin]:
     end = net.pins[0]
     machine = machines[end.board]
-    return PinOutput(machine, machine.chip.pins[end.pin])
+    return machine, machine.chip.pins[end.pin]
 
 
 def _seen(signals: Mapping[str, str], values: Mapping[str, float]) -> dict[str, float]:

@@ -14,7 +14,7 @@ from hilbench.mcu.seams import Machine
 from targets.mcu.pins import Pin
 from targets.parts.part import HISTORY_NS
 
-__all__ = ["PinInput", "PinOutput"]
+__all__ = ["AnalogPinOutput", "PinInput", "PinOutput"]
 
 
 class PinInput:
@@ -93,3 +93,23 @@ class PinOutput:
         if level is not self._level:
             self._level = level
             self._machine.at_ns(at_ns, partial(self._pin.drive, level))
+
+
+class AnalogPinOutput:
+    """A wire on which a part puts a voltage, at the pin of a chip.
+
+    Args:
+        machine: the chip.
+        pin: the pin.
+    """
+
+    def __init__(self, machine: Machine, pin: Pin) -> None:
+        self._machine = machine
+        self._pin = pin
+        self._volts: float | None = None
+
+    def put(self, volts: float, at_ns: int) -> None:
+        """Put a voltage on the wire from `at_ns` on."""
+        if volts != self._volts:
+            self._volts = volts
+            self._machine.at_ns(at_ns, partial(self._pin.drive_volts, volts))

@@ -9,10 +9,21 @@ from collections.abc import Mapping
 from importlib import import_module
 from types import MappingProxyType
 
-from targets.parts.part import Control, DigitalInput, DigitalOutput, Direction, Part, Ports, Quantity, Terminal
+from targets.parts.part import (
+    AnalogOutput,
+    Control,
+    DigitalInput,
+    DigitalOutput,
+    Direction,
+    Part,
+    Ports,
+    Quantity,
+    Terminal,
+)
 
 __all__ = [
     "PARTS",
+    "AnalogOutput",
     "Control",
     "DigitalInput",
     "DigitalOutput",
@@ -31,6 +42,7 @@ PARTS: Mapping[str, str] = MappingProxyType(
         "distance-switch": "targets.parts.distance_switch:DistanceSwitch",
         "encoder-3bit": "targets.parts.encoder_3bit:Encoder3Bit",
         "gamepad": "targets.parts.gamepad:Gamepad",
+        "joystick": "targets.parts.joystick:Joystick",
         "l298n": "targets.parts.l298n:L298n",
         "motor-code": "targets.parts.motor_code:MotorCode",
         "mpu9250": "targets.parts.mpu9250:Mpu9250",

@@ -1,4 +1,4 @@
-"""What the bench sees of a part: terminals (digital wires), quantities (physical values), serial ends, timers.
+"""What the bench sees of a part: terminals (wires), quantities (physical values), serial ends, timers.
 
 A part is something soldered between a board and the rest of the world: a switch, an encoder, a motor driver, another
 controller. It knows no bench, no world and no clock: levels and values go in with a time, levels, values and bytes
@@ -27,6 +27,7 @@ from targets.mcu.i2c_bus import I2cSlave
 
 __all__ = [
     "HISTORY_NS",
+    "AnalogOutput",
     "Control",
     "DigitalInput",
     "DigitalOutput",
@@ -51,17 +52,19 @@ class Direction(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terminal:
-    """A digital wire of a part, 0 or 3.3 V. What goes out is push-pull, or not driven at all.
+    """A wire of a part, 0 or 3.3 V. What goes out is push-pull, or not driven at all.
 
     Attributes:
         name: such as ``comm1``.
         direction: as the part sees it.
+        analog: what goes out is a voltage, for a converter.
         needed: the part makes no sense while nothing is connected here; others may stay open, and read low then.
         text: what it is for.
     """
 
     name: str
     direction: Direction
+    analog: bool = False
     needed: bool = False
     text: str = ""
 
@@ -140,6 +143,13 @@ class DigitalOutput(Protocol):
         """
 
 
+class AnalogOutput(Protocol):
+    """A wire on which a part puts a voltage."""
+
+    def put(self, volts: float, at_ns: int) -> None:
+        """Put a voltage on the wire from `at_ns` on; for the time the same holds as in `DigitalOutput.set`."""
+
+
 class _Low:
     """An input to which nothing is connected."""
 
@@ -165,6 +175,9 @@ class _Nowhere:
     def set(self, level: bool | None, at_ns: int) -> None:
         pass
 
+    def put(self, volts: float, at_ns: int) -> None:
+        pass
+
 
 _LOW, _NOWHERE = _Low(), _Nowhere()
 
@@ -188,6 +201,7 @@ class Ports:
     Attributes:
         inputs: by name of terminal; what is not connected may be missing.
         outputs: likewise.
+        analogs: likewise, of analog terminals.
         serial: takes the bytes that the part sends, at the time at which it was called.
         rate: takes the rate in bit/s of the part's serial end, if it has one of its own, from now on.
         tell: takes frozen events for the journal, at the time at which the part was called.
@@ -195,6 +209,7 @@ class Ports:
 
     inputs: Mapping[str, DigitalInput] = field(default_factory=dict)
     outputs: Mapping[str, DigitalOutput] = field(default_factory=dict)
+    analogs: Mapping[str, AnalogOutput] = field(default_factory=dict)
     serial: Callable[[bytes], None] = _no_line
     rate: Callable[[int], None] = _no_rate
     tell: Callable[[object], None] = _deaf
@@ -207,12 +222,16 @@ class Ports:
         """The output of a terminal; one that leads nowhere if nothing is connected."""
         return self.outputs.get(name, _NOWHERE)
 
+    def analog(self, name: str) -> AnalogOutput:
+        """The output of an analog terminal; one that leads nowhere if nothing is connected."""
+        return self.analogs.get(name, _NOWHERE)
+
 
 class Part:
     """A part that does nothing; what a real one needs, it overrides.
 
     Class attributes:
-        TERMINALS: digital wires, by unique names.
+        TERMINALS: wires, by unique names.
         QUANTITIES: physical values, by names that no terminal has.
         SERIAL: names of serial ends; at most one for now.
         BUSES: names of ends at an I2C bus, by names that are nothing else's.

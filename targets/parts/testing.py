@@ -16,12 +16,14 @@ class Wire:
 
     Attributes:
         edges: (ns, level) of every call of `set`, in order; None is not driven.
+        volts: (ns, volts) of every call of `put`, likewise.
         latched: what `latch` says; None for the same as `level`.
         now_ns: the present; `level` is that of then.
     """
 
     def __init__(self) -> None:
         self.edges: list[tuple[int, bool | None]] = []
+        self.volts: list[tuple[int, float]] = []
         self.latched: bool | None = None
         self.now_ns = 0
 
@@ -29,6 +31,11 @@ class Wire:
         """Drive the wire; time must not go back."""
         assert not self.edges or at_ns >= self.edges[-1][0], "an output went back in time"
         self.edges.append((at_ns, level))
+
+    def put(self, volts: float, at_ns: int) -> None:
+        """Put a voltage on the wire; time must not go back."""
+        assert not self.volts or at_ns >= self.volts[-1][0], "an output went back in time"
+        self.volts.append((at_ns, volts))
 
     def driven_at(self, ns: int) -> bool | None:
         """What drives it at `ns`."""
@@ -104,6 +111,7 @@ class PartBench:
         ports = Ports(
             inputs={name: wire for name, wire in self.wires.items() if directions[name] is Direction.IN},
             outputs={name: wire for name, wire in self.wires.items() if directions[name] is Direction.OUT},
+            analogs=self.wires,
             serial=lambda data: self.sent.append((self.now_ns, data)),
             rate=lambda baud: self.rates.append((self.now_ns, baud)),
             tell=lambda event: self.events.append((self.now_ns, event)),

@@ -20,6 +20,7 @@ class FakePin:
         self.level = level
         self.latch = False
         self.driven = []
+        self.volts = []
         self._listeners = []
 
     def on_edge(self, callback):
@@ -32,6 +33,9 @@ class FakePin:
 
     def drive(self, level):
         self.driven.append(level)
+
+    def drive_volts(self, volts):
+        self.volts.append(volts)
 
 
 class FakeMachine:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import pytest
 
@@ -11,6 +12,7 @@ from hilbench.links import Line, MemoryLink
 from hilbench.wiring import parts as wiring
 from hilbench.wiring.parts import Parts
 from targets.parts import Control, Direction, Part, Quantity, Terminal
+from targets.parts.joystick import JoystickSettings
 from targets.parts.part import check_controls
 
 MS = 1_000_000
@@ -326,3 +328,25 @@ def test_a_test_may_show_something_else_than_the_world(make, bench):
     FakeSignals.made.values["wheel_left_angle"] = 4.0
     runner.step(20, 30)
     assert calls(parts)[-1][3:] == ({"angle": 0.0}, {"angle": 4.0})
+
+
+def test_an_analog_terminal_puts_its_voltage_on_a_pin(bench, machine):
+    board = machine(PA0=None, PA1=None, PA2=None)
+    net = partial(_joystick_net, board="brain")
+    parts = Parts(
+        bench,
+        {"stick": PartPlan(kind="joystick", settings=JoystickSettings(bounce_ms=0.0))},
+        {"brain": board},
+        [net("vrx", "PA0"), net("vry", "PA1"), net("sw", "PA2")],
+        seed=1,
+    )
+    parts.power_on()
+    parts.set("stick", {"x": 1.0, "press": 1})
+    board.run()
+    assert board.chip.pins["PA0"].volts == [pytest.approx(33970 / 65536 * 3.3), pytest.approx(3.3, abs=1e-4)]
+    assert board.chip.pins["PA1"].volts == [pytest.approx(33580 / 65536 * 3.3)]
+    assert board.chip.pins["PA2"].driven == [False]
+
+
+def _joystick_net(terminal, pin, *, board):
+    return Net(pins=(PinEnd(board=board, pin=pin),), terminals=(TerminalEnd(part="stick", terminal=terminal),))
