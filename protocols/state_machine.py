@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Collection, Mapping
+from types import MappingProxyType
 from typing import Generic, Protocol, TypeVar
 
 __all__ = ["Edge", "LineCounters", "StateMachine"]
@@ -91,8 +92,8 @@ class StateMachine(ABC, Generic[StateT, TriggerT, ActionT, TimerT, EventT, Count
         """Carries out one action of an edge."""
 
     @abstractmethod
-    def state_changed(self, old: StateT, trigger: TriggerT) -> EventT:
-        """The event that says that `state` is another one than before."""
+    def state_changed(self, old: StateT, trigger: TriggerT) -> EventT | None:
+        """The event that says that `state` is another one than before; None where nobody is told."""
 
     @abstractmethod
     def to_transmit(self, frame: bytes) -> EventT:
@@ -113,7 +114,9 @@ class StateMachine(ABC, Generic[StateT, TriggerT, ActionT, TimerT, EventT, Count
         self.state = edge.next_state
         if self.state is not old:
             self._leave_timers()
-            self.events.append(self.state_changed(old, trigger))
+            changed = self.state_changed(old, trigger)
+            if changed is not None:
+                self.events.append(changed)
         for action in edge.actions:
             self.act(action, trigger)
 
@@ -137,6 +140,11 @@ class StateMachine(ABC, Generic[StateT, TriggerT, ActionT, TimerT, EventT, Count
     def next_deadline_ns(self) -> int | None:
         """When the next timer runs out, in ns of bench time."""
         return min(self._timers.values(), default=None)
+
+    @property
+    def deadlines(self) -> Mapping[TimerT, int]:
+        """When each of the timers that run now will run out, in ns of bench time."""
+        return MappingProxyType(self._timers)
 
     def expire_next(self) -> None:
         """Lets the earliest timer run out."""

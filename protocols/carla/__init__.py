@@ -6,6 +6,17 @@ and when), `PROFILES` and `QUIRKS` (what was shipped, and what we make of it), `
 
 from __future__ import annotations
 
+from protocols.carla.board import (
+    UNINITIALISED_FRAME,
+    BoardMachine,
+)
+from protocols.carla.connection import (
+    Connection,
+)
+from protocols.carla.counters import (
+    COUNTER_OF_DROP,
+    Counters,
+)
 from protocols.carla.errors import (
     CarlaError,
     LocalProtocolError,
@@ -98,12 +109,20 @@ from protocols.carla.reading import (
 from protocols.carla.states import (
     BLOCK_OF_MODE,
     DEADLINES,
+    LINK_TABLE,
+    LINK_TIMER_STATES,
     MODE_OF_STEP,
     MODE_TABLE,
     STEP_TABLE,
     TIMER_STEPS,
     Action,
     Deadline,
+    LinkAction,
+    LinkState,
+    LinkTable,
+    LinkTimer,
+    LinkTransition,
+    LinkTrigger,
     ModeTable,
     ModeTransition,
     ModeTrigger,
@@ -131,9 +150,12 @@ __all__ = [
     "CARLA_STEER_RAD",
     "COMMAND_BYTES",
     "COMMAND_LAYOUT",
+    "COUNTER_OF_DROP",
     "DEADLINES",
     "END",
     "FULL_SCALE",
+    "LINK_TABLE",
+    "LINK_TIMER_STATES",
     "MODE_OF_STEP",
     "MODE_TABLE",
     "NOISE_RUN",
@@ -148,6 +170,7 @@ __all__ = [
     "STEERING_FACTOR",
     "STEP_TABLE",
     "TIMER_STEPS",
+    "UNINITIALISED_FRAME",
     "VECTORS",
     "X_AXIS",
     "Y_AXIS",
@@ -156,6 +179,7 @@ __all__ = [
     "AgentChanged",
     "Axis",
     "BlockReader",
+    "BoardMachine",
     "BoardOptions",
     "BoardReader",
     "CarlaError",
@@ -163,7 +187,9 @@ __all__ = [
     "CommandLimits",
     "CommandRefused",
     "Commanded",
+    "Connection",
     "ControlCommand",
+    "Counters",
     "Deadline",
     "DeadlineMissed",
     "DropReason",
@@ -176,7 +202,13 @@ __all__ = [
     "LampChanged",
     "Layout",
     "LineDead",
+    "LinkAction",
     "LinkSilent",
+    "LinkState",
+    "LinkTable",
+    "LinkTimer",
+    "LinkTransition",
+    "LinkTrigger",
     "LiveParser",
     "LocalProtocolError",
     "ManualCommand",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from protocols.carla.frames import CommandFrame, Mode
@@ -10,6 +11,8 @@ __all__ = ["STEERING_FACTOR", "AckermannCommand", "ControlCommand", "ManualComma
 
 STEERING_FACTOR = 1.2
 """By what the board multiplies the tyre's angle and rate for the simulator (microAutoware taksControl.c)."""
+
+_GREATEST = (2 - 2**-23) * 2.0**127
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,8 +36,8 @@ class ControlCommand:
     def frame(self, factor: float = STEERING_FACTOR) -> CommandFrame:
         """The frame that hands it on, steering times the factor."""
         return CommandFrame(
-            steering=self.steering_rad * factor,
-            steering_rate=self.steering_rate_rad_s * factor,
+            steering=_times(self.steering_rad, factor),
+            steering_rate=_times(self.steering_rate_rad_s, factor),
             speed=self.speed_m_s,
             acceleration=self.acceleration_m_s2,
             jerk=self.jerk_m_s3,
@@ -91,6 +94,12 @@ class ManualCommand:
     def frame(self) -> CommandFrame:
         """The frame that says it."""
         return CommandFrame(steering=self.steer, speed=self.throttle, acceleration=self.brake, mode=Mode.MANUAL)
+
+
+def _times(value: float, factor: float) -> float:
+    """The product in 32 bits, which has infinities where it is too large."""
+    product = value * factor
+    return math.copysign(math.inf, product) if abs(product) > _GREATEST else product
 
 
 def command_in(frame: CommandFrame) -> AckermannCommand | ManualCommand | None:

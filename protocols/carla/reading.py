@@ -55,7 +55,6 @@ class DropReason(enum.Enum):
     IMPLAUSIBLE = "a value beyond what can be true"
     UNKNOWN_MODE = "a mode that nobody knows"
     EMPTY_BLOCK = "a block of 22 bytes in which no frame ends"
-    LINE_DEAD = "reception has ended until reset"
     OVERRUN = "the receive buffer was full"
 
     def __str__(self) -> str:

@@ -19,12 +19,20 @@ from protocols.carla.frames import Mode
 __all__ = [
     "BLOCK_OF_MODE",
     "DEADLINES",
+    "LINK_TABLE",
+    "LINK_TIMER_STATES",
     "MODE_OF_STEP",
     "MODE_TABLE",
     "STEP_TABLE",
     "TIMER_STEPS",
     "Action",
     "Deadline",
+    "LinkAction",
+    "LinkState",
+    "LinkTable",
+    "LinkTimer",
+    "LinkTransition",
+    "LinkTrigger",
     "ModeTable",
     "ModeTransition",
     "ModeTrigger",
@@ -236,6 +244,62 @@ TIMER_STEPS: Mapping[Timer, frozenset[Step]] = MappingProxyType(
     }
 )
 """The steps in which each timer runs; leaving these steps ends it."""
+
+
+class LinkState(enum.Enum):
+    """What the simulator knows of the board."""
+
+    WAITING = "no command yet"
+    LINKED = "commands come"
+    SILENT = "no commands any more, the car was commanded to stop"
+
+
+class LinkTrigger(enum.Enum):
+    """What happens to the simulator."""
+
+    COMMAND = "a sound command"
+    SILENCE = "no sound command for too long"
+
+
+class LinkAction(enum.Enum):
+    """What the simulator does on an edge."""
+
+    HAND_ON = "hand the command on to the car"
+    FEED = "restart the wait for commands, where the options want one"
+    STOP = "command the car to stop"
+
+
+class LinkTimer(enum.Enum):
+    """What the simulator waits for; where it runs out, the trigger that is named."""
+
+    COMMANDS = "a command must come: SILENCE"
+
+
+@dataclass(frozen=True, slots=True)
+class LinkTransition:
+    """An edge of the simulator's side."""
+
+    next_state: LinkState
+    actions: tuple[LinkAction, ...] = ()
+
+
+LinkTable = Mapping[tuple[LinkState, LinkTrigger], LinkTransition]
+
+LINK_TABLE: LinkTable = MappingProxyType(
+    {
+        **{
+            (state, LinkTrigger.COMMAND): LinkTransition(LinkState.LINKED, (LinkAction.FEED, LinkAction.HAND_ON))
+            for state in LinkState
+        },
+        (LinkState.LINKED, LinkTrigger.SILENCE): LinkTransition(LinkState.SILENT, (LinkAction.STOP,)),
+    }
+)
+"""The simulator's side. That it watches the board at all is a choice: the bridge does not."""
+
+LINK_TIMER_STATES: Mapping[LinkTimer, frozenset[LinkState]] = MappingProxyType(
+    {LinkTimer.COMMANDS: frozenset((LinkState.LINKED,))}
+)
+"""The states in which the simulator's timer runs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
