@@ -6,15 +6,17 @@ from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
 
+from targets.mcu.pins import Pins
 from targets.mcu.services import Services
+from targets.mcu.stm32.adc16 import Adc16
 from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.dmamux import DmaMux, Outlets
 from targets.mcu.stm32.usart_fifo import FifoUsart
-from targets.mcu.stm32h7 import dma_map
+from targets.mcu.stm32h7 import adc_inputs, dma_map
 from targets.mcu.stm32h7.dma_reach import DmaReach
 
-__all__ = ["KernelHz", "dma_controllers", "usarts"]
+__all__ = ["KernelHz", "adcs", "dma_controllers", "usarts"]
 
 KernelHz = Callable[[str], Fraction]
 """Returns the rate of a peripheral's own clock by the peripheral's name; 0 while it stands still."""
@@ -60,3 +62,33 @@ def dma_controllers(services: Services, requests: Requests) -> tuple[DmaMux, Dma
         for number in range(2)
     )
     return mux, first, second
+
+
+def adcs(services: Services, requests: Requests, pins: Pins, kernel_hz: KernelHz) -> tuple[Adc16, Adc16]:
+    """Return ADC1 with ADC2, and ADC3; their reference VREF+ is the supply of the pads (UM2407, VREF+)."""
+    first, second = (
+        Adc16(
+            name,
+            base,
+            services,
+            units=units,
+            requests=requests,
+            irq=irq,
+            kernel_hz=partial(kernel_hz, name),
+            volts=lambda unit, channel: _volts(pins, unit, channel),
+            inside=adc_inputs.INSIDE,
+            reference_volts=pins.vdd_volts,
+            triggers=adc_inputs.REGULAR_TRIGGERS,
+            injected_triggers=adc_inputs.INJECTED_TRIGGERS,
+        )
+        for name, base, units, irq in (
+            ("ADC12", 0x4002_2000, ("ADC1", "ADC2"), 18),
+            ("ADC3", 0x5802_6000, ("ADC3",), 127),
+        )
+    )
+    return first, second
+
+
+def _volts(pins: Pins, unit: str, channel: int) -> float | None:
+    pin = adc_inputs.CHANNELS[unit].get(channel)
+    return None if pin is None else pins[pin].volts
