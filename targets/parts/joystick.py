@@ -24,7 +24,7 @@ __all__ = ["CODES", "AxisCalibration", "Joystick", "JoystickMoved", "JoystickSet
 CODES = 65536
 """Of a converter of 16 bits; the last one is 65535."""
 
-_ORIGINAL = "toffanetto/im420x taksControle.c: code of 16 bits"
+_ORIGINAL = "toffanetto/im420x taksControle.c, 16 bits"
 _BEYOND = 1.04
 """How far an axis can be told to go, so that code 0, a wire that has come off, can be asked for as well."""
 
@@ -56,19 +56,19 @@ class JoystickSettings:
         ValueError: a value makes no joystick.
     """
 
-    x_min: int = setting(1057, "", _ORIGINAL, least=0, greatest=CODES - 1)
-    x_zero: int = setting(33970, "", _ORIGINAL, least=0, greatest=CODES - 1)
-    x_max: int = setting(65535, "", _ORIGINAL, least=0, greatest=CODES - 1)
-    y_min: int = setting(1062, "", _ORIGINAL, least=0, greatest=CODES - 1)
-    y_zero: int = setting(33580, "", _ORIGINAL, least=0, greatest=CODES - 1)
-    y_max: int = setting(65535, "", _ORIGINAL, least=0, greatest=CODES - 1)
+    x_min: int = setting(1057, "LSB", _ORIGINAL, least=0, greatest=CODES - 1)
+    x_zero: int = setting(33970, "LSB", _ORIGINAL, least=0, greatest=CODES - 1)
+    x_max: int = setting(65535, "LSB", _ORIGINAL, least=0, greatest=CODES - 1)
+    y_min: int = setting(1062, "LSB", _ORIGINAL, least=0, greatest=CODES - 1)
+    y_zero: int = setting(33580, "LSB", _ORIGINAL, least=0, greatest=CODES - 1)
+    y_max: int = setting(65535, "LSB", _ORIGINAL, least=0, greatest=CODES - 1)
     supply_v: float = setting(
         3.3, "V", "assumed: the supply and the reference of the board it is soldered to", least=0.1
     )
     noise_v: float = setting(0.0, "V", "choice; standard deviation at each axis", least=0.0)
     noise_period_ms: float = setting(1.0, "ms", "choice; how often noise changes", least=0.01)
     bounce_ms: float = setting(2.0, "ms", "assumed: common for small switches; 0 for none", least=0.0, greatest=100.0)
-    bounces: int = setting(4, "", "assumed: times that a contact parts again, at most", least=0, greatest=100)
+    bounces: int = setting(4, "1", "assumed: times that a contact parts again, at most", least=0, greatest=100)
 
     def __post_init__(self) -> None:
         check_settings(self)
