@@ -225,6 +225,10 @@ def chip_of(family: Family) -> type[Chip]:
         from targets.mcu.stm32f1.chip import Stm32f103
 
         return Stm32f103
+    if family == "stm32h7":
+        from targets.mcu.stm32h7.chip import Stm32h753
+
+        return Stm32h753
     from targets.mcu.stm32f7.chip import Stm32f767
 
     return Stm32f767

@@ -25,8 +25,9 @@ class _Series:
         cpu: what a compiler calls its core.
         irq_count: interrupts in the vector table.
         itcm_size: bytes of RAM from 0 on.
+        more_ram: first address and bytes of other RAM.
         flash_alias: where else the flash is.
-        options: first address and size of the option bytes.
+        options: first address and size of the option bytes; none where they have no address.
         boot_loaders: sizes of boot loaders in use, or of what they may fill.
     """
 
@@ -36,8 +37,20 @@ class _Series:
     options: tuple[int, int]
     boot_loaders: tuple[int, ...]
     itcm_size: int = 0
+    more_ram: tuple[tuple[int, int], ...] = ()
     flash_alias: int | None = None
 
+
+# DS12110 and DS12117, ordering information; boot loaders end where a sector does (RM0433 section 4.3.4)
+_STM32H7 = _Series(
+    sizes_kb=MappingProxyType({"G": (1024, 128), "I": (2048, 128)}),
+    cpu="cortex-m7",
+    irq_count=150,
+    options=(0, 0),
+    boot_loaders=(128, 256, 384, 512, 640, 768, 896, 1024),
+    itcm_size=64 * KB,
+    more_ram=((0x2400_0000, 512 * KB), (0x3000_0000, 288 * KB), (0x3800_0000, 64 * KB)),
+)
 
 _SERIES = MappingProxyType(
     {
@@ -71,6 +84,8 @@ _SERIES = MappingProxyType(
             itcm_size=16 * KB,
             flash_alias=0x0020_0000,
         ),
+        "STM32H743": _STM32H7,
+        "STM32H753": _STM32H7,
     }
 )
 
@@ -113,6 +128,15 @@ class ChipLimits:
     def itcm_size(self) -> int:
         """Bytes of RAM from 0 on."""
         return _SERIES[self.series].itcm_size
+
+    @property
+    def more_ram(self) -> tuple[tuple[int, int], ...]:
+        """First address and bytes of RAM elsewhere."""
+        return _SERIES[self.series].more_ram
+
+    def ram_at(self, address: int) -> tuple[int, int] | None:
+        """Return first address and bytes of the RAM elsewhere in which an address lies."""
+        return next((part for part in self.more_ram if part[0] <= address < part[0] + part[1]), None)
 
     @property
     def flash_bases(self) -> tuple[int, ...]:

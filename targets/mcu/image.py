@@ -259,6 +259,13 @@ def _check_ram(address: int, size: int, where: str, chip: ChipLimits) -> None:
             text = f"needs {address + size} bytes of RAM from 0 on, {chip.name} has {chip.itcm_size}"
             raise ImageError(text, where=where, hint="flash is at 0x08000000: check the linker script")
         return
+    part = chip.ram_at(address)
+    if part is not None:
+        needed = address + size - part[0]
+        if needed > part[1]:
+            text = f"needs {needed} bytes of RAM from 0x{part[0]:08X} on, {chip.name} has {part[1]}"
+            raise ImageError(text, where=where, hint="put some of its data elsewhere in the linker script")
+        return
     needed = address + size - RAM_BASE
     if needed > chip.ram_size:
         text = f"needs {needed} bytes of RAM, {chip.name} has {chip.ram_size}"
@@ -310,7 +317,8 @@ def _check_stack_pointer(stack_pointer: int, where: str, chip: ChipLimits) -> No
     text = f"the initial stack pointer 0x{stack_pointer:08X} "
     if stack_pointer & 3:
         raise ImageError(text + "is not a multiple of 4", where=where, hint="is this an image for a Cortex-M?")
-    if not RAM_BASE < stack_pointer <= chip.ram_end and not 0 < stack_pointer <= chip.itcm_size:
+    elsewhere = chip.ram_at(stack_pointer - 4) is not None
+    if not (elsewhere or RAM_BASE < stack_pointer <= chip.ram_end or 0 < stack_pointer <= chip.itcm_size):
         needed = stack_pointer - RAM_BASE
         near = needed > 0 and fitting(chip.series, 0, needed)
         hint = _fitting(chip, 0, needed) if near else "is this an image for a Cortex-M, and from its first byte on?"

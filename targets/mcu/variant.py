@@ -7,7 +7,7 @@ from typing import Literal
 
 __all__ = ["Family", "Variant"]
 
-Family = Literal["stm32f1", "stm32f7"]
+Family = Literal["stm32f1", "stm32f7", "stm32h7"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,6 +19,7 @@ class Variant:
         family: which chip it is one of.
         flash_bytes: main flash memory, from 0x08000000.
         ram_bytes: RAM from 0x20000000.
+        more_ram: first address and size of other RAM that programs are linked for.
         pins: names of the I/O pins of the package, ``PA0`` and so on.
         usarts: the USARTs and UARTs whose pins the package brings out.
         i2cs: the I2C interfaces whose pins the package brings out.
@@ -36,6 +37,7 @@ class Variant:
     usarts: tuple[str, ...]
     i2cs: tuple[str, ...] = ()
     boot1_pin: str | None = None
+    more_ram: tuple[tuple[int, int], ...] = ()
     itcm_bytes: int = 0
     flash_alias: int | None = None
     fastest_hse_hz: int = 25_000_000

@@ -1,17 +1,17 @@
 """The cores there are, as data: what tells a Cortex-M7 from a Cortex-M3 besides the chip around it.
 
 Cortex-M3 r1p1: Technical Reference Manual (DDI0337), and the choices of ST in the STM32F103 (RM0008, PM0056).
-Cortex-M7 r1p0 with single and double precision floating point: Technical Reference Manual (DDI0489), and the choices of
-ST in the STM32F767 (RM0410, PM0253).
+Cortex-M7 r1p0 and r1p1 with single and double precision floating point: Technical Reference Manual (DDI0489), and the
+choices of ST in the STM32F767 and STM32H753 (RM0410, RM0433, PM0253).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
-__all__ = ["CORES", "CORTEX_M3", "CORTEX_M7", "CoreKind", "FpuKind"]
+__all__ = ["CORES", "CORTEX_M3", "CORTEX_M7", "CORTEX_M7_R1P1", "CoreKind", "FpuKind"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,5 +150,15 @@ CORTEX_M7 = CoreKind(
     flat_cpi=tuple(Fraction(3, 4) + Fraction(wait_states, 64) for wait_states in range(16)),
 )
 
-CORES = {kind.name: kind for kind in (CORTEX_M3, CORTEX_M7)}
+CORTEX_M7_R1P1 = replace(
+    CORTEX_M7,
+    name="Cortex-M7 r1p1",
+    cpuid=0x411F_C271,
+    irq_count=150,  # RM0433 section 19.1
+    systick_calibration=0x3E8,  # RM0433 section 19.1.1: 1000, one millisecond at 1 MHz
+    mpu_regions=16,  # PM0253 section 4.6: of the STM32H7
+    tcm=(0x39, 0x41),  # 64 KB and 128 KB
+)
+
+CORES = {kind.name: kind for kind in (CORTEX_M3, CORTEX_M7, CORTEX_M7_R1P1)}
 """Every core by name."""

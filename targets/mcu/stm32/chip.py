@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from targets.mcu.chip import Chip, DeepSleep, FlashMemory, Memory
 from targets.mcu.pins import Source
 from targets.mcu.services import IrqLine
-from targets.mcu.stm32.exti import Exti
 from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.stm32.rcc import BackupPart, BasicRcc
 from targets.mcu.stm32.wwdg import Wwdg
@@ -27,6 +26,15 @@ class _Powered(Protocol):
 
     def power_on(self) -> None:
         """The supply comes."""
+
+
+class _Edges(Protocol):
+    """EXTI, as far as a machine asks for it."""
+
+    on_event: Callable[[], None]
+
+    def sends_events(self) -> bool:
+        """Say whether an edge from outside could be an event for WFE."""
 
 
 class _Power(_Powered, Protocol):
@@ -75,7 +83,7 @@ class BasicChip(Chip):
     pwr: _Power
     iwdg: Iwdg
     wwdg: Wwdg
-    exti: Exti
+    exti: _Edges
     dbgmcu: _Powered
     _flash: _Flash
     _memories: tuple[Memory, ...]

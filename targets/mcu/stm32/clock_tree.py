@@ -6,11 +6,19 @@ SYSCLK is divided for HCLK, and HCLK for each of the two peripheral buses (RM000
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Generic, TypeVar
 
-__all__ = ["AHB_DIVIDERS", "APB_DIVIDERS", "BasicClockTree", "BusRates"]
+__all__ = [
+    "AHB_DIVIDERS",
+    "APB_DIVIDERS",
+    "BasicClockTree",
+    "BusRates",
+    "KernelChoice",
+    "KernelClockTree",
+    "KernelRates",
+]
 
 AHB_DIVIDERS = (1, 1, 1, 1, 1, 1, 1, 1, 2, 4, 8, 16, 64, 128, 256, 512)
 """By the value of CFGR.HPRE."""
@@ -56,7 +64,28 @@ class BusRates:
         return max(divider // 2, 1)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KernelRates(BusRates):
+    """Rates where peripherals have a choice of clocks (RM0410 section 5.2, RM0433 section 8.5); see `BusRates`.
+
+    Attributes:
+        all_timers: TIMPRE: the timers run at the rate of AHB as long as the bus is divided by 4 at most, else at 4
+            times its rate.
+        kernels: rate of the clock that each peripheral with a choice runs on; 0 for none.
+        ahb: HCLK cycles per tick of AHB; above 1 only where the CPU has a clock of its own, which counts as HCLK here.
+    """
+
+    all_timers: bool
+    kernels: Mapping[str, Fraction] = field(default_factory=dict)
+    ahb: int = 1
+
+    def timer(self, divider: int) -> int:
+        """Return HCLK cycles per tick of the timers on a bus with that divider (RM0410 5.2.10, RM0433 8.5.8)."""
+        return self.ahb * max(divider // self.ahb // (4 if self.all_timers else 2), 1)
+
+
 AnyRates = TypeVar("AnyRates", bound=BusRates)
+AnyKernelRates = TypeVar("AnyKernelRates", bound=KernelRates)
 
 
 class BasicClockTree(Generic[AnyRates]):
@@ -92,3 +121,43 @@ class BasicClockTree(Generic[AnyRates]):
     def timer(self, bus: str) -> int:
         """Return HCLK cycles per tick of the timers' clock on that bus; 0 in Stop mode."""
         return self._timer[bus]
+
+
+@dataclass(frozen=True, slots=True)
+class KernelChoice:
+    """The field of a register that says on which clock a peripheral runs.
+
+    Attributes:
+        register: its name.
+        shift: lowest bit.
+        mask: its bits, shifted down.
+        clocks: for each value, the name of a clock.
+    """
+
+    register: str
+    shift: int
+    mask: int
+    clocks: tuple[str, ...]
+
+
+class KernelClockTree(BasicClockTree[AnyKernelRates]):
+    """The present rates, those of the peripherals' own clocks too; see `BasicClockTree`."""
+
+    def __init__(self, rates: AnyKernelRates) -> None:
+        self._kernel: dict[str, Fraction] = {}
+        super().__init__(rates)
+
+    def set(self, rates: AnyKernelRates, *, stopped: bool) -> None:
+        """Take over new rates, those of the kernel clocks too."""
+        super().set(rates, stopped=stopped)
+        self._kernel = {
+            name: rates.hclk / rate if rate and not stopped else Fraction(0) for name, rate in rates.kernels.items()
+        }
+
+    def kernel(self, peripheral: str) -> Fraction:
+        """Return HCLK cycles per tick of a peripheral's own clock; 0 in Stop mode, or while its source does not run."""
+        return self._kernel[peripheral]
+
+    def kernel_hz(self, peripheral: str) -> Fraction:
+        """Return the rate of a peripheral's own clock; 0 in Stop mode, or while its source does not run."""
+        return Fraction(0) if self.stopped else self.rates.kernels[peripheral]

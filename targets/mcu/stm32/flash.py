@@ -1,7 +1,7 @@
-"""What the flash interfaces of the F1 and the F7 have in common: images, keys, one operation at a time.
+"""What the flash interfaces of the families have in common: images, keys, one operation at a time.
 
-KEYR and OPTKEYR take two keys in order (PM0075 section 2.3, RM0410 section 3.3). Who stores while the flash is busy
-is served when it is not.
+KEYR and OPTKEYR take two keys in order (PM0075 section 2.3, RM0410 section 3.3, RM0433 section 4.5.1). Who stores
+while the flash is busy is served when it is not.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class BasicFlash(Peripheral, abc.ABC):
         self.on_latency: Callable[[int], None] = lambda _wait_states: None
         self.stall_until: Callable[[int], None] = lambda _cycle: None
         self._irq = services.irq(IRQ)
-        self._turned = {KEYR: 0, OPTKEYR: 0}
+        self._turned = dict.fromkeys(self.KEYS, 0)
         self._dead: set[int] = set()
         self._ends: Event | None = None
 
@@ -97,7 +97,7 @@ class BasicFlash(Peripheral, abc.ABC):
         super().reset()
         self.time.cancel(self._ends)
         self._ends = None
-        self._turned = {KEYR: 0, OPTKEYR: 0}
+        self._turned = dict.fromkeys(self.KEYS, 0)
         self._dead.clear()
         self._load_options()
         self._irq.set(False)

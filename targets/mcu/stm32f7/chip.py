@@ -21,6 +21,7 @@ from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
 from targets.mcu.services import Services
 from targets.mcu.signals import Signals
+from targets.mcu.stm32.backup_sram import BackupSram
 from targets.mcu.stm32.chip import BasicChip
 from targets.mcu.stm32.crc import Crc
 from targets.mcu.stm32.dma_requests import Requests
@@ -34,7 +35,6 @@ from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f7.absent import absent_peripherals
 from targets.mcu.stm32f7.af_table import ALTERNATE_FUNCTIONS, PADS
-from targets.mcu.stm32f7.backup_sram import BackupSram
 from targets.mcu.stm32f7.blocks import adcs, dma_controllers, i2cs, timers, usarts
 from targets.mcu.stm32f7.clocks import ClockTree
 from targets.mcu.stm32f7.dbgmcu import Dbgmcu

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from types import MappingProxyType
 
-from targets.mcu.stm32.clock_tree import AHB_DIVIDERS, APB_DIVIDERS, BasicClockTree, BusRates
+from targets.mcu.stm32.clock_tree import AHB_DIVIDERS, APB_DIVIDERS, KernelChoice, KernelClockTree, KernelRates
 from targets.mcu.stm32.rcc_classic import Source
 
 __all__ = [
@@ -25,6 +25,8 @@ __all__ = [
 HSI_HZ = Fraction(16_000_000)  # RM0410 section 5.2.2
 LSI_HZ = Fraction(32_000)  # RM0410 section 5.2.5; DS11532: 17 to 47 kHz
 PLLSRC = 1 << 22
+
+Rates = KernelRates
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,23 +71,6 @@ def pll_rates(pllcfgr: int, hse_hz: Fraction, multiplier: int | None = None) -> 
     )
 
 
-@dataclass(frozen=True, slots=True)
-class KernelChoice:
-    """The field of a register that says on which clock a peripheral runs.
-
-    Attributes:
-        register: its name.
-        shift: lowest bit.
-        mask: its bits, shifted down.
-        clocks: for each value, the name of a clock.
-    """
-
-    register: str
-    shift: int
-    mask: int
-    clocks: tuple[str, ...]
-
-
 def kernel_choices() -> Mapping[str, KernelChoice]:
     """Return the choices of RCC_DCKCFGR2 by peripheral (RM0410 section 5.3.27); ``-`` is a reserved value."""
     found = {}
@@ -104,23 +89,6 @@ def kernel_choices() -> Mapping[str, KernelChoice]:
     return MappingProxyType(found)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Rates(BusRates):
-    """Rates in hertz, and the dividers from HCLK to the peripheral buses; see `BusRates`.
-
-    Attributes:
-        all_timers: TIMPRE: the timers run at HCLK as long as the bus is divided by 4 at most, else at 4 times its rate.
-        kernels: rate of the clock that each peripheral with a choice runs on; 0 for none.
-    """
-
-    all_timers: bool
-    kernels: Mapping[str, Fraction] = field(default_factory=dict)
-
-    def timer(self, divider: int) -> int:
-        """Return HCLK cycles per tick of the timers on a bus with that divider (RM0410 section 5.2.10)."""
-        return max(divider // (4 if self.all_timers else 2), 1)
-
-
 def rates_of(cfgr: int, source: Source, hse_hz: Fraction, pll: PllRates, *, all_timers: bool) -> Rates:
     """Return the rates for a value of RCC_CFGR with `source` driving SYSCLK, without those of kernel clocks."""
     sysclk = {Source.HSI: HSI_HZ, Source.HSE: hse_hz, Source.PLL: pll.p}[source]
@@ -133,24 +101,8 @@ def rates_of(cfgr: int, source: Source, hse_hz: Fraction, pll: PllRates, *, all_
     )
 
 
-class ClockTree(BasicClockTree[Rates]):
+class ClockTree(KernelClockTree[Rates]):
     """The present rates, as the peripherals ask for them; implements `services.Clocks`. See `BasicClockTree`."""
 
     def __init__(self) -> None:
-        self._kernel: dict[str, Fraction] = {}
         super().__init__(Rates(sysclk=HSI_HZ, hclk=HSI_HZ, apb1=1, apb2=1, all_timers=False))
-
-    def set(self, rates: Rates, *, stopped: bool) -> None:
-        """Take over new rates, those of the kernel clocks too."""
-        super().set(rates, stopped=stopped)
-        self._kernel = {
-            name: rates.hclk / rate if rate and not stopped else Fraction(0) for name, rate in rates.kernels.items()
-        }
-
-    def kernel(self, peripheral: str) -> Fraction:
-        """Return HCLK cycles per tick of a peripheral's own clock; 0 in Stop mode, or while its source does not run."""
-        return self._kernel[peripheral]
-
-    def kernel_hz(self, peripheral: str) -> Fraction:
-        """Return the rate of a peripheral's own clock; 0 in Stop mode, or while its source does not run."""
-        return Fraction(0) if self.stopped else self.rates.kernels[peripheral]

@@ -6,19 +6,19 @@ from typing import ClassVar
 
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.pins import Pins
-from targets.mcu.registers import Peripheral, Register
+from targets.mcu.registers import Register
 from targets.mcu.services import Services
 from targets.mcu.signals import Signals
+from targets.mcu.stm32.exti_ports import EXTI_CHOICES, ExtiPorts
 
 __all__ = ["Syscfg"]
 
 MEMRMP, PMC, CBR, CMPCR = 0x00, 0x04, 0x1C, 0x20
-PORTS = "ABCDEFGHIJK"
 MEM_BOOT, SWP_FB = 1 << 0, 1 << 8
 CMP_PD, CMP_READY = 1 << 0, 1 << 8
 
 
-class Syscfg(Peripheral):
+class Syscfg(ExtiPorts):
     """System configuration.
 
     Args:
@@ -32,15 +32,13 @@ class Syscfg(Peripheral):
     REGISTERS: ClassVar[tuple[Register, ...]] = (
         Register("MEMRMP", MEMRMP, 0, 0xD00, 0xD00, note="banks and external memories are never swapped"),
         Register("PMC", PMC, 0, 0x0087_00FF, 0x0087_00FF, note="fast mode plus, ADC and Ethernet options are kept"),
-        *(Register(f"EXTICR{number + 1}", 0x08 + 4 * number, 0, 0xFFFF) for number in range(4)),
+        *EXTI_CHOICES,
         Register("CBR", CBR, 0, 0x5, fidelity=Fidelity.PARTLY, note="lock-up and PVD break nothing"),
         Register("CMPCR", CMPCR, 0, CMP_PD, fidelity=Fidelity.PARTLY, note="the compensation cell is ready at once"),
     )
 
     def __init__(self, base: int, services: Services, pins: Pins, signals: Signals, *, boot_pin: int) -> None:
-        super().__init__("SYSCFG", base, services)
-        self._pins = pins
-        self._signals = signals
+        super().__init__("SYSCFG", base, services, pins, signals)
         self._boot_pin = boot_pin
         self.reset()
 
@@ -48,31 +46,6 @@ class Syscfg(Peripheral):
         """Every EXTI line goes to port A."""
         super().reset()
         self[MEMRMP] = MEM_BOOT if self._boot_pin else 0
-        for line in range(16):
-            self._signals.route(f"EXTI{line}", f"PA{line}")
-
-    def write_EXTICR1(self, value: int) -> None:
-        """Choose the ports of lines 0 to 3."""
-        self._choose_ports(0, value)
-
-    def write_EXTICR2(self, value: int) -> None:
-        """Choose the ports of lines 4 to 7."""
-        self._choose_ports(4, value)
-
-    def write_EXTICR3(self, value: int) -> None:
-        """Choose the ports of lines 8 to 11."""
-        self._choose_ports(8, value)
-
-    def write_EXTICR4(self, value: int) -> None:
-        """Choose the ports of lines 12 to 15."""
-        self._choose_ports(12, value)
-
-    def _choose_ports(self, first: int, value: int) -> None:
-        self[0x08 + first] = value
-        for index in range(4):
-            port, line = value >> 4 * index & 0xF, first + index
-            pin = f"P{PORTS[port]}{line}" if port < len(PORTS) else ""
-            self._signals.route(f"EXTI{line}", pin if pin in self._pins else None)
 
     def write_CBR(self, value: int) -> None:
         """Bits once set are cleared by a reset only."""

@@ -37,7 +37,7 @@ def test_without_a_question_it_says_what_is_installed(capsys):
     out, err = capsys.readouterr()
     said = {line.split(maxsplit=1)[0]: line.split(maxsplit=1)[1] for line in out.splitlines()}
     assert said["hilbench"] == __version__
-    assert said["boards"] == "bluepill, nucleo-f767zi"
+    assert said["boards"] == "bluepill, nucleo-f767zi, nucleo-h753zi"
     assert {"STM32F103C8", "STM32F767ZI"} <= set(said["chips"].split(", "))
     assert err == "what is modelled of a chip: hilbench doctor --fidelity CHIP\n"
     assert main(["doctor", "--json"]) == 0

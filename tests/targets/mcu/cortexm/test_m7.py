@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from targets.mcu.cortexm.kinds import CORES, CORTEX_M3, CORTEX_M7
+from targets.mcu.cortexm.kinds import CORES, CORTEX_M3, CORTEX_M7, CORTEX_M7_R1P1
 
 KEY = 0xC5AC_CE55
 DWT_CTRL, DWT_CYCCNT, DWT_LAR, DWT_LSR = 0xE000_1000, 0xE000_1004, 0xE000_1FB0, 0xE000_1FB4
@@ -62,7 +62,7 @@ class TestIdentification:
         assert m7.peek("SCB", "VTOR") == 0xFFFF_FF80
 
     def test_kinds_by_name(self):
-        assert CORES == {"Cortex-M3": CORTEX_M3, "Cortex-M7": CORTEX_M7}
+        assert CORES == {"Cortex-M3": CORTEX_M3, "Cortex-M7": CORTEX_M7, "Cortex-M7 r1p1": CORTEX_M7_R1P1}
 
 
 class TestCaches:

@@ -1,4 +1,4 @@
-"""The 4 KB of backup SRAM, as registers so that its gate and its write protection hold (RM0410 4.1.2)."""
+"""The 4 KB of backup SRAM, as registers so that its gate and its write protection hold (RM0410 4.1.2, RM0433 6.4.4)."""
 
 from __future__ import annotations
 

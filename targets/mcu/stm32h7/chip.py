@@ -1,0 +1,253 @@
+"""The STM32H743 and H753: which peripherals there are, where, and how they are tied together.
+
+Addresses: RM0433 section 2.3, memory map. Interrupts: section 19.1.2. Clock gates: `targets.mcu.stm32h7.gates`.
+
+RAM: ITCM at 0, DTCM at 0x20000000, AXI SRAM at 0x24000000, SRAM1 to 3 at 0x30000000 and again at 0x10000000, SRAM4 at
+0x38000000; all of it answers whatever the gates in AHB2ENR say, and all of it at the same pace (choices). Flash of 1 MB
+leaves a gap between its two banks on silicon; here both banks follow each other from 0x08000000 on (choice; of parts
+with 1 MB only). Caches hold nothing: what DMA writes is seen at once, and what a program stores is there for DMA, which
+on silicon takes a clean or an invalidation of the data cache, or memory that is not cached.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING, cast
+
+from targets.mcu.bus import Bus
+from targets.mcu.chip import AskReset, Boot, MakeCore, Memory
+from targets.mcu.cortexm.kinds import CORTEX_M7_R1P1
+from targets.mcu.fidelity import Notes
+from targets.mcu.irq_lines import IrqLines
+from targets.mcu.pins import Pins
+from targets.mcu.registers import Peripheral
+from targets.mcu.services import Services
+from targets.mcu.signals import Signals
+from targets.mcu.stm32.backup_sram import BackupSram
+from targets.mcu.stm32.chip import BasicChip
+from targets.mcu.stm32.crc import Crc
+from targets.mcu.stm32.dma_requests import Requests
+from targets.mcu.stm32.gpio import Gpio, thresholds
+from targets.mcu.stm32.iwdg import Iwdg
+from targets.mcu.stm32.pin_functions import PinFunctions
+from targets.mcu.stm32.rng import Rng
+from targets.mcu.stm32.rtc import Rtc
+from targets.mcu.stm32.unique_id import unique_id
+from targets.mcu.stm32.wwdg import Wwdg
+from targets.mcu.stm32f7.af_table import ALTERNATE_FUNCTIONS, PADS
+from targets.mcu.stm32f7.blocks import timers
+from targets.mcu.stm32h7.blocks import dma_controllers, usarts
+from targets.mcu.stm32h7.clocks import HSI_HZ, ClockTree
+from targets.mcu.stm32h7.dbgmcu import Dbgmcu
+from targets.mcu.stm32h7.exti import Exti
+from targets.mcu.stm32h7.flash import Flash
+from targets.mcu.stm32h7.gates import GATES
+from targets.mcu.stm32h7.hsem import Hsem
+from targets.mcu.stm32h7.pwr import WAKE_UP_PINS, Pwr
+from targets.mcu.stm32h7.rcc import Rcc
+from targets.mcu.stm32h7.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory
+from targets.mcu.stm32h7.syscfg import Syscfg
+from targets.mcu.timebase import Timebase
+
+if TYPE_CHECKING:
+    from targets.boards import Board
+    from targets.boards.board import Straps
+
+__all__ = ["Stm32h753"]
+
+ITCM_RAM, RAM_BASE = 0x0000_0000, 0x2000_0000
+D2_RAM, D2_RAM_ALIAS = 0x3000_0000, 0x1000_0000
+# On AHB a byte leaves the other lanes of its word alone; behind the APB bridges it is repeated over the word.
+APB = ((0x4000_0000, 0xE000), (0x4001_0000, 0x7800), (0x5000_0000, 0x4000), (0x5800_0000, 0x5800))
+TIME_STAMP_PIN = "PC13"  # RTC_TS (DS12117, additional functions)
+
+_US_PER_S = 1_000_000
+
+
+class Stm32h753(BasicChip):
+    """The STM32H743 or H753; see `targets.mcu.chip.Chip`."""
+
+    START_HZ = int(HSI_HZ)
+    CORE = CORTEX_M7_R1P1
+    REGISTER_WINDOWS = (
+        (0x3880_0000, 0x1000),  # backup SRAM
+        (0x4000_0000, 0xE000),  # APB1
+        (0x4001_0000, 0x7800),  # APB2
+        (0x4002_0000, 0xA_0000),  # AHB1
+        (0x4802_0000, 0x3400),  # AHB2
+        (0x5000_0000, 0x4000),  # APB3
+        (0x5100_0000, 0x10_0000),  # AXI interconnect
+        (0x5200_0000, 0x9400),  # AHB3
+        (0x5800_0000, 0x5800),  # APB4
+        (0x5802_0000, 0x7400),  # AHB4
+        (0x5C00_1000, 0x400),  # DBGMCU
+        (0xE000_0000, 0x10_0000),  # the private peripheral bus
+    )
+
+    rcc: Rcc
+    pwr: Pwr
+    dbgmcu: Dbgmcu
+    exti: Exti
+    _flash: Flash
+
+    def __init__(
+        self,
+        board: Board,
+        straps: Straps,
+        time: Timebase,
+        notes: Notes,
+        bus: Bus,
+        make_core: MakeCore,
+        ask_reset: AskReset,
+    ) -> None:
+        variant = board.variant
+        self._straps = straps
+        # One block for all RAM, so that whoever asks whether anything has changed sees all of it: DTCM first.
+        self._parts = ((RAM_BASE, variant.ram_bytes), (ITCM_RAM, variant.itcm_bytes), *variant.more_ram)
+        self.ram = bytearray(sum(size for _, size in self._parts))
+        self.pins = Pins(PADS, time, notes, bonded=variant.pins, thresholds=thresholds(3.3))
+        self.signals = Signals(self.pins)
+        self._functions = PinFunctions(ALTERNATE_FUNCTIONS, self.signals, time, notes)
+        self._tree = ClockTree()
+        self._requests = Requests()
+        self._irq_lines = IrqLines(self._irq)
+        self.services = Services(
+            time=time,
+            clocks=self._tree,
+            notes=notes,
+            irq=self._irq_lines.line,
+            dma=self._requests.line,
+            output=self.signals.output,
+            input=self.signals.input,
+            bus=bus,
+            chip_reset=ask_reset,
+        )
+        self.core = make_core(self.services)
+        self._system_memory = system_memory(variant.flash_bytes // 1024, unique_id(board.name), {})
+        self._make_core_parts(board)
+        self._memories = self._map()
+        self._make_peripherals(board.name)
+        everything = (self.rcc, self._flash, self.pwr, self.iwdg, self.wwdg, self.rtc, self.dbgmcu, *self._others)
+        self.peripherals = {peripheral.name: peripheral for peripheral in everything}
+        for peripheral in self.peripherals.values():
+            behind_bridge = any(start <= peripheral.base < start + size for start, size in APB)
+            bus.add(peripheral, ahb=not behind_bridge)
+        for base, size in APB:
+            bus.add_quiet(base, size)
+        self._tie(GATES, backup=(self.rtc,))
+        self.rcc.on_clock_failure = self._clock_failed
+        self._pull_pins(board, straps)
+
+    def _make_core_parts(self, board: Board) -> None:
+        """Clocks, power, flash, and what depends on them."""
+        services = self.services
+        for number, pin in enumerate(WAKE_UP_PINS, 1):
+            self.signals.route(f"WKUP{number}", pin)
+        self.pwr = Pwr(0x5802_4800, services)
+        self.rcc = Rcc(
+            0x5802_4400,
+            services,
+            self._tree,
+            hse_hz=board.hse_hz,
+            hse_is_clock=board.hse_bypass,
+            hse_start_s=Fraction(board.hse_startup_us, _US_PER_S),
+            lse=board.lse_hz is not None,
+            lse_start_s=Fraction(board.lse_startup_us, _US_PER_S),
+            backup_writable=self.pwr.backup_writable,
+            scale=self.pwr.scale,
+        )
+        self.pwr.on_scale = self.rcc.scale_changed
+        self._flash = Flash(0x5200_2000, services, self._tree, size=board.variant.flash_bytes, scale=self.pwr.scale)
+        self.iwdg = Iwdg(
+            0x5800_4800,
+            services,
+            lsi_hz=self.rcc.lsi_hz,
+            start_lsi=self.rcc.force_lsi,
+            lsi_on=self.rcc.lsi_on,
+            starts_by_itself=lambda: self._flash.settings.hardware_watchdog,
+            window=True,
+        )
+        self.wwdg = Wwdg(0x5000_3000, services, bus="APB3")
+        self.signals.route("RTC_TS", TIME_STAMP_PIN)
+        self.rtc = Rtc(0x5800_4000, services, rtc_hz=self.rcc.rtc_hz, backup_writable=self.pwr.backup_writable)
+        self.rcc.on_rtc_clock = self.rtc.clock_changed
+        self.rtc.on_wake = self.pwr.wake_by_rtc
+        self.dbgmcu = Dbgmcu(0x5C00_1000, services)
+
+    def _map(self) -> tuple[Memory, ...]:
+        whole, offset, ram = memoryview(self.ram), 0, []
+        for base, size in self._parts:
+            # A view of a part of it has all that a bytearray is asked for here and in the engine.
+            part = cast("bytearray", whole[offset : offset + size])
+            ram.append(Memory(base=base, data=part, writable=True))
+            if base == D2_RAM:
+                ram.append(Memory(base=D2_RAM_ALIAS, data=part, writable=True))
+            offset += size
+        return (
+            *ram,
+            Memory(base=self.FLASH_BASE, data=self._flash.memory),
+            Memory(base=SYSTEM_MEMORY_BASE, data=self._system_memory),
+        )
+
+    def _make_peripherals(self, board_name: str) -> None:
+        """Everything else."""
+        services = self.services
+        ports = [
+            Gpio(f"GPIO{port}", 0x5802_0000 + 0x400 * index, services, self.pins, self._functions)
+            for index, port in enumerate("ABCDEFGHIJK")
+        ]
+        self.exti = Exti(0x5800_0000, services)
+        syscfg = Syscfg(0x5800_0400, services, self.pins, self.signals)
+        self.pwr.over_drive, syscfg.on_over_drive = syscfg.over_drive, self.pwr.over_drive_changed
+        self.usarts = {usart.name: usart for usart in usarts(services, self._tree.kernel_hz)}
+        self._timers = {timer.name: timer for timer in timers(services)}
+        self._others: tuple[Peripheral, ...] = (
+            *ports,
+            syscfg,
+            self.exti,
+            BackupSram(0x3880_0000, services, writable=self.pwr.backup_writable),
+            Crc(0x5802_4C00, services),
+            Rng(0x4802_1800, services, seed=board_name),
+            Hsem(0x5802_6400, services),
+            *self.usarts.values(),
+            *self._timers.values(),
+            *dma_controllers(services, self._requests),
+        )
+
+    def _clock_failed(self) -> None:
+        for name in ("TIM1", "TIM8"):
+            self._timers[name].clock_failed()
+
+    # --- for the machine
+
+    @property
+    def flash(self) -> Flash:
+        """The flash with its interface."""
+        return self._flash
+
+    def boot(self, image_table: int) -> Boot:
+        """Follow the address that the option bytes have for the level of the BOOT0 pin (RM0433 section 2.6).
+
+        The beginning of the flash is where the image begins, if that stands behind a boot loader.
+        """
+        pin = self._straps.boot0
+        table = self._flash.settings.boot_address(pin)
+        if not any(memory.holds(table) for memory in self._memories):
+            table = SYSTEM_MEMORY_BASE if pin else self.FLASH_BASE  # what lies outside stands for these (choice)
+        if diagnose(table) is not None:
+            what = f"BOOT_ADD{pin} chooses system memory (0x{table:08X}), whose boot loader is not modelled"
+            return Boot(table=table, refusal=what)
+        return Boot(table=image_table if table == self.FLASH_BASE else table)
+
+    def stop_clocks(self) -> None:
+        """Let all but LSE and LSI stand still."""
+        super().stop_clocks()
+        self.pwr.enter_stop()
+
+    def standby_may_end(self) -> bool:
+        """Say whether a WKUP pin or the RTC may end Standby."""
+        return self.pwr.may_wake()
+
+    def diagnose(self, pc: int) -> str | None:
+        """Tell of the boot loader that is not there."""
+        return diagnose(pc)
