@@ -12,11 +12,13 @@ from targets.mcu.stm32.adc16 import Adc16
 from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.dmamux import DmaMux, Outlets
+from targets.mcu.stm32.tim import Timer
+from targets.mcu.stm32.tim.h7_kinds import H7_KINDS
 from targets.mcu.stm32.usart_fifo import FifoUsart
 from targets.mcu.stm32h7 import adc_inputs, dma_map
 from targets.mcu.stm32h7.dma_reach import DmaReach
 
-__all__ = ["KernelHz", "adcs", "dma_controllers", "usarts"]
+__all__ = ["KernelHz", "adcs", "dma_controllers", "timers", "usarts"]
 
 KernelHz = Callable[[str], Fraction]
 """Returns the rate of a peripheral's own clock by the peripheral's name; 0 while it stands still."""
@@ -31,6 +33,22 @@ _USARTS = {
     "UART7": (0x4000_7800, 82),
     "UART8": (0x4000_7C00, 83),
 }
+_TIMERS = {
+    "TIM1": 0x4001_0000,
+    "TIM2": 0x4000_0000,
+    "TIM3": 0x4000_0400,
+    "TIM4": 0x4000_0800,
+    "TIM5": 0x4000_0C00,
+    "TIM6": 0x4000_1000,
+    "TIM7": 0x4000_1400,
+    "TIM8": 0x4001_0400,
+    "TIM12": 0x4000_1800,
+    "TIM13": 0x4000_1C00,
+    "TIM14": 0x4000_2000,
+    "TIM15": 0x4001_4000,
+    "TIM16": 0x4001_4400,
+    "TIM17": 0x4001_4800,
+}
 _DMA_IRQS = ((11, 12, 13, 14, 15, 16, 17, 47), (56, 57, 58, 59, 60, 68, 69, 70))
 
 
@@ -42,6 +60,11 @@ def usarts(services: Services, kernel_hz: KernelHz) -> tuple[FifoUsart, ...]:
         )
         for name, (base, irq) in _USARTS.items()
     )
+
+
+def timers(services: Services) -> tuple[Timer, ...]:
+    """Return the timers."""
+    return tuple(Timer(name, base, services, H7_KINDS[name]) for name, base in _TIMERS.items())
 
 
 def dma_controllers(services: Services, requests: Requests) -> tuple[DmaMux, Dma, Dma]:

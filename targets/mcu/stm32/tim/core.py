@@ -119,7 +119,8 @@ class TimerCore(Peripheral, abc.ABC):
 
     def _stage(self, unit: Compare) -> OutputStage:
         name = f"{self.name}_CH{unit.number + 1}"
-        complement = self.services.output(f"{name}N") if self.kind.advanced and unit.number < 3 else None
+        has_complement = self.kind.advanced and unit.number < self.kind.complements
+        complement = self.services.output(f"{name}N") if has_complement else None
         return OutputStage(unit, self._gate, self.services.output(name), complement)
 
     def _outputs(self) -> list[OutputSignal]:

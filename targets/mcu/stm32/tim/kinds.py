@@ -1,4 +1,4 @@
-"""What differs between timers, of the same family and between families, as data."""
+"""What differs between timers, of the same family and between families, as data; those of the H7 are `h7_kinds`."""
 
 from __future__ import annotations
 
@@ -38,6 +38,7 @@ class Kind:
         bits: of the counter.
         channels: how many have pins, and
         compares: how many compare units there are.
+        complements: how many of the channels of an advanced timer have a complementary output.
         requests: whether it asks for DMA.
         master_modes: how many values of MMS there are.
         master_mode: the mode that it always has as a master, if it has no MMS: 4 is OC1REF, None is no master.
@@ -54,6 +55,7 @@ class Kind:
     bits: int = 16
     channels: int = 4
     compares: int = 4
+    complements: int = 3
     requests: bool = True
     master_modes: int = 8
     master_mode: int | None = None

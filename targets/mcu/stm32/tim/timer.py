@@ -294,6 +294,8 @@ class Timer(TimerEffects):
         self._settle()
 
     def _master_of(self, mode: int) -> int:
+        if self.kind.master_mode is not None:
+            return self.kind.master_mode
         if mode < self.kind.master_modes:
             return mode
         self.note("reserved", "CR2.MMS", f"{mode:#05b} is reserved: it is taken as 000")
