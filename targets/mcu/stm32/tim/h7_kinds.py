@@ -196,7 +196,6 @@ H7_KINDS: Mapping[str, Kind] = MappingProxyType(
             requests=False,
             master_modes=6,
         ),
-        "TIM13", "TIM14", channels=2, requests=False),
         "TIM13": _one_channel(44),
         "TIM14": _one_channel(45),
         "TIM15": _kind(
