@@ -35,8 +35,7 @@ from targets.mcu.stm32.rtc import Rtc
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f7.af_table import ALTERNATE_FUNCTIONS, PADS
-from targets.mcu.stm32f7.blocks import timers
-from targets.mcu.stm32h7.blocks import dma_controllers, usarts
+from targets.mcu.stm32h7.blocks import adcs, dma_controllers, timers, usarts
 from targets.mcu.stm32h7.clocks import HSI_HZ, ClockTree
 from targets.mcu.stm32h7.dbgmcu import Dbgmcu
 from targets.mcu.stm32h7.exti import Exti
@@ -212,6 +211,7 @@ class Stm32h753(BasicChip):
             *self.usarts.values(),
             *self._timers.values(),
             *dma_controllers(services, self._requests),
+            *adcs(services, self._requests, self.pins, self._tree.kernel_hz),
         )
 
     def _clock_failed(self) -> None:
