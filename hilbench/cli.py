@@ -29,6 +29,9 @@ COMMANDS = {
     "validate": "read a bench file and say whether it is right",
 }
 
+_OWN = frozenset({"live"})
+"""Commands that hilbench itself gives to processes of its own."""
+
 _HELP = """\
 usage: hilbench COMMAND [options]
 
@@ -100,7 +103,7 @@ def _dispatch(words: list[str]) -> int:
     if first == "--version":
         _say(f"hilbench {__version__}")
         return ExitCode.OK
-    if first not in COMMANDS:
+    if first not in COMMANDS and first not in _OWN:
         raise _unknown_command(first)
     command = importlib.import_module(f"hilbench.commands.{first}")
     arguments = command.parser().parse_words(words[1:])

@@ -150,6 +150,38 @@ class MonotonicHostClock:
         self._selector.close()
 
 
+class ScaledHostClock:
+    """Another host clock that passes at a multiple of its speed, so that a bench does.
+
+    Args:
+        host: the clock.
+        factor: how many seconds it tells for one of the host's; above 0.
+    """
+
+    def __init__(self, host: HostClock, factor: float) -> None:
+        self._host = host
+        self._factor = factor
+        self._start_ns = host.monotonic_ns()
+
+    def monotonic_ns(self) -> int:
+        """Return the scaled time in nanoseconds; at the beginning it is the host's."""
+        return self._start_ns + round((self._host.monotonic_ns() - self._start_ns) * self._factor)
+
+    def wait_until(self, host_ns: int | None) -> Sequence[InputSource]:
+        """Wait until the scaled time `host_ns` or until an input is readable; return the readable ones."""
+        if host_ns is None:
+            return self._host.wait_until(None)
+        return self._host.wait_until(self._start_ns + round((host_ns - self._start_ns) / self._factor))
+
+    def watch(self, source: InputSource) -> None:
+        """Begin to watch `source`."""
+        self._host.watch(source)
+
+    def unwatch(self, source: InputSource) -> None:
+        """Stop watching `source`."""
+        self._host.unwatch(source)
+
+
 class Stopwatch:
     """Host time since it was made; for reports, never for verdicts."""
 

@@ -17,7 +17,7 @@ from typing import Protocol
 from hilbench.clock import NS_PER_S, Entry, EventClass, Scheduler
 from hilbench.errors import UsageError
 from hilbench.links.port import Line, Port, PortBase
-from hilbench.links.uart import Fate, Transmitter, resample
+from hilbench.links.uart import Fate, Injector, Transmitter, resample
 
 
 class FaultKind(enum.Enum):
@@ -141,7 +141,7 @@ class FaultPlan:
         self.on_fault: Callable[[Fault, Direction, int], None] = _ignore
         self._armed: list[Entry] = []
 
-    def injector(self, direction: Direction) -> ByteFaults | None:
+    def injector(self, direction: Direction) -> Injector | None:
         """Return what decides on the bytes of one wire; None if nothing ever happens to them."""
         faults = [fault for fault in self.faults if fault.direction is direction and fault.kind not in _LINE_KINDS]
         return ByteFaults(self, direction, faults) if faults else None

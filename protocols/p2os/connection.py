@@ -15,6 +15,7 @@ counts as the latest. A timer that is due at or before the time of a call has ru
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 
 from protocols.p2os.client import ClientMachine
 from protocols.p2os.commands import Command, CommandNumber, encode_command
@@ -25,7 +26,18 @@ from protocols.p2os.machine import Counters
 from protocols.p2os.options import ClientOptions, ServerOptions
 from protocols.p2os.packets import Identification, ServerPacket, SyncEcho, SyncError, encode_packet
 from protocols.p2os.server import ServerMachine
-from protocols.p2os.states import MAY_SEND, ClientTrigger, Role, ServerTrigger, State, Table, Trigger
+from protocols.p2os.states import (
+    MAY_SEND,
+    Action,
+    ClientTrigger,
+    Role,
+    ServerTrigger,
+    State,
+    Table,
+    Timer,
+    Trigger,
+)
+from protocols.state_machine import Edge
 
 __all__ = ["Connection"]
 
@@ -73,6 +85,16 @@ class Connection:
     def visits(self) -> Counter[tuple[State, Trigger]]:
         """How often each edge of the state table was taken."""
         return self._machine.visits
+
+    @property
+    def deadlines(self) -> Mapping[Timer, int]:
+        """When each of the timers that run now will run out, in ns of bench time."""
+        return self._machine.deadlines
+
+    @property
+    def table(self) -> Mapping[tuple[State, Trigger], Edge[State, Action]]:
+        """The state table that is in force."""
+        return self._machine.table
 
     @property
     def held(self) -> int:

@@ -15,6 +15,7 @@ counts as the latest. What is due at or before the time of a call has happened b
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 
 from protocols.pkt.client import ClientMachine
 from protocols.pkt.commands import Command
@@ -27,8 +28,20 @@ from protocols.pkt.options import ClientOptions, ServerOptions
 from protocols.pkt.polling import PollQueue
 from protocols.pkt.reports import ExecutionReport, GeneralReport, Report
 from protocols.pkt.server import ServerMachine
-from protocols.pkt.states import ClientTrigger, FrameState, FrameTable, FrameTrigger, Role, State, Table, Trigger
+from protocols.pkt.states import (
+    Action,
+    ClientTrigger,
+    FrameState,
+    FrameTable,
+    FrameTrigger,
+    Role,
+    State,
+    Table,
+    Timer,
+    Trigger,
+)
 from protocols.pkt.units import PacketTotals
+from protocols.state_machine import Edge
 
 __all__ = ["Connection"]
 
@@ -93,6 +106,16 @@ class Connection:
     def frame_visits(self) -> Counter[tuple[FrameState, FrameTrigger]]:
         """How often each edge of the decoder's table was taken; empty for a client that splits lines."""
         return Counter() if isinstance(self._reader, LineReader) else self._reader.visits
+
+    @property
+    def deadlines(self) -> Mapping[Timer, int]:
+        """When each of the timers that run now will run out, in ns of bench time."""
+        return self._machine.deadlines
+
+    @property
+    def table(self) -> Mapping[tuple[State, Trigger], Edge[State, Action]]:
+        """The state table that is in force."""
+        return self._machine.table
 
     @property
     def held(self) -> int:

@@ -10,7 +10,14 @@ from hypothesis import strategies as st
 
 from hilbench.bench import Bench
 from hilbench.check import Inconclusive, at_most
-from hilbench.clock import EventClass, MonotonicHostClock, Scheduler, Stopwatch, deferred_interrupts
+from hilbench.clock import (
+    EventClass,
+    MonotonicHostClock,
+    ScaledHostClock,
+    Scheduler,
+    Stopwatch,
+    deferred_interrupts,
+)
 from hilbench.errors import InternalError
 from hilbench.journal import Journal
 from hilbench.testing import FakeHostClock
@@ -47,6 +54,19 @@ def scheduler(host):
     scheduler = Scheduler()
     scheduler.lock(host, heartbeat_ns=None)
     return scheduler
+
+
+@pytest.mark.parametrize("factor", [0.25, 4])
+def test_follows_a_host_whose_clock_is_scaled(host, factor):
+    scheduler = Scheduler()
+    scheduler.lock(ScaledHostClock(host, factor), heartbeat_ns=None)
+    start_ns = host.host_ns
+    seen = []
+    for when_ns in (1 * MS, 8 * MS):
+        scheduler.at(when_ns, lambda: seen.append(host.host_ns - start_ns))
+    scheduler.run_for(12 * MS)
+    assert seen == [1 * MS / factor, 8 * MS / factor]
+    assert scheduler.lateness_max_ns(0) == 0
 
 
 def test_follows_the_host(scheduler, host):

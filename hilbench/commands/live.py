@@ -1,0 +1,34 @@
+"""``hilbench live``: the process of a live bench, which a dashboard starts; nobody types it."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from hilbench import arguments, interruption
+from hilbench.parser import Parser, typed
+
+
+def parser() -> Parser:
+    """Return the parser of this command."""
+    made = Parser("hilbench live", "Run a bench for a dashboard.", "hilbench live pioneer --folder FOLDER")
+    made.add_argument("what", metavar="TARGET|BENCH", nargs="?", help="as of 'hilbench serve'")
+    made.add_argument("--folder", metavar="FOLDER", required=True, help="private folder for journal and socket")
+    made.add_argument("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run")
+    made.add_argument("--journal", metavar="FILE", type=typed(arguments.output_file), help="another place for it")
+    made.add_argument("--no-demo", action="store_true", help="nobody drives at first")
+    return made
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Run the command; see `hilbench.live.session.run_live`."""
+    from hilbench.live.folders import Session
+    from hilbench.live.session import LiveOptions, run_live
+    from hilbench.mcu.command_line import open_target
+
+    options = LiveOptions(
+        session=Session(Path(parsed.folder)), seed=parsed.seed, demo=not parsed.no_demo, journal=parsed.journal
+    )
+    bench_file = open_target(parsed.what)
+    interruption.raise_once()
+    return run_live(bench_file, options)

@@ -1,0 +1,156 @@
+"""What can be done to a live bench, each by its name; everything that is done is an event of the journal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from hilbench.bench import Bench
+from hilbench.clock import NS_PER_S
+from hilbench.links.faults import Direction, Fault, FaultKind
+from hilbench.live.control import Request, RequestError
+from hilbench.live.driver import Driver
+from hilbench.live.rigs import Rig
+
+__all__ = ["MOST_SPEED", "Actions"]
+
+MOST_SPEED = 16.0
+_LEAST_SPEED = 1 / 16
+_LONGEST_MARK = 200
+_FAULT_DETAILS = ("probability", "byte", "count", "bit", "duration_s", "baud")
+
+
+class Actions:
+    """See the module.
+
+    Args:
+        bench: whose journal is written.
+        rig: what stands on the bench.
+        driver: who drives; None where nothing can be driven.
+
+    Attributes:
+        paused: whether bench time is to stand still.
+        step_ns: how far it is to go all the same, in ns.
+        speed: how fast it is to pass, as a multiple of the host's.
+        stopped: whether the bench is to end.
+    """
+
+    def __init__(self, bench: Bench, rig: Rig, driver: Driver | None) -> None:
+        self.paused = False
+        self.step_ns = 0
+        self.speed = 1.0
+        self.stopped = False
+        self._bench = bench
+        self._rig = rig
+        self._driver = driver
+        self._all: Mapping[str, Callable[[Request], None]] = {
+            "pause": lambda _: self._pause(paused=True),
+            "resume": lambda _: self._pause(paused=False),
+            "step": self._step,
+            "speed": self._set_speed,
+            "mark": self._mark,
+            "quit": self._quit,
+            "hello": lambda _: None,
+            **self._of_driver(),
+            **self._of_line(),
+            **({"reset": self._reset} if rig.reset is not None else {}),
+        }
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What this bench can do."""
+        return tuple(self._all)
+
+    def obey(self, request: Request) -> None:
+        """Do what is asked for.
+
+        Raises:
+            RequestError: this bench cannot, or a value is out of range.
+        """
+        name = request.get("do")
+        action = self._all.get(str(name))
+        if action is None:
+            raise RequestError(f"this bench has no '{name}'")
+        if name not in {"drive", "hello"}:  # who drives, and how, the driver tells when it changes
+            about = {key: value for key, value in request.items() if key not in {"id", "do"}}
+            self._bench.record("action", "user", do=name, **{"with": about} if about else {})
+        action(request)
+
+    # --- who drives
+
+    def _of_driver(self) -> dict[str, Callable[[Request], None]]:
+        driver, operator = self._driver, self._rig.operator
+        if driver is None or operator is None:
+            return {}
+
+        def leave(_request: Request) -> None:
+            driver.stop()
+            operator.disconnect()
+
+        return {
+            "drive": lambda request: driver.take(_number(request, "forward", -1, 1), _number(request, "turn", -1, 1)),
+            "stop": lambda _: driver.stop(),
+            "demo": lambda _: driver.begin_demo(),
+            "connect": lambda _: operator.connect(),
+            "disconnect": leave,
+        }
+
+    # --- the line
+
+    def _of_line(self) -> dict[str, Callable[[Request], None]]:
+        if self._rig.tap is None:
+            return {}
+        return {"inject": self._inject, "clear-faults": lambda _: self._clear()}
+
+    def _inject(self, request: Request) -> None:
+        assert self._rig.tap is not None
+        try:
+            kind = FaultKind(request.get("kind"))
+        except ValueError:
+            raise RequestError(
+                f"no fault '{request.get('kind')}': {', '.join(one.value for one in FaultKind)}"
+            ) from None
+        given: dict[str, Any] = {key: request[key] for key in _FAULT_DETAILS if key in request}
+        if not {"probability", "byte"} & given.keys():
+            given["at_s"] = 0.0
+        towards_target = request.get("towards", "target") == "target"
+        direction = Direction.A_TO_B if towards_target else Direction.B_TO_A
+        self._rig.tap.inject(Fault(kind=kind, direction=direction, **given))
+
+    def _clear(self) -> None:
+        assert self._rig.tap is not None
+        self._rig.tap.clear()
+
+    # --- time
+
+    def _pause(self, *, paused: bool) -> None:
+        self.paused = paused
+
+    def _step(self, request: Request) -> None:
+        seconds = _number(request, "seconds", 1e-6, 10)
+        self.paused = True
+        self.step_ns = round(seconds * NS_PER_S)
+
+    def _set_speed(self, request: Request) -> None:
+        self.speed = _number(request, "factor", _LEAST_SPEED, MOST_SPEED)
+
+    # --- the rest
+
+    def _mark(self, request: Request) -> None:
+        if len(str(request.get("text", ""))) > _LONGEST_MARK:
+            raise RequestError(f"a mark has at most {_LONGEST_MARK} characters")
+
+    def _reset(self, _request: Request) -> None:
+        assert self._rig.reset is not None
+        self._rig.reset()
+
+    def _quit(self, _request: Request) -> None:
+        self.stopped = True
+
+
+def _number(request: Request, name: str, least: float, most: float) -> float:
+    value = request.get(name)
+    if not isinstance(value, int | float) or not math.isfinite(value) or not least <= value <= most:
+        raise RequestError(f"{name} is a number from {least:g} to {most:g}")
+    return float(value)

@@ -1,0 +1,177 @@
+"""What stands on a live bench: the target of a bench file, and one of our own clients at the end of its line."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from hilbench.bench import Bench
+from hilbench.bench_file import BenchFile
+from hilbench.devices import DeviceActor
+from hilbench.errors import UnavailableError
+from hilbench.ground_station import GroundStation
+from hilbench.links import Line, MemoryLink, Port
+from hilbench.live.operators import Operator, PioneerOperator, RoverOperator
+from hilbench.live.tap import Tap
+from hilbench.live.teller import Observed, describe_machine
+from hilbench.p2os_client import P2osClient
+from protocols.pkt import PROFILES
+from targets.robots.rover import RoverRobot
+from worlds.errors import WorldError
+from worlds.world import World
+
+if TYPE_CHECKING:
+    from hilbench.mcu.emulated import EmulatedBench
+
+__all__ = ["Rig", "open_rig"]
+
+
+@dataclass(slots=True, kw_only=True)
+class Rig:
+    """A target and who speaks to it.
+
+    Attributes:
+        operator: one of our clients; None if no line of the bench leads to one.
+        tap: its end of the line.
+        machines: the state machines that can be looked at, by their source in the journal.
+        about: what the header of the journal says for those who show it.
+        reset: presses the reset button; None where there is none.
+        ended: says why the target will never go on; empty while it does.
+        close: gives everything back.
+    """
+
+    operator: Operator | None
+    tap: Tap | None
+    machines: Mapping[str, Observed]
+    about: Mapping[str, Any] = field(default_factory=dict)
+    reset: Callable[[], None] | None = None
+    ended: Callable[[], str] = lambda: ""
+    close: Callable[[], None] = lambda: None
+
+
+def open_rig(bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
+    """Build the target of a bench file, and a client for it.
+
+    Raises:
+        UnavailableError: physics, engine or an image is missing.
+        UsageError: the bench file does not fit together.
+    """
+    if bench_file.boards:
+        return _boards(bench, bench_file, seed)
+    if bench_file.rover is not None:
+        return _rover_model(bench, bench_file, seed)
+    return _pioneer(bench, bench_file, seed)
+
+
+def _pioneer(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
+    from hilbench.pioneer import VirtualPioneer, plan_of
+
+    plan = plan_of(bench_file)
+    link = MemoryLink(bench.scheduler, Line(baud=plan.settings.host_baud), name="host")
+    try:
+        pioneer = VirtualPioneer(bench, link.b, plan, seed=seed)
+    except WorldError as error:
+        raise UnavailableError(str(error), where=f"scene {plan.scene}") from error
+    tap = Tap(bench, link.a, "client", seed=seed)
+    operator = PioneerOperator(bench, P2osClient(bench, tap))
+    machines = {"client": operator.observed, "robot": pioneer.robot.connection}
+    about = _about(operator, "p2os", machines) | {"sonars": _sonars(plan.settings.subclass)} | _world(pioneer.world)
+    return Rig(operator=operator, tap=tap, machines=machines, about=about, close=pioneer.close)
+
+
+def _rover_model(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
+    from hilbench.rover_cases import rover_baud
+
+    settings = bench_file.rover
+    assert settings is not None
+    link = MemoryLink(bench.scheduler, Line(baud=rover_baud(bench_file)), name="host")
+    robot = RoverRobot(settings)
+    DeviceActor(bench, robot, link.b, name="rover")
+    tap, operator = _station(bench, link.a, settings.profile, seed)
+    machines = {"station": operator.observed, "rover": robot.connection}
+    return Rig(operator=operator, tap=tap, machines=machines, about=_pkt(operator, machines, settings.profile))
+
+
+def _boards(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
+    from hilbench.mcu.emulated import EmulatedBench
+    from hilbench.mcu.group import LOCKED_STEP_NS
+
+    emulated = EmulatedBench(bench_file, seed=seed, step_ns=LOCKED_STEP_NS, bench=bench)
+    with contextlib.ExitStack() as undo:
+        undo.callback(emulated.close)
+        about: dict[str, Any] = {"boards": _leds(bench_file), **_world(emulated.surroundings.world)}
+        tap, operator, machines = None, None, {}
+        far_end = bench_file.checker_lines.get("")
+        if far_end in emulated.ports and "pkt-board" in bench_file.suites:
+            emulated.ports[far_end].reacts = True
+            tap, operator = _station(bench, emulated.ports[far_end], "documented", seed)
+            machines = {"station": operator.observed}
+            about |= _pkt(operator, machines, "documented")
+        if emulated.surroundings.robot is not None:
+            machines = {**machines, "robot": emulated.surroundings.robot.robot.connection}
+            about["machines"] = {name: describe_machine(one) for name, one in machines.items()}
+        undo.pop_all()
+    return Rig(
+        operator=operator,
+        tap=tap,
+        machines=machines,
+        about=about,
+        reset=lambda: _reset(emulated),
+        ended=lambda: "" if emulated.end is None else str(emulated.end),
+        close=emulated.close,
+    )
+
+
+def _station(bench: Bench, port: Port, profile: str, seed: int) -> tuple[Tap, RoverOperator]:
+    tap = Tap(bench, port, "station", seed=seed)
+    return tap, RoverOperator(GroundStation(bench, tap, PROFILES[profile]))
+
+
+def _reset(emulated: EmulatedBench) -> None:
+    for machine in emulated.machines.values():
+        machine.reset()
+
+
+# --- what the header of the journal says
+
+
+def _about(operator: Operator, protocol: str, machines: Mapping[str, Observed]) -> dict[str, Any]:
+    return {
+        "operator": operator.name,
+        "protocol": protocol,
+        "machines": {name: describe_machine(observed) for name, observed in machines.items()},
+    }
+
+
+def _pkt(operator: Operator, machines: Mapping[str, Observed], profile: str) -> dict[str, Any]:
+    server = PROFILES[profile].server
+    about = _about(operator, "pkt", machines)
+    return about | {"framing": server.frames.framing.name, "schema": server.schema.name, "profile": profile}
+
+
+def _sonars(subclass: str) -> list[list[float]]:
+    from hilbench.pioneer import sonar_poses
+
+    return [[round(x_m, 4), round(y_m, 4), round(th_rad, 4)] for x_m, y_m, th_rad in sonar_poses(subclass)]
+
+
+def _world(world: World | None) -> dict[str, Any]:
+    """Return what stands there, seen from above, in metres."""
+    if world is None:
+        return {}
+    boxes = [[[round(x, 3), round(y, 3)] for x, y in outline] for outline in world.scene.outlines_m().values()]
+    start = world.scene.start
+    return {
+        "scene": {"name": world.scene.name, "boxes": boxes, "start": [start.x_m, start.y_m, start.yaw_rad]},
+        "vehicle": world.vehicle.name,
+        "physics": world.name,
+    }
+
+
+def _leds(bench_file: BenchFile) -> dict[str, Any]:
+    return {
+        name: {"board": emulated.board_name, "leds": {led.pin: led.name for led in emulated.board.leds}}
+        for name, emulated in bench_file.boards.items()
+    }

@@ -1,0 +1,157 @@
+"""The operator's end of a line on a live bench: what comes is recorded, and faults are put in while the bench runs.
+
+Nothing stands between the operator and the line until the first fault is asked for: a wrapper that decides on each byte
+costs time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from hilbench.bench import Bench
+from hilbench.links import Port
+from hilbench.links.faults import ByteFaults, Direction, Fault, FaultKind, FaultPlan, FaultyPort
+from hilbench.links.port import PortBase
+from hilbench.links.uart import Fate, Injector
+from hilbench.mcu.byte_log import ByteLog
+
+__all__ = ["Tap"]
+
+_LINE_KINDS = frozenset({FaultKind.BREAK, FaultKind.DISCONNECT, FaultKind.BAUD})
+
+
+class _Wire:
+    """What decides on the bytes of one direction: of the faults in force, the first that strikes a byte."""
+
+    def __init__(self) -> None:
+        self.faults: list[ByteFaults] = []
+
+    def fate(self, value: int, at_ns: int) -> Fate | None:
+        fates = [faults.fate(value, at_ns) for faults in self.faults]
+        return next((fate for fate in fates if fate is not None), None)
+
+
+class _GrowingPlan(FaultPlan):
+    """A plan that takes more faults while the bench runs."""
+
+    def __init__(self, *, seed: int) -> None:
+        super().__init__((), seed=seed)
+        self.wires = {direction: _Wire() for direction in Direction}
+
+    def injector(self, direction: Direction) -> Injector:
+        return self.wires[direction]
+
+
+class Tap(PortBase):
+    """A port between a line and its operator.
+
+    Args:
+        bench: whose journal and time are used.
+        port: the line; its callbacks belong to the tap from now on.
+        source: who receives, for the journal.
+        seed: decides what chance decides in faults.
+    """
+
+    def __init__(self, bench: Bench, port: Port, source: str, *, seed: int) -> None:
+        super().__init__(port.name)
+        self._bench = bench
+        self._source = source
+        self._line: Port = port
+        self._below: Port = port
+        self._seed = seed
+        self._plan: _GrowingPlan | None = None
+        self._heard = ByteLog(bench, "rx", source)
+        self._strikes = 0
+        self._take(port)
+        self.counters = port.counters
+
+    def _take(self, below: Port) -> None:
+        self._below = below
+        self.line_is_up = below.line_is_up
+        below.on_receive = self._received
+        below.on_line = self._set_line
+        below.on_break = self._broke
+
+    # --- a port
+
+    @property
+    def baud(self) -> int:
+        """The rate of the line, bit/s."""
+        return self._line.baud
+
+    @baud.setter
+    def baud(self, baud: int) -> None:
+        self._line.baud = baud
+
+    @property
+    def pending(self) -> int:
+        """Bytes written that are not out yet."""
+        return self._below.pending
+
+    def write(self, data: bytes) -> None:
+        """Hand bytes to the line, as far as faults let them through."""
+        self.on_sent(data, self._bench.now_ns)
+        self._below.write(data)
+
+    def withdraw(self, keep: int) -> None:
+        """Take back what is not out yet, but for the next `keep` bytes."""
+        self._below.withdraw(keep)
+
+    def send_break(self, duration_ns: int) -> None:
+        """Hold the line low for `duration_ns`."""
+        self._below.send_break(duration_ns)
+
+    def close(self) -> None:
+        """Hang up."""
+        self.closed = True
+        self._below.close()
+
+    def flush(self) -> None:
+        """Record what came and is not recorded yet."""
+        self._heard.flush()
+
+    def _received(self, data: bytes, at_ns: int) -> None:
+        self._heard.add(data, at_ns)
+        self.on_receive(data, at_ns)
+
+    def _broke(self, at_ns: int) -> None:
+        self.on_break(at_ns)
+
+    # --- faults
+
+    def inject(self, fault: Fault, on_struck: Callable[[], None] = lambda: None) -> None:
+        """Let something go wrong from now on; times of faults of the line count from now.
+
+        Args:
+            fault: what.
+            on_struck: called each time it strikes.
+        """
+        plan = self._plan or self._arm()
+        now_ns = self._bench.now_ns
+        single = FaultPlan((fault,), seed=self._seed + self._strikes, epoch_ns=now_ns)
+        self._strikes += 1
+        single.on_fault = partial(self._struck, on_struck)
+        if fault.kind in _LINE_KINDS:
+            assert isinstance(self._below, FaultyPort)
+            single.arm(self._bench.scheduler, self._below)
+        else:
+            plan.wires[fault.direction].faults.append(ByteFaults(single, fault.direction, [fault]))
+
+    def clear(self) -> int:
+        """Take back the faults that strike bytes; return how many there were."""
+        wires = [] if self._plan is None else list(self._plan.wires.values())
+        count = sum(len(wire.faults) for wire in wires)
+        for wire in wires:
+            wire.faults.clear()
+        return count
+
+    def _arm(self) -> _GrowingPlan:
+        self._plan = _GrowingPlan(seed=self._seed)
+        self._take(FaultyPort(self._bench.scheduler, self._line, self._plan))
+        return self._plan
+
+    def _struck(self, on_struck: Callable[[], None], fault: Fault, direction: Direction, at_ns: int) -> None:
+        towards = "target" if direction is Direction.A_TO_B else self._source
+        self._bench.journal.record("fault", "line", max(at_ns, 0), fault=fault.kind.value, towards=towards)
+        on_struck()

@@ -1,0 +1,196 @@
+"""Tells in the journal what nobody reports by himself: where state machines, their timers and counters, and lines are.
+
+It looks and never touches. After each event of the journal it looks at the timers, so that it knows when each of them
+was set anew, and with how much time left; ten times a second it writes what has changed. What a run hash is made of has
+none of it: only a live bench has a teller.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from enum import Enum
+from typing import Any, Protocol
+
+from hilbench.bench import Bench
+from hilbench.clock import NS_PER_MS, EventClass
+from hilbench.links import Port
+
+__all__ = ["TELL_EVERY_NS", "Observed", "Teller", "describe_machine"]
+
+TELL_EVERY_NS = 100 * NS_PER_MS
+_WHOLE_EVERY = 50
+"""How often, in turns, everything is written and not what has changed alone: a journal that is rotated stays readable
+(choice: 5 s)."""
+
+
+class Observed(Protocol):
+    """One end of a protocol, as far as it is looked at."""
+
+    @property
+    def state(self) -> Any:
+        """Where it is."""
+
+    @property
+    def visits(self) -> Mapping[tuple[Any, Any], int]:
+        """How often each edge of its table was taken."""
+
+    @property
+    def deadlines(self) -> Mapping[Any, int]:
+        """When each timer that runs will run out, in ns of bench time."""
+
+    @property
+    def counters(self) -> Any:
+        """What it has counted: a dataclass of whole numbers."""
+
+    @property
+    def table(self) -> Mapping[tuple[Any, Any], Any]:
+        """Its edges by state and trigger."""
+
+
+@dataclass(slots=True)
+class _Timer:
+    """A timer, as seen so far.
+
+    Attributes:
+        deadline_ns: when it runs out; None while it does not run.
+        span_ns: how long it was set for.
+        margin_ns: how much was left when it was set anew the last time; None before.
+        worst_ns: the least that was ever left; 0 once it has run out.
+    """
+
+    deadline_ns: int | None = None
+    span_ns: int = 0
+    margin_ns: int | None = None
+    worst_ns: int | None = None
+
+    def look(self, deadline_ns: int | None, now_ns: int) -> bool:
+        """Take its deadline; say whether it is another one."""
+        if deadline_ns == self.deadline_ns:
+            return False
+        if self.deadline_ns is not None:
+            left_ns = max(0, self.deadline_ns - now_ns)
+            if deadline_ns is not None or not left_ns:
+                self.margin_ns = left_ns
+                self.worst_ns = left_ns if self.worst_ns is None else min(self.worst_ns, left_ns)
+        self.deadline_ns = deadline_ns
+        if deadline_ns is not None:
+            self.span_ns = deadline_ns - now_ns
+        return True
+
+
+@dataclass(slots=True)
+class _Machine:
+    """A state machine, as told so far."""
+
+    observed: Observed
+    visits: dict[tuple[Any, Any], int] = field(default_factory=dict)
+    counters: dict[str, int] = field(default_factory=dict)
+    timers: dict[str, _Timer] = field(default_factory=dict)
+    timers_moved: bool = False
+    state: str = ""
+
+    def look(self, now_ns: int) -> None:
+        deadlines = {timer.name: deadline_ns for timer, deadline_ns in self.observed.deadlines.items()}
+        for name in self.timers.keys() | deadlines.keys():
+            timer = self.timers.setdefault(name, _Timer())
+            self.timers_moved = timer.look(deadlines.get(name), now_ns) or self.timers_moved
+
+    def news(self, *, whole: bool) -> dict[str, object]:
+        """Return what has changed since the last call, or everything there is."""
+        if whole:
+            self.visits, self.counters, self.state, self.timers_moved = {}, {}, "", bool(self.timers)
+        told: dict[str, object] = {}
+        if self.observed.state.name != self.state:
+            told["state"] = self.state = self.observed.state.name
+        visits = {edge: count for edge, count in self.observed.visits.items() if count != self.visits.get(edge)}
+        if visits:
+            self.visits |= visits
+            told["visits"] = [[state.name, trigger.name, count] for (state, trigger), count in visits.items()]
+        counters = {name: n for name, n in asdict(self.observed.counters).items() if n != self.counters.get(name)}
+        if counters:
+            self.counters |= counters
+            told["counters"] = counters
+        if self.timers_moved:
+            told["timers"] = {name: asdict(timer) for name, timer in sorted(self.timers.items())}
+            self.timers_moved = False
+        return told
+
+
+class Teller:
+    """See the module. It is the listener of the bench's journal, and flushes it whenever it has told something.
+
+    Args:
+        bench: whose journal is written.
+        machines: what is looked at, by the name that the journal knows it by.
+        lines: the operator's ends of the lines, likewise.
+    """
+
+    def __init__(self, bench: Bench, machines: Mapping[str, Observed], lines: Mapping[str, Port]) -> None:
+        self._bench = bench
+        self._machines = {name: _Machine(observed) for name, observed in machines.items()}
+        self._lines = lines
+        self._told_lines: dict[str, dict[str, Any]] = {}
+        self._turn = 0
+        self.after: list[Callable[[], None]] = []
+        bench.journal.on_event = self._look
+        self._tell()
+
+    def _look(self, _event: Mapping[str, Any]) -> None:
+        now_ns = self._bench.now_ns
+        for machine in self._machines.values():
+            machine.look(now_ns)
+
+    def _tell(self) -> None:
+        whole = self._turn % _WHOLE_EVERY == 0
+        self._turn += 1
+        for name, machine in self._machines.items():
+            machine.look(self._bench.now_ns)
+            if news := machine.news(whole=whole):
+                self._bench.record("machine", name, **news)
+        for name, port in self._lines.items():
+            self._tell_line(name, port, whole=whole)
+        self._tell_pace()
+        for act in self.after:
+            act()
+        self._bench.journal.flush_step()
+        self._bench.scheduler.after(TELL_EVERY_NS, self._tell, order=EventClass.CHECK, source="~teller")
+
+    def _tell_line(self, name: str, port: Port, *, whole: bool) -> None:
+        about = {"up": port.line_is_up, "baud": port.baud, "pending": port.pending, **asdict(port.counters)}
+        if whole or about != self._told_lines.get(name):
+            self._told_lines[name] = about
+            self._bench.record("link", name, port=port.name, **about)
+
+    def _tell_pace(self) -> None:
+        scheduler = self._bench.scheduler
+        factor = scheduler.real_time_factor
+        if factor is None:
+            return
+        late = scheduler.lateness
+        self._bench.record(
+            "host-pace",
+            "bench",
+            factor=round(factor, 4),
+            p50_ns=late.quantile_ns(0.5),
+            p99_ns=late.quantile_ns(0.99),
+            max_ns=late.max_ns,
+            slips=scheduler.slips,
+            slipped_ns=scheduler.slipped_ns,
+        )
+
+
+def describe_machine(observed: Observed) -> dict[str, Any]:
+    """Return a state machine for the header of a journal: its states and triggers with their texts, its edges."""
+    edges = [(state, trigger, edge.next_state) for (state, trigger), edge in observed.table.items()]
+    states: Counter[Enum] = Counter()
+    for state, _, following in edges:
+        states.update((state, following))
+    kinds = list(dict.fromkeys(type(state) for state in states))
+    return {
+        "begins": observed.state.name,
+        "states": {state.name: str(state.value) for kind in kinds for state in kind if state in states},
+        "triggers": {trigger.name: str(trigger.value) for _, trigger, _ in edges},
+        "edges": [[state.name, trigger.name, following.name] for state, trigger, following in edges],
+    }
