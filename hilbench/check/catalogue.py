@@ -21,13 +21,16 @@ from hilbench.check.verdicts import Level
 OWN_CATALOGUES = (
     "protocols.p2os.clauses",
     "protocols.pkt.clauses",
+    "protocols.carla.clauses",
     "hilbench.suites._bluepill_clauses",
     "hilbench.suites._dodge_clauses",
     "hilbench.suites._rover_motion_clauses",
 )
 
 
-SPOKEN: Mapping[str, str] = MappingProxyType({"protocols.p2os.clauses": "P2OS", "protocols.pkt.clauses": "PKT!"})
+SPOKEN: Mapping[str, str] = MappingProxyType(
+    {"protocols.p2os.clauses": "P2OS", "protocols.pkt.clauses": "PKT!", "protocols.carla.clauses": "CARLA"}
+)
 """The capability that the clauses of a protocol need, besides their own needs."""
 
 

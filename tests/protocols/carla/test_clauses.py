@@ -1,0 +1,99 @@
+"""The catalogue of clauses, the profiles they belong to, and the package around them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import protocols.carla
+from protocols.carla import PROFILES, QUIRKS, LocalProtocolError, with_quirks
+from protocols.carla.clauses import CLAUSES
+from protocols.p2os.clauses import CLAUSES as P2OS_CLAUSES
+from protocols.pkt.clauses import CLAUSES as PKT_CLAUSES
+
+NEEDS = {"board", "simulator", "stack", "joystick", "lamps", "boot", "line errors", "car", "read errors"}
+BY_ID = {clause.id: clause for clause in CLAUSES}
+
+
+def test_catalogue_is_complete():
+    numbered = {clause.id for clause in CLAUSES if not clause.id.endswith("H")}
+    assert numbered == {f"VB{n:02}" for n in range(1, 43)} | {f"VS{n:02}" for n in range(1, 29)}
+    assert len(BY_ID) == len(CLAUSES) >= 100
+    assert not BY_ID.keys() & {clause.id for clause in (*P2OS_CLAUSES, *PKT_CLAUSES)}
+    assert {clause.id[:2] for clause in CLAUSES if clause.suite == "vehicle-board"} == {"VB"}
+    assert {clause.id[:2] for clause in CLAUSES if clause.suite == "vehicle-host"} == {"VS"}
+    assert {clause.suite for clause in CLAUSES} == {"vehicle-board", "vehicle-host"}
+
+
+@pytest.mark.parametrize("clause", CLAUSES, ids=lambda clause: clause.id)
+def test_a_clause_is_whole(clause):
+    assert clause.level in ("must", "should")
+    assert clause.title
+    assert not clause.title.endswith(".")
+    assert clause.text.endswith(".")
+    assert clause.source
+    assert all(clause.sources)
+    assert set(clause.needs) <= NEEDS
+    assert len({"board", "simulator"} & set(clause.needs)) == 1
+    assert clause.profiles
+    assert list(clause.profiles) == [name for name in PROFILES if name in clause.profiles]
+
+
+@pytest.mark.parametrize("clause", [c for c in CLAUSES if c.twin], ids=lambda clause: clause.id)
+def test_beside_each_hazard_stands_what_is_asked_instead(clause):
+    twin = BY_ID[clause.twin]
+    assert "hardened" in twin.profiles
+    assert "hardened" not in clause.profiles
+    assert not set(twin.profiles) & set(clause.profiles)
+    assert twin.suite == clause.suite
+
+
+def test_every_clause_of_the_hardened_alone_is_somebodys_twin():
+    twins = {clause.twin for clause in CLAUSES if clause.twin}
+    assert {clause.id for clause in CLAUSES if clause.id.endswith("H")} == twins - {"VB19"}
+    assert {clause.id for clause in CLAUSES if clause.profiles == ("hardened",)} - twins == {"VS20"}
+
+
+@pytest.mark.parametrize("name", ["hardened", "v0", "v1"])
+def test_a_profile_is_whole(name):
+    profile = PROFILES[name]
+    assert profile.name == name
+    assert profile.text.endswith(".")
+    assert any(name in clause.profiles for clause in CLAUSES)
+
+
+def test_what_is_between_the_profiles():
+    v0, v1 = PROFILES["v0"], PROFILES["v1"]
+    assert v0.simulator == v1.simulator
+    changed = {name for name in v0.board.__dataclass_fields__ if getattr(v0.board, name) != getattr(v1.board, name)}
+    assert changed == {"flag_clash", "emergency_report"}
+
+
+@pytest.mark.parametrize("quirk", QUIRKS.values(), ids=lambda quirk: quirk.name)
+def test_a_quirk_is_what_the_hardened_profile_does_not(quirk):
+    made = with_quirks(PROFILES["hardened"], [quirk.name])
+    assert made != PROFILES["hardened"]
+    for options, values in ((made.board, quirk.board), (made.simulator, quirk.simulator)):
+        assert {name: getattr(options, name) for name in values} == dict(values)
+
+
+def test_all_hazards_have_a_quirk():
+    assert {f"H{n}" for n in range(1, 10)} | {"V1"} <= QUIRKS.keys()
+    with pytest.raises(LocalProtocolError, match="no quirk 'H10'; there are H1, H2"):
+        with_quirks(PROFILES["v0"], ["H10"])
+
+
+def test_the_package_exports_what_it_says():
+    assert sorted(set(protocols.carla.__all__)) == sorted(protocols.carla.__all__)
+    for name in protocols.carla.__all__:
+        assert getattr(protocols.carla, name) is not None
+
+
+def test_importing_it_brings_nothing_heavy():
+    code = "import sys, protocols.carla; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split())
+    assert not loaded & {"numpy", "pybullet", "serial", "asyncio", "socket", "threading", "hilbench", "msgspec", "rich"}
+    assert loaded >= {"protocols"}
