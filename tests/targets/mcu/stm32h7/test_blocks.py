@@ -1,4 +1,4 @@
-"""USARTs, DMA, ADCs and timers of the chip in their places: gates, pins, kernel clocks and requests, by the bus alone."""
+"""USARTs, DMA, ADCs and timers of the chip in their places: gates, pins, kernel clocks and requests, by bus alone."""
 
 from __future__ import annotations
 
