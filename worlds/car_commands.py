@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from worlds.car_parameters import CarParameters
@@ -65,7 +65,8 @@ class CarCommand:
     hand_brake: bool = False
 
     def __post_init__(self) -> None:
-        if not all(map(math.isfinite, astuple(self))):
+        asked = (self.steering_rad, self.steering_rate_rad_s, self.speed_m_s, self.accel_m_s2, self.jerk_m_s3)
+        if not all(map(math.isfinite, (*asked, self.throttle, self.brake, self.steer))):
             raise WorldError(f"a car cannot be commanded by figures that are not finite: {self}")
 
 

@@ -54,8 +54,11 @@ class PlanarMotion(Protocol):
 class Carried(Protocol):
     """A body in a physics that can be put and pushed."""
 
-    def carry(self, pose: PlanarPose | None, velocity: PlanarVelocity) -> None:
-        """Put the body there (None: leave it where it is), level, and give it this velocity for the next step."""
+    def carry(self, pose: PlanarPose, velocity: PlanarVelocity) -> None:
+        """Put the body there, level, and give it this velocity for the next step."""
+
+    def push(self, yaw_rad: float, velocity: PlanarVelocity) -> None:
+        """Give the body, which heads there, this velocity for the next step."""
 
     def planar(self) -> tuple[PlanarPose, PlanarVelocity]:
         """Return where the body is and how it moves."""
@@ -79,7 +82,7 @@ class Lead:
     def before_step(self, dt_s: float) -> None:
         """Advance the motion, and push the body along."""
         self._motion.advance(dt_s)
-        self._body.carry(None, self._motion.velocity)
+        self._body.push(self._motion.pose.yaw_rad, self._motion.velocity)
 
     def after_step(self) -> None:
         """Let the body follow the motion, or the motion the body."""

@@ -13,7 +13,10 @@ import timeit
 import pytest
 
 from worlds import open_world
-from worlds.bullet import _Builder
+from worlds.bullet_builder import Builder
+from worlds.car_commands import CarCommand, CommandMode
+from worlds.car_dynamics import CarDynamics
+from worlds.vehicles.car import CarBody
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 
 STEPS = 240
@@ -28,7 +31,7 @@ def bullet():
 def raw_block(bullet, scene, vehicle):
     """The calls a program without the interface would make in each step."""
     client = bullet.connect(bullet.DIRECT)
-    body, _, links = _Builder(bullet, client).build(scene, vehicle, 240)
+    body, _, links = Builder(bullet, client).build(scene, vehicle, 240)
     wheels = [links["wheel_left"], links["wheel_right"]]
     rings = [links["bumper_front"], links["bumper_rear"]]
 
@@ -82,6 +85,56 @@ def test_the_interface_costs_little(bullet, scene, record_property):
     record_property("world_step_ratio", ratio)
     report = f"step, commands and reads {best:.0f} us, raw PyBullet {best_raw:.0f} us, ratio {ratio:.2f}"
     os.write(1, f"\n{scene}: {report}\n".encode())
+
+
+def raw_car_block(bullet, scene, vehicle):
+    """A program that sets the car's velocity in each step, and asks what it touches and where it is."""
+    client = bullet.connect(bullet.DIRECT)
+    body, _, _ = Builder(bullet, client).build(scene, vehicle, 240)
+
+    def block():
+        for _ in range(STEPS):
+            bullet.resetBaseVelocity(body, (0.1, 0.0, 0.04), (0.0, 0.0, 0.1), physicsClientId=client)
+            bullet.stepSimulation(physicsClientId=client)
+            bullet.getBasePositionAndOrientation(body, physicsClientId=client)
+            bullet.getContactPoints(bodyA=body, physicsClientId=client)
+
+    return block
+
+
+def car_block(world):
+    body = CarBody(world)
+
+    def block():
+        for step in range(STEPS):
+            angle = 0.1 * math.sin(step / 50)
+            body.command = CarCommand(mode=CommandMode.ACKERMANN, speed_m_s=3.0, steering_rad=angle)
+            world.step()
+            body.touches()
+            world.pose()
+            world.velocity()
+
+    return block
+
+
+def test_a_car_costs_its_model_over_a_pushed_box(bullet, record_property):
+    """In the open, so that none of the three ever runs into anything; and what the model takes of it."""
+    world, model = open_world("empty", "car"), CarDynamics()
+    model.layer.command = CarCommand(mode=CommandMode.ACKERMANN, speed_m_s=3.0, steering_rad=0.1)
+    ours, theirs = car_block(world), raw_car_block(bullet, world.scene, world.vehicle)
+
+    def alone():
+        for _ in range(STEPS):
+            model.advance(1 / 240)
+
+    times = [[timeit.timeit(block, number=1) for block in (ours, theirs, alone)] for _ in range(BLOCKS)]
+    world.close()
+    best, best_raw, best_model = (min(column) / STEPS * 1e6 for column in zip(*times, strict=True))
+    record_property("car_step_ratio", best / best_raw)
+    report = (
+        f"step, command and reads {best:.0f} us ({best_model:.0f} us of it the model), raw PyBullet {best_raw:.0f} us"
+    )
+    os.write(1, f"\ncar: {report}, ratio {best / best_raw:.2f}\n".encode())
 
 
 def test_opening_a_world_beside_a_bare_client(bullet, record_property):

@@ -6,7 +6,15 @@ import textwrap
 
 import pytest
 
-LIGHT = ["worlds", "worlds.world", "worlds.plane", "worlds.bullet", "worlds.vehicles.pioneer_2dx", "worlds.selfcheck"]
+LIGHT = [
+    "worlds",
+    "worlds.world",
+    "worlds.plane",
+    "worlds.bullet",
+    "worlds.vehicles.car",
+    "worlds.vehicles.pioneer_2dx",
+    "worlds.selfcheck",
+]
 
 
 @pytest.mark.parametrize("module", LIGHT)

@@ -166,12 +166,12 @@ def test_the_self_check_passes():
 
 
 def test_the_self_check_can_fail(monkeypatch):
-    monkeypatch.setattr("worlds.bullet.GRAVITY_M_S2", 9.80)
+    monkeypatch.setattr("worlds.bullet_builder.GRAVITY_M_S2", 9.80)
     assert not free_fall().passed
 
 
 def test_the_check_of_torques_can_fail(monkeypatch):
-    monkeypatch.setattr("worlds.bullet._Builder._add_inertia", lambda *_: None)
+    monkeypatch.setattr("worlds.bullet_builder.Builder._add_inertia", lambda *_: None)
     assert not driving().passed
 
 
