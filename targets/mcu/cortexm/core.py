@@ -177,6 +177,11 @@ class Core:
             raise ValueError(f"there is no interrupt {number}")
         return self.exceptions.lines[number]
 
+    @property
+    def pc(self) -> int:
+        """Where the program is: the instruction in flight, or the next."""
+        return self._cpu.get(Reg.PC)
+
     def set_nmi(self, level: bool) -> None:
         """Drive the input of the non-maskable interrupt; while it is high, its handler runs again and again."""
         self._nmi.set(level)

@@ -17,7 +17,7 @@ from targets.mcu.services import Services
 from targets.mcu.stm32.pin_functions import PinFunctions
 from targets.mcu.stm32.port_lock import PortLock
 
-__all__ = ["DEBUG_RESETS", "Gpio", "thresholds"]
+__all__ = ["ANALOG_RESETS", "DEBUG_RESETS", "Gpio", "thresholds"]
 
 MODER, OTYPER, OSPEEDR, PUPDR, IDR, ODR, BSRR, LCKR, AFRL, AFRH = range(0x00, 0x28, 4)
 _INPUT, _OUTPUT, _ALTERNATE, _ANALOG = range(4)
@@ -31,6 +31,15 @@ DEBUG_RESETS: Mapping[str, Mapping[int, int]] = MappingProxyType(
 )
 """Reset values other than 0 by port: the debug pins PA13 to PA15, PB3 and PB4 are in AF0 with their pulls (RM0410
 sections 6.4.1 to 6.4.4; the same on the F4)."""
+
+ANALOG_RESETS: Mapping[str, Mapping[int, int]] = MappingProxyType(
+    {
+        **{port: MappingProxyType({MODER: 0xFFFF_FFFF}) for port in "CDEFGHIJK"},
+        "A": MappingProxyType({**DEBUG_RESETS["A"], MODER: 0xABFF_FFFF}),
+        "B": MappingProxyType({**DEBUG_RESETS["B"], MODER: 0xFFFF_FEBF}),
+    }
+)
+"""The same where all other pins are analog (RM0433 sections 11.4.1 to 11.4.4; the same on the L4)."""
 
 
 def thresholds(vdd_volts: float) -> tuple[float, float]:

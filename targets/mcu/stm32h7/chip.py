@@ -27,7 +27,7 @@ from targets.mcu.stm32.backup_sram import BackupSram
 from targets.mcu.stm32.chip import BasicChip
 from targets.mcu.stm32.crc import Crc
 from targets.mcu.stm32.dma_requests import Requests
-from targets.mcu.stm32.gpio import Gpio, thresholds
+from targets.mcu.stm32.gpio import ANALOG_RESETS, Gpio, thresholds
 from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.stm32.pin_functions import PinFunctions
 from targets.mcu.stm32.rng import Rng
@@ -156,7 +156,14 @@ class Stm32h753(BasicChip):
             scale=self.pwr.scale,
         )
         self.pwr.on_scale = self.rcc.scale_changed
-        self._flash = Flash(0x5200_2000, services, self._tree, size=board.variant.flash_bytes, scale=self.pwr.scale)
+        self._flash = Flash(
+            0x5200_2000,
+            services,
+            self._tree,
+            size=board.variant.flash_bytes,
+            scale=self.pwr.scale,
+            pc=lambda: self.core.pc,
+        )
         self.iwdg = Iwdg(
             0x5800_4800,
             services,
@@ -192,7 +199,7 @@ class Stm32h753(BasicChip):
         """Everything else."""
         services = self.services
         ports = [
-            Gpio(f"GPIO{port}", 0x5802_0000 + 0x400 * index, services, self.pins, self._functions)
+            Gpio(f"GPIO{port}", 0x5802_0000 + 0x400 * index, services, self.pins, self._functions, resets=ANALOG_RESETS)
             for index, port in enumerate("ABCDEFGHIJK")
         ]
         self.exti = Exti(0x5800_0000, services)

@@ -113,6 +113,7 @@ class Flash(BasicFlash):
         tree: the clock tree, against which the wait states are checked.
         size: bytes of flash, in two banks.
         scale: returns the voltage scale, 0 to 3.
+        pc: returns where the program is.
 
     Attributes:
         settings: what the option bytes say.
@@ -143,9 +144,17 @@ class Flash(BasicFlash):
     OPTIONS_BASE = 0
 
     def __init__(
-        self, base: int, services: Services, tree: ClockTree, *, size: int, scale: Callable[[], int] = lambda: 1
+        self,
+        base: int,
+        services: Services,
+        tree: ClockTree,
+        *,
+        size: int,
+        scale: Callable[[], int],
+        pc: Callable[[], int],
     ) -> None:
         self._tree = tree
+        self._pc = pc
         self._scale = scale
         self._stored = dict(opt.FACTORY)
         self._buffers: list[dict[int, int]] = [{}, {}]  # offset and byte, of the flash word begun in each bank
@@ -343,8 +352,7 @@ class Flash(BasicFlash):
         self._set_flags(bank, set_=BSY | QW)
         time = self.time
         self._ends = time.at_time(time.seconds(time.now) + seconds, partial(self._end, bank, finish))
-        pc = self.services.notes.pc()
-        if pc is None or self._bank_of(pc - FLASH_BASE) == bank:
+        if self._bank_of(self._pc() - FLASH_BASE) == bank:
             self.stall_until(self._ends.cycle)
 
     def _end(self, bank: int, finish: Callable[[], None]) -> None:

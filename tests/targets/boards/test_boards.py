@@ -40,6 +40,18 @@ def test_the_nucleo_is_what_its_manual_says():
     assert board.pulled() == {"PC13": False}, "the button connects to 3.3 V; no BOOT1 here"
 
 
+def test_the_other_nucleo_has_its_own_lights_and_names():
+    board = built_in_board("nucleo-h753zi")
+    assert (board.chip, board.hse_hz, board.hse_bypass, board.lse_hz) == ("STM32H753ZI", 8_000_000, True, 32_768)
+    variant = board.variant
+    assert (variant.flash_bytes, variant.ram_bytes, variant.itcm_bytes) == (2 << 20, 128 << 10, 64 << 10)
+    assert sum(size for _, size in variant.more_ram) == (512 + 288 + 64) << 10
+    assert [(led.name, led.pin) for led in board.leds] == [("LD1", "PB0"), ("LD2", "PE1"), ("LD3", "PB14")]
+    assert board.console == "USART3"
+    assert [board.port_pin(name) for name in ("D0", "D8", "D38", "A5")] == ["PB7", "PF3", "PE6", "PF10"]
+    assert board.pulled() == {"PC13": False}, "the button connects to 3.3 V"
+
+
 def test_the_connectors_of_the_nucleo_have_as_many_contacts_as_they_have():
     board = built_in_board("nucleo-f767zi")
     contacts = {connector.name: len(connector.pins) for connector in board.connectors}
@@ -64,6 +76,7 @@ def test_every_name_on_a_connector_is_a_pin_or_a_supply(name):
     [
         *(("STM32F103T8", 26), ("STM32F103CB", 37), ("STM32F103R8", 51), ("STM32F103VB", 80)),
         *(("STM32F767VG", 82), ("STM32F767ZI", 114), ("STM32F767IG", 140), ("STM32F767BI", 168), ("STM32F767NI", 168)),
+        *(("STM32H743VI", 82), ("STM32H753ZI", 114), ("STM32H743IG", 140), ("STM32H753XI", 168)),
     ],
 )
 def test_packages_have_as_many_pins_as_the_datasheet_says(name, pins):
@@ -75,6 +88,7 @@ def test_packages_have_as_many_pins_as_the_datasheet_says(name, pins):
 def test_images_and_boards_know_the_same_chips(variant):
     assert limits_for(variant.name) == limits_of(variant)
     assert limits_of(variant).itcm_size == variant.itcm_bytes
+    assert limits_of(variant).more_ram == variant.more_ram
     assert limits_of(variant).flash_bases[1:] == (() if variant.flash_alias is None else (variant.flash_alias,))
 
 

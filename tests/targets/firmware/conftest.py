@@ -17,12 +17,13 @@ from targets.mcu.machine import Machine
 from targets.mcu.serial_line import SerialFormat
 
 MS = 1_000_000
-BLUE_PILL, NUCLEO = built_in_board("bluepill"), built_in_board("nucleo-f767zi")
+BOARDS = {"f767": built_in_board("nucleo-f767zi"), "h753": built_in_board("nucleo-h753zi")}
+BLUE_PILL = built_in_board("bluepill")
 FORMAT = SerialFormat.parse("8N1")
 
 
 def board_of(name):
-    return NUCLEO if name.startswith("f767") else BLUE_PILL
+    return BOARDS.get(name[:4], BLUE_PILL)
 
 
 @functools.cache
