@@ -136,7 +136,7 @@ def test_slow_commands_are_filled_up(driving, profile):
     assert board.mode is Mode.AUTOWARE
     sent = [event.data[12:16] for event in board.since(start, type(board.last))]
     fast, slow = VECTORS["F1"].data[12:16], bytes(4)
-    assert sent[1:7] == ([fast, slow] * 3 if profile == "hardened" else [fast] * 6)
+    assert sent[-6:] in ([[fast, slow] * 3, [slow, fast] * 3] if profile == "hardened" else [[fast] * 6])
     assert len(sent) == pytest.approx(30, abs=2)
 
 
