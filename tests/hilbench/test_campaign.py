@@ -8,13 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from hilbench.suites._clearance import outline_m
 from tests.campaign.__main__ import DOCS, main
 from tests.campaign.drives import Figures
 from tests.campaign.pages import page
-from tests.campaign.picture import picture
-from worlds.scenes import find_scene
-from worlds.vehicles.pioneer_2dx import vehicle
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -35,18 +31,6 @@ def test_a_page_has_a_line_for_each_room_and_a_summary_for_each_way():
     assert not any(line.startswith("| b |") for line in lines)
     assert sum(line.startswith("| 1 |") for line in lines) == 1
     assert [one.good for one in record] == [True, False, True]
-
-
-def test_the_picture_has_everything_that_stands_and_every_track():
-    scene = find_scene("room-with-boxes", 3)
-    tracks = {"one": [(0.0, 0.0), (0.001, 0.0), (1.0, 0.0)], "two & more": [(0.0, 0.0), (0.0, -2.0)]}
-    root = ET.fromstring(picture(scene, tracks, outline_m(vehicle())))
-    assert len(root.findall(f"{SVG}polygon")) == len(scene.boxes) + 1
-    lines = root.findall(f"{SVG}polyline")
-    assert [line.get("points").count(",") for line in lines] == [3, 3]
-    ends = [circle.get("cx") for circle in root.findall(f"{SVG}circle")]
-    assert float(ends[0]) - float(ends[1]) == pytest.approx(60)
-    assert [text.text for text in root.findall(f"{SVG}text")][:2] == ["one", "two & more"]
 
 
 @pytest.mark.slow
