@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import escape
 
-from worlds.scenes import Lane, Scene
+from worlds.scenes import Box, Lane, Scene
 
 __all__ = ["COLOURS", "Sheet", "top_view"]
 
@@ -15,6 +15,7 @@ Point = tuple[float, float]
 MARGIN_PX = 16
 LEGEND_PX = 92
 LEAST_STEP_PX = 1.2
+LEAST_BOX_PX = 5
 COLOURS = ("#0072b2", "#d55e00", "#009e73")
 """Blue, vermilion and green of Okabe and Ito: told apart by everybody. More tracks than these are not drawn."""
 
@@ -52,7 +53,7 @@ def top_view(scene: Scene, tracks: Mapping[str, Sequence[Point]], outline: Seque
         f"<title>{escape(sheet.title)}</title>",
         f'<rect width="{view.width}" height="{view.height + LEGEND_PX}" fill="white"/>',
         *(_lane(view, scene.lane, sheet.px_per_m) if scene.lane else ()),
-        *(f'<polygon points="{view.points(box.outline_m())}" fill="#9a9a9a"/>' for box in scene.boxes),
+        *(_box(view, box, sheet.px_per_m) for box in scene.boxes),
         f'<polygon points="{view.points(outline)}" fill="#e8e8e8" stroke="#444444"/>',
     ]
     for (name, track), colour in zip(tracks.items(), COLOURS, strict=False):
@@ -93,6 +94,14 @@ class _View:
             if (x - kept[-1][0]) ** 2 + (y - kept[-1][1]) ** 2 >= least_m**2:
                 kept.append((x, y))
         return [*kept, track[-1]]
+
+
+def _box(view: _View, box: Box, px_per_m: float) -> str:
+    """Its outline; a dot where that could hardly be seen."""
+    if max(box.size_m[:2]) * px_per_m >= LEAST_BOX_PX:
+        return f'<polygon points="{view.points(box.outline_m())}" fill="#9a9a9a"/>'
+    x, y = view.point(box.center_m[:2])
+    return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{LEAST_BOX_PX / 2:g}" fill="#e69f00"/>'
 
 
 def _lane(view: _View, lane: Lane, px_per_m: float) -> Iterable[str]:

@@ -12,8 +12,6 @@ from tests.campaign.__main__ import DOCS, main
 from tests.campaign.drives import Figures
 from tests.campaign.pages import page
 
-SVG = "{http://www.w3.org/2000/svg}"
-
 
 def figures(way, seed, **others):
     plain = {
