@@ -31,7 +31,6 @@ class PollReader:
 
     Attributes:
         parser: the original's parser, with its live fields.
-        failing: reads fail.
         polls: reads that yielded bytes.
         blocks: reads that found nothing and waited.
         errors: reads that failed.
@@ -39,7 +38,7 @@ class PollReader:
 
     def __init__(self, options: PollOptions, *, icrnl: bool, epoch_ns: int) -> None:
         self.parser = LiveParser(COMMAND_LAYOUT)
-        self.failing = False
+        self._failing = False
         self.polls = self.blocks = self.errors = 0
         self._options = options
         self._icrnl = icrnl
@@ -88,6 +87,14 @@ class PollReader:
             return self._tick(now_ns)
         return []
 
+    def fail(self, failing: bool) -> list[Found]:
+        """Reads fail from now on, one that waits at once, or work again."""
+        self._failing = failing
+        if not failing or not self.blocked:
+            return []
+        self._blocked_until_ns = None
+        return self._fail()
+
     def forget_mode(self) -> None:
         """Sets the mode variable to 0, as sending a status does."""
         self.parser.live[_MODE_TAG][0] = 0
@@ -105,9 +112,8 @@ class PollReader:
         return found
 
     def _tick(self, now_ns: int) -> list[Found]:
-        if self.failing:
-            self.errors += 1
-            return [*self.parser.parse(bytes(self._buffer))]
+        if self._failing:
+            return self._fail()
         if self._tty:
             return self._read()
         if self._options.idle_block_s is None:
@@ -116,6 +122,10 @@ class PollReader:
             self.blocks += 1
             self._blocked_until_ns = now_ns + round(self._options.idle_block_s * _NS_PER_S)
         return []
+
+    def _fail(self) -> list[Found]:
+        self.errors += 1
+        return [*self.parser.parse(bytes(self._buffer))]
 
     def _read(self) -> list[Found]:
         self.polls += 1

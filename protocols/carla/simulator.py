@@ -69,7 +69,8 @@ class SimulatorMachine(StateMachine[LinkState, LinkTrigger, LinkAction, LinkTime
     def read_error(self, failing: bool) -> None:
         """Reads fail from now on, or work again. A reader that does not poll has nothing to read meanwhile."""
         if isinstance(self.reader, PollReader):
-            self.reader.failing = failing
+            self._take(self.reader.fail(failing))
+            self.counters.read_errors = self.reader.errors
         else:
             self.counters.read_errors += failing
 

@@ -189,7 +189,7 @@ def make_simulator():
 def driving(make_board):
     """Makes a board that drives in AUTOWARE: agent, commands at 30 Hz, statuses at 20 Hz."""
 
-    def make(profile="hardened", quirks=(), seconds=2.0, **more):
+    def make(profile="hardened", quirks=(), seconds=2.01, **more):
         board = make_board(profile, quirks, **more)
         board.every("agent", 1.0)
         board.every("command", 1 / 30)
