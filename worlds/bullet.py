@@ -66,7 +66,7 @@ class BulletWorld:
         self._body, self._other_names, self._links = built
         self._part_names = {link: part for part, link in self._links.items()}
         self._joint_links = [self._links[joint] for joint in vehicle.joints]
-        self.motion = vehicle.motion() if vehicle.motion else None
+        self.motion = vehicle.motion(scene.floor_friction) if vehicle.motion else None
         self._lead = Lead(self.motion, self) if self.motion else None
         self.place(scene.start.x_m, scene.start.y_m, scene.start.yaw_rad, scene.start.z_m)
 

@@ -15,6 +15,7 @@ Not modelled (`CarDynamics.ABSENT`): what is said there.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import ClassVar
 
 from worlds.car_commands import CarCommand, CommandLayer, Effort
@@ -37,8 +38,10 @@ class CarDynamics:
 
     Args:
         parameters: of the car.
+        floor_friction: Coulomb coefficient of the floor; at 1.0 that of the parameters is the real one.
 
     Attributes:
+        parameters: of the car on this floor.
         layer: what turns commands into what acts on the car.
     """
 
@@ -53,7 +56,8 @@ class CarDynamics:
 
     _state: _State
 
-    def __init__(self, parameters: CarParameters = DEFAULTS) -> None:
+    def __init__(self, parameters: CarParameters = DEFAULTS, floor_friction: float = 1.0) -> None:
+        parameters = replace(parameters, friction=parameters.friction * floor_friction)
         self.parameters = parameters
         self.layer = CommandLayer(parameters)
         self._drag_n_s2_m2 = parameters.air_density_kg_m3 * parameters.drag_coefficient * parameters.drag_area_m2 / 2

@@ -96,7 +96,7 @@ class PlaneWorld:
         self.vehicle = vehicle
         self.step_hz = step_hz
         self.step_index = 0
-        self.motion = vehicle.motion() if vehicle.motion else None
+        self.motion = vehicle.motion(scene.floor_friction) if vehicle.motion else None
         self._wheels = _Wheels(vehicle.drive)
         self._mover = self.motion or self._wheels
         self._closed = False

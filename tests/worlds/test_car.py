@@ -177,6 +177,15 @@ def test_placing_forgets_motion_command_and_contact(car):
     assert body.command == CarCommand()
 
 
+def test_a_slippery_floor_is_slippery_for_a_car_too(car):
+    """Half the friction: 0.45 g at most instead of the 0.8 g that its brakes have."""
+    body = car("hard-floor", physics="plane")
+    body.dynamics.adopt(PlanarPose(0.0, 0.0, 0.0), PlanarVelocity(10.0, 0.0, 0.0))
+    body.command = CarCommand(brake=1.0)
+    run(body, 1.0)
+    assert body.dynamics.lon_accel_m_s2 == pytest.approx(-9.81 * (0.45 + DEFAULTS.rolling_resistance), rel=0.01)
+
+
 @pytest.mark.needs_bullet
 def test_rays_look_ahead_from_the_bumper(car):
     body = car("test-track")

@@ -135,7 +135,8 @@ class Vehicle:
         name: of its kind.
         parts: body first.
         drive: how it is driven, if by two wheels side by side.
-        motion: makes the model that moves it, where that is not left to its wheels (`worlds.motion`).
+        motion: makes the model that moves it on a floor of this friction (`worlds.scenes.Scene.floor_friction`), where
+            that is not left to its wheels (`worlds.motion`).
         mounts: places on the body where sensors sit, by name: metres, vehicle frame.
         parameters: the figures it was made from.
     """
@@ -143,7 +144,7 @@ class Vehicle:
     name: str
     parts: tuple[Part, ...]
     drive: DifferentialDrive | None = None
-    motion: Callable[[], PlanarMotion] | None = None
+    motion: Callable[[float], PlanarMotion] | None = None
     mounts: Mapping[str, Vector] = field(default_factory=dict)
     parameters: tuple[Parameter, ...] = ()
 

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from hilbench.errors import UsageError
 from hilbench.wiring.car_signals import CAR_SIGNALS
 from hilbench.wiring.signals import open_signals
 from targets.parts import Direction
@@ -122,3 +123,26 @@ def test_rays_and_contact_tell_of_obstacles(car):
     values = drive(body, 1)
     assert (values["ray_left"], values["ray_middle"]) == (math.inf, math.inf)
     assert values["ray_right"] == pytest.approx(ahead - 100, abs=1e-6)
+
+
+BENCH = """version = 1
+[targets.brain]
+board = "bluepill"
+firmware = "a.elf"
+[world]
+vehicle = "car"
+physics = "plane"
+[parts.one]
+"""
+
+
+def test_a_part_may_drive_a_car_on_the_plane(read):
+    part = 'kind = "gamepad"\nsignals = { left = "world.speed_command" }\n'
+    assert read(BENCH + part).parts["one"].signals == {"left": "speed_command"}
+
+
+def test_rays_need_obstacles(read):
+    part = 'kind = "distance-switch"\npins = { out = "brain.PA0" }\nsignals = { range = "world.ray_middle" }\n'
+    with pytest.raises(UsageError, match="has no rays"):
+        read(BENCH + part)
+    assert read(BENCH.replace("plane", "bullet") + part).parts["one"].signals == {"range": "ray_middle"}
