@@ -20,9 +20,9 @@ from targets.mcu.timebase import Event, Timebase
 __all__ = ["PinFunctions"]
 
 _EVENTOUT = "EVENTOUT"
-_IDLES_HIGH = re.compile(r"US?ART\d_(TX|RX)")
+_IDLES_HIGH = re.compile(r"(LP)?US?ART\d_(TX|RX)")
 _PATIENCE_S = Fraction(1, 1000)
-_INPUT = re.compile(r"US?ART\d_(RX|CTS)|TIM[18]_BKIN2?|TIM[1348]_ETR")
+_INPUT = re.compile(r"(LP)?US?ART\d_(RX|CTS)|TIM([18]|1[567])_BKIN2?|TIM[13458]_ETR")
 
 
 class PinFunctions:

@@ -1,14 +1,14 @@
 """The alternate functions of every pin of the STM32F765, F767 and F769 (DS11532, "alternate function mapping").
 
-A line is a pin and, for each alternate function that it has, number and signals; signals joined by a slash share the
-function. AF15 is EVENTOUT at every pin and left out here. Where the table has an RMII and an MII name for a signal of
+How it is written: `targets.mcu.stm32.af_text`. Where the table has an RMII and an MII name for a signal of
 Ethernet, both stand here. The display interface DSI (DSI_TE) is on the F769 only.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
+
+from targets.mcu.stm32.af_text import parse
 
 __all__ = ["ALTERNATE_FUNCTIONS", "PADS"]
 
@@ -203,21 +203,7 @@ PK6  14:LCD_B7
 PK7  14:LCD_DE
 """
 
-
-def _parse(table: str) -> dict[str, Mapping[int, tuple[str, ...]]]:
-    functions: dict[str, dict[int, tuple[str, ...]]] = {}
-    pin = ""
-    for word in table.split():
-        number, colon, signals = word.partition(":")
-        if colon:
-            functions[pin][int(number)] = tuple(signals.split("/"))
-        else:
-            pin = word
-            functions[pin] = {}
-    return {pin: MappingProxyType(of_pin | {15: ("EVENTOUT",)}) for pin, of_pin in functions.items()}
-
-
-ALTERNATE_FUNCTIONS: Mapping[str, Mapping[int, tuple[str, ...]]] = MappingProxyType(_parse(_TABLE))
+ALTERNATE_FUNCTIONS: Mapping[str, Mapping[int, tuple[str, ...]]] = parse(_TABLE)
 """For each pin of ports A to K the signals of each alternate function that it has."""
 PADS = tuple(ALTERNATE_FUNCTIONS)
 """The pads of the die, bonded or not."""
