@@ -8,6 +8,8 @@ from fractions import Fraction
 from functools import partial
 from random import Random
 
+from protocols.autoware import AckermannControlCommand, AgentOnline, Message, encode_frame, encode_message
+from protocols.carla import StatusFrame, encode_status
 from targets.boards import Board, built_in_board
 from targets.firmware import image_names, image_path
 from targets.mcu.image import Image, limits_of, load_image
@@ -19,7 +21,12 @@ __all__ = ["PLAIN", "RUNS", "SCENARIOS", "Input", "Run", "Scenario", "trace"]
 
 MS = 1_000_000
 S = 1000 * MS
-BLUE_PILL, NUCLEO = built_in_board("bluepill"), built_in_board("nucleo-f767zi")
+BLUE_PILL = built_in_board("bluepill")
+BOARDS = {
+    "f767": built_in_board("nucleo-f767zi"),
+    "h753": built_in_board("nucleo-h753zi"),
+    "vehicle": built_in_board("nucleo-h753zi"),
+}
 _MOST_STEPS, _PLACES = 4000, 8
 
 
@@ -46,7 +53,7 @@ class Scenario:
 
     @property
     def board(self) -> Board:
-        return NUCLEO if self.image.startswith("f767") else BLUE_PILL
+        return BOARDS.get(self.image.partition("-")[0], BLUE_PILL)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -155,6 +162,11 @@ def drives(pin: str, *changes: tuple[int, bool | None]) -> tuple[Input, ...]:
     return tuple(Input(ns, lambda machine, level=level: machine.chip.pins[pin].drive(level)) for ns, level in changes)
 
 
+def frame_of(message: Message) -> bytes:
+    """Return a message of the driving stack as it lies on the line."""
+    return encode_frame(encode_message(message))
+
+
 # --- which
 
 _TEXT = b"The quick brown fox jumps over the lazy dog. 0123456789\r\n" + bytes(range(0x80, 0x100))
@@ -168,7 +180,35 @@ _SPANS_MS = {
     "broken": 250,
     "bench": 100,
     "echo": 60,
+    "h753": 250,
+    "vehicle": 400,
 }
+
+# An agent, ten commands, statuses with a stray byte among them, a press of the joystick.
+_DRIVE = (
+    *sends("USART3", frame_of(AgentOnline()), baud=921_600, at_ns=20 * MS),
+    *(
+        one
+        for step in range(10)
+        for one in sends(
+            "USART3",
+            frame_of(AckermannControlCommand(steering_tire_angle=0.1 * step, speed=5.0)),
+            baud=921_600,
+            at_ns=(30 + 33 * step) * MS,
+        )
+    ),
+    *(
+        one
+        for step in range(20)
+        for one in sends(
+            "USART2",
+            b"#" * (step == 12) + encode_status(StatusFrame(lon_speed_m_s=0.25 * step)),
+            baud=921_600,
+            at_ns=(40 + 50 * step) * MS + 500_000,
+        )
+    ),
+    *drives("PF13", (1080 * MS, False), (1100 * MS, None)),
+)
 
 _OWN: dict[str, Scenario] = {
     scenario.image: scenario
@@ -231,6 +271,7 @@ _OWN: dict[str, Scenario] = {
             ),
         ),
         *(Scenario(image=f"f767-{name}", span_ns=50 * MS) for name in ("adc", "dma", "i2c")),
+        *(Scenario(image=f"vehicle{which}", span_ns=1200 * MS, inputs=_DRIVE) for which in ("", "-v0", "-v1")),
         Scenario(image="f767-pins", span_ns=50 * MS),
         Scenario(image="f767-serial", span_ns=50 * MS),
         Scenario(image="f767-timers", span_ns=50 * MS),
@@ -256,8 +297,9 @@ _BY_TABLE = (
     replace(_scenario("selftest-nvic"), timing="table"),
 )
 
-# The rovers do little without a rover around them.
-_IMAGES = [name for name in image_names() if not name.startswith("rover")]
+# The rovers do little without a rover around them; of the vehicle interfaces these three say what there is to say.
+_VEHICLES = ("vehicle", "vehicle-v0", "vehicle-v1")
+_IMAGES = [name for name in image_names() if not name.startswith(("rover", "vehicle-")) or name in _VEHICLES]
 
 SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in (*map(_scenario, _IMAGES), *_BY_TABLE)}
 """By name: that of the image, and ``.table`` for runs with that timing model."""
