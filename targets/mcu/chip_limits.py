@@ -43,7 +43,7 @@ class _Series:
 
 # DS12110 and DS12117, ordering information; boot loaders end where a sector does (RM0433 section 4.3.4)
 _STM32H7 = _Series(
-    sizes_kb=MappingProxyType({"G": (1024, 128), "I": (2048, 128)}),
+    sizes_kb=MappingProxyType({"I": (2048, 128)}),
     cpu="cortex-m7",
     irq_count=150,
     options=(0, 0),

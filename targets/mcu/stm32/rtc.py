@@ -96,6 +96,7 @@ class Rtc(Peripheral):
         services: what the chip offers.
         rtc_hz: returns the rate of RTCCLK, None while it stands still; `clock_changed` is to be called when it changes.
         backup_writable: says whether the backup domain is open (PWR_CR1.DBP).
+        exti_lines: the lines of EXTI for alarms, for time stamps and tampering, and for the wake-up timer.
 
     Attributes:
         on_wake: called at an alarm, wake-up or time stamp whose interrupt is enabled: it ends Standby.
@@ -108,12 +109,13 @@ class Rtc(Peripheral):
         *,
         rtc_hz: Callable[[], Fraction | None],
         backup_writable: Callable[[], bool] = lambda: True,
+        exti_lines: tuple[str, str, str] = (ALARM_LINE, STAMP_LINE, WAKE_LINE),
     ) -> None:
         self._rtc_hz = rtc_hz
         self._backup_writable = backup_writable
         super().__init__("RTC", base, services)
         self.on_wake: Callable[[], None] = lambda: None
-        self._lines = {name: services.output(name) for name in (ALARM_LINE, STAMP_LINE, WAKE_LINE)}
+        self._alarm_line, self._stamp_line, self._wake_line = (services.output(name) for name in exti_lines)
         self._stamp = services.input("RTC_TS")
         self._hz: Fraction | None = None
         self._tick = 0  # at bench time `_since_s`
@@ -576,6 +578,6 @@ class Rtc(Peripheral):
         """Drive the lines to EXTI."""
         flags, enabled = self[ISR], self[CR]
         alarms = flags & (ALRAF | ALRBF) & enabled >> 4
-        self._lines[ALARM_LINE].set(bool(alarms))
-        self._lines[WAKE_LINE].set(bool(flags & WUTF and enabled & WUTIE))
-        self._lines[STAMP_LINE].set(bool(flags & TSF and enabled & TSIE))
+        self._alarm_line.set(bool(alarms))
+        self._wake_line.set(bool(flags & WUTF and enabled & WUTIE))
+        self._stamp_line.set(bool(flags & TSF and enabled & TSIE))

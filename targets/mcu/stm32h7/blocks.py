@@ -12,13 +12,14 @@ from targets.mcu.stm32.adc16 import Adc16
 from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.dmamux import DmaMux, Outlets
+from targets.mcu.stm32.i2c import I2c
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.h7_kinds import H7_KINDS
 from targets.mcu.stm32.usart_fifo import FifoUsart
 from targets.mcu.stm32h7 import adc_inputs, dma_map
 from targets.mcu.stm32h7.dma_reach import DmaReach
 
-__all__ = ["KernelHz", "adcs", "dma_controllers", "timers", "usarts"]
+__all__ = ["KernelHz", "adcs", "dma_controllers", "i2cs", "timers", "usarts"]
 
 KernelHz = Callable[[str], Fraction]
 """Returns the rate of a peripheral's own clock by the peripheral's name; 0 while it stands still."""
@@ -32,6 +33,12 @@ _USARTS = {
     "USART6": (0x4001_1400, 71),
     "UART7": (0x4000_7800, 82),
     "UART8": (0x4000_7C00, 83),
+}
+_I2CS = {
+    "I2C1": (0x4000_5400, 31, 32),
+    "I2C2": (0x4000_5800, 33, 34),
+    "I2C3": (0x4000_5C00, 72, 73),
+    "I2C4": (0x5800_1C00, 95, 96),
 }
 _TIMERS = {
     "TIM1": 0x4001_0000,
@@ -65,6 +72,14 @@ def usarts(services: Services, kernel_hz: KernelHz) -> tuple[FifoUsart, ...]:
 def timers(services: Services) -> tuple[Timer, ...]:
     """Return the timers."""
     return tuple(Timer(name, base, services, H7_KINDS[name]) for name, base in _TIMERS.items())
+
+
+def i2cs(services: Services, kernel_hz: KernelHz) -> tuple[I2c, ...]:
+    """Return the I2C interfaces; `kernel_hz` knows them by their names."""
+    return tuple(
+        I2c(name, base, services, irq_event=event, irq_error=error, kernel_hz=partial(kernel_hz, name))
+        for name, (base, event, error) in _I2CS.items()
+    )
 
 
 def dma_controllers(services: Services, requests: Requests) -> tuple[DmaMux, Dma, Dma]:

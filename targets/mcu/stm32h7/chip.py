@@ -3,10 +3,9 @@
 Addresses: RM0433 section 2.3, memory map. Interrupts: section 19.1.2. Clock gates: `targets.mcu.stm32h7.gates`.
 
 RAM: ITCM at 0, DTCM at 0x20000000, AXI SRAM at 0x24000000, SRAM1 to 3 at 0x30000000 and again at 0x10000000, SRAM4 at
-0x38000000; all of it answers whatever the gates in AHB2ENR say, and all of it at the same pace (choices). Flash of 1 MB
-leaves a gap between its two banks on silicon; here both banks follow each other from 0x08000000 on (choice; of parts
-with 1 MB only). Caches hold nothing: what DMA writes is seen at once, and what a program stores is there for DMA, which
-on silicon takes a clean or an invalidation of the data cache, or memory that is not cached.
+0x38000000; all of it answers whatever the gates in AHB2ENR say, and all of it at the same pace (choices). Caches hold
+nothing: what DMA writes is seen at once, and what a program stores is there for DMA, which on silicon takes a clean or
+an invalidation of the data cache, or memory that is not cached.
 """
 
 from __future__ import annotations
@@ -34,8 +33,9 @@ from targets.mcu.stm32.rng import Rng
 from targets.mcu.stm32.rtc import Rtc
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
-from targets.mcu.stm32f7.af_table import ALTERNATE_FUNCTIONS, PADS
-from targets.mcu.stm32h7.blocks import adcs, dma_controllers, timers, usarts
+from targets.mcu.stm32h7.absent import absent_peripherals
+from targets.mcu.stm32h7.af_table import ALTERNATE_FUNCTIONS, PADS
+from targets.mcu.stm32h7.blocks import adcs, dma_controllers, i2cs, timers, usarts
 from targets.mcu.stm32h7.clocks import HSI_HZ, ClockTree
 from targets.mcu.stm32h7.dbgmcu import Dbgmcu
 from targets.mcu.stm32h7.exti import Exti
@@ -122,10 +122,10 @@ class Stm32h753(BasicChip):
             chip_reset=ask_reset,
         )
         self.core = make_core(self.services)
-        self._system_memory = system_memory(variant.flash_bytes // 1024, unique_id(board.name), {})
+        self._system_memory = system_memory(variant.flash_bytes // 1024, unique_id(board.name))
         self._make_core_parts(board)
         self._memories = self._map()
-        self._make_peripherals(board.name)
+        self._make_peripherals(board)
         everything = (self.rcc, self._flash, self.pwr, self.iwdg, self.wwdg, self.rtc, self.dbgmcu, *self._others)
         self.peripherals = {peripheral.name: peripheral for peripheral in everything}
         for peripheral in self.peripherals.values():
@@ -175,7 +175,13 @@ class Stm32h753(BasicChip):
         )
         self.wwdg = Wwdg(0x5000_3000, services, bus="APB3")
         self.signals.route("RTC_TS", TIME_STAMP_PIN)
-        self.rtc = Rtc(0x5800_4000, services, rtc_hz=self.rcc.rtc_hz, backup_writable=self.pwr.backup_writable)
+        self.rtc = Rtc(
+            0x5800_4000,
+            services,
+            rtc_hz=self.rcc.rtc_hz,
+            backup_writable=self.pwr.backup_writable,
+            exti_lines=("EXTI17", "EXTI18", "EXTI19"),  # alarm, tamper and time stamp, wake-up (RM0433 section 20.4)
+        )
         self.rcc.on_rtc_clock = self.rtc.clock_changed
         self.rtc.on_wake = self.pwr.wake_by_rtc
         self.dbgmcu = Dbgmcu(0x5C00_1000, services)
@@ -195,7 +201,7 @@ class Stm32h753(BasicChip):
             Memory(base=SYSTEM_MEMORY_BASE, data=self._system_memory),
         )
 
-    def _make_peripherals(self, board_name: str) -> None:
+    def _make_peripherals(self, board: Board) -> None:
         """Everything else."""
         services = self.services
         ports = [
@@ -206,6 +212,7 @@ class Stm32h753(BasicChip):
         syscfg = Syscfg(0x5800_0400, services, self.pins, self.signals)
         self.pwr.over_drive, syscfg.on_over_drive = syscfg.over_drive, self.pwr.over_drive_changed
         self.usarts = {usart.name: usart for usart in usarts(services, self._tree.kernel_hz)}
+        self.i2cs = {i2c.name: i2c for i2c in i2cs(services, self._tree.kernel_hz)}
         self._timers = {timer.name: timer for timer in timers(services)}
         self._others: tuple[Peripheral, ...] = (
             *ports,
@@ -213,12 +220,14 @@ class Stm32h753(BasicChip):
             self.exti,
             BackupSram(0x3880_0000, services, writable=self.pwr.backup_writable),
             Crc(0x5802_4C00, services),
-            Rng(0x4802_1800, services, seed=board_name),
+            Rng(0x4802_1800, services, seed=board.name),
             Hsem(0x5802_6400, services),
             *self.usarts.values(),
             *self._timers.values(),
             *dma_controllers(services, self._requests),
             *adcs(services, self._requests, self.pins, self._tree.kernel_hz),
+            *self.i2cs.values(),
+            *absent_peripherals(services, crypto=board.variant.name.startswith("STM32H753")),
         )
 
     def _clock_failed(self) -> None:

@@ -1,6 +1,7 @@
 """The STM32H743 and H753 by part number: memory, and what its package brings out (DS12110, DS12117).
 
-The two differ in CRYP and HASH, which only the H753 has; neither is modelled.
+The two differ in CRYP and HASH, which only the H753 has; neither is modelled. Parts with 1 MB of flash, whose banks do
+not follow each other, are left out.
 """
 
 from __future__ import annotations
@@ -14,11 +15,8 @@ from targets.mcu.variant import Variant
 __all__ = ["MORE_RAM", "VARIANTS", "ChipName", "Variant"]
 
 ChipName = Literal[
-    "STM32H743VG",
     "STM32H743VI",
-    "STM32H743ZG",
     "STM32H743ZI",
-    "STM32H743IG",
     "STM32H743II",
     "STM32H743XI",
     "STM32H753VI",
@@ -49,14 +47,13 @@ _PACKAGES = {
     "I": _pins("ABCDEFGH", I=range(12)),  # LQFP176 and UFBGA176: 140
     "X": _pins("ABCDEFGHIJ", K=range(8)),  # TFBGA240: 168
 }
-_FLASH_BYTES = {"G": 1024 * _KB, "I": 2048 * _KB}
 
 
 def _variant(name: str) -> Variant:
     return Variant(
         name=name,
         family="stm32h7",
-        flash_bytes=_FLASH_BYTES[name[-1]],
+        flash_bytes=2048 * _KB,
         ram_bytes=128 * _KB,  # DTCM
         more_ram=MORE_RAM,
         pins=_PACKAGES[name[-2]],
@@ -68,7 +65,7 @@ def _variant(name: str) -> Variant:
 
 
 _NAMES: tuple[ChipName, ...] = (
-    *("STM32H743VG", "STM32H743VI", "STM32H743ZG", "STM32H743ZI", "STM32H743IG", "STM32H743II", "STM32H743XI"),
+    *("STM32H743VI", "STM32H743ZI", "STM32H743II", "STM32H743XI"),
     *("STM32H753VI", "STM32H753ZI", "STM32H753II", "STM32H753XI"),
 )
 VARIANTS: Mapping[str, Variant] = MappingProxyType({name: _variant(name) for name in _NAMES})

@@ -76,7 +76,7 @@ def test_every_name_on_a_connector_is_a_pin_or_a_supply(name):
     [
         *(("STM32F103T8", 26), ("STM32F103CB", 37), ("STM32F103R8", 51), ("STM32F103VB", 80)),
         *(("STM32F767VG", 82), ("STM32F767ZI", 114), ("STM32F767IG", 140), ("STM32F767BI", 168), ("STM32F767NI", 168)),
-        *(("STM32H743VI", 82), ("STM32H753ZI", 114), ("STM32H743IG", 140), ("STM32H753XI", 168)),
+        *(("STM32H743VI", 82), ("STM32H753ZI", 114), ("STM32H743II", 140), ("STM32H753XI", 168)),
     ],
 )
 def test_packages_have_as_many_pins_as_the_datasheet_says(name, pins):
