@@ -1,0 +1,1 @@
+"""What stray bytes cost the vehicle-interface board, as shipped and hardened."""
