@@ -22,8 +22,8 @@ HEAD = """<!-- Made by `python -m tests.resync`; change that, then run it. -->
 A status has neither number nor checksum, so a byte that does not belong to one can only be told by its place. The
 board as it was shipped (profiles `v0` and `v1`) takes 22 bytes at a time and reads each such block from its start: one
 stray or lost byte shifts all that follow, no block holds a whole frame any more, and the mode goes to EMERGENCY after
-ten misses. Only 22 stray bytes, or as many as make whole blocks of them, leave it where it was. The hardened board looks
-for the next `#` in whatever failed.
+ten misses. Only 22 stray bytes, or as many as make whole blocks of them, leave it where it was. The hardened board
+looks for the next `#` in whatever failed.
 
 The experiment: the board drives in AUTOWARE with statuses at 20 Hz and commands at 30 Hz; after 2 s the stray bytes
 come in, then statuses as before. *Lost* is the number of sound statuses before the first that is accepted: the worst of
