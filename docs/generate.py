@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import autoware_pages
+import carla_pages
 
 from hilbench.check.catalogue import Clause
 from hilbench.mcu.ledger import LedgerPeripheral, ledger_of
@@ -54,6 +55,9 @@ def pages() -> Mapping[str, str]:
         "pkt/clauses.md": pkt_clauses_page(),
         "autoware/messages.md": autoware_pages.messages_page(_table),
         "autoware/stand-in-link.md": autoware_pages.stand_in_page(_table, _machine),
+        "carla/states.md": carla_pages.states_page(_table, _machine),
+        "carla/frames.md": carla_pages.frames_page(_table),
+        "carla/clauses.md": carla_pages.clauses_page(_table),
         "fidelity.md": fidelity_page(),
         **{page: registers_page(chip) for page, chip in CHIPS.items()},
         "bluepill-clauses.md": bluepill_page(),

@@ -57,7 +57,7 @@ Y_AXIS = Axis(least=1062, zero=33580)
 
 
 def manual_command(x: int, y: int, *, clamp: bool, x_axis: Axis = X_AXIS, y_axis: Axis = Y_AXIS) -> ManualCommand:
-    """What the stick commands: to the left of its x is steer 1, the upper half of y throttle, the lower one brake.
+    """What the stick commands: the least x is steer 1, the upper half of y throttle, the lower one brake.
 
     Args:
         x: the reading of X, 0..65535.

@@ -82,7 +82,7 @@ class ManualCommand:
     """What the simulator is told in the mode MANUAL, for /carla/ego_vehicle/vehicle_control_cmd: gear 1, forwards.
 
     Attributes:
-        steer: -1..1, the joystick's x turned round.
+        steer: -1..1, the joystick's x turned round; as CARLA has it, positive is to the right.
         throttle: 0..1.
         brake: 0..1.
     """

@@ -39,7 +39,7 @@ VECTORS: Mapping[str, Vector] = MappingProxyType(
             data=bytes.fromhex("23539A99193F578FC2F53D560000A040410000803F4ACDCC4C3E4D012400"),
         ),
         "F2": Vector(
-            text="the joystick: half to the right, three quarters throttle",
+            text="the joystick: steer half to the left, three quarters throttle",
             frame=CommandFrame(steering=-0.5, speed=0.75, mode=Mode.MANUAL),
             data=bytes.fromhex("2353000000BF5700000000560000403F41000000004A000000004D042400"),
         ),
