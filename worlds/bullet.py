@@ -14,7 +14,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from worlds.bullet_builder import BOX_GROUP, FLOOR_GROUP, GRAVITY_M_S2, MOVING_GROUP, Builder
+from worlds.bullet_builder import BOX_GROUP, FLOOR_GROUP, MOVING_GROUP, Builder
 from worlds.errors import PhysicsMissingError, UnknownNameError, WorldError
 from worlds.geometry import Matrix, Vector, add, cross, rotation, subtract, turn, turn_back
 from worlds.motion import Lead, PlanarPose, PlanarVelocity
@@ -187,8 +187,7 @@ class BulletWorld:
         """Give the vehicle, which heads there, a velocity; see `worlds.motion.Carried`."""
         x_m_s, y_m_s, turn_rad_s = velocity
         ahead, aside, _ = turn(rotation(yaw_rad), self._com_m)
-        # Upwards what gravity takes within a step: nothing holds the vehicle at its height but this.
-        linear = (x_m_s - turn_rad_s * aside, y_m_s + turn_rad_s * ahead, GRAVITY_M_S2 / self.step_hz)
+        linear = (x_m_s - turn_rad_s * aside, y_m_s + turn_rad_s * ahead, 0.0)
         self._bullet.resetBaseVelocity(self._body, linear, (0.0, 0.0, turn_rad_s), physicsClientId=self._client)
         self._forget()
 

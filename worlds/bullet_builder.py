@@ -22,7 +22,7 @@ from worlds.vehicles import Vehicle
 from worlds.vehicles.model import Axle
 from worlds.vehicles.urdf import to_urdf
 
-__all__ = ["BOX_GROUP", "FLOOR_GROUP", "GRAVITY_M_S2", "MOVING_GROUP", "Builder"]
+__all__ = ["BOX_GROUP", "FLOOR_GROUP", "MOVING_GROUP", "Builder"]
 
 GRAVITY_M_S2 = 9.81
 

@@ -84,6 +84,59 @@ def test_a_slow_circle_is_that_of_the_kinematic_bicycle(speed_m_s, angle_deg):
     assert fitted_radius_m(car, 6.0) == pytest.approx(P.wheelbase_m / math.tan(angle), rel=1e-6)
 
 
+def test_rolling_tyres_follow_the_wheel_without_delay():
+    """v tan(delta) / L at each step while the wheel turns, as nothing slips."""
+    car = moving(0.8, ackermann(speed_m_s=0.8, steering_rad=0.9, steering_rate_rad_s=0.3))
+    for _ in range(2 * HZ):
+        car.advance(1 / HZ)
+        assert car.yaw_rate_rad_s == pytest.approx(0.8 * math.tan(car.steering_rad) / P.wheelbase_m, abs=1e-7)
+
+
+def test_between_rolling_and_slipping_lies_something_between():
+    angle = math.radians(10)
+    shares = []
+    for speed in (1.2, 1.5, 1.8):
+        car = moving(speed, ackermann(speed_m_s=speed, steering_rad=angle))
+        run(car, 5.0)
+        kinematic = speed * math.tan(angle) / P.wheelbase_m
+        dynamic = kinematic / (1 + understeer() * speed**2 / P.wheelbase_m)
+        shares.append((kinematic - car.yaw_rate_rad_s) / (kinematic - dynamic))
+    assert 0.0 < shares[0] < shares[1] < shares[2] < 1.2
+
+
+def test_cornering_costs_speed():
+    """Free pedals at 10 m/s and 3 degrees: what the front tyres push back, and what the slip of the car turns away."""
+    speed, angle = 10.0, math.radians(3)
+    car = moving(speed, ackermann(speed_m_s=speed, steering_rad=angle))
+    run(car, 5.0)
+    turning = car.yaw_rate_rad_s
+    front = P.mass_kg * P.com_ahead_m / P.wheelbase_m * speed * turning
+    sideways = car.lat_speed_m_s + P.com_ahead_m * turning
+    resistance = 9.81 * P.rolling_resistance
+    resistance += P.air_density_kg_m3 * P.drag_coefficient * P.drag_area_m2 / 2 / P.mass_kg * speed**2
+    car.layer.command = CarCommand(steer=angle / P.max_steering_rad)
+    run(car, 1 / HZ)
+    expected = turning * sideways - front * math.tan(angle) / P.mass_kg - resistance
+    assert expected < -resistance - 0.02
+    assert car.lon_accel_m_s2 == pytest.approx(expected, rel=0.01)
+
+
+def test_the_integration_is_of_fourth_order():
+    """Half the step, a sixteenth of the error; of a car that swings after a push at 15 m/s."""
+
+    def end(hz):
+        car = moving(15.0, ackermann(speed_m_s=15.0))
+        car.adopt(PlanarPose(0.0, 0.0, 0.0), PlanarVelocity(15.0, 0.5, 0.2))
+        for _ in range(round(hz * 0.4)):
+            car.advance(1 / hz)
+        return car.pose
+
+    exact = end(16000)
+    errors = [math.dist(end(hz)[:2], exact[:2]) for hz in (200, 400)]
+    assert errors[0] < 1e-6
+    assert 10 < errors[0] / errors[1] < 22
+
+
 def test_the_way_round_is_the_circle_of_speed_over_turn_rate():
     car = moving(10.0, ackermann(speed_m_s=10.0, steering_rad=math.radians(2)))
     run(car, 10.0)
@@ -130,6 +183,7 @@ def test_a_limited_jerk_gives_the_fastest_profile_without_overshoot(jerk, accel)
     assert max(abs(b - a) * HZ for a, b in itertools.pairwise(accels)) <= jerk * (1 + 1e-9)
     assert max(accels) <= accel * (1 + 1e-9)
     assert max(v for v, _ in rows) - speed < 1e-5
+    assert rows[-1] == (pytest.approx(speed, abs=1e-12), 0.0)
     reached = next(index for index, (v, _) in enumerate(rows, 1) if v > speed - 1e-3)
     assert reached / HZ == pytest.approx(expected_s, abs=0.05 + math.sqrt(2e-3 / jerk))
 

@@ -110,6 +110,17 @@ def test_a_wall_at_10_m_s_stops_the_car_at_its_bumper(car):
 
 
 @pytest.mark.needs_bullet
+def test_a_low_obstacle_stops_the_whole_car_at_once(car):
+    """It hits the car far below its middle, and does not tip it over."""
+    kerb = Box(name="kerb", center_m=(20.0, 0.0, 0.2), size_m=(0.5, 4.0, 0.4))
+    body = car(Scene(name="kerb", boxes=(kerb,)))
+    body.dynamics.adopt(PlanarPose(0.0, 0.0, 0.0), PlanarVelocity(10.0, 0.0, 0.0))
+    while not body.touches():
+        body.world.step()
+    assert -0.2 < body.dynamics.lon_speed_m_s <= 0.0
+
+
+@pytest.mark.needs_bullet
 @pytest.mark.parametrize("speed", [5.0, 15.0, 25.0])
 def test_no_speed_tunnels_through_a_wall(car, speed):
     body = car("test-track")
