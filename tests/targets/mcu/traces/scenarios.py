@@ -264,11 +264,24 @@ _OWN: dict[str, Scenario] = {
         ),
         Scenario(image="f767-chip", span_ns=2200 * MS),
         Scenario(
-            image="f767-sleep",
-            span_ns=250 * MS,
-            inputs=drives(
-                "PC13", *((50 * MS + 5 * MS * step, step % 2 == 0) for step in (0, 1, 10, 11, 20, 21, 30, 31))
+            image="h753-demo",
+            span_ns=300 * MS,
+            inputs=(
+                *sends("USART3", _TEXT, baud=115_200, at_ns=20 * MS),
+                *sends("USART3", b"wrong rate", baud=76_800, at_ns=40 * MS),
+                *drives("PC13", (50 * MS, True), (60_500_000, None)),
             ),
+        ),
+        Scenario(image="h753-chip", span_ns=1200 * MS),
+        *(
+            Scenario(
+                image=f"{board}-sleep",
+                span_ns=250 * MS,
+                inputs=drives(
+                    "PC13", *((50 * MS + 5 * MS * step, step % 2 == 0) for step in (0, 1, 10, 11, 20, 21, 30, 31))
+                ),
+            )
+            for board in ("f767", "h753")
         ),
         *(Scenario(image=f"f767-{name}", span_ns=50 * MS) for name in ("adc", "dma", "i2c")),
         *(Scenario(image=f"vehicle{which}", span_ns=1200 * MS, inputs=_DRIVE) for which in ("", "-v0", "-v1")),
@@ -286,6 +299,7 @@ def _scenario(image: str) -> Scenario:
 
 _BY_TABLE = (
     replace(_scenario("f767-demo"), timing="table", span_ns=30 * MS),
+    replace(_scenario("h753-demo"), timing="table", span_ns=25 * MS),
     replace(_scenario("bench-tick-1khz"), timing="table"),
     replace(_scenario("bad-hardfault-loop"), timing="table", span_ns=5 * MS),
     replace(_scenario("echo-irq"), timing="table", span_ns=25 * MS),

@@ -23,7 +23,7 @@ LONG = {"selftest-iwdg", "selftest-usart", "style-kernel-busy"}
 # one for each thing that a machine may be doing when it is interrupted
 FEW = (
     *("bad-lockup", "bad-iwdg-loop", "bench-tick-1khz", "bench-tick-1khz.table", "boot-combined", "echo-dma"),
-    *("f767-demo", "f767-demo.table", "f767-sleep"),
+    *("f767-demo", "f767-demo.table", "f767-sleep", "h753-demo", "h753-sleep"),
     *("style-irq-dma", "style-irq-dma.table", "style-kernel", "style-ll-sleep"),
 )
 
