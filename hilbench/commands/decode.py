@@ -29,8 +29,8 @@ def parser() -> Parser:
     """Return the parser of this command."""
     made = Parser("hilbench decode", "Show the bytes of a line as frames.", _EXAMPLES, _NOTES)
     add = made.add_argument
-    add("protocol", metavar="PROTOCOL", choices=("pkt", "p2os", "autoware"),
-        help="pkt, p2os or autoware, the stand-in link of a driving stack")  # fmt: skip
+    add("protocol", metavar="PROTOCOL", choices=("pkt", "p2os", "autoware", "carla"),
+        help="pkt, p2os, autoware, a driving stack's stand-in link, or carla, a simulator's line")  # fmt: skip
     add("file", metavar="FILE", nargs="?", default="-", help="what to read; - is standard input (the default)")
     add("--input", metavar="FORM", choices=("auto", "raw", "hex", "journal"), default="auto",
         help="what it is: raw bytes, hex dump or journal (default: auto, by how it begins)")  # fmt: skip

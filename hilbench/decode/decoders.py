@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Protocol
 
+from hilbench.decode.carla_decoder import CarlaDecoder
 from hilbench.decode.items import Item, Kind
 from protocols import autoware, p2os, pkt
 
@@ -142,12 +143,13 @@ DECODERS: Mapping[str, Callable[[DecodeOptions, Speaker], Decoder]] = {
     "pkt": PktDecoder,
     "p2os": P2osDecoder,
     "autoware": AutowareDecoder,
+    "carla": CarlaDecoder,
 }
 """By the name of the protocol."""
 
 
 def _fields(message: Any) -> dict[str, object]:
-    return {name: getattr(message, name) for name in message.__dataclass_fields__}
+    return {field.name: getattr(message, field.name) for field in fields(message)}
 
 
 def _stamp(value: object) -> object:

@@ -204,23 +204,22 @@ class StreamReader:
     cut.
 
     Args:
-        layout: of the frames.
+        layouts: of the frames; where there are several, the first letter says which it is.
         check: why a frame whose letters are right is dropped all the same; None where it is not.
         timeout_ns: how long after its first byte an unfinished frame is given up, in ns; None for never.
     """
 
     def __init__(
         self,
-        layout: Layout,
+        layouts: Layout | tuple[Layout, ...],
         check: Callable[[StatusFrame | CommandFrame], DropReason | None],
         *,
         timeout_ns: int | None = None,
     ) -> None:
-        self._layout = layout
+        self._layouts = layouts if isinstance(layouts, tuple) else (layouts,)
+        self._layout = self._layouts[0]
         self._check = check
         self._timeout_ns = timeout_ns
-        self._letters = dict(layout.letters)
-        self._order = {field.tag: at for at, field in enumerate(layout.fields)}
         self._held = bytearray()
         self._times: list[int] = []
         self._noise = bytearray()
@@ -272,7 +271,9 @@ class StreamReader:
                     self._end_noise()
                 return
             self._end_noise()
-        letter = self._letters.get(len(self._held))
+        elif len(self._held) == 1:
+            self._choose(byte)
+        letter = self._layout.letters.get(len(self._held))
         self._held.append(byte)
         self._times.append(now_ns)
         if letter is not None and byte != letter:
@@ -280,12 +281,19 @@ class StreamReader:
         elif len(self._held) == self._layout.length:
             self._complete()
 
+    def _choose(self, letter: int) -> None:
+        """Which kind of frame it is, by its first letter."""
+        for layout in self._layouts:
+            if layout.fields[0].tag == letter:
+                self._layout = layout
+
     def _reason(self, byte: int) -> DropReason:
         """Why a byte is wrong where the letter of a field, or the end, should stand."""
-        due = sum(1 for at in self._letters if 0 < at < len(self._held) - 1)
-        if byte == END or self._order.get(byte, -1) > due:
+        order = [field.tag for field in self._layout.fields]
+        due = sum(1 for at in self._layout.letters if 0 < at < len(self._held) - 1)
+        if byte == END or byte in order[due + 1 :]:
             return DropReason.MISSING_FIELD
-        return DropReason.DUPLICATE_FIELD if byte in self._order else DropReason.BAD_LETTER
+        return DropReason.DUPLICATE_FIELD if byte in order else DropReason.BAD_LETTER
 
     def _give_up(self, reason: DropReason) -> None:
         """Drops the bytes up to the next # among them, and reads on from there."""

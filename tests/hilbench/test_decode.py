@@ -15,16 +15,19 @@ from hypothesis import strategies as st
 from hilbench.cli import main
 from hilbench.decode.decoders import DECODERS, DecodeOptions
 from hilbench.decode.sources import read_chunks
-from protocols import autoware, p2os, pkt
+from protocols import autoware, carla, p2os, pkt
 
 REQUEST = bytes.fromhex("504B54210100E1F00A")
 THROTTLES = bytes.fromhex("504B54210A030000003F000080BE038C420A")
 MOTION = pkt.encode_frame(pkt.encode_report(pkt.MotionReport(rpm=(1.5, 2.0, 0.0, 0.0), throttles=(0.5, float("nan")))))
 DAMAGED = b"P" + REQUEST + THROTTLES[:-3] + b"\0\0\n" + MOTION
+CARLA = [*(vector.data for vector in carla.VECTORS.values()), b"#S", b"#A", b"\0"]
+PIECES = [REQUEST, THROTTLES, MOTION, b"PKT!", b"PK", *CARLA]
 COMMAND = [sys.executable, "-m", "hilbench", "decode"]
 
 pieces = st.lists(
-    st.one_of(st.binary(max_size=12), st.sampled_from([REQUEST, THROTTLES, MOTION, b"PKT!", b"PK"])), max_size=12
+    st.one_of(st.binary(max_size=12), st.sampled_from(PIECES)),
+    max_size=12,
 )
 
 
@@ -62,6 +65,24 @@ def test_the_stand_in_link_of_a_driving_stack(tmp_path, capsys):
     first = json.loads(capsys.readouterr().out.splitlines()[0])
     assert first["fields"]["stamp"] == "12.000000005"
     assert first["fields"]["jerk"] == "inf"
+
+
+def test_the_line_of_a_simulator(tmp_path, capsys):
+    command, manual, status = (carla.VECTORS[name].data for name in ("F1", "F2", "F5"))
+    unknown, quiet = command[:27] + b"\x07$\0", status[:2] + b"\1\0\xa0\x7f" + status[6:]  # a signalling NaN
+    capture = tmp_path / "capture.bin"
+    capture.write_bytes(command + status + manual[:29] + b"##" + command + unknown + quiet + b"\0" + manual)
+    assert main(["decode", "carla", "--input", "raw", str(capture)]) == 1
+    captured = capsys.readouterr()
+    told = [line[10:] for line in captured.out.splitlines()]
+    assert told[0].startswith("AUTOWARE steering_rad=0.6 steering_rate_rad_s=0.12 speed_m_s=5")
+    assert told[1] == "Status lon_speed_m_s=8.3333 lat_speed_m_s=-0.05 heading_rate_rad_s=0.1 steering_rad=-0.2"
+    assert told[2] == told[9] == "MANUAL steer=-0.5 throttle=0.75 brake=0"
+    assert told[3] == told[4] == "!! another byte where a letter should stand: 23"
+    assert told[5] == told[0]
+    assert told[6].startswith("!! mode 7, which nobody knows: 23 53")
+    assert told[7].startswith("Status lon_speed_m_s=nan")
+    assert told[8] == "!! no frame begins here: 00"
 
 
 # --- forms of input
@@ -251,7 +272,7 @@ def test_damaged_input(tmp_path, capsys, name, text, message):
 def test_no_such_file(tmp_path, capsys):
     assert main(["decode", "pkt", str(tmp_path / "none")]) == 3
     assert main(["decode", "pkt", str(tmp_path)]) == 3
-    assert main(["decode", "carla", str(tmp_path)]) == 2
+    assert main(["decode", "modbus", str(tmp_path)]) == 2
     assert capsys.readouterr().err.count("\n") == 3
 
 

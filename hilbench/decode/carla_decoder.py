@@ -1,0 +1,83 @@
+"""The frames of the simulator's line: statuses and commands are told apart by their first letter."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING
+
+from hilbench.decode.items import Item, Kind
+from protocols import carla
+
+if TYPE_CHECKING:
+    from hilbench.decode.decoders import DecodeOptions, Speaker
+
+__all__ = ["CarlaDecoder"]
+
+
+class CarlaDecoder:
+    """Either end of the simulator's line. What a command's fields mean, and are called here, hangs on its mode.
+
+    A command is told when the byte behind it is known: the NUL that ends it belongs to it.
+    """
+
+    def __init__(self, options: DecodeOptions, speaker: Speaker) -> None:
+        del options, speaker
+        self._reader = carla.StreamReader((carla.STATUS_LAYOUT, carla.COMMAND_LAYOUT), _believe)
+        self._untold = bytearray()
+        self._command: Item | None = None
+
+    def feed(self, data: bytes) -> list[Item]:
+        """See `Decoder`."""
+        self._untold += data
+        return self._tell(self._reader.receive(data, 0))
+
+    def finish(self) -> list[Item]:
+        """See `Decoder`."""
+        told = self._tell(self._reader.reset())
+        last, self._command = self._command, None
+        return told if last is None else [*told, last]
+
+    def _tell(self, found: list[carla.Found]) -> list[Item]:
+        told: list[Item] = []
+        for one in found:
+            told += self._told_command()
+            if isinstance(one, carla.CommandFrame):
+                self._command = _command(one, self._take(carla.COMMAND_LAYOUT.length))
+            elif isinstance(one, carla.StatusFrame):
+                told.append(_frame("Status", one, self._take(carla.STATUS_LAYOUT.length)))
+            else:
+                told.append(Item(kind=Kind.DROPPED, name=one.reason.value, raw=self._take(len(one.data))))
+        return told + self._told_command()
+
+    def _told_command(self) -> list[Item]:
+        """The command before, if the byte behind it has come, and is its NUL or not."""
+        command = self._command
+        if command is None or not self._untold:
+            return []
+        self._command = None
+        padding = carla.COMMAND_LAYOUT.padding
+        behind = self._take(len(padding)) if self._untold.startswith(padding) else b""
+        return [replace(command, raw=command.raw + behind)]
+
+    def _take(self, count: int) -> bytes:
+        """The bytes themselves: a NaN would not survive being encoded again."""
+        taken = bytes(self._untold[:count])
+        del self._untold[:count]
+        return taken
+
+
+def _believe(frame: carla.StatusFrame | carla.CommandFrame) -> None:
+    """Every frame whose letters are right is shown, whatever it says."""
+    del frame
+
+
+def _command(frame: carla.CommandFrame, raw: bytes) -> Item:
+    said = carla.command_in(frame)
+    if said is None:
+        return Item(kind=Kind.UNREADABLE, name=f"mode {frame.mode}, which nobody knows", raw=raw)
+    return _frame(carla.Mode(frame.mode).name, said, raw)
+
+
+def _frame(name: str, said: carla.StatusFrame | carla.AckermannCommand | carla.ManualCommand, raw: bytes) -> Item:
+    values = {field.name: getattr(said, field.name) for field in fields(said)}
+    return Item(kind=Kind.FRAME, name=name, raw=raw, fields=values)
