@@ -5,20 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from hilbench.bench_model import World
 from hilbench.errors import UsageError
 from hilbench.fault_entries import FaultEntry
 from hilbench.model_kinds import ModelSettings
 from targets.boards import Board, Straps
+from targets.robots.car_host import CarHostSettings
 from targets.robots.pioneer import RobotSettings
 from targets.robots.rover import RoverSettings
+from targets.robots.vehicle_interface import VehicleSettings
 
 CHECKER_END = "peer"
 LOCKSTEP_NS = 20_000
 
 Supply = Literal["3v3", "gnd"]
+SettingsT = TypeVar("SettingsT")
 
 
 def is_checker_end(end: str) -> bool:
@@ -231,10 +234,22 @@ class BenchFile:
     @property
     def rover(self) -> RoverSettings | None:
         """The settings of the rover that stands on the bench as a model; None without one."""
-        settings = (target.settings for target in self.targets.values())
-        return next((one for one in settings if isinstance(one, RoverSettings)), None)
+        return self._model(RoverSettings)
+
+    @property
+    def vehicle(self) -> VehicleSettings | None:
+        """Likewise of the vehicle-interface board."""
+        return self._model(VehicleSettings)
+
+    @property
+    def car_host(self) -> CarHostSettings:
+        """Likewise of the simulator's side; the usual ones where it does not stand on the bench."""
+        return self._model(CarHostSettings) or CarHostSettings()
 
     @property
     def _pioneer(self) -> RobotSettings | None:
+        return self._model(RobotSettings)
+
+    def _model(self, kind: type[SettingsT]) -> SettingsT | None:
         settings = (target.settings for target in self.targets.values())
-        return next((one for one in settings if isinstance(one, RobotSettings)), None)
+        return next((one for one in settings if isinstance(one, kind)), None)

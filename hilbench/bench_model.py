@@ -43,8 +43,9 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     Attributes:
         model: the behavioural model of it.
-        settings: what differs from a standard model, by the names of `targets.robots.pioneer.RobotSettings` or
-            `targets.robots.rover.RoverSettings`.
+        settings: what differs from a standard model, by the names of `targets.robots.pioneer.RobotSettings`,
+            `targets.robots.rover.RoverSettings`, `targets.robots.vehicle_interface.VehicleSettings` or
+            `targets.robots.car_host.CarHostSettings`.
         board: the emulated board: ``bluepill``, or the path of a board file, seen from the bench file.
         firmware: the image that would be flashed (ELF, Intel HEX or raw binary), seen from the bench file.
         base: where a raw binary belongs, if not at the beginning of flash.
@@ -55,7 +56,7 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         programs: other images for the same board, by what they do; a suite that checks them asks for them by name.
     """
 
-    model: Literal["pioneer-2dx", "rover"] | UnsetType = UNSET
+    model: Literal["pioneer-2dx", "rover", "vehicle-interface", "car-host"] | UnsetType = UNSET
     settings: dict[str, Any] = {}
     board: str | UnsetType = UNSET
     firmware: str | UnsetType = UNSET
@@ -89,9 +90,11 @@ class LinkEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     Attributes:
         ends: ``peer``, where the checker or a served client sits, or ``peer.LINE`` where it has several lines, each
-            with a name of your choosing; ``NAME.host`` of a model; ``NAME.usart1`` of a board;
-            a serial end of a part, as ``NAME.uart2``.
-        baud: speed in bit/s of the end that is no emulated USART, which has its own; 9600 for a model, and that of
+            with a name of your choosing; ``NAME.host`` of a model, ``NAME.usart2`` and ``NAME.usart3`` of the model of
+            a vehicle interface, ``NAME.board`` of a car host; ``NAME.usart1`` of a board; a serial end of a part, as
+            ``NAME.uart2``.
+        baud: speed in bit/s of the end that is no emulated USART, which has its own; 9600 for a model of a robot,
+            921600 for that of a vehicle interface and of a car host, and that of
             the USART for ``peer`` and for a part without a rate of its own, if it is left out.
     """
 

@@ -10,6 +10,7 @@ import contextlib
 import importlib.util
 from collections.abc import Iterator, Mapping, Sequence
 
+from hilbench.bench_file import BenchFile
 from hilbench.cases import ClientFactory, Tap, VirtualCase, make_client, no_tap
 from hilbench.check.observations import Observations
 from hilbench.check.provider import BenchProvider, CaseInfo
@@ -50,6 +51,14 @@ _ROVER_TARGET_KINDS = (
     "listen:tcp:PORT",
     "exec:COMMAND",
 )
+_VEHICLE_TARGET_KINDS = (
+    "interface.PROFILE=vehicle-model:PROFILE",
+    "LINE=serial:PORT@BAUD",
+    "LINE=socket://HOST:PORT",
+    "listen:pty:PATH",
+    "listen:tcp:PORT",
+    "exec:COMMAND",
+)
 
 
 def make_provider(options: CheckOptions) -> BenchProvider:
@@ -65,6 +74,8 @@ def make_provider(options: CheckOptions) -> BenchProvider:
         raise UsageError("names no suite for its boards", where=str(bench_file.path), hint=hint)
     journal = Journal(options.journal, bench_file.header(options.seed)) if options.journal else None
     shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal or Journal())
+    if bench_file.vehicle is not None or _has_lines(bench_file):
+        return _vehicle(shared, options)
     if bench_file.boards:
         at_port = len(options.targets) == 1 and is_serial_target(options.targets[0].spec)
         return _rover_at(shared, options.targets[0].spec) if at_port else _for_boards(shared, options)
@@ -108,6 +119,37 @@ def _rover_at(shared: Shared, spec: str) -> BenchProvider:
         return AttachedRoverProvider(shared, spec)
     hint = did_you_mean(spec, _ROVER_TARGET_KINDS, "a target of a rover's bench is one of")
     raise UsageError("not a target", where=f"--target {spec}", hint=hint)
+
+
+def _has_lines(bench_file: BenchFile) -> bool:
+    """Say whether the checker's lines have names, as those of a vehicle interface do."""
+    return any(bench_file.checker_lines)
+
+
+def _vehicle(shared: Shared, options: CheckOptions) -> BenchProvider:
+    from hilbench.vehicle_provider import MODEL_TARGET, AttachedVehicleProvider, VehicleProvider, foreign_simulator
+
+    kinds = {choice.spec.partition(":")[0] for choice in options.targets}
+    of_boards = bool(shared.bench_file.boards)
+    if kinds <= {MODEL_TARGET} and not of_boards:
+        return VehicleProvider(shared, [choice for choice in options.targets if choice.spec != MODEL_TARGET])
+    if of_boards and not all(is_serial_target(choice.spec) for choice in options.targets):
+        return _for_boards(shared, options)
+    if of_boards and not options.targets:
+        return _for_boards(shared, options)
+    if kinds <= {"listen", "exec"}:
+        if len(options.targets) > 1:
+            raise UsageError(
+                "one simulator's side at a time", where=f"--target {options.targets[1].spec}", hint="name only one"
+            )
+        kind, _, rest = options.targets[0].spec.partition(":")
+        provider = ListenProvider if kind == "listen" else ExecProvider
+        return provider(shared, rest, foreign_simulator(shared))
+    for choice in options.targets:
+        if not is_serial_target(choice.spec):
+            hint = did_you_mean(choice.spec, _VEHICLE_TARGET_KINDS, "a target of a vehicle interface's bench is one of")
+            raise UsageError("not a target", where=f"--target {choice.spec}", hint=hint)
+    return AttachedVehicleProvider(shared, options.targets)
 
 
 def _for_boards(shared: Shared, options: CheckOptions) -> BenchProvider:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from hilbench.bench import Bench
@@ -25,7 +26,7 @@ from protocols.carla import (
     encode_status,
 )
 
-__all__ = ["STATUS_HZ", "BoardPeer", "SimulatorPeer"]
+__all__ = ["STATUS_HZ", "BoardPeer", "Burst", "SimulatorPeer"]
 
 FrameT = TypeVar("FrameT", StatusFrame, CommandFrame)
 
@@ -33,6 +34,23 @@ STATUS_HZ = 20.0
 """How often the original says a status: CARLA in steps of 0.05 s (Carla-Autoware-Bridge, fixed_delta_seconds)."""
 
 _LAST_FRAMES_S = 0.35
+_PAUSE_NS = 5_000_000
+"""Frames come 60 ms apart and more, and the bytes of one without a gap; a USB adapter adds some ms. A choice."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Burst:
+    """Bytes without a pause between them, whatever they say.
+
+    Attributes:
+        start_ns: bench time at which the first was complete.
+        end_ns: bench time at which the last was complete.
+        data: the bytes.
+    """
+
+    start_ns: int
+    end_ns: int
+    data: bytes
 
 
 class _FramePeer(LinePeer[FrameT], Generic[FrameT]):
@@ -42,6 +60,7 @@ class _FramePeer(LinePeer[FrameT], Generic[FrameT]):
 
     def __init__(self, bench: Bench, port: Port) -> None:
         self.paddings = 0
+        self.bursts: list[Burst] = []
         super().__init__(bench, port)
 
     def _begin_reading(self) -> None:
@@ -60,6 +79,14 @@ class _FramePeer(LinePeer[FrameT], Generic[FrameT]):
                 self._behind_frame = True
                 yield Sound(raw=bytes(self._latest), packet=item)  # type: ignore[arg-type]
 
+    def _take(self, data: bytes, at_ns: int) -> None:
+        if self.bursts and at_ns - self.bursts[-1].end_ns < _PAUSE_NS:
+            self.bursts[-1].data += data
+            self.bursts[-1].end_ns = at_ns
+        else:
+            self.bursts.append(Burst(start_ns=at_ns, end_ns=at_ns, data=data))
+        super()._take(data, at_ns)
+
     def frames(self, mark: int = 0) -> list[Received[FrameT]]:
         """Return the frames received since a mark."""
         return [got for got in self.received[mark:] if got.packet is not None]
@@ -68,6 +95,7 @@ class _FramePeer(LinePeer[FrameT], Generic[FrameT]):
         """Discard everything received so far."""
         super().forget()
         self.paddings = 0
+        self.bursts.clear()
 
 
 class SimulatorPeer(_FramePeer[CommandFrame]):
@@ -81,6 +109,7 @@ class SimulatorPeer(_FramePeer[CommandFrame]):
         status: what `statuses` says.
         statuses: says it at a rate, once started.
         paddings: NULs behind frames.
+        bursts: all that came, by the pauses between.
     """
 
     LAYOUT = COMMAND_LAYOUT

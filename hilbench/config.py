@@ -164,9 +164,10 @@ class _Reader:
         for name, entry in model.targets.items():
             self._check_target(name, entry)
         models = [name for name, entry in model.targets.items() if entry.board is UNSET]
-        if len(models) > 1:
-            message = f"'{models[1]}': more than one robot is not available in this version of hilbench"
-            raise self._strict.error(message, ("targets", models[1]))
+        alone = [name for name in models if not MODEL_KINDS[str(model.targets[name].model)].beside]
+        if len(alone) > 1:
+            message = f"'{alone[1]}': more than one robot is not available in this version of hilbench"
+            raise self._strict.error(message, ("targets", alone[1]))
         signals = any(entry.signals for entry in model.parts.values())
         pioneers = [name for name in models if model.targets[name].model == "pioneer-2dx"]
         if "world" in self._file.data and not pioneers and not signals:
@@ -175,7 +176,8 @@ class _Reader:
     def _check_target(self, name: str, entry: TargetEntry) -> None:
         given = self._file.data["targets"][name]
         if entry.board is UNSET and entry.model is UNSET:
-            hint = 'write model = "pioneer-2dx" or "rover", or board and firmware'
+            kinds = " or ".join(f'"{kind}"' for kind in MODEL_KINDS)
+            hint = f"write model = {kinds}, or board and firmware"
             raise self._strict.error("the key 'model' or 'board' is missing", ("targets", name), hint)
         is_board = entry.board is not UNSET
         for key in _MODEL_KEYS if is_board else _BOARD_KEYS:
@@ -276,6 +278,9 @@ class _Reader:
                 self._check_end(number, end, known, taken)
             if entry.ends[0] == entry.ends[1]:
                 raise self._strict.error(f"both ends are '{entry.ends[0]}'", ("links", number, "ends"))
+            if {*entry.ends} <= {*_model_ends(model)}:
+                hint = f'write ends = ["peer.LINE", "{entry.ends[0]}"]'
+                raise self._strict.error("a line of a model leads to the checker", ("links", number, "ends"), hint)
             of_part = not {*entry.ends}.isdisjoint(part_ends)
             if of_part:
                 self._check_part_line(number, entry, part_ends)

@@ -40,7 +40,7 @@ _LAST_WORDS_S = 0.5
 _SERVER_CAPABILITIES = frozenset({"P2OS", "server"})
 
 
-class _LockedProvider:
+class LockedProvider:
     """What benches with something real attached have in common: one scheduler, locked to the host's clock."""
 
     def __init__(self, shared: Shared, target: str) -> None:
@@ -78,7 +78,7 @@ class _LockedProvider:
         self._shared.journal.close(self._bench.now_ns)
 
 
-class AttachedProviderBase(_LockedProvider, ABC, Generic[PeerT, CaseT]):
+class AttachedProviderBase(LockedProvider, ABC, Generic[PeerT, CaseT]):
     """A target that somebody else runs, at a serial port or behind any pyserial URL.
 
     The port is opened once, before the first case; between cases the target is settled.
@@ -205,7 +205,7 @@ class FarEnd:
 P2OS_SERVER = FarEnd(serve=ScriptedServer, case=ForeignClientCase, capabilities=frozenset({"P2OS"}))
 
 
-class _ClientProvider(_LockedProvider, ABC):
+class _ClientProvider(LockedProvider, ABC):
     """A foreign client, which finds our scripted server behind a door."""
 
     def __init__(self, shared: Shared, target: str, capabilities: frozenset[str], far_end: FarEnd) -> None:

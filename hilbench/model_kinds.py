@@ -6,13 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from protocols.carla import BAUD as CARLA_BAUD
+from targets.robots.car_host import CarHostSettings
 from targets.robots.pioneer import RobotSettings
 from targets.robots.pioneer.hostbaud import RATES as PIONEER_RATES
 from targets.robots.rover import RoverSettings
+from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleSettings
 
 __all__ = ["MODEL_KINDS", "ModelKind", "ModelSettings"]
 
-ModelSettings = RobotSettings | RoverSettings
+ModelSettings = RobotSettings | RoverSettings | VehicleSettings | CarHostSettings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,6 +29,7 @@ class ModelKind:
         rates: that its lines can have, in bit/s; empty for any.
         lines: the ends of links that it has, as ``NAME.LINE``.
         bench: the built-in bench with it alone, which a run of its suites means; empty for the default one.
+        beside: it may stand beside another model.
     """
 
     settings: type[ModelSettings]
@@ -34,7 +38,10 @@ class ModelKind:
     rates: tuple[int, ...] = ()
     lines: tuple[str, ...] = ("host",)
     bench: str = ""
+    beside: bool = False
 
+
+VEHICLE_SUITES = ("vehicle-board", "vehicle-host")
 
 MODEL_KINDS: Mapping[str, ModelKind] = MappingProxyType(
     {
@@ -43,6 +50,16 @@ MODEL_KINDS: Mapping[str, ModelKind] = MappingProxyType(
         ),
         "rover": ModelKind(
             settings=RoverSettings, suites=("pkt-board", "pkt-host"), rates=tuple(PIONEER_RATES), bench="rover-model"
+        ),
+        "vehicle-interface": ModelKind(
+            settings=VehicleSettings,
+            suites=VEHICLE_SUITES,
+            baud=CARLA_BAUD,
+            lines=(SIMULATOR_LINE, STACK_LINE),
+            bench="vehicle-model",
+        ),
+        "car-host": ModelKind(
+            settings=CarHostSettings, suites=("vehicle-host",), baud=CARLA_BAUD, lines=("board",), beside=True
         ),
     }
 )

@@ -11,7 +11,7 @@ from functools import partial
 from hilbench.bench import Bench
 from hilbench.clock import Scheduler
 from hilbench.config import BenchFile
-from hilbench.devices import DeviceActor
+from hilbench.devices import DeviceActor, LinesActor
 from hilbench.doors import SharedDoor
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
@@ -25,7 +25,9 @@ from hilbench.options import TcpDoor as TcpWish
 from hilbench.pioneer import PioneerPlan, VirtualPioneer, plan_of
 from hilbench.rover_cases import rover_baud
 from hilbench.serving import AnyDoor, Say, place, run_until_stopped, signals_held, traffic
+from hilbench.vehicle_cases import line_baud
 from targets.robots.rover import RoverRobot
+from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface
 from worlds.errors import WorldError
 
 _HOST = "host"
@@ -49,7 +51,7 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
     """
     if not options.ptys and not options.tcps:
         raise UsageError("no door", where="hilbench serve", hint="add --pty PATH or --tcp PORT")
-    target = _rover(options, bench_file) if bench_file.rover is not None else _pioneer(options, bench_file)
+    target = _target(options, bench_file)
     wishes = _assigned(options, bench_file, tuple(target.lines))
     # What is half built or half gone cannot be cleaned up: a signal waits until the robot runs, or until all is gone.
     with signals_held(), contextlib.ExitStack() as stack:
@@ -104,6 +106,12 @@ class _Target:
     make: Callable[[Bench, Mapping[str, Port]], Callable[[], None]]
 
 
+def _target(options: ServeOptions, bench_file: BenchFile) -> _Target:
+    if bench_file.vehicle is not None:
+        return _vehicle(options, bench_file)
+    return _rover(options, bench_file) if bench_file.rover is not None else _pioneer(options, bench_file)
+
+
 def _pioneer(options: ServeOptions, bench_file: BenchFile) -> _Target:
     plan = _plan(options, bench_file)
 
@@ -116,9 +124,23 @@ def _pioneer(options: ServeOptions, bench_file: BenchFile) -> _Target:
     return _Target({_HOST: plan.settings.host_baud}, make)
 
 
+def _vehicle(options: ServeOptions, bench_file: BenchFile) -> _Target:
+    _refuse_scene(options)
+    settings = bench_file.vehicle
+    assert settings is not None
+    name = next(name for name, target in bench_file.targets.items() if target.settings is settings)
+
+    def make(bench: Bench, ports: Mapping[str, Port]) -> Callable[[], None]:
+        ends = {end.rpartition(".")[2]: port for end, port in ports.items()}
+        LinesActor(bench, VehicleInterface(settings, power_on_ns=bench.now_ns), ends, name="board")
+        return lambda: None
+
+    lines = (SIMULATOR_LINE, STACK_LINE)
+    return _Target({f"{name}.{line}": options.baud or line_baud(bench_file, line) for line in lines}, make)
+
+
 def _rover(options: ServeOptions, bench_file: BenchFile) -> _Target:
-    if options.scene is not None:
-        raise UsageError("nothing stands in a world here", where=f"--scene {options.scene}")
+    _refuse_scene(options)
     settings = bench_file.rover
     assert settings is not None
 
@@ -127,6 +149,11 @@ def _rover(options: ServeOptions, bench_file: BenchFile) -> _Target:
         return lambda: None
 
     return _Target({_HOST: options.baud or rover_baud(bench_file)}, make)
+
+
+def _refuse_scene(options: ServeOptions) -> None:
+    if options.scene is not None:
+        raise UsageError("nothing stands in a world here", where=f"--scene {options.scene}")
 
 
 def _plan(options: ServeOptions, bench_file: BenchFile) -> PioneerPlan:

@@ -4,3 +4,24 @@ Bytes and bench time in, bytes out. What the board promises or gets wrong is dat
 """
 
 from __future__ import annotations
+
+from targets.robots.vehicle_interface.behaviour import BEHAVIOURS, Behaviour, BodyQuirks
+from targets.robots.vehicle_interface.board import SIMULATOR_LINE, STACK_LINE, VehicleInterface, behaviour_of
+from targets.robots.vehicle_interface.defects import DEFECTS, Defect
+from targets.robots.vehicle_interface.events import LightsSwitched
+from targets.robots.vehicle_interface.settings import PROFILE_NAMES, VehicleSettings
+
+__all__ = [
+    "BEHAVIOURS",
+    "DEFECTS",
+    "PROFILE_NAMES",
+    "SIMULATOR_LINE",
+    "STACK_LINE",
+    "Behaviour",
+    "BodyQuirks",
+    "Defect",
+    "LightsSwitched",
+    "VehicleInterface",
+    "VehicleSettings",
+    "behaviour_of",
+]

@@ -1,0 +1,299 @@
+"""A vehicle-interface board under test, as the cases of `vehicle_board` see it: both its lines, somebody beside it.
+
+A case brings the board into a mode, changes one thing and looks at frames and reports. Times are taken at the first
+byte of each frame, so that the rate of a line drops out of every difference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import TypeVar, cast
+
+from hilbench.bench import Bench
+from hilbench.carla_peer import STATUS_HZ
+from hilbench.check import CaseSetup, Violation, case, near
+from hilbench.check.provider import CaseBench
+from hilbench.clock import NS_PER_S
+from hilbench.errors import InternalError
+from hilbench.line_peer import Received
+from hilbench.vehicle_hands import VehicleBench, VehicleHands
+from protocols.autoware import (
+    AckermannControlCommand,
+    ControlMode,
+    ControlModeReport,
+    SteeringReport,
+    VelocityReport,
+)
+from protocols.carla import CommandFrame, Mode, StatusFrame
+from protocols.carla.clauses import BOARD_CLAUSES
+
+__all__ = [
+    "COMMAND",
+    "COMMAND_HZ",
+    "COMMAND_MISS_S",
+    "MISSES",
+    "STATUS",
+    "STATUS_HZ",
+    "STATUS_MISS_S",
+    "TICK_S",
+    "Frame",
+    "Vehicle",
+    "on_board",
+    "shown",
+    "vehicle_bench",
+]
+
+FunctionT = TypeVar("FunctionT", bound=Callable[..., object])
+ReportT = TypeVar("ReportT")
+Frame = Received[CommandFrame]
+
+_PROFILES = {clause.id: clause.profiles for clause in BOARD_CLAUSES}
+
+COMMAND_HZ = 30.0
+"""Autoware's trajectory follower (ctrl_period 0.03 s)."""
+
+COMMAND = AckermannControlCommand(
+    steering_tire_angle=0.5, steering_tire_rotation_rate=0.1, speed=5.0, acceleration=1.0, jerk=0.2
+)
+"""What F1 hands on."""
+
+STATUS = StatusFrame(lon_speed_m_s=8.3333, lat_speed_m_s=-0.05, heading_rate_rad_s=0.1, steering_rad=-0.2)
+"""F5."""
+
+TICK_S = 0.0011
+"""One tick of the board, 1 ms, and what it has to compute meanwhile: 0.1 ms (choice)."""
+
+COMMAND_MISS_S = 0.110
+STATUS_MISS_S = 0.100
+MISSES = 10
+
+MODE_WITHIN_S = 0.5
+"""How long a mode that was asked for may take to show: the longest turn of the control task, 160 ms, and a few more."""
+
+EMERGENCY_WITHIN_S = 2.5
+"""1.0 s in AUTOWARE, 1.6 s and a pause in MANUAL; a choice with room."""
+
+
+def on_board(clause_id: str, *, lasts_s: float) -> Callable[[FunctionT], FunctionT]:
+    """Declare the case of a clause, in each of its profiles."""
+    setups = {profile: CaseSetup(program=profile) for profile in _PROFILES[clause_id]}
+    return case(clause_id, bench_time_s=lasts_s, setups=setups)
+
+
+def vehicle_bench(bench: CaseBench) -> VehicleBench:
+    """Return the bench of a case as one with a vehicle-interface board."""
+    return cast("VehicleBench", bench)
+
+
+def shown(frames: Sequence[Frame]) -> Sequence[str]:
+    """Return frames as lines for a report: time, mode, bytes."""
+    return [f"{got.start_ns / NS_PER_S:10.4f} s  {got.raw.hex(' ').upper()}" for got in frames]
+
+
+class Vehicle:
+    """See the module.
+
+    Args:
+        there: the bench.
+
+    Attributes:
+        simulator: the checker's end of the simulator's line.
+        stack: the checker's end of the driving stack's line.
+        bench: whose time passes.
+    """
+
+    def __init__(self, there: VehicleBench) -> None:
+        self.simulator = there.simulator
+        self.stack = there.stack
+        self.bench: Bench = there.simulator.bench
+        self._hands = there.hands
+        self.simulator.status = STATUS
+        self.stack.command = COMMAND
+
+    @property
+    def hands(self) -> VehicleHands:
+        """Who stands beside the board.
+
+        Raises:
+            InternalError: nobody does, and the case has not said that it needs somebody.
+        """
+        if self._hands is None:
+            raise InternalError("the case needs somebody beside the board and has not said so")
+        return self._hands
+
+    @property
+    def light(self) -> str:
+        """The one light that is on; several of them, or none, in words."""
+        return " and ".join(sorted(self.hands.lights())) or "none"
+
+    # --- bringing it somewhere
+
+    def feed(self, *, status_hz: float | None = STATUS_HZ, command_hz: float | None = COMMAND_HZ) -> None:
+        """Let statuses and commands come at these rates, from now on."""
+        for feed, rate_hz in ((self.simulator.statuses, status_hz), (self.stack.commands, command_hz)):
+            if rate_hz is None:
+                feed.stop()
+            else:
+                feed.start(rate_hz)
+
+    def autoware(self, *, status_hz: float = STATUS_HZ, command_hz: float = COMMAND_HZ) -> int:
+        """Have the driving stack rule; return a mark behind which everything has its rhythm.
+
+        Raises:
+            Violation: it does not.
+        """
+        self.feed(status_hz=status_hz, command_hz=command_hz)
+        mark = self.simulator.mark()
+        self.run(MODE_WITHIN_S)
+        if self.simulator.modes(mark)[-1:] != [Mode.AUTOWARE]:
+            mark = self.simulator.mark()
+            self.stack.request(ControlMode.AUTONOMOUS)
+            self.wait_for(Mode.AUTOWARE, MODE_WITHIN_S, mark)
+            self.run(MODE_WITHIN_S)
+        return self.simulator.mark()
+
+    def manual(self, *, status_hz: float = STATUS_HZ, command_hz: float | None = COMMAND_HZ) -> int:
+        """Have the joystick rule; return a mark behind which everything has its rhythm.
+
+        Raises:
+            Violation: it does not.
+        """
+        self.feed(status_hz=status_hz, command_hz=command_hz)
+        self.run(0.2)
+        mark = self.simulator.mark()
+        self.stack.request(ControlMode.MANUAL)
+        self.wait_for(Mode.MANUAL, MODE_WITHIN_S, mark)
+        self.run(5 / status_hz)
+        return self.simulator.mark()
+
+    def emergency(self) -> Frame:
+        """Let statuses stop, from AUTOWARE; return the first frame of the emergency.
+
+        Raises:
+            Violation: none comes.
+        """
+        self.autoware()
+        mark = self.simulator.mark()
+        self.simulator.statuses.stop()
+        return self.wait_for(Mode.EMERGENCY, EMERGENCY_WITHIN_S, mark)
+
+    # --- time
+
+    def run(self, duration_s: float) -> None:
+        """Let bench time pass, in seconds."""
+        self.simulator.run(duration_s)
+
+    def uncertainty_s(self, since_ns: int) -> float:
+        """Return how far off times may be over what happened since then."""
+        return self.bench.uncertainty_s(since_ns)
+
+    def since_s(self, since_ns: int, frame: Frame) -> float:
+        """Return how long after a time a frame began."""
+        return (frame.start_ns - self.byte_ns - since_ns) / NS_PER_S
+
+    @property
+    def byte_ns(self) -> int:
+        """How long a byte takes on the simulator's line."""
+        baud = self.simulator.port.baud
+        return 10 * NS_PER_S // baud if baud else 0
+
+    # --- frames
+
+    def mark(self) -> int:
+        """Return a position in the frames of the simulator's line."""
+        return self.simulator.mark()
+
+    def frames(self, mark: int = 0) -> list[Frame]:
+        """Return the frames since a mark."""
+        return self.simulator.frames(mark)
+
+    def wait_for(self, mode: int, within_s: float, mark: int) -> Frame:
+        """Wait for a frame of a mode, since a mark.
+
+        Raises:
+            Violation: none comes.
+        """
+
+        def found() -> list[Frame]:
+            return [got for got in self.frames(mark) if got.packet is not None and got.packet.mode == mode]
+
+        if not self.bench.run_until(lambda: bool(found()), within_s):
+            self.simulator.require_line()
+            raise Violation(f"no frame of mode {mode} within {within_s:g} s", shown(self.frames(mark)[-6:]))
+        return found()[0]
+
+    def require_modes(self, frames: Sequence[Frame], mode: int) -> None:
+        """Require that all frames have a mode."""
+        others = [got for got in frames if got.packet is not None and got.packet.mode != mode]
+        if others:
+            times = ", ".join(f"{got.start_ns / NS_PER_S:.4f}" for got in others[:5])
+            text = f"{len(others)} of {len(frames)} frames have another mode than {mode}, at {times} s"
+            raise Violation(text, shown(others[:6]))
+
+    def require_steps(self, frames: Sequence[Frame], step_s: float, what: str) -> None:
+        """Require that frames begin at a steady pace."""
+        for before, after in pairwise(frames):
+            near(
+                (after.start_ns - before.start_ns) / NS_PER_S,
+                step_s,
+                TICK_S,
+                unit="s",
+                what=what,
+                uncertainty=self.uncertainty_s(before.start_ns),
+            )
+
+    def require_frame(self, got: Frame, wanted: CommandFrame, what: str) -> None:
+        """Require what a frame says, as far as floats of 32 bits tell."""
+        assert got.packet is not None
+        for name in ("steering", "steering_rate", "speed", "acceleration", "jerk", "mode"):
+            found, value = getattr(got.packet, name), getattr(wanted, name)
+            if not abs(found - value) <= 1e-6 * max(1.0, abs(value)):
+                raise Violation(f"{what}: {name} is {found:g}, required {value:g}", shown([got]))
+
+    # --- statuses and reports
+
+    def say(self, status: StatusFrame, wait_s: float = 0.0) -> None:
+        """Say one status, by hand, and let time pass."""
+        self.simulator.send_status(status)
+        self.run(wait_s)
+
+    def reports(self, mark: int, kind: type[ReportT]) -> list[ReportT]:
+        """Return the reports of a kind since a mark of the driving stack's line."""
+        return [report for _, report in self.stack.since(mark, kind)]
+
+    def speeds(self, mark: int) -> list[float]:
+        """Return the longitudinal speeds reported since a mark of the driving stack's line."""
+        return [report.longitudinal_velocity for report in self.reports(mark, VelocityReport)]
+
+    def steerings(self, mark: int) -> list[float]:
+        """Return the tyre angles reported since a mark of the driving stack's line."""
+        return [report.steering_tire_angle for report in self.reports(mark, SteeringReport)]
+
+    def is_reported(self, speed_m_s: float, mark: int, within_s: float = MODE_WITHIN_S) -> bool:
+        """Say whether a longitudinal speed is reported, since a mark of the driving stack's line."""
+
+        def reported() -> bool:
+            return any(abs(speed - speed_m_s) <= 1e-6 * max(1.0, abs(speed_m_s)) for speed in self.speeds(mark))
+
+        return self.bench.run_until(reported, within_s)
+
+    def require_reported(self, speed_m_s: float, mark: int, within_s: float = MODE_WITHIN_S) -> None:
+        """Require that a longitudinal speed is reported.
+
+        Raises:
+            Violation: it is not.
+        """
+        if not self.is_reported(speed_m_s, mark, within_s):
+            text = f"a longitudinal speed of {speed_m_s:g} m/s is not reported within {within_s:g} s"
+            raise Violation(text, self.stack.evidence(mark))
+
+    def modes_told(self, mark: int) -> list[int]:
+        """Return the modes of the control-mode reports since a mark of the driving stack's line."""
+        return [report.mode for report in self.reports(mark, ControlModeReport)]
+
+    def other_status(self, speed_m_s: float) -> StatusFrame:
+        """Return the usual status with another speed, and let it be the usual one."""
+        self.simulator.status = replace(STATUS, lon_speed_m_s=speed_m_s)
+        return self.simulator.status

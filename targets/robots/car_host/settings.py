@@ -1,0 +1,41 @@
+"""What a car host is set to: every value with its unit and where it comes from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from targets.robots.car_host.behaviour import DEFECTS
+
+__all__ = ["PROFILE_NAMES", "CarHostSettings"]
+
+PROFILE_NAMES = ("hardened", "v0", "v1")
+
+
+def _setting(default: Any, unit: str, source: str) -> Any:
+    return field(default=default, metadata={"unit": unit, "source": source})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CarHostSettings:
+    """The simulator's side as we would ship it, unless told otherwise.
+
+    Raises:
+        ValueError: a value makes no host. The message begins with the name of the setting.
+    """
+
+    profile: Literal["hardened", "v0", "v1"] = _setting(
+        "hardened", "", "protocols.carla.profiles: ours, and the bridge that goes with either firmware"
+    )
+    defects: tuple[str, ...] = _setting((), "", "names of targets.robots.car_host.DEFECTS, put into the profile")
+    status_hz: float = _setting(
+        20.0, "Hz", "LMA-FEM-UNICAMP/Carla-Autoware-Bridge: the simulator's steps, fixed_delta_seconds 0.05"
+    )
+
+    def __post_init__(self) -> None:
+        """Checks the figures."""
+        for name in self.defects:
+            if name not in DEFECTS:
+                raise ValueError(f"defects has '{name}', which is none; there are {', '.join(DEFECTS)}")
+        if not 1 <= self.status_hz <= 1000:
+            raise ValueError(f"status_hz {self.status_hz} is not 1..1000 Hz")
