@@ -38,7 +38,11 @@ from worlds.vehicles import find_vehicle
 from worlds.vehicles.pioneer_2dx import vehicle
 
 FOLDER = Path(__file__).parent
-CHIPS = {"mcu-registers.md": "STM32F103C8", "mcu-registers-f767.md": "STM32F767ZI"}
+CHIPS = {
+    "mcu-registers.md": "STM32F103C8",
+    "mcu-registers-f767.md": "STM32F767ZI",
+    "mcu-registers-h753.md": "STM32H753ZI",
+}
 MANY_NAMES = 8
 NOTE = "<!-- Made from the code by docs/generate.py; change the code, then run `make docs`. -->\n\n"
 

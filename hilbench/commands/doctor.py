@@ -10,7 +10,7 @@ _EXAMPLES = """
 hilbench doctor                            versions, boards, chips, benches, suites
 hilbench doctor --fidelity                 what is modelled of the STM32F103C8, register by register
 hilbench doctor --fidelity STM32F103RB --json
-hilbench doctor --fidelity nucleo-f767zi    of the chip on a board
+hilbench doctor --fidelity nucleo-h753zi    of the chip on a board
 """
 
 _DEFAULT_CHIP = "STM32F103C8"

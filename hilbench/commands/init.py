@@ -27,7 +27,7 @@ def parser() -> Parser:
         "--board",
         metavar="BOARD",
         required=True,
-        help="built-in board (bluepill, nucleo-f767zi), or a file of yours (.toml)",
+        help="built-in board (bluepill, nucleo-f767zi, nucleo-h753zi), or a file of yours (.toml)",
     )
     add(
         "--image", metavar="IMAGE", required=True, type=Path, help="what would be flashed: ELF, Intel HEX or raw binary"

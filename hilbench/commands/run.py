@@ -12,6 +12,7 @@ _EXAMPLES = """
 hilbench run bluepill:firmware.elf --for 10s --follow      ten seconds of bench time, told line by line
 hilbench run bluepill:firmware.hex --for 500ms --vcd waves.vcd
 hilbench run nucleo-f767zi:firmware.elf --for 1s
+hilbench run nucleo-h753zi:firmware.elf --for 1s
 hilbench run my-bench.toml --for 2min --journal run.jsonl --json
 """
 

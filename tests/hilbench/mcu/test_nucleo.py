@@ -1,4 +1,4 @@
-"""The NUCLEO-F767ZI as a user has it: in a bench file, in a test, on the command line."""
+"""The NUCLEO-F767ZI and NUCLEO-H753ZI as a user has them: in a bench file, in a test, on the command line."""
 
 from __future__ import annotations
 
@@ -51,6 +51,7 @@ def test_its_pins_have_three_names(nucleo):
     [
         ("nucleo-f767zi", "cut", "truncated: the file has 3000 bytes"),
         ("bluepill", "f767-demo.elf", "it would fit an STM32F767xG (1024 KB of flash, 512 KB of RAM)"),
+        ("nucleo-h753zi", "f767-demo.elf", "the initial stack pointer 0x20080000 is outside the RAM of STM32H753ZI"),
     ],
 )
 def test_images_that_do_not_fit(capsys, tmp_path, what, image, said):
@@ -73,8 +74,16 @@ def test_it_has_no_boot1(capsys, tmp_path):
 
 
 def test_its_ledger_is_of_both_names(capsys):
-    for name in ("nucleo-f767zi", "stm32f767zi"):
+    for name, rcc in (
+        *(("nucleo-f767zi", 0x4002_3800), ("stm32f767zi", 0x4002_3800)),
+        *(("nucleo-h753zi", 0x5802_4400), ("stm32h753zi", 0x5802_4400)),
+    ):
         assert main(["doctor", "--fidelity", name, "--json"]) == 0
         parts = {part["name"]: part for part in json.loads(capsys.readouterr().out)["peripherals"]}
-        assert parts["RCC"]["base"] == 0x4002_3800
+        assert parts["RCC"]["base"] == rcc
         assert parts["SPI1"]["counts"]["absent"] == len(parts["SPI1"]["registers"])
+
+
+def test_the_other_nucleo_runs_from_the_command_line(capsys):
+    assert main(["run", f"nucleo-h753zi:{IMAGES / 'h753-demo.elf'}", "--for", "10ms"]) == 0
+    assert "nucleo-h753zi.usart3: 101 bytes sent" in capsys.readouterr().err
