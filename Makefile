@@ -4,7 +4,7 @@
 VENV ?= .venv
 BIN  := $(VENV)/bin
 
-.PHONY: check test lint types layers unit search bench soak mutants loss campaign docs clean
+.PHONY: check test lint types layers unit search bench soak mutants loss deadlines campaign docs clean
 
 check:            ## the main job: the virtual Pioneer against its conformance suites
 	@.ci/setup $(VENV)
@@ -47,6 +47,9 @@ mutants: dev      ## the matrix clause x mutant (docs/mutants.md, docs/rover-def
 
 loss: dev         ## what newlines cost a client of the rover (docs/pkt/loss.md)
 	$(BIN)/python -m tests.loss
+
+deadlines: dev    ## how exactly a vehicle-interface board keeps its deadlines (docs/carla/deadlines.md)
+	$(BIN)/python -m tests.deadlines
 
 campaign: dev     ## the dodger in twenty rooms, in three ways (docs/campaign.md); half an hour
 	$(BIN)/python -m tests.campaign
