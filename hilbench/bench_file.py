@@ -218,8 +218,9 @@ class BenchFile:
 
     @property
     def has_world(self) -> bool:
-        """True if a robot stands in a world, or a vehicle that parts drive or sense."""
-        return self._pioneer is not None or any(part.signals for part in self.parts.values())
+        """True if a robot stands in a world, a vehicle that parts drive or sense, or a car, which needs neither."""
+        is_car = self.world.vehicle == "car" and bool(self.boards)
+        return is_car or self._pioneer is not None or any(part.signals for part in self.parts.values())
 
     def pioneer(self) -> RobotSettings:
         """Return the settings of the one Pioneer of the bench.

@@ -170,7 +170,8 @@ class _Reader:
             raise self._strict.error(message, ("targets", alone[1]))
         signals = any(entry.signals for entry in model.parts.values())
         pioneers = [name for name in models if model.targets[name].model == "pioneer-2dx"]
-        if "world" in self._file.data and not pioneers and not signals:
+        car = model.world.vehicle == "car" and len(models) < len(model.targets)
+        if "world" in self._file.data and not (pioneers or signals or car):
             raise self._strict.error("nothing stands in a world here: no target has a body", ("world",))
 
     def _check_target(self, name: str, entry: TargetEntry) -> None:

@@ -27,6 +27,7 @@ from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
 from hilbench.rover_hands import hands_on
 from hilbench.shared import Shared
+from hilbench.vehicle_on_board import vehicle_hands_on
 
 __all__ = ["BoardProvider"]
 
@@ -63,7 +64,8 @@ class BoardProvider:
     def capabilities(self) -> frozenset[str]:
         """Boards, programs, variants, parts, and what the world can do."""
         bench_file = self._shared.bench_file
-        found = {"boards", *hands_on(bench_file), *(f"variant '{name}'" for name in self._variants if name)}
+        found = {"boards", *hands_on(bench_file), *vehicle_hands_on(bench_file)}
+        found |= {f"variant '{name}'" for name in self._variants if name}
         for name, variant in self._variants.items():
             there = {f"part '{part}'" for part in variant.parts}
             there |= {f"program '{one}'" for emulated in variant.boards.values() for one in emulated.programs}

@@ -18,7 +18,9 @@ from hilbench.check.provider import CaseBench
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError
 from hilbench.line_peer import Received
+from hilbench.mcu.board_case import BoardCase
 from hilbench.vehicle_hands import VehicleBench, VehicleHands
+from hilbench.vehicle_on_board import VehicleOnBoard
 from protocols.autoware import (
     AckermannControlCommand,
     ControlMode,
@@ -84,7 +86,7 @@ def on_board(clause_id: str, *, lasts_s: float) -> Callable[[FunctionT], Functio
 
 def vehicle_bench(bench: CaseBench) -> VehicleBench:
     """Return the bench of a case as one with a vehicle-interface board."""
-    return cast("VehicleBench", bench)
+    return VehicleOnBoard(bench) if isinstance(bench, BoardCase) else cast("VehicleBench", bench)
 
 
 def shown(frames: Sequence[Frame]) -> Sequence[str]:
