@@ -8,6 +8,8 @@ noted; a byte or half-word counts the same in whichever lanes of DR it is writte
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import ClassVar
 
 from targets.mcu.registers import Peripheral, Register
@@ -23,7 +25,13 @@ _UNITS = (0, 8, 16, 32)  # by REV_IN: in which the bits are reversed
 
 
 class Crc(Peripheral):
-    """The CRC unit. A word takes silicon four cycles, for which it stalls the next access; here it takes none."""
+    """The CRC unit. A word takes silicon four cycles, for which it stalls the next access; here it takes none.
+
+    Args:
+        base: address.
+        services: what the chip offers.
+        data_bits: of IDR: 8, or 32 on the STM32H7.
+    """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
         Register("DR", DR, WORD),
@@ -33,8 +41,14 @@ class Crc(Peripheral):
         Register("POL", POL, 0x04C1_1DB7),
     )
 
-    def __init__(self, base: int, services: Services) -> None:
+    def __init__(self, base: int, services: Services, *, data_bits: int = 8) -> None:
+        self._data_bits = data_bits
         super().__init__("CRC", base, services)
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers, IDR with the bits that it has."""
+        for register in self.REGISTERS:
+            yield replace(register, writable=(1 << self._data_bits) - 1) if register.name == "IDR" else register
 
     # --- registers
 

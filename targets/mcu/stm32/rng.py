@@ -1,14 +1,16 @@
-"""RNG: random numbers, the same in every run (RM0410 section 22).
+"""RNG: random numbers, the same in every run (RM0410 section 22, RM0433 section 34).
 
 A number takes 46 ticks of its clock from RNGEN on, and 42 from each read of DR on. Choices: the numbers come from a
 generator that begins anew with every power-on from a seed of the chip's, so that a run can be repeated; the seed is
-never faulty. A clock slower than HCLK / 16 is an error, as on silicon, and then no number comes; it is looked at when
-RNGEN is set and when the clock changes, and a number under way then begins anew.
+never faulty. A clock slower than HCLK / 16 (STM32H7: 32) is an error, as on silicon, and then no number comes; it is
+looked at when RNGEN is set and when the clock changes, and a number under way then begins anew.
 """
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
+from dataclasses import replace
 from fractions import Fraction
 from typing import ClassVar
 
@@ -20,10 +22,10 @@ from targets.mcu.timebase import Event
 __all__ = ["Rng"]
 
 CR, SR, DR = 0x00, 0x04, 0x08
-RNGEN, IE = 1 << 2, 1 << 3
+RNGEN, IE, CED = 1 << 2, 1 << 3, 1 << 5
 DRDY, CECS, SECS, CEIS, SEIS = 1 << 0, 1 << 1, 1 << 2, 1 << 5, 1 << 6
 FIRST_TICKS, TICKS = 46, 42
-SLOWEST = 16  # HCLK cycles per tick
+SLOWEST = 16  # cycles of AHB per tick
 
 
 class Rng(Peripheral):
@@ -34,20 +36,39 @@ class Rng(Peripheral):
         services: what the chip offers; its clock is ``RNG`` of `Clocks.kernel`.
         irq: interrupt: 80 (RM0410 table 46).
         seed: what the numbers depend on, such as the name of the board.
+        slowest: cycles of AHB per tick from which on the clock is too slow.
+        may_ignore: it has CED, by which a slow clock is no error.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
-        Register("CR", CR, 0, RNGEN | IE),
+        Register("CR", CR, 0, RNGEN | IE | CED),
         Register("SR", SR, 0, CEIS | SEIS, fidelity=Fidelity.PARTLY, note="the seed is never faulty"),
         Register("DR", DR, 0, 0, fidelity=Fidelity.PARTLY, note="the numbers are the same in every run"),
     )
 
-    def __init__(self, base: int, services: Services, *, irq: int = 80, seed: str = "") -> None:
+    def __init__(
+        self,
+        base: int,
+        services: Services,
+        *,
+        irq: int = 80,
+        seed: str = "",
+        slowest: int = SLOWEST,
+        may_ignore: bool = False,
+    ) -> None:
+        self._slowest = slowest
+        self._may_ignore = may_ignore
         super().__init__("RNG", base, services)
         self._irq = services.irq(irq)
         self._seed = seed
         self._drawn = 0
         self._event: Event | None = None
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers, CR without CED where there is none."""
+        for register in self.REGISTERS:
+            leave_out = register.name == "CR" and not self._may_ignore
+            yield replace(register, writable=register.writable & ~CED) if leave_out else register
 
     def reset(self) -> None:
         """Stop; the numbers go on where they were."""
@@ -107,11 +128,12 @@ class Rng(Peripheral):
 
     def _check_clock(self) -> None:
         cycles = self._ticks()
-        if cycles and cycles <= SLOWEST:
+        if cycles and (cycles <= self._slowest * self.services.clocks.pclk("AHB") or self[CR] & CED):
             self[SR] &= ~CECS
         else:
             self[SR] |= CECS | CEIS
-            self.note("misuse", "SR.CECS", "its clock stands still or is slower than HCLK / 16: no number comes")
+            text = f"its clock stands still or is slower than HCLK / {self._slowest}: no number comes"
+            self.note("misuse", "SR.CECS", text)
         self._drive_irq()
 
     def _start(self, ticks: int) -> None:

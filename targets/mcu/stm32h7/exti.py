@@ -23,7 +23,7 @@ _GROUP, _CPU_GROUP = 0x20, 0x10  # from the registers of a group of 32 lines to 
 # RM0433 section 20.4, event inputs: 0 to 21 and 49, 51, 82, 84 to 86 are configurable; 45, 83 and 81 do not exist.
 CONFIGURABLE = (0x003F_FFFF, 1 << 17 | 1 << 19, 1 << 18 | 1 << 20 | 1 << 21 | 1 << 22)
 EXISTING = (0xFFFF_FFFF, 0xFFFF_DFFF, 0x01F5_FFFF)
-_D3_LINES = (0x02FF_FFFF, 0x0001_FE3E, 0x01F0_0000)
+_D3_LINES = (0x0238_FFFF, 0x003F_020C, 1 << 24)
 # After a reset direct lines are unmasked (RM0433 section 20.6.19)
 _IMR_RESET = (0xFFC0_0000, 0xFFF5_DFFF, 0x0185_FFFF)
 

@@ -54,6 +54,7 @@ class Syscfg(ExtiPorts):
         *(
             Register(f"UR{number}", UR + 4 * number, 0, 0, fidelity=Fidelity.ABSENT, note="option bytes: see FLASH")
             for number in range(18)
+            if number != 1
         ),
     )
 

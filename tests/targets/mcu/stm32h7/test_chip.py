@@ -323,3 +323,64 @@ def test_the_rtc_reaches_exti_by_the_lines_of_this_family(nucleo):
         chip.signals.output(f"EXTI{line}").set(True)
     assert peek(chip.peripherals["EXTI"], "CPUPR1") == 7 << 17
     assert [number for number in (2, 3, 41) if chip.core.exceptions.lines[number].level] == [2, 3, 41]
+
+
+def test_random_numbers_take_the_48_mhz_oscillator_or_no_heed_of_a_slow_clock(nucleo):
+    machine = nucleo()
+    rcc, rng = machine.chip.rcc, machine.chip.peripherals["RNG"]
+    poke(rcc, "AHB2ENR", 1 << 6)
+    poke(rng, "CR", 1 << 2)
+    machine.run_to(1_000_000)
+    assert peek(rng, "SR") == 0x22, "HSI48 is off"
+    poke(rcc, "CR", peek(rcc, "CR") | 1 << 12)
+    machine.run_to(2_000_000)
+    assert peek(rng, "SR") & 3 == 1
+    assert peek(rng, "DR") != 0
+    poke(rng, "CR", 0)
+    poke(rcc, "CSR", 1)
+    poke(rcc, "D2CCIP2R", 3 << 8)  # LSI
+    poke(rng, "CR", 1 << 2 | 1 << 5)
+    machine.run_to(10_000_000)
+    assert peek(rng, "SR") & 3 == 1, "CED"
+
+
+def test_the_crc_unit_has_32_bits_to_spare_and_takes_bytes_as_bytes(nucleo):
+    machine = nucleo()
+    poke(machine.chip.rcc, "AHB4ENR", 1 << 19)
+    for byte in b"123456789":
+        machine.bus.write(0x5802_4C00, 1, byte)
+    assert machine.bus.read(0x5802_4C00, 4) == 0x0376_E6E7, "CRC-32/MPEG-2"
+    machine.bus.write(0x5802_4C04, 4, 0x1234_5678)
+    assert machine.bus.read(0x5802_4C04, 4) == 0x1234_5678
+
+
+def test_the_window_watchdog_runs_on_apb3(nucleo):
+    machine = nucleo()
+    resets = []
+    machine.on_reset = resets.append
+    poke(machine.chip.rcc, "D1CFGR", 4 << 4)  # PCLK3 is half of HCLK
+    poke(machine.chip.rcc, "APB3ENR", 1 << 6)
+    began_ns = machine.now_ns
+    poke(machine.chip.wwdg, "CR", 0xC3)
+    poke(machine.chip.wwdg, "CFR", 0x7F)
+    poke(machine.chip.wwdg, "CR", 0xC3)
+    machine.run_to(began_ns + 510_000)
+    assert not resets
+    machine.run_to(began_ns + 513_000)
+    assert resets == ["WWDG"], "4 x 4096 cycles of 32 MHz are 512 us"
+    assert peek(machine.chip.rcc, "RSR") >> 28 & 1
+
+
+def test_the_independent_watchdog_runs_on_the_lsi(nucleo):
+    machine = nucleo()
+    resets = []
+    machine.on_reset = resets.append
+    for key in (0xCCCC, 0x5555):
+        machine.bus.write(0x5800_4800, 4, key)
+    machine.bus.write(0x5800_4808, 4, 9)
+    machine.run_to(5_000_000)
+    machine.bus.write(0x5800_4800, 4, 0xAAAA)
+    machine.run_to(6_000_000)
+    assert not resets
+    machine.run_to(7_000_000)
+    assert resets == ["IWDG"], "10 x 4 periods of 32 kHz are 1.25 ms"
