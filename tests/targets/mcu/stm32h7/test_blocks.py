@@ -14,12 +14,12 @@ from targets.mcu.machine import Machine
 from targets.mcu.pins import Source
 from targets.mcu.serial_line import SerialFormat
 
-RCC, GPIOA, GPIOD = 0x5802_4400, 0x5802_0000, 0x5802_0C00
+RCC, GPIOA, GPIOB, GPIOD = 0x5802_4400, 0x5802_0000, 0x5802_0400, 0x5802_0C00
 D2CCIP2R, D3CCIPR = RCC + 0x54, RCC + 0x58
 AHB1ENR, AHB4ENR, APB1LENR, APB2ENR = RCC + 0xD8, RCC + 0xE0, RCC + 0xE8, RCC + 0xF0
 DMA1, DMA2, DMAMUX1 = 0x4002_0000, 0x4002_0400, 0x4002_0800
 USART2, USART3, ADC1, ADC3 = 0x4000_4400, 0x4000_4800, 0x4002_2000, 0x5802_6000
-TIM6 = 0x4000_1000
+TIM6, TIM16 = 0x4000_1000, 0x4001_4400
 CR1, CR3, BRR, ISR, RDR, TDR = 0x00, 0x08, 0x0C, 0x1C, 0x24, 0x28
 UE, RE, TE, FIFOEN, DMAR, DMAT = 1 << 0, 1 << 2, 1 << 3, 1 << 29, 1 << 6, 1 << 7
 EN, TO_PERIPHERAL, CIRC, MINC, WORDS, TRBUFF = 1, 1 << 6, 1 << 8, 1 << 10, 0x5000, 1 << 20
@@ -194,3 +194,14 @@ def test_timers_count_at_twice_the_clock_of_a_divided_bus(board):
         board.advance(1000)
         assert board.read(TIM6 + 0x24) - before == pytest.approx(ticks, abs=1)
         board.write(TIM6, 0)
+
+
+def test_a_timer_with_a_break_reaches_its_pin(board):
+    board.alternate(GPIOB, 8, 1)  # TIM16_CH1
+    for offset, value in ((0x2C, 9), (0x34, 4), (0x18, 0x60), (0x20, 1), (0x44, 1 << 15), (0x00, 1)):
+        board.write(TIM16 + offset, value)
+    levels = []
+    for _ in range(20):
+        board.advance(1)
+        levels.append(board.chip.pins["PB8"].level)
+    assert sum(levels) == 8
