@@ -29,7 +29,7 @@ COMMANDS = {
     "validate": "read a bench file and say whether it is right",
 }
 
-_OWN = frozenset({"live"})
+_OWN = frozenset({"attach", "dashboard", "live"})
 """Commands that hilbench itself gives to processes of its own."""
 
 _HELP = """\

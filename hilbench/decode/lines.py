@@ -11,7 +11,7 @@ from typing import Any
 from hilbench.clock import NS_PER_S
 from hilbench.decode.items import Item, Kind
 
-__all__ = ["json_line", "text_line"]
+__all__ = ["json_line", "said", "text_line", "value_text"]
 
 _SHOWN_BYTES = 24
 
@@ -23,13 +23,17 @@ def text_line(item: Item, offset: int, stream: str, ns: int | None) -> str:
         columns.append(f"{ns / NS_PER_S:12.6f} s")
     if stream:
         columns.append(f"{stream:<12}")
-    if item.kind is Kind.FRAME:
-        said = [f"{name}={_text(value)}" for name, value in item.fields.items() if value is not None]
-        columns.append(" ".join([item.name, *said]))
-    else:
-        more = f" ... ({len(item.raw)} bytes)" if len(item.raw) > _SHOWN_BYTES else ""
-        columns.append(f"!! {item.name}: {item.raw[:_SHOWN_BYTES].hex(' ').upper()}{more}")
+    columns.append(said(item))
     return "  ".join(columns)
+
+
+def said(item: Item) -> str:
+    """Return what an item says, in words; the bytes of it if it says nothing."""
+    if item.kind is Kind.FRAME:
+        fields = [f"{name}={value_text(value)}" for name, value in item.fields.items() if value is not None]
+        return " ".join([item.name, *fields])
+    more = f" ... ({len(item.raw)} bytes)" if len(item.raw) > _SHOWN_BYTES else ""
+    return f"!! {item.name}: {item.raw[:_SHOWN_BYTES].hex(' ').upper()}{more}"
 
 
 def json_line(item: Item, offset: int, stream: str, ns: int | None) -> str:
@@ -46,7 +50,8 @@ def json_line(item: Item, offset: int, stream: str, ns: int | None) -> str:
     return json.dumps(about)
 
 
-def _text(value: object) -> str:
+def value_text(value: object) -> str:
+    """Return the value of a field in words."""
     if isinstance(value, float):
         return f"{value:.7g}"
     if isinstance(value, bytes):
@@ -54,7 +59,7 @@ def _text(value: object) -> str:
     if isinstance(value, Enum):
         return value.name
     if isinstance(value, tuple | list):
-        return "[" + " ".join(map(_text, value)) + "]"
+        return "[" + " ".join(map(value_text, value)) + "]"
     return str(value)
 
 

@@ -22,6 +22,7 @@ TURN_DEG_S = 60
 THROTTLE = 0.8
 """Of a rover at full stick, as a share of full voltage (choice)."""
 _ENABLE_EVERY_NS = 500 * NS_PER_MS
+_AGAIN_NS = 500 * NS_PER_MS
 _KEPT_PACKETS = 64
 
 
@@ -150,16 +151,22 @@ class PioneerOperator:
 class RoverOperator:
     """A ground station that drives a rover.
 
+    A rover that has stopped because it heard nobody stays at rest until it is commanded again. So a motion that is
+    wanted is commanded twice a second.
+
     Args:
+        bench: whose time passes.
         station: the station.
     """
 
     name = "station"
     room_ahead_m: float | None = None
 
-    def __init__(self, station: GroundStation) -> None:
+    def __init__(self, bench: Bench, station: GroundStation) -> None:
+        self._bench = bench
         self._station = station
         self._told: tuple[float, float] | None = None
+        self._told_ns = 0
 
     @property
     def observed(self) -> Observed:
@@ -193,8 +200,9 @@ class RoverOperator:
             self._told = None
             return
         left, right = (max(-1.0, min(1.0, share)) * THROTTLE for share in (forward - turn, forward + turn))
-        if (left, right) != self._told:
-            self._told = (left, right)
+        again = (left or right) and self._bench.now_ns - self._told_ns >= _AGAIN_NS
+        if (left, right) != self._told or again:
+            self._told, self._told_ns = (left, right), self._bench.now_ns
             self._station.drive_motors(left, right)
 
     def tidy(self) -> None:

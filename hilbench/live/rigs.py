@@ -17,6 +17,8 @@ from hilbench.live.operators import Operator, PioneerOperator, RoverOperator
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, describe_machine
 from hilbench.p2os_client import P2osClient
+from protocols.p2os import robot_parameters
+from protocols.p2os.units import NO_ECHO_RAW
 from protocols.pkt import PROFILES
 from targets.robots.rover import RoverRobot
 from worlds.errors import WorldError
@@ -77,7 +79,7 @@ def _pioneer(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
     tap = Tap(bench, link.a, "client", seed=seed)
     operator = PioneerOperator(bench, P2osClient(bench, tap))
     machines = {"client": operator.observed, "robot": pioneer.robot.connection}
-    about = _about(operator, "p2os", machines) | {"sonars": _sonars(plan.settings.subclass)} | _world(pioneer.world)
+    about = _about(operator, "p2os", machines) | _sonars(plan.settings.subclass) | _world(pioneer.world)
     return Rig(operator=operator, tap=tap, machines=machines, about=about, close=pioneer.close)
 
 
@@ -126,7 +128,7 @@ def _boards(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
 
 def _station(bench: Bench, port: Port, profile: str, seed: int) -> tuple[Tap, RoverOperator]:
     tap = Tap(bench, port, "station", seed=seed)
-    return tap, RoverOperator(GroundStation(bench, tap, PROFILES[profile]))
+    return tap, RoverOperator(bench, GroundStation(bench, tap, PROFILES[profile]))
 
 
 def _reset(emulated: EmulatedBench) -> None:
@@ -151,10 +153,13 @@ def _pkt(operator: Operator, machines: Mapping[str, Observed], profile: str) -> 
     return about | {"framing": server.frames.framing.name, "schema": server.schema.name, "profile": profile}
 
 
-def _sonars(subclass: str) -> list[list[float]]:
+def _sonars(subclass: str) -> dict[str, Any]:
+    """Return where the discs sit, what a raw range means, and from which on nothing was heard."""
     from hilbench.pioneer import sonar_poses
 
-    return [[round(x_m, 4), round(y_m, 4), round(th_rad, 4)] for x_m, y_m, th_rad in sonar_poses(subclass)]
+    poses = [[round(x_m, 4), round(y_m, 4), round(th_rad, 4)] for x_m, y_m, th_rad in sonar_poses(subclass)]
+    unit_mm = robot_parameters(subclass).range_unit_mm
+    return {"sonars": poses, "sonar_unit_mm": unit_mm, "sonar_no_echo": NO_ECHO_RAW}
 
 
 def _world(world: World | None) -> dict[str, Any]:

@@ -1,0 +1,371 @@
+"""The dashboard on a terminal: panes around one model, keys that ask the bench for something."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from textual.app import App, ComposeResult, SystemCommand
+from textual.binding import Binding
+from textual.containers import Horizontal, Vertical
+from textual.screen import Screen
+from textual.widgets import Footer, Static
+
+from hilbench.clock import Stopwatch
+from hilbench.tui.bench_process import BenchProcess, Phase
+from hilbench.tui.dialogs import HelpScreen, InjectScreen, LeaveScreen, PickScreen, WordScreen
+from hilbench.tui.model.bench import BenchModel
+from hilbench.tui.model.follower import Follower
+from hilbench.tui.model.stick import Stick
+from hilbench.tui.panes import FramesPane, Pane, Strip, pane_names
+from hilbench.tui.views.words import seconds
+
+__all__ = ["FRAMES_PER_S", "Dashboard"]
+
+FRAMES_PER_S = 10
+_WIDE = 132
+_SLOW, _FULL = 0.5, 1.0
+_MOST_BATCHES = 8
+_NEEDS = {
+    "drive": "drive", "stop": "stop", "demo": "demo", "connect": "connect", "disconnect": "disconnect",
+    "reset": "reset", "inject": "inject", "clear_faults": "clear-faults", "pause": "pause", "step": "step",
+    "faster": "speed", "slower": "speed", "mark": "mark",
+}  # fmt: skip
+"""What an action of ours asks of the bench; one that the bench does not have is not offered."""
+
+OpenBench = Callable[[str], BenchProcess]
+
+
+class Dashboard(App[None]):
+    """See the module.
+
+    Args:
+        process: the bench.
+        benches: the benches that can be opened instead, by name and what they are.
+        open_bench: opens one of them.
+        ticking: whether it looks at the bench by itself; a test does it by hand.
+    """
+
+    CSS_PATH = "dashboard.tcss"
+    TITLE = "hilbench"
+    BINDINGS = [
+        Binding("w,up", "drive(0, 0.5)", "Drive", key_display="wasd"),
+        Binding("s,down", "drive(0, -0.5)", show=False),
+        Binding("a,left", "drive(1, 0.5)", show=False),
+        Binding("d,right", "drive(1, -0.5)", show=False),
+        Binding("W,shift+up", "drive(0, 1)", show=False),
+        Binding("S,shift+down", "drive(0, -1)", show=False),
+        Binding("A,shift+left", "drive(1, 1)", show=False),
+        Binding("D,shift+right", "drive(1, -1)", show=False),
+        Binding("space", "stop", "Stop"),
+        Binding("o", "demo", "Demo"),
+        Binding("c", "connect", "Connect", show=False),
+        Binding("x", "disconnect", "Disconnect", show=False),
+        Binding("r", "reset", "Reset"),
+        Binding("p", "pause", "Pause"),
+        Binding("n", "step", "Step", show=False),
+        Binding("plus", "faster", "Faster", show=False),
+        Binding("minus", "slower", "Slower", show=False),
+        Binding("i", "inject", "Fault"),
+        Binding("u", "clear_faults", "No faults", show=False),
+        Binding("m", "mark", "Mark", show=False),
+        Binding("g", "picture", "SVG", show=False),
+        Binding("slash", "filter", "Filter"),
+        Binding("b", "pick", "Bench", show=False),
+        Binding("question_mark", "help", "Help", key_display="?"),
+        Binding("q", "leave", "Quit"),
+        Binding("escape", "unzoom", show=False),
+        *(Binding(str(key), f"zoom('{name}')", show=False) for key, name in enumerate(pane_names(), 1)),
+    ]
+
+    def __init__(
+        self,
+        process: BenchProcess,
+        *,
+        benches: Iterable[tuple[str, str]] = (),
+        open_bench: OpenBench | None = None,
+        ticking: bool = True,
+    ) -> None:
+        super().__init__()
+        self.process = process
+        self.model: BenchModel | None = None
+        self.zoomed = ""
+        self._benches = list(benches)
+        self._open_bench = open_bench
+        self._ticking = ticking
+        self._follower: Follower | None = None
+        self._stick = Stick()
+        self._watch = Stopwatch()
+        self._arranged = ""
+
+    def compose(self) -> ComposeResult:
+        """Put the panes into three columns; how they are shared out is `_arrange`'s business."""
+        yield Static(id="head")
+        yield Static(id="ended")
+        with Horizontal(id="body"):
+            with Vertical(id="left"):
+                yield Pane("link")
+                yield Pane("timers")
+                yield Pane("counters")
+            with Vertical(id="middle"):
+                yield Pane("world")
+                yield FramesPane()
+            with Vertical(id="right"):
+                yield Pane("states")
+                yield Pane("pins")
+                yield Pane("log")
+        yield Strip()
+        yield Footer(compact=True, show_command_palette=False)
+
+    def on_mount(self) -> None:
+        """Begin to look."""
+        self._arrange()
+        if self._ticking:
+            self.set_interval(1 / FRAMES_PER_S, self.look)
+        self.look()
+
+    def on_unmount(self) -> None:
+        """Let go of the journal."""
+        if self._follower is not None:
+            self._follower.close()
+
+    # --- what is seen
+
+    def look(self) -> None:
+        """Take what the bench has told since the last time, and show it."""
+        for refused in self.process.poll():
+            self.notify(refused, severity="warning")
+        if self._follower is None and self.process.phase is not Phase.STARTING:
+            self._follower = Follower(self.process.journal)
+        if self._follower is not None:
+            self._take(self._follower)
+        self._show()
+
+    def _take(self, follower: Follower) -> None:
+        for _ in range(_MOST_BATCHES):
+            events = follower.news()
+            if self.model is None and follower.header:
+                self.model = BenchModel(follower.header)
+                self._arranged = ""
+                self.refresh_bindings()
+            if not events or self.model is None:
+                return
+            self.model.take(events)
+
+    def _show(self) -> None:
+        self._arrange()
+        for pane in self.query(Pane):
+            pane.model = self.model
+            if pane.display:
+                pane.refresh()
+        strip = self.query_one(Strip)
+        strip.model = self.model
+        strip.refresh()
+        self.query_one("#head", Static).update(self._headline())
+        ended = self.query_one("#ended", Static)
+        ended.display = self.process.phase is Phase.ENDED
+        if ended.display:
+            ended.update(f"{self.process.cause}. What it told stays here; b opens a bench, q leaves.")
+
+    def _headline(self) -> str:
+        model = self.model
+        if model is None:
+            return f" hilbench  {self.process.phase.value} ..."
+        clock = "PAUSED" if model.paused else "" if model.speed == 1 else f"{model.speed:g} x"
+        state = "" if self.process.phase is Phase.LIVE else f"  [{self.process.phase.value}]"
+        return f" hilbench  {model.name}  {seconds(model.ns)}  {clock}{state}".replace("[", "\\[")
+
+    # --- arrangement
+
+    def on_resize(self) -> None:
+        """Share the room out anew."""
+        self._arrange()
+
+    def _arrange(self) -> None:
+        """Show what there is room for: three columns, or the middle one alone, or one pane."""
+        wide = self.size.width >= _WIDE
+        has_world = self.model is None or bool(self.model.world.vehicle)
+        has_pins = self.model is None or bool(self.model.pins.pins)
+        arranged = f"{wide} {has_world} {has_pins} {self.zoomed}"
+        if arranged == self._arranged:
+            return
+        self._arranged = arranged
+        first = "world" if has_world else "link"
+        shown = set(pane_names()) if wide else {first, "frames", *(["timers"] if not has_world else [])}
+        shown -= {"world"} if not has_world else set()
+        shown -= {"pins"} if not has_pins else set()
+        shown = {self.zoomed} if self.zoomed else shown
+        for column in ("left", "middle", "right"):
+            box = self.query_one(f"#{column}")
+            box.display = any(pane.id in shown for pane in box.query(Pane))
+        for pane in self.query(Pane):
+            pane.display = pane.id in shown
+        self.query_one(Strip).display = not wide or bool(self.zoomed)
+        self.query_one("#body").set_class(not wide and not has_world and not self.zoomed, "stacked")
+
+    def action_zoom(self, name: str) -> None:
+        """Give a pane the whole screen, or take it back."""
+        self.zoomed = "" if self.zoomed == name else name
+        self._arrange()
+        if self.zoomed:
+            self.query_one(f"#{name}").focus()
+
+    def action_unzoom(self) -> None:
+        """Show all panes again."""
+        self.zoomed = ""
+        self._arrange()
+
+    def on_pane_chosen(self, message: Pane.Chosen) -> None:
+        """Give the pane that was clicked on the whole screen."""
+        self.action_zoom(message.name)
+
+    # --- what is asked of the bench
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Offer only what the bench can do."""
+        del parameters
+        needed = _NEEDS.get(action)
+        if needed is None:
+            return True
+        return self.process.phase is Phase.LIVE and needed in self.process.actions
+
+    def action_drive(self, axis: int, share: float) -> None:
+        """Move the stick."""
+        forward, turn = self._stick.press(int(axis), float(share), self._watch.elapsed_s())
+        self.process.send("drive", forward=forward, turn=turn)
+
+    def action_stop(self) -> None:
+        """Stop the vehicle."""
+        self._stick.release()
+        self.process.send("stop")
+
+    def action_demo(self) -> None:
+        """Let the demo driver go on."""
+        self.process.send("demo")
+
+    def action_connect(self) -> None:
+        """Connect."""
+        self.process.send("connect")
+
+    def action_disconnect(self) -> None:
+        """Disconnect."""
+        self.process.send("disconnect")
+
+    def action_reset(self) -> None:
+        """Press the reset button."""
+        self.process.send("reset")
+
+    def action_pause(self) -> None:
+        """Let bench time stand still, or go on."""
+        self.process.send("resume" if self.model is not None and self.model.paused else "pause")
+
+    def action_step(self) -> None:
+        """Go a tenth of a second further."""
+        self.process.send("step", seconds=0.1)
+
+    def action_faster(self) -> None:
+        """Let bench time pass twice as fast."""
+        self.process.send("speed", factor=min(16.0, 2 * (self.model.speed if self.model else 1.0)))
+
+    def action_slower(self) -> None:
+        """Let bench time pass half as fast."""
+        self.process.send("speed", factor=max(1 / 16, 0.5 * (self.model.speed if self.model else 1.0)))
+
+    def action_clear_faults(self) -> None:
+        """Take all faults back."""
+        self.process.send("clear-faults")
+
+    def action_inject(self) -> None:
+        """Ask for a fault and put it on the line."""
+
+        def put(asked: dict[str, object] | None) -> None:
+            if asked:
+                self.process.send("inject", **asked)
+
+        self.push_screen(InjectScreen(), put)
+
+    def action_mark(self) -> None:
+        """Ask for a word and put it into the journal."""
+
+        def mark(word: str | None) -> None:
+            if word is not None:
+                self.process.send("mark", text=word)
+
+        self.push_screen(WordScreen("Mark this moment as"), mark)
+
+    # --- the rest
+
+    def action_filter(self) -> None:
+        """Ask for a filter of the frames."""
+        frames = self.query_one(FramesPane)
+
+        def filter_by(pattern: str | None) -> None:
+            if pattern is not None:
+                frames.filter(pattern)
+
+        self.push_screen(WordScreen("Frames with (words, -word, > < !):", frames.pattern), filter_by)
+
+    def action_picture(self) -> None:
+        """Save the screen."""
+        name = self.model.name.replace("/", "-") if self.model else "bench"
+        at_ms = (self.model.ns if self.model else 0) // 1_000_000
+        path = Path.cwd() / f"hilbench-{name}-{at_ms}ms.svg"
+        try:
+            path.write_text(self.export_screenshot(title=f"hilbench {name}"))
+        except OSError as error:
+            self.notify(f"{path}: {error.strerror}", severity="error")
+        else:
+            self.notify(f"saved {path}")
+
+    def action_help(self) -> None:
+        """Explain everything."""
+        self.push_screen(HelpScreen())
+
+    def action_pick(self) -> None:
+        """Ask for another bench and open it."""
+
+        def open_it(name: str | None) -> None:
+            if name and self._open_bench is not None:
+                self.process.stop()
+                self.process = self._open_bench(name)
+                self.model, self._arranged, self.zoomed = None, "", ""
+                if self._follower is not None:
+                    self._follower.close()
+                self._follower = None
+                self.look()
+
+        self.push_screen(PickScreen(self._benches), open_it)
+
+    def action_leave(self) -> None:
+        """Leave; a bench that runs is asked about."""
+        if self.process.phase is Phase.ENDED:
+            self.exit()
+            return
+
+        def leave(answer: str | None) -> None:
+            if answer == "stop":
+                self.process.stop()
+            elif answer == "detach":
+                self.process.leave()
+            else:
+                return
+            self.exit()
+
+        self.push_screen(LeaveScreen(), leave)
+
+    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
+        """Offer every action by name in the command palette."""
+        yield from super().get_system_commands(screen)
+        for name, what in (
+            ("connect", "Connect"), ("disconnect", "Disconnect"), ("demo", "Let the demo driver go on"),
+            ("stop", "Stop the vehicle"), ("reset", "Press the reset button"), ("pause", "Pause or go on"),
+            ("step", "Go 0.1 s further"), ("faster", "Twice as fast"), ("slower", "Half as fast"),
+            ("inject", "Put a fault on the line"), ("clear_faults", "Take all faults back"),
+            ("mark", "Mark this moment"), ("filter", "Filter frames"), ("picture", "Save the screen as SVG"),
+            ("pick", "Open another bench"), ("leave", "Leave"),
+        ):  # fmt: skip
+            if self.check_action(name, ()):
+                yield SystemCommand(what, self._about(name), getattr(self, f"action_{name}"))
+
+    def _about(self, name: str) -> str:
+        return (getattr(self, f"action_{name}").__doc__ or "").strip()

@@ -1,0 +1,133 @@
+"""All that is known of a bench: one object that takes events and never asks anybody."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hilbench.tui.model.frames import FramesModel
+from hilbench.tui.model.log import LogModel
+from hilbench.tui.model.machines import MachineModel
+from hilbench.tui.model.pins import PinsModel
+from hilbench.tui.model.places import WorldModel
+from hilbench.tui.model.rates import Counted
+
+__all__ = ["BenchModel", "DriverModel", "LineModel"]
+
+Event = Mapping[str, Any]
+
+
+@dataclass(slots=True)
+class LineModel:
+    """The operator's end of a line.
+
+    Attributes:
+        about: what was last told: port, rate, whether it is up, what waits.
+        counters: bytes and errors, by name.
+        outages: how often it went down.
+    """
+
+    about: Event = field(default_factory=dict)
+    counters: dict[str, Counted] = field(default_factory=dict)
+    outages: int = 0
+
+    def take(self, event: Event) -> None:
+        """Take what is told of it."""
+        if self.about.get("up", True) and not event["up"]:
+            self.outages += 1
+        self.about = event
+        for name, value in event.items():
+            if type(value) is int and name not in {"ns", "baud", "pending"}:
+                self.counters.setdefault(name, Counted()).take(value, event["ns"])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriverModel:
+    """Who drives, and with which shares."""
+
+    who: str = ""
+    forward: float = 0.0
+    turn: float = 0.0
+
+
+class BenchModel:
+    """See the module.
+
+    Args:
+        header: the first line of the journal.
+
+    Attributes:
+        ns: the latest bench time that was told.
+        ended: whether the journal was closed in good order.
+    """
+
+    def __init__(self, header: Event) -> None:
+        self.header = header
+        live = self.live = header.get("live", {})
+        self.ns = 0
+        self.ended = False
+        self.machines = {name: MachineModel(name, table) for name, table in live.get("machines", {}).items()}
+        self.lines: dict[str, LineModel] = {}
+        self.frames = FramesModel(live)
+        self.world = WorldModel.of(live)
+        self.pins = PinsModel(live)
+        self.log = LogModel()
+        self.faults: Counter[str] = Counter()
+        self.pace: Event = {}
+        self.driver = DriverModel()
+        self.paused = False
+        self.speed = 1.0
+
+    @property
+    def name(self) -> str:
+        """The bench."""
+        return str(self.header.get("bench", ""))
+
+    def take(self, events: Iterable[Event]) -> None:
+        """Take events in the order of the journal; one that is not understood is none."""
+        for event in events:
+            self.ns = max(self.ns, event["ns"])
+            try:
+                self._take(event)
+                self.log.take(event)
+            except (KeyError, ValueError, TypeError, AttributeError):
+                continue  # of another version, or of a recording that was touched: the rest is shown
+
+    def _take(self, event: Event) -> None:
+        match event["kind"]:
+            case "tx" | "rx":
+                self.frames.take(event)
+            case "machine":
+                self.machines.setdefault(event["source"], MachineModel(event["source"])).take(event)
+            case "event":
+                self._take_reported(event)
+            case "link":
+                self.lines.setdefault(event["source"], LineModel()).take(event)
+            case "pose":
+                self.world.take_pose(event)
+            case "pin" | "pwm":
+                self.pins.take(event)
+            case "fault":
+                self.faults[f"{event['fault']} towards {event['towards']}"] += 1
+            case "host-pace":
+                self.pace = event
+            case _:
+                self._take_rare(event)
+
+    def _take_rare(self, event: Event) -> None:
+        match event["kind"]:
+            case "driver":
+                self.driver = DriverModel(who=event["who"], forward=event["forward"], turn=event["turn"])
+            case "clock":
+                self.paused, self.speed = event["paused"], event["speed"]
+            case "host-end":
+                self.ended = True
+
+    def _take_reported(self, event: Event) -> None:
+        name, source = event["name"], event["source"]
+        if name == "StateChanged" and source in self.machines:
+            self.machines[source].change(event)
+        elif name == "PacketReceived" and source == self.live.get("operator"):
+            self.world.take_sonars(event["value"]["packet"].get("sonars", ()))

@@ -1,0 +1,91 @@
+"""A state machine as it was told of: where it is, how often it took which edge, its timers and its counters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hilbench.tui.model.rates import Counted
+
+__all__ = ["TRAFFIC", "MachineModel", "TimerModel"]
+
+Event = Mapping[str, Any]
+
+TRAFFIC = frozenset({"bytes_in", "bytes_out", "frames_in", "frames_out", "keepalives", "requests"})
+"""The counters that count what is right; every other one counts something that went wrong, or nearly."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TimerModel:
+    """A timer.
+
+    Attributes:
+        deadline_ns: when it runs out, as last told; None while it does not run.
+        span_ns: how long it was set for.
+        margin_ns: what was left when it was set anew the last time; None before.
+        worst_ns: the least that was ever left; None before.
+    """
+
+    deadline_ns: int | None
+    span_ns: int
+    margin_ns: int | None
+    worst_ns: int | None
+
+
+@dataclass(slots=True)
+class MachineModel:
+    """A state machine.
+
+    Attributes:
+        name: whose it is.
+        table: as the header of the journal has it; empty if it does not.
+        state: where it is; empty before that was told.
+        since_ns: bench time at which it came there.
+        came_from: the state before; empty before a change was seen.
+        trigger: why it came there.
+        visits: how often each edge was taken, by state and trigger.
+        timers: by name.
+        counters: by name.
+    """
+
+    name: str
+    table: Event = field(default_factory=dict)
+    state: str = ""
+    since_ns: int = 0
+    came_from: str = ""
+    trigger: str = ""
+    visits: dict[tuple[str, str], int] = field(default_factory=dict)
+    timers: dict[str, TimerModel] = field(default_factory=dict)
+    counters: dict[str, Counted] = field(default_factory=dict)
+
+    def take(self, event: Event) -> None:
+        """Take what a teller says of it."""
+        ns = event["ns"]
+        if "state" in event and event["state"] != self.state:
+            self.state, self.since_ns, self.came_from, self.trigger = event["state"], ns, "", ""
+        for state, trigger, count in event.get("visits", ()):
+            self.visits[state, trigger] = count
+        for name, about in event.get("timers", {}).items():
+            self.timers[name] = TimerModel(**about)
+        for name, value in event.get("counters", {}).items():
+            self.counters.setdefault(name, Counted()).take(value, ns)
+
+    def change(self, event: Event) -> None:
+        """Take a change of state that it reported itself, at its exact time."""
+        change = event["value"]
+        self.came_from, self.state, self.trigger = change["old"], change["new"], change["trigger"]
+        self.since_ns = event["ns"]
+
+    @property
+    def states(self) -> list[str]:
+        """The states in the order of its table; without one, the present state alone."""
+        return list(self.table.get("states", {})) or ([self.state] if self.state else [])
+
+    def entries(self, state: str) -> int:
+        """Return how often a state was come to, from itself too."""
+        return sum(
+            self.visits.get((before, trigger), 0)
+            for before, trigger, after in self.table.get("edges", ())
+            if after == state
+        )

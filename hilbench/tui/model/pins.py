@@ -1,0 +1,82 @@
+"""What the pins of boards do: levels, edges as a small trace, period and duty."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+__all__ = ["PinModel", "PinsModel"]
+
+Event = Mapping[str, Any]
+_KEPT_EDGES = 256
+
+
+@dataclass(slots=True)
+class PinModel:
+    """A pin.
+
+    Attributes:
+        board: whose it is.
+        pin: the port pin.
+        light: the light at it; empty if there is none.
+        level: high, low, or None while nobody drives it.
+        edges: bench times of its latest edges, each with the level after it.
+        edge_count: how many there were.
+        pwm: period and time high in ns, of a fast pin; None of a slow one.
+    """
+
+    board: str
+    pin: str
+    light: str = ""
+    level: bool | None = None
+    edges: deque[tuple[int, bool | None]] = field(default_factory=lambda: deque(maxlen=_KEPT_EDGES))
+    edge_count: int = 0
+    pwm: tuple[int, int] | None = None
+
+    def wave(self, now_ns: int) -> tuple[int, int] | None:
+        """Return the period and the time high, in ns, of a pin that goes to and fro; None of one that has come to rest.
+
+        That of a slow pin is taken from its latest three edges; it is at rest when they are four periods old.
+        """
+        if self.pwm is not None:
+            return self.pwm if self.pwm[0] else None
+        if len(self.edges) < 3 or None in {level for _, level in self.edges}:
+            return None
+        (first_ns, level), (second_ns, _), (third_ns, _) = list(self.edges)[-3:]
+        period_ns = third_ns - first_ns
+        if not period_ns or now_ns - third_ns > 4 * period_ns:
+            return None
+        return period_ns, second_ns - first_ns if level else third_ns - second_ns
+
+
+class PinsModel:
+    """The pins that have done something.
+
+    Args:
+        live: what the header of the journal says of the bench.
+    """
+
+    def __init__(self, live: Event) -> None:
+        self.pins: dict[str, PinModel] = {}
+        for board, about in live.get("boards", {}).items():
+            for pin, light in about.get("leds", {}).items():
+                self.pins[f"{board}.{pin}"] = PinModel(board=board, pin=pin, light=light)
+
+    def take(self, event: Event) -> None:
+        """Take an edge, or what a fast pin does."""
+        source = event["source"]
+        pin = self.pins.get(source)
+        if pin is None:
+            board, _, name = source.partition(".")
+            pin = self.pins[source] = PinModel(board=board, pin=name)
+        pin.level = event.get("level")
+        if event["kind"] == "pin":
+            pin.pwm = None
+            pin.edges.append((event["ns"], pin.level))
+            pin.edge_count += 1
+        else:
+            pin.edge_count += event.get("edges", 0)
+            fast = event.get("edges", 0) > 0 and "period_ns" in event
+            pin.pwm = (event["period_ns"], event["high_ns"]) if fast else None

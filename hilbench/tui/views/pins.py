@@ -1,0 +1,64 @@
+"""Pins of boards: level, trace of the last two seconds, duty and period."""
+
+from __future__ import annotations
+
+from rich.text import Text
+
+from hilbench.tui.model.pins import PinModel, PinsModel
+from hilbench.tui.views.words import DIM, GOOD, HEAD, fit, ns_words
+
+__all__ = ["pins_view"]
+
+TRACE_NS = 2_000_000_000
+_LEVELS = {True: "high", False: "low", None: "open"}
+
+
+def pins_view(pins: PinsModel, width: int, height: int, now_ns: int) -> list[Text]:
+    """Return the pins, lights first, then by name; those that have done nothing for long are the first to go."""
+    if not pins.pins:
+        return [Text("no pin has moved yet", DIM)]
+    shown = sorted(pins.pins.values(), key=lambda pin: (not pin.light, pin.board, _port(pin.pin)))
+    if len(shown) > height:
+        busy = sorted(shown, key=lambda pin: (bool(pin.light), pin.edge_count), reverse=True)[: height - 1]
+        left_out = len(shown) - len(busy)
+        shown = [pin for pin in shown if pin in busy]
+        return [*(_row(pin, width, now_ns) for pin in shown), Text(f"and {left_out} more", DIM)]
+    return [_row(pin, width, now_ns) for pin in shown]
+
+
+def _row(pin: PinModel, width: int, now_ns: int) -> Text:
+    name = f"{pin.pin} {pin.light}".strip()
+    lit = bool(pin.light) and pin.level
+    line = Text.assemble((f"{'●' if lit else ' '} {name:<9}", GOOD if lit else HEAD), f"{_LEVELS[pin.level]:<5}")
+    room = max(8, min(40, width - 40))
+    line.append(_trace(pin, room, now_ns), "cyan")
+    wave = pin.wave(now_ns)
+    if wave is not None:
+        line.append(f" {wave[1] / wave[0]:5.1%} of {ns_words(wave[0])}")
+    elif pin.edge_count:
+        line.append(f" {pin.edge_count} edges", DIM)
+    return fit(line, width)
+
+
+def _trace(pin: PinModel, room: int, now_ns: int) -> str:
+    """Return the level at so many times in the last two seconds; of a fast pin, what it is on average."""
+    if pin.pwm is not None and pin.pwm[0]:
+        return "▁▂▃▄▅▆▇█"[min(7, int(8 * pin.pwm[1] / pin.pwm[0]))] * room
+    step_ns = TRACE_NS // room
+    edges = list(pin.edges)
+    letters, at = [], 0
+    level: bool | None = None
+    for number in range(room):
+        begin_ns, end_ns = now_ns - (room - number) * step_ns, now_ns - (room - number - 1) * step_ns
+        moved = 0
+        while at < len(edges) and edges[at][0] <= end_ns:
+            moved += edges[at][0] > begin_ns
+            level = edges[at][1]
+            at += 1
+        letters.append("╫" if moved > 1 else {True: "▔", False: "▁", None: " "}[level])
+    return "".join(letters)
+
+
+def _port(pin: str) -> tuple[str, int]:
+    digits = pin[2:]
+    return pin[:2], int(digits) if digits.isdigit() else 0

@@ -1,0 +1,246 @@
+"""The dashboard by its keys, over recordings."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from hilbench.tui.app import Dashboard
+from hilbench.tui.bench_process import Phase
+from hilbench.tui.panes import FramesPane, Pane, pane_names
+
+SIZES = {"80x24": (80, 24), "200x60": (200, 60)}
+
+
+def rows(app):
+    """Return what is on the screen, row by row."""
+    return ["".join(segment.text for segment in strip) for strip in app.screen._compositor.render_strips()]
+
+
+def run(process, scenario, size=(80, 24), **more):
+    async def go():
+        app = Dashboard(process, ticking=False, **more)
+        async with app.run_test(size=size, notifications=True) as pilot:
+            for _ in range(3):
+                app.look()
+            await pilot.pause()
+            await scenario(app, pilot)
+
+    asyncio.run(go())
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("bench", ["pioneer", "rover"])
+def test_the_whole_screen_looks_as_it_did(process_of, expect, bench, size):
+    async def scenario(app, pilot):
+        expect(f"screen-{bench}-{size}", rows(app))
+
+    run(process_of(bench), scenario, SIZES[size])
+
+
+def test_each_pane_can_have_the_screen(process_of):
+    async def scenario(app, pilot):
+        for key, name in enumerate(pane_names(), 1):
+            await pilot.press(str(key))
+            await pilot.pause()
+            assert [pane.id for pane in app.query(Pane) if pane.display] == [name]
+            assert app.focused is not None
+            assert app.focused.id == name
+        await pilot.press("escape")
+        await pilot.pause()
+        assert app.zoomed == ""
+
+    run(process_of("pioneer"), scenario)
+
+
+ASKED_BY_KEYS = {
+    "w": ("drive", {"forward": 0.5, "turn": 0.0}),
+    "space": ("stop", {}),
+    "D": ("drive", {"forward": 0.0, "turn": -1.0}),
+    "o": ("demo", {}),
+    "c": ("connect", {}),
+    "x": ("disconnect", {}),
+    "p": ("pause", {}),
+    "n": ("step", {"seconds": 0.1}),
+    "plus": ("speed", {"factor": 2.0}),
+    "minus": ("speed", {"factor": 0.5}),
+    "u": ("clear-faults", {}),
+}
+
+
+def test_keys_ask_the_bench(process_of):
+    process = process_of("pioneer")
+
+    async def scenario(app, pilot):
+        for key in ASKED_BY_KEYS:
+            await pilot.press(key)
+        assert process.sent == list(ASKED_BY_KEYS.values())
+
+    run(process, scenario)
+
+
+def test_what_the_bench_cannot_is_not_asked_for(process_of):
+    process = process_of("pioneer")
+
+    async def scenario(app, pilot):
+        await pilot.press("r")
+        process.phase = Phase.ENDED
+        await pilot.press("w")
+        assert process.sent == []
+
+    run(process, scenario)
+
+
+def test_a_fault_is_put_in_by_keys(process_of):
+    process = process_of("pioneer")
+
+    async def scenario(app, pilot):
+        await pilot.press("i")
+        await pilot.press("ctrl+s")
+        await pilot.pause()
+        assert process.sent == [
+            ("inject", {"kind": "noise", "towards": "target", "probability": 0.05, "count": 3}),
+        ]
+        await pilot.press("i", "escape")
+        await pilot.pause()
+        assert len(process.sent) == 1
+
+    run(process, scenario)
+
+
+def test_a_moment_is_marked_with_a_word(process_of):
+    process = process_of("pioneer")
+
+    async def scenario(app, pilot):
+        await pilot.press("m", *"here", "enter")
+        await pilot.pause()
+        assert process.sent == [("mark", {"text": "here"})]
+
+    run(process, scenario)
+
+
+def test_a_frame_is_found_held_and_opened(process_of):
+    async def scenario(app, pilot):
+        await pilot.press("slash", *"pulse", "enter")
+        await pilot.press("5", "up", "enter")
+        app.look()
+        await pilot.pause()
+        screen = "\n".join(rows(app))
+        assert "[FA FB][03][00][00 00]" in screen
+        assert "Sip" not in screen
+        frames = app.query_one(FramesPane)
+        held = frames.held
+        await pilot.press("up", "up")
+        assert frames.held is held
+        assert frames.chosen == held[-4].number
+        await pilot.press("escape", "escape")
+        await pilot.pause()
+        assert (frames.opened, frames.held, app.zoomed) == (False, None, "frames")
+        await pilot.press("escape")
+        await pilot.pause()
+        assert app.zoomed == ""
+
+    run(process_of("pioneer"), scenario)
+
+
+@pytest.mark.parametrize(("key", "sent"), [("s", [("stopped", {})]), ("d", [("left", {})])])
+def test_leaving_asks_stop_or_detach(process_of, key, sent):
+    process = process_of("pioneer")
+
+    async def scenario(app, pilot):
+        await pilot.press("q", "escape")
+        await pilot.pause()
+        assert app.is_running
+        await pilot.press("q", key)
+        await pilot.pause()
+        assert process.sent == sent
+
+    run(process, scenario)
+
+
+def test_a_bench_that_ends_leaves_the_screen_and_says_why(process_of, expect):
+    process = process_of("pioneer")
+
+    async def scenario(app, pilot):
+        process.phase, process.cause = Phase.ENDED, "the bench was killed by SIGKILL"
+        app.look()
+        await pilot.pause()
+        screen = rows(app)
+        assert "the bench was killed by SIGKILL" in screen[1]
+        assert any("Sip" in row for row in screen)
+        await pilot.press("q")
+        await pilot.pause()
+        assert process.sent == []
+
+    run(process, scenario)
+
+
+def test_another_bench_is_opened(process_of):
+    first, second = process_of("pioneer"), process_of("rover")
+    opened = []
+
+    def open_bench(name):
+        opened.append(name)
+        return second
+
+    async def scenario(app, pilot):
+        await pilot.press("b", "down", "enter")
+        await pilot.pause()
+        app.look()
+        assert first.sent == [("stopped", {})]
+        assert opened == ["rover-model"]
+        assert app.model.name == "rover-model"
+
+    run(first, scenario, benches=[("pioneer", "a robot"), ("rover-model", "a rover")], open_bench=open_bench)
+
+
+def test_the_screen_is_saved(process_of, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    async def scenario(app, pilot):
+        await pilot.press("g")
+        await pilot.pause()
+
+    run(process_of("pioneer"), scenario)
+    (saved,) = tmp_path.glob("hilbench-pioneer-plane-*.svg")
+    assert "<svg" in saved.read_text()
+
+
+def test_help_explains_every_key_that_is_bound(process_of):
+    async def scenario(app, pilot):
+        await pilot.press("question_mark")
+        await pilot.pause()
+        assert "What you see" in "\n".join(rows(app))
+        await pilot.press("escape")
+
+    run(process_of("pioneer"), scenario)
+
+
+def test_a_refusal_is_shown(process_of):
+    process = process_of("pioneer")
+
+    async def scenario(app, pilot):
+        process.refusals = ["inject: no fault 'ghost'"]
+        app.look()
+        await pilot.pause()
+        await pilot.pause()
+        assert any("no fault 'ghost'" in row for row in rows(app))
+
+    run(process, scenario)
+
+
+def test_nothing_but_the_text_is_needed(process_of, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+
+    async def scenario(app, pilot):
+        shown = [
+            segment.style.color.triplet
+            for strip in app.screen._compositor.render_strips()
+            for segment in strip
+            if segment.style is not None and segment.style.color is not None
+        ]
+        assert shown
+        assert all(colour is None or colour.red == colour.green == colour.blue for colour in shown)
+
+    run(process_of("pioneer"), scenario)

@@ -1,0 +1,87 @@
+"""A dashboard's bench as a process: it starts, obeys, and either side may die."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+
+import pytest
+
+from hilbench.journal import Journal
+from hilbench.live.folders import sessions
+from hilbench.tui.bench_process import BenchProcess, Phase
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def start(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    begun = []
+
+    def begin(what="rover-model"):
+        begun.append(BenchProcess.start(what, name=what))
+        return begun[-1]
+
+    yield begin
+    for process in begun:
+        process.stop()
+
+
+def poll_until(process, phase):
+    """Look again and again until the bench is so far; the pause is for other processes' sake."""
+    refused = []
+    while process.phase is not phase:
+        assert process.phase is not Phase.ENDED, process.cause
+        select.select((), (), (), 0.02)
+        refused += process.poll()
+    return refused
+
+
+def test_a_bench_is_started_asked_and_stopped(start):
+    process = start()
+    poll_until(process, Phase.LIVE)
+    assert "drive" in process.actions
+    process.send("inject", kind="ghost")
+    refused = []
+    while not refused:
+        select.select((), (), (), 0.02)
+        refused = process.poll()
+    assert refused[0].startswith("inject: no fault 'ghost'")
+    folder = process.session.folder
+    process.stop()
+    assert not folder.exists()
+
+
+def test_a_bench_that_is_killed_is_seen_to_be(start):
+    process = start()
+    poll_until(process, Phase.LIVE)
+    os.kill(int(process.about["pid"]), signal.SIGKILL)
+    poll_until(process, Phase.ENDED)
+    assert process.cause == "the bench was killed by SIGKILL"
+    assert Journal.read(process.journal).events
+
+
+def test_a_bench_that_cannot_begin_says_why(start):
+    process = start("nonsense.toml")
+    poll_until(process, Phase.ENDED)
+    assert process.cause.startswith("the bench ended with exit code 2: nonsense.toml")
+
+
+def test_a_bench_that_was_left_is_found_again(start):
+    process = start()
+    poll_until(process, Phase.LIVE)
+    process.leave()
+    (session,) = sessions()
+    assert session.name == process.session.name
+    again = BenchProcess(session)
+    poll_until(again, Phase.LIVE)
+    again.stop()
+
+
+def test_a_folder_that_others_can_look_into_is_refused(tmp_path, monkeypatch, start):
+    (tmp_path / "hilbench").mkdir(mode=0o755)
+    (tmp_path / "hilbench").chmod(0o755)
+    with pytest.raises(Exception, match="not a private folder"):
+        start()

@@ -1,0 +1,168 @@
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hilbench.decode.decoders import DecodeOptions
+from hilbench.decode.regions import regions
+from hilbench.tui.model.bench import BenchModel
+from hilbench.tui.panes import PANES
+from hilbench.tui.views.above import world_view
+from hilbench.tui.views.canvas import Canvas
+from hilbench.tui.views.frames import frame_view
+from hilbench.tui.views.pins import pins_view
+from hilbench.tui.views.status import strip_view
+from hilbench.tui.views.words import bar, bytes_words, ns_words, rate_words, seconds
+from protocols import p2os, pkt
+
+S = 1_000_000_000
+SIZES = {"small": (38, 9), "large": (76, 30)}
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("pane", PANES)
+@pytest.mark.parametrize("bench", ["pioneer", "rover"])
+def test_every_pane_of_every_bench_looks_as_it_did(model_of, expect, bench, pane, size):
+    width, height = SIZES[size]
+    lines = PANES[pane][1](model_of(bench), width, height)
+    expect(f"{bench}-{pane}-{size}", [line.plain for line in lines[:height]])
+
+
+@pytest.mark.parametrize("until_s", [0.0, 0.05, 0.3, 4.5])
+@pytest.mark.parametrize("pane", PANES)
+def test_no_pane_is_wider_than_its_room(model_of, pane, until_s):
+    model = model_of("pioneer", until_s)
+    for width in (12, 30, 57, 120):
+        for height in (2, 5, 20):
+            lines = PANES[pane][1](model, width, height)
+            assert max(line.cell_len for line in lines) <= max(width, 34)
+
+
+@pytest.mark.parametrize("pane", PANES)
+def test_a_pane_of_nothing_says_so(pane):
+    lines = PANES[pane][1](BenchModel({}), 40, 5)
+    assert lines[0].plain
+
+
+def test_colour_says_nothing_that_the_text_does_not(model_of):
+    states = [line.plain for line in PANES["states"][1](model_of("pioneer"), 60, 20)]
+    assert [line for line in states if "▶" in line and "OPEN" in line]
+    frames = [line.plain for line in PANES["frames"][1](model_of("pioneer"), 60, 20)]
+    assert all(" > " in line or " < " in line for line in frames)
+
+
+def test_the_strip_names_states_the_nearest_deadline_and_errors(model_of):
+    text = strip_view(model_of("pioneer"), 200).plain
+    assert text.startswith("client OPEN  robot OPEN")
+    assert " errors" in text
+
+
+# --- one frame, byte by byte
+
+
+def test_the_bytes_of_a_sip_are_those_that_change_its_fields():
+    sip = p2os.Sip(x_raw=0x1234, battery_dv=130, sonars=(p2os.SonarReading(number=3, range_raw=900),))
+    raw = p2os.encode_packet(sip)
+    found = regions("p2os", raw, sent=False, options=DecodeOptions())
+    assert b"".join(region.data for region in found) == raw
+    by_name = {region.name: region.data for region in found}
+    assert by_name["x_raw"] == bytes.fromhex("3412")
+    assert by_name["battery_dv"] == bytes([130])
+    assert by_name["sonars"] == bytes([3]) + (900).to_bytes(2, "little")
+    assert by_name["checksum"] == raw[-2:]
+
+
+def test_the_bytes_of_a_command_of_the_rover():
+    raw = pkt.encode_frame(pkt.encode_command(pkt.MotorThrottles(a=0.5, b=-0.5), pkt.Schema.V2))
+    found = regions("pkt", raw, sent=True, options=DecodeOptions())
+    assert [region.name for region in found][:3] == ["sync word", "length", "opcode"]
+    assert {"a", "b"} <= {region.name for region in found}
+    assert [region.name for region in found][-2:] == ["CRC", "end"]
+
+
+@given(st.binary(min_size=1, max_size=40))
+def test_the_regions_of_a_frame_of_any_body_have_no_gap(body):
+    raw = b"\xfa\xfb" + bytes([len(body) + 2]) + body + b"\x00\x00"
+    for sent in (True, False):
+        found = regions("p2os", raw, sent=sent, options=DecodeOptions())
+        assert b"".join(region.data for region in found) == raw
+        assert [region.start for region in found] == [
+            sum(len(before.data) for before in found[:number]) for number in range(len(found))
+        ]
+
+
+def test_a_frame_is_shown_whole(model_of, expect):
+    frames = model_of("pioneer").frames
+    sip = frames.matching("< sip", 1)[0]
+    expect("frame-sip", [line.plain for line in frame_view(sip, "p2os", frames.options, 72)])
+
+
+def test_bytes_that_are_no_frame_are_shown_as_bytes(journal_file):
+    model = BenchModel({"live": {"operator": "client", "protocol": "p2os"}})
+    model.take([{"ns": 1, "kind": "rx", "source": "client", "data": "00112233fafb"}])
+    bad = model.frames.matching("!", 5)
+    assert bad
+    assert "00 11 22 33" in "\n".join(line.plain for line in frame_view(bad[0], "p2os", model.frames.options, 40))
+
+
+# --- pictures
+
+
+@given(
+    st.lists(st.tuples(st.floats(-50, 500), st.floats(-50, 500)), max_size=20), st.integers(1, 30), st.integers(1, 9)
+)
+def test_a_canvas_takes_any_line_and_keeps_its_size(points, columns, rows):
+    canvas = Canvas(columns, rows)
+    for begin, end in itertools.pairwise(points):
+        canvas.line(begin, end)
+    lines = canvas.lines()
+    assert [len(line.plain) for line in lines] == [columns] * rows
+
+
+def test_dots_of_a_canvas_are_where_they_belong():
+    canvas = Canvas(2, 1)
+    canvas.dot(0, 0)
+    canvas.dot(3, 3)
+    assert canvas.lines()[0].plain == "\u2801\u2880"
+
+
+def test_the_vehicle_looks_where_it_goes():
+    model = BenchModel({"live": {"vehicle": "pioneer-2dx", "scene": {"name": "room", "boxes": []}}})
+    for yaw, arrow in ((0, "→"), (1_570_796, "↑"), (3_141_592, "←"), (-1_570_796, "↓"), (-785_398, "↘")):
+        model.take([{"ns": 1, "kind": "pose", "source": "world", "x_m": 0, "y_m": 0, "z_m": 0, "yaw_rad": yaw}])
+        assert arrow in "".join(line.plain for line in world_view(model.world, 40, 12))
+
+
+def test_pins_that_do_most_are_shown_where_not_all_fit(expect):
+    model = BenchModel({"live": {"boards": {"brain": {"leds": {"PB0": "LD1"}}}}})
+    for number in range(20):
+        for edge in range(number + 1):
+            event = {"ns": edge * S // 10, "kind": "pin", "source": f"brain.PA{number}", "level": edge % 2 == 0}
+            model.take([event])
+    model.take([{"ns": S, "kind": "pwm", "source": "brain.PC1", "edges": 40, "period_ns": 2_000_000,
+                 "high_ns": 500_000, "in_ns": 100_000_000, "level": True}])  # fmt: skip
+    expect("pins", [line.plain for line in pins_view(model.pins, 70, 8, 2 * S)])
+
+
+# --- words
+
+
+@pytest.mark.parametrize(
+    ("ns", "text"), [(0, "0.000 s"), (1_234_567_890, "1.234 s"), (61 * S, "0:01:01.0"), (7384_900_000_000, "2:03:04.9")]
+)
+def test_bench_times(ns, text):
+    assert seconds(ns) == text
+
+
+def test_spans_rates_and_sizes():
+    assert [ns_words(ns) for ns in (0, 250_000, 12_500_000, 7_900_000_000)] == ["0 us", "250 us", "12.5 ms", "7.90 s"]
+    assert [rate_words(rate) for rate in (0.0, 9.8, 1234.0)] == ["", "9.8/s", "1.2 k/s"]
+    assert [bytes_words(count) for count in (812, 12_300, 4_200_000)] == ["812 B", "12.3 kB", "4.2 MB"]
+
+
+@given(st.floats(-1, 2), st.integers(1, 60))
+def test_a_bar_is_as_wide_as_it_is_told(share, width):
+    assert len(bar(share, width)) == width
