@@ -12,7 +12,7 @@ from targets.robots.vehicle_interface import VehicleInterface
 
 __all__ = ["HANDS", "ModelHands", "VehicleBench", "VehicleHands"]
 
-HANDS = frozenset({"joystick", "lamps", "boot", "line errors"})
+HANDS = frozenset({"joystick", "lamps", "indicators", "boot", "line errors"})
 """The capabilities of a bench that has all of them, as the clauses name them."""
 
 

@@ -98,7 +98,7 @@ def vehicle_hands_on(bench_file: BenchFile) -> Iterable[str]:
     """Return what a bench of boards can do for the cases of a vehicle interface."""
     far_ends = {far.rpartition(".")[2] for name, far in bench_file.checker_lines.items() if name}
     if {SIMULATOR_LINE, STACK_LINE} <= far_ends and bench_file.boards:
-        yield from ("CARLA", "board", "stack", "boot", "lamps", "line errors")
+        yield from ("CARLA", "board", "stack", "boot", "lamps", "indicators", "line errors")
         if _joystick_of(bench_file):
             yield "joystick"
 

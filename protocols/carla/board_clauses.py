@@ -731,4 +731,17 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         profiles=_HARDENED,
         needs=("board", "stack", "boot"),
     ),
+    Clause(
+        id="VB43",
+        suite=_SUITE,
+        level="must",
+        title="Turn indicators and hazard lights",
+        text=(
+            "Turn indicators left, right, off, then hazard lights: the left lamp blinks, the right one, none, both; "
+            "with each status the driving stack is told so. A command of NO_COMMAND changes nothing."
+        ),
+        sources=(f"{REPORT}: lights and indicators are required", CHOICE),
+        profiles=_HARDENED,
+        needs=("board", "stack", "indicators"),
+    ),
 )

@@ -15,6 +15,7 @@ _ALL = ("hardened", "v0", "v1")
 _HARDENED = ("hardened",)
 _SHIPPED = ("v0", "v1")
 _CAR = ("simulator", "car")
+_LINE = ("simulator",)
 _PARSER = f"{NODE} timer_callback"
 _READ = f"{SERIAL_COM} readSerialPort"
 
@@ -233,7 +234,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         text="What is sent are frames of exactly 22 bytes: #, A, B, C, D with four bytes each, $, and no NUL.",
         sources=(f"{NODE} send_to_microautoware",),
         profiles=_ALL,
-        needs=_CAR,
+        needs=_LINE,
     ),
     Clause(
         id="VS14",
@@ -306,7 +307,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         text="Reports at 20 Hz for 60 s: 1200 frames, 2 more or less, none split by another.",
         sources=(f"{CAB}: fixed_delta_seconds 0.05",),
         profiles=_HARDENED,
-        needs=_CAR,
+        needs=_LINE,
     ),
     Clause(
         id="VS21",
@@ -317,7 +318,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{SERIAL_COM}: VMIN 0, VTIME 5, in the node's one thread",),
         profiles=_SHIPPED,
         twin="VS21H",
-        needs=_CAR,
+        needs=_LINE,
     ),
     Clause(
         id="VS21H",
@@ -327,7 +328,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         text="The board is silent for 2 s, reports come at 20 Hz: each status goes out at once.",
         sources=(CHOICE,),
         profiles=_HARDENED,
-        needs=_CAR,
+        needs=_LINE,
     ),
     Clause(
         id="VS22",

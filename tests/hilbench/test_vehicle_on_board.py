@@ -36,6 +36,7 @@ def test_what_it_can_do():
         "stack",
         "boot",
         "lamps",
+        "indicators",
         "line errors",
         "joystick",
     }

@@ -63,6 +63,8 @@ class VehicleInterface:
         settings: what it is set to.
         power_on_ns: when it is switched on, in ns of bench time.
         behaviour: another one than that of the settings.
+        steps: another control task, for tests that must be able to fail.
+        modes: likewise another table of modes.
 
     Attributes:
         behaviour: how it behaves.
@@ -72,7 +74,16 @@ class VehicleInterface:
         lamps: turn indicators and hazard lights.
     """
 
-    def __init__(self, settings: VehicleSettings, *, power_on_ns: int = 0, behaviour: Behaviour | None = None) -> None:
+    def __init__(
+        self,
+        settings: VehicleSettings,
+        *,
+        power_on_ns: int = 0,
+        behaviour: Behaviour | None = None,
+        steps: carla.Table | None = None,
+        modes: carla.ModeTable | None = None,
+    ) -> None:
+        self._tables = steps, modes
         self.behaviour = behaviour or behaviour_of(settings)
         self._boot_s = self.behaviour.body.boot_s if settings.boot_s is None else settings.boot_s
         self._events: list[object] = []
@@ -81,7 +92,10 @@ class VehicleInterface:
 
     def _begin(self, now_ns: int) -> None:
         self._epoch_ns = now_ns + round(self._boot_s * _NS_PER_S)
-        self.simulator = carla.Connection(carla.Role.BOARD, self.behaviour.board, epoch_ns=self._epoch_ns)
+        steps, modes = self._tables
+        self.simulator = carla.Connection(
+            carla.Role.BOARD, self.behaviour.board, epoch_ns=self._epoch_ns, steps=steps, modes=modes
+        )
         self.stack = autoware.Connection(autoware.Role.BOARD, self.behaviour.stack, epoch_ns=self._epoch_ns)
         self.lamps = Lamps(self.behaviour.body.blink_hz, self._epoch_ns)
         self.light = ""
