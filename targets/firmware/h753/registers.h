@@ -230,7 +230,7 @@ typedef struct {
 
 #define HSEM ((volatile hsem_t *)0x58026400u)
 #define HSEM_TAKEN (1u << 31)
-#define HSEM_CPU (1u << 8) // the bus master identifier of the core
+#define HSEM_CPU (3u << 8) // the bus master identifier of the core
 
 // --- USART
 

@@ -1,6 +1,6 @@
 """HSEM: 32 hardware semaphores (RM0433 section 10), for the one core that this chip has.
 
-The CPU's bus master identifier is 1, and it is the only one that takes semaphores.
+The CPU's bus master identifier is 3, and it is the only one that takes semaphores.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ IRQ = 125
 COUNT = 32
 RLR, C1IER, C1ICR, C1ISR, C1MISR, CR, KEYR = 0x80, 0x100, 0x104, 0x108, 0x10C, 0x140, 0x144
 PROCESS, MASTER, LOCK, KEY = 0xFF, 0xF00, 1 << 31, 0xFFFF_0000
-CPU = 1 << 8  # the identifier of this master, where MASTER has it
+CPU = 3 << 8  # the identifier of this master, where MASTER has it (MASTERID 3: Cortex-M7)
 
 
 class Hsem(Peripheral):

@@ -260,7 +260,7 @@ def test_every_interrupt_has_its_number_once_or_is_shared_by_design(nucleo):
     poke(chip.rcc, "AHB4ENR", 1 << 25)
     poke(chip.peripherals["HSEM"], "C1IER", 1)
     chip.peripherals["HSEM"].read(0x80)
-    poke(chip.peripherals["HSEM"], "R0", 1 << 8)
+    poke(chip.peripherals["HSEM"], "R0", 3 << 8)
     assert chip.core.exceptions.lines[125].level
 
 

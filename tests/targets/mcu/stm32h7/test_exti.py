@@ -10,7 +10,7 @@ from targets.mcu.stm32h7.exti import Exti
 from targets.mcu.stm32h7.hsem import Hsem
 from targets.mcu.testing import FakeChip, peek, poke
 
-TAKEN, CPU = 1 << 31, 1 << 8
+TAKEN, CPU = 1 << 31, 3 << 8
 
 
 @pytest.fixture
