@@ -1,0 +1,93 @@
+"""The self-tests of the blocks of the STM32H753: each check holds, however they are run, and finds what it is for."""
+
+from __future__ import annotations
+
+import pytest
+
+from targets.mcu.stm32 import adc16_settings, adc16_unit
+from targets.mcu.stm32.adc16 import Adc16
+from targets.mcu.stm32.adc16_power import Power
+from targets.mcu.stm32.adc16_unit import Unit
+from targets.mcu.stm32.clocked_wait import ClockedWait
+from targets.mcu.stm32.dma import Dma
+from targets.mcu.stm32.dmamux import DmaMux
+from targets.mcu.stm32.usart_fifo import FifoUsart
+from targets.mcu.stm32h7.dma_reach import DmaReach
+from tests.targets.firmware.defect import Defect, finds_it
+
+CHECKS = {"adc16": 38, "dmamux": 19, "usart-fifo": 32}
+NOTES = {
+    "adc16": ["ADC3_CR.ADEN", "ADC3_CR.ADCAL"],
+    "dmamux": ["DTCM"],
+    "usart-fifo": ["USART2_CR1", "USART2_PRESC"],
+}
+LIMIT_MS = {"adc16": 120, "dmamux": 2, "usart-fifo": 6}
+
+
+@pytest.mark.parametrize("name", CHECKS)
+@pytest.mark.parametrize("timing", ["flat", "table"])
+def test_every_check_holds(start, name, timing):
+    run = start(f"h753-{name}", timing=timing).to(LIMIT_MS[name])
+    passed, failed = run.checks
+    assert (len(passed), failed) == (CHECKS[name], [])
+    assert (run.machine.ended.kind, run.machine.ended.status) == ("exit", 0)
+    assert [note.where for note in run.machine.notes.all] == NOTES[name]
+
+
+@pytest.mark.parametrize("name", ["dmamux", "usart-fifo"])
+def test_it_ends_at_the_same_cycle_however_it_is_run(start, name):
+    def end(step_ns=None, **options):
+        run = start(f"h753-{name}", **options).to(LIMIT_MS[name], step_ns=step_ns)
+        return run.machine.ended, run.console
+
+    assert end() == end(step_ns=77_777, skip_idle=False)
+
+
+FIFO, MUX, ADC = "usart-fifo", "dmamux", "adc16"
+DEFECTS = [
+    # --- USART
+    Defect("RDR has no place of its own", FIFO, FifoUsart, "_is_full", "== RX_WORDS", ">= RX_WORDS - 1"),
+    Defect("the FIFO turns round", FIFO, FifoUsart, "read_RDR", ".popleft()", ".pop()"),
+    Defect("seventeen wait", FIFO, FifoUsart, "_levels_of_fifos", "TX_WORDS - self._waiting", "17 - self._waiting"),
+    Defect("a threshold is one off", FIFO, FifoUsart, "_levels_of_fifos", "received >=", "received >"),
+    Defect("TXFT before its time", FIFO, FifoUsart, "_levels_of_fifos", "empty >=", "1 + empty >="),
+    Defect("RXFTIE asks nobody", FIFO, FifoUsart, "_irq_of_others", "(RXFT if cr3 & RXFTIE else 0)", "0"),
+    Defect("TXFTIE asks nobody", FIFO, FifoUsart, "_irq_of_others", "(TXFT if cr3 & TXFTIE else 0)", "0"),
+    Defect("TXFE stays", FIFO, FifoUsart, "write_TDR", "self[ISR] &= ~TXFE", "pass"),
+    Defect("RXFRQ leaves the FIFO", FIFO, FifoUsart, "write_RQR", "self._received.clear()", "pass"),
+    Defect("OVRDIS does not pass it by", FIFO, FifoUsart, "_keep", " or self[CR3] & OVRDIS", ""),
+    Defect(
+        "PRESC divides nothing", FIFO, FifoUsart, "_bit_cycles", "* PRESCALERS[min(self[PRESC], ", "* (1, 1)[min(0, "
+    ),
+    Defect("PRESC is not locked", FIFO, FifoUsart, "write_PRESC", "self._permitted(PRESC, value)", "value"),
+    Defect("no TXFE after a reset", FIFO, FifoUsart, "write_CR1", "(TXFE if self._has_fifos else 0)", "0"),
+    # --- DMA
+    Defect("every request is heard", MUX, DmaMux, "_lead", "before.listeners.remove(listener)", "return"),
+    Defect("DTCM is within reach", MUX, DmaReach, "_check", "if memory:", "if False:"),
+    Defect("the controllers share a channel", MUX, DmaMux, "outlet", "[channel]", "[channel % 8]"),
+    Defect("only one goes between memories", MUX, Dma, "_start", "not self._between_memories", "self.name == 'DMA1'"),
+    # --- ADC
+    Defect("the clock of revision Y", ADC, Adc16, "after_clock_change", "2 * prescaler", "prescaler"),
+    Defect("LDORDY without a regulator", ADC, Power, "_supplied", "|= LDORDY", "&= ~LDORDY"),
+    Defect("ADEN in deep power-down", ADC, Power, "_is_supplied", "return False", "return True"),
+    Defect("linearity costs nothing", ADC, Power, "calibrate", "LINEARITY_CLOCKS if linear else ", ""),
+    Defect("no words of linearity", ADC, Power, "_calibrated", "|= LINCALRDYW", "&= ~LINCALRDYW"),
+    Defect("no half clocks", ADC, adc16_unit, "conversion_clocks", "bits + 1", "bits"),
+    Defect("DR leaves EOC", ADC, Unit, "_take", "self.values[ISR] &= ~EOC", "pass"),
+    Defect("ADSTART stays", ADC, Unit, "_group_over", "&= ~ADSTART", "&= -1"),
+    Defect("JSQ begins a bit too low", ADC, adc16_unit, "injected_sequence", "9 + 6", "8 + 6"),
+    Defect("offsets are added", ADC, adc16_settings, "with_offset", "value - (", "value + ("),
+    Defect("sums are not shifted", ADC, Unit, "_summed_up", "self._sum >> (control >> 5 & 0xF)", "self._sum"),
+    Defect("no watchdog", ADC, adc16_settings, "outside", "full < low or full > high", "False"),
+    Defect("an overrun is nothing", ADC, Unit, "_store", "|= OVR", "|= 0"),
+    Defect("OVRMOD does nothing", ADC, Unit, "_store", " or self.values[CFGR] & OVRMOD", ""),
+    Defect("one shot without end", ADC, Unit, "_last_transfer", "self._dma_over = True", "pass"),
+    Defect("no trigger", ADC, Unit, "_regular_edge", "self._start_regular()", "pass"),
+    Defect("waits add up", ADC, ClockedWait, "start", "ticks * self._cycles", "(ticks + 1) * self._cycles"),
+]
+
+
+@pytest.mark.parametrize("defect", DEFECTS, ids=str)
+def test_it_is_found(start, put_in, defect):
+    put_in(defect)
+    assert finds_it(start(f"h753-{defect.test}").to(LIMIT_MS[defect.test])), "the self-test passes all the same"
