@@ -45,35 +45,9 @@ def block(rover, throttle):
     return time.process_time() - began
 
 
-class Shares:
-    """Adds up what calls take, less the calls in them that are watched as well."""
-
-    def __init__(self):
-        self.spent_s = {}
-        self._nested_s = 0.0
-
-    def timed(self, call, label):
-        def run(*args, **named):
-            outer_s, self._nested_s = self._nested_s, 0.0
-            began = time.process_time()
-            try:
-                return call(*args, **named)
-            finally:
-                took_s = time.process_time() - began
-                self.spent_s[label] = self.spent_s.get(label, 0.0) + took_s - self._nested_s
-                self._nested_s = outer_s + took_s
-
-        return run
-
-    def watch(self, owner, name, label):
-        setattr(owner, name, self.timed(getattr(owner, name), label))
-
-
-def shares_of(bench, rover, throttle):
+def shares_of(shares, bench, rover, throttle):
     """Return the share of each in a block."""
-    shares = Shares()
     around = bench.emulated.surroundings
-    shares.watch(around.world, "step", "physics")
     shares.watch(around.parts._signals, "read", "reading the world")
     shares.watch(around.parts._signals, "drive", "driving the world")
     for name, part in around.parts.by_name.items():
@@ -81,28 +55,17 @@ def shares_of(bench, rover, throttle):
         for call in ("feed", "before_step", "after_step", "advance", "receive"):
             if hasattr(part, call):
                 shares.watch(part, call, kind)
-    around.runner.before[:] = [shares.timed(call, "wiring") for call in around.runner.before]
-    around.runner.after[:] = [shares.timed(call, "wiring") for call in around.runner.after]
-    for machine in bench.emulated.machines.values():
-        shares.watch(machine, "run_to", "chip")
-        shares.watch(machine.engine, "_emu_start", "instructions")
-    group = bench.emulated._group
-    group.after_round[:] = [shares.timed(call, "pins into the journal") for call in group.after_round]
-    total_s = block(rover, throttle)
-    shares.spent_s["the bench around"] = total_s - sum(shares.spent_s.values())
-    return {label: spent_s / total_s for label, spent_s in shares.spent_s.items()}
+    shares.watch_bench(bench.emulated)
+    return shares.of(block(rover, throttle))
 
 
 @pytest.mark.parametrize(("what", "scene", "throttle"), [
     ("at rest", "stand", 0.0), ("wheels in the air", "stand", 0.6), ("on the floor", "hard-floor", 0.6),
 ])  # fmt: skip
-def test_the_rover(what, scene, throttle, capsys):
+def test_the_rover(what, scene, throttle, shares, show):
     with opened(scene) as (bench, rover):
         best_s = min(block(rover, throttle) for _ in range(BLOCKS))
-        shares = shares_of(bench, rover, throttle)
+        parts = shares_of(shares, bench, rover, throttle)
         turned = bench.rover.wheel("wheel_lf").angle_rad
-    parts = sorted(shares.items(), key=lambda share: -share[1])
-    shown = ", ".join(f"{label} {100 * share:.0f} %" for label, share in parts if share >= 0.005)
-    with capsys.disabled():
-        print(f"\nrover {what}: {BLOCK_S / best_s:.2f} x real time\n  {shown}")  # noqa: T201 - what one runs it for
+    show(f"rover {what}", BLOCK_S / best_s, parts)
     assert (turned > 10) is (throttle > 0)
