@@ -12,7 +12,8 @@ class TargetChoice:
 
     Attributes:
         spec: the TARGET, such as ``pioneer`` or ``serial:/dev/ttyUSB0@9600``.
-        name: the target of the bench file that it replaces; empty for the only one.
+        name: the target of the bench file that it replaces, or the line of the checker that it is at the far end of;
+            empty for the only one.
     """
 
     spec: str

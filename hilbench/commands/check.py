@@ -14,6 +14,7 @@ hilbench check pioneer --suite p2os-server -k 'S36 or watchdog'
 hilbench check --target serial:/dev/ttyUSB0@9600 --suite p2os-server --junit report.xml
 hilbench check rover -k 'P24D or P29D'             an emulated rover, each case on the image of its own profile
 hilbench check --suite pkt-board --target serial:/dev/ttyACM0@115200
+hilbench check vehicle-model --target simulator=serial:/dev/ttyUSB0 --target stack=serial:/dev/ttyACM0
 hilbench check --list --json -
 """
 
@@ -37,8 +38,8 @@ def parser() -> Parser:
         help="built-in bench or bench file (default: ./hilbench.toml, else pioneer)",
     )
     add("--target", metavar="[NAME=]T", action="append", default=[], type=typed(arguments.target_choice),
-        help="what to check instead of the bench file's target: pioneer, serial:PORT[@BAUD], any pyserial URL; for a "
-        "client under test listen:pty:PATH, listen:tcp:PORT or exec:COMMAND")  # fmt: skip
+        help="what to check instead of the bench file's target: pioneer, serial:PORT[@BAUD], any pyserial URL, by "
+        "LINE=... where the checker has several lines; for a client under test listen:pty:PATH, listen:tcp:PORT or exec:COMMAND")  # fmt: skip
     add("--suite", metavar="S", action="append", default=[],
         help="shipped suite, or a .py file or folder of your own (default: all shipped suites)")  # fmt: skip
     add("-k", dest="select", metavar="EXPR", default="", help="run only what matches")

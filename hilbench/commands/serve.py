@@ -16,6 +16,7 @@ hilbench serve bluepill:firmware.elf --pty usart2=./gps --tcp usart1=8101
 hilbench serve pioneer --pty ./p2                          a client opens ./p2 as its serial port
 hilbench serve pioneer --tcp 8101 --scene corridor --seed 7
 hilbench serve rover-model --pty ./rover                    the PKT! rover, behavioural
+hilbench serve vehicle-model --pty usart2=./simulator --pty usart3=./stack
 hilbench serve my-bench.toml --tcp 0.0.0.0:8101 --journal served.jsonl
 """
 
