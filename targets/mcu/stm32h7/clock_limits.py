@@ -33,7 +33,9 @@ def needed_wait_states(bus_hz: Fraction, scale: int) -> int:
     return next((count for count, most in enumerate(steps) if bus_hz <= most * MHZ), len(steps))
 
 
-def pll_violations(number: int, rates: PllRates, entry_range: int, vco_choice: int) -> Iterator[tuple[str, str]]:
+def pll_violations(
+    number: int, rates: PllRates, entry_range: int, vco_choice: int, p_divider: int
+) -> Iterator[tuple[str, str]]:
     """Yield (field, what is wrong) for settings of a PLL out of their range (RM0433 sections 8.5.5 and 8.7.12).
 
     Args:
@@ -41,6 +43,7 @@ def pll_violations(number: int, rates: PllRates, entry_range: int, vco_choice: i
         rates: what the settings make.
         entry_range: RGE.
         vco_choice: VCOSEL.
+        p_divider: by what the VCO is divided for P.
     """
     low, high = _ENTRIES_MHZ[entry_range]
     if not low * MHZ <= rates.entry <= high * MHZ:
@@ -50,6 +53,8 @@ def pll_violations(number: int, rates: PllRates, entry_range: int, vco_choice: i
     if not low * MHZ <= rates.vco <= high * MHZ:
         text = f"the VCO of PLL{number} runs at {_mhz(rates.vco)} MHz; it must be between {low} and {high} MHz"
         yield f"PLL{number}DIVR.DIVN{number}", text
+    if number == 1 and p_divider > 1 and p_divider % 2:
+        yield "PLL1DIVR.DIVP1", f"PLL1 divides by 1 or by even numbers for P, not by {p_divider}"
 
 
 def violations(rates: Rates, scale: int) -> Iterator[tuple[str, str]]:

@@ -16,9 +16,9 @@ from typing import ClassVar, Unpack
 
 from targets.mcu.registers import Register
 from targets.mcu.services import Services
-from targets.mcu.stm32.rcc import BDRST, LSE_HZ, LSERDY, LSION, LSIRDY, BasicRcc, BoardClocks
+from targets.mcu.stm32.rcc import BDRST, LSE_HZ, LSERDY, LSION, LSIRDY, BoardClocks
 from targets.mcu.stm32h7 import rcc_registers as at
-from targets.mcu.stm32h7.clock_limits import pll_violations, violations
+from targets.mcu.stm32h7.clock_limits import violations
 from targets.mcu.stm32h7.clocks import (
     CSI_HZ,
     HSI48_HZ,
@@ -29,14 +29,12 @@ from targets.mcu.stm32h7.clocks import (
     PllRates,
     Rates,
     Source,
-    pll_rates,
     rates_of,
 )
+from targets.mcu.stm32h7.rcc_plls import PLLS, RccWithPlls
 
 __all__ = ["Rcc"]
 
-_PLLS = ("PLL1", "PLL2", "PLL3")
-_OF_ONE_PLL, _FRACEN = 0xF, 1 << 0  # a PLL's bits of PLLCFGR, shifted down
 _LINES = 0x3FF  # what CIER can let through
 
 # DS12117, characteristics of HSI, CSI, HSI48, LSI and the PLLs, the slower figure of each table; from memory.
@@ -45,11 +43,11 @@ _START_S = {
     "CSI": Fraction(2, 1_000_000),
     "HSI48": Fraction(35, 10_000_000),
     "LSI": Fraction(130, 1_000_000),
-    **dict.fromkeys(_PLLS, Fraction(150, 1_000_000)),
+    **dict.fromkeys(PLLS, Fraction(150, 1_000_000)),
 }
 
 
-class Rcc(BasicRcc):
+class Rcc(RccWithPlls):
     """Reset and clock control.
 
     Args:
@@ -79,7 +77,7 @@ class Rcc(BasicRcc):
             "HSE": (1 << 3, at.CR, at.HSERDY),
             "CSI": (1 << 4, at.CR, at.CSIRDY),
             "HSI48": (1 << 5, at.CR, at.HSI48RDY),
-            **{name: (1 << 6 + index, at.CR, at.PLLRDY[index]) for index, name in enumerate(_PLLS)},
+            **{name: (1 << 6 + index, at.CR, at.PLLRDY[index]) for index, name in enumerate(PLLS)},
         }
     )
     RESET_FLAGS, CAUSES = at.RESET_FLAGS, at.CAUSES
@@ -97,7 +95,6 @@ class Rcc(BasicRcc):
         self.on_rtc_clock: Callable[[], None] = lambda: None
         self._scale = scale
         self._source = Source.HSI
-        self._fractions = [0, 0, 0]  # what the modulators have taken over
         super().__init__(base, services, **board)
 
     # --- registers, those for CPU 1 too
@@ -114,6 +111,8 @@ class Rcc(BasicRcc):
         """Write the word at `offset`; a gate or reset that this chip does not have is noted."""
         home = _home(offset)
         if home in at.RESET_OF:
+            if home == at.CPU_RESET_AT and value & at.CPU_RESET:
+                self.note("unmodelled", "AHB3RSTR.CPURST", "the CPU is not reset by itself")
             self._write_resets(home, value & self.registers[home].writable)
             return
         super().write(home, value)
@@ -207,49 +206,6 @@ class Rcc(BasicRcc):
                 self.note("reserved", f"{register}.{name}SEL", f"the value {chosen:b} is reserved: no clock")
         self._write_tree(offset, value)
 
-    # --- settings of the PLLs
-
-    def write_PLLCKSELR(self, value: int) -> None:
-        """The source of all PLLs, and their entry dividers; only while they are off."""
-        fixed = 0x3 if any(self._pll_on(index) for index in range(3)) else 0
-        fixed |= sum(0x3F << 4 + 8 * index for index in range(3) if self._pll_on(index))
-        self._write_settings(at.PLLCKSELR, value, fixed)
-        self._feed_plls()
-
-    def write_PLLCFGR(self, value: int) -> None:
-        """Ranges and outputs, only while a PLL is off; FRACEN, on whose rising edge FRACN is taken over."""
-        old, fixed = self[at.PLLCFGR], 0
-        for index in range(3):
-            if self._pll_on(index):
-                fixed |= (_OF_ONE_PLL & ~_FRACEN) << 4 * index | 7 << 16 + 3 * index
-            if value & ~old & _FRACEN << 4 * index:
-                self._fractions[index] = self[at.PLLFRACR[index]] >> 3
-        self._write_settings(at.PLLCFGR, value, fixed)
-        self._set_tree()
-
-    def write_PLL1DIVR(self, value: int) -> None:
-        """Multiplier and dividers of PLL1."""
-        self._write_dividers(0, value)
-
-    def write_PLL2DIVR(self, value: int) -> None:
-        """Multiplier and dividers of PLL2."""
-        self._write_dividers(1, value)
-
-    def write_PLL3DIVR(self, value: int) -> None:
-        """Multiplier and dividers of PLL3."""
-        self._write_dividers(2, value)
-
-    def _write_dividers(self, index: int, value: int) -> None:
-        self._write_settings(at.PLLDIVR[index], value, 0xFFFF_FFFF if self._pll_on(index) else 0)
-
-    def _write_settings(self, offset: int, value: int, fixed: int) -> None:
-        if (value ^ self[offset]) & fixed:
-            self.note("misuse", self.registers[offset].name, "a PLL is on: its settings keep their values")
-        self[offset] = (value & ~fixed) | (self[offset] & fixed)
-
-    def _pll_on(self, index: int) -> bool:
-        return bool(self[at.CR] & at.PLLON[index])
-
     # --- interrupts
 
     def read_CICR(self) -> int:
@@ -334,40 +290,6 @@ class Rcc(BasicRcc):
             needed |= {Source.HSI: at.HSION, Source.CSI: at.CSION, Source.HSE: at.HSEON}[source]
         return needed
 
-    def _pll_source(self) -> Source | None:
-        choice = self[at.PLLCKSELR] & 3
-        return Source(choice) if choice < Source.PLL1 else None
-
-    def _some_pll_runs_on(self, source: Source) -> bool:
-        return self._pll_source() is source and any(self._pll_on(index) for index in range(3))
-
-    def _feed_plls(self) -> None:
-        source = self._pll_source()
-        for index, name in enumerate(_PLLS):
-            on = self._pll_on(index) and source is not None and self._oscillators[source.name].ready
-            if on and not self._oscillators[name].on:
-                self._check_pll(index)
-            self._oscillators[name].switch(on)
-
-    def _pll_rates(self, index: int) -> PllRates:
-        source = self._pll_source()
-        return pll_rates(
-            Fraction(0) if source is None else self._rate_of(source),
-            self[at.PLLCKSELR] >> 4 + 8 * index & 0x3F,
-            self[at.PLLDIVR[index]],
-            self._fractions[index],
-            self[at.PLLCFGR] >> 16 + 3 * index & 7,
-        )
-
-    def _rate_of(self, source: Source) -> Fraction:
-        hsi = HSI_HZ / (1 << (self[at.CR] >> 3 & 3))
-        return {Source.HSI: hsi, Source.CSI: CSI_HZ, Source.HSE: self.hse_hz}[source]
-
-    def _check_pll(self, index: int) -> None:
-        settings = self[at.PLLCFGR] >> 4 * index
-        for field, text in pll_violations(index + 1, self._pll_rates(index), settings >> 2 & 3, settings >> 1 & 1):
-            self.note("misuse", field, text)
-
     def _rtc_hse_hz(self) -> Fraction:
         divider = self[at.CFGR] >> 8 & 0x3F
         return self.hse_hz / divider if divider > 1 else Fraction(0)
@@ -403,7 +325,7 @@ class Rcc(BasicRcc):
             "LSE": LSE_HZ,
             "LSI": self.lsi_hz,
         }
-        for name, one in zip(_PLLS, plls, strict=True):
+        for name, one in zip(PLLS, plls, strict=True):
             clocks |= {f"{name} P": one.p, f"{name} Q": one.q, f"{name} R": one.r}
         clocks = {name: rate if ready[name.split()[0]] else Fraction(0) for name, rate in clocks.items()}
         clocks["CSI/122"] = clocks["CSI"] / 122
@@ -434,7 +356,7 @@ class Rcc(BasicRcc):
 
     def _stop_oscillators(self) -> None:
         self[at.CR] &= ~(at.HSEON | at.PLLON[0] | at.PLLON[1] | at.PLLON[2])
-        for name in (*reversed(_PLLS), "HSE", "HSI48"):
+        for name in (*reversed(PLLS), "HSE", "HSI48"):
             self._oscillators[name].stop_now()
         self[at.CR] &= ~at.HSI48ON
 

@@ -41,6 +41,7 @@ RESET_OF: Mapping[int, str] = MappingProxyType({0x7C + 4 * index: bus for index,
 ENABLE_OF: Mapping[str, int] = MappingProxyType({bus: 0xD4 + 4 * index for index, bus in enumerate(_BUSES)})
 """Offset of the enable register of a bus."""
 _LOW_POWER = {bus: 0xFC + 4 * index for index, bus in enumerate(_BUSES)}
+CPU_RESET_AT, CPU_RESET = 0x7C, 1 << 31  # in AHB3RSTR
 ALIAS, ALIASED = 0x60, range(0xD0, 0x120, 4)
 """Distance to the same register again for CPU 1, and which registers have that."""
 
@@ -57,7 +58,7 @@ _ENABLES = {
 }
 _RESETS = {  # no reset of lines, of memories, of the window watchdog and the RTC; one of the CPU
     **_ENABLES,
-    "AHB3": _ENABLES["AHB3"] | 1 << 31,
+    "AHB3": _ENABLES["AHB3"] | CPU_RESET,
     "AHB1": 0x0A00_8023,
     "AHB2": 0x0000_0271,
     "AHB4": 0x0328_07FF,

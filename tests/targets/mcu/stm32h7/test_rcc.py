@@ -301,7 +301,7 @@ def test_limits_go_by_voltage_scale(world):
 
 def test_a_pll_out_of_its_range_is_said(world):
     run_pll1(world, divn=500, divp=5, rge=0)
-    assert {"RCC_PLL1DIVR.DIVN1", "RCC_PLLCFGR.PLL1RGE"} <= set(world.chip.noted("misuse"))
+    assert {"RCC_PLL1DIVR.DIVN1", "RCC_PLLCFGR.PLL1RGE", "RCC_PLL1DIVR.DIVP1"} <= set(world.chip.noted("misuse"))
 
 
 def test_the_clock_security_system(world):
