@@ -23,6 +23,7 @@ STOP = FLASH + FLASH_BYTES - 0x1000  # where calls return to
 _STACK_TOP, _SCRATCH = RAM_BYTES - 0x8000, RAM_BYTES - 0x7000
 
 FPU_ON = 1 << 30
+_ARGUMENTS = (arm.UC_ARM_REG_R0, arm.UC_ARM_REG_R1, arm.UC_ARM_REG_R2, arm.UC_ARM_REG_R3)
 
 
 @functools.cache
@@ -78,7 +79,7 @@ class Code:
 
     def call(self, name, *arguments, floats=()):
         """Call a function; integers and floats have registers of their own. Return r0."""
-        for register, value in zip((arm.UC_ARM_REG_R0, arm.UC_ARM_REG_R1, arm.UC_ARM_REG_R2), arguments, strict=False):
+        for register, value in zip(_ARGUMENTS, arguments, strict=False):
             self.uc.reg_write(register, value & 0xFFFFFFFF)
         for number, value in enumerate(floats):
             self.uc.reg_write(arm.UC_ARM_REG_S0 + number, as_bits(value))
