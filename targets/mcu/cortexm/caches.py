@@ -28,6 +28,8 @@ _OPERATIONS = {
     "DCCISW": 0xF74,
     "BPIALL": 0xF78,
 }
+# Those that bring memory and data cache together; DCISW, by which a program empties it before use, does not count.
+_MAINTENANCE = {_OPERATIONS[name] for name in ("DCIMVAC", "DCCMVAU", "DCCMVAC", "DCCSW", "DCCIMVAC", "DCCISW")}
 _NO_EFFECT = "caches and tightly coupled memories are not modelled: it is only kept"
 
 
@@ -37,11 +39,15 @@ class Caches(LaneBlock):
     Args:
         sizes: what CCSIDR reads by CSSELR.
         tcm: ITCMCR and DTCMCR after reset.
+
+    Attributes:
+        maintained: the program has cleaned or invalidated the data cache since the last reset.
     """
 
     def __init__(self, base: int, services: Services, sizes: tuple[int, ...], tcm: tuple[int, ...]) -> None:
         self._sizes = sizes
         self._tcm = tcm
+        self.maintained = False
         super().__init__("CACHE", base, services)
 
     def registers_of(self) -> Iterable[Register]:
@@ -61,6 +67,11 @@ class Caches(LaneBlock):
         yield Register("AHBSCR", 0xFA0, 0x800, 0xFFFF, fidelity=partly, note=_NO_EFFECT)
         yield Register("ABFSR", 0xFA8, 0, 0)
 
+    def reset(self) -> None:
+        """Go to the state after reset."""
+        super().reset()
+        self.maintained = False
+
     def read_CCSIDR(self) -> int:
         """Return the size of the cache that CSSELR selects: 0 data, 1 instructions."""
         return self._sizes[self[_CSSELR]]
@@ -70,3 +81,4 @@ class Caches(LaneBlock):
         super().write(offset, value)
         if offset in _OPERATIONS.values():
             self[offset] = 0
+            self.maintained |= offset in _MAINTENANCE

@@ -115,10 +115,9 @@ class Core:
         self.systick = SysTick(SCS_BASE, services, self.exceptions, kind.systick_calibration)
         self.nvic = Nvic(SCS_BASE, services, self.exceptions)
         self.scb = Scb(SCS_BASE, services, self.exceptions, lambda: self.running, self._masks, kind)
-        if kind.mpu_regions:
-            self._others.append(Mpu(SCS_BASE, services, kind.mpu_regions))
-        if kind.ccsidr:
-            self._others.append(Caches(SCS_BASE, services, kind.ccsidr, kind.tcm))
+        self._mpu = Mpu(SCS_BASE, services, kind.mpu_regions) if kind.mpu_regions else None
+        self._caches = Caches(SCS_BASE, services, kind.ccsidr, kind.tcm) if kind.ccsidr else None
+        self._others += [block for block in (self._mpu, self._caches) if block is not None]
         trace_enabled = lambda: self.scb.trace_enabled  # noqa: E731
         ids = kind.component_ids
         self.itm = Itm(services, self._privileged, ids["ITM"], trace_enabled)
@@ -181,6 +180,16 @@ class Core:
     def pc(self) -> int:
         """Where the program is: the instruction in flight, or the next."""
         return self._cpu.get(Reg.PC)
+
+    def data_may_be_cached(self, address: int) -> bool:
+        """Say whether the data cache is on and may hold an address, and the program has never cleaned or invalidated.
+
+        Somebody else who looks there, as DMA does, and the program may see different things then, on silicon.
+        """
+        caches, mpu = self._caches, self._mpu
+        if caches is None or mpu is None or caches.maintained or not self.scb.data_cache_on:
+            return False
+        return mpu.cached(address)
 
     def set_nmi(self, level: bool) -> None:
         """Drive the input of the non-maskable interrupt; while it is high, its handler runs again and again."""

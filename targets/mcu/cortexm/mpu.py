@@ -19,6 +19,9 @@ _ALIASES = 3
 _ENABLE = 1 << 0
 _VALID, _REGION = 1 << 4, 0xF
 _RASR_BITS = 0x173F_FF3F
+_S, _LEAST_WITH_SUBREGIONS = 1 << 18, 256
+_CACHED = {(0, 0b10), (0, 0b11), (1, 0b11)}  # TEX, and C with B, of normal memory that is cached (DDI0403 B3.5.9)
+_CACHED_BY_DEFAULT = {0, 1, 3, 4}  # by half gigabyte: code, SRAM, external RAM (DDI0403 B3.1)
 _NOTHING_REFUSED = "no access is ever refused: regions are only remembered"
 
 
@@ -44,6 +47,24 @@ class Mpu(LaneBlock):
             suffix = f"_A{alias}" if alias else ""
             yield Register(f"RBAR{suffix}", _RBAR + 8 * alias)
             yield Register(f"RASR{suffix}", _RASR + 8 * alias, 0, _RASR_BITS)
+
+    def cached(self, address: int) -> bool:
+        """Say whether data at an address may be cached, by its region or by the default memory map.
+
+        Shareable memory is not: so a Cortex-M7 takes it unless CACR.SIWT is set (DDI0489 section 5.2).
+        """
+        if self[_CTRL] & _ENABLE:
+            for base, attributes in reversed(self._regions):
+                if attributes & 1 and self._covers(base, attributes, address):
+                    return _is_cached(attributes)
+        return address >> 29 in _CACHED_BY_DEFAULT
+
+    def _covers(self, base: int, attributes: int, address: int) -> bool:
+        size = 2 << (attributes >> 1 & 0x1F)
+        offset = address - (base & -size)
+        if not 0 <= offset < size:
+            return False
+        return size < _LEAST_WITH_SUBREGIONS or not attributes >> 8 + offset * 8 // size & 1
 
     def reset(self) -> None:
         """Go to the state after reset; that regions are zero, which silicon leaves unknown, is a choice."""
@@ -73,3 +94,10 @@ class Mpu(LaneBlock):
             if value & _VALID:
                 self[_RNR] = value & _REGION & self._count - 1
             self._regions[self[_RNR]] = value & ~0x1F, self._regions[self[_RNR]][1]
+
+
+def _is_cached(attributes: int) -> bool:
+    tex, cache = attributes >> 19 & 7, attributes >> 16 & 3
+    if attributes & _S:
+        return False
+    return bool(cache) if tex & 4 else (tex, cache) in _CACHED

@@ -18,6 +18,7 @@ from targets.mcu.services import Services
 
 __all__ = ["Scb"]
 
+_DC = 1 << 16
 _ICSR, _VTOR, _AIRCR, _SCR, _CCR = 0xD04, 0xD08, 0xD0C, 0xD10, 0xD14
 _SHPR1, _SHCSR, _CFSR, _HFSR, _DFSR, _MMFAR, _BFAR = 0xD18, 0xD24, 0xD28, 0xD2C, 0xD30, 0xD34, 0xD38
 _CPACR, _DHCSR, _DEMCR = 0xD88, 0xDF0, 0xDFC
@@ -179,6 +180,11 @@ class Scb(LaneBlock):
         self.on_trace(True)
 
     # --- what the core asks
+
+    @property
+    def data_cache_on(self) -> bool:
+        """CCR.DC."""
+        return bool(self[_CCR] & _DC)
 
     @property
     def float_access(self) -> int:

@@ -82,10 +82,18 @@ def i2cs(services: Services, kernel_hz: KernelHz) -> tuple[I2c, ...]:
     )
 
 
-def dma_controllers(services: Services, requests: Requests) -> tuple[DmaMux, Dma, Dma]:
-    """Return the multiplexer and the two controllers behind it (RM0433 section 17.3.1: channels 0 to 7 are DMA1's)."""
+def dma_controllers(
+    services: Services, requests: Requests, cached: Callable[[int], bool] = lambda _address: False
+) -> tuple[DmaMux, Dma, Dma]:
+    """Return the multiplexer and the two controllers behind it (RM0433 section 17.3.1: channels 0 to 7 are DMA1's).
+
+    Args:
+        services: what the chip offers.
+        requests: the requests of the chip.
+        cached: see `DmaReach`.
+    """
     mux = DmaMux("DMAMUX1", 0x4002_0800, services, requests=requests, names=dma_map.DMAMUX1, channels=16)
-    memory = DmaReach(services.bus, services.notes.add)
+    memory = DmaReach(services.bus, services.notes.add, cached=cached)
     first, second = (
         Dma(
             f"DMA{number + 1}",

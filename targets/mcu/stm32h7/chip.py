@@ -224,7 +224,7 @@ class Stm32h753(BasicChip):
             Hsem(0x5802_6400, services),
             *self.usarts.values(),
             *self._timers.values(),
-            *dma_controllers(services, self._requests),
+            *dma_controllers(services, self._requests, self.core.data_may_be_cached),
             *adcs(services, self._requests, self.pins, self._tree.kernel_hz),
             *self.i2cs.values(),
             *absent_peripherals(services, crypto=board.variant.name.startswith("STM32H753")),

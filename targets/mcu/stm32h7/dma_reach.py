@@ -1,7 +1,8 @@
 """What DMA1 and DMA2 of the STM32H7 reach: all that the CPU does but its tightly coupled memories.
 
 ITCM and DTCM hang on the core itself; of all bus masters only the MDMA has a way to them (RM0433 section 2.1.4, table
-of the interconnection). An access there is a bus error, so the stream stops with TEIF.
+of the interconnection). An access there is a bus error, so the stream stops with TEIF. What the data cache of the core
+may hold is noted, for here it holds nothing.
 """
 
 from __future__ import annotations
@@ -23,11 +24,14 @@ class DmaReach:
     Args:
         bus: the bus as the CPU has it.
         note: notes something about an access: kind, where, text.
+        cached: says whether what the program stores at an address may stay in its data cache, and what it loads come
+            from there.
     """
 
-    def __init__(self, bus: BusMaster, note: Callable[[str, str, str], None]) -> None:
+    def __init__(self, bus: BusMaster, note: Callable[[str, str, str], None], *, cached: Callable[[int], bool]) -> None:
         self._bus = bus
         self._note = note
+        self._cached = cached
 
     def read(self, address: int, size: int) -> int:
         """Read 1, 2 or 4 bytes. Raises `BusFault`."""
@@ -55,3 +59,9 @@ class DmaReach:
             text = f"DMA1 and DMA2 do not reach it (0x{address:08X}): the stream stops with a transfer error"
             self._note("misuse", memory, text)
             raise BusFault(address)
+        if self._cached(address):
+            text = (
+                f"the data cache is on and may hold what DMA uses (0x{address:08X}), and nothing was ever cleaned or "
+                "invalidated: here program and DMA see the same, on silicon they may not"
+            )
+            self._note("assumed", "CCR.DC", text)
