@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from targets.mcu.stm32f7.backup_sram import BackupSram
+from targets.mcu.stm32.backup_sram import BackupSram
 from targets.mcu.stm32f7.pwr import DeepSleep, Pwr
 from targets.mcu.testing import FakeChip, peek, poke
 
