@@ -16,7 +16,7 @@ import carla_pages
 
 from hilbench.check.catalogue import Clause
 from hilbench.mcu.ledger import LedgerPeripheral, ledger_of
-from hilbench.suites import _bluepill_clauses, _dodge_clauses, _rover_motion_clauses
+from hilbench.suites import _bluepill_clauses, _dodge_clauses, _rover_motion_clauses, _vehicle_drive_clauses
 from hilbench.wiring.signals import SIGNALS
 from protocols.p2os.clauses import CLAUSES
 from protocols.p2os.command_table import COMMANDS
@@ -66,6 +66,7 @@ def pages() -> Mapping[str, str]:
         **{page: registers_page(chip) for page, chip in CHIPS.items()},
         "bluepill-clauses.md": bluepill_page(),
         "rover-clauses.md": rover_page(),
+        "vehicle-drive-clauses.md": vehicle_drive_page(),
         "rover-model.md": rover_model_page(),
         "parts.md": parts_page(),
         "vehicles.md": vehicles_page(),
@@ -292,6 +293,17 @@ def rover_page() -> str:
         "[rover-motion.md](rover-motion.md) has pictures of what R01 to R08 are about.\n\n"
     )
     return text + _suites(_rover_motion_clauses.CLAUSES)
+
+
+def vehicle_drive_page() -> str:
+    """Every clause about how a car drives through a vehicle-interface board."""
+    text = (
+        "# What the suite of the car's drives checks\n\n"
+        "`hilbench check vehicle` runs it beside `vehicle-board` ([carla/clauses.md](carla/clauses.md)): the hardened "
+        "program on an emulated board, a car on the test track, a driving stack that follows its lane. "
+        "[vehicle-drive.md](vehicle-drive.md) has a lap and an emergency stop with their figures.\n\n"
+    )
+    return text + _suites(_vehicle_drive_clauses.CLAUSES)
 
 
 def _suites(clauses: Sequence[Clause]) -> str:

@@ -25,6 +25,7 @@ OWN_CATALOGUES = (
     "hilbench.suites._bluepill_clauses",
     "hilbench.suites._dodge_clauses",
     "hilbench.suites._rover_motion_clauses",
+    "hilbench.suites._vehicle_drive_clauses",
 )
 
 

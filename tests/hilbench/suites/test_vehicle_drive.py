@@ -1,0 +1,106 @@
+"""The drives of `vehicle-drive` on the behavioural board: a right one passes, each wrong one is found by its clause."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from hilbench.bench import Bench
+from hilbench.bench_model import World
+from hilbench.check import Violation
+from hilbench.check.cases import spec_of
+from hilbench.check.catalogue import find_clause
+from hilbench.clock import Scheduler
+from hilbench.devices import LinesActor
+from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink
+from hilbench.suites import vehicle_drive
+from hilbench.suites._vehicle_drive import Drive, DriveBench
+from hilbench.suites._vehicle_drive_clauses import CLAUSES
+from hilbench.vehicle_hands import ModelHands
+from hilbench.wiring.vehicle import BareVehicle
+from protocols.carla import Axis
+from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
+from targets.robots.vehicle_interface.board import behaviour_of
+
+pytestmark = pytest.mark.needs_bullet
+
+CASES = {name: one for name, one in vars(vehicle_drive).items() if spec_of(one) is not None}
+
+
+@pytest.fixture
+def make():
+    """A drive through a behavioural board with these defects."""
+
+    def make(*defects, **options):
+        bench = Bench(Scheduler(), Journal())
+        line = Line(baud=921_600)
+        links = {name: MemoryLink(bench.scheduler, line, name=name) for name in (SIMULATOR_LINE, STACK_LINE)}
+        there = BareVehicle(bench, World(scene="test-track", vehicle="car", physics="bullet", step_hz=240), seed=0)
+        behaviour = behaviour_of(VehicleSettings(defects=defects))
+        behaviour = replace(behaviour, board=replace(behaviour.board, **options))
+        board = VehicleInterface(VehicleSettings(), behaviour=behaviour)
+        actor = LinesActor(bench, board, {name: link.b for name, link in links.items()}, name="board")
+        return Drive(
+            DriveBench(
+                bench=bench,
+                simulator=links[SIMULATOR_LINE].a,
+                stack=links[STACK_LINE].a,
+                body=there.body,
+                runner=there.runner,
+                hands=ModelHands(bench, board, actor),
+            )
+        )
+
+    return make
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_the_hardened_board_drives(make, name):
+    CASES[name](make())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("defect", "name", "clause", "cause"),
+    [
+        ("V1", "test_by_joystick", "", "the car is told AckermannCommand"),
+        ("axes-swapped", "test_by_joystick", "", "acceleration at half of the stick's way"),
+        ("H7", "test_stack_lost", "VD06", "speed 1.3 s after the last command"),
+        ("one-miss", "test_emergency_stop", "", "the car stands 3 s after power-on"),
+        ("no-factor", "test_a_lap", "VD11", "tyre angle on the lap"),
+    ],
+)
+def test_a_published_defect_is_found(make, defect, name, clause, cause):
+    with pytest.raises(Violation, match=cause) as found:
+        CASES[name](make(defect))
+    assert found.value.clause == clause
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("options", "name", "clause", "cause"),
+    [
+        ({"steering_factor": -1.2}, "test_a_lap", "VD01", "farthest off the middle line|touched something|m of 399 m"),
+        ({"x_axis": Axis(least=1057, zero=30000)}, "test_hand_over_by_press", "VD04", "the stick at rest"),
+        ({"status_deadline_s": 0.15}, "test_simulator_lost", "VD08", "last status to EMERGENCY"),
+        ({"command_deadline_s": 0.15}, "test_stack_lost", "VD06", "the mode is not MANUAL|way from the last command"),
+    ],
+    ids=str,
+)
+def test_a_wrong_board_is_found(make, options, name, clause, cause):
+    with pytest.raises(Violation, match=cause) as found:
+        CASES[name](make(**options))
+    assert found.value.clause in ("", clause)
+
+
+def test_every_clause_has_a_case_and_every_case_its_clauses():
+    cited = [clause for one in CASES.values() for clause in spec_of(one).clause_ids]
+    assert set(cited) == {clause.id for clause in CLAUSES}
+    assert all(find_clause(clause) is not None for clause in cited)
+
+
+def test_bench_times_are_said():
+    assert all(spec_of(one).bench_time_s > 0 for one in CASES.values())
