@@ -153,6 +153,7 @@ enum {
     ADC_START = 1u << 2,
     ADC_JSTART = 1u << 3,
     ADC_STOP = 1u << 4,
+    ADC_BOOST_50_MHZ = 3u << 8,
     ADC_LINEAR = 1u << 16,
     ADC_REGULATOR = 1u << 28,
     ADC_CALIBRATE = 1u << 31,

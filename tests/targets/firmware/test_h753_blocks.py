@@ -21,7 +21,7 @@ NOTES = {
     "dmamux": ["DTCM"],
     "usart-fifo": ["USART2_CR1", "USART2_PRESC"],
 }
-LIMIT_MS = {"adc16": 120, "dmamux": 2, "usart-fifo": 6}
+LIMIT_MS = {"adc16": 25, "dmamux": 2, "usart-fifo": 6}
 
 
 @pytest.mark.parametrize("name", CHECKS)
