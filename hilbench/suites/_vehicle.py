@@ -246,6 +246,13 @@ class Vehicle:
                 uncertainty=self.uncertainty_s(before.start_ns),
             )
 
+    def require_count(
+        self, found: int, wanted: int, tolerance: float, *, what: str, since_ns: int, rate_hz: float
+    ) -> None:
+        """Require how many frames came that come at a rate; a bench that is late may have made them more or fewer."""
+        doubt = self.uncertainty_s(since_ns) * rate_hz
+        near(found, wanted, tolerance, unit="frames", what=what, uncertainty=doubt)
+
     def require_frame(self, got: Frame, wanted: CommandFrame, what: str) -> None:
         """Require what a frame says, as far as floats of 32 bits tell."""
         assert got.packet is not None

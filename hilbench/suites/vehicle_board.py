@@ -65,6 +65,8 @@ AGENT_WAIT_S = 20.0
 BOOT_S = 0.05
 """How long the board may take from power-on to its first instruction of the task. A choice."""
 LATE_S = 25.0
+EXACTLY = 0.5
+"""Tolerance of a whole number that has to be right."""
 IMPOSSIBLE_M_S = 1e30
 
 
@@ -81,24 +83,24 @@ def vehicle(bench: CaseBench) -> Vehicle:
 def test_a_command_is_handed_on(vehicle: Vehicle) -> None:
     mark = vehicle.autoware()
     peer = vehicle.simulator
-    paddings, begun = peer.paddings, len(peer.bursts)
+    paddings, dropped = peer.paddings, len(peer.dropped)
     vehicle.run(0.5)
     frames = vehicle.frames(mark)
     assert frames, "no frame came"
     for got in frames:
         vehicle.require_frame(got, F1, "the frame of the command")
     at_least(peer.paddings - paddings, len(frames) - 1, unit="NULs", what=f"behind {len(frames)} frames")
-    sizes = {len(burst.data) for burst in peer.bursts[begun:-1]}
-    if sizes != {COMMAND_BYTES}:
-        raise Violation(f"{sorted(sizes)} bytes at once, required {COMMAND_BYTES}", shown(frames[:3]))
+    if peer.dropped[dropped:]:
+        between = peer.dropped[dropped].data.hex(" ").upper()
+        raise Violation(f"{between} stands between the frames of {COMMAND_BYTES} bytes", shown(frames[:3]))
 
 
 @on_board("VB02", lasts_s=4.0)
 def test_one_command_for_each_status(vehicle: Vehicle) -> None:
-    mark = vehicle.autoware()
+    mark, begun_ns = vehicle.autoware(), vehicle.bench.now_ns
     vehicle.run(3.0)
     frames = vehicle.frames(mark)
-    near(len(frames), 60, 2, unit="frames", what="in 3 s")
+    vehicle.require_count(len(frames), 60, 2, what="frames in 3 s", since_ns=begun_ns, rate_hz=STATUS_HZ)
     vehicle.require_modes(frames, Mode.AUTOWARE)
 
 
@@ -124,8 +126,9 @@ def _without_commands(vehicle: Vehicle) -> tuple[list[Frame], Frame]:
     manual = vehicle.wait_for(Mode.MANUAL, 2.0, mark)
     frames = [got for got in vehicle.frames(mark) if stopped_ns < got.start_ns < manual.start_ns]
     # The first of them is that of the last command; the wait begins with the status behind it.
-    if len(frames) != MISSES:
-        raise Violation(f"{len(frames) - 1} frames without a command, required {MISSES - 1}", shown(frames))
+    rate_hz = 1 / COMMAND_MISS_S
+    what = "frames from the last command to MANUAL"
+    vehicle.require_count(len(frames), MISSES, EXACTLY, what=what, since_ns=stopped_ns, rate_hz=rate_hz)
     last, *without = frames
     vehicle.require_frame(last, F1, "the frame of the last command")
     first_s = (without[0].start_ns - last.start_ns) / NS_PER_S
@@ -157,11 +160,11 @@ def _stop() -> CommandFrame:
 
 def _slow_commands(vehicle: Vehicle, between: CommandFrame) -> None:
     """Command at 5 Hz for 3 s; require the frames between the commands."""
-    mark = vehicle.autoware(command_hz=5.0)
+    mark, begun_ns = vehicle.autoware(command_hz=5.0), vehicle.bench.now_ns
     vehicle.run(3.0)
     frames = vehicle.frames(mark)
     vehicle.require_modes(frames, Mode.AUTOWARE)
-    near(len(frames), 30, 2, unit="frames", what="in 3 s")
+    vehicle.require_count(len(frames), 30, 2, what="frames in 3 s", since_ns=begun_ns, rate_hz=10.0)
     kinds = [_is(got, F1) for got in frames]
     if between == F1:
         for got in frames:
@@ -298,8 +301,10 @@ def test_ten_statuses_missed_are_an_emergency(vehicle: Vehicle) -> None:
     vehicle.run(0.55)
     frames = vehicle.frames(mark)
     moving = [got for got in frames if stopped_ns < got.start_ns < first.start_ns]
-    if len(moving) != MISSES:
-        raise Violation(f"{len(moving)} more frames of mode 1, required {MISSES}", shown(moving))
+    rate_hz = 1 / STATUS_MISS_S
+    vehicle.require_count(
+        len(moving), MISSES, EXACTLY, what="more frames of mode 1", since_ns=stopped_ns, rate_hz=rate_hz
+    )
     vehicle.require_modes(moving, Mode.AUTOWARE)
     vehicle.require_steps([*moving, first], STATUS_MISS_S, "between frames without a status")
     after = [got for got in frames if got.start_ns >= first.start_ns]
@@ -793,11 +798,12 @@ def test_a_frame_that_lacks_a_field_is_none(vehicle: Vehicle) -> None:
 @on_board("VB28", lasts_s=2.5)
 def test_hashes_are_no_status(vehicle: Vehicle) -> None:
     _quiet(vehicle)
-    mark = vehicle.mark()
+    mark, quiet_ns = vehicle.mark(), vehicle.bench.now_ns
     vehicle.simulator.write(b"#" * 22)
     first = vehicle.wait_for(Mode.EMERGENCY, 1.3, mark)
     moving = [got for got in vehicle.frames(mark) if got.start_ns < first.start_ns]
-    near(len(moving), MISSES, 1, unit="frames", what="of mode 1 without a status")
+    what, rate_hz = "frames of mode 1 without a status", 1 / STATUS_MISS_S
+    vehicle.require_count(len(moving), MISSES, 1.5, what=what, since_ns=quiet_ns, rate_hz=rate_hz)
 
 
 def _damaged(vehicle: Vehicle, damaged: StatusFrame) -> tuple[list[VelocityReport], list[SteeringReport]]:
