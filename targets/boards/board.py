@@ -48,13 +48,13 @@ class Button:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Straps:
-    """The levels that the jumpers or resistors put on the boot pins (RM0008 section 3.4, RM0410 section 2.5).
+    """The levels that the jumpers or resistors put on the boot pins (RM0008 section 3.4, RM0410 2.5, RM0433 2.6).
 
     Attributes:
         boot0: on an STM32F1, 0 boots from main flash and 1 from system memory or SRAM, by BOOT1; on an STM32F7, where
-            the pin is called BOOT, each level has an address in the option bytes.
-        boot1: on an STM32F1, the level at PB2, which is BOOT1: with BOOT0 high, 0 is system memory and 1 is SRAM. An
-            STM32F7 has no such pin; leave it at 0.
+            the pin is called BOOT, and on an STM32H7 each level has an address in the option bytes.
+        boot1: on an STM32F1, the level at PB2, which is BOOT1: with BOOT0 high, 0 is system memory and 1 is SRAM. The
+            others have no such pin; leave it at 0.
     """
 
     boot0: Literal[0, 1] = 0
@@ -84,7 +84,7 @@ class Board:
         version: version of this format.
         name: what people call the board.
         chip: part number, without package material and temperature range.
-        hse_hz: rate of the crystal or clock at OSC_IN, 1 to 25 MHz (STM32F7: 50); left out where there is none.
+        hse_hz: rate of the crystal or clock at OSC_IN, 1 to 25 MHz (STM32F7, H7: 50); left out where there is none.
         lse_hz: rate of the crystal at OSC32_IN; left out where there is none.
         hse_bypass: OSC_IN is driven by a clock rather than a crystal; programs set HSEBYP for that.
         hse_startup_us: from HSEON to HSERDY. Each crystal has its own (DS5319: typically 2 ms). 500 us is a choice:
