@@ -4,7 +4,7 @@
 VENV ?= .venv
 BIN  := $(VENV)/bin
 
-.PHONY: check test lint types layers unit search bench soak mutants loss deadlines campaign docs clean
+.PHONY: check test lint types layers unit search bench soak mutants loss deadlines resync campaign docs clean
 
 check:            ## the main job: the virtual Pioneer against its conformance suites
 	@.ci/setup $(VENV)
@@ -50,6 +50,9 @@ loss: dev         ## what newlines cost a client of the rover (docs/pkt/loss.md)
 
 deadlines: dev    ## how exactly a vehicle-interface board keeps its deadlines (docs/carla/deadlines.md)
 	$(BIN)/python -m tests.deadlines
+
+resync: dev       ## what stray bytes cost a vehicle-interface board (docs/carla/resync.md)
+	$(BIN)/python -m tests.resync
 
 campaign: dev     ## the dodger in twenty rooms, in three ways (docs/campaign.md); half an hour
 	$(BIN)/python -m tests.campaign
