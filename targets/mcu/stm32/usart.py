@@ -140,6 +140,7 @@ class Usart(UsartBase):
     )
 
     STATUS, CR1, CR2, CR3 = ISR, CR1, CR2, CR3
+    LEAST_DIVIDER: ClassVar[str] = "16 is the least USARTDIV"
     ENABLES: ClassVar[Mapping[int, int]] = _ENABLES
     LOCKED: ClassVar[Mapping[int, int]] = _LOCKED
 
@@ -297,7 +298,7 @@ class Usart(UsartBase):
         cr1, cr3 = self[CR1], self[CR3]
         wanted = cr1 & (TE | RE) if cr1 & UE else 0
         if wanted and not self._divider():
-            text = f"0x{self[BRR]:X} is no baud rate (16 is the least USARTDIV): {self.name} does nothing"
+            text = f"0x{self[BRR]:X} is no baud rate ({self.LEAST_DIVIDER}): {self.name} does nothing"
             self.note("misuse", "BRR", text)
             wanted = 0
         acknowledged = (TEACK if wanted & TE else 0) | (REACK if wanted & RE else 0)
@@ -308,7 +309,7 @@ class Usart(UsartBase):
         for line in (self._line_rx, self._line_single):
             listen(line, (self._single_heard if single else self._heard) if line is heard else None)
 
-    def _divider(self) -> int:
+    def _divider(self) -> int | Fraction:
         """Return ticks of the kernel clock in a bit; 0 if BRR is no rate."""
         brr = self[BRR]
         if not self[CR1] & OVER8:

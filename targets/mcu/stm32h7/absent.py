@@ -54,13 +54,6 @@ class LowPowerTimerWithInputs(LowPowerTimer):
     REGISTERS = (*LowPowerTimer.REGISTERS, *registers("@24 CFGR2"))
 
 
-class LowPowerUart(Absent):
-    """The UART of domain D3: there is always room, nothing arrives."""
-
-    MISSING = "nothing is sent, nothing arrives"
-    REGISTERS = registers("CR1 CR2 CR3 BRR @18 RQR ISR=C0: ICR RDR: TDR PRESC")
-
-
 class Fdcan(Absent):
     """A CAN controller with flexible data rate, alone on its bus: nothing is sent, nothing arrives."""
 
@@ -279,7 +272,6 @@ _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
     (Sdmmc, "SDMMC1", 0x5200_7000),
     (DelayBlock, "DLYB_SDMMC1", 0x5200_8000),
     (Ramecc, "RAMECC1", 0x5200_9000),
-    (LowPowerUart, "LPUART1", 0x5800_0C00),
     (Spi, "SPI6", 0x5800_1400),
     (LowPowerTimerWithInputs, "LPTIM2", 0x5800_2400),
     (LowPowerTimerWithInputs, "LPTIM3", 0x5800_2800),

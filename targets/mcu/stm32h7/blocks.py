@@ -13,6 +13,7 @@ from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.dmamux import DmaMux, Outlets
 from targets.mcu.stm32.i2c import I2c
+from targets.mcu.stm32.lpuart import LowPowerUart
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.h7_kinds import H7_KINDS
 from targets.mcu.stm32.usart_fifo import FifoUsart
@@ -60,12 +61,16 @@ _DMA_IRQS = ((11, 12, 13, 14, 15, 16, 17, 47), (56, 57, 58, 59, 60, 68, 69, 70))
 
 
 def usarts(services: Services, kernel_hz: KernelHz) -> tuple[FifoUsart, ...]:
-    """Return the USARTs and UARTs; `kernel_hz` knows them by their names."""
-    return tuple(
-        FifoUsart(
-            name, base, services, irq=irq, kernel_hz=partial(kernel_hz, name), synchronous=name.startswith("USART")
-        )
-        for name, (base, irq) in _USARTS.items()
+    """Return the USARTs and UARTs; `kernel_hz` knows them by their names. The LPUART has no DMA, for BDMA is absent."""
+    low_power = LowPowerUart("LPUART1", 0x5800_0C00, services, irq=142, kernel_hz=partial(kernel_hz, "LPUART1"))
+    return (
+        *(
+            FifoUsart(
+                name, base, services, irq=irq, kernel_hz=partial(kernel_hz, name), synchronous=name.startswith("USART")
+            )
+            for name, (base, irq) in _USARTS.items()
+        ),
+        low_power,
     )
 
 

@@ -57,7 +57,7 @@ def _variant(name: str) -> Variant:
         ram_bytes=128 * _KB,  # DTCM
         more_ram=MORE_RAM,
         pins=_PACKAGES[name[-2]],
-        usarts=("USART1", "USART2", "USART3", "UART4", "UART5", "USART6", "UART7", "UART8"),
+        usarts=("USART1", "USART2", "USART3", "UART4", "UART5", "USART6", "UART7", "UART8", "LPUART1"),
         i2cs=("I2C1", "I2C2", "I2C3", "I2C4"),
         itcm_bytes=64 * _KB,
         fastest_hse_hz=50_000_000,  # of a clock; a crystal has 4 to 48 MHz
