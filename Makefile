@@ -57,6 +57,10 @@ resync: dev       ## what stray bytes cost a vehicle-interface board (docs/carla
 campaign: dev     ## the dodger in twenty rooms, in three ways (docs/campaign.md); half an hour
 	$(BIN)/python -m tests.campaign
 
+.PHONY: drive-plots
+drive-plots: dev  ## a lap and an emergency stop of a car (docs/vehicle-drive.md); two minutes
+	$(BIN)/python -m tests.drive_plots
+
 .PHONY: plots
 plots:            ## the rover's wheels after throttles and set points (docs/rover-motion.md); five minutes
 	@.ci/setup $(VENV) dev,plots
