@@ -154,5 +154,5 @@ def test_random_bytes_and_then_a_frame():
 def test_a_shipped_board_may_take_noise_for_a_status():
     """#$ within a block is a frame to it: one in some three thousand blocks of noise."""
     reader = BlockReader()
-    found = reader.receive(random.Random(1).randbytes(22 * 20_000), 0)
+    found = reader.receive(random.Random(1).randbytes(22 * 10_000), 0)
     assert 1 <= sum(isinstance(item, StatusFrame) for item in found) <= 40
