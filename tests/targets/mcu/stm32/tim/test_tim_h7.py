@@ -60,7 +60,7 @@ def test_what_a_timer_lacks(make_h7, name, missing):
     assert chip.noted("reserved") == [f"{name}_0x{missing:02X}"]
 
 
-ITRS = {  # RM0433, the tables "TIMx internal trigger connection"
+ITRS = {  # RM0433, "TIMx internal trigger connection"; Linux, drivers/iio/trigger/stm32-timer-trigger.c
     "TIM1": "TIM15 TIM2 TIM3 TIM4",
     "TIM2": "TIM1 TIM8 TIM3 TIM4",
     "TIM3": "TIM1 TIM2 TIM15 TIM4",
