@@ -25,15 +25,18 @@ COMMANDS = {
     "diff": "compare what the pins did in two recordings",
     "serve": "offer a virtual target on a pty or a TCP port, in real time",
     "init": "write a bench file and a test for firmware of your own",
+    "attach": "come back to a bench that was left running in the dashboard",
+    "replay": "look at a journal in the dashboard",
     "doctor": "say what is installed, and what the models of a chip do and do not",
     "validate": "read a bench file and say whether it is right",
 }
 
-_OWN = frozenset({"attach", "dashboard", "live"})
+_OWN = frozenset({"live"})
 """Commands that hilbench itself gives to processes of its own."""
 
 _HELP = """\
-usage: hilbench COMMAND [options]
+usage: hilbench [BENCH]             the dashboard: a bench, live
+       hilbench COMMAND [options]
 
 A hardware-in-the-loop bench for serial protocol stacks.
 
@@ -45,6 +48,7 @@ options:
   --version   show the version
 
 examples:
+  hilbench pioneer
   hilbench check pioneer
   hilbench check --target serial:/dev/ttyUSB0@9600 --suite p2os-server
   hilbench serve pioneer --pty ./p2
@@ -94,8 +98,8 @@ def _answered(words: list[str]) -> int:
 
 
 def _dispatch(words: list[str]) -> int:
-    if not words:
-        raise UsageError("no command", hint="try 'hilbench check' or 'hilbench --help'")
+    if not words or _is_bench(words[0]):
+        return _run("dashboard", words)
     first = words[0]
     if first in {"-h", "--help", "help"}:
         _say(_HELP.format(commands="\n".join(f"  {name:<10}{what}" for name, what in COMMANDS.items())))
@@ -105,13 +109,27 @@ def _dispatch(words: list[str]) -> int:
         return ExitCode.OK
     if first not in COMMANDS and first not in _OWN:
         raise _unknown_command(first)
-    command = importlib.import_module(f"hilbench.commands.{first}")
-    arguments = command.parser().parse_words(words[1:])
+    return _run(first, words[1:])
+
+
+def _run(name: str, words: list[str]) -> int:
+    command = importlib.import_module(f"hilbench.commands.{name}")
+    arguments = command.parser().parse_words(words)
 
     from hilbench.siblings import check_siblings
 
     check_siblings()
     return int(command.run(arguments))
+
+
+def _is_bench(word: str) -> bool:
+    """Say whether a word that stands where a command does is a bench; a command of that name comes first."""
+    if word.startswith("-") or word in COMMANDS or word in _OWN or word == "help":
+        return False
+    from pathlib import Path
+
+    built_in = Path(__file__).parent / "benches" / f"{word}.toml"
+    return word.endswith(".toml") or ":" in word or built_in.is_file()
 
 
 def _say(text: str) -> None:

@@ -27,8 +27,8 @@ def run(parsed: argparse.Namespace) -> int:
     """Run the command.
 
     Raises:
-        UsageError: no bench of that name runs.
-        UnavailableError: none runs at all, or this is no terminal.
+        UsageError: no bench of that name runs; this is no terminal.
+        UnavailableError: none runs at all.
     """
     from hilbench.console import Console
     from hilbench.live.folders import sessions

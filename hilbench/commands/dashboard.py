@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import argparse
+import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import hilbench
 from hilbench import arguments
-from hilbench.errors import UnavailableError
+from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.parser import Parser, typed
 
 if TYPE_CHECKING:
     from hilbench.tui.bench_process import BenchProcess
 
+DEFAULT_FILE = Path("hilbench.toml")
+DEFAULT_BENCH = "pioneer"
+"""As of `hilbench.config`, which takes its time."""
+_WORDS = 56
+
 _EXAMPLES = """
 hilbench                         ./hilbench.toml if there is one, else the virtual Pioneer
+hilbench pioneer --scene room-with-boxes
 hilbench rover                   a built-in bench, a bench file, or BOARD:IMAGE
 hilbench my-bench.toml --seed 7 --journal session.jsonl
 """
@@ -30,6 +39,9 @@ def parser() -> Parser:
     """Return the parser of this command."""
     made = Parser("hilbench", "Open a bench, see it live and act on it.", _EXAMPLES, _NOTES)
     made.add_argument("what", metavar="TARGET|BENCH", nargs="?", help="as of 'hilbench serve'")
+    made.add_argument(
+        "--scene", metavar="S", help="scene to stand in: a built-in name or a file, as of 'hilbench serve'"
+    )
     made.add_argument("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
     made.add_argument("--journal", metavar="FILE", type=typed(arguments.output_file), help="keep the journal there")
     return made
@@ -39,28 +51,35 @@ def run(parsed: argparse.Namespace) -> int:
     """Run the command: start the bench, then show it.
 
     Raises:
-        UsageError: there is no such bench, or its file is wrong.
-        UnavailableError: this is no terminal, or there is no place for the bench.
+        UsageError: there is no such bench, or its file is wrong; this is no terminal.
+        UnavailableError: there is no place for the bench.
     """
-    require_terminal("'hilbench check' and 'hilbench serve' do without")
-    from hilbench.config import open_bench
-    from hilbench.mcu.command_line import open_target
+    require_terminal("try 'hilbench check' or 'hilbench --help'")
     from hilbench.tui.bench_process import BenchProcess
 
-    name = (open_target(parsed.what) if parsed.what is not None else open_bench()).name
+    name = parsed.what or ("" if DEFAULT_FILE.is_file() else DEFAULT_BENCH)
+    if name not in dict(_built_in()) or parsed.scene is not None:
+        from hilbench.commands.live import in_scene
+        from hilbench.mcu.command_line import open_target
+
+        # What is wrong in a file is said here, not on the dashboard.
+        name = in_scene(open_target(parsed.what), parsed.scene).name
     # The bench starts while this process loads what draws it.
-    process = BenchProcess.start(parsed.what, name=name, seed=parsed.seed, journal=parsed.journal)
-    return show(process)
+    words = [word for word in (parsed.what,) if word]
+    words += ["--scene", parsed.scene] if parsed.scene is not None else []
+    words += ["--seed", str(parsed.seed)]
+    words += ["--journal", str(parsed.journal.absolute())] if parsed.journal is not None else []
+    return show(BenchProcess.start(words, name=name))
 
 
-def show(process: BenchProcess) -> int:
+def show(process: BenchProcess) -> ExitCode:
     """Show a bench until the person leaves it."""
     try:
         from hilbench.tui.app import Dashboard
         from hilbench.tui.bench_process import BenchProcess
 
         def open_bench(name: str) -> BenchProcess:
-            return BenchProcess.start(name, name=name)
+            return BenchProcess.start([name], name=name)
 
         Dashboard(process, benches=_benches(), open_bench=open_bench).run()
     except BaseException:
@@ -73,24 +92,25 @@ def require_terminal(hint: str) -> None:
     """Make sure that there is somebody to show anything to.
 
     Raises:
-        UnavailableError: there is not.
+        UsageError: there is not.
     """
-    import os
-
     if not all(os.isatty(descriptor) for descriptor in (0, 1, 2)):
-        raise UnavailableError("this is no terminal", where="the dashboard", hint=hint)
+        raise UsageError("the dashboard needs a terminal, and this is none", hint=hint)
     if os.environ.get("TERM") in {None, "", "dumb"}:
-        raise UnavailableError("the terminal cannot place its cursor (TERM)", where="the dashboard", hint=hint)
+        raise UsageError("the dashboard needs a terminal that can place its cursor (TERM)", hint=hint)
 
 
 def _benches() -> list[tuple[str, str]]:
     """Return the benches there are, each with the first words of its file."""
-    from hilbench.config import BUILT_IN_FOLDER, DEFAULT_FILE, built_in_benches
-
-    files = [(name, BUILT_IN_FOLDER / f"{name}.toml") for name in built_in_benches()]
+    files = list(_built_in())
     if DEFAULT_FILE.is_file():
         files.insert(0, (f"./{DEFAULT_FILE}", DEFAULT_FILE))
     return [(name, _first_words(file)) for name, file in files]
+
+
+def _built_in() -> Iterator[tuple[str, Path]]:
+    """Return the benches that come with hilbench; without reading any, and without what reads them."""
+    yield from ((file.stem, file) for file in sorted((Path(hilbench.__file__).parent / "benches").glob("*.toml")))
 
 
 def _first_words(file: Path) -> str:
@@ -99,4 +119,4 @@ def _first_words(file: Path) -> str:
     except OSError:
         return ""
     words = first.removeprefix("#").strip() if first.startswith("#") else ""
-    return words if len(words) <= 56 else f"{words[:55]}…"
+    return words if len(words) <= _WORDS else f"{words[: _WORDS - 1]}…"

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hilbench import arguments, interruption
+from hilbench.errors import UsageError
 from hilbench.parser import Parser, typed
+
+if TYPE_CHECKING:
+    from hilbench.bench_file import BenchFile
 
 
 def parser() -> Parser:
@@ -15,9 +20,30 @@ def parser() -> Parser:
     made.add_argument("what", metavar="TARGET|BENCH", nargs="?", help="as of 'hilbench serve'")
     made.add_argument("--folder", metavar="FOLDER", required=True, help="private folder for journal and socket")
     made.add_argument("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run")
+    made.add_argument("--scene", metavar="S", help="scene to stand in instead of that of the bench file")
     made.add_argument("--journal", metavar="FILE", type=typed(arguments.output_file), help="another place for it")
     made.add_argument("--no-demo", action="store_true", help="nobody drives at first")
     return made
+
+
+def in_scene(bench_file: BenchFile, scene: str | None) -> BenchFile:
+    """Return a bench in another scene than that of its file; the same if none is named.
+
+    Raises:
+        UsageError: there is no such scene, or no world for it.
+    """
+    from dataclasses import replace
+
+    import msgspec
+
+    from hilbench.config import resolve_scene
+
+    if scene is None:
+        return bench_file
+    if not bench_file.has_world:
+        raise UsageError("nothing stands in a world here", where=f"--scene {scene}")
+    resolved = resolve_scene(scene, Path(), "--scene")
+    return replace(bench_file, world=msgspec.structs.replace(bench_file.world, scene=resolved))
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -29,6 +55,6 @@ def run(parsed: argparse.Namespace) -> int:
     options = LiveOptions(
         session=Session(Path(parsed.folder)), seed=parsed.seed, demo=not parsed.no_demo, journal=parsed.journal
     )
-    bench_file = open_target(parsed.what)
+    bench_file = in_scene(open_target(parsed.what), parsed.scene)
     interruption.raise_once()
     return run_live(bench_file, options)

@@ -17,7 +17,7 @@ DEAD_MAN_NS = 700 * NS_PER_MS
 DEMO = "figure-of-eight"
 """The demo driver: forward in circles, one way and then the other; on the spot where something is near."""
 _STEP_NS = 50 * NS_PER_MS
-_CIRCLE_NS = 12 * NS_PER_S
+_CIRCLE_NS = 20 * NS_PER_S
 _NEAR_M = 0.7
 _CONNECT_AGAIN_NS = 3 * NS_PER_S
 _TIDY_EVERY_NS = 5 * NS_PER_S
@@ -89,7 +89,7 @@ class Driver:
         if room_m is not None and room_m < _NEAR_M:
             self._operator.drive(0.0, 0.6 * way)
         else:
-            self._operator.drive(0.6, 0.5 * way)
+            self._operator.drive(0.6, 0.3 * way)
 
     def _release(self, who: str) -> None:
         self._stopped = True
@@ -101,4 +101,4 @@ class Driver:
         forward, turn = self._wanted
         if (who, forward, turn) != self._who:
             self._who = (who, forward, turn)
-            self._bench.record("driver", "driver", who=who, forward=forward, turn=turn)
+            self._bench.record("driver", "drive", who=who, forward=forward, turn=turn)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from textual.app import App, ComposeResult, SystemCommand
-from textual.binding import Binding
 from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
 from textual.widgets import Footer, Static
@@ -14,25 +13,20 @@ from textual.widgets import Footer, Static
 from hilbench.clock import Stopwatch
 from hilbench.tui.bench_process import BenchProcess, Phase
 from hilbench.tui.dialogs import HelpScreen, InjectScreen, LeaveScreen, PickScreen, WordScreen
+from hilbench.tui.keys import BY_NAME, KEYS, NEEDS, OF_RECORDINGS
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.follower import Follower
+from hilbench.tui.model.replay import NS_PER_S, Replay
 from hilbench.tui.model.stick import Stick
 from hilbench.tui.panes import FramesPane, Pane, Strip, pane_names
+from hilbench.tui.recorded import RecordedBench
 from hilbench.tui.views.words import seconds
 
 __all__ = ["FRAMES_PER_S", "Dashboard"]
 
 FRAMES_PER_S = 10
 _WIDE = 132
-_SLOW, _FULL = 0.5, 1.0
 _MOST_BATCHES = 8
-_NEEDS = {
-    "drive": "drive", "stop": "stop", "demo": "demo", "connect": "connect", "disconnect": "disconnect",
-    "reset": "reset", "inject": "inject", "clear_faults": "clear-faults", "pause": "pause", "step": "step",
-    "faster": "speed", "slower": "speed", "mark": "mark",
-}  # fmt: skip
-"""What an action of ours asks of the bench; one that the bench does not have is not offered."""
-
 OpenBench = Callable[[str], BenchProcess]
 
 
@@ -40,7 +34,8 @@ class Dashboard(App[None]):
     """See the module.
 
     Args:
-        process: the bench.
+        process: the bench, or a recording.
+        replay: the recording's events and the place in it; None of a bench that runs.
         benches: the benches that can be opened instead, by name and what they are.
         open_bench: opens one of them.
         ticking: whether it looks at the bench by itself; a test does it by hand.
@@ -48,39 +43,12 @@ class Dashboard(App[None]):
 
     CSS_PATH = "dashboard.tcss"
     TITLE = "hilbench"
-    BINDINGS = [
-        Binding("w,up", "drive(0, 0.5)", "Drive", key_display="wasd"),
-        Binding("s,down", "drive(0, -0.5)", show=False),
-        Binding("a,left", "drive(1, 0.5)", show=False),
-        Binding("d,right", "drive(1, -0.5)", show=False),
-        Binding("W,shift+up", "drive(0, 1)", show=False),
-        Binding("S,shift+down", "drive(0, -1)", show=False),
-        Binding("A,shift+left", "drive(1, 1)", show=False),
-        Binding("D,shift+right", "drive(1, -1)", show=False),
-        Binding("space", "stop", "Stop"),
-        Binding("o", "demo", "Demo"),
-        Binding("c", "connect", "Connect", show=False),
-        Binding("x", "disconnect", "Disconnect", show=False),
-        Binding("r", "reset", "Reset"),
-        Binding("p", "pause", "Pause"),
-        Binding("n", "step", "Step", show=False),
-        Binding("plus", "faster", "Faster", show=False),
-        Binding("minus", "slower", "Slower", show=False),
-        Binding("i", "inject", "Fault"),
-        Binding("u", "clear_faults", "No faults", show=False),
-        Binding("m", "mark", "Mark", show=False),
-        Binding("g", "picture", "SVG", show=False),
-        Binding("slash", "filter", "Filter"),
-        Binding("b", "pick", "Bench", show=False),
-        Binding("question_mark", "help", "Help", key_display="?"),
-        Binding("q", "leave", "Quit"),
-        Binding("escape", "unzoom", show=False),
-        *(Binding(str(key), f"zoom('{name}')", show=False) for key, name in enumerate(pane_names(), 1)),
-    ]
+    BINDINGS = KEYS
 
     def __init__(
         self,
-        process: BenchProcess,
+        process: BenchProcess | RecordedBench,
+        replay: Replay | None = None,
         *,
         benches: Iterable[tuple[str, str]] = (),
         open_bench: OpenBench | None = None,
@@ -88,6 +56,7 @@ class Dashboard(App[None]):
     ) -> None:
         super().__init__()
         self.process = process
+        self.replay = replay
         self.model: BenchModel | None = None
         self.zoomed = ""
         self._benches = list(benches)
@@ -96,6 +65,7 @@ class Dashboard(App[None]):
         self._follower: Follower | None = None
         self._stick = Stick()
         self._watch = Stopwatch()
+        self._looked_s = 0.0
         self._arranged = ""
 
     def compose(self) -> ComposeResult:
@@ -135,11 +105,19 @@ class Dashboard(App[None]):
         """Take what the bench has told since the last time, and show it."""
         for refused in self.process.poll():
             self.notify(refused, severity="warning")
-        if self._follower is None and self.process.phase is not Phase.STARTING:
+        if self.replay is not None:
+            self._play(self.replay)
+        elif self._follower is None and self.process.phase is not Phase.STARTING:
             self._follower = Follower(self.process.journal)
         if self._follower is not None:
             self._take(self._follower)
         self._show()
+
+    def _play(self, replay: Replay) -> None:
+        now_s = self._watch.elapsed_s()
+        replay.play(now_s - self._looked_s)
+        self._looked_s = now_s
+        self.model = replay.model
 
     def _take(self, follower: Follower) -> None:
         for _ in range(_MOST_BATCHES):
@@ -171,6 +149,9 @@ class Dashboard(App[None]):
         model = self.model
         if model is None:
             return f" hilbench  {self.process.phase.value} ..."
+        if self.replay is not None:
+            how = "plays" if self.replay.playing else "recorded"
+            return f" hilbench  {model.name}  {seconds(model.ns)} of {seconds(self.replay.length_ns)}  {how}"
         clock = "PAUSED" if model.paused else "" if model.speed == 1 else f"{model.speed:g} x"
         state = "" if self.process.phase is Phase.LIVE else f"  [{self.process.phase.value}]"
         return f" hilbench  {model.name}  {seconds(model.ns)}  {clock}{state}".replace("[", "\\[")
@@ -191,7 +172,7 @@ class Dashboard(App[None]):
             return
         self._arranged = arranged
         first = "world" if has_world else "link"
-        shown = set(pane_names()) if wide else {first, "frames", *(["timers"] if not has_world else [])}
+        shown = set(pane_names()) if wide else {first, "frames"}
         shown -= {"world"} if not has_world else set()
         shown -= {"pins"} if not has_pins else set()
         shown = {self.zoomed} if self.zoomed else shown
@@ -224,9 +205,9 @@ class Dashboard(App[None]):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Offer only what the bench can do."""
         del parameters
-        needed = _NEEDS.get(action)
+        needed = NEEDS.get(action)
         if needed is None:
-            return True
+            return self.replay is not None if action in OF_RECORDINGS else True
         return self.process.phase is Phase.LIVE and needed in self.process.actions
 
     def action_drive(self, axis: int, share: float) -> None:
@@ -293,6 +274,33 @@ class Dashboard(App[None]):
 
         self.push_screen(WordScreen("Mark this moment as"), mark)
 
+    # --- recordings
+
+    def action_play(self) -> None:
+        """Let the recording go on, or stand still."""
+        if self.replay is not None:
+            self.replay.playing = not self.replay.playing
+            self.look()
+
+    def action_go(self, by_s: int) -> None:
+        """Go on in a recording by seconds, or back."""
+        if self.replay is not None:
+            self.replay.go_by(by_s * NS_PER_S)
+            self.look()
+
+    def action_event(self, by: int) -> None:
+        """Go on in a recording by events, or back."""
+        if self.replay is not None:
+            self.replay.step(by)
+            self.look()
+
+    def action_next_error(self) -> None:
+        """Go to the next error of a recording."""
+        if self.replay is not None:
+            if not self.replay.next_error():
+                self.notify("no more errors")
+            self.look()
+
     # --- the rest
 
     def action_filter(self) -> None:
@@ -338,7 +346,7 @@ class Dashboard(App[None]):
 
     def action_leave(self) -> None:
         """Leave; a bench that runs is asked about."""
-        if self.process.phase is Phase.ENDED:
+        if self.process.phase is Phase.ENDED or self.replay is not None:
             self.exit()
             return
 
@@ -356,14 +364,7 @@ class Dashboard(App[None]):
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Offer every action by name in the command palette."""
         yield from super().get_system_commands(screen)
-        for name, what in (
-            ("connect", "Connect"), ("disconnect", "Disconnect"), ("demo", "Let the demo driver go on"),
-            ("stop", "Stop the vehicle"), ("reset", "Press the reset button"), ("pause", "Pause or go on"),
-            ("step", "Go 0.1 s further"), ("faster", "Twice as fast"), ("slower", "Half as fast"),
-            ("inject", "Put a fault on the line"), ("clear_faults", "Take all faults back"),
-            ("mark", "Mark this moment"), ("filter", "Filter frames"), ("picture", "Save the screen as SVG"),
-            ("pick", "Open another bench"), ("leave", "Leave"),
-        ):  # fmt: skip
+        for name, what in BY_NAME.items():
             if self.check_action(name, ()):
                 yield SystemCommand(what, self._about(name), getattr(self, f"action_{name}"))
 

@@ -62,24 +62,20 @@ class BenchProcess:
             os.set_blocking(process.stdout.fileno(), False)
 
     @classmethod
-    def start(cls, what: str | None, *, name: str, seed: int = 0, journal: Path | None = None) -> BenchProcess:
+    def start(cls, words: Sequence[str], *, name: str) -> BenchProcess:
         """Start a bench.
 
         Args:
-            what: as on the command line; None for the default bench.
+            words: which, and how, as ``hilbench live`` takes them; the default bench if none is named.
             name: for its folder.
-            seed: of the run.
-            journal: another place for its journal.
 
         Raises:
             UnavailableError: there is no place for its folder.
         """
         session = new_session(name)
-        words = [*([what] if what is not None else []), "--folder", str(session.folder), "--seed", str(seed)]
-        words += ["--journal", str(journal.absolute())] if journal is not None else []
         with session.talk.open("wb") as talk:
             process = subprocess.Popen(
-                [sys.executable, "-m", "hilbench", "live", *words],
+                [sys.executable, "-m", "hilbench", "live", *words, "--folder", str(session.folder)],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=talk,

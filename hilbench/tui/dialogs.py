@@ -40,6 +40,9 @@ for this screen, and goes on without it.
 [b]m[/b]            mark this moment in the journal     [b]g[/b]  save the screen as SVG
 [b]b[/b]            another bench                       [b]q[/b]  leave: stop the bench, or detach from it
 [b]ctrl+p[/b]       all commands by name
+
+[b]Of a recording[/b]
+[b]p[/b] plays; [b]left right[/b] a second, with shift ten; [b], .[/b] an event; [b]e[/b] the next error
 """
 
 

@@ -7,7 +7,12 @@ import pytest
 from hilbench.cli import main
 
 WRONG = [
-    ("", "no command; try 'hilbench check' or 'hilbench --help'"),
+    ("", "the dashboard needs a terminal, and this is none; try 'hilbench check' or 'hilbench --help'"),
+    ("pioneer", "the dashboard needs a terminal, and this is none; try 'hilbench check' or 'hilbench --help'"),
+    ("pioneer --sede 3", "hilbench: unknown option --sede; did you mean '--seed'?"),
+    ("attach --lits", "attach: unknown option --lits; did you mean '--list'?"),
+    ("replay", "replay: JOURNAL is missing; see 'hilbench replay --help'"),
+    ("replay none.jsonl", "the dashboard needs a terminal, and this is none; 'hilbench decode' does without"),
     ("chekc", "unknown command 'chekc'; did you mean 'check'?"),
     ("--verison", "unknown option '--verison'; did you mean '--version'?"),
     ("check --sede 3", "check: unknown option --sede; did you mean '--seed'?"),

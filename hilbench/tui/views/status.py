@@ -16,7 +16,7 @@ __all__ = ["counters_view", "link_view", "strip_view", "timers_view"]
 _LINE_ERRORS = ("lost", "overruns", "framing_errors", "breaks", "refused", "withdrawn")
 _SLOW_FACTOR = 0.98
 _NEAR = 0.25
-_WITH_RATE = 20
+_WITH_RATE = 19
 
 
 def link_view(model: BenchModel, width: int) -> list[Text]:

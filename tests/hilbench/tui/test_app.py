@@ -18,13 +18,23 @@ def rows(app):
     return ["".join(segment.text for segment in strip) for strip in app.screen._compositor.render_strips()]
 
 
+async def settle(app, pilot):
+    """Wait until no pane is laid out that is not to be seen, and the screen looks the same twice in a row."""
+    last = None
+    while True:
+        await pilot.pause()
+        app.look()
+        placed = {widget.id for widget in app.screen._compositor.visible_widgets if isinstance(widget, Pane)}
+        if placed <= {pane.id for pane in app.query(Pane) if pane.display} and rows(app) == last:
+            return
+        last = rows(app)
+
+
 def run(process, scenario, size=(80, 24), **more):
     async def go():
         app = Dashboard(process, ticking=False, **more)
         async with app.run_test(size=size, notifications=True) as pilot:
-            for _ in range(3):
-                app.look()
-            await pilot.pause()
+            await settle(app, pilot)
             await scenario(app, pilot)
 
     asyncio.run(go())
@@ -124,8 +134,7 @@ def test_a_frame_is_found_held_and_opened(process_of):
     async def scenario(app, pilot):
         await pilot.press("slash", *"pulse", "enter")
         await pilot.press("5", "up", "enter")
-        app.look()
-        await pilot.pause()
+        await settle(app, pilot)
         screen = "\n".join(rows(app))
         assert "[FA FB][03][00][00 00]" in screen
         assert "Sip" not in screen

@@ -21,7 +21,7 @@ def start(tmp_path, monkeypatch):
     begun = []
 
     def begin(what="rover-model"):
-        begun.append(BenchProcess.start(what, name=what))
+        begun.append(BenchProcess.start([what], name=what))
         return begun[-1]
 
     yield begin

@@ -1,0 +1,104 @@
+"""The commands that open the dashboard, in a terminal of their own: they begin, show, and leave nothing behind."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import pty
+import select
+import struct
+import subprocess
+import sys
+import termios
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+PATIENCE_S = 60
+
+
+class Terminal:
+    """A terminal with a command in it."""
+
+    def __init__(self, words, folder):
+        self.descriptor, inside = pty.openpty()
+        fcntl.ioctl(inside, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+        environment = {**os.environ, "TERM": "xterm-256color", "XDG_RUNTIME_DIR": str(folder)}
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "hilbench", *words],
+            stdin=inside, stdout=inside, stderr=inside, cwd=folder, env=environment, start_new_session=True,
+        )  # fmt: skip
+        os.close(inside)
+        self.seen = ""
+
+    def wait_for(self, text):
+        """Read until a text has been on the screen, since it was waited for the last time."""
+        while text not in self.seen:
+            assert select.select((self.descriptor,), (), (), PATIENCE_S)[0], self.seen[-2000:]
+            try:
+                self.seen += os.read(self.descriptor, 65536).decode(errors="replace")
+            except OSError:
+                break
+        assert text in self.seen, self.seen[-2000:]
+        self.seen = self.seen.partition(text)[2]
+
+    def press(self, keys):
+        os.write(self.descriptor, keys.encode())
+
+    def end(self):
+        """Read to the end; give the exit code."""
+        while select.select((self.descriptor,), (), (), PATIENCE_S)[0]:
+            try:
+                if not os.read(self.descriptor, 65536):
+                    break
+            except OSError:
+                break
+        os.close(self.descriptor)
+        return self.process.wait(PATIENCE_S)
+
+
+@pytest.fixture
+def terminal(tmp_path):
+    begun = []
+
+    def start(*words):
+        begun.append(Terminal(words, tmp_path))
+        return begun[-1]
+
+    yield start
+    for one in begun:
+        if one.process.poll() is None:
+            one.process.kill()
+            one.process.wait()
+
+
+def test_a_bench_is_opened_left_found_again_and_stopped(terminal, tmp_path):
+    opened = terminal("rover-model")
+    opened.wait_for("station")
+    opened.press("q")
+    opened.wait_for("Leave it how?")
+    opened.press("d")
+    assert opened.end() == 0
+    (folder,) = (tmp_path / "hilbench").iterdir()
+    again = terminal("attach")
+    again.wait_for("rover-model")
+    again.press("q")
+    again.wait_for("Leave it how?")
+    again.press("s")
+    assert again.end() == 0
+    assert not (folder / "control").exists()
+
+
+def test_a_recording_is_opened(terminal, journals):
+    shown = terminal("replay", str(journals["rover"]))
+    shown.wait_for("recorded")
+    shown.press("q")
+    assert shown.end() == 0
+
+
+def test_a_bench_file_that_is_wrong_is_refused_before_anything_is_drawn(terminal, tmp_path):
+    (tmp_path / "wrong.toml").write_text("version = 9\n")
+    refused = terminal("wrong.toml")
+    refused.wait_for("hilbench: wrong.toml")
+    assert refused.end() == 2
