@@ -254,10 +254,6 @@ class Rcc(RccWithPlls):
         """PWR gives another voltage scale: look at the limits anew."""
         self._check_rates()
 
-    def adc_enabled(self, number: int) -> bool:
-        """Say whether the gate of an ADC is open, by its number from 0 on."""
-        return bool(self[at.ENABLE_OF["AHB1"]] & 1 << 5 if number < 2 else self[at.ENABLE_OF["AHB4"]] & 1 << 24)
-
     def _on_ready(self, name: str, ready: bool) -> None:
         flag, offset, bit = self.READY[name]
         self[offset] = self[offset] | bit if ready else self[offset] & ~bit
