@@ -81,10 +81,14 @@ def show(process: BenchProcess) -> ExitCode:
         def open_bench(name: str) -> BenchProcess:
             return BenchProcess.start([name], name=name)
 
-        Dashboard(process, benches=_benches(), open_bench=open_bench).run()
+        dashboard = Dashboard(process, benches=_benches(), open_bench=open_bench)
+        dashboard.run()
     except BaseException:
         process.stop()
         raise
+    if dashboard.return_code:  # its traceback stands on the terminal
+        dashboard.process.stop()
+        return ExitCode.DEFECT
     return ExitCode.OK
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import signal
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -88,10 +90,12 @@ class Dashboard(App[None]):
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
-        """Begin to look."""
+        """Begin to look. A signal that ends the process gives the terminal back first."""
         self._arrange()
         if self._ticking:
             self.set_interval(1 / FRAMES_PER_S, self.look)
+            for number in (signal.SIGTERM, signal.SIGHUP):
+                asyncio.get_running_loop().add_signal_handler(number, self.exit)
         self.look()
 
     def on_unmount(self) -> None:
@@ -360,6 +364,10 @@ class Dashboard(App[None]):
             self.exit()
 
         self.push_screen(LeaveScreen(), leave)
+
+    async def action_quit(self) -> None:
+        """Leave, by the key and the command that Textual has for it."""
+        self.action_leave()
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Offer every action by name in the command palette."""

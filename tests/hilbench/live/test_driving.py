@@ -1,0 +1,119 @@
+"""Who drives: the demo driver, then a hand as long as it holds on; on a clock that never waits."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from hilbench.commands.live import in_scene
+from hilbench.errors import UsageError
+from hilbench.live.actions import Actions
+from hilbench.live.control import RequestError
+from hilbench.live.driver import DEAD_MAN_NS, DEMO
+from hilbench.live.folders import Session
+from hilbench.live.session import LiveBench, LiveOptions
+from hilbench.mcu.command_line import open_target
+from hilbench.testing import FakeHostClock
+
+
+@pytest.fixture
+def live(tmp_path):
+    """Make live benches whose time is the test's."""
+    made = []
+
+    def make(bench, *, scene=None, demo=True):
+        folder = tmp_path / str(len(made))
+        folder.mkdir()
+        one = LiveBench(in_scene(open_target(bench), scene), LiveOptions(session=Session(folder), demo=demo))
+        one.bench.scheduler.lock(FakeHostClock())
+        made.append(one)
+        return one
+
+    yield make
+    for one in made:
+        one.close()
+
+
+def told(live, kind):
+    return [event for event in live.bench.journal.recent if event["kind"] == kind]
+
+
+def speeds(live):
+    """Return how far the robot went in each tenth of a second, in um."""
+    poses = told(live, "pose")
+    return [abs(b["x_m"] - a["x_m"]) + abs(b["y_m"] - a["y_m"]) for a, b in itertools.pairwise(poses)]
+
+
+def test_the_demo_driver_connects_enables_and_drives(live):
+    one = live("pioneer-plane")
+    one.bench.run_for(2.5)
+    assert [event["who"] for event in told(one, "driver")] == [DEMO]
+    assert speeds(one)[-1] > 5_000
+
+
+def test_nobody_drives_where_no_demo_is_wanted(live):
+    one = live("pioneer-plane", demo=False)
+    one.bench.run_for(2.0)
+    assert told(one, "tx") == []
+    one.actions.obey({"do": "connect"})
+    one.bench.run_for(2.0)
+    assert one.rig.operator.in_session
+    assert max(speeds(one)) == 0
+
+
+def test_a_hand_takes_over_and_its_vehicle_stops_when_it_lets_go(live):
+    one = live("pioneer-plane")
+    one.bench.run_for(3.0)
+    for _ in range(10):
+        one.actions.obey({"do": "drive", "forward": 1.0, "turn": 0.0})
+        one.bench.run_for(0.2)
+    assert speeds(one)[-1] > 20_000
+    let_go_ns = one.bench.now_ns - 200_000_000
+    one.bench.run_for(4.0)
+    assert speeds(one)[-1] == 0
+    assert [event["who"] for event in told(one, "driver")] == [DEMO, "user", "dead man"]
+    assert 0 <= told(one, "driver")[-1]["ns"] - let_go_ns - DEAD_MAN_NS < 100_000_000
+    one.actions.obey({"do": "demo"})
+    one.bench.run_for(2.0)
+    assert speeds(one)[-1] > 5_000
+
+
+def test_a_rover_that_lost_its_host_is_driven_again(live):
+    one = live("rover-model")
+    one.bench.run_for(3.0)
+    one.actions.obey({"do": "inject", "kind": "disconnect", "duration_s": 4.0})
+    one.bench.run_for(3.5)
+    assert told(one, "machine")[-1]
+    assert any(event.get("name") == "MotorsMustStop" for event in told(one, "event"))
+    one.bench.run_for(3.0)
+    commanded = [event for event in told(one, "event") if event.get("name") == "MotorsCommanded"]
+    assert commanded[-1]["ns"] > one.bench.now_ns - 600_000_000
+
+
+@pytest.mark.needs_bullet
+def test_the_demo_driver_turns_before_a_wall(live):
+    one = live("pioneer", scene="corridor")
+    one.bench.run_for(25.0)
+    assert not [event for event in told(one, "event") if event["name"] in {"Stalled", "BumpStopped"}]
+
+
+def test_a_scene_needs_a_world():
+    with pytest.raises(UsageError, match="nothing stands in a world here"):
+        in_scene(open_target("rover-model"), "corridor")
+
+
+@pytest.mark.parametrize(
+    ("request_", "why"),
+    [
+        ({"do": "fly"}, "this bench has no 'fly'"),
+        ({"do": "drive", "forward": "x", "turn": 0}, "forward is a number from -1 to 1"),
+        ({"do": "step", "seconds": 11}, "seconds is a number"),
+        ({"do": "speed", "factor": float("nan")}, "factor is a number"),
+        ({"do": "mark", "text": "x" * 201}, "at most 200 characters"),
+    ],
+)
+def test_what_cannot_be_done_is_refused(live, request_, why):
+    actions: Actions = live("rover-model").actions
+    with pytest.raises(RequestError, match=why):
+        actions.obey(request_)
