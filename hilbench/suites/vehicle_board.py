@@ -797,13 +797,16 @@ def test_a_frame_that_lacks_a_field_is_none(vehicle: Vehicle) -> None:
 
 @on_board("VB28", lasts_s=2.5)
 def test_hashes_are_no_status(vehicle: Vehicle) -> None:
-    _quiet(vehicle)
+    told = _quiet(vehicle)
     mark, quiet_ns = vehicle.mark(), vehicle.bench.now_ns
+    vehicle.run(5 * STATUS_MISS_S)
     vehicle.simulator.write(b"#" * 22)
     first = vehicle.wait_for(Mode.EMERGENCY, 1.3, mark)
     moving = [got for got in vehicle.frames(mark) if got.start_ns < first.start_ns]
     what, rate_hz = "frames of mode 1 without a status", 1 / STATUS_MISS_S
     vehicle.require_count(len(moving), MISSES, 1.5, what=what, since_ns=quiet_ns, rate_hz=rate_hz)
+    others = [speed for speed in vehicle.speeds(told) if abs(speed - STATUS.lon_speed_m_s) > 1e-5]
+    assert not others, f"a speed of {others[0]:g} m/s is reported, which nobody said"
 
 
 def _damaged(vehicle: Vehicle, damaged: StatusFrame) -> tuple[list[VelocityReport], list[SteeringReport]]:

@@ -1,4 +1,4 @@
-"""The suite vehicle-board: the right board passes in every profile."""
+"""The suite vehicle-board: the right board passes in every profile, and every clause has a board that fails it."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ import pytest
 from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from protocols.carla.clauses import BOARD_CLAUSES
+from targets.robots.vehicle_interface import DEFECTS
+from tests.mutants.vehicle import BY_HAND, CURES, all_mutants, killers, on_the_page, run, to_run
 
 OPTIONS = CheckOptions(bench="vehicle-model", suites=("vehicle-board",))
+FOUND = on_the_page()
 
 
 @pytest.fixture(scope="module")
@@ -33,3 +36,28 @@ def test_every_edge_of_the_control_task_is_taken(report):
     covered = {coverage.peer: coverage for coverage in report.observed.coverage}
     assert covered["control task"].edges_missed == ()
     assert covered["modes of the board"].states_missed == ()
+
+
+@pytest.mark.parametrize("mutant", all_mutants(), ids=lambda mutant: mutant.id)
+def test_a_faulty_board_is_found(mutant):
+    """By the first clause that the page names for it."""
+    (clause,) = to_run(FOUND[mutant.id])
+    assert killers(run(mutant, clause)) == (clause,)
+
+
+def test_each_clause_finds_something():
+    found = {clause for clauses in FOUND.values() for clause in clauses}
+    assert {clause.id for clause in BOARD_CLAUSES} - found == set()
+    assert FOUND.keys() == {*DEFECTS, *(mutant.id for mutant in (*CURES, *BY_HAND))}
+
+
+def test_each_published_defect_is_found_by_what_is_asked_instead():
+    asked = {clause.id for clause in BOARD_CLAUSES if "hardened" in clause.profiles}
+    assert len(DEFECTS) >= 12
+    for name in DEFECTS:
+        assert set(FOUND[name]) & asked
+
+
+@pytest.mark.thorough
+def test_the_page_is_up_to_date():
+    assert {mutant.id: killers(run(mutant)) for mutant in all_mutants()} == FOUND

@@ -1,0 +1,500 @@
+"""Faulty vehicle interfaces: the defects of the published firmwares, one by one, and what else one gets wrong.
+
+Also the reverse: the published firmwares without one of their defects, which the clauses that describe it must notice.
+``python -m tests.mutants.vehicle`` runs the suite ``vehicle-board`` against each, writes ``docs/vehicle-defects.md``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from hilbench.check import CheckOptions, Verdict, run_suites
+from hilbench.check.results import Report
+from hilbench.config import open_bench
+from hilbench.journal import Journal
+from hilbench.mcu.board_provider import BoardProvider
+from hilbench.options import TargetChoice
+from hilbench.shared import Shared
+from hilbench.vehicle_provider import VehicleProvider
+from protocols.carla import (
+    FULL_SCALE,
+    MODE_TABLE,
+    STATUS_BYTES,
+    STEP_TABLE,
+    VECTORS,
+    X_AXIS,
+    Y_AXIS,
+    Action,
+    Mode,
+    ModeAnswered,
+    ModeTable,
+    ModeTransition,
+    ModeTrigger,
+    Step,
+    Table,
+    Transition,
+    Trigger,
+)
+from protocols.carla.clauses import BOARD_CLAUSES
+from targets.firmware import image_path
+from targets.robots.vehicle_interface import (
+    BEHAVIOURS,
+    DEFECTS,
+    SIMULATOR_LINE,
+    VehicleInterface,
+    VehicleSettings,
+    behaviour_of,
+)
+
+_ROW = re.compile(r"^\| `(?P<name>[^`]+)` \|.*\| (?P<clauses>[^|]*) \|$", re.MULTILINE)
+_FIRMWARE = re.compile(r"^\| `(?P<name>[^`]+)` \|[^|]*\|[^|]*\| (?P<clauses>[^|]*) \| [^|]* \|$", re.MULTILINE)
+_LEVELS = {clause.id: clause.level for clause in BOARD_CLAUSES}
+
+PAGE = Path(__file__).parents[2] / "docs" / "vehicle-defects.md"
+
+SHOWN = 1
+"""So many of the clauses that find a defect in the model are run on the emulated board."""
+
+SLOW = ("VB03", "VB25", "VB31", "VB31H", "VB42", "VB42H")
+"""What takes 20 s of bench time and more is run on faults that it is about, and on the emulated board only where
+nothing else finds the defect."""
+
+HAZARDS = tuple(clause.id for clause in BOARD_CLAUSES if "hardened" not in clause.profiles and clause.id not in SLOW)
+"""Clauses that describe what the published firmwares should not do."""
+
+FIRMWARE_ALONE = (
+    (
+        "no-watchdog",
+        "no watchdog: a task that hangs leaves the simulator with the last command",
+        "V0 and V1 main.c",
+        "nothing: a model has no tasks that hang, and no clause makes one",
+    ),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VehicleMutant:
+    """A board with one fault.
+
+    Attributes:
+        id: stable name.
+        what: what it does wrong.
+        profile: of the cases that have to find it.
+        about: the clauses that it is run against; empty for all but the `SLOW` ones.
+        board: what is wrong with its options.
+        body: likewise with its quirks beside the lines.
+        steps: changed edges of its control task.
+        modes: its table of modes, if that is another one.
+        kind: the class that it is made of.
+    """
+
+    id: str
+    what: str
+    profile: str = "hardened"
+    about: tuple[str, ...] = ()
+    board: Mapping[str, Any] = field(default_factory=dict)
+    body: Mapping[str, Any] = field(default_factory=dict)
+    steps: Mapping[tuple[Step, Trigger], Transition] = field(default_factory=dict)
+    modes: ModeTable | None = None
+    kind: type[VehicleInterface] = VehicleInterface
+
+    def make(self, settings: VehicleSettings) -> VehicleInterface:
+        """Makes the board, in the profile that a case asks for."""
+        behaviour = behaviour_of(settings)
+        changed = replace(
+            behaviour, board=replace(behaviour.board, **self.board), body=replace(behaviour.body, **self.body)
+        )
+        steps: Table = {**STEP_TABLE, **self.steps}
+        return self.kind(settings, behaviour=changed, steps=steps, modes=self.modes)
+
+
+class _GrantsAll(VehicleInterface):
+    def _told(self, event):
+        if isinstance(event, ModeAnswered):
+            event = replace(event, success=True)
+        return super()._told(event)
+
+
+class _SplitsAtHash(VehicleInterface):
+    """Takes each # for the beginning of a frame, also within a float."""
+
+    _seen = 0
+
+    def receive(self, line, data, now_ns):
+        if line == SIMULATOR_LINE and data == b"#" and self._seen % STATUS_BYTES:
+            self._seen = 0
+            return super().receive(line, b"\0" + data, now_ns)
+        if line == SIMULATOR_LINE:
+            self._seen += len(data)
+        return super().receive(line, data, now_ns)
+
+
+class _TakesHashes(VehicleInterface):
+    """Takes 22 bytes for a status, whatever they are."""
+
+    _hashes = 0
+
+    def receive(self, line, data, now_ns):
+        if line == SIMULATOR_LINE:
+            self._hashes = self._hashes + 1 if data == b"#" else 0
+            if self._hashes == STATUS_BYTES:
+                data = VECTORS["F4"].data
+        return super().receive(line, data, now_ns)
+
+
+def _without(step: Step, trigger: Trigger, action: Action) -> dict[tuple[Step, Trigger], Transition]:
+    edge = STEP_TABLE[step, trigger]
+    return {(step, trigger): replace(edge, actions=tuple(one for one in edge.actions if one is not action))}
+
+
+def _modes_with(mode: Mode, trigger: ModeTrigger, next_mode: Mode) -> ModeTable:
+    return {**MODE_TABLE, (mode, trigger): ModeTransition(next_mode)}
+
+
+def _modes_without(mode: Mode, trigger: ModeTrigger) -> ModeTable:
+    return {at: edge for at, edge in MODE_TABLE.items() if at != (mode, trigger)}
+
+
+_S, _T, _A = Step, Trigger, Action
+
+PUBLISHED = tuple(
+    VehicleMutant(
+        id=defect.name,
+        what=defect.text,
+        about=("VB31H", "VB42H") if defect.name == "H9" else (),
+        board=defect.board,
+        body=defect.body,
+    )
+    for defect in DEFECTS.values()
+)
+_SLOW_OF = {"v0-without-H2": ("VB25",), "v0-without-H9": ("VB31", "VB42"), "v0-without-H6": ("VB31",)}
+
+
+def _cures() -> Iterator[VehicleMutant]:
+    """The published firmwares with one thing right: what the clauses of their hazards must notice."""
+    hardened = BEHAVIOURS["hardened"].board
+    for defect in DEFECTS.values():
+        right = {name: getattr(hardened, name) for name in defect.board}
+        for profile in ("v0", "v1"):
+            shipped = BEHAVIOURS[profile].board
+            wrong = {name: value for name, value in defect.board.items() if getattr(shipped, name) == value}
+            if wrong == dict(defect.board) and right != wrong and not (profile == "v1" and "own_mode" in wrong):
+                what = f"the firmware of {profile} without {defect.name}"
+                name = f"{profile}-without-{defect.name}"
+                about = (*HAZARDS, *_SLOW_OF.get(name, ()))
+                yield VehicleMutant(id=name, what=what, profile=profile, about=about, board=right)
+                break
+    yield VehicleMutant(
+        id="v1-without-V1",
+        what="the firmware of v1 without V1",
+        profile="v1",
+        about=("VB22", "VB23"),
+        board={"flag_clash": False},
+    )
+    yield VehicleMutant(
+        id="v1-without-emergency-manual",
+        what="the firmware of v1 without emergency-manual",
+        profile="v1",
+        about=("VB37",),
+        board={"emergency_report": hardened.emergency_report},
+    )
+
+
+CURES = tuple({mutant.id: mutant for mutant in _cures()}.values())
+
+BY_HAND = (
+    VehicleMutant(
+        id="agent-10s", what="an agent is waited for for 10 s", about=("VB03",), board={"agent_wait_s": 10.0}
+    ),
+    VehicleMutant(
+        id="no-debounce",
+        what="each edge of the switch is a press",
+        about=(
+            "VB13",
+            "VB14",
+        ),
+        board={"debounce_s": 0.001},
+    ),
+    VehicleMutant(
+        id="narrow-dead-band",
+        what="a dead band of 400",
+        about=("VB16",),
+        board={"x_axis": replace(X_AXIS, dead_band=400), "y_axis": replace(Y_AXIS, dead_band=400)},
+    ),
+    VehicleMutant(
+        id="zero-off",
+        what="the joystick's middle is taken to be 1000 lower",
+        about=(
+            "VB15",
+            "VB16",
+        ),
+        board={"x_axis": replace(X_AXIS, zero=32_970), "y_axis": replace(Y_AXIS, zero=32_580)},
+    ),
+    VehicleMutant(
+        id="upper-end-off",
+        what="the joystick's upper ends are taken to be higher",
+        about=("VB17",),
+        board={"x_axis": replace(X_AXIS, greatest=FULL_SCALE + 2000), "y_axis": replace(Y_AXIS, greatest=70_000)},
+    ),
+    VehicleMutant(
+        id="lower-end-off",
+        what="the joystick's lower ends are taken to be lower",
+        about=(
+            "VB18",
+            "VB34H",
+        ),
+        board={"x_axis": replace(X_AXIS, least=0), "y_axis": replace(Y_AXIS, least=0)},
+    ),
+    VehicleMutant(
+        id="long-pause",
+        what="MANUAL rests for 120 ms",
+        about=(
+            "VB19",
+            "VB20",
+            "VB21",
+        ),
+        board={"manual_pause_s": 0.120},
+    ),
+    VehicleMutant(
+        id="late-status",
+        what="a status is waited for for 120 ms",
+        about=(
+            "VB07",
+            "VB21",
+        ),
+        board={"status_deadline_s": 0.120},
+    ),
+    VehicleMutant(
+        id="early-command",
+        what="a command is waited for for 90 ms",
+        about=(
+            "VB05H",
+            "VB30H",
+        ),
+        board={"command_deadline_s": 0.090},
+    ),
+    VehicleMutant(
+        id="nine-misses",
+        what="nine misses change the mode",
+        about=(
+            "VB05H",
+            "VB06",
+            "VB07",
+            "VB21",
+        ),
+        board={"misses": 9},
+    ),
+    VehicleMutant(
+        id="hasty-reader",
+        what="half a status is given up after 20 ms",
+        about=("VB26",),
+        board={"frame_timeout_s": 0.020},
+    ),
+    VehicleMutant(
+        id="misses-go-on",
+        what="a command does not begin the count of misses again",
+        about=("VB06",),
+        steps=_without(_S.AUTOWARE_COMMAND, _T.COMMAND, _A.FORGET_COMMAND_MISSES),
+    ),
+    VehicleMutant(
+        id="waits-for-nothing",
+        what="commands are handed on without waiting for a status",
+        about=(
+            "VB02",
+            "VB07",
+        ),
+        steps={(_S.AUTOWARE_COMMAND, _T.COMMAND): Transition(_S.AUTOWARE_END, (_A.SEND_COMMAND, _A.BRANCH))},
+    ),
+    VehicleMutant(
+        id="dark-manual",
+        what="MANUAL lights no lamp",
+        about=("VB08",),
+        steps=_without(_S.LOOP_TOP, _T.MANUAL, _A.SHOW_MODE) | _without(_S.AUTOWARE_END, _T.MANUAL, _A.SHOW_MODE),
+    ),
+    VehicleMutant(
+        id="quiet-manual",
+        what="in MANUAL no status is reported",
+        about=("VB19",),
+        steps=_without(_S.MANUAL_STATUS, _T.STATUS, _A.REPORT_STATUS),
+    ),
+    VehicleMutant(
+        id="straight-to-autoware",
+        what="EMERGENCY ends in AUTOWARE",
+        about=(
+            "VB08",
+            "VB09",
+            "VB10",
+        ),
+        modes=_modes_with(Mode.EMERGENCY, ModeTrigger.STATUS_RETURNS, Mode.AUTOWARE),
+    ),
+    VehicleMutant(
+        id="press-ends-emergency",
+        what="a press ends EMERGENCY",
+        about=("VB10",),
+        modes=_modes_with(Mode.EMERGENCY, ModeTrigger.PRESS, Mode.MANUAL),
+    ),
+    VehicleMutant(
+        id="deaf-switch",
+        what="a press in MANUAL does nothing",
+        about=(
+            "VB09",
+            "VB31H",
+        ),
+        modes=_modes_without(Mode.MANUAL, ModeTrigger.PRESS),
+    ),
+    VehicleMutant(
+        id="deaf-to-requests",
+        what="a request for AUTOWARE in MANUAL is granted and not obeyed",
+        about=(
+            "VB23H",
+            "VB42H",
+        ),
+        modes=_modes_without(Mode.MANUAL, ModeTrigger.REQUEST_AUTOWARE),
+    ),
+    VehicleMutant(
+        id="grants-all",
+        what="each request is said to be granted",
+        about=(
+            "VB11H",
+            "VB12",
+        ),
+        kind=_GrantsAll,
+    ),
+    VehicleMutant(id="splits-at-hash", what="each # begins a frame", about=("VB24",), kind=_SplitsAtHash),
+    VehicleMutant(id="takes-hashes", what="22 times # is a status", about=("VB28",), kind=_TakesHashes),
+)
+
+
+def all_mutants() -> tuple[VehicleMutant, ...]:
+    """Every faulty board."""
+    return (*PUBLISHED, *CURES, *BY_HAND)
+
+
+def run(mutant: VehicleMutant | None, select: str = "") -> Report:
+    """Run the cases of a mutant's profile against it; those of all profiles against the right board for None."""
+    shared = Shared(bench_file=open_bench("vehicle-model"), timeout_scale=1.0, journal=Journal())
+    provider = VehicleProvider(shared, make_vehicle=mutant.make) if mutant is not None else VehicleProvider(shared)
+    words = [word for word in (f"[{mutant.profile}]" if mutant is not None else "", select) if word]
+    if mutant is not None and not select:
+        words.append(f"({' or '.join(mutant.about)})" if mutant.about else f"not ({' or '.join(SLOW)})")
+    options = CheckOptions(bench="vehicle-model", suites=("vehicle-board",), select=" and ".join(words))
+    return run_suites(options, provider)
+
+
+def image_of(defect: str) -> Path:
+    """Our firmware with a defect; there need not be one."""
+    return image_path(f"vehicle-{'flag-clash' if defect == 'V1' else defect.lower()}")
+
+
+def run_image(defect: str, clauses: Sequence[str]) -> Report:
+    """Run some clauses of `hardened` on the emulated board, with the image that has this defect."""
+    shared = Shared(bench_file=open_bench("vehicle"), timeout_scale=1.0, journal=Journal())
+    choice = TargetChoice(name="brain.hardened", spec=f"nucleo-h753zi:{image_of(defect)}")
+    select = f"[hardened] and ({' or '.join(clauses)})"
+    options = CheckOptions(bench="vehicle", suites=("vehicle-board",), select=select)
+    return run_suites(options, BoardProvider(shared, [choice]))
+
+
+def to_run(clauses: Iterable[str]) -> tuple[str, ...]:
+    """Which of the clauses that find a defect in the model are run on the emulated board."""
+    return tuple(sorted(clauses, key=lambda clause: (clause in SLOW, clause)))[:SHOWN]
+
+
+def killers(report: Report) -> tuple[str, ...]:
+    """The clauses that fail."""
+    return tuple(sorted({case.clause_ids[0] for case in report.cases if case.verdict is Verdict.FAIL}))
+
+
+def page(found: Mapping[str, Sequence[str]], firmware: Mapping[str, Sequence[str]]) -> str:
+    """The page of the table, from the clauses that find each mutant, as a model and in the firmware."""
+    return "\n".join([*_head(), *_table(found, firmware), *_clauses(found)]) + "\n"
+
+
+def _head() -> Iterator[str]:
+    yield "# Defects of the vehicle interface, and the clauses that find them\n"
+    yield "Made by `python -m tests.mutants.vehicle`. Do not edit.\n"
+    yield "Each defect of the published firmwares is put back by itself into a board that is otherwise as we would"
+    yield "ship it (a behavioural model: `defects` in the settings of the bench `vehicle-model`), and the suite"
+    yield "`vehicle-board` is run against it. Then some of the clauses that found it are run against our firmware with"
+    yield "the same defect, on the emulated NUCLEO-H753ZI (images `vehicle-DEFECT`). A star marks a clause that says"
+    yield f"*should*. Left out, for they take 20 s and more: {', '.join(SLOW)}, but for `H9`, which they are about.\n"
+
+
+def _table(found: Mapping[str, Sequence[str]], firmware: Mapping[str, Sequence[str]]) -> Iterator[str]:
+    yield "| Defect | What it does | Where it was published | Found in the firmware by | Found in the model by |"
+    yield "|---|---|---|---|---|"
+    for defect in DEFECTS.values():
+        emulated = _shown(firmware.get(defect.name, ("no image",)))
+        yield f"| `{defect.name}` | {defect.text} | {defect.source} | {emulated} | {_shown(found[defect.name])} |"
+    yield "\n## In the firmware alone\n"
+    yield "| Defect | What it does | Where it was published | Found by |"
+    yield "|---|---|---|---|"
+    for name, text, source, finders in FIRMWARE_ALONE:
+        yield f"| `{name}` | {text} | {source} | {finders} |"
+    yield "\n## The published firmwares without one of their defects\n"
+    yield "A clause that describes a hazard has to notice where it is gone; run are these clauses alone.\n"
+    yield from _plain(found, CURES)
+    yield "\n## Other faults\n"
+    yield "Each is run against the clauses that it is about.\n"
+    yield from _plain(found, BY_HAND)
+
+
+def _plain(found: Mapping[str, Sequence[str]], mutants: Iterable[VehicleMutant]) -> Iterator[str]:
+    yield "| Fault | What it does | Profile | Clauses that find it |"
+    yield "|---|---|---|---|"
+    for mutant in mutants:
+        yield f"| `{mutant.id}` | {mutant.what} | `{mutant.profile}` | {_shown(found[mutant.id])} |"
+
+
+def _shown(clauses: Sequence[str]) -> str:
+    """Clauses, those that say *should* with a star."""
+    return ", ".join(f"{clause}*" if _LEVELS.get(clause) == "should" else clause for clause in clauses) or "none"
+
+
+def _clauses(found: Mapping[str, Sequence[str]]) -> Iterator[str]:
+    yield "\n## Clauses\n"
+    yield "| Clause | Faults it finds |"
+    yield "|---|---|"
+    for clause in BOARD_CLAUSES:
+        names = [f"`{name}`" for name, clauses in found.items() if clause.id in clauses]
+        yield f"| {clause.id} {clause.title} | {', '.join(names) or 'none'} |"
+
+
+def on_the_page(row: re.Pattern[str] = _ROW) -> dict[str, tuple[str, ...]]:
+    """What the page says already: by fault, the clauses that find it in the model."""
+    alone = {name for name, *_ in FIRMWARE_ALONE}
+    rows = row.finditer(PAGE.read_text(encoding="utf-8"))
+    said = {row["name"]: row["clauses"].replace("*", "") for row in rows if row["name"] not in alone}
+    return {name: () if clauses == "none" else tuple(clauses.split(", ")) for name, clauses in said.items()}
+
+
+def firmware_on_the_page() -> dict[str, tuple[str, ...]]:
+    """As `on_the_page`, in the firmware."""
+    return {name: clauses for name, clauses in on_the_page(_FIRMWARE).items() if clauses != ("no image",)}
+
+
+def main(words: Sequence[str]) -> int:
+    """Run them all and write the page; 1 if one survives."""
+    parser = argparse.ArgumentParser(prog="python -m tests.mutants.vehicle", description=__doc__)
+    parser.add_argument("--firmware", action="store_true", help="run the images alone; the model is as on the page")
+    parser.add_argument("--model", action="store_true", help="run the model alone; the firmware is as on the page")
+    chosen = parser.parse_args(words)
+    found = on_the_page() if chosen.firmware else {mutant.id: killers(run(mutant)) for mutant in all_mutants()}
+    firmware: Mapping[str, Sequence[str]] = firmware_on_the_page() if chosen.model and PAGE.is_file() else {}
+    if not chosen.model:
+        images = [name for name in DEFECTS if image_of(name).is_file() and found[name]]
+        firmware = {name: killers(run_image(name, to_run(found[name]))) for name in images}
+    PAGE.write_text(page(found, firmware), encoding="utf-8")
+    survivors = [name for name, clauses in (*found.items(), *firmware.items()) if not clauses]
+    sys.stderr.write("".join(f"{name} survives\n" for name in survivors))
+    return 1 if survivors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
