@@ -26,6 +26,7 @@ _EXAMPLES = """
 hilbench                         ./hilbench.toml if there is one, else the virtual Pioneer
 hilbench pioneer --scene room-with-boxes
 hilbench rover                   a built-in bench, a bench file, or BOARD:IMAGE
+hilbench rover --target serial:/dev/ttyACM0@115200      a real one; nobody drives it unasked
 hilbench my-bench.toml --seed 7 --journal session.jsonl
 """
 
@@ -66,6 +67,7 @@ def run(parsed: argparse.Namespace) -> int:
         name = in_scene(open_target(parsed.what), parsed.scene).name
     # The bench starts while this process loads what draws it.
     words = [word for word in (parsed.what,) if word]
+    words += ["--target", parsed.target] if parsed.target is not None else []
     words += ["--scene", parsed.scene] if parsed.scene is not None else []
     words += ["--seed", str(parsed.seed)]
     words += ["--journal", str(parsed.journal.absolute())] if parsed.journal is not None else []

@@ -91,7 +91,7 @@ class Actions:
         return {
             "drive": lambda request: driver.take(_number(request, "forward", -1, 1), _number(request, "turn", -1, 1)),
             "stop": lambda _: driver.stop(),
-            "demo": lambda _: driver.begin_demo(),
+            **({"demo": lambda _: driver.begin_demo()} if self._rig.demo else {}),
             "connect": lambda _: operator.connect(),
             "disconnect": leave,
         }

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile
 from hilbench.devices import DeviceActor
-from hilbench.errors import UnavailableError
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.ground_station import GroundStation
-from hilbench.links import Line, MemoryLink, Port
+from hilbench.links import Line, MemoryLink, Port, is_serial_target, parse_serial_target
 from hilbench.live.operators import Operator, PioneerOperator, RoverOperator
+from hilbench.live.reopening import ReopeningPort
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, describe_machine
 from hilbench.p2os_client import P2osClient
@@ -27,7 +28,11 @@ from worlds.world import World
 if TYPE_CHECKING:
     from hilbench.mcu.emulated import EmulatedBench
 
-__all__ = ["Rig", "open_rig"]
+__all__ = ["Rig", "open_attached", "open_rig"]
+
+
+_ROVER_BAUD = 115_200
+"""As `hilbench.rover_provider.AttachedRoverProvider.USUAL_BAUD`."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -39,6 +44,7 @@ class Rig:
         tap: its end of the line.
         machines: the state machines that can be looked at, by their source in the journal.
         about: what the header of the journal says for those who show it.
+        demo: whether the demo driver may drive it.
         reset: presses the reset button; None where there is none.
         ended: says why the target will never go on; empty while it does.
         close: gives everything back.
@@ -48,6 +54,7 @@ class Rig:
     tap: Tap | None
     machines: Mapping[str, Observed]
     about: Mapping[str, Any] = field(default_factory=dict)
+    demo: bool = True
     reset: Callable[[], None] | None = None
     ended: Callable[[], str] = lambda: ""
     close: Callable[[], None] = lambda: None
@@ -65,6 +72,44 @@ def open_rig(bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
     if bench_file.rover is not None:
         return _rover_model(bench, bench_file, seed)
     return _pioneer(bench, bench_file, seed)
+
+
+def open_attached(bench: Bench, bench_file: BenchFile, target: str, *, seed: int) -> Rig:
+    """Attach to what somebody else runs at a serial port or behind a pyserial URL; nobody drives it unasked.
+
+    Args:
+        bench: whose time passes.
+        bench_file: says which protocol is spoken.
+        target: as ``serial:/dev/ttyACM0@115200``.
+        seed: decides what chance decides in faults.
+
+    Raises:
+        UsageError: the target is no serial port, or the bench has no line that a client of ours could speak on.
+        UnavailableError: the port cannot be opened.
+    """
+    if not is_serial_target(target):
+        hint = "write serial:/dev/ttyUSB0@115200 or a pyserial URL"
+        raise UsageError("is no serial port", where=f"--target {target}", hint=hint)
+    operator: Operator
+    if bench_file.rover is not None or "pkt-board" in bench_file.suites:
+        port = ReopeningPort(bench, parse_serial_target(target, _ROVER_BAUD))
+        profile = "documented" if bench_file.rover is None else bench_file.rover.profile
+        tap, operator = _station(bench, port, profile, seed)
+        about = _pkt(operator, {operator.name: operator.observed}, profile)
+    else:
+        bench_file.pioneer()
+        port = ReopeningPort(bench, parse_serial_target(target))
+        tap = Tap(bench, port, "client", seed=seed)
+        operator = PioneerOperator(bench, P2osClient(bench, tap))
+        about = _about(operator, "p2os", {operator.name: operator.observed})
+    return Rig(
+        operator=operator,
+        tap=tap,
+        machines={operator.name: operator.observed},
+        about=about,
+        demo=False,
+        close=port.close,
+    )
 
 
 def _pioneer(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:

@@ -20,7 +20,7 @@ from hilbench.live.actions import Actions
 from hilbench.live.control import Control
 from hilbench.live.driver import Driver
 from hilbench.live.folders import Session
-from hilbench.live.rigs import Rig, open_rig
+from hilbench.live.rigs import Rig, open_attached, open_rig
 from hilbench.live.teller import Teller
 from hilbench.serving import STOP_SIGNALS, signals_held
 
@@ -41,12 +41,14 @@ class LiveOptions:
         seed: of everything random.
         demo: whether the demo driver begins.
         journal: where the journal is written instead of the folder of the session.
+        target: a serial port or pyserial URL in the place of the target of the bench file; None for that.
     """
 
     session: Session
     seed: int = 0
     demo: bool = True
     journal: Path | None = None
+    target: str | None = None
 
 
 class LiveBench:
@@ -65,12 +67,17 @@ class LiveBench:
         self._undo = contextlib.ExitStack()
         with contextlib.ExitStack() as undo:
             self.bench = Bench(Scheduler(), Journal())
-            rig = open_rig(self.bench, bench_file, seed=options.seed)
+            if options.target is None:
+                rig = open_rig(self.bench, bench_file, seed=options.seed)
+            else:
+                rig = open_attached(self.bench, bench_file, options.target, seed=options.seed)
             undo.callback(rig.close)
             self.rig: Rig = rig
             self._write_journal(bench_file, options)
             undo.callback(lambda: self.bench.journal.close(self.bench.now_ns))
-            self.driver = None if rig.operator is None else Driver(self.bench, rig.operator, demo=options.demo)
+            self.driver = (
+                None if rig.operator is None else Driver(self.bench, rig.operator, demo=options.demo and rig.demo)
+            )
             self.actions = Actions(self.bench, rig, self.driver)
             lines = {} if rig.tap is None else {"host": rig.tap}
             self.teller = Teller(self.bench, rig.machines, lines)

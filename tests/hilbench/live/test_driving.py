@@ -7,7 +7,7 @@ import itertools
 import pytest
 
 from hilbench.commands.live import in_scene
-from hilbench.errors import UsageError
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.live.actions import Actions
 from hilbench.live.control import RequestError
 from hilbench.live.driver import DEAD_MAN_NS, DEMO
@@ -117,3 +117,11 @@ def test_what_cannot_be_done_is_refused(live, request_, why):
     actions: Actions = live("rover-model").actions
     with pytest.raises(RequestError, match=why):
         actions.obey(request_)
+
+
+def test_only_serial_ports_are_attached_to(tmp_path):
+    options = LiveOptions(session=Session(tmp_path), target="pioneer")
+    with pytest.raises(UsageError, match="--target pioneer: is no serial port"):
+        LiveBench(open_target("pioneer-plane"), options)
+    with pytest.raises(UnavailableError, match="none"):
+        LiveBench(open_target("rover-model"), LiveOptions(session=Session(tmp_path), target=f"serial:{tmp_path}/none"))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import stat
+import subprocess
+import sys
 
 import pytest
 
@@ -103,3 +105,30 @@ def test_firmware_on_a_board_is_driven_and_reset(live):
     bench.wait_for(is_event("pin", source="brain.PB11", level=True))
     bench.do("reset")
     bench.wait_for(is_event("reset", source="brain"))
+
+
+def test_a_port_that_goes_and_comes_again_is_shown_as_such(live, tmp_path):
+    def serve():
+        words = [sys.executable, "-m", "hilbench", "serve", "rover-model", "--pty", str(tmp_path / "port")]
+        process = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
+        assert "serving at" in process.stderr.readline()
+        return process
+
+    def end(process):
+        process.terminate()
+        process.wait(30)
+        process.stderr.close()
+
+    served = serve()
+    try:
+        bench = live("rover-model", "--target", f"serial:{tmp_path / 'port'}@115200")
+        assert "demo" not in bench.session.describe()["actions"]
+        bench.do("connect")
+        bench.wait_for(is_event("machine", source="station", state="LINKED"))
+        end(served)
+        gone = bench.wait_for(is_event("link", up=False))
+        served = serve()
+        back = bench.wait_for(lambda event: is_event("link", up=True)(event) and event["ns"] > gone["ns"])
+        bench.wait_for(lambda event: event.get("state") == "LINKED" and event["ns"] >= back["ns"])
+    finally:
+        end(served)
