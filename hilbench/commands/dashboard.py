@@ -40,6 +40,7 @@ def parser() -> Parser:
     """Return the parser of this command."""
     made = Parser("hilbench", "Open a bench, see it live and act on it.", _EXAMPLES, _NOTES)
     made.add_argument("what", metavar="TARGET|BENCH", nargs="?", help="as of 'hilbench serve'")
+    made.add_argument("--target", metavar="T", help="what somebody else runs: serial:/dev/ttyUSB0@9600, a pyserial URL")
     made.add_argument(
         "--scene", metavar="S", help="scene to stand in: a built-in name or a file, as of 'hilbench serve'"
     )
