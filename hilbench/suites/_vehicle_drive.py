@@ -28,6 +28,9 @@ from worlds.vehicles.car import CarBody
 
 __all__ = ["Drive", "DriveBench", "Moment", "drive_bench"]
 
+ASTRAY_M = 5.0
+"""Off the middle line; more than a lane's width. A choice."""
+
 STARTED_WITHIN_S = 3.0
 """How long a board may take from power-on until it drives; our choice. It finds the agent within a ping."""
 
@@ -200,6 +203,11 @@ class Drive:
     def now(self) -> Moment:
         """The car, now."""
         return self.moments[-1]
+
+    @property
+    def is_astray(self) -> bool:
+        """The car is so far off its lane, or leans on something, that nothing will come of it."""
+        return self.now.touches or abs(self.now.offset_m) > ASTRAY_M
 
     @property
     def now_s(self) -> float:

@@ -89,7 +89,10 @@ def drive(bench: BoardCase) -> Drive:
 @on_track("VD01", "VD02", "VD11", lasts_s=55.0)
 def test_a_lap(drive: Drive) -> None:
     drive.start()
-    if not drive.until(lambda: drive.driver.travelled_m >= drive.path.length_m, LAP_WITHIN_S):
+    drive.until(lambda: drive.driver.travelled_m >= drive.path.length_m or drive.is_astray, LAP_WITHIN_S)
+    if drive.is_astray:
+        require_in_lane(drive, drive.moments, "VD01")
+    if drive.driver.travelled_m < drive.path.length_m:
         raise Violation(
             f"{drive.driver.travelled_m:.0f} m of {drive.path.length_m:.0f} m in {LAP_WITHIN_S:g} s", drive.said()
         )

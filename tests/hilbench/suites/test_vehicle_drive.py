@@ -70,7 +70,7 @@ def test_the_hardened_board_drives(make, name):
         ("axes-swapped", "test_by_joystick", "", "acceleration at half of the stick's way"),
         ("H7", "test_stack_lost", "VD06", "speed 1.3 s after the last command"),
         ("one-miss", "test_emergency_stop", "", "the car stands 3 s after power-on"),
-        ("no-factor", "test_a_lap", "VD11", "tyre angle on the lap"),
+        pytest.param("no-factor", "test_a_lap", "VD11", "tyre angle on the lap", marks=pytest.mark.thorough),
     ],
 )
 def test_a_published_defect_is_found(make, defect, name, clause, cause):
@@ -83,7 +83,7 @@ def test_a_published_defect_is_found(make, defect, name, clause, cause):
 @pytest.mark.parametrize(
     ("options", "name", "clause", "cause"),
     [
-        ({"steering_factor": -1.2}, "test_a_lap", "VD01", "farthest off the middle line|touched something|m of 399 m"),
+        ({"steering_factor": -1.2}, "test_a_lap", "VD01", "farthest off the middle line|touched something"),
         ({"x_axis": Axis(least=1057, zero=30000)}, "test_hand_over_by_press", "VD04", "the stick at rest"),
         ({"status_deadline_s": 0.15}, "test_simulator_lost", "VD08", "last status to EMERGENCY"),
         ({"command_deadline_s": 0.15}, "test_stack_lost", "VD06", "the mode is not MANUAL|way from the last command"),
