@@ -179,6 +179,7 @@ class BenchFile:
         suites: what is checked where no suite is asked for: names of shipped suites, and paths.
         variants: the files of other benches, by names that cases use.
         faults: what goes wrong on the lines; each says which way (``towards``), but for those of both ways.
+        without_car: the car that would stand ready is not needed, and neither is its world.
     """
 
     name: str
@@ -194,6 +195,7 @@ class BenchFile:
     suites: tuple[str, ...] = ()
     variants: Mapping[str, Path] = field(default_factory=dict)
     faults: tuple[FaultEntry, ...] = ()
+    without_car: bool = False
 
     def header(self, seed: int) -> dict[str, object]:
         """Return what a journal says of the bench in its first line; `seed` is that of the run."""
@@ -219,7 +221,7 @@ class BenchFile:
     @property
     def has_world(self) -> bool:
         """True if a robot stands in a world, a vehicle that parts drive or sense, or a car, which needs neither."""
-        is_car = self.world.vehicle == "car" and bool(self.boards)
+        is_car = self.world.vehicle == "car" and bool(self.boards) and not self.without_car
         return is_car or self._pioneer is not None or any(part.signals for part in self.parts.values())
 
     def pioneer(self) -> RobotSettings:

@@ -326,11 +326,13 @@ class _Reader:
             message = "faults on the lines of emulated boards are not available in this version of hilbench"
             raise self._strict.error(message, ("faults", 0))
         ends = links[0].ends if links else _ends(model, {})
-        return tuple(self._with_direction(number, fault, ends) for number, fault in enumerate(model.faults))
+        lines = len(links)
+        return tuple(self._with_direction(number, fault, ends, lines) for number, fault in enumerate(model.faults))
 
-    def _with_direction(self, number: int, fault: FaultEntry, ends: Sequence[str]) -> FaultEntry:
+    def _with_direction(self, number: int, fault: FaultEntry, ends: Sequence[str], lines: int) -> FaultEntry:
         if fault.link > 0:
-            message = f"there is no link {fault.link}: this bench has one line, link 0"
+            why = "this bench has one line, link 0" if lines < 2 else "faults strike link 0 alone"
+            message = f"there is no link {fault.link}: {why}"
             raise self._strict.error(message, ("faults", number, "link"))
         if fault.kind == "disconnect":
             return fault

@@ -71,7 +71,8 @@ class VirtualVehicleCase(VehicleCase):
         settings: of the board.
         lines: the simulator's line and the driving stack's.
         make_vehicle: makes the board.
-        faults: what goes wrong on the simulator's line.
+        faults: what goes wrong on one of the lines.
+        faulty: which of them that is.
 
     Attributes:
         board: the board.
@@ -86,11 +87,14 @@ class VirtualVehicleCase(VehicleCase):
         *,
         make_vehicle: VehicleFactory = make_vehicle,
         faults: LineFaults | None = None,
+        faulty: str = SIMULATOR_LINE,
     ) -> None:
         super().__init__(bench, case, faults)
-        plan = faults.plan if faults is not None else None
-        to_simulator = MemoryLink(bench.scheduler, lines[0], name=SIMULATOR_LINE, faults=plan)
-        to_stack = MemoryLink(bench.scheduler, lines[1], name=STACK_LINE)
+        plans = {} if faults is None else {faulty: faults.plan}
+        to_simulator, to_stack = (
+            MemoryLink(bench.scheduler, line, name=name, faults=plans.get(name))
+            for line, name in zip(lines, (SIMULATOR_LINE, STACK_LINE), strict=True)
+        )
         self.simulator = SimulatorPeer(bench, to_simulator.a)
         self.stack = StackPeer(bench, to_stack.a)
         self.board = make_vehicle(settings)

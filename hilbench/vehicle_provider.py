@@ -101,7 +101,7 @@ class VehicleProvider:
 
         def interrupted() -> None:
             if made is not None:
-                made.simulator.line_expected = False
+                made.simulator.line_expected = made.stack.line_expected = False
 
         faults = self._shared.line_faults(bench, case, near_is_client=True, on_interruption=interrupted)
         profile = case.setup.program or self._settings.profile
@@ -109,7 +109,13 @@ class VehicleProvider:
         bauds = (line_baud(self._shared.bench_file, line) for line in (SIMULATOR_LINE, STACK_LINE))
         to_simulator, to_stack = (Line(baud=baud) for baud in bauds)
         made = VirtualVehicleCase(
-            bench, case, settings, (to_simulator, to_stack), make_vehicle=self._make_vehicle, faults=faults
+            bench,
+            case,
+            settings,
+            (to_simulator, to_stack),
+            make_vehicle=self._make_vehicle,
+            faults=faults,
+            faulty=_first_line(self._shared.bench_file),
         )
         yield made
         self._observer.take_board(made.board)
@@ -125,6 +131,8 @@ class VehicleProvider:
     @contextlib.contextmanager
     def _host_case(self, bench: Bench, case: CaseInfo) -> Iterator[CarHostCase]:
         faults = self._shared.line_faults(bench, case, near_is_client=False)
+        if _first_line(self._shared.bench_file) != SIMULATOR_LINE:
+            faults = None
         settings = self._shared.bench_file.car_host
         if case.setup.program:
             settings = replace(settings, profile=case.setup.program)  # type: ignore[arg-type]
@@ -212,6 +220,12 @@ def vehicle_lines(bench_file: BenchFile) -> tuple[str, str]:
             where = str(bench_file.path or bench_file.name)
             raise UsageError(f"no line of the checker, with a name, leads to {line}", where=where, hint=hint)
     return names[SIMULATOR_LINE], names[STACK_LINE]
+
+
+def _first_line(bench_file: BenchFile) -> str:
+    """Return the board's end of link 0, which faults strike."""
+    ends = {end.rpartition(".")[2] for link in bench_file.links[:1] for end in link.ends}
+    return STACK_LINE if STACK_LINE in ends else SIMULATOR_LINE
 
 
 def foreign_simulator(shared: Shared) -> FarEnd:

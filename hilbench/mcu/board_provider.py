@@ -115,7 +115,8 @@ class BoardProvider:
         with contextlib.ExitStack() as opened:
 
             def add(bench: Bench, setup: CaseSetup, scene: str) -> EmulatedBench:
-                bench_file = self._bench_file(setup, scene)
+                idle = not scene and "world" not in case.needs
+                bench_file = replace(self._bench_file(setup, scene), without_car=idle)
                 return opened.enter_context(contextlib.closing(EmulatedBench(bench_file, seed=case.seed, bench=bench)))
 
             def open_other(setup: CaseSetup, scene: str) -> BoardBench:

@@ -73,6 +73,7 @@ def test_settings(bench):
             'a line of a model leads to the checker; write ends = ["peer.LINE", "car.board"]',
         ),
         (LINES + '[[links]]\nends = ["peer.more", "board.usart2"]\n', 8, "a second link: this bench has 2 lines"),
+        (LINES + '[[faults]]\nkind = "drop"\nbyte = 1\nlink = 1\n', 11, "no link 1: faults strike link 0 alone"),
         ('[[links]]\nends = ["peer.car", "board.host"]\n', 5, "'board.host' is not the end of a link"),
     ],
 )
@@ -127,6 +128,15 @@ def test_faults_strike_the_simulator_s_line(bench):
     (case,) = run(bench(flips), "VB19 and hardened").cases
     assert case.verdict is Verdict.FAIL
     assert any("drop" in line for line in case.evidence)
+
+
+def test_faults_strike_the_line_that_is_named_first(bench):
+    """A stack whose commands are lost: the simulator hears stops and then the joystick."""
+    car, stack = LINES.split("[[links]]")[1:]
+    lines = f"[[links]]{stack}[[links]]{car}"
+    drops = lines + '[[faults]]\nkind = "drop"\nprobability = 0.5\ntowards = "board.usart3"\n'
+    cases = run(bench(drops), "(VB02 or VB32H) and hardened").cases
+    assert {case.clause_ids[0]: case.verdict for case in cases}["VB02"] is Verdict.FAIL
 
 
 def test_the_january_firmware_judged_by_the_clauses_of_november(bench):
