@@ -22,6 +22,7 @@ FORMS = ("auto", "raw", "hex", "journal")
 
 _READ_BYTES = 65536
 _ENOUGH = 4
+_TEXT = re.compile(rb"[\t\r -~]*")
 """So many bytes tell a hex dump from bytes as they are."""
 _LONGEST_LINE = 16 * 1024 * 1024
 
@@ -90,10 +91,11 @@ def _pieces(descriptor: int, where: str) -> Iterator[bytes]:
 
 def _guess(pieces: Iterator[bytes]) -> tuple[str, Iterator[bytes]]:
     """Return what form it seems to have, and the pieces from the first one on."""
-    head = b""
+    head, form = b"", ""
     for piece in pieces:
         head += piece
-        if len(head.strip()) >= _ENOUGH:
+        form = _form_of(head)
+        if form or len(head) >= _READ_BYTES:
             break
 
     def again() -> Iterator[bytes]:
@@ -101,15 +103,33 @@ def _guess(pieces: Iterator[bytes]) -> tuple[str, Iterator[bytes]]:
             yield head
         yield from pieces
 
+    return form or "raw", again()
+
+
+def _form_of(head: bytes) -> str:
+    """Return the form of what begins like this; empty while only blanks and comments of a hex dump have come.
+
+    A comment alone proves no dump: frames may begin with its sign, too.
+    """
     start = head.lstrip()
+    if len(start) < _ENOUGH:
+        return ""
     if start.startswith(b'{"'):
-        return "journal", again()
-    first = start.splitlines()[0] if start else b""
+        return "journal"
+    for line in start.split(b"\n"):
+        if not _TEXT.fullmatch(line):
+            return "raw"
+        if line.strip() and not line.lstrip().startswith(b"#"):
+            return _form_of_line(line.decode("ascii"))
+    return ""
+
+
+def _form_of_line(line: str) -> str:
     try:
-        _HexDump().take(first.decode("ascii"))
+        _HexDump().take(line)
     except ValueError:
-        return "raw", again()
-    return ("hex" if first else "raw"), again()
+        return "raw"
+    return "hex"
 
 
 def _lines(pieces: Iterator[bytes], where: str) -> Iterator[tuple[int, str, bool]]:

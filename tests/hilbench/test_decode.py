@@ -145,6 +145,26 @@ def test_a_hex_dump_is_known_as_one(form, tmp_path, capsys):
     assert [json.loads(line) for line in lines[:half]] == [json.loads(line) for line in lines[half:]]
 
 
+@pytest.mark.parametrize("frame", CARLA[:-3])
+def test_frames_that_begin_like_a_comment_are_no_hex_dump(frame, tmp_path, capsys):
+    (tmp_path / "raw").write_bytes(frame * 3)
+    assert main(["decode", "carla", str(tmp_path / "raw"), "--json"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 3
+
+
+def test_a_hex_dump_may_begin_with_comments(tmp_path, capsys):
+    (tmp_path / "dump").write_text("# from the bench\n\n#\n" + REQUEST.hex(" ") + "  # asks\n")
+    assert main(["decode", "pkt", str(tmp_path / "dump"), "--json"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 1
+
+
+def test_printable_bytes_behind_a_comment_sign_are_bytes(tmp_path, capsys):
+    status = b"#A" + b"aaaaB" + b"bbbbC" + b"ccccD" + b"dddd$"
+    (tmp_path / "raw").write_bytes(status * 2)
+    main(["decode", "carla", str(tmp_path / "raw"), "--json"])
+    assert len(capsys.readouterr().out.splitlines()) == 2
+
+
 def test_a_journal(tmp_path, capsys):
     journal = tmp_path / "run.jsonl"
     assert main(["check", "rover-model", "-k", "P26 and documented", "--journal", str(journal)]) == 0
