@@ -147,7 +147,13 @@ class Dashboard(App[None]):
         ended = self.query_one("#ended", Static)
         ended.display = self.process.phase is Phase.ENDED
         if ended.display:
-            ended.update(f"{self.process.cause}. What it told stays here; b opens a bench, q leaves.")
+            ended.update(self._epitaph().replace("[", "\\["))
+
+    def _epitaph(self) -> str:
+        """Return why the bench has ended and where its journal is; of one that ended well it goes with its folder."""
+        process = self.process
+        where = "" if process.ended_well else f" Journal: {process.journal}."
+        return f"{process.cause}.{where} What was told stays here; b opens a bench, q leaves."
 
     def _headline(self) -> str:
         model = self.model
@@ -351,6 +357,7 @@ class Dashboard(App[None]):
     def action_leave(self) -> None:
         """Leave; a bench that runs is asked about."""
         if self.process.phase is Phase.ENDED or self.replay is not None:
+            self.process.stop()
             self.exit()
             return
 

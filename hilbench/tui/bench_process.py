@@ -84,6 +84,11 @@ class BenchProcess:
         return cls(session, process)
 
     @property
+    def ended_well(self) -> bool:
+        """Whether it ended in good order: nothing of it is kept then but a journal that was asked for."""
+        return self._process is not None and self._process.poll() == ExitCode.OK
+
+    @property
     def about(self) -> Mapping[str, Any]:
         """What the bench says of itself; nothing before it is live."""
         return self.session.describe()

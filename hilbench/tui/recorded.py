@@ -19,6 +19,7 @@ class RecordedBench:
     """
 
     actions: Sequence[str] = ()
+    ended_well = True
 
     def __init__(self, journal: Path, problem: str | None) -> None:
         self.journal = journal

@@ -28,7 +28,7 @@ def world_view(world: WorldModel, width: int, height: int) -> list[Text]:
     for outline in world.boxes:
         corners = [place(corner) for corner in outline]
         for begin, end in zip(corners, [*corners[1:], *corners[:1]], strict=True):
-            canvas.line(begin, end, "white")
+            canvas.line(begin, end)
     for begin, end, heard in world.echoes.values():
         if heard:
             canvas.line(place(begin), place(end), "blue", every=3)

@@ -96,6 +96,7 @@ class FakeProcess:
         self.journal = journal
         self.phase = Phase.LIVE
         self.cause = ""
+        self.ended_well = False
         self.actions = ACTIONS
         self.sent = []
         self.refusals = []

@@ -176,11 +176,11 @@ def test_a_bench_that_ends_leaves_the_screen_and_says_why(process_of, expect):
         app.look()
         await pilot.pause()
         screen = rows(app)
-        assert "the bench was killed by SIGKILL" in screen[1]
+        assert "the bench was killed by SIGKILL. Journal:" in screen[1]
         assert any("Sip" in row for row in screen)
         await pilot.press("q")
         await pilot.pause()
-        assert process.sent == []
+        assert process.sent == [("stopped", {})]  # it clears up what is left
 
     run(process, scenario)
 

@@ -102,3 +102,10 @@ def test_a_bench_file_that_is_wrong_is_refused_before_anything_is_drawn(terminal
     refused = terminal("wrong.toml")
     refused.wait_for("hilbench: wrong.toml")
     assert refused.end() == 2
+
+
+def test_a_port_that_is_not_there_is_said_on_the_screen(terminal, tmp_path):
+    shown = terminal("--target", f"serial:{tmp_path / 'none'}")
+    shown.wait_for("exit code 3")
+    shown.press("q")
+    assert shown.end() == 0
