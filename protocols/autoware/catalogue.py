@@ -215,8 +215,8 @@ _SPECS = (
         fields=(
             _stamp("header.stamp"),
             _real("longitudinal_velocity", "m/s"),
-            _real("lateral_velocity", "m/s, + left"),
-            _real("heading_rate", "rad/s, + left"),
+            _real("lateral_velocity", "m/s, + left; + right from the original's simulator"),
+            _real("heading_rate", "rad/s, + left; + right from the original's simulator"),
         ),
         rate=_AT_EACH_STATUS,
     ),

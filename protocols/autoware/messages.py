@@ -214,6 +214,9 @@ class ControlModeReport:
 class VelocityReport:
     """How the vehicle moves, in its own axes.
 
+    The board reports what its simulator says; the original's (LMA-FEM-UNICAMP/Carla-Autoware-Bridge) turns the signs of
+    lateral speed and heading rate round.
+
     Attributes:
         stamp: `header.stamp`, the latest `Clock`.
         longitudinal_velocity: m/s, positive forwards.

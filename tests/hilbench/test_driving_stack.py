@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -243,3 +246,13 @@ def test_the_same_run_twice_gives_the_same_journal(make):
         return there.bench.journal.end_case(there.bench.now_ns)
 
     assert run() == run()
+
+
+def test_the_example_drives():
+    script = Path(__file__).parents[2] / "examples" / "clients" / "driving_stack.py"
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = done.stdout.splitlines()
+    assert "mode AUTONOMOUS" in lines[0]
+    assert any("3.00 m/s" in line for line in lines)
+    assert "0.00 m/s" in lines[-1]
