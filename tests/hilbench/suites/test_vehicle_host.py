@@ -16,8 +16,9 @@ from hilbench.journal import Journal
 from hilbench.options import TargetChoice
 from hilbench.shared import Shared
 from hilbench.vehicle_provider import VehicleProvider
+from protocols.carla import AckermannCommand, ManualCommand, Signs
 from protocols.carla.clauses import HOST_CLAUSES
-from targets.robots.car_host import DEFECTS, CarHost
+from targets.robots.car_host import BEHAVIOURS, DEFECTS, CarHost
 
 ROW = re.compile(r"^\| `(?P<name>[\w-]+)` \| [^|]+ \| (?P<clauses>VS[^|]+) \|$", re.MULTILINE)
 PAGE = (Path(__file__).parents[3] / "docs" / "vehicle.md").read_text(encoding="utf-8")
@@ -73,6 +74,124 @@ def test_a_faulty_one_is_found(name):
     options = replace(OPTIONS, select=f"[hardened] and {clause}")
     (case,) = run_suites(options, VehicleProvider(shared, make_host=make)).cases
     assert case.verdict is Verdict.FAIL
+
+
+def judged(make, select):
+    """What the suite makes of such hosts, by clause."""
+    shared = Shared(bench_file=open_bench("vehicle-model"), timeout_scale=1.0, journal=Journal())
+    report = run_suites(replace(OPTIONS, select=select), VehicleProvider(shared, make_host=make))
+    return {case.clause_ids[0]: case.verdict for case in report.cases}
+
+
+def test_each_hazard_is_missed_where_it_is_gone():
+    """A hardened host where the published one is expected: no clause that describes a hazard passes."""
+    hazards = [clause.id for clause in HOST_CLAUSES if "hardened" not in clause.profiles]
+
+    def make(settings, power_on_ns):
+        return CarHost(settings, power_on_ns=power_on_ns, behaviour=BEHAVIOURS["hardened"])
+
+    assert judged(make, f"[v0] and ({' or '.join(hazards)})") == dict.fromkeys(hazards, Verdict.FAIL)
+
+
+class Hasty(CarHost):
+    def _tell(self, command, *, by_node=False):
+        if isinstance(command, AckermannCommand):
+            command = replace(command, speed_m_s=command.speed_m_s + 1)
+        super()._tell(command, by_node=by_node)
+
+
+class Swapped(CarHost):
+    def _tell(self, command, *, by_node=False):
+        if isinstance(command, ManualCommand):
+            command = replace(command, throttle=command.brake, brake=command.throttle)
+        super()._tell(command, by_node=by_node)
+
+
+class Fearless(CarHost):
+    def _tell(self, command, *, by_node=False):
+        if command != AckermannCommand():
+            super()._tell(command, by_node=by_node)
+
+
+class Lenient(CarHost):
+    """Takes mode 7 for 1."""
+
+    _before = b""
+
+    def receive(self, data, now_ns):
+        before, self._before = self._before, data
+        return super().receive(b"\x01" if (before, data) == (b"M", b"\x07") else data, now_ns)
+
+
+class Pedantic(CarHost):
+    """Takes a frame only with the NUL behind it."""
+
+    _held = b""
+
+    def receive(self, data, now_ns):
+        held, self._held = self._held, b"$" if data == b"$" else b""
+        return super().receive(b"" if self._held else (held if data == b"\0" else b"") + data, now_ns)
+
+
+class Eager(CarHost):
+    def report(self, *what, now_ns):
+        return b"".join(super(Eager, self).report("velocity", "steering", now_ns=now_ns) for _ in what)
+
+
+class Restless(CarHost):
+    def report_by_hand(self):
+        """Goes on by itself."""
+
+
+class Deafened(CarHost):
+    """Hears nothing after half a million bytes."""
+
+    _heard = 0
+
+    def receive(self, data, now_ns):
+        self._heard += len(data)
+        return super().receive(data if self._heard < 500_000 else b"", now_ns)
+
+
+class Mirrored(CarHost):
+    def __init__(self, settings, *, power_on_ns):
+        signs = Signs(lateral=-1.0, heading_rate=-1.0, steering=-1.0)
+        right = BEHAVIOURS["hardened"]
+        wrong = replace(right, host=replace(right.host, signs=signs))
+        super().__init__(settings, power_on_ns=power_on_ns, behaviour=wrong)
+
+
+class Slow(CarHost):
+    def __init__(self, settings, *, power_on_ns):
+        super().__init__(replace(settings, status_hz=19.9), power_on_ns=power_on_ns)
+
+
+OTHERS = (
+    (Hasty, ("VS01", "VS05")),
+    (Swapped, ("VS02",)),
+    (Fearless, ("VS03",)),
+    (Lenient, ("VS04",)),
+    (Pedantic, ("VS05",)),
+    (Eager, ("VS14", "VS15")),
+    (Mirrored, ("VS16",)),
+    (Restless, ("VS18", "VS19")),
+    (Slow, ("VS20",)),
+    (Deafened, ("VS25",)),
+)
+
+
+@pytest.mark.parametrize(("kind", "clauses"), OTHERS)
+def test_another_faulty_one_is_found(kind, clauses):
+    def make(settings, power_on_ns):
+        return kind(settings, power_on_ns=power_on_ns)
+
+    assert judged(make, f"[hardened] and ({' or '.join(clauses)})") == dict.fromkeys(clauses, Verdict.FAIL)
+
+
+def test_each_clause_finds_something():
+    hardened = {clause.id for clause in HOST_CLAUSES if "hardened" in clause.profiles}
+    found = {clause for clauses in FOUND.values() for clause in clauses} | {one for _, some in OTHERS for one in some}
+    assert hardened - found == set()
 
 
 @pytest.mark.parametrize(("behind", "verdict"), [("", Verdict.PASS), ("00", Verdict.FAIL)])
