@@ -174,6 +174,8 @@ def _describe(bench_file: BenchFile, options: LiveOptions, live: LiveBench) -> N
         "pid": os.getpid(),
         "journal": str(options.journal or options.session.journal),
         "actions": live.actions.names,
+        "file": str(bench_file.path.absolute()) if bench_file.path is not None else "",
+        "suites": bench_file.suites if options.target is None and bench_file.path is not None else (),
     }
     beside = options.session.about.with_suffix(".new")
     try:

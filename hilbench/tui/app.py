@@ -14,7 +14,8 @@ from textual.widgets import Footer, Static
 
 from hilbench.clock import Stopwatch
 from hilbench.tui.bench_process import BenchProcess, Phase
-from hilbench.tui.dialogs import HelpScreen, InjectScreen, LeaveScreen, PickScreen, WordScreen
+from hilbench.tui.check_run import CheckRun
+from hilbench.tui.dialogs import CheckScreen, HelpScreen, InjectScreen, LeaveScreen, PickScreen, WordScreen
 from hilbench.tui.keys import BY_NAME, KEYS, NEEDS, OF_RECORDINGS
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.follower import Follower
@@ -115,6 +116,8 @@ class Dashboard(App[None]):
             self._follower = Follower(self.process.journal)
         if self._follower is not None:
             self._take(self._follower)
+        if isinstance(self.screen, CheckScreen):
+            self.screen.look()
         self._show()
 
     def _play(self, replay: Replay) -> None:
@@ -352,7 +355,22 @@ class Dashboard(App[None]):
                 self._follower = None
                 self.look()
 
-        self.push_screen(PickScreen(self._benches), open_it)
+        self.push_screen(PickScreen("Open which bench? The present one is stopped.", self._benches), open_it)
+
+    def action_check(self) -> None:
+        """Ask for a suite and run it on a fresh bench of the same kind."""
+        about = self.process.about
+        suites = [(str(suite), "") for suite in about.get("suites", ())]
+        if not suites:
+            self.notify("this bench has no suite")
+            return
+
+        def run_it(suite: str | None) -> None:
+            if suite:
+                self.process.send("mark", text=f"suite {suite}")
+                self.push_screen(CheckScreen(CheckRun(str(about["file"]), suite)))
+
+        self.push_screen(PickScreen("Run which suite? The live bench goes on meanwhile.", suites), run_it)
 
     def action_leave(self) -> None:
         """Leave; a bench that runs is asked about."""

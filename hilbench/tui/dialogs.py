@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from rich.text import Text
 from textual import events
 from textual.app import ComposeResult
 from textual.binding import Binding
@@ -12,7 +13,9 @@ from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, Select, Static
 from textual.widgets.option_list import Option
 
-__all__ = ["HelpScreen", "InjectScreen", "LeaveScreen", "PickScreen", "WordScreen"]
+from hilbench.tui.check_run import CheckRun
+
+__all__ = ["CheckScreen", "HelpScreen", "InjectScreen", "LeaveScreen", "PickScreen", "WordScreen"]
 
 HELP = """\
 [b]What you see[/b]
@@ -38,7 +41,7 @@ for this screen, and goes on without it.
 [b]p[/b]  [b]n[/b]         pause or go on; 0.1 s further       [b]+[/b]  [b]-[/b]  twice as fast, half as fast
 [b]i[/b]  [b]u[/b]         put a fault on the line; take all back
 [b]m[/b]            mark this moment in the journal     [b]g[/b]  save the screen as SVG
-[b]b[/b]            another bench                       [b]q[/b]  leave: stop the bench, or detach from it
+[b]b[/b]  [b]t[/b]         another bench; check a fresh one    [b]q[/b]  leave: stop the bench, or detach from it
 [b]ctrl+p[/b]       all commands by name
 
 [b]Of a recording[/b]
@@ -116,6 +119,47 @@ class WordScreen(ModalScreen[str]):
         self.dismiss(event.value)
 
 
+class CheckScreen(ModalScreen[None]):
+    """A suite that runs, and what it finds.
+
+    Args:
+        run: the run; it ends when this is left.
+    """
+
+    BINDINGS = [Binding("escape,q", "leave", "Close")]
+
+    def __init__(self, run: CheckRun) -> None:
+        super().__init__()
+        self._run = run
+
+    def compose(self) -> ComposeResult:
+        """Show what it says."""
+        with Vertical(classes="dialog", id="check"):
+            yield Label(f"{self._run.suite}, on a fresh bench of the same kind, in virtual time", id="check-head")
+            with VerticalScroll(id="check-text"):
+                yield Static(id="check-said")
+
+    def on_mount(self) -> None:
+        """Let the arrows scroll."""
+        self.query_one("#check-text").focus()
+
+    def look(self) -> None:
+        """Show what it has said since."""
+        if self._run.poll():
+            self.query_one("#check-said", Static).update(Text(self._run.text))
+            self.query_one("#check-text").scroll_end(animate=False)
+            if self._run.code is not None:
+                self.query_one("#check-head", Label).update(f"{self._run.suite}: exit code {self._run.code}. esc: back")
+
+    def on_unmount(self) -> None:
+        """End it."""
+        self._run.stop()
+
+    def action_leave(self) -> None:
+        """Go back."""
+        self.dismiss()
+
+
 _KINDS: Mapping[str, str] = {
     "noise": "noise: random bytes before a byte",
     "drop": "drop: bytes are lost",
@@ -179,23 +223,24 @@ class InjectScreen(ModalScreen[dict[str, object]]):
 
 
 class PickScreen(ModalScreen[str]):
-    """Another bench.
+    """One of several.
 
     Args:
-        benches: names and what they are.
+        question: what is asked.
+        choices: names and what they are.
     """
 
     BINDINGS = [Binding("escape", "dismiss", "Close")]
 
-    def __init__(self, benches: Sequence[tuple[str, str]]) -> None:
+    def __init__(self, question: str, choices: Sequence[tuple[str, str]]) -> None:
         super().__init__()
-        self._benches = benches
+        self._question, self._choices = question, choices
 
     def compose(self) -> ComposeResult:
         """Show the list."""
         with Vertical(classes="dialog"):
-            yield Label("Open which bench? The present one is stopped.")
-            yield OptionList(*(Option(f"[b]{name:<16}[/b] {text}", id=name) for name, text in self._benches))
+            yield Label(self._question)
+            yield OptionList(*(Option(f"[b]{name:<16}[/b] {text}", id=name) for name, text in self._choices))
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         """Take the answer."""

@@ -31,6 +31,7 @@ KEYS: list[BindingType] = [
     Binding("m", "mark", "Mark", show=False),
     Binding("g", "picture", "SVG", show=False),
     Binding("slash", "filter", "Filter"),
+    Binding("t", "check", "Check", show=False),
     Binding("b", "pick", "Bench", show=False),
     Binding("question_mark", "help", "Help", key_display="?"),
     Binding("q", "leave", "Quit"),
@@ -63,6 +64,7 @@ BY_NAME = {
     "mark": "Mark this moment",
     "filter": "Filter frames",
     "picture": "Save the screen as SVG",
+    "check": "Run a suite on a fresh bench",
     "pick": "Open another bench",
     "leave": "Leave",
 }

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 from hilbench.tui.bench_process import Phase
 
@@ -20,6 +22,7 @@ class RecordedBench:
 
     actions: Sequence[str] = ()
     ended_well = True
+    about: Mapping[str, Any] = MappingProxyType({})
 
     def __init__(self, journal: Path, problem: str | None) -> None:
         self.journal = journal

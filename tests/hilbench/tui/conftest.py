@@ -97,6 +97,7 @@ class FakeProcess:
         self.phase = Phase.LIVE
         self.cause = ""
         self.ended_well = False
+        self.about = {}
         self.actions = ACTIONS
         self.sent = []
         self.refusals = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import select
 
 import pytest
 
@@ -202,6 +203,41 @@ def test_another_bench_is_opened(process_of):
         assert app.model.name == "rover-model"
 
     run(first, scenario, benches=[("pioneer", "a robot"), ("rover-model", "a rover")], open_bench=open_bench)
+
+
+@pytest.mark.slow
+def test_a_suite_is_run_and_its_verdicts_are_read(process_of, tmp_path):
+    suite = tmp_path / "test_mine.py"
+    suite.write_text(
+        'from hilbench.check import case\n\n@case("A1", text="It does A1.", source="us")\ndef test_a(): pass\n'
+    )
+    process = process_of("pioneer")
+    process.about = {"file": "pioneer-plane", "suites": [str(suite)]}
+
+    async def scenario(app, pilot):
+        await pilot.press("t", "down", "enter")
+        await pilot.pause()
+        run = app.screen._run
+        while run.code is None:
+            select.select((), (), (), 0.02)
+            app.look()
+        await pilot.pause()
+        screen = "\n".join(rows(app))
+        assert "1 clauses: 1 pass" in screen
+        assert "exit code 0" in screen
+        await pilot.press("escape")
+        assert process.sent == [("mark", {"text": f"suite {suite}"})]
+
+    run(process, scenario, SIZES["200x60"])
+
+
+def test_a_bench_without_suites_runs_none(process_of):
+    async def scenario(app, pilot):
+        await pilot.press("t")
+        await pilot.pause()
+        assert len(app.screen_stack) == 1
+
+    run(process_of("pioneer"), scenario)
 
 
 def test_the_screen_is_saved(process_of, tmp_path, monkeypatch):
