@@ -47,6 +47,7 @@ from protocols.autoware import (
 )
 from protocols.carla import (
     COMMAND_BYTES,
+    FULL_SCALE,
     VECTORS,
     CommandFrame,
     Mode,
@@ -106,13 +107,61 @@ def test_one_command_for_each_status(vehicle: Vehicle) -> None:
 
 @on_board("VB06", lasts_s=4.0)
 def test_any_command_begins_the_count_again(vehicle: Vehicle) -> None:
-    vehicle.autoware()
-    vehicle.stack.commands.stop()
-    mark = vehicle.mark()
-    vehicle.run(MISSES * COMMAND_MISS_S - 0.05)
-    vehicle.stack.send(COMMAND)
-    vehicle.run(MISSES * COMMAND_MISS_S - 0.05)
+    vehicle.autoware(command_hz=10.0)
+    commands = vehicle.stack.commands
+    said = commands.said
+    vehicle.bench.run_until(lambda: commands.said > said, 0.2)
+    commands.stop()
+    for _ in range(2):
+        vehicle.run(0.02)  # the frame of the command itself
+        _nine_misses(vehicle, vehicle.mark(), Mode.AUTOWARE, MISSES - 1, COMMAND_MISS_S)
+        mark = vehicle.mark()
+        vehicle.stack.send(COMMAND)
+    vehicle.run(0.15)
     vehicle.require_modes(vehicle.frames(mark), Mode.AUTOWARE)
+
+
+def _nine_misses(vehicle: Vehicle, mark: int, mode: Mode, count: int, step_s: float) -> None:
+    """Wait for the frames since a mark that nine misses make; require that they have a mode and come at a steady pace.
+
+    Raises:
+        Violation: they do not.
+    """
+    found = vehicle.bench.run_until(lambda: len(vehicle.frames(mark)) >= count, (count + 1) * step_s + 0.2)
+    frames = vehicle.frames(mark)
+    if not found:
+        raise Violation(f"{len(frames)} frames came in {count} times {step_s:g} s", shown(frames))
+    vehicle.require_modes(frames, mode)
+    vehicle.require_steps(frames, step_s, "between frames while nothing is said")
+
+
+@on_board("VB44", lasts_s=4.0)
+def test_any_status_begins_the_count_again(vehicle: Vehicle) -> None:
+    vehicle.autoware()
+    vehicle.simulator.statuses.stop()
+    vehicle.run(3 * STATUS_MISS_S)
+    _nine_misses_around_a_status(vehicle, Mode.AUTOWARE, STATUS_MISS_S)
+
+
+@on_board("VB45", lasts_s=6.0)
+def test_any_status_begins_the_count_again_in_manual(vehicle: Vehicle) -> None:
+    vehicle.manual()
+    vehicle.simulator.statuses.stop()
+    vehicle.run(3 * MANUAL_MISS_S)
+    _nine_misses_around_a_status(vehicle, Mode.MANUAL, MANUAL_MISS_S)
+
+
+def _nine_misses_around_a_status(vehicle: Vehicle, mode: Mode, step_s: float) -> None:
+    """While statuses are missing, say one behind a frame, and twice more behind nine misses; require one mode."""
+    mark = vehicle.mark()
+    vehicle.bench.run_until(lambda: vehicle.mark() > mark, 2 * step_s)
+    for _ in range(2):
+        mark = vehicle.mark()
+        vehicle.say(STATUS)
+        _nine_misses(vehicle, mark, mode, MISSES, step_s)
+    mark = vehicle.mark()
+    vehicle.say(STATUS, 2 * step_s)
+    vehicle.require_modes(vehicle.frames(mark), mode)
 
 
 def _without_commands(vehicle: Vehicle) -> tuple[list[Frame], Frame]:
@@ -309,7 +358,13 @@ def test_ten_statuses_missed_are_an_emergency(vehicle: Vehicle) -> None:
     vehicle.require_steps([*moving, first], STATUS_MISS_S, "between frames without a status")
     after = [got for got in frames if got.start_ns >= first.start_ns]
     vehicle.require_steps(after, STATUS_MISS_S, "between frames of the emergency")
-    for got in after:
+    _require_emergency(vehicle, after)
+
+
+def _require_emergency(vehicle: Vehicle, frames: Sequence[Frame]) -> None:
+    """Require that frames are F3, in every field."""
+    assert frames, "no frame came"
+    for got in frames:
         vehicle.require_frame(got, F3, "the frame of the emergency")
 
 
@@ -331,7 +386,7 @@ def test_a_status_ends_the_emergency_in_manual(vehicle: Vehicle) -> None:
     vehicle.say(STATUS, 0.05)
     frames = vehicle.frames(mark)
     modes = [got.packet.mode for got in frames if got.packet is not None]
-    if Mode.MANUAL not in modes[:2] or Mode.AUTOWARE in modes:
+    if modes[:1] != [Mode.MANUAL] or Mode.AUTOWARE in modes:
         raise Violation(f"the modes behind the status are {modes}, required MANUAL next", shown(frames))
     vehicle.simulator.statuses.start(STATUS_HZ)
     vehicle.run(0.2)
@@ -354,7 +409,7 @@ def test_a_press_in_emergency_does_nothing(vehicle: Vehicle) -> None:
     mark = vehicle.mark()
     vehicle.hands.press()
     vehicle.run(0.5)
-    vehicle.require_modes(vehicle.frames(mark), Mode.EMERGENCY)
+    _require_emergency(vehicle, vehicle.frames(mark))
     mark = vehicle.mark()
     vehicle.simulator.statuses.start(STATUS_HZ)
     vehicle.wait_for(Mode.MANUAL, MODE_WITHIN_S, mark)
@@ -384,7 +439,7 @@ def test_nobody_orders_anything_in_emergency(vehicle: Vehicle) -> None:
     for mode in (ControlMode.AUTONOMOUS, ControlMode.MANUAL):
         assert not vehicle.stack.request(mode).success, f"the request for {mode.name} is granted"
     vehicle.run(0.6)
-    vehicle.require_modes(vehicle.frames(mark), Mode.EMERGENCY)
+    _require_emergency(vehicle, vehicle.frames(mark))
 
 
 @on_board("VB33", lasts_s=4.5)
@@ -397,6 +452,7 @@ def test_without_commands_nobody_watches_the_simulator(vehicle: Vehicle) -> None
 @on_board("VB33H", lasts_s=4.5)
 def test_the_simulator_is_watched_without_commands(vehicle: Vehicle) -> None:
     emergency_s, _ = _all_stops(vehicle)
+    _require_emergency(vehicle, vehicle.frames()[-1:])
     at_most(emergency_s, 1.3, unit="s", what="the emergency came after")
 
 
@@ -648,6 +704,7 @@ def test_manual_at_10_hz(vehicle: Vehicle) -> None:
 
 @on_board("VB21", lasts_s=3.0)
 def test_the_emergency_in_manual(vehicle: Vehicle) -> None:
+    vehicle.hands.set_joystick(FULL_SCALE, FULL_SCALE)
     mark = vehicle.manual()
     vehicle.simulator.statuses.stop()
     first = vehicle.wait_for(Mode.EMERGENCY, 2.5, mark)
@@ -657,6 +714,10 @@ def test_the_emergency_in_manual(vehicle: Vehicle) -> None:
     vehicle.require_steps(unanswered, MANUAL_MISS_S, "between frames without a status")
     answered_s = (before[-MISSES].start_ns - before[-MISSES - 1].start_ns) / NS_PER_S
     at_most(answered_s, MANUAL_MISS_S - 2 * TICK_S, unit="s", what="the frame before them was followed after")
+    vehicle.run(3.5 * STATUS_MISS_S)
+    emergency = [got for got in vehicle.frames(mark) if got.start_ns >= first.start_ns]
+    vehicle.require_steps(emergency, STATUS_MISS_S, "between frames of the emergency")
+    _require_emergency(vehicle, emergency)
 
 
 @on_board("VB22", lasts_s=6.0)

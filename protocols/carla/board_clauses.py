@@ -127,7 +127,7 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="Any command begins the count again",
-        text="Nine misses, one command, nine misses: the mode stays AUTOWARE.",
+        text="Nine misses, one command, nine misses, one command: the mode stays AUTOWARE.",
         sources=(f"{TASK}: ucNumberOfLostMessageCtlCmd = 0",),
         profiles=_ALL,
         needs=_STACK,
@@ -301,8 +301,8 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="The emergency in MANUAL",
         text=(
-            "In MANUAL statuses stop: ten more frames, 160 ms apart, then F3, 1.6 s after the first that no status "
-            "followed."
+            "In MANUAL, with the joystick at its upper ends, statuses stop: ten more frames, 160 ms apart, then F3, "
+            "1.6 s after the first that no status followed, and F3 every 100 ms."
         ),
         sources=(f"{V0}, taksControle.c: each miss costs the wait and the pause",),
         profiles=_NOT_V1,
@@ -743,5 +743,25 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{REPORT}: lights and indicators are required", CHOICE),
         profiles=_HARDENED,
         needs=("board", "stack", "indicators"),
+    ),
+    Clause(
+        id="VB44",
+        suite=_SUITE,
+        level="must",
+        title="Any status begins the count again",
+        text="In AUTOWARE nine statuses missed, one status, nine missed, one status: the mode stays AUTOWARE.",
+        sources=(f"{TASK}: the count of missed statuses begins again with each",),
+        profiles=_ALL,
+        needs=_STACK,
+    ),
+    Clause(
+        id="VB45",
+        suite=_SUITE,
+        level="must",
+        title="Any status begins the count again in MANUAL",
+        text="In MANUAL nine statuses missed, one status, nine missed, one status: the mode stays MANUAL.",
+        sources=(f"{V0}, taksControle.c",),
+        profiles=_NOT_V1,
+        needs=_STACK,
     ),
 )

@@ -31,6 +31,7 @@ from protocols.carla import (
     X_AXIS,
     Y_AXIS,
     Action,
+    CommandFrame,
     Mode,
     ModeAnswered,
     ModeTable,
@@ -40,6 +41,8 @@ from protocols.carla import (
     Table,
     Transition,
     Trigger,
+    decode_command,
+    encode_command,
 )
 from protocols.carla.clauses import BOARD_CLAUSES
 from targets.firmware import image_path
@@ -146,6 +149,42 @@ class _TakesHashes(VehicleInterface):
             if self._hashes == STATUS_BYTES:
                 data = VECTORS["F4"].data
         return super().receive(line, data, now_ns)
+
+
+class _Sends(VehicleInterface):
+    """Changes what it puts on the simulator's line."""
+
+    def _from_simulator(self, events, now_ns):
+        sent = super()._from_simulator(events, now_ns)
+        return [(line, self.changed(data) if line == SIMULATOR_LINE else data) for line, data in sent]
+
+    def changed(self, data):
+        raise NotImplementedError
+
+
+class _KeepsThrottle(_Sends):
+    """In EMERGENCY the mode alone changes: what it had last said in MANUAL goes on."""
+
+    _last = CommandFrame()
+
+    def changed(self, data):
+        frame = decode_command(data)
+        if frame.mode == Mode.EMERGENCY:
+            return encode_command(replace(self._last, mode=Mode.EMERGENCY))
+        if frame.mode == Mode.MANUAL:
+            self._last = frame
+        return data
+
+
+class _OneMoreStop(_Sends):
+    """Sends F3 once more, before the first frame of MANUAL."""
+
+    _before = Mode.AUTOWARE
+
+    def changed(self, data):
+        before, self._before = self._before, decode_command(data).mode
+        stopped = before == Mode.EMERGENCY and self._before == Mode.MANUAL
+        return VECTORS["F3"].data + data if stopped else data
 
 
 def _without(step: Step, trigger: Trigger, action: Action) -> dict[tuple[Step, Trigger], Transition]:
@@ -301,6 +340,30 @@ BY_HAND = (
         what="a command does not begin the count of misses again",
         about=("VB06",),
         steps=_without(_S.AUTOWARE_COMMAND, _T.COMMAND, _A.FORGET_COMMAND_MISSES),
+    ),
+    VehicleMutant(
+        id="status-misses-go-on",
+        what="in AUTOWARE a status does not begin the count of misses again",
+        about=("VB44",),
+        steps=_without(_S.AUTOWARE_STATUS, _T.STATUS, _A.FORGET_STATUS_MISSES),
+    ),
+    VehicleMutant(
+        id="manual-misses-go-on",
+        what="in MANUAL a status does not begin the count of misses again",
+        about=("VB45",),
+        steps=_without(_S.MANUAL_STATUS, _T.STATUS, _A.FORGET_STATUS_MISSES),
+    ),
+    VehicleMutant(
+        id="throttle-in-emergency",
+        what="EMERGENCY has the values of the joystick",
+        about=("VB21",),
+        kind=_KeepsThrottle,
+    ),
+    VehicleMutant(
+        id="one-more-stop",
+        what="a status in EMERGENCY is followed by F3 once more",
+        about=("VB08",),
+        kind=_OneMoreStop,
     ),
     VehicleMutant(
         id="waits-for-nothing",
@@ -479,12 +542,22 @@ def firmware_on_the_page() -> dict[str, tuple[str, ...]]:
     return {name: clauses for name, clauses in on_the_page(_FIRMWARE).items() if clauses != ("no image",)}
 
 
+def _renewed(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """What the page says, with some faults run again."""
+    said = on_the_page()
+    return {mutant.id: killers(run(mutant)) if mutant.id in names else said[mutant.id] for mutant in all_mutants()}
+
+
 def main(words: Sequence[str]) -> int:
     """Run them all and write the page; 1 if one survives."""
     parser = argparse.ArgumentParser(prog="python -m tests.mutants.vehicle", description=__doc__)
     parser.add_argument("--firmware", action="store_true", help="run the images alone; the model is as on the page")
     parser.add_argument("--model", action="store_true", help="run the model alone; the firmware is as on the page")
+    parser.add_argument("--only", nargs="+", metavar="FAULT", help="run these in the model; all else is as on the page")
     chosen = parser.parse_args(words)
+    if chosen.only:
+        PAGE.write_text(page(_renewed(chosen.only), firmware_on_the_page()), encoding="utf-8")
+        return 0
     found = on_the_page() if chosen.firmware else {mutant.id: killers(run(mutant)) for mutant in all_mutants()}
     firmware: Mapping[str, Sequence[str]] = firmware_on_the_page() if chosen.model and PAGE.is_file() else {}
     if not chosen.model:
