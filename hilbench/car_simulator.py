@@ -42,11 +42,14 @@ class Published:
     Attributes:
         ns: bench time of it.
         command: what.
+        mode: the mode byte of the frame that says so; None where no frame does. A stop in AUTOWARE and an emergency are
+            told apart by it alone.
         by_node: CARLA's ackermann node says it again, and no frame does.
     """
 
     ns: int
     command: AckermannCommand | ManualCommand
+    mode: int | None
     by_node: bool
 
 
@@ -129,7 +132,8 @@ class CarSimulator:
 
     def _keep(self, event: object) -> None:
         if isinstance(event, CarCommanded):
-            self.published.append(Published(ns=self._bench.now_ns, command=event.command, by_node=event.by_node))
+            now_ns = self._bench.now_ns
+            self.published.append(Published(ns=now_ns, command=event.command, mode=event.mode, by_node=event.by_node))
 
 
 CarHostUnderTest = UnderTest[CarSimulator]

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hilbench.bench import Bench
+from hilbench.car_simulator import Published
 from hilbench.check import Violation
 from hilbench.clock import NS_PER_S
 from hilbench.driven_car import DrivenCar
@@ -22,7 +23,7 @@ from hilbench.suites._vehicle import vehicle_bench
 from hilbench.vehicle_hands import VehicleHands
 from hilbench.world_runner import WorldRunner
 from protocols.autoware import AckermannControlCommand, ControlMode, SteeringReport, VelocityReport
-from protocols.carla import X_AXIS, Y_AXIS, AckermannCommand, Axis, ManualCommand
+from protocols.carla import X_AXIS, Y_AXIS, AckermannCommand, Axis, ManualCommand, Mode
 from targets.robots.driving_stack import DriverSettings, Path, PathDriver, Pose
 from worlds.vehicles.car import CarBody
 
@@ -182,8 +183,7 @@ class Drive:
         since_s = self.now_s
 
         def found() -> list[float]:
-            stops = ((at_s, one) for at_s, one in self.commanded(since_s) if isinstance(one, AckermannCommand))
-            return [at_s for at_s, one in stops if one == AckermannCommand()]
+            return [one.ns / NS_PER_S for one in self.published(since_s) if one.mode == Mode.EMERGENCY]
 
         if not self.until(lambda: bool(found()), within_s):
             raise Violation(f"no emergency within {within_s:g} s", self.said())
@@ -224,14 +224,17 @@ class Drive:
         last = bisect_left(self.moments, end_s, key=lambda moment: moment.at_s)
         return self.moments[max(0, first - 1) : last + 1]
 
+    def published(self, since_s: float = 0.0) -> list[Published]:
+        """What the board has commanded the car since a bench time, with the modes of its frames."""
+        return [one for one in self.car.simulator.published if one.ns / NS_PER_S >= since_s]
+
     def commanded(self, since_s: float = 0.0) -> list[tuple[float, AckermannCommand | ManualCommand]]:
-        """What the board has commanded the car since a bench time, each with its own."""
-        published = ((one.ns / NS_PER_S, one.command) for one in self.car.simulator.published)
-        return [(at_s, command) for at_s, command in published if at_s >= since_s]
+        """The same without the modes, each with its bench time in s."""
+        return [(one.ns / NS_PER_S, one.command) for one in self.published(since_s)]
 
     def said(self) -> list[str]:
         """The latest commands to the car, for a report."""
-        return [f"{at_s:9.3f} s  {command}" for at_s, command in self.commanded()[-5:]]
+        return [f"{one.ns / NS_PER_S:9.3f} s  mode {one.mode}  {one.command}" for one in self.published()[-5:]]
 
     def _command(self) -> AckermannControlCommand | None:
         velocity = self.stack.velocity

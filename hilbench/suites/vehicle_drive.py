@@ -19,7 +19,7 @@ from hilbench.clock import NS_PER_S
 from hilbench.mcu.board_case import BoardCase
 from hilbench.suites._vehicle_drive import Drive, Moment, drive_bench
 from protocols.autoware import ControlMode, SteeringReport, VelocityReport
-from protocols.carla import AckermannCommand, ManualCommand
+from protocols.carla import AckermannCommand, ManualCommand, Mode
 from worlds.car_parameters import DEFAULTS as CAR
 
 LAP_WITHIN_S = 90.0
@@ -97,7 +97,7 @@ def test_a_lap(drive: Drive) -> None:
             f"{drive.driver.travelled_m:.0f} m of {drive.path.length_m:.0f} m in {LAP_WITHIN_S:g} s", drive.said()
         )
     require_in_lane(drive, drive.moments, "VD01")
-    require_modes(drive, 0.0, AckermannCommand)
+    require_mode(drive, 0.0, Mode.AUTOWARE, "VD01")
     for report_s, report in drive.reports:
         require_true(drive, report_s, report)
     at_least(len(drive.reports), 2 * 15 * drive.now_s, unit="", what="velocity and steering reports", clause="VD02")
@@ -119,11 +119,12 @@ def require_in_lane(drive: Drive, moments: Sequence[Moment], clause: str) -> Non
         raise Violation(f"the car touched something at {touching[0].at_s:.2f} s, {where}", clause=clause)
 
 
-def require_modes(drive: Drive, since_s: float, kind: type[AckermannCommand] | type[ManualCommand]) -> None:
-    """Require that the car has got commands of one kind since then."""
-    others = [(at_s, one) for at_s, one in drive.commanded(since_s) if not isinstance(one, kind)]
+def require_mode(drive: Drive, since_s: float, mode: Mode, clause: str = "") -> None:
+    """Require that every frame since then is of one mode."""
+    others = [one for one in drive.published(since_s) if one.mode != mode]
     if others:
-        raise Violation(f"at {others[0][0]:.3f} s the car is told {others[0][1]}", drive.said())
+        first = f"at {others[0].ns / NS_PER_S:.3f} s a frame of mode {others[0].mode} tells the car {others[0].command}"
+        raise Violation(f"{len(others)} times the mode is not {mode}: {first}", drive.said(), clause=clause)
 
 
 def require_true(drive: Drive, report_s: float, report: VelocityReport | SteeringReport) -> None:
@@ -172,7 +173,7 @@ def test_by_joystick(drive: Drive) -> None:
     drive.stick(forward=-1.0)
     drive.wait(3.0)
     at_most(drive.now.speed_m_s, STANDS_M_S, unit="m/s", what="speed after braking")
-    require_modes(drive, start.at_s, ManualCommand)
+    require_mode(drive, start.at_s, Mode.MANUAL)
 
 
 def resistance_m_s2(speed_m_s: float) -> float:
@@ -229,7 +230,7 @@ def require_rolling(drive: Drive, since_s: float) -> None:
     for at_s, one in manual:
         if (abs(one.steer), one.throttle, one.brake) != (0.0, 0.0, 0.0):
             raise Violation(f"at {at_s:.3f} s, the stick at rest, the car is told {one}", drive.said(), clause="VD04")
-    require_modes(drive, manual[0][0], ManualCommand)
+    require_mode(drive, manual[0][0], Mode.MANUAL, "VD04")
     accels = [moment.accel_m_s2 for moment in drive.since(manual[0][0] + 0.02)]
     at_most(max(accels), 0.0, unit="m/s2", what="acceleration with free pedals", clause="VD04")
     at_least(min(accels), -ROLLS_M_S2, unit="m/s2", what="acceleration with free pedals", clause="VD04")
@@ -241,7 +242,7 @@ def require_driven_on(drive: Drive, since_s: float) -> None:
     if not commands or not isinstance(commands[-1][1], AckermannCommand):
         raise Violation("the driving stack does not take over", drive.said(), clause="VD05")
     first_s = next(at_s for at_s, one in commands if isinstance(one, AckermannCommand))
-    require_modes(drive, first_s, AckermannCommand)
+    require_mode(drive, first_s, Mode.AUTOWARE, "VD05")
     moments = drive.since(since_s)
     braking = min(moment.accel_m_s2 for moment in moments)
     at_least(braking, -STACK_M_S2, unit="m/s2", what="acceleration after the hand-over", clause="VD05")
@@ -299,7 +300,7 @@ def require_stands_and_drives_on(drive: Drive, clause: str) -> None:
     """Require that the car stands by itself in MANUAL, and drives on when AUTOWARE is asked for."""
     begin = drive.now
     drive.go(1.0)
-    require_modes(drive, begin.at_s + 0.001, ManualCommand)
+    require_mode(drive, begin.at_s + 0.001, Mode.MANUAL, clause)
     at_most(way_m(begin, drive.now), 0.05, unit="m", what="way before AUTOWARE is asked for", clause=clause)
     require_answer(drive.ask(ControlMode.AUTONOMOUS), "AUTOWARE")
     back_s = drive.now_s

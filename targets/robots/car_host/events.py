@@ -15,8 +15,10 @@ class CarCommanded:
 
     Attributes:
         command: what.
+        mode: the mode byte of the frame that says so; None where no frame does.
         by_node: CARLA's ackermann node says it again, and no frame does.
     """
 
     command: AckermannCommand | ManualCommand
+    mode: int | None = None
     by_node: bool = False

@@ -160,15 +160,15 @@ class CarHost:
                 continue
             self._events.append(event)
             if isinstance(event, Commanded):
-                self._command(event.command, now_ns)
+                self._command(event.command, event.mode if event.frame is not None else None, now_ns)
         return sent
 
-    def _command(self, command: AckermannCommand | ManualCommand, now_ns: int) -> None:
+    def _command(self, command: AckermannCommand | ManualCommand, mode: int | None, now_ns: int) -> None:
         if isinstance(command, AckermannCommand) and self.behaviour.host.node_holds_s:
             self._node_wish = command
             self._node_until_ns = now_ns + round(self.behaviour.host.node_holds_s * _NS_PER_S)
             self._node_ns = now_ns + _NODE_NS if self._node_ns is None else self._node_ns
-        self._tell(command)
+        self._tell(command, mode=mode)
 
     def _run_node(self, now_ns: int) -> None:
         """CARLA's ackermann node commands the car, whatever else does, until its own last command is too old."""
@@ -179,6 +179,8 @@ class CarHost:
         if self.wish != self._node_wish:
             self._tell(self._node_wish, by_node=True)
 
-    def _tell(self, command: AckermannCommand | ManualCommand, *, by_node: bool = False) -> None:
+    def _tell(
+        self, command: AckermannCommand | ManualCommand, *, mode: int | None = None, by_node: bool = False
+    ) -> None:
         self.wish = command
-        self._events.append(CarCommanded(command=command, by_node=by_node))
+        self._events.append(CarCommanded(command=command, mode=mode, by_node=by_node))

@@ -20,7 +20,7 @@ from hilbench.suites._vehicle_drive import Drive, DriveBench
 from hilbench.suites._vehicle_drive_clauses import CLAUSES
 from hilbench.vehicle_hands import ModelHands
 from hilbench.wiring.vehicle import BareVehicle
-from protocols.carla import Axis
+from protocols.carla import VECTORS, Axis, Mode, decode_command
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 from targets.robots.vehicle_interface.board import behaviour_of
 
@@ -33,14 +33,14 @@ CASES = {name: one for name, one in vars(vehicle_drive).items() if spec_of(one) 
 def make():
     """A drive through a behavioural board with these defects."""
 
-    def make(*defects, **options):
+    def make(*defects, kind=VehicleInterface, **options):
         bench = Bench(Scheduler(), Journal())
         line = Line(baud=921_600)
         links = {name: MemoryLink(bench.scheduler, line, name=name) for name in (SIMULATOR_LINE, STACK_LINE)}
         there = BareVehicle(bench, World(scene="test-track", vehicle="car", physics="bullet", step_hz=240), seed=0)
         behaviour = behaviour_of(VehicleSettings(defects=defects))
         behaviour = replace(behaviour, board=replace(behaviour.board, **options))
-        board = VehicleInterface(VehicleSettings(), behaviour=behaviour)
+        board = kind(VehicleSettings(), behaviour=behaviour)
         actor = LinesActor(bench, board, {name: link.b for name, link in links.items()}, name="board")
         return Drive(
             DriveBench(
@@ -66,7 +66,7 @@ def test_the_hardened_board_drives(make, name):
 @pytest.mark.parametrize(
     ("defect", "name", "clause", "cause"),
     [
-        ("V1", "test_by_joystick", "", "the car is told AckermannCommand"),
+        ("V1", "test_by_joystick", "", "a frame of mode 0 tells the car AckermannCommand"),
         ("axes-swapped", "test_by_joystick", "", "acceleration at half of the stick's way"),
         ("H7", "test_stack_lost", "VD06", "speed 1.3 s after the last command"),
         ("one-miss", "test_emergency_stop", "", "the car stands 3 s after power-on"),
@@ -94,6 +94,38 @@ def test_a_wrong_board_is_found(make, options, name, clause, cause):
     with pytest.raises(Violation, match=cause) as found:
         CASES[name](make(**options))
     assert found.value.clause in ("", clause)
+
+
+class StrayEmergency(VehicleInterface):
+    """Puts a frame of EMERGENCY in the place of each hundredth of AUTOWARE; the car hardly notices."""
+
+    _frames = 0
+
+    def _from_simulator(self, events, now_ns):
+        sent = super()._from_simulator(events, now_ns)
+        return [(line, self._changed(data) if line == SIMULATOR_LINE else data) for line, data in sent]
+
+    def _changed(self, data):
+        self._frames += decode_command(data).mode == Mode.AUTOWARE
+        return data if self._frames % 100 else VECTORS["F3"].data
+
+
+def test_one_stray_emergency_is_found(make):
+    drive = make(kind=StrayEmergency)
+    drive.start()
+    drive.go(5.0)
+    with pytest.raises(Violation, match=r"1 times the mode is not 1: at .* a frame of mode 0") as found:
+        vehicle_drive.require_mode(drive, 0.0, Mode.AUTOWARE, "VD01")
+    assert found.value.clause == "VD01"
+
+
+def test_a_stop_is_no_emergency(make):
+    """The driving stack is lost: a command of mode 1 stops the car, its tyres straight."""
+    drive = make()
+    drive.start()
+    drive.stack.stop_driving()
+    with pytest.raises(Violation, match="no emergency within 1 s"):
+        drive.emergency(1.0)
 
 
 def test_every_clause_has_a_case_and_every_case_its_clauses():

@@ -94,23 +94,23 @@ def test_each_hazard_is_missed_where_it_is_gone():
 
 
 class Hasty(CarHost):
-    def _tell(self, command, *, by_node=False):
+    def _tell(self, command, **about):
         if isinstance(command, AckermannCommand):
             command = replace(command, speed_m_s=command.speed_m_s + 1)
-        super()._tell(command, by_node=by_node)
+        super()._tell(command, **about)
 
 
 class Swapped(CarHost):
-    def _tell(self, command, *, by_node=False):
+    def _tell(self, command, **about):
         if isinstance(command, ManualCommand):
             command = replace(command, throttle=command.brake, brake=command.throttle)
-        super()._tell(command, by_node=by_node)
+        super()._tell(command, **about)
 
 
 class Fearless(CarHost):
-    def _tell(self, command, *, by_node=False):
+    def _tell(self, command, **about):
         if command != AckermannCommand():
-            super()._tell(command, by_node=by_node)
+            super()._tell(command, **about)
 
 
 class Lenient(CarHost):
