@@ -21,6 +21,7 @@ from hilbench.p2os_client import P2osClient
 from protocols.p2os import robot_parameters
 from protocols.p2os.units import NO_ECHO_RAW
 from protocols.pkt import PROFILES
+from targets.robots.pioneer import RobotSettings
 from targets.robots.rover import RoverRobot
 from worlds.errors import WorldError
 from worlds.world import World
@@ -71,6 +72,8 @@ def open_rig(bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
         return _boards(bench, bench_file, seed)
     if bench_file.rover is not None:
         return _rover_model(bench, bench_file, seed)
+    if not any(isinstance(target.settings, RobotSettings) for target in bench_file.targets.values()):
+        raise UsageError("the dashboard has no view of this model yet", where=bench_file.name)
     return _pioneer(bench, bench_file, seed)
 
 
