@@ -27,10 +27,11 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("boards", nargs="*", metavar="BOARD", help=f"one of: {'; '.join(RIGS)} (default: all)")
     parser.add_argument("--count", type=int, default=100, help="how many times each (default: 100)")
     parser.add_argument("--docs", type=Path, default=DOCS, help="where the page goes")
+    parser.add_argument("--pages", action="store_true", help="measure nothing: page and picture from what is kept")
     chosen = parser.parse_args(words)
     store = chosen.docs / "carla" / "deadlines.json"
     store.parent.mkdir(exist_ok=True)
-    for name in chosen.boards or RIGS:
+    for name in () if chosen.pages else chosen.boards or RIGS:
         with RIGS[name](SEED) as rig:
             samples = measure(rig, chosen.count)
         kept: dict[str, Any] = json.loads(store.read_text(encoding="utf-8")) if store.is_file() else {}
