@@ -27,8 +27,8 @@ streams is drawn anew each time. Documented are the waits of the original (LMA-F
 `src/HIL/taksControl.h`): 110 ms for a command, 100 ms for a status, ten in a row until the mode changes, 60 ms of pause
 in MANUAL.
 
-*Model* is the behavioural board, *firmware* our own (`targets/firmware/vehicle_interface`) on an emulated NUCLEO-H753ZI,
-each in the profile that is named.
+*Model* is the behavioural board, *firmware* our own (`targets/firmware/vehicle_interface`) on an emulated
+NUCLEO-H753ZI, each in the profile that is named.
 
 *Counted* is what the board itself counts: frame to frame, so a whole number of documented waits. *Seen* is what a user
 sees: from the last byte of the last command or status to the first frame of the new mode; the phase decides how much
