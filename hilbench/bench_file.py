@@ -224,6 +224,11 @@ class BenchFile:
         is_car = self.world.vehicle == "car" and bool(self.boards) and not self.without_car
         return is_car or self._pioneer is not None or any(part.signals for part in self.parts.values())
 
+    @property
+    def has_pioneer(self) -> bool:
+        """True if a Pioneer stands on the bench."""
+        return self._pioneer is not None
+
     def pioneer(self) -> RobotSettings:
         """Return the settings of the one Pioneer of the bench.
 
@@ -248,6 +253,11 @@ class BenchFile:
     def car_host(self) -> CarHostSettings:
         """Likewise of the simulator's side; the usual ones where it does not stand on the bench."""
         return self._model(CarHostSettings) or CarHostSettings()
+
+    @property
+    def has_car_host(self) -> bool:
+        """True if the simulator's side stands on the bench."""
+        return self._model(CarHostSettings) is not None
 
     @property
     def _pioneer(self) -> RobotSettings | None:

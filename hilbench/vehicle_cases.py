@@ -3,29 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile
-from hilbench.car_simulator import CarHostUnderTest
+from hilbench.car_simulator import CarHostUnderTest, CarSimulator, HostFactory, OwnCarHost, make_host
 from hilbench.carla_peer import BoardPeer, SimulatorPeer
 from hilbench.cases import CaseBase
 from hilbench.check.provider import CaseInfo
 from hilbench.devices import LinesActor
 from hilbench.line_faults import LineFaults
 from hilbench.links import Line, MemoryLink, Port
+from hilbench.shared import Shared
 from hilbench.stack_peer import StackPeer
 from hilbench.vehicle_hands import ModelHands, VehicleHands
 from protocols.carla import BAUD
+from targets.robots.car_host import CarHostSettings
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 
 __all__ = [
     "AttachedVehicleCase",
     "CarHostCase",
+    "PairCase",
     "VehicleCase",
     "VehicleFactory",
     "VirtualVehicleCase",
+    "first_line",
+    "host_settings",
     "line_baud",
     "make_vehicle",
+    "open_car_host",
 ]
 
 VehicleFactory = Callable[[VehicleSettings], VehicleInterface]
@@ -40,6 +47,18 @@ def line_baud(bench_file: BenchFile, line: str) -> int:
     """Return the rate of the line of a model whose end ends with ``.LINE``, in bit/s."""
     found = (link.baud for link in bench_file.links for end in link.ends if end.endswith(f".{line}"))
     return next(found, BAUD)
+
+
+def first_line(bench_file: BenchFile) -> str:
+    """Return the board's end of link 0, which faults strike."""
+    ends = {end.rpartition(".")[2] for link in bench_file.links[:1] for end in link.ends}
+    return STACK_LINE if STACK_LINE in ends else SIMULATOR_LINE
+
+
+def host_settings(bench_file: BenchFile, case: CaseInfo) -> CarHostSettings:
+    """Return what the simulator's side is set to, in the profile that a case asks for."""
+    settings = bench_file.car_host
+    return replace(settings, profile=case.setup.program) if case.setup.program else settings  # type: ignore[arg-type]
 
 
 class VehicleCase(CaseBase):
@@ -146,3 +165,54 @@ class CarHostCase(CaseBase):
 
     def _packets(self) -> Sequence[str]:
         return self.board.evidence()
+
+
+class PairCase(CaseBase):
+    """Our own simulator's side, begun, with the board of the bench at the far end; the checker is the driving stack.
+
+    Args:
+        bench: whose time passes.
+        case: what is known of it.
+        to_board: the simulator's end of the board's line.
+        to_stack: the driving stack's end of the board's other line.
+        settings: of the simulator's side.
+        make_host: makes it.
+
+    Attributes:
+        simulator: the simulator's side, which says nothing of its car by itself.
+        stack: the checker's end of the other line.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        case: CaseInfo,
+        to_board: Port,
+        to_stack: Port,
+        settings: CarHostSettings,
+        *,
+        make_host: HostFactory = make_host,
+    ) -> None:
+        super().__init__(bench, case)
+        self.simulator = CarSimulator(bench, to_board, settings, make_host=make_host)
+        self.simulator.connect()
+        self.simulator.report_by_hand()
+        self.stack = StackPeer(bench, to_stack)
+
+    def _packets(self) -> Sequence[str]:
+        return self.stack.evidence()
+
+
+def open_car_host(
+    shared: Shared, bench: Bench, case: CaseInfo, make_host: HostFactory = make_host
+) -> tuple[CarHostCase, CarSimulator]:
+    """Open the bench of one case with our own simulator's side under test, and the checker as its board."""
+    bench_file = shared.bench_file
+    faults = shared.line_faults(bench, case, near_is_client=False)
+    if first_line(bench_file) != SIMULATOR_LINE:
+        faults = None
+    line = Line(baud=line_baud(bench_file, SIMULATOR_LINE))
+    plan = faults.plan if faults is not None else None
+    link = MemoryLink(bench.scheduler, line, name=SIMULATOR_LINE, faults=plan)
+    simulator = CarSimulator(bench, link.b, host_settings(bench_file, case), make_host=make_host)
+    return CarHostCase(bench, case, BoardPeer(bench, link.a), OwnCarHost(simulator), faults), simulator

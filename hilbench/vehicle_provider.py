@@ -8,12 +8,13 @@ from dataclasses import replace
 
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile
-from hilbench.car_simulator import OWN_HOST_CAPABILITIES, CarSimulator, HostFactory, OwnCarHost, make_host
+from hilbench.car_simulator import OWN_HOST_CAPABILITIES, HostFactory, make_host
 from hilbench.carla_peer import BoardPeer, SimulatorPeer
 from hilbench.check.observations import Observations
 from hilbench.check.provider import CaseInfo
 from hilbench.checker_lines import ports_of_lines
 from hilbench.clock import Scheduler
+from hilbench.devices import LinesActor
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Line, MemoryLink, Port, SerialPort, SerialTarget, parse_serial_target
 from hilbench.locked_providers import FarEnd, LockedProvider
@@ -24,10 +25,14 @@ from hilbench.stack_peer import StackPeer
 from hilbench.vehicle_cases import (
     AttachedVehicleCase,
     CarHostCase,
+    PairCase,
     VehicleFactory,
     VirtualVehicleCase,
+    first_line,
+    host_settings,
     line_baud,
     make_vehicle,
+    open_car_host,
 )
 from hilbench.vehicle_hands import HANDS
 from hilbench.vehicle_observing import VehicleObserver
@@ -90,12 +95,16 @@ class VehicleProvider:
         return {**about, "instead": instead} if instead else about
 
     @contextlib.contextmanager
-    def open_case(self, case: CaseInfo) -> Iterator[VirtualVehicleCase | CarHostCase]:
+    def open_case(self, case: CaseInfo) -> Iterator[VirtualVehicleCase | CarHostCase | PairCase]:
         """Open a bench for one case."""
         bench = self._shared.bench(Scheduler())
+        if {"simulator", "board"} <= case.needs:
+            yield from self._pair_case(bench, case)
+            return
         if "simulator" in case.needs:
-            with self._host_case(bench, case) as opened:
-                yield opened
+            opened, simulator = open_car_host(self._shared, bench, case, self._make_host)
+            yield opened
+            self._observer.take_host(simulator)
             return
         made: VirtualVehicleCase | None = None
 
@@ -104,18 +113,14 @@ class VehicleProvider:
                 made.simulator.line_expected = made.stack.line_expected = False
 
         faults = self._shared.line_faults(bench, case, near_is_client=True, on_interruption=interrupted)
-        profile = case.setup.program or self._settings.profile
-        settings = replace(self._settings, profile=self._instead.get(profile, profile))  # type: ignore[arg-type]
-        bauds = (line_baud(self._shared.bench_file, line) for line in (SIMULATOR_LINE, STACK_LINE))
-        to_simulator, to_stack = (Line(baud=baud) for baud in bauds)
         made = VirtualVehicleCase(
             bench,
             case,
-            settings,
-            (to_simulator, to_stack),
+            self._settings_of(case),
+            self._lines,
             make_vehicle=self._make_vehicle,
             faults=faults,
-            faulty=_first_line(self._shared.bench_file),
+            faulty=first_line(self._shared.bench_file),
         )
         yield made
         self._observer.take_board(made.board)
@@ -128,20 +133,30 @@ class VehicleProvider:
         """Close the journal."""
         self._shared.journal.close()
 
-    @contextlib.contextmanager
-    def _host_case(self, bench: Bench, case: CaseInfo) -> Iterator[CarHostCase]:
-        faults = self._shared.line_faults(bench, case, near_is_client=False)
-        if _first_line(self._shared.bench_file) != SIMULATOR_LINE:
-            faults = None
-        settings = self._shared.bench_file.car_host
-        if case.setup.program:
-            settings = replace(settings, profile=case.setup.program)  # type: ignore[arg-type]
-        line = Line(baud=line_baud(self._shared.bench_file, SIMULATOR_LINE))
-        plan = faults.plan if faults is not None else None
-        link = MemoryLink(bench.scheduler, line, name=SIMULATOR_LINE, faults=plan)
-        simulator = CarSimulator(bench, link.b, settings, make_host=self._make_host)
-        yield CarHostCase(bench, case, BoardPeer(bench, link.a), OwnCarHost(simulator), faults)
-        self._observer.take_host(simulator)
+    def _settings_of(self, case: CaseInfo) -> VehicleSettings:
+        """Return those of the board in the profile that a case asks for, or in what takes its place."""
+        profile = case.setup.program or self._settings.profile
+        return replace(self._settings, profile=self._instead.get(profile, profile))  # type: ignore[arg-type]
+
+    @property
+    def _lines(self) -> tuple[Line, Line]:
+        bench_file = self._shared.bench_file
+        return Line(baud=line_baud(bench_file, SIMULATOR_LINE)), Line(baud=line_baud(bench_file, STACK_LINE))
+
+    def _pair_case(self, bench: Bench, case: CaseInfo) -> Iterator[PairCase]:
+        """Open a bench where board and simulator's side have each other."""
+        links = {
+            name: MemoryLink(bench.scheduler, line, name=name)
+            for name, line in zip((SIMULATOR_LINE, STACK_LINE), self._lines, strict=True)
+        }
+        board = self._make_vehicle(self._settings_of(case))
+        LinesActor(bench, board, {name: link.b for name, link in links.items()}, name="board")
+        to_board, to_stack = links[SIMULATOR_LINE].a, links[STACK_LINE].a
+        settings = host_settings(self._shared.bench_file, case)
+        opened = PairCase(bench, case, to_board, to_stack, settings, make_host=self._make_host)
+        yield opened
+        self._observer.take_board(board)
+        self._observer.take_host(opened.simulator)
 
 
 class AttachedVehicleProvider(LockedProvider):
@@ -220,12 +235,6 @@ def vehicle_lines(bench_file: BenchFile) -> tuple[str, str]:
             where = str(bench_file.path or bench_file.name)
             raise UsageError(f"no line of the checker, with a name, leads to {line}", where=where, hint=hint)
     return names[SIMULATOR_LINE], names[STACK_LINE]
-
-
-def _first_line(bench_file: BenchFile) -> str:
-    """Return the board's end of link 0, which faults strike."""
-    ends = {end.rpartition(".")[2] for link in bench_file.links[:1] for end in link.ends}
-    return STACK_LINE if STACK_LINE in ends else SIMULATOR_LINE
 
 
 def foreign_simulator(shared: Shared) -> FarEnd:

@@ -15,6 +15,7 @@ import msgspec
 
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile, EmulatedBoard, PartPlan
+from hilbench.car_simulator import OWN_HOST_CAPABILITIES
 from hilbench.check.provider import CaseInfo, CaseSetup
 from hilbench.clock import Scheduler
 from hilbench.config import read_bench
@@ -27,7 +28,8 @@ from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
 from hilbench.rover_hands import hands_on
 from hilbench.shared import Shared
-from hilbench.vehicle_on_board import vehicle_hands_on
+from hilbench.vehicle_cases import CarHostCase, PairCase, host_settings, open_car_host
+from hilbench.vehicle_on_board import VehicleOnBoard, vehicle_hands_on
 
 __all__ = ["BoardProvider"]
 
@@ -65,6 +67,7 @@ class BoardProvider:
         """Boards, programs, variants, parts, and what the world can do."""
         bench_file = self._shared.bench_file
         found = {"boards", *hands_on(bench_file), *vehicle_hands_on(bench_file)}
+        found |= OWN_HOST_CAPABILITIES if bench_file.has_car_host else set()
         found |= {f"variant '{name}'" for name in self._variants if name}
         for name, variant in self._variants.items():
             there = {f"part '{part}'" for part in variant.parts}
@@ -92,7 +95,7 @@ class BoardProvider:
         Raises:
             UsageError: an image that was put in the place of another, or the firmware of a board, is run by none.
         """
-        run = {full for case in cases for full in self._run_by(case.setup)}
+        run = {full for case in cases if _has_board(case) for full in self._run_by(case.setup)}
         hint = f"these cases run {', '.join(sorted(run))}"
         for name in self._images.names:
             if cases and name not in run:
@@ -109,9 +112,12 @@ class BoardProvider:
             yield f"{name}.{setup.program}" if setup.program in emulated.programs else name
 
     @contextlib.contextmanager
-    def open_case(self, case: CaseInfo) -> Iterator[BoardCase]:
+    def open_case(self, case: CaseInfo) -> Iterator[BoardCase | CarHostCase | PairCase]:
         """Open a bench for one case."""
         bench = self._shared.bench(Scheduler())
+        if not _has_board(case):
+            yield open_car_host(self._shared, bench, case)[0]
+            return
         with contextlib.ExitStack() as opened:
 
             def add(bench: Bench, setup: CaseSetup, scene: str) -> EmulatedBench:
@@ -123,13 +129,22 @@ class BoardProvider:
                 beside = Bench(Scheduler(), Journal(), timeout_scale=bench.timeout_scale)
                 return BoardBench(add(beside, setup, scene))
 
-            yield BoardCase(bench, case, add(bench, case.setup, case.scene), open_other)
+            emulated = add(bench, case.setup, case.scene)
+            if "simulator" in case.needs:
+                yield self._pair(bench, case, emulated)
+            else:
+                yield BoardCase(bench, case, emulated, open_other)
 
     def close(self) -> None:
         """Close the journal."""
         self._shared.journal.close()
 
     # --- the bench of a case
+
+    def _pair(self, bench: Bench, case: CaseInfo, emulated: EmulatedBench) -> PairCase:
+        ends = VehicleOnBoard(BoardBench(emulated))
+        settings = host_settings(self._shared.bench_file, case)
+        return PairCase(bench, case, ends.simulator.port, ends.stack.port, settings)
 
     @cached_property
     def _variants(self) -> Mapping[str, BenchFile]:
@@ -150,6 +165,11 @@ class BoardProvider:
 def _set(plan: PartPlan, name: str, setup: CaseSetup) -> PartPlan:
     settings = setup.settings.get(name)
     return replace(plan, settings=replace(plan.settings, **settings)) if settings else plan
+
+
+def _has_board(case: CaseInfo) -> bool:
+    """Say whether a board runs in a case: where a simulator's side is under test, the checker may stand in for it."""
+    return "simulator" not in case.needs or "board" in case.needs
 
 
 class _Images:

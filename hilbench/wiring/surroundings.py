@@ -71,7 +71,7 @@ class Surroundings:
         self.parts = Parts(bench, bench_file.parts, machines, bench_file.nets, seed=seed)
         Buses(bench, group, machines, self.parts, bench_file.parts)
         try:
-            if bench_file.targets:
+            if bench_file.has_pioneer:
                 self._add_robot()
             elif bench_file.has_world:
                 self._add_vehicle()

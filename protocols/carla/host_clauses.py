@@ -15,6 +15,7 @@ _ALL = ("hardened", "v0", "v1")
 _HARDENED = ("hardened",)
 _SHIPPED = ("v0", "v1")
 _CAR = ("simulator", "car")
+_PAIR = ("simulator", "car", "board")
 _LINE = ("simulator",)
 _PARSER = f"{NODE} timer_callback"
 _READ = f"{SERIAL_COM} readSerialPort"
@@ -282,12 +283,12 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="How long a pause may be",
         text=(
-            "The simulator pauses, commands go on: after 0.9 s the board is still in AUTOWARE, after 1.1 s in "
-            "EMERGENCY."
+            "The simulator pauses, commands go on: 0.9 s after the last status the board is still in AUTOWARE, after "
+            "1.1 s in EMERGENCY."
         ),
         sources=(f"{TASK}, {HEADER} TIMEOUT_GET_CARLA_RX, MAX_OF_LOST_MESSAGES",),
         profiles=_ALL,
-        needs=_CAR,
+        needs=_PAIR,
     ),
     Clause(
         id="VS19",
@@ -297,7 +298,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         text="The simulator goes on after a pause of 2 s: its first status is followed by a frame of mode 4.",
         sources=(TASK,),
         profiles=_ALL,
-        needs=_CAR,
+        needs=_PAIR,
     ),
     Clause(
         id="VS20",

@@ -54,7 +54,7 @@ def test_the_simulator_s_side_passes_in_every_profile(report):
 
 
 def test_every_edge_of_its_table_is_taken(report):
-    (coverage,) = report.observed.coverage
+    (coverage,) = (table for table in report.observed.coverage if table.peer == "simulator's side")
     assert coverage.edges_missed == ()
 
 
@@ -192,6 +192,16 @@ def test_each_clause_finds_something():
     hardened = {clause.id for clause in HOST_CLAUSES if "hardened" in clause.profiles}
     found = {clause for clauses in FOUND.values() for clause in clauses} | {one for _, some in OTHERS for one in some}
     assert hardened - found == set()
+
+
+@pytest.mark.slow
+def test_board_and_simulator_s_side_on_the_emulated_bench():
+    """Each with its own image; a simulator's side that does not pause is found there, too."""
+    options = CheckOptions(bench="vehicle", suites=("vehicle-host",), select="VS01 or VS18")
+    cases = run_suites(options, make_provider(options)).cases
+    assert {case.id: case.cause for case in cases if case.verdict is not Verdict.PASS} == {}
+    assert sorted({case.clause_ids[0] for case in cases}) == ["VS01", "VS18"]
+    assert len(cases) == 6
 
 
 @pytest.mark.parametrize(("behind", "verdict"), [("", Verdict.PASS), ("00", Verdict.FAIL)])
