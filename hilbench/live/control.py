@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import select
 import socket
 from collections.abc import Callable, Mapping
@@ -18,6 +17,7 @@ from typing import Any
 
 from hilbench.clock import EventClass, Scheduler
 from hilbench.errors import HilbenchError, UnavailableError
+from hilbench.live.local_socket import listen_at
 
 __all__ = ["Control", "Request", "RequestError"]
 
@@ -74,16 +74,10 @@ class Control:
         Raises:
             UnavailableError: the socket cannot be made.
         """
-        self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_NONBLOCK)
-        mask = os.umask(0o177)
         try:
-            self._listener.bind(str(self.path))
-            self._listener.listen(4)
+            self._listener = listen_at(self.path)
         except OSError as error:
-            self._listener.close()
             raise UnavailableError(f"no socket: {error.strerror or error}", where=str(self.path)) from error
-        finally:
-            os.umask(mask)
         self.scheduler.add_source(self)
 
     def close(self) -> None:

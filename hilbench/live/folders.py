@@ -9,7 +9,6 @@ import contextlib
 import json
 import os
 import shutil
-import socket
 import stat
 import tempfile
 from collections.abc import Iterator
@@ -17,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hilbench.errors import UnavailableError
+from hilbench.live.local_socket import connect_to
 
 __all__ = ["Session", "new_session", "sessions"]
 
@@ -68,11 +68,10 @@ class Session:
 
     def alive(self) -> bool:
         """Say whether anybody answers there."""
-        with socket.socket(socket.AF_UNIX) as client:
-            try:
-                client.connect(str(self.socket))
-            except OSError:
-                return False
+        try:
+            connect_to(self.socket).close()
+        except OSError:
+            return False
         return True
 
     def remove(self) -> None:

@@ -19,6 +19,7 @@ from typing import Any
 
 from hilbench.exit_codes import ExitCode
 from hilbench.live.folders import Session, new_session
+from hilbench.live.local_socket import connect_to
 
 __all__ = ["BenchProcess", "Phase"]
 
@@ -124,11 +125,9 @@ class BenchProcess:
         self._connect()
 
     def _connect(self) -> None:
-        client = socket.socket(socket.AF_UNIX)
         try:
-            client.connect(str(self.session.socket))
+            client = connect_to(self.session.socket)
         except OSError as error:
-            client.close()
             self._end(f"the bench does not answer: {error.strerror}")
             return
         client.setblocking(False)
