@@ -7,7 +7,6 @@ byte of each frame, so that the rate of a line drops out of every difference.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from itertools import pairwise
 from typing import TypeVar, cast
 
@@ -280,22 +279,23 @@ class Vehicle:
         """Return the tyre angles reported since a mark of the driving stack's line."""
         return [report.steering_tire_angle for report in self.reports(mark, SteeringReport)]
 
-    def is_reported(self, speed_m_s: float, mark: int, within_s: float = MODE_WITHIN_S) -> bool:
-        """Say whether a longitudinal speed is reported, since a mark of the driving stack's line."""
-
-        def reported() -> bool:
-            return any(abs(speed - speed_m_s) <= 1e-6 * max(1.0, abs(speed_m_s)) for speed in self.speeds(mark))
-
-        return self.bench.run_until(reported, within_s)
-
-    def require_reported(self, speed_m_s: float, mark: int, within_s: float = MODE_WITHIN_S) -> None:
-        """Require that a longitudinal speed is reported.
+    def require_reported(self, status: StatusFrame, mark: int, within_s: float = MODE_WITHIN_S) -> None:
+        """Require that all four figures of a status are reported, since a mark of the driving stack's line.
 
         Raises:
-            Violation: it is not.
+            Violation: they are not.
         """
-        if not self.is_reported(speed_m_s, mark, within_s):
-            text = f"a longitudinal speed of {speed_m_s:g} m/s is not reported within {within_s:g} s"
+        figures = (status.lon_speed_m_s, status.lat_speed_m_s, status.heading_rate_rad_s)
+
+        def reported() -> bool:
+            velocities = self.reports(mark, VelocityReport)
+            told = [(one.longitudinal_velocity, one.lateral_velocity, one.heading_rate) for one in velocities]
+            steered = any(_same(angle, status.steering_rad) for angle in self.steerings(mark))
+            return steered and any(all(map(_same, three, figures)) for three in told)
+
+        if not self.bench.run_until(reported, within_s):
+            wanted = ", ".join(f"{value:g}" for value in (*figures, status.steering_rad))
+            text = f"speeds, heading rate and steering of {wanted} are not reported within {within_s:g} s"
             raise Violation(text, self.stack.evidence(mark))
 
     def modes_told(self, mark: int) -> list[int]:
@@ -303,6 +303,16 @@ class Vehicle:
         return [report.mode for report in self.reports(mark, ControlModeReport)]
 
     def other_status(self, speed_m_s: float) -> StatusFrame:
-        """Return the usual status with another speed, and let it be the usual one."""
-        self.simulator.status = replace(STATUS, lon_speed_m_s=speed_m_s)
+        """Return a status with another speed, from which its other figures follow, and let it be the usual one."""
+        self.simulator.status = StatusFrame(
+            lon_speed_m_s=speed_m_s,
+            lat_speed_m_s=-speed_m_s / 20,
+            heading_rate_rad_s=speed_m_s / 50,
+            steering_rad=-speed_m_s / 60,
+        )
         return self.simulator.status
+
+
+def _same(found: float, wanted: float) -> bool:
+    """Say whether two figures are the same, as far as floats of 32 bits tell."""
+    return abs(found - wanted) <= 1e-6 * max(1.0, abs(wanted))

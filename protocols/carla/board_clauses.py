@@ -44,7 +44,8 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         title="A command is handed on",
         text=(
             "With the agent there, the command 0.5 rad, 0.1 rad/s, 5 m/s, 1 m/s^2, 0.2 m/s^3 and statuses at 20 Hz the "
-            "board sends F1: 30 bytes, the last of them 00, steering and its rate times 1.2."
+            "board sends F1: 30 bytes, the last of them 00, steering and its rate times 1.2. So with -0.4 rad, "
+            "0.25 rad/s, -2 m/s, -3 m/s^2, -0.5 m/s^3."
         ),
         sources=(TASK, f"{UTILS} vGetStringFromControlAction"),
         profiles=_ALL,
@@ -207,7 +208,10 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="Other modes are refused",
-        text="A request for mode 2 is answered with success false, and nothing changes.",
+        text=(
+            "In AUTOWARE and in MANUAL requests for the modes 0, 2, 3, 5, 6 and 255 are answered with success "
+            "false, that for the mode itself with true; nothing changes."
+        ),
         sources=(CALLBACKS,),
         profiles=_ALL,
         needs=_STACK,
@@ -278,8 +282,8 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="MANUAL at 20 Hz",
         text=(
-            "In MANUAL with statuses at 20 Hz a frame of mode 4 goes out every 60 ms and no other, and each time the "
-            "newest status is reported to the driving stack."
+            "In MANUAL with statuses at 20 Hz, each with other figures, a frame of mode 4 goes out every 60 ms and no "
+            "other, and each time the newest status is reported to the driving stack."
         ),
         sources=(f"{V0}, taksControle.c", f"{HEADER} MANUAL_CONTROL_TIME_COMMAND"),
         profiles=_NOT_V1,
@@ -354,7 +358,7 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="Delimiters within a float are data",
-        text="F6 is accepted: the longitudinal speed reported is 0.641665 m/s.",
+        text="F6 is accepted: the longitudinal speed reported is 0.641665 m/s, the other figures are its own, too.",
         sources=(f"{ISR}: data bytes are not looked at",),
         profiles=_ALL,
         needs=_STACK,
@@ -391,7 +395,7 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="A frame may come in pieces",
-        text="A status in two pieces of 10 and 12 bytes, 50 ms apart, is accepted.",
+        text="A status in two pieces of 10 and 12 bytes, 50 ms apart, is accepted: all its figures are reported.",
         sources=(ISR, LINE),
         profiles=_ALL,
         needs=_STACK,
@@ -577,8 +581,8 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="What cannot be is dropped",
-        text="A status whose longitudinal speed is 1e30 m/s is dropped: nothing of it is reported.",
-        sources=(CHOICE + ": 150 m/s is the limit",),
+        text="A status with 1e30 or -1e30 in any field is dropped: nothing of it is reported.",
+        sources=(CHOICE + ": 150 m/s is the limit of the speeds",),
         profiles=_HARDENED,
         needs=_STACK,
     ),
@@ -702,7 +706,8 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         title="A command without meaning is none",
         text=(
             "Commands with a NaN as their speed, or with 1e30 m/s, at 30 Hz: none of them is sent, and MANUAL follows "
-            "as without commands."
+            "as without commands. Nor is one of them between sound commands that has a NaN, an infinity, 1e30 or "
+            "-1e30 in any field."
         ),
         sources=(CHOICE,),
         profiles=_HARDENED,
@@ -763,5 +768,18 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{V0}, taksControle.c",),
         profiles=_NOT_V1,
         needs=_STACK,
+    ),
+    Clause(
+        id="VB46",
+        suite=_SUITE,
+        level="must",
+        title="The joystick between its ends",
+        text=(
+            "In MANUAL with readings at a quarter, a half and three quarters of the way to each end, and one step "
+            "beyond the dead band, S, V and A are what the calibration says: at 34471 S is -1/31065."
+        ),
+        sources=(f"{UTILS} fGetJoyPostition", f"{REPORT}, equation 1"),
+        profiles=_ALL,
+        needs=_STICK,
     ),
 )

@@ -22,6 +22,7 @@ from hilbench.mcu.board_provider import BoardProvider
 from hilbench.options import TargetChoice
 from hilbench.shared import Shared
 from hilbench.vehicle_provider import VehicleProvider
+from protocols.autoware import AckermannControlCommand, ControlModeRequest, SteeringReport, VelocityReport
 from protocols.carla import (
     FULL_SCALE,
     MODE_TABLE,
@@ -31,6 +32,7 @@ from protocols.carla import (
     X_AXIS,
     Y_AXIS,
     Action,
+    Axis,
     CommandFrame,
     Mode,
     ModeAnswered,
@@ -149,6 +151,80 @@ class _TakesHashes(VehicleInterface):
             if self._hashes == STATUS_BYTES:
                 data = VECTORS["F4"].data
         return super().receive(line, data, now_ns)
+
+
+class _NoReverse(VehicleInterface):
+    """Hands commands on without their signs."""
+
+    def _obey(self, message, now_ns):
+        if isinstance(message, AckermannControlCommand):
+            message = replace(
+                message,
+                steering_tire_angle=abs(message.steering_tire_angle),
+                acceleration=max(0.0, message.acceleration),
+            )
+        return super()._obey(message, now_ns)
+
+
+class _ForgivesJerk(VehicleInterface):
+    """Takes a command whose jerk cannot be for one without jerk."""
+
+    def _obey(self, message, now_ns):
+        if isinstance(message, AckermannControlCommand) and not abs(message.jerk) < 1000.0:
+            message = replace(message, jerk=0.0)
+        return super()._obey(message, now_ns)
+
+
+class _GrantsMore(VehicleInterface):
+    """Takes every mode but 2 for MANUAL."""
+
+    def _obey(self, message, now_ns):
+        if isinstance(message, ControlModeRequest) and message.mode not in (1, 2, 4):
+            message = replace(message, mode=4)
+        return super()._obey(message, now_ns)
+
+
+class _Tells(VehicleInterface):
+    """Changes what it tells the driving stack."""
+
+    def _told(self, event):
+        return [other for message in super()._told(event) for other in self.instead(message)]
+
+    def instead(self, message):
+        raise NotImplementedError
+
+
+class _ExchangesFields(_Tells):
+    def instead(self, message):
+        if isinstance(message, VelocityReport):
+            message = replace(message, lateral_velocity=message.heading_rate, heading_rate=message.lateral_velocity)
+        return [message]
+
+
+class _HidesSteering(_Tells):
+    def instead(self, message):
+        return [] if isinstance(message, SteeringReport) else [message]
+
+
+class _TellsTheOneBefore(_Tells):
+    _before = None
+
+    def instead(self, message):
+        if not isinstance(message, VelocityReport):
+            return [message]
+        before, self._before = self._before, message
+        return [before or message]
+
+
+class _CubicAxis(Axis):
+    """Softer in the middle."""
+
+    def position(self, reading):
+        return super().position(reading) ** 3
+
+
+def _cubic(axis):
+    return _CubicAxis(least=axis.least, zero=axis.zero, greatest=axis.greatest, dead_band=axis.dead_band)
 
 
 class _Sends(VehicleInterface):
@@ -364,6 +440,41 @@ BY_HAND = (
         what="a status in EMERGENCY is followed by F3 once more",
         about=("VB08",),
         kind=_OneMoreStop,
+    ),
+    VehicleMutant(id="no-reverse", what="commands lose their signs", about=("VB01",), kind=_NoReverse),
+    VehicleMutant(
+        id="jerk-unseen",
+        what="a command whose jerk cannot be is handed on without it",
+        about=("VB41H",),
+        kind=_ForgivesJerk,
+    ),
+    VehicleMutant(
+        id="heading-rate-unseen",
+        what="a heading rate may be anything finite",
+        about=("VB35H",),
+        board={"status_limits": replace(BEHAVIOURS["hardened"].board.status_limits, heading_rate_rad_s=1e38)},
+    ),
+    VehicleMutant(id="grants-more", what="all modes but 2 are taken for MANUAL", about=("VB12",), kind=_GrantsMore),
+    VehicleMutant(
+        id="soft-joystick",
+        what="the joystick's positions are cubed",
+        about=("VB46",),
+        board={"x_axis": _cubic(X_AXIS), "y_axis": _cubic(Y_AXIS)},
+    ),
+    VehicleMutant(
+        id="fields-exchanged",
+        what="lateral speed and heading rate are exchanged",
+        about=("VB24", "VB26"),
+        kind=_ExchangesFields,
+    ),
+    VehicleMutant(
+        id="no-steering-report", what="the steering is not reported", about=("VB24", "VB26"), kind=_HidesSteering
+    ),
+    VehicleMutant(
+        id="one-status-behind",
+        what="the status before is reported",
+        about=("VB19",),
+        kind=_TellsTheOneBefore,
     ),
     VehicleMutant(
         id="waits-for-nothing",
