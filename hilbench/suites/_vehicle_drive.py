@@ -67,6 +67,7 @@ class Moment:
         y_m: likewise.
         yaw_rad: + left.
         speed_m_s: forwards.
+        lateral_speed_m_s: + left.
         accel_m_s2: how the speed changes.
         turn_rad_s: + left.
         steering_rad: of the tyres, + left.
@@ -79,6 +80,7 @@ class Moment:
     y_m: float
     yaw_rad: float
     speed_m_s: float
+    lateral_speed_m_s: float
     accel_m_s2: float
     turn_rad_s: float
     steering_rad: float
@@ -259,6 +261,7 @@ class Drive:
                 y_m=pose.y_m,
                 yaw_rad=pose.yaw_rad,
                 speed_m_s=dynamics.lon_speed_m_s,
+                lateral_speed_m_s=dynamics.lat_speed_m_s,
                 accel_m_s2=dynamics.lon_accel_m_s2,
                 turn_rad_s=dynamics.yaw_rate_rad_s,
                 steering_rad=dynamics.steering_rad,

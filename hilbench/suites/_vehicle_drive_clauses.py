@@ -10,9 +10,9 @@ __all__ = ["CLAUSES"]
 _TASK = "LMA-FEM-UNICAMP/microAutoware src/HIL taksControl.c"
 _MICRO_ROS = "LMA-FEM-UNICAMP/microAutoware src/microAutoware microAutoware.c"
 _BRIDGE = "LMA-FEM-UNICAMP/carla_serial_bridge carla_serial_bridge_node.cpp"
-_CAR = "docs/car.md"
+_CAR = "docs/vehicle-car.md"
 _NODE = "carla-simulator/ros-bridge carla_ackermann_control_node.py"
-_SIGNS = "LMA-FEM-UNICAMP/Carla-Autoware-Bridge: heading_rate = -yaw rate"
+_SIGNS = "signs of ROS (REP 103): choice, LMA-FEM-UNICAMP/Carla-Autoware-Bridge turns two of them round"
 _TRACK = "worlds/scenes/track.py: the lane"
 _LIMITS = "limits and tolerances: choice"
 _HARDENED = "choice: the original sends the last command again"
@@ -43,9 +43,8 @@ CLAUSES = (
     _clause(
         2,
         "Reports are true",
-        "On that lap each velocity report has the speed and the turn rate of the car, and each steering report the "
-        "angle of its tyres, as they were within 0.1 s before, with the signs that the simulator's side gives them: "
-        "forwards and left are positive, but for the turn rate where it does as the original.",
+        "On that lap each velocity report has the speeds along and across and the turn rate of the car, and each "
+        "steering report the angle of its tyres, as they were within 0.1 s before; forwards and left are positive.",
         f"{_TASK}: a status is reported as it comes",
         _BRIDGE,
         _SIGNS,

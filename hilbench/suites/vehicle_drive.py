@@ -133,8 +133,8 @@ def require_true(drive: Drive, report_s: float, report: VelocityReport | Steerin
         require_seen(drive, report_s, "steering_rad", report.steering_tire_angle, ANGLE_RAD)
     else:
         require_seen(drive, report_s, "speed_m_s", report.longitudinal_velocity, SPEED_M_S)
-        turned = drive.car.simulator.host.behaviour.host.signs.heading_rate
-        require_seen(drive, report_s, "turn_rad_s", turned * report.heading_rate, TURN_RAD_S)
+        require_seen(drive, report_s, "lateral_speed_m_s", report.lateral_velocity, SPEED_M_S)
+        require_seen(drive, report_s, "turn_rad_s", report.heading_rate, TURN_RAD_S)
 
 
 def require_seen(drive: Drive, report_s: float, name: str, value: float, tolerance: float) -> None:

@@ -91,9 +91,14 @@ class Host:
         return self.there.client.own
 
     @property
-    def published(self) -> list[Published]:
-        """What the car was commanded."""
+    def told(self) -> list[Published]:
+        """What the car was commanded, by frames or by CARLA's ackermann node."""
         return self.own.published
+
+    @property
+    def published(self) -> list[Published]:
+        """The same without the node."""
+        return [one for one in self.told if not one.by_node]
 
     @property
     def commands(self) -> list[AckermannCommand | ManualCommand]:
@@ -339,8 +344,12 @@ def test_values_keep_their_mode(host: Host) -> None:
     host.require(MANUAL)
 
 
-@on_host("VS22", lasts_s=1.7)
-def test_the_joystick_wins(host: Host) -> None:
+NODE_S = 1.0
+"""So long CARLA's node goes on behind its last command."""
+
+
+def _from_autoware_to_joystick(host: Host) -> int:
+    """Say commands of mode 1, and then the joystick's; return how many the car was told until the first of these."""
     host.board.command = COMMAND
     host.board.commands.start(20.0)
     host.board.run(0.3)
@@ -348,13 +357,35 @@ def test_the_joystick_wins(host: Host) -> None:
     host.board.command = decode_command(F2)
     host.board.commands.start(1 / 0.06)
     host.board.run(UNDERSTAND_S)
-    start = len(host.published)
+    return len(host.told)
+
+
+def _others(told: Sequence[Published]) -> list[Published]:
+    """What is not the joystick's."""
+    return [one for one in told if not _alike(one.command, MANUAL)]
+
+
+@on_host("VS22", lasts_s=2.2)
+def test_the_joystick_is_contradicted(host: Host) -> None:
+    start = _from_autoware_to_joystick(host)
+    host.board.run(0.8 - UNDERSTAND_S)
+    at_least(len(_others(host.told[start:])), 8, unit="commands", what="that are not the joystick's")
+    host.board.run(NODE_S - 0.8 + UNDERSTAND_S)
+    start = len(host.told)
+    host.board.run(0.5)
+    at_most(len(_others(host.told[start:])), 0, unit="commands", what="that are not the joystick's a second later")
+    at_least(len(host.told) - start, 1, unit="commands", what="of the joystick")
+
+
+@on_host("VS22H", lasts_s=1.7)
+def test_the_joystick_wins(host: Host) -> None:
+    start = _from_autoware_to_joystick(host)
     host.board.run(0.8)
-    others = [one for one in host.published[start:] if not _alike(one.command, MANUAL)]
+    others = _others(host.told[start:])
     if others:
         times = ", ".join(f"{one.ns / NS_PER_S:.3f}" for one in others[:4])
         raise Violation(f"{len(others)} times the car is commanded otherwise than by the joystick, at {times} s")
-    at_least(len(host.published) - start, 1, unit="commands", what="of the joystick")
+    at_least(len(host.told) - start, 1, unit="commands", what="of the joystick")
 
 
 # --- silence and noise
@@ -502,10 +533,20 @@ def test_the_sign_of_steering(host: Host) -> None:
 
 
 @on_host("VS17", lasts_s=0.2)
-def test_the_signs_of_motion(host: Host) -> None:
+def test_the_signs_of_motion_are_turned_round(host: Host) -> None:
+    _require_motion(host, -1.0)
+
+
+@on_host("VS17H", lasts_s=0.2)
+def test_the_signs_of_motion_are_those_of_ros(host: Host) -> None:
+    _require_motion(host, 1.0)
+
+
+def _require_motion(host: Host, sign: float) -> None:
+    """Require what is said of a car that turns and slides to the left."""
     _, lateral_m_s, rate_rad_s, _ = _said(host, CarState(lat_speed_m_s=0.05, yaw_rate_rad_s=0.1))
-    near(rate_rad_s, -0.1, 1e-6, unit="rad/s", what="C")
-    near(lateral_m_s, -0.05, 1e-6, unit="m/s", what="B")
+    near(rate_rad_s, sign * 0.1, 1e-6, unit="rad/s", what="C")
+    near(lateral_m_s, sign * 0.05, 1e-6, unit="m/s", what="B")
 
 
 @on_host("VS20", lasts_s=61.0)
@@ -605,7 +646,7 @@ def test_the_first_status_ends_the_emergency(pair: Pair) -> None:
     pair.bench.run_for(2.0)
     pair.require_mode(Mode.EMERGENCY, "after a pause of 2 s")
     before = len(pair.simulator.published)
-    pair.bench.run_until(lambda: len(pair.simulator.published) > before, 0.2)
+    pair.bench.run_until(lambda: bool(pair.modes(before)), 0.2)
     pair.bench.run_for(0.05)
     before = len(pair.simulator.published)
     pair.report_at_20_hz(1)

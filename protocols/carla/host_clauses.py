@@ -36,10 +36,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="A command of mode 4",
-        text=(
-            "F2 is handed on as a manual command: throttle 0.75, steer -0.5, brake 0, gear 1, no reverse, no hand "
-            "brake."
-        ),
+        text="F2 is handed on as a manual command: throttle 0.75, steer -0.5, brake 0.",
         sources=(f"{NODE} publish_to_carla",),
         profiles=_ALL,
         needs=_CAR,
@@ -50,8 +47,8 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="An emergency stops the car",
         text=(
-            "F3 is handed on as an Ackermann command with all 0: from 10 m/s the car stops with full deceleration, its "
-            "wheels straight."
+            "F3 is handed on as an Ackermann command with all 0, which is full deceleration with straight wheels; how "
+            "a car stops by it: VD10."
         ),
         sources=(f"{NODE} publish_to_carla", f"{ACKERMANN}: speed 0 is full deceleration, and the hand brake at rest"),
         profiles=_ALL,
@@ -271,10 +268,21 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         id="VS17",
         suite=_SUITE,
         level="must",
-        title="The signs of motion",
-        text="Odometry's yaw rate +0.1 rad/s and lateral speed +0.05 m/s: C is -0.1, B is -0.05.",
+        title="The signs of motion are turned round",
+        text="Odometry's yaw rate +0.1 rad/s and lateral speed +0.05 m/s, both to the left: C is -0.1, B is -0.05.",
         sources=(f"{CAB}: velocity report",),
-        profiles=_ALL,
+        profiles=_SHIPPED,
+        twin="VS17H",
+        needs=_CAR,
+    ),
+    Clause(
+        id="VS17H",
+        suite=_SUITE,
+        level="must",
+        title="The signs of motion are those of ROS",
+        text="Odometry's yaw rate +0.1 rad/s and lateral speed +0.05 m/s, both to the left: C is +0.1, B is +0.05.",
+        sources=("autoware_auto_vehicle_msgs/VelocityReport in the axes of REP 103", CHOICE),
+        profiles=_HARDENED,
         needs=_CAR,
     ),
     Clause(
@@ -307,7 +315,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         title="Statuses come in time",
         text="Reports at 20 Hz for 60 s: 1200 frames, 2 more or less, none split by another.",
         sources=(f"{CAB}: fixed_delta_seconds 0.05",),
-        profiles=_HARDENED,
+        profiles=_ALL,
         needs=_LINE,
     ),
     Clause(
@@ -335,10 +343,24 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         id="VS22",
         suite=_SUITE,
         level="must",
-        title="The joystick wins",
-        text="A command of mode 1, and one of mode 4 within a second: the car obeys the second.",
+        title="The joystick is contradicted",
+        text=(
+            "Commands of mode 1, and then of mode 4: for a second behind the last of mode 1 the car is told now "
+            "this, now that; then the joystick's commands alone."
+        ),
         sources=(f"{ACKERMANN}: it writes the same topic while a command came within 1 s",),
-        profiles=_ALL,
+        profiles=_SHIPPED,
+        twin="VS22H",
+        needs=_CAR,
+    ),
+    Clause(
+        id="VS22H",
+        suite=_SUITE,
+        level="must",
+        title="The joystick wins",
+        text="Commands of mode 1, and then of mode 4: the car obeys the second ones at once.",
+        sources=(CHOICE,),
+        profiles=_HARDENED,
         needs=_CAR,
     ),
     Clause(

@@ -16,6 +16,7 @@ from protocols.carla.options import (
     BoardReader,
     EmergencyReport,
     MissedCommand,
+    PollOptions,
     SimulatorOptions,
     SimulatorReader,
 )
@@ -137,9 +138,13 @@ QUIRKS: Mapping[str, Quirk] = MappingProxyType(
             ),
             Quirk(
                 name="H3",
-                text="torn and repeated frames on the simulator's side",
+                text="torn and repeated frames on the simulator's side; its reads wait for nothing here",
                 source=f"{_NODE} timer_callback, serial_com.hpp readSerialPort: the buffer keeps its old content",
-                simulator={"reader": SimulatorReader.POLL, "forget_mode": True},
+                simulator={
+                    "reader": SimulatorReader.POLL,
+                    "poll": PollOptions(idle_block_s=None),
+                    "forget_mode": True,
+                },
             ),
             Quirk(
                 name="H4",

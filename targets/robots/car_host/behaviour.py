@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 from protocols.carla import ORIGINAL_SIGNS, PROFILES, QUIRKS, ROS_SIGNS, Signs, SimulatorOptions
 
-__all__ = ["BEHAVIOURS", "DEFECTS", "Behaviour", "Defect", "HostQuirks", "behaviour_of"]
+__all__ = ["BEHAVIOURS", "DEFECTS", "SIGNS", "Behaviour", "Defect", "HostQuirks", "behaviour_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,13 +20,14 @@ class HostQuirks:
     """What is not of the line.
 
     Attributes:
-        signs: what the car's figures become in a status (CAB: lateral speed and yaw rate turned round).
+        signs: what the car's figures become in a status. Ours are those of ROS, as the driving stack's messages are
+            defined (choice); CAB turns lateral speed and yaw rate round.
         node_holds_s: CARLA's ackermann node goes on commanding the car for so long after the last ackermann command,
             beside what the joystick commands meanwhile (node: 1 s; from reading, not measured); 0: the newer wins.
         reports: the car's velocity and steering are reported (CAB: both, at each step of the simulator).
     """
 
-    signs: Signs = ORIGINAL_SIGNS
+    signs: Signs = ROS_SIGNS
     node_holds_s: float = 0.0
     reports: tuple[str, ...] = ("velocity", "steering")
 
@@ -44,10 +45,18 @@ class Behaviour:
     host: HostQuirks = field(default_factory=HostQuirks)
 
 
+_SHIPPED = HostQuirks(signs=ORIGINAL_SIGNS, node_holds_s=1.0)
+
 BEHAVIOURS: Mapping[str, Behaviour] = MappingProxyType(
-    {name: Behaviour(line=profile.simulator) for name, profile in PROFILES.items()}
+    {
+        name: Behaviour(line=profile.simulator, host=HostQuirks() if name == "hardened" else _SHIPPED)
+        for name, profile in PROFILES.items()
+    }
 )
 """The behaviour of each profile; the bridge is the same for both firmwares."""
+
+SIGNS: Mapping[str, Signs] = MappingProxyType({"original": ORIGINAL_SIGNS, "ros": ROS_SIGNS})
+"""What ``signs`` of the settings may be."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,10 +105,10 @@ _OURS = (
         host={"node_holds_s": 1.0},
     ),
     Defect(
-        name="ros-signs",
-        text="lateral speed and heading rate are reported with the signs of ROS, and not turned round",
-        source="CAB without its two signs: heading_rate = -yaw rate, lateral = -y",
-        host={"signs": ROS_SIGNS},
+        name="original-signs",
+        text="lateral speed and heading rate are turned round: positive to the right",
+        source="CAB: heading_rate = -yaw rate, lateral = -y",
+        host={"signs": ORIGINAL_SIGNS},
     ),
     Defect(
         name="no-steering",
@@ -122,9 +131,11 @@ DEFECTS: Mapping[str, Defect] = MappingProxyType(
 """All defects by name."""
 
 
-def behaviour_of(profile: str, defects: Iterable[str]) -> Behaviour:
-    """The behaviour of a profile with some defects in it."""
+def behaviour_of(profile: str, defects: Iterable[str], signs: str = "profile") -> Behaviour:
+    """The behaviour of a profile with some defects in it, and other signs than its own if they are named."""
     behaviour = BEHAVIOURS[profile]
+    if signs in SIGNS:
+        behaviour = replace(behaviour, host=replace(behaviour.host, signs=SIGNS[signs]))
     for name in defects:
         behaviour = DEFECTS[name].put_into(behaviour)
     return behaviour

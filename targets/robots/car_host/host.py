@@ -73,7 +73,7 @@ class CarHost:
         behaviour: Behaviour | None = None,
         connection: Connection | None = None,
     ) -> None:
-        self.behaviour = behaviour or behaviour_of(settings.profile, settings.defects)
+        self.behaviour = behaviour or behaviour_of(settings.profile, settings.defects, settings.signs)
         self.connection = connection or Connection(Role.SIMULATOR, self.behaviour.line, epoch_ns=power_on_ns)
         self.state = CarState()
         self.wish: CarWish = None

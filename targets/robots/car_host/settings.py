@@ -28,6 +28,13 @@ class CarHostSettings:
         "hardened", "", "protocols.carla.profiles: ours, and the bridge that goes with either firmware"
     )
     defects: tuple[str, ...] = _setting((), "", "names of targets.robots.car_host.DEFECTS, put into the profile")
+    signs: Literal["profile", "original", "ros"] = _setting(
+        "profile",
+        "",
+        "of lateral speed and heading rate in a status: those of the profile, which are ros, + left, in hardened "
+        "(choice) and original, + right, else; or one of them "
+        "(LMA-FEM-UNICAMP/Carla-Autoware-Bridge: heading_rate = -yaw rate)",
+    )
     status_hz: float = _setting(
         20.0, "Hz", "LMA-FEM-UNICAMP/Carla-Autoware-Bridge: the simulator's steps, fixed_delta_seconds 0.05"
     )

@@ -21,6 +21,7 @@ from hilbench.suites._vehicle_drive_clauses import CLAUSES
 from hilbench.vehicle_hands import ModelHands
 from hilbench.wiring.vehicle import BareVehicle
 from protocols.carla import VECTORS, Axis, Mode, decode_command
+from targets.robots import car_host
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 from targets.robots.vehicle_interface.board import behaviour_of
 
@@ -117,6 +118,18 @@ def test_one_stray_emergency_is_found(make):
     with pytest.raises(Violation, match=r"1 times the mode is not 1: at .* a frame of mode 0") as found:
         vehicle_drive.require_mode(drive, 0.0, Mode.AUTOWARE, "VD01")
     assert found.value.clause == "VD01"
+
+
+def test_reports_with_other_signs_are_found(make):
+    drive = make()
+    drive.car.simulator.host.behaviour = car_host.behaviour_of("hardened", (), "original")
+    drive.start()
+    assert drive.until(lambda: abs(drive.now.turn_rad_s) > 0.1, 20.0)
+    drive.go(0.2)
+    with pytest.raises(Violation, match=r"(turn_rad_s|lateral_speed_m_s) is reported as") as found:
+        for report_s, report in drive.reports:
+            vehicle_drive.require_true(drive, report_s, report)
+    assert found.value.clause == "VD02"
 
 
 def test_a_stop_is_no_emergency(make):

@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 
 from protocols.carla import (
+    ORIGINAL_SIGNS,
     PROFILES,
+    ROS_SIGNS,
     VECTORS,
     AckermannCommand,
     CommandFrame,
@@ -61,16 +63,20 @@ def test_commands_reach_the_car():
     assert len(line.commanded()) == 2
 
 
-def test_statuses_come_twenty_times_a_second_with_the_original_s_signs():
-    line = Line()
+@pytest.mark.parametrize(
+    ("settings", "sign"),
+    [({}, 1), ({"signs": "original"}, -1), ({"signs": "ros"}, 1)],
+)
+def test_statuses_come_twenty_times_a_second_with_the_signs_asked_for(settings, sign):
+    line = Line(**settings)
     line.host.sense(CarState(lon_speed_m_s=5.0, lat_speed_m_s=0.5, yaw_rate_rad_s=0.25, steering_rad=-0.125))
     line.run(1000)
     assert len(line.statuses) == 20
     last = line.statuses[-1]
     assert (last.lon_speed_m_s, last.lat_speed_m_s, last.heading_rate_rad_s, last.steering_rad) == (
         5.0,
-        -0.5,
-        -0.25,
+        sign * 0.5,
+        sign * 0.25,
         -0.125,
     )
 
@@ -99,6 +105,12 @@ def test_a_board_that_falls_silent_stops_the_car():
     drives_on = Line(defects=("never-stops",))
     drives_on.run(600, F1)
     assert drives_on.host.wish.speed_m_s == 5.0
+
+
+def test_signs_are_those_of_the_profile_unless_others_are_asked_for():
+    assert behaviour_of("hardened", ()).host.signs == ROS_SIGNS
+    assert behaviour_of("v0", ()).host.signs == behaviour_of("v1", ()).host.signs == ORIGINAL_SIGNS
+    assert behaviour_of("v0", (), "ros").host.signs == ROS_SIGNS
 
 
 def test_the_ackermann_node_contradicts_the_joystick():
