@@ -41,6 +41,7 @@ from protocols.autoware import (
     HazardLightsCommand,
     HazardLightsReport,
     SteeringReport,
+    Time,
     TurnIndicators,
     TurnIndicatorsCommand,
     TurnIndicatorsReport,
@@ -49,6 +50,7 @@ from protocols.autoware import (
 from protocols.carla import (
     COMMAND_BYTES,
     FULL_SCALE,
+    STATUS_BYTES,
     VECTORS,
     X_AXIS,
     Y_AXIS,
@@ -80,6 +82,8 @@ BOOT_S = 0.05
 LATE_S = 25.0
 REPORT_WITHIN_S = 0.003
 """How long the last byte of a status and the first of a report may lie apart, their own time on the line with it."""
+MODE_REPORT_S = 0.1
+"""How often the mode is reported. A choice: the original's task has no pace of its own."""
 EXACTLY = 0.5
 """Tolerance of a whole number that has to be right."""
 IMPOSSIBLE_M_S = 1e30
@@ -549,8 +553,51 @@ def test_other_modes_are_refused(vehicle: Vehicle) -> None:
 
 def _ask_for_others(vehicle: Vehicle) -> None:
     """Ask for each mode that is none of the board's; require that it is refused."""
-    for mode in (0, 2, 3, 5, 6, 255):
+    mark = vehicle.stack.mark()
+    others = (0, 2, 3, 5, 6, 255)
+    for mode in others:
         assert not vehicle.stack.request(mode).success, f"mode {mode} is granted"
+    vehicle.run(0.2)
+    answers = vehicle.reports(mark, ControlModeResponse)
+    assert len(answers) == len(others), f"{len(others)} requests are answered {len(answers)} times"
+
+
+@on_board("VB48", lasts_s=6.5)
+def test_the_mode_is_reported(vehicle: Vehicle) -> None:
+    vehicle.autoware()
+    _require_mode_told(vehicle, ControlMode.AUTONOMOUS)
+    vehicle.manual()
+    _require_mode_told(vehicle, ControlMode.MANUAL)
+
+
+def _require_mode_told(vehicle: Vehicle, mode: ControlMode) -> None:
+    """Require that a mode and no other is reported, at the usual rate."""
+    mark, begun_ns = vehicle.stack.mark(), vehicle.bench.now_ns
+    vehicle.run(2.0)
+    told = vehicle.modes_told(mark)
+    if {*told} != {mode}:
+        raise Violation(f"the modes told are {sorted({*told})}, required {mode.value}", vehicle.stack.evidence(mark))
+    what, rate_hz = f"reports of mode {mode.value} in 2 s", 1 / MODE_REPORT_S
+    vehicle.require_count(len(told), round(2.0 * rate_hz), 2, what=what, since_ns=begun_ns, rate_hz=rate_hz)
+
+
+@on_board("VB49", lasts_s=2.5)
+def test_reports_are_stamped(vehicle: Vehicle) -> None:
+    vehicle.autoware()
+    for time_ns in (12_345_678_901, 13_000_000_000):
+        vehicle.stack.set_clock(time_ns)
+        vehicle.run(0.2)
+        mark = vehicle.stack.mark()
+        vehicle.run(0.3)
+        stamps = {
+            "mode": [report.stamp for report in vehicle.reports(mark, ControlModeReport)],
+            "velocity": [report.stamp for report in vehicle.reports(mark, VelocityReport)],
+            "steering": [report.stamp for report in vehicle.reports(mark, SteeringReport)],
+        }
+        for what, found in stamps.items():
+            if {*found} != {Time.from_ns(time_ns)}:
+                text = f"the reports of {what} are stamped {found[:3]}, required {Time.from_ns(time_ns)}"
+                raise Violation(text, vehicle.stack.evidence(mark))
 
 
 @on_board("VB13", lasts_s=4.0)
@@ -906,15 +953,46 @@ def test_one_stray_byte_is_for_ever(vehicle: Vehicle) -> None:
     vehicle.require_modes(vehicle.frames()[-20:], Mode.EMERGENCY)
 
 
+_WHOLE = encode_status(STATUS)
+_STRAY = (
+    *(bytes(count) for count in range(1, 31)),
+    *(_WHOLE[:count] for count in range(1, STATUS_BYTES)),
+    *(_WHOLE[count:] for count in range(1, STATUS_BYTES)),
+    b"##",
+    b"#A#",
+    b"#" * STATUS_BYTES,
+    b"#" * 30,
+)
+"""Zeros, beginnings and ends of a status, and what looks like beginnings."""
+
+
 @on_board("VB25H", lasts_s=12.0)
-def test_a_stray_byte_costs_two_statuses_at_most(vehicle: Vehicle) -> None:
-    mark = vehicle.autoware()
-    for count in (1, 5, 10, 21, 22, 23, 30):
-        _quiet(vehicle)
-        vehicle.simulator.write(bytes(count))
-        told = _go_on(vehicle, float(count))
-        vehicle.require_reported(vehicle.simulator.status, told, 1 / STATUS_HZ + 0.03)
+def test_stray_bytes_cost_no_status(vehicle: Vehicle) -> None:
+    _quiet(vehicle)
+    mark = vehicle.mark()
+    for number, stray in enumerate(_STRAY):
+        vehicle.simulator.write(stray)
+        vehicle.run(0.01)
+        told = vehicle.stack.mark()
+        status = vehicle.other_status(1.0 + number % 30)
+        vehicle.say(status)
+        vehicle.require_reported(status, told, 1 / STATUS_HZ + 0.03)
     vehicle.require_modes(vehicle.frames(mark), Mode.AUTOWARE)
+
+
+@on_board("VB47", lasts_s=3.0)
+def test_half_a_status_is_given_up(vehicle: Vehicle) -> None:
+    for count in (1, 10, 21):
+        mark = _quiet(vehicle)
+        data = encode_status(vehicle.other_status(float(count)))
+        vehicle.simulator.write(data[:count])
+        vehicle.run(0.15)
+        vehicle.simulator.write(data[count:])
+        vehicle.run(0.1)
+        speeds = vehicle.speeds(mark)
+        assert float(count) not in speeds, f"a status in pieces of {count} and {STATUS_BYTES - count} is accepted"
+        told = _go_on(vehicle, 4.0)
+        vehicle.require_reported(vehicle.simulator.status, told)
 
 
 @on_board("VB26", lasts_s=1.5)

@@ -102,8 +102,8 @@ _INDICATORS = ", ".join(f"{value.value} {value.name}" for value in TurnIndicator
 _HAZARDS = ", ".join(f"{value.value} {value.name}" for value in HazardLights)
 _SEQUENCE = FieldSpec(name="sequence", original="", type=WireType.UINT8, unit="number of the request")
 _LIGHTS = "required by the original's document, a comment in its code"
-_AT_EACH_STATUS = "at each status frame of the simulator, 20 Hz"
-_AT_EACH_LOOP = "at each loop of the board's driving-stack task"
+_AT_EACH_STATUS = "with each status that the control task takes: 20 Hz in AUTOWARE, each 60 ms in MANUAL"
+_MODE_RATE = "each 100 ms (choice; in the original at each loop of its task), and at each change of the mode"
 
 _SPECS = (
     MessageSpec(
@@ -179,7 +179,7 @@ _SPECS = (
         topic="/vehicle/status/control_mode",
         original="autoware_auto_vehicle_msgs/msg/ControlModeReport",
         fields=(_stamp(), _choose("mode", _MODES)),
-        rate=_AT_EACH_LOOP,
+        rate=_MODE_RATE,
     ),
     MessageSpec(
         kind=ControlModeResponse,

@@ -210,7 +210,7 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         title="Other modes are refused",
         text=(
             "In AUTOWARE and in MANUAL requests for the modes 0, 2, 3, 5, 6 and 255 are answered with success "
-            "false, that for the mode itself with true; nothing changes."
+            "false, each once, that for the mode itself with true; nothing changes."
         ),
         sources=(CALLBACKS,),
         profiles=_ALL,
@@ -381,10 +381,10 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         id="VB25H",
         suite=_SUITE,
         level="must",
-        title="A stray byte costs no more than two statuses",
+        title="Stray bytes cost no status",
         text=(
-            "1 to 30 stray bytes, then sound statuses at 20 Hz: the second of them is accepted at the latest; the mode "
-            "stays AUTOWARE."
+            "1 to 30 bytes 00, each beginning and each end of a status, ##, #A#, 22 and 30 times #, each 10 ms before "
+            "a sound status: it is accepted; the mode stays AUTOWARE."
         ),
         sources=(LINE, CHOICE),
         profiles=_HARDENED,
@@ -781,5 +781,35 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{UTILS} fGetJoyPostition", f"{REPORT}, equation 1"),
         profiles=_ALL,
         needs=_STICK,
+    ),
+    Clause(
+        id="VB47",
+        suite=_SUITE,
+        level="must",
+        title="Half a status is given up",
+        text="A status in two pieces, 0.15 s apart, is not accepted, wherever it is cut; the next one is.",
+        sources=(CHOICE,),
+        profiles=_HARDENED,
+        needs=_STACK,
+    ),
+    Clause(
+        id="VB48",
+        suite=_SUITE,
+        level="must",
+        title="The mode is reported",
+        text="In AUTOWARE the control-mode report says 1, in MANUAL 4, and no other, 20 times in 2 s, 2 more or less.",
+        sources=(MICRO_ROS, f"{CHOICE}: every 100 ms"),
+        profiles=_ALL,
+        needs=_STACK,
+    ),
+    Clause(
+        id="VB49",
+        suite=_SUITE,
+        level="must",
+        title="Reports are stamped",
+        text="The clock is told, twice: reports of mode, velocity and steering have the latest as their stamp.",
+        sources=(MICRO_ROS,),
+        profiles=_ALL,
+        needs=_STACK,
     ),
 )

@@ -22,11 +22,20 @@ from hilbench.mcu.board_provider import BoardProvider
 from hilbench.options import TargetChoice
 from hilbench.shared import Shared
 from hilbench.vehicle_provider import VehicleProvider
-from protocols.autoware import AckermannControlCommand, ControlModeRequest, SteeringReport, VelocityReport
+from protocols.autoware import (
+    AckermannControlCommand,
+    ControlModeReport,
+    ControlModeRequest,
+    ControlModeResponse,
+    SteeringReport,
+    Time,
+    VelocityReport,
+)
 from protocols.carla import (
     FULL_SCALE,
     MODE_TABLE,
     STATUS_BYTES,
+    STATUS_LAYOUT,
     STEP_TABLE,
     VECTORS,
     X_AXIS,
@@ -34,12 +43,14 @@ from protocols.carla import (
     Action,
     Axis,
     CommandFrame,
+    Dropped,
     Mode,
     ModeAnswered,
     ModeTable,
     ModeTransition,
     ModeTrigger,
     Step,
+    StreamReader,
     Table,
     Transition,
     Trigger,
@@ -214,6 +225,36 @@ class _TellsTheOneBefore(_Tells):
             return [message]
         before, self._before = self._before, message
         return [before or message]
+
+
+class _AnswersTwice(_Tells):
+    def instead(self, message):
+        return [message] * (2 if isinstance(message, ControlModeResponse) else 1)
+
+
+class _TellsManual(_Tells):
+    def instead(self, message):
+        return [replace(message, mode=4) if isinstance(message, ControlModeReport) else message]
+
+
+class _StampsNothing(_Tells):
+    def instead(self, message):
+        return [replace(message, stamp=Time()) if hasattr(message, "stamp") else message]
+
+
+class _NeverLooksBack(StreamReader):
+    """Throws away all it holds at the first wrong letter."""
+
+    def _give_up(self, reason):
+        self._found.append(Dropped(reason=reason, data=bytes(self._held)))
+        self._held.clear()
+        self._times = []
+
+
+class _CannotResynchronise(VehicleInterface):
+    def _begin(self, now_ns):
+        super()._begin(now_ns)
+        self.simulator._machine.reader = _NeverLooksBack(STATUS_LAYOUT, lambda _frame: None, timeout_ns=100_000_000)
 
 
 class _CubicAxis(Axis):
@@ -475,6 +516,24 @@ BY_HAND = (
         what="the status before is reported",
         about=("VB19",),
         kind=_TellsTheOneBefore,
+    ),
+    VehicleMutant(id="answers-twice", what="each request is answered twice", about=("VB12",), kind=_AnswersTwice),
+    VehicleMutant(id="tells-manual", what="the mode reported is always 4", about=("VB48",), kind=_TellsManual),
+    VehicleMutant(
+        id="seldom-told", what="the mode is reported every 0.45 s", about=("VB48",), board={"mode_report_s": 0.45}
+    ),
+    VehicleMutant(id="no-stamps", what="each stamp is 0", about=("VB49",), kind=_StampsNothing),
+    VehicleMutant(
+        id="no-looking-back",
+        what="a false beginning takes the true one behind it along",
+        about=("VB25H",),
+        kind=_CannotResynchronise,
+    ),
+    VehicleMutant(
+        id="patient-reader",
+        what="half a status is never given up",
+        about=("VB47",),
+        board={"frame_timeout_s": None},
     ),
     VehicleMutant(
         id="waits-for-nothing",
