@@ -80,8 +80,9 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Torn frames",
         text=(
-            "A frame P, then the first 10 bytes of Q, and 20 ms later the rest: what is handed on has the "
-            "steering of Q and the speed and mode of P; Q itself is never."
+            "A frame P, then the first 10 bytes of Q, and 20 ms later the rest: P is handed on, and once the steering "
+            "of Q with the speed and mode of P; Q itself is never. Once, for the read of the rest, which has no #, "
+            "leaves nothing that begins a frame; a read that fails in between would hand it on again (VS11)."
         ),
         sources=(f"{_READ}: the buffer keeps what it held",),
         profiles=_SHIPPED,
@@ -400,7 +401,10 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="Steering ends at one",
-        text="A frame of mode 4 with S 2.0, V 1.5 and A -1: steer 1, throttle 1 and brake 0 are handed on.",
+        text=(
+            "A frame of mode 4 with S 2.0, V 1.5 and A -1: steer 1, throttle 1 and brake 0 are handed on; one with "
+            "S -2.0, V -1 and A 1.5: steer -1, throttle 0 and brake 1."
+        ),
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
@@ -452,7 +456,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="What cannot be meant is dropped",
-        text="F1 with NaN, an infinity or 1e30 as its V: nothing is handed on.",
+        text="F1 with NaN, an infinity of either sign or 1e30 as its S, W, V, A or J: nothing is handed on.",
         sources=(CHOICE + ": 150 m/s is the limit",),
         profiles=_HARDENED,
         needs=_CAR,

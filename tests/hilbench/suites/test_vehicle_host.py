@@ -16,7 +16,7 @@ from hilbench.journal import Journal
 from hilbench.options import TargetChoice
 from hilbench.shared import Shared
 from hilbench.vehicle_provider import VehicleProvider
-from protocols.carla import AckermannCommand, ManualCommand, Signs
+from protocols.carla import AckermannCommand, Commanded, CommandLimits, ManualCommand, Mode, Signs
 from protocols.carla.clauses import HOST_CLAUSES
 from targets.robots.car_host import BEHAVIOURS, DEFECTS, CarHost
 
@@ -153,6 +153,28 @@ class Deafened(CarHost):
         return super().receive(data if self._heard < 500_000 else b"", now_ns)
 
 
+class HalfClamped(CarHost):
+    """Keeps steer below 1, and lets it go below -1."""
+
+    def _take(self, events, now_ns):
+        return super()._take([self._loose(event) for event in events], now_ns)
+
+    def _loose(self, event):
+        if isinstance(event, Commanded) and event.frame.mode == Mode.MANUAL and event.frame.steering < 0:
+            return replace(event, command=replace(event.command, steer=event.frame.steering))
+        return event
+
+
+class LooksAtSpeeds(CarHost):
+    """Looks for the impossible in the speed alone."""
+
+    def __init__(self, settings, *, power_on_ns):
+        right, any_ = BEHAVIOURS["hardened"], 1e31
+        limits = CommandLimits(steering_rad=any_, steering_rate_rad_s=any_, acceleration_m_s2=any_, jerk_m_s3=any_)
+        wrong = replace(right, line=replace(right.line, limits=limits))
+        super().__init__(settings, power_on_ns=power_on_ns, behaviour=wrong)
+
+
 class Mirrored(CarHost):
     def __init__(self, settings, *, power_on_ns):
         signs = Signs(lateral=-1.0, heading_rate=-1.0, steering=-1.0)
@@ -175,6 +197,8 @@ OTHERS = (
     (Eager, ("VS14", "VS15")),
     (Mirrored, ("VS16",)),
     (Restless, ("VS18", "VS19")),
+    (HalfClamped, ("VS24H",)),
+    (LooksAtSpeeds, ("VS27H",)),
     (Slow, ("VS20",)),
     (Deafened, ("VS25",)),
 )
