@@ -6,6 +6,7 @@ byte of each frame, so that the rate of a line drops out of every difference.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import TypeVar, cast
@@ -27,7 +28,7 @@ from protocols.autoware import (
     SteeringReport,
     VelocityReport,
 )
-from protocols.carla import CommandFrame, Mode, StatusFrame
+from protocols.carla import COMMAND_BYTES, CommandFrame, Mode, StatusFrame
 from protocols.carla.clauses import BOARD_CLAUSES
 
 __all__ = [
@@ -46,7 +47,7 @@ __all__ = [
     "vehicle_bench",
 ]
 
-FunctionT = TypeVar("FunctionT", bound=Callable[..., object])
+CaseT = TypeVar("CaseT", bound="Callable[[Vehicle], None]")
 ReportT = TypeVar("ReportT")
 Frame = Received[CommandFrame]
 
@@ -77,10 +78,26 @@ EMERGENCY_WITHIN_S = 2.5
 """1.0 s in AUTOWARE, 1.6 s and a pause in MANUAL; a choice with room."""
 
 
-def on_board(clause_id: str, *, lasts_s: float) -> Callable[[FunctionT], FunctionT]:
-    """Declare the case of a clause, in each of its profiles."""
+def on_board(clause_id: str, *, lasts_s: float, noisy: bool = False) -> Callable[[CaseT], CaseT]:
+    """Declare the case of a clause, in each of its profiles.
+
+    Args:
+        clause_id: the clause.
+        lasts_s: how much bench time it takes.
+        noisy: the board may say what is no frame; of all others it is required that it does not.
+    """
     setups = {profile: CaseSetup(program=profile) for profile in _PROFILES[clause_id]}
-    return case(clause_id, bench_time_s=lasts_s, setups=setups)
+
+    def declared(function: CaseT) -> CaseT:
+        @functools.wraps(function)
+        def judged(vehicle: Vehicle) -> None:
+            function(vehicle)
+            if not noisy:
+                vehicle.require_nothing_between()
+
+        return case(clause_id, bench_time_s=lasts_s, setups=setups)(cast("CaseT", judged))
+
+    return declared
 
 
 def vehicle_bench(bench: CaseBench) -> VehicleBench:
@@ -259,6 +276,20 @@ class Vehicle:
             found, value = getattr(got.packet, name), getattr(wanted, name)
             if not abs(found - value) <= 1e-6 * max(1.0, abs(value)):
                 raise Violation(f"{what}: {name} is {found:g}, required {value:g}", shown([got]))
+
+    def require_nothing_between(self) -> None:
+        """Require that behind each frame stands its NUL, and nothing but that between frames.
+
+        Raises:
+            Violation: something does, or a NUL is missing.
+        """
+        peer = self.simulator
+        if peer.dropped:
+            between = peer.dropped[0].data[:COMMAND_BYTES].hex(" ").upper()
+            raise Violation(f"{between} stands between the frames of {COMMAND_BYTES} bytes", shown(self.frames()[:3]))
+        count = len(self.frames())
+        if peer.paddings < count - 1:  # that of the last one may be on its way
+            raise Violation(f"{peer.paddings} NULs stand behind {count} frames", shown(self.frames()[-3:]))
 
     # --- statuses and reports
 

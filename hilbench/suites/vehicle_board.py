@@ -102,8 +102,6 @@ def vehicle(bench: CaseBench) -> Vehicle:
 @on_board("VB01", lasts_s=1.0)
 def test_a_command_is_handed_on(vehicle: Vehicle) -> None:
     mark = vehicle.autoware()
-    peer = vehicle.simulator
-    paddings, dropped = peer.paddings, len(peer.dropped)
     vehicle.run(0.5)
     frames = vehicle.frames(mark)
     assert frames, "no frame came"
@@ -116,11 +114,6 @@ def test_a_command_is_handed_on(vehicle: Vehicle) -> None:
     assert vehicle.mark() > turned, "no frame came"
     for got in vehicle.frames(turned):
         vehicle.require_frame(got, OTHER_WAY_FRAME, "the frame of the command to the other side")
-    frames = vehicle.frames(mark)
-    at_least(peer.paddings - paddings, len(frames) - 1, unit="NULs", what=f"behind {len(frames)} frames")
-    if peer.dropped[dropped:]:
-        between = peer.dropped[dropped].data.hex(" ").upper()
-        raise Violation(f"{between} stands between the frames of {COMMAND_BYTES} bytes", shown(frames[:3]))
 
 
 @on_board("VB02", lasts_s=4.0)
@@ -328,7 +321,7 @@ def _nothing_commanded(vehicle: Vehicle) -> Frame:
     return manual
 
 
-@on_board("VB04", lasts_s=1.5)
+@on_board("VB04", lasts_s=1.5, noisy=True)
 def test_frames_that_nobody_filled(vehicle: Vehicle) -> None:
     manual = _nothing_commanded(vehicle)
     before = [burst for burst in vehicle.simulator.bursts if burst.start_ns < manual.start_ns]
@@ -600,7 +593,7 @@ def test_reports_are_stamped(vehicle: Vehicle) -> None:
                 raise Violation(text, vehicle.stack.evidence(mark))
 
 
-@on_board("VB13", lasts_s=4.0)
+@on_board("VB13", lasts_s=7.0)
 def test_two_presses_within_a_second_are_one(vehicle: Vehicle) -> None:
     vehicle.autoware()
     vehicle.run(1.2)
@@ -612,6 +605,13 @@ def test_two_presses_within_a_second_are_one(vehicle: Vehicle) -> None:
     changes = sum(one != other for one, other in pairwise(vehicle.simulator.modes()))
     if changes != 1:
         raise Violation(f"the mode changed {changes} times, required once", shown(frames[-6:]))
+    vehicle.run(0.2)
+    for pause_s, mode in ((1.1, Mode.AUTOWARE), (0.94, Mode.MANUAL), (0.6, Mode.MANUAL)):
+        vehicle.hands.press()
+        vehicle.run(pause_s)
+        found = vehicle.simulator.modes()[-1]
+        if found != mode:
+            raise Violation(f"{pause_s:g} s behind a press the mode is {found}, required {mode.value}")
 
 
 @on_board("VB14", lasts_s=2.0)

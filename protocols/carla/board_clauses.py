@@ -2,8 +2,9 @@
 
 F1 to F7 are the frames of vectors.py. "Status" is a frame like F4; "command" is what the driving stack commands, at 30
 Hz where nothing is said, as are statuses at 20 Hz; a "miss" is a deadline without it, 110 ms for commands and 100 ms
-for statuses. Times hold within one tick, 1 ms, beside what the bench cannot tell apart. A clause whose id ends with H
-is the twin of one in which shipped behaviour is a hazard.
+for statuses. In every clause but VB04 a NUL stands behind each frame, and nothing else between frames. Times hold
+within one tick, 1 ms, beside what the bench cannot tell apart. A clause whose id ends with H is the twin of one in
+which shipped behaviour is a hazard.
 """
 
 from __future__ import annotations
@@ -221,7 +222,7 @@ BOARD_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="Two presses within a second are one",
-        text="Two presses 0.5 s apart change the mode once.",
+        text="Two presses that are 0.5 s or 0.94 s apart change the mode once, two that are 1.1 s apart twice.",
         sources=(f"{EXTI}, DEBOUNCE_TICKS",),
         profiles=_ALL,
         needs=_STICK,

@@ -304,6 +304,20 @@ class _OneMoreStop(_Sends):
         return VECTORS["F3"].data + data if stopped else data
 
 
+class _Noise(_Sends):
+    """Behind what is no command of the driving stack stands something else than a NUL."""
+
+    def changed(self, data):
+        return data if decode_command(data).mode == Mode.AUTOWARE else data[:-1] + b"\xff\x55\xaa"
+
+
+class _OnePressEver(VehicleInterface):
+    def press(self, now_ns):
+        if self.simulator.counters.presses:
+            return []
+        return super().press(now_ns)
+
+
 def _without(step: Step, trigger: Trigger, action: Action) -> dict[tuple[Step, Trigger], Transition]:
     edge = STEP_TABLE[step, trigger]
     return {(step, trigger): replace(edge, actions=tuple(one for one in edge.actions if one is not action))}
@@ -534,6 +548,16 @@ BY_HAND = (
         what="half a status is never given up",
         about=("VB47",),
         board={"frame_timeout_s": None},
+    ),
+    VehicleMutant(id="short-debounce", what="presses 0.9 s apart are two", about=("VB13",), board={"debounce_s": 0.9}),
+    VehicleMutant(
+        id="one-press-ever", what="the second press does nothing, nor any after it", about=("VB13",), kind=_OnePressEver
+    ),
+    VehicleMutant(
+        id="noise-behind",
+        what="FF 55 AA stands behind frames of the modes 0 and 4 instead of the NUL",
+        about=("VB08", "VB21"),
+        kind=_Noise,
     ),
     VehicleMutant(
         id="waits-for-nothing",
