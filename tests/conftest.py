@@ -10,6 +10,8 @@ from hypothesis import settings
 # rules for tests in CONTRIBUTING.md. `make search` looks for new examples.
 settings.register_profile("hilbench", deadline=None, derandomize=True)
 settings.register_profile("search", deadline=None, print_blob=True)
+ASKED_FOR_BY = {"thorough": "HILBENCH_THOROUGH", "exhaustive": "HILBENCH_EXHAUSTIVE"}
+
 settings.load_profile("search" if os.environ.get("HILBENCH_SEARCH") else "hilbench")
 
 
@@ -19,10 +21,9 @@ def pytest_runtest_setup(item):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leave out what is marked `thorough`, unless HILBENCH_THOROUGH is set, as `.ci/run` does."""
-    if os.environ.get("HILBENCH_THOROUGH"):
-        return
-    left_out = [item for item in items if item.get_closest_marker("thorough")]
+    """Leave out what is marked `thorough` or `exhaustive`, unless it is asked for."""
+    unwanted = {mark for mark, variable in ASKED_FOR_BY.items() if not os.environ.get(variable)}
+    left_out = [item for item in items if not unwanted.isdisjoint(mark.name for mark in item.iter_markers())]
     if left_out:
         config.hook.pytest_deselected(items=left_out)
-        items[:] = [item for item in items if not item.get_closest_marker("thorough")]
+        items[:] = [item for item in items if unwanted.isdisjoint(mark.name for mark in item.iter_markers())]

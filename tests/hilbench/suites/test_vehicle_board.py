@@ -58,6 +58,6 @@ def test_each_published_defect_is_found_by_what_is_asked_instead():
         assert set(FOUND[name]) & asked
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 def test_the_page_is_up_to_date():
     assert {mutant.id: killers(run(mutant)) for mutant in all_mutants()} == FOUND

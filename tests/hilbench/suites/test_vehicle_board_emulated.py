@@ -47,7 +47,7 @@ def test_every_image_with_a_defect_is_on_the_page():
     assert {name for name, clauses in FOUND.items() if clauses} == {*DEFECTS}
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 def test_everything():
     report = check("")
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
@@ -55,7 +55,7 @@ def test_everything():
     assert len({clause for case in report.cases for clause in case.clause_ids}) >= 60
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", DEFECTS)
 def test_each_defect_of_the_firmware_is_found(name):
     clauses = FOUND[name]

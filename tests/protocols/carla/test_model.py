@@ -451,7 +451,7 @@ def killed(tables):
     return False
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("name", "tables"), [pytest.param(*one, id=one[0]) for one in mutants()])
 def test_these_machines_can_fail(name, tables):
     assert killed(tables) or name in NOT_FOUND

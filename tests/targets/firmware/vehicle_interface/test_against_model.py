@@ -124,7 +124,7 @@ def first_that_shows(model, make_stimuli, name):
     raise AssertionError(f"no play shows what {name} does")
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", [name for name in IMAGES if name not in FEW])
 def test_so_it_does_with_each_defect(on_board, model, stimuli, name):
     play = first_that_shows(model, type(stimuli), name)
