@@ -24,12 +24,12 @@ ROW = re.compile(r"^\| `(?P<name>[\w-]+)` \| [^|]+ \| (?P<clauses>VS[^|]+) \|$",
 PAGE = (Path(__file__).parents[3] / "docs" / "vehicle.md").read_text(encoding="utf-8")
 FOUND = {row["name"]: tuple(row["clauses"].split(", ")) for row in ROW.finditer(PAGE)}
 FOREIGN = """
-import sys, time
+import sys
 import serial
-port = serial.Serial(sys.argv[1], 921600)
+port = serial.Serial(sys.argv[1], 921600, timeout=0.05)
 while True:
     port.write(bytes.fromhex("23410000000042000000004300000000440000000024" + sys.argv[2]))
-    time.sleep(0.05)
+    port.read(4096)
 """
 
 OPTIONS = CheckOptions(bench="vehicle-model", suites=("vehicle-host",))
