@@ -1,0 +1,134 @@
+from __future__ import annotations
+
+import pytest
+import serial.tools.list_ports
+
+from hilbench.ports import PortInfo, SysfsPorts, UsbIdentity, find_again, list_ports
+
+
+def identity(**changes):
+    return UsbIdentity(**{"vendor_id": 0x0403, "product_id": 0x6001, "location": "1-1"} | changes)
+
+
+def port(device="/dev/ttyUSB0", **changes):
+    return PortInfo(device=device, usb=identity(**changes))
+
+
+def test_a_board_says_who_it_is(machine):
+    machine.plug(
+        "ttyACM0",
+        location="1-1.2",
+        interface=2,
+        serial="0668FF",
+        product="STM32 STLink",
+        manufacturer="STMicroelectronics",
+    )
+    (found,) = SysfsPorts(machine.root)()
+    assert found.device == "/dev/ttyACM0"
+    assert found.driver == "cdc_acm"
+    assert found.usb == UsbIdentity(
+        vendor_id=0x0483,
+        product_id=0x374B,
+        serial_number="0668FF",
+        location="1-1.2",
+        interface=2,
+        product="STM32 STLink",
+        manufacturer="STMicroelectronics",
+    )
+    assert found.usb.ids == "0483:374b"
+
+
+def test_an_adapter_has_a_folder_of_its_driver_in_between(machine):
+    folder = machine.plug("ttyUSB0", ids="0403:6001", location="3-4.1.2", driver="ftdi_sio")
+    (found,) = SysfsPorts(machine.root)()
+    assert found.usb == identity(location="3-4.1.2")
+    assert found.driver == "ftdi_sio"
+    assert found.sysfs == str(folder)
+
+
+def test_what_is_no_port_is_not_listed(machine):
+    machine.virtual("tty0")
+    machine.virtual("ptmx")
+    machine.solder("ttyS0")
+    machine.solder("ttyS1", chip=0)
+    assert [(found.device, found.usb) for found in SysfsPorts(machine.root)()] == [("/dev/ttyS0", None)]
+
+
+def test_ports_are_sorted_by_their_numbers(machine):
+    for number in (10, 2, 0):
+        machine.plug(f"ttyUSB{number}", location=f"1-{number}", driver="ch341")
+    assert [found.device for found in SysfsPorts(machine.root)()] == ["/dev/ttyUSB0", "/dev/ttyUSB2", "/dev/ttyUSB10"]
+
+
+def test_other_names_are_found_ours_first(machine):
+    machine.plug("ttyUSB0", driver="ftdi_sio")
+    machine.link("/dev/serial/by-path/pci-1", "ttyUSB0")
+    machine.link("/dev/serial/by-id/usb-FTDI", "ttyUSB0")
+    machine.link("/dev/hilbench/ftdi", "ttyUSB0")
+    machine.link("/dev/hilbench/gone", "ttyUSB7")
+    (found,) = SysfsPorts(machine.root)()
+    assert found.links == ("/dev/hilbench/ftdi", "/dev/serial/by-id/usb-FTDI", "/dev/serial/by-path/pci-1")
+
+
+def test_a_machine_without_ports_has_none(tmp_path):
+    assert SysfsPorts(tmp_path)() == ()
+
+
+def test_a_port_that_goes_while_it_is_read_is_left_out(machine):
+    machine.plug("ttyUSB0")
+    machine.plug("ttyUSB1", location="1-2")
+    (machine.tty / "ttyUSB0/device").resolve().rename(machine.root / "elsewhere")
+    assert [found.device for found in SysfsPorts(machine.root)()] == ["/dev/ttyUSB1"]
+
+
+def test_pyserial_finds_no_more_usb_ports_than_we_do():
+    ours = {found.device: found.usb.ids for found in list_ports() if found.usb}
+    theirs = {
+        found.device: f"{found.vid:04x}:{found.pid:04x}" for found in serial.tools.list_ports.comports() if found.vid
+    }
+    assert ours == theirs
+
+
+@pytest.mark.parametrize(
+    ("there", "expected"),
+    [
+        ([], None),
+        ([port("/dev/ttyUSB1", serial_number="A1", location="2-1")], "/dev/ttyUSB1"),
+        ([port("/dev/ttyUSB1", serial_number="B1"), PortInfo(device="/dev/ttyS0")], None),
+        ([port("/dev/ttyUSB1", serial_number="A1", interface=1)], None),
+        ([port("/dev/ttyUSB1", serial_number="A1", product_id=0x6010)], None),
+        ([port("/dev/ttyUSB0", serial_number="A1", location="2-1"), port("/dev/ttyUSB1", serial_number="A1")],
+         "/dev/ttyUSB1"),
+        ([port("/dev/ttyUSB0", serial_number="A1", location="2-1"),
+          port("/dev/ttyUSB1", serial_number="A1", location="3-1")], None),
+    ],
+    ids=["gone", "elsewhere", "another", "its other port", "another kind", "one number twice", "twice, both moved"],
+)  # fmt: skip
+def test_a_device_is_found_again_by_its_serial_number(there, expected):
+    found = find_again(identity(serial_number="A1"), there)
+    assert (found.device if found else None) == expected
+
+
+@pytest.mark.parametrize(
+    ("there", "expected"),
+    [
+        ([port("/dev/ttyUSB3")], "/dev/ttyUSB3"),
+        ([port("/dev/ttyUSB0", location="1-2")], None),
+        ([port("/dev/ttyUSB0", location="1-2"), port("/dev/ttyUSB1")], "/dev/ttyUSB1"),
+        ([port("/dev/ttyUSB0", serial_number="A1")], None),
+    ],
+    ids=["at its place", "elsewhere it may be another", "two alike", "now with a number"],
+)
+def test_a_device_without_serial_number_is_found_at_its_place_only(there, expected):
+    found = find_again(identity(), there)
+    assert (found.device if found else None) == expected
+
+
+def test_a_board_that_comes_back_under_another_name_is_found(machine):
+    enumerate_ports = SysfsPorts(machine.root)
+    machine.plug("ttyACM0", serial="0668FF", location="1-1")
+    (before,) = enumerate_ports()
+    machine.pull("ttyACM0")
+    assert find_again(before.usb, enumerate_ports()) is None
+    machine.plug("ttyACM1", serial="0668FF", location="1-3")
+    assert find_again(before.usb, enumerate_ports()).device == "/dev/ttyACM1"
