@@ -13,18 +13,16 @@ from hilbench.devices import DeviceActor
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.ground_station import GroundStation
 from hilbench.links import Line, MemoryLink, Port, is_serial_target, parse_serial_target
+from hilbench.live.about import about_boards, about_line, about_pkt, about_sonars, about_world
 from hilbench.live.operators import Operator, PioneerOperator, RoverOperator
 from hilbench.live.reopening import ReopeningPort
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, describe_machine
 from hilbench.p2os_client import P2osClient
-from protocols.p2os import robot_parameters
-from protocols.p2os.units import NO_ECHO_RAW
 from protocols.pkt import PROFILES
 from targets.robots.pioneer import RobotSettings
 from targets.robots.rover import RoverRobot
 from worlds.errors import WorldError
-from worlds.world import World
 
 if TYPE_CHECKING:
     from hilbench.mcu.emulated import EmulatedBench
@@ -98,13 +96,13 @@ def open_attached(bench: Bench, bench_file: BenchFile, target: str, *, seed: int
         port = ReopeningPort(bench, parse_serial_target(target, _ROVER_BAUD))
         profile = "documented" if bench_file.rover is None else bench_file.rover.profile
         tap, operator = _station(bench, port, profile, seed)
-        about = _pkt(operator, {operator.name: operator.observed}, profile)
+        about = about_pkt(operator.name, {operator.name: operator.observed}, profile)
     else:
         bench_file.pioneer()
         port = ReopeningPort(bench, parse_serial_target(target))
         tap = Tap(bench, port, "client", seed=seed)
         operator = PioneerOperator(bench, P2osClient(bench, tap))
-        about = _about(operator, "p2os", {operator.name: operator.observed})
+        about = about_line(operator.name, "p2os", {operator.name: operator.observed})
     return Rig(
         operator=operator,
         tap=tap,
@@ -127,7 +125,9 @@ def _pioneer(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
     tap = Tap(bench, link.a, "client", seed=seed)
     operator = PioneerOperator(bench, P2osClient(bench, tap))
     machines = {"client": operator.observed, "robot": pioneer.robot.connection}
-    about = _about(operator, "p2os", machines) | _sonars(plan.settings.subclass) | _world(pioneer.world)
+    about = (
+        about_line(operator.name, "p2os", machines) | about_sonars(plan.settings.subclass) | about_world(pioneer.world)
+    )
     return Rig(operator=operator, tap=tap, machines=machines, about=about, close=pioneer.close)
 
 
@@ -141,7 +141,9 @@ def _rover_model(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
     DeviceActor(bench, robot, link.b, name="rover")
     tap, operator = _station(bench, link.a, settings.profile, seed)
     machines = {"station": operator.observed, "rover": robot.connection}
-    return Rig(operator=operator, tap=tap, machines=machines, about=_pkt(operator, machines, settings.profile))
+    return Rig(
+        operator=operator, tap=tap, machines=machines, about=about_pkt(operator.name, machines, settings.profile)
+    )
 
 
 def _boards(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
@@ -151,14 +153,14 @@ def _boards(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
     emulated = EmulatedBench(bench_file, seed=seed, step_ns=LOCKED_STEP_NS, bench=bench)
     with contextlib.ExitStack() as undo:
         undo.callback(emulated.close)
-        about: dict[str, Any] = {"boards": _leds(bench_file), **_world(emulated.surroundings.world)}
+        about: dict[str, Any] = {"boards": about_boards(bench_file.boards), **about_world(emulated.surroundings.world)}
         tap, operator, machines = None, None, {}
         far_end = bench_file.checker_lines.get("")
         if far_end in emulated.ports and "pkt-board" in bench_file.suites:
             emulated.ports[far_end].reacts = True
             tap, operator = _station(bench, emulated.ports[far_end], "documented", seed)
             machines = {"station": operator.observed}
-            about |= _pkt(operator, machines, "documented")
+            about |= about_pkt(operator.name, machines, "documented")
         if emulated.surroundings.robot is not None:
             machines = {**machines, "robot": emulated.surroundings.robot.robot.connection}
             about["machines"] = {name: describe_machine(one) for name, one in machines.items()}
@@ -182,49 +184,3 @@ def _station(bench: Bench, port: Port, profile: str, seed: int) -> tuple[Tap, Ro
 def _reset(emulated: EmulatedBench) -> None:
     for machine in emulated.machines.values():
         machine.reset()
-
-
-# --- what the header of the journal says
-
-
-def _about(operator: Operator, protocol: str, machines: Mapping[str, Observed]) -> dict[str, Any]:
-    return {
-        "operator": operator.name,
-        "protocol": protocol,
-        "machines": {name: describe_machine(observed) for name, observed in machines.items()},
-    }
-
-
-def _pkt(operator: Operator, machines: Mapping[str, Observed], profile: str) -> dict[str, Any]:
-    server = PROFILES[profile].server
-    about = _about(operator, "pkt", machines)
-    return about | {"framing": server.frames.framing.name, "schema": server.schema.name, "profile": profile}
-
-
-def _sonars(subclass: str) -> dict[str, Any]:
-    """Return where the discs sit, what a raw range means, and from which on nothing was heard."""
-    from hilbench.pioneer import sonar_poses
-
-    poses = [[round(x_m, 4), round(y_m, 4), round(th_rad, 4)] for x_m, y_m, th_rad in sonar_poses(subclass)]
-    unit_mm = robot_parameters(subclass).range_unit_mm
-    return {"sonars": poses, "sonar_unit_mm": unit_mm, "sonar_no_echo": NO_ECHO_RAW}
-
-
-def _world(world: World | None) -> dict[str, Any]:
-    """Return what stands there, seen from above, in metres."""
-    if world is None:
-        return {}
-    boxes = [[[round(x, 3), round(y, 3)] for x, y in outline] for outline in world.scene.outlines_m().values()]
-    start = world.scene.start
-    return {
-        "scene": {"name": world.scene.name, "boxes": boxes, "start": [start.x_m, start.y_m, start.yaw_rad]},
-        "vehicle": world.vehicle.name,
-        "physics": world.name,
-    }
-
-
-def _leds(bench_file: BenchFile) -> dict[str, Any]:
-    return {
-        name: {"board": emulated.board_name, "leds": {led.pin: led.name for led in emulated.board.leds}}
-        for name, emulated in bench_file.boards.items()
-    }
