@@ -64,6 +64,7 @@ class CarSimulator:
 
     Attributes:
         published: what the car was commanded, oldest first.
+        on_published: called with each of these.
     """
 
     def __init__(
@@ -75,6 +76,7 @@ class CarSimulator:
         self._make_host = make_host
         self._host: CarHost | None = None
         self.published: list[Published] = []
+        self.on_published: Callable[[Published], None] = lambda _one: None
 
     @property
     def host(self) -> CarHost:
@@ -133,7 +135,9 @@ class CarSimulator:
     def _keep(self, event: object) -> None:
         if isinstance(event, CarCommanded):
             now_ns = self._bench.now_ns
-            self.published.append(Published(ns=now_ns, command=event.command, mode=event.mode, by_node=event.by_node))
+            published = Published(ns=now_ns, command=event.command, mode=event.mode, by_node=event.by_node)
+            self.published.append(published)
+            self.on_published(published)
 
 
 CarHostUnderTest = UnderTest[CarSimulator]

@@ -11,13 +11,14 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from enum import Enum
-from typing import Any, Protocol
+from types import MappingProxyType
+from typing import Any, Protocol, runtime_checkable
 
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS, EventClass
 from hilbench.links import Port
 
-__all__ = ["TELL_EVERY_NS", "Observed", "Teller", "describe_machine"]
+__all__ = ["TELL_EVERY_NS", "CountsMisses", "Observed", "Sense", "Senses", "Teller", "describe_machine"]
 
 TELL_EVERY_NS = 100 * NS_PER_MS
 _WHOLE_EVERY = 50
@@ -49,6 +50,29 @@ class Observed(Protocol):
         """Its edges by state and trigger."""
 
 
+@runtime_checkable
+class CountsMisses(Protocol):
+    """An end that does something only after so many deadlines in a row."""
+
+    @property
+    def misses(self) -> Mapping[Any, tuple[int, int]]:
+        """How many deadlines of each kind were missed in a row, and how many may be."""
+
+
+class Sense(Enum):
+    """What it means that a timer ends before it has run out."""
+
+    WATCHDOG = "nothing; it is fed by being set anew"
+    WAIT = "what was waited for has come"
+    REST = "nothing, and running out means nothing either"
+
+
+Senses = Mapping[str, Mapping[str, Sense]]
+"""The sense of timers, by machine and timer; those that are not named are watchdogs."""
+
+_NO_SENSES: Mapping[str, Sense] = MappingProxyType({})
+
+
 @dataclass(slots=True)
 class _Timer:
     """A timer, as seen so far.
@@ -56,7 +80,7 @@ class _Timer:
     Attributes:
         deadline_ns: when it runs out; None while it does not run.
         span_ns: how long it was set for.
-        margin_ns: how much was left when it was set anew the last time; None before.
+        margin_ns: how much was left when it was set anew the last time, or what it waited for came; None before.
         worst_ns: the least that was ever left; 0 once it has run out.
     """
 
@@ -65,13 +89,13 @@ class _Timer:
     margin_ns: int | None = None
     worst_ns: int | None = None
 
-    def look(self, deadline_ns: int | None, now_ns: int) -> bool:
+    def look(self, deadline_ns: int | None, now_ns: int, sense: Sense) -> bool:
         """Take its deadline; say whether it is another one."""
         if deadline_ns == self.deadline_ns:
             return False
-        if self.deadline_ns is not None:
+        if self.deadline_ns is not None and sense is not Sense.REST:
             left_ns = max(0, self.deadline_ns - now_ns)
-            if deadline_ns is not None or not left_ns:
+            if deadline_ns is not None or not left_ns or sense is Sense.WAIT:
                 self.margin_ns = left_ns
                 self.worst_ns = left_ns if self.worst_ns is None else min(self.worst_ns, left_ns)
         self.deadline_ns = deadline_ns
@@ -85,26 +109,35 @@ class _Machine:
     """A state machine, as told so far."""
 
     observed: Observed
+    senses: Mapping[str, Sense]
     visits: dict[tuple[Any, Any], int] = field(default_factory=dict)
     counters: dict[str, int] = field(default_factory=dict)
     timers: dict[str, _Timer] = field(default_factory=dict)
     timers_moved: bool = False
+    misses: dict[str, list[int]] = field(default_factory=dict)
+    told_misses: dict[str, list[int]] = field(default_factory=dict)
     state: str = ""
 
     def look(self, now_ns: int) -> None:
         deadlines = {timer.name: deadline_ns for timer, deadline_ns in self.observed.deadlines.items()}
         for name in self.timers.keys() | deadlines.keys():
             timer = self.timers.setdefault(name, _Timer())
-            self.timers_moved = timer.look(deadlines.get(name), now_ns) or self.timers_moved
+            sense = self.senses.get(name, Sense.WATCHDOG)
+            self.timers_moved = timer.look(deadlines.get(name), now_ns, sense) or self.timers_moved
+        if isinstance(self.observed, CountsMisses):
+            for kind, (count, most) in self.observed.misses.items():
+                worst = self.misses.get(kind.name, [0, most, 0])[2]
+                self.misses[kind.name] = [count, most, max(worst, count)]
 
     def news(self, *, whole: bool) -> dict[str, object]:
         """Return what has changed since the last call, or everything there is."""
         if whole:
             self.visits, self.counters, self.state, self.timers_moved = {}, {}, "", bool(self.timers)
+            self.told_misses = {}
         told: dict[str, object] = {}
         if self.observed.state.name != self.state:
             told["state"] = self.state = self.observed.state.name
-        visits = {edge: count for edge, count in self.observed.visits.items() if count != self.visits.get(edge)}
+        visits = self._visits()
         if visits:
             self.visits |= visits
             told["visits"] = [[state.name, trigger.name, count] for (state, trigger), count in visits.items()]
@@ -115,7 +148,16 @@ class _Machine:
         if self.timers_moved:
             told["timers"] = {name: asdict(timer) for name, timer in sorted(self.timers.items())}
             self.timers_moved = False
+        if self.misses != self.told_misses:
+            self.told_misses = {name: list(about) for name, about in self.misses.items()}
+            told["misses"] = self.told_misses
         return told
+
+    def _visits(self) -> dict[tuple[Any, Any], int]:
+        """Return what has changed; a machine that was reset has taken none of its edges."""
+        now = self.observed.visits
+        known = dict.fromkeys((*self.visits, *now))
+        return {edge: now.get(edge, 0) for edge in known if now.get(edge, 0) != self.visits.get(edge)}
 
 
 class Teller:
@@ -125,12 +167,24 @@ class Teller:
         bench: whose journal is written.
         machines: what is looked at, by the name that the journal knows it by.
         lines: the operator's ends of the lines, likewise.
+        senses: what the ends of timers mean.
+        views: what else is looked at, by the kind of the event that tells it; nothing is told where nothing has changed.
     """
 
-    def __init__(self, bench: Bench, machines: Mapping[str, Observed], lines: Mapping[str, Port]) -> None:
+    def __init__(
+        self,
+        bench: Bench,
+        machines: Mapping[str, Observed],
+        lines: Mapping[str, Port],
+        *,
+        senses: Senses = MappingProxyType({}),
+        views: Mapping[str, Callable[[], Mapping[str, object]]] = MappingProxyType({}),
+    ) -> None:
         self._bench = bench
-        self._machines = {name: _Machine(observed) for name, observed in machines.items()}
+        self._machines = {name: _Machine(observed, senses.get(name, _NO_SENSES)) for name, observed in machines.items()}
         self._lines = lines
+        self._views = views
+        self._told_views: dict[str, Mapping[str, object]] = {}
         self._told_lines: dict[str, dict[str, Any]] = {}
         self._turn = 0
         self.after: list[Callable[[], None]] = []
@@ -151,6 +205,11 @@ class Teller:
                 self._bench.record("machine", name, **news)
         for name, port in self._lines.items():
             self._tell_line(name, port, whole=whole)
+        for kind, look in self._views.items():
+            seen = look()
+            if whole or seen != self._told_views.get(kind):
+                self._told_views[kind] = seen
+                self._bench.record(kind, "bench", **seen)
         self._tell_pace()
         for act in self.after:
             act()

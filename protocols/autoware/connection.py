@@ -16,7 +16,7 @@ What is due at or before the time of a call has happened before the call's bytes
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from protocols.autoware.catalogue import MESSAGES, Sender
 from protocols.autoware.errors import LocalProtocolError
@@ -26,7 +26,7 @@ from protocols.autoware.messages import Message
 from protocols.autoware.options import AgentOptions, BoardOptions
 from protocols.autoware.payload import UnknownMessage
 from protocols.autoware.stand_in import Dropped, Frame, FrameReader
-from protocols.autoware.states import AgentTrigger, Role, State, Table, Trigger
+from protocols.autoware.states import AgentTrigger, Role, State, Table, Timer, Trigger
 
 __all__ = ["Connection"]
 
@@ -80,6 +80,16 @@ class Connection:
     def visits(self) -> Counter[tuple[State, Trigger]]:
         """How often each edge of the role's state table was taken."""
         return self._machine.visits
+
+    @property
+    def deadlines(self) -> Mapping[Timer, int]:
+        """When each of the timers that run now will run out, in ns of bench time."""
+        return self._machine.deadlines
+
+    @property
+    def table(self) -> Table:
+        """The state table that is in force."""
+        return self._machine.table  # type: ignore[return-value]
 
     @property
     def held(self) -> int:

@@ -7,6 +7,7 @@ once what the original does within a loop of at most 80 ms.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from functools import partial
 
 from protocols.carla.checking import command_fault, status_fault
@@ -66,6 +67,7 @@ class BoardMachine(StateMachine[Step, Trigger, Action, Timer, Event, Counters]):
     Attributes:
         mode: who rules.
         mode_visits: how often each edge of the table of modes was taken.
+        modes: the table of modes.
         reader: how it finds statuses.
         stack: what it knows of the driving stack.
     """
@@ -82,7 +84,7 @@ class BoardMachine(StateMachine[Step, Trigger, Action, Timer, Event, Counters]):
             self.reader = StreamReader(STATUS_LAYOUT, partial(status_fault, options), timeout_ns=timeout_ns)
         self.stack = StackSide(options, self.counters, self._emit)
         self._options = options
-        self._modes = MODE_TABLE if modes is None else modes
+        self.modes = MODE_TABLE if modes is None else modes
         self._epoch_ns = epoch_ns
         self._dead = False
         self._lamp: Mode | None = None
@@ -97,6 +99,12 @@ class BoardMachine(StateMachine[Step, Trigger, Action, Timer, Event, Counters]):
         self._arrived_ns: int | None = None
         self._command_misses = self._status_misses = 0
         self.start(Timer.AGENT, options.agent_wait_s, since_ns=epoch_ns)
+
+    @property
+    def misses(self) -> Mapping[Waited, tuple[int, int]]:
+        """How many deadlines of each kind were missed in a row, and at how many the mode changes."""
+        most = self._options.misses
+        return {Waited.COMMAND: (self._command_misses, most), Waited.STATUS: (self._status_misses, most)}
 
     # --- what comes in
 
@@ -279,7 +287,7 @@ class BoardMachine(StateMachine[Step, Trigger, Action, Timer, Event, Counters]):
         self.fire(BLOCK_OF_MODE[self.mode])
 
     def _take_press(self) -> None:
-        if (self.mode, ModeTrigger.PRESS) not in self._modes:
+        if (self.mode, ModeTrigger.PRESS) not in self.modes:
             self._ignore_press(Refusal.EMERGENCY)
         elif self.mode is Mode.MANUAL and self.stack.watched and not self.stack.online:
             self._ignore_press(Refusal.NO_AGENT)
@@ -291,7 +299,7 @@ class BoardMachine(StateMachine[Step, Trigger, Action, Timer, Event, Counters]):
         self.events.append(PressIgnored(reason=reason))
 
     def _change_mode(self, trigger: ModeTrigger) -> None:
-        edge = self._modes.get((self.mode, trigger))
+        edge = self.modes.get((self.mode, trigger))
         if edge is None:
             self.counters.ignored += 1
             return

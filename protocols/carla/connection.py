@@ -16,12 +16,12 @@ of a call has happened before the call.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from protocols.carla.board import BoardMachine
 from protocols.carla.counters import Counters
 from protocols.carla.errors import LocalProtocolError
-from protocols.carla.events import Event
+from protocols.carla.events import Event, Waited
 from protocols.carla.frames import Mode
 from protocols.carla.messages import ControlCommand
 from protocols.carla.options import BoardOptions, SimulatorOptions
@@ -29,12 +29,14 @@ from protocols.carla.simulator import SimulatorMachine
 from protocols.carla.states import (
     LinkState,
     LinkTable,
+    LinkTimer,
     LinkTrigger,
     ModeTable,
     ModeTrigger,
     Role,
     Step,
     Table,
+    Timer,
     Trigger,
 )
 
@@ -127,6 +129,34 @@ class Connection:
             LocalProtocolError: it is a simulator.
         """
         return self._board().mode_visits
+
+    @property
+    def deadlines(self) -> Mapping[Timer, int] | Mapping[LinkTimer, int]:
+        """When each of the timers that run now will run out, in ns of bench time."""
+        return self._machine.deadlines
+
+    @property
+    def table(self) -> Table | LinkTable:
+        """The role's table that is in force: the board's control task, or the simulator's side."""
+        return self._machine.table  # type: ignore[return-value]
+
+    @property
+    def mode_table(self) -> ModeTable:
+        """Board: the table of modes that is in force.
+
+        Raises:
+            LocalProtocolError: it is a simulator.
+        """
+        return self._board().modes
+
+    @property
+    def misses(self) -> Mapping[Waited, tuple[int, int]]:
+        """Board: how many deadlines of each kind were missed in a row, and at how many the mode changes.
+
+        Raises:
+            LocalProtocolError: it is a simulator.
+        """
+        return self._board().misses
 
     @property
     def held(self) -> int:

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import enum
 import json
+from dataclasses import dataclass
 
 import pytest
 
@@ -12,9 +14,10 @@ from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.links.faults import Direction, Fault, FaultKind
 from hilbench.live.tap import Tap
-from hilbench.live.teller import Teller, describe_machine
+from hilbench.live.teller import Sense, Teller, describe_machine
 from protocols.p2os import CLIENT_TABLE, Connection, Role
 from protocols.pkt import PROFILES
+from protocols.pkt import Counters as PktCounters
 from targets.robots.rover import RoverRobot, RoverSettings
 
 
@@ -154,3 +157,68 @@ def test_a_table_is_described_whole():
     assert len(about["edges"]) == len(CLIENT_TABLE)
     assert set(about["states"]) == {name for edge in about["edges"] for name in (edge[0], edge[2])}
     assert about["states"]["OPEN"] == "in session"
+
+
+class Ended(enum.Enum):
+    """The timers of something that is looked at."""
+
+    WAIT = "for something"
+    REST = "for a while"
+
+
+@dataclass
+class Looked:
+    """Something that is looked at, as a test wants it to be."""
+
+    deadlines: dict
+    misses: dict
+    visits: dict
+
+    state = Ended.WAIT
+    counters = PktCounters()
+
+
+def test_a_wait_that_ends_early_was_met_and_a_rest_has_no_margin(tmp_path):
+    bench = Bench(Scheduler(), Journal(tmp_path / "journal.jsonl"))
+    looked = Looked(deadlines={}, misses={Ended.WAIT: (0, 10)}, visits={})
+    Teller(bench, {"it": looked}, {}, senses={"it": {"WAIT": Sense.WAIT, "REST": Sense.REST}})
+
+    def last(field):
+        return next(event[field] for event in reversed(bench.journal.recent) if field in event)
+
+    def at(deadlines, misses=0):
+        looked.deadlines = deadlines
+        looked.misses = {Ended.WAIT: (misses, 10)}
+        bench.record("look", "test")
+        bench.run_for(0.1)
+
+    at({Ended.WAIT: bench.now_ns + 300 * NS_PER_MS})
+    at({Ended.REST: bench.now_ns + 60 * NS_PER_MS}, misses=7)
+    at({}, misses=2)
+    timers = last("timers")
+    assert timers["WAIT"] == {
+        "deadline_ns": None, "span_ns": 300 * NS_PER_MS, "margin_ns": 200 * NS_PER_MS, "worst_ns": 200 * NS_PER_MS,
+    }  # fmt: skip
+    assert (timers["REST"]["margin_ns"], timers["REST"]["worst_ns"]) == (None, None)
+    assert last("misses") == {"WAIT": [2, 10, 7]}
+
+
+def test_edges_of_a_machine_that_was_reset_are_none_again(tmp_path):
+    bench = Bench(Scheduler(), Journal(tmp_path / "journal.jsonl"))
+    looked = Looked(deadlines={}, misses={}, visits={(Ended.WAIT, Ended.REST): 3})
+    Teller(bench, {"it": looked}, {})
+    looked.visits = {}
+    bench.run_for(0.15)
+    told = [event["visits"] for event in bench.journal.recent if "visits" in event]
+    assert told == [[["WAIT", "REST", 3]], [["WAIT", "REST", 0]]]
+
+
+def test_what_else_is_looked_at_is_told_when_it_changes(tmp_path):
+    bench = Bench(Scheduler(), Journal(tmp_path / "journal.jsonl"))
+    seen = {"light": "red"}
+    Teller(bench, {}, {}, views={"vehicle": lambda: dict(seen)})
+    bench.run_for(0.35)
+    seen["light"] = "green"
+    bench.run_for(0.2)
+    told = [(event["ns"] // NS_PER_MS, event["light"]) for event in bench.journal.recent if event["kind"] == "vehicle"]
+    assert told == [(0, "red"), (400, "green")]

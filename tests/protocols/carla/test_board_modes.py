@@ -8,7 +8,10 @@ from itertools import pairwise
 import pytest
 
 from protocols.carla import (
+    LINK_TABLE,
+    MODE_TABLE,
     PROFILES,
+    STEP_TABLE,
     UNINITIALISED_FRAME,
     VECTORS,
     AgentChanged,
@@ -28,6 +31,7 @@ from protocols.carla import (
     Refusal,
     Role,
     Step,
+    Timer,
     Waited,
 )
 
@@ -112,6 +116,28 @@ def test_commands_stop(driving, profile):
     else:
         assert set(sent) == {last}
         assert board.counters.sent_again == 9
+
+
+@ALL
+def test_what_is_waited_for_and_how_often_in_vain_can_be_seen(driving, profile):
+    board = driving(profile)
+    board.every("command", None)
+    board.run(0.6)
+    missed = [event.misses for event in board.since(0, DeadlineMissed) if event.what is Waited.COMMAND]
+    assert board.connection.misses == {Waited.COMMAND: (missed[-1], 10), Waited.STATUS: (0, 10)}
+    assert set(board.connection.deadlines) == {Timer.COMMAND}
+    assert board.connection.table is STEP_TABLE
+    assert board.connection.mode_table is MODE_TABLE
+    board.command()
+    assert board.connection.misses[Waited.COMMAND] == (0, 10)
+
+
+def test_a_simulator_has_no_modes():
+    simulator = Connection(Role.SIMULATOR)
+    assert simulator.table is LINK_TABLE
+    for look in ("misses", "mode_table"):
+        with pytest.raises(LocalProtocolError):
+            getattr(simulator, look)
 
 
 @ALL
