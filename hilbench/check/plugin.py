@@ -20,7 +20,7 @@ from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo, Preparin
 from hilbench.check.recorder import recording
 from hilbench.check.results import CaseResult
 from hilbench.check.selection import Candidate, compile_selection
-from hilbench.check.suites import SHIPPED_FOLDER, suite_name
+from hilbench.check.suites import is_shipped, suite_name
 from hilbench.check.verdicts import Measure, Verdict
 from hilbench.errors import HilbenchError, UsageError
 
@@ -328,7 +328,7 @@ def _case_name(item: pytest.Item) -> str:
 
 
 def _suite_argument(path: Path) -> str:
-    return suite_name(path) if path.parent == SHIPPED_FOLDER else str(path)
+    return suite_name(path) if is_shipped(path) else str(path)
 
 
 def _info(planned: PlannedCase) -> CaseInfo:

@@ -18,7 +18,7 @@ from hilbench.check.observations import Observing
 from hilbench.check.provider import BenchProvider, Choosing
 from hilbench.check.report import check_outputs, listing, write_report
 from hilbench.check.results import Report
-from hilbench.check.suites import SHIPPED_FOLDER, find_suites
+from hilbench.check.suites import find_suites, is_shipped
 from hilbench.clock import Stopwatch
 from hilbench.console import Console
 from hilbench.errors import HilbenchError, InternalError, UnavailableError, UsageError
@@ -130,7 +130,7 @@ def _raise_refusals(plugin: CheckPlugin) -> None:
 def _unreadable(path: Path, error: BaseException) -> HilbenchError:
     lines = [line for line in str(error).splitlines() if line.strip()] or [type(error).__name__]
     message = f"the suite cannot be read: {lines[-1].removeprefix('E').strip()}"
-    if path.parent == SHIPPED_FOLDER:
+    if is_shipped(path):
         return InternalError(message, where=str(path))
     return UsageError(message, where=str(path))
 

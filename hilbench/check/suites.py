@@ -1,4 +1,8 @@
-"""Finds the files of suites: the shipped ones by name, a user's own by path."""
+"""Finds the files of suites: the shipped ones by name, a user's own by path.
+
+A shipped suite is a file, or a folder of files where it is too long for one. A name that begins with ``_`` is of no
+case: what several suites, or several files of one, have in common.
+"""
 
 from __future__ import annotations
 
@@ -13,18 +17,27 @@ SHIPPED_FOLDER = Path(__file__).parent.parent / "suites"
 
 
 def shipped_suites(folder: Path = SHIPPED_FOLDER) -> dict[str, Path]:
-    """Return the suites that come with hilbench, name to file, in order of their names."""
-    files = sorted(folder.glob("[!_]*.py"))
-    return {suite_name(file): file for file in files}
+    """Return the suites that come with hilbench, name to file or folder, in order of their names."""
+    found = [path for path in folder.glob("[!_.]*") if path.suffix == ".py" or path.is_dir()]
+    return {suite_name(path): path for path in sorted(found, key=lambda path: path.stem)}
 
 
-def suite_name(file: Path) -> str:
-    """Return the name of the suite in a file: ``p2os_server.py`` holds ``p2os-server``, ``test_lamp.py`` ``lamp``."""
-    return escaped(file.stem.removeprefix("test_").replace("_", "-"))
+def suite_name(path: Path) -> str:
+    """Return the name of the suite in a file: ``p2os_server.py`` holds ``p2os-server``, ``test_lamp.py`` ``lamp``.
+
+    A file in the folder of a shipped suite belongs to the suite that the folder is named like.
+    """
+    own = path.parent if path.parent.parent == SHIPPED_FOLDER else path
+    return escaped(own.stem.removeprefix("test_").replace("_", "-"))
+
+
+def is_shipped(path: Path) -> bool:
+    """Say whether a file or folder belongs to a suite that comes with hilbench."""
+    return SHIPPED_FOLDER in path.parents
 
 
 def find_suites(wanted: Sequence[str]) -> list[Path]:
-    """Return the files or folders of the wanted suites, each once, in the order asked for.
+    """Return the files of the wanted suites (a user's own folder as it is), each once, in the order asked for.
 
     Args:
         wanted: names of shipped suites and paths; empty for all shipped suites.
@@ -33,9 +46,12 @@ def find_suites(wanted: Sequence[str]) -> list[Path]:
         UsageError: there is no such suite.
     """
     shipped = shipped_suites()
-    if not wanted:
-        return list(shipped.values())
-    return list(dict.fromkeys(_find(name, shipped) for name in wanted))
+    found = [_find(name, shipped) for name in wanted] or list(shipped.values())
+    return list(dict.fromkeys(file for path in found for file in _files_of(path)))
+
+
+def _files_of(path: Path) -> list[Path]:
+    return sorted(path.glob("[!_]*.py")) if is_shipped(path) and path.is_dir() else [path]
 
 
 def _find(name: str, shipped: dict[str, Path]) -> Path:

@@ -6,7 +6,6 @@ byte of each frame, so that the rate of a line drops out of every difference.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import TypeVar, cast
@@ -47,7 +46,6 @@ __all__ = [
     "vehicle_bench",
 ]
 
-CaseT = TypeVar("CaseT", bound="Callable[[Vehicle], None]")
 ReportT = TypeVar("ReportT")
 Frame = Received[CommandFrame]
 
@@ -78,8 +76,10 @@ EMERGENCY_WITHIN_S = 2.5
 """1.0 s in AUTOWARE, 1.6 s and a pause in MANUAL; a choice with room."""
 
 
-def on_board(clause_id: str, *, lasts_s: float, noisy: bool = False) -> Callable[[CaseT], CaseT]:
-    """Declare the case of a clause, in each of its profiles.
+def on_board(
+    clause_id: str, *, lasts_s: float, noisy: bool = False
+) -> Callable[[Callable[[Vehicle], None]], Callable[[CaseBench], None]]:
+    """Declare the case of a clause, in each of its profiles; it gets the board as it is: power just on, or settled.
 
     Args:
         clause_id: the clause.
@@ -88,14 +88,16 @@ def on_board(clause_id: str, *, lasts_s: float, noisy: bool = False) -> Callable
     """
     setups = {profile: CaseSetup(program=profile) for profile in _PROFILES[clause_id]}
 
-    def declared(function: CaseT) -> CaseT:
-        @functools.wraps(function)
-        def judged(vehicle: Vehicle) -> None:
+    def declared(function: Callable[[Vehicle], None]) -> Callable[[CaseBench], None]:
+        def judged(bench: CaseBench) -> None:
+            vehicle = Vehicle(vehicle_bench(bench))
             function(vehicle)
             if not noisy:
                 vehicle.require_nothing_between()
 
-        return case(clause_id, bench_time_s=lasts_s, setups=setups)(cast("CaseT", judged))
+        # Not functools.wraps: pytest would follow it, and ask for what the function inside wants.
+        judged.__name__, judged.__module__, judged.__doc__ = function.__name__, function.__module__, function.__doc__
+        return case(clause_id, bench_time_s=lasts_s, setups=setups)(judged)
 
     return declared
 

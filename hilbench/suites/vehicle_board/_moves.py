@@ -1,0 +1,98 @@
+"""What the cases of several files do to the board, and require of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hilbench.check import Violation
+from hilbench.suites._vehicle import MISSES, MODE_WITHIN_S, STATUS, STATUS_HZ, Frame, Vehicle, shown
+from protocols.carla import VECTORS, Mode, decode_command
+
+__all__ = [
+    "AGENT_WAIT_S",
+    "EXACTLY",
+    "F1",
+    "F3",
+    "IMPOSSIBLE_M_S",
+    "MANUAL_MISS_S",
+    "MANUAL_S",
+    "behind",
+    "nine_misses",
+    "nine_misses_around_a_status",
+    "quiet",
+    "require_emergency",
+    "status_returns",
+]
+
+F1 = decode_command(VECTORS["F1"].data)
+
+F3 = decode_command(VECTORS["F3"].data)
+
+MANUAL_S, MANUAL_MISS_S = 0.060, 0.160
+
+AGENT_WAIT_S = 20.0
+
+EXACTLY = 0.5
+"""Tolerance of a whole number that has to be right."""
+
+IMPOSSIBLE_M_S = 1e30
+
+
+def nine_misses(vehicle: Vehicle, mark: int, mode: Mode, count: int, step_s: float) -> None:
+    """Wait for the frames since a mark that nine misses make; require that they have a mode and come at a steady pace.
+
+    Raises:
+        Violation: they do not.
+    """
+    found = vehicle.bench.run_until(lambda: len(vehicle.frames(mark)) >= count, (count + 1) * step_s + 0.2)
+    frames = vehicle.frames(mark)
+    if not found:
+        raise Violation(f"{len(frames)} frames came in {count} times {step_s:g} s", shown(frames))
+    vehicle.require_modes(frames, mode)
+    vehicle.require_steps(frames, step_s, "between frames while nothing is said")
+
+
+def nine_misses_around_a_status(vehicle: Vehicle, mode: Mode, step_s: float) -> None:
+    """While statuses are missing, say one behind a frame, and twice more behind nine misses; require one mode."""
+    mark = vehicle.mark()
+    vehicle.bench.run_until(lambda: vehicle.mark() > mark, 2 * step_s)
+    for _ in range(2):
+        mark = vehicle.mark()
+        vehicle.say(STATUS)
+        nine_misses(vehicle, mark, mode, MISSES, step_s)
+    mark = vehicle.mark()
+    vehicle.say(STATUS, 2 * step_s)
+    vehicle.require_modes(vehicle.frames(mark), mode)
+
+
+def require_emergency(vehicle: Vehicle, frames: Sequence[Frame]) -> None:
+    """Require that frames are F3, in every field."""
+    assert frames, "no frame came"
+    for got in frames:
+        vehicle.require_frame(got, F3, "the frame of the emergency")
+
+
+def status_returns(vehicle: Vehicle) -> int:
+    """Have statuses come back in EMERGENCY; return a mark in the frames from then on."""
+    vehicle.emergency()
+    vehicle.run(0.15)
+    mark = vehicle.mark()
+    vehicle.simulator.statuses.start(STATUS_HZ)
+    vehicle.wait_for(Mode.MANUAL, MODE_WITHIN_S, mark)
+    return mark
+
+
+def behind(vehicle: Vehicle, frame: Frame) -> int:
+    """Return a mark behind a frame."""
+    return vehicle.simulator.received.index(frame) + 1
+
+
+def quiet(vehicle: Vehicle) -> int:
+    """In AUTOWARE, let statuses stop between two of them; return a mark in the reports from then on."""
+    vehicle.autoware()
+    statuses = vehicle.simulator.statuses
+    said = statuses.said
+    vehicle.bench.run_until(lambda: statuses.said > said, 0.2)
+    statuses.stop()
+    vehicle.run(0.02)
+    return vehicle.stack.mark()

@@ -1,0 +1,197 @@
+"""AUTOWARE: how commands are handed on, and what is sent where one is missing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+from hilbench.check import at_least, at_most
+from hilbench.clock import NS_PER_S
+from hilbench.suites._vehicle import (
+    COMMAND,
+    COMMAND_MISS_S,
+    MISSES,
+    STATUS_HZ,
+    STATUS_MISS_S,
+    TICK_S,
+    Frame,
+    Vehicle,
+    on_board,
+)
+from hilbench.suites.vehicle_board._moves import EXACTLY, F1, IMPOSSIBLE_M_S, nine_misses, nine_misses_around_a_status
+from protocols.autoware import AckermannControlCommand
+from protocols.carla import CommandFrame, Mode
+
+OTHER_WAY = AckermannControlCommand(
+    steering_tire_angle=-0.4, steering_tire_rotation_rate=0.25, speed=-2.0, acceleration=-3.0, jerk=-0.5
+)
+"""To the right, in reverse and braking: each sign that F1 does not have."""
+
+OTHER_WAY_FRAME = CommandFrame(
+    steering=-0.48, steering_rate=0.3, speed=-2.0, acceleration=-3.0, jerk=-0.5, mode=Mode.AUTOWARE
+)
+
+
+@on_board("VB01", lasts_s=1.0)
+def test_a_command_is_handed_on(vehicle: Vehicle) -> None:
+    mark = vehicle.autoware()
+    vehicle.run(0.5)
+    frames = vehicle.frames(mark)
+    assert frames, "no frame came"
+    for got in frames:
+        vehicle.require_frame(got, F1, "the frame of the command")
+    vehicle.stack.command = OTHER_WAY
+    vehicle.run(0.2)
+    turned = vehicle.mark()
+    vehicle.run(0.5)
+    assert vehicle.mark() > turned, "no frame came"
+    for got in vehicle.frames(turned):
+        vehicle.require_frame(got, OTHER_WAY_FRAME, "the frame of the command to the other side")
+
+
+@on_board("VB02", lasts_s=4.0)
+def test_one_command_for_each_status(vehicle: Vehicle) -> None:
+    mark, begun_ns = vehicle.autoware(), vehicle.bench.now_ns
+    vehicle.run(3.0)
+    frames = vehicle.frames(mark)
+    vehicle.require_count(len(frames), 60, 2, what="frames in 3 s", since_ns=begun_ns, rate_hz=STATUS_HZ)
+    vehicle.require_modes(frames, Mode.AUTOWARE)
+
+
+@on_board("VB06", lasts_s=4.0)
+def test_any_command_begins_the_count_again(vehicle: Vehicle) -> None:
+    vehicle.autoware(command_hz=10.0)
+    commands = vehicle.stack.commands
+    said = commands.said
+    vehicle.bench.run_until(lambda: commands.said > said, 0.2)
+    commands.stop()
+    for _ in range(2):
+        vehicle.run(0.02)  # the frame of the command itself
+        nine_misses(vehicle, vehicle.mark(), Mode.AUTOWARE, MISSES - 1, COMMAND_MISS_S)
+        mark = vehicle.mark()
+        vehicle.stack.send(COMMAND)
+    vehicle.run(0.15)
+    vehicle.require_modes(vehicle.frames(mark), Mode.AUTOWARE)
+
+
+@on_board("VB44", lasts_s=4.0)
+def test_any_status_begins_the_count_again(vehicle: Vehicle) -> None:
+    vehicle.autoware()
+    vehicle.simulator.statuses.stop()
+    vehicle.run(3 * STATUS_MISS_S)
+    nine_misses_around_a_status(vehicle, Mode.AUTOWARE, STATUS_MISS_S)
+
+
+def _without_commands(vehicle: Vehicle) -> tuple[list[Frame], Frame]:
+    """Let commands stop; return the nine frames sent without one, and the first of mode 4."""
+    mark = vehicle.autoware(command_hz=10.0)
+    commands = vehicle.stack.commands
+    said = commands.said
+    vehicle.bench.run_until(lambda: commands.said > said, 0.2)
+    commands.stop()
+    stopped_ns = vehicle.bench.now_ns
+    manual = vehicle.wait_for(Mode.MANUAL, 2.0, mark)
+    frames = [got for got in vehicle.frames(mark) if stopped_ns < got.start_ns < manual.start_ns]
+    # The first of them is that of the last command; the wait begins with the status behind it.
+    rate_hz = 1 / COMMAND_MISS_S
+    what = "frames from the last command to MANUAL"
+    vehicle.require_count(len(frames), MISSES, EXACTLY, what=what, since_ns=stopped_ns, rate_hz=rate_hz)
+    last, *without = frames
+    vehicle.require_frame(last, F1, "the frame of the last command")
+    first_s = (without[0].start_ns - last.start_ns) / NS_PER_S
+    at_least(first_s, COMMAND_MISS_S - TICK_S, unit="s", what="the first frame without a command came after")
+    at_most(
+        first_s, COMMAND_MISS_S + 1 / STATUS_HZ + TICK_S, unit="s", what="the first frame without a command came after"
+    )
+    vehicle.require_steps([*without, manual], COMMAND_MISS_S, "between frames without a command")
+    return without, manual
+
+
+@on_board("VB05", lasts_s=3.0)
+def test_a_command_that_moves_is_sent_again(vehicle: Vehicle) -> None:
+    without, _ = _without_commands(vehicle)
+    for got in without:
+        vehicle.require_frame(got, F1, "the frame without a command")
+
+
+@on_board("VB05H", lasts_s=3.0)
+def test_without_a_command_the_car_is_stopped(vehicle: Vehicle) -> None:
+    without, _ = _without_commands(vehicle)
+    for got in without:
+        vehicle.require_frame(got, _stop(), "the frame without a command")
+
+
+def _stop() -> CommandFrame:
+    return CommandFrame(steering=F1.steering, mode=Mode.AUTOWARE)
+
+
+def _slow_commands(vehicle: Vehicle, between: CommandFrame) -> None:
+    """Command at 5 Hz for 3 s; require the frames between the commands."""
+    mark, begun_ns = vehicle.autoware(command_hz=5.0), vehicle.bench.now_ns
+    vehicle.run(3.0)
+    frames = vehicle.frames(mark)
+    vehicle.require_modes(frames, Mode.AUTOWARE)
+    vehicle.require_count(len(frames), 30, 2, what="frames in 3 s", since_ns=begun_ns, rate_hz=10.0)
+    kinds = [_is(got, F1) for got in frames]
+    if between == F1:
+        for got in frames:
+            vehicle.require_frame(got, F1, "a frame between commands")
+    else:
+        assert all(one != other for one, other in pairwise(kinds)), "commands and stops do not alternate"
+        for got, is_command in zip(frames, kinds, strict=True):
+            if not is_command:
+                vehicle.require_frame(got, between, "a frame between commands")
+
+
+def _is(got: Frame, frame: CommandFrame) -> bool:
+    assert got.packet is not None
+    return abs(got.packet.speed - frame.speed) < 1e-6
+
+
+@on_board("VB30", lasts_s=4.0, noisy=True)  # the first command may come after a miss: what nobody filled is sent (VB04)
+def test_slow_commands_are_filled_up(vehicle: Vehicle) -> None:
+    _slow_commands(vehicle, F1)
+
+
+@on_board("VB30H", lasts_s=4.0)
+def test_between_slow_commands_the_car_is_stopped(vehicle: Vehicle) -> None:
+    _slow_commands(vehicle, _stop())
+
+
+@on_board("VB41", lasts_s=1.5)
+def test_a_command_without_meaning_is_handed_on(vehicle: Vehicle) -> None:
+    mark = vehicle.autoware()
+    vehicle.stack.command = replace(COMMAND, speed=math.nan)
+    vehicle.run(0.5)
+    speeds = [frame.speed for _, frame in vehicle.simulator.since(mark, CommandFrame)]
+    assert any(map(math.isnan, speeds)), "no frame has the NaN of the command"
+
+
+@on_board("VB41H", lasts_s=9.0)
+def test_a_command_without_meaning_is_none(vehicle: Vehicle) -> None:
+    for speed in (math.nan, IMPOSSIBLE_M_S):
+        vehicle.stack.command = COMMAND
+        vehicle.autoware()
+        vehicle.stack.command = replace(COMMAND, speed=speed)
+        mark = vehicle.mark()
+        vehicle.wait_for(Mode.MANUAL, MISSES * COMMAND_MISS_S + 0.3, mark)
+        speeds = {frame.speed for _, frame in vehicle.simulator.since(mark, CommandFrame)}
+        assert speeds <= {COMMAND.speed, 0.0}, f"speeds that were sent: {sorted(speeds)}"
+    _require_no_bad_field(vehicle)
+
+
+def _require_no_bad_field(vehicle: Vehicle) -> None:
+    """Between sound commands, command what cannot be in each field; require that none of it is sent."""
+    vehicle.stack.command = COMMAND
+    vehicle.autoware(command_hz=10.0)
+    mark, commands = vehicle.mark(), vehicle.stack.commands
+    for name in ("steering_tire_angle", "steering_tire_rotation_rate", "speed", "acceleration", "jerk"):
+        for value in (math.nan, math.inf, IMPOSSIBLE_M_S, -IMPOSSIBLE_M_S):
+            said = commands.said
+            vehicle.bench.run_until(lambda said=said: commands.said > said, 0.2)  # type: ignore[misc]
+            vehicle.run(0.06)  # the status behind the command has come: the next one is waited for
+            vehicle.stack.send(replace(COMMAND, **{name: value}))  # type: ignore[arg-type]
+    vehicle.run(0.1)
+    for got in vehicle.frames(mark):
+        vehicle.require_frame(got, F1 if _is(got, F1) else _stop(), "a frame between commands without meaning")

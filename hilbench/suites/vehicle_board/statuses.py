@@ -1,0 +1,203 @@
+"""Statuses of the simulator: whole, cut, damaged, or behind what is none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from hilbench.suites._vehicle import MISSES, STATUS, STATUS_HZ, STATUS_MISS_S, Vehicle, on_board
+from hilbench.suites.vehicle_board._moves import IMPOSSIBLE_M_S, quiet
+from protocols.autoware import SteeringReport, VelocityReport
+from protocols.carla import STATUS_BYTES, VECTORS, Mode, StatusFrame, decode_status, encode_status
+
+F6 = decode_status(VECTORS["F6"].data)
+
+STATUS_FIELDS = ("lon_speed_m_s", "lat_speed_m_s", "heading_rate_rad_s", "steering_rad")
+
+
+@on_board("VB24", lasts_s=1.5)
+def test_delimiters_within_a_float_are_data(vehicle: Vehicle) -> None:
+    vehicle.autoware()
+    mark = vehicle.stack.mark()
+    vehicle.simulator.status = F6
+    vehicle.require_reported(F6, mark)
+
+
+def _go_on(vehicle: Vehicle, speed_m_s: float) -> int:
+    """Let statuses come again, with another speed; return a mark in the reports from then on."""
+    vehicle.other_status(speed_m_s)
+    vehicle.simulator.statuses.start(STATUS_HZ)
+    return vehicle.stack.mark()
+
+
+@on_board("VB25", lasts_s=63.0)
+def test_one_stray_byte_is_for_ever(vehicle: Vehicle) -> None:
+    quiet(vehicle)
+    mark = vehicle.mark()
+    vehicle.simulator.write(b"\0")
+    told = _go_on(vehicle, 3.0)
+    vehicle.wait_for(Mode.EMERGENCY, 1.3, mark)
+    vehicle.run(60.0)
+    assert 3.0 not in vehicle.speeds(told), "a status is accepted behind a stray byte"
+    vehicle.require_modes(vehicle.frames()[-20:], Mode.EMERGENCY)
+
+
+_WHOLE = encode_status(STATUS)
+
+_STRAY = (
+    *(bytes(count) for count in range(1, 31)),
+    *(_WHOLE[:count] for count in range(1, STATUS_BYTES)),
+    *(_WHOLE[count:] for count in range(1, STATUS_BYTES)),
+    b"##",
+    b"#A#",
+    b"#" * STATUS_BYTES,
+    b"#" * 30,
+)
+"""Zeros, beginnings and ends of a status, and what looks like beginnings."""
+
+
+@on_board("VB25H", lasts_s=12.0)
+def test_stray_bytes_cost_no_status(vehicle: Vehicle) -> None:
+    quiet(vehicle)
+    mark = vehicle.mark()
+    for number, stray in enumerate(_STRAY):
+        vehicle.simulator.write(stray)
+        vehicle.run(0.01)
+        told = vehicle.stack.mark()
+        status = vehicle.other_status(1.0 + number % 30)
+        vehicle.say(status)
+        vehicle.require_reported(status, told, 1 / STATUS_HZ + 0.03)
+    vehicle.require_modes(vehicle.frames(mark), Mode.AUTOWARE)
+
+
+@on_board("VB47", lasts_s=3.0)
+def test_half_a_status_is_given_up(vehicle: Vehicle) -> None:
+    for count in (1, 10, 21):
+        mark = quiet(vehicle)
+        data = encode_status(vehicle.other_status(float(count)))
+        vehicle.simulator.write(data[:count])
+        vehicle.run(0.15)
+        vehicle.simulator.write(data[count:])
+        vehicle.run(0.1)
+        speeds = vehicle.speeds(mark)
+        assert float(count) not in speeds, f"a status in pieces of {count} and {STATUS_BYTES - count} is accepted"
+        told = _go_on(vehicle, 4.0)
+        vehicle.require_reported(vehicle.simulator.status, told)
+
+
+@on_board("VB26", lasts_s=1.5)
+def test_a_frame_may_come_in_pieces(vehicle: Vehicle) -> None:
+    mark = quiet(vehicle)
+    data = encode_status(vehicle.other_status(3.0))
+    vehicle.simulator.write(data[:10])
+    vehicle.run(0.05)
+    vehicle.simulator.write(data[10:])
+    vehicle.require_reported(vehicle.simulator.status, mark)
+
+
+_SHORT = b"#A" + bytes.fromhex("00004040") + b"$" + bytes(15)
+"""A field A of 3.0 and the end, in a block of 22 bytes."""
+
+
+@on_board("VB27", lasts_s=1.5)
+def test_missing_fields_keep_their_old_values(vehicle: Vehicle) -> None:
+    mark = quiet(vehicle)
+    vehicle.simulator.write(_SHORT)
+    vehicle.require_reported(replace(STATUS, lon_speed_m_s=3.0), mark)
+
+
+@on_board("VB27H", lasts_s=2.5)
+def test_a_frame_that_lacks_a_field_is_none(vehicle: Vehicle) -> None:
+    twice = encode_status(replace(STATUS, lon_speed_m_s=3.0)).replace(b"B", b"A", 1)
+    for stimulus in (_SHORT, twice):
+        mark = quiet(vehicle)
+        vehicle.simulator.write(stimulus)
+        vehicle.run(0.05)
+        told = _go_on(vehicle, 4.0)
+        vehicle.require_reported(vehicle.simulator.status, told)
+        assert 3.0 not in vehicle.speeds(mark), f"{stimulus.hex(' ')} is accepted"
+
+
+@on_board("VB28", lasts_s=2.5)
+def test_hashes_are_no_status(vehicle: Vehicle) -> None:
+    told = quiet(vehicle)
+    mark, quiet_ns = vehicle.mark(), vehicle.bench.now_ns
+    vehicle.run(5 * STATUS_MISS_S)
+    vehicle.simulator.write(b"#" * 22)
+    first = vehicle.wait_for(Mode.EMERGENCY, 1.3, mark)
+    moving = [got for got in vehicle.frames(mark) if got.start_ns < first.start_ns]
+    what, rate_hz = "frames of mode 1 without a status", 1 / STATUS_MISS_S
+    vehicle.require_count(len(moving), MISSES, 1.5, what=what, since_ns=quiet_ns, rate_hz=rate_hz)
+    others = [speed for speed in vehicle.speeds(told) if abs(speed - STATUS.lon_speed_m_s) > 1e-5]
+    assert not others, f"a speed of {others[0]:g} m/s is reported, which nobody said"
+
+
+def _damaged(vehicle: Vehicle, damaged: StatusFrame) -> tuple[list[VelocityReport], list[SteeringReport]]:
+    """Say a status that cannot be, and then sound ones; return the reports."""
+    mark = quiet(vehicle)
+    vehicle.say(damaged, 0.06)
+    told = _go_on(vehicle, 4.0)
+    vehicle.require_reported(vehicle.simulator.status, told)
+    return vehicle.reports(mark, VelocityReport), vehicle.reports(mark, SteeringReport)
+
+
+@on_board("VB29", lasts_s=1.5)
+def test_a_nan_is_handed_on(vehicle: Vehicle) -> None:
+    velocities, _ = _damaged(vehicle, replace(STATUS, heading_rate_rad_s=math.nan))
+    assert any(math.isnan(report.heading_rate) for report in velocities), "the NaN is not reported"
+
+
+@on_board("VB29H", lasts_s=10.0)
+def test_a_nan_is_no_figure(vehicle: Vehicle) -> None:
+    for name in STATUS_FIELDS:
+        for value in (math.nan, math.inf):
+            figures = _figures(*_damaged(vehicle, replace(STATUS, **{name: value})))
+            assert all(map(math.isfinite, figures)), f"{value} in {name} is reported"
+
+
+def _figures(velocities: Sequence[VelocityReport], steerings: Sequence[SteeringReport]) -> Sequence[float]:
+    """Return every figure of some reports."""
+    return [
+        *(report.longitudinal_velocity for report in velocities),
+        *(report.lateral_velocity for report in velocities),
+        *(report.heading_rate for report in velocities),
+        *(report.steering_tire_angle for report in steerings),
+    ]
+
+
+@on_board("VB35", lasts_s=1.5)
+def test_damaged_figures_are_believed(vehicle: Vehicle) -> None:
+    velocities, _ = _damaged(vehicle, replace(STATUS, lon_speed_m_s=IMPOSSIBLE_M_S))
+    assert any(report.longitudinal_velocity > 1e29 for report in velocities), "1e30 m/s is not reported"
+
+
+@on_board("VB35H", lasts_s=10.0)
+def test_what_cannot_be_is_dropped(vehicle: Vehicle) -> None:
+    for name in STATUS_FIELDS:
+        for value in (IMPOSSIBLE_M_S, -IMPOSSIBLE_M_S):
+            figures = _figures(*_damaged(vehicle, replace(STATUS, **{name: value})))
+            assert max(map(abs, figures)) < 1e29, f"{value:g} in {name} is reported"
+
+
+def _after_line_error(vehicle: Vehicle) -> int:
+    """Make a framing error between two statuses; return a mark in the reports of what follows."""
+    quiet(vehicle)
+    vehicle.simulator.port.send_break(200_000)
+    vehicle.run(0.01)
+    return _go_on(vehicle, 3.0)
+
+
+@on_board("VB39", lasts_s=5.0)
+def test_a_line_error_ends_reception(vehicle: Vehicle) -> None:
+    told = _after_line_error(vehicle)
+    vehicle.wait_for(Mode.EMERGENCY, 1.5, vehicle.mark())
+    vehicle.run(2.0)
+    assert 3.0 not in vehicle.speeds(told), "a status is accepted behind a line error"
+    vehicle.require_modes(vehicle.frames()[-10:], Mode.EMERGENCY)
+
+
+@on_board("VB39H", lasts_s=2.0)
+def test_a_line_error_costs_a_status(vehicle: Vehicle) -> None:
+    told = _after_line_error(vehicle)
+    vehicle.require_reported(vehicle.simulator.status, told, 1 / STATUS_HZ + 0.03)

@@ -1,0 +1,76 @@
+"""The start: with the driving stack there, without it, and when it comes late."""
+
+from __future__ import annotations
+
+from protocols.carla.board_clauses._common import ALL, HARDENED, SHIPPED, STICK, SUITE
+from protocols.carla.clause import CHOICE, EXTI, MICRO_ROS, REPORT, TASK, Clause
+
+CLAUSES: tuple[Clause, ...] = (
+    Clause(
+        id="VB03",
+        suite=SUITE,
+        level="must",
+        title="Without an agent MANUAL, after 20 s",
+        text="Without an agent the first frame comes 20.0 s after the start and has mode 4.",
+        sources=(f"{TASK}, TIMEOUT_MICRO_ROS_AGENT", f"{MICRO_ROS} rmw_uros_ping_agent(1000, 20)"),
+        profiles=ALL,
+        needs=("board", "stack", "boot"),
+    ),
+    Clause(
+        id="VB04",
+        suite=SUITE,
+        level="must",
+        title="Frames that nobody filled",
+        text=(
+            "With the agent there and no command, the board sends nine times 30 bytes of anything, 110 ms apart, then "
+            "mode 4 from 1.1 s on."
+        ),
+        sources=(f"{TASK}: ucTxMsgToCarla has no value yet",),
+        profiles=SHIPPED,
+        twin="VB04H",
+        needs=("board", "stack", "boot"),
+    ),
+    Clause(
+        id="VB04H",
+        suite=SUITE,
+        level="must",
+        title="Nothing before there is something to say",
+        text="With the agent there and no command, the first frame comes 1.1 s after the agent and has mode 4.",
+        sources=(CHOICE,),
+        profiles=HARDENED,
+        needs=("board", "stack", "boot"),
+    ),
+    Clause(
+        id="VB14",
+        suite=SUITE,
+        level="must",
+        title="The first second is blind",
+        text="A press within the first second after the start changes nothing.",
+        sources=(f"{EXTI}: the press before counts from tick 0",),
+        profiles=ALL,
+        needs=(*STICK, "boot"),
+    ),
+    Clause(
+        id="VB42",
+        suite=SUITE,
+        level="must",
+        title="An agent that comes late is not heard",
+        text="The agent comes 25 s after the start: no report, no answer to a request; MANUAL stays.",
+        sources=(f"{MICRO_ROS}: the session is made at boot alone", f"{REPORT}, known problems"),
+        profiles=SHIPPED,
+        twin="VB42H",
+        needs=("board", "stack", "boot"),
+    ),
+    Clause(
+        id="VB42H",
+        suite=SUITE,
+        level="must",
+        title="An agent may come late",
+        text=(
+            "The agent comes 25 s after the start: the mode is reported, a request for AUTOWARE is granted and obeyed."
+        ),
+        sources=(CHOICE,),
+        profiles=HARDENED,
+        needs=("board", "stack", "boot"),
+    ),
+)

@@ -1,0 +1,40 @@
+"""Where suites are found: a file or a folder of the package, and whatever a user names."""
+
+from __future__ import annotations
+
+import pytest
+
+from hilbench.check.suites import SHIPPED_FOLDER, find_suites, is_shipped, shipped_suites, suite_name
+
+
+@pytest.mark.parametrize(("name", "path"), shipped_suites().items())
+def test_a_shipped_suite_is_a_file_or_a_folder_of_files(name, path):
+    files = find_suites([name])
+    assert files
+    assert all(file.is_file() and not file.name.startswith("_") for file in files)
+    assert {suite_name(file) for file in files} == {name} == {suite_name(path)}
+    assert all(map(is_shipped, files))
+    assert (len(files) > 1) is path.is_dir()
+
+
+def test_all_shipped_suites_are_found_where_none_is_named():
+    everything = find_suites([])
+    assert {suite_name(file) for file in everything} == {*shipped_suites()}
+    assert len(set(everything)) == len(everything)
+    assert "vehicle-board" in shipped_suites()
+    assert not any(path.name.startswith((".", "_")) for path in shipped_suites().values())
+
+
+def test_a_folder_of_a_user_holds_one_suite_for_each_file(tmp_path):
+    folder = tmp_path / "lights"
+    folder.mkdir()
+    file = folder / "test_lamp.py"
+    file.touch()
+    assert find_suites([str(folder), str(folder)]) == [folder]
+    assert suite_name(file) == "lamp"
+    assert not is_shipped(file)
+
+
+def test_a_suite_and_its_folder_are_the_same():
+    folder = SHIPPED_FOLDER / "vehicle_board"
+    assert find_suites(["vehicle-board", str(folder)]) == find_suites(["vehicle-board"])
