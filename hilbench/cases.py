@@ -8,12 +8,13 @@ bench there are also ``pioneer`` and ``world``, the truth to hold against what t
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 from hilbench.bench import Bench
-from hilbench.check.provider import CaseInfo
+from hilbench.check.provider import CaseInfo, CaseView
 from hilbench.client_under_test import ClientUnderTest, OwnClient
 from hilbench.clock import Scheduler
 from hilbench.errors import InternalError
@@ -21,12 +22,20 @@ from hilbench.fault_entries import FaultEntry
 from hilbench.journal import Journal
 from hilbench.line_faults import LineFaults
 from hilbench.links import Line, MemoryLink, Port
+from hilbench.live.about import about_sonars, about_world
+from hilbench.live.teller import Observed
+from hilbench.live.watch import Watch
 from hilbench.p2os_client import P2osClient
 from hilbench.peer import Peer
 from hilbench.pioneer import PioneerPlan, VirtualPioneer
 from hilbench.scripted_server import ScriptedServer
 from protocols.p2os import ClientOptions, Connection
 from worlds.world import World
+
+AT_SERVER: Mapping[str, Any] = {"operator": "checker", "protocol": "p2os"}
+"""What a view is told of the frames of a case: which source of the journal speaks what, here to a server."""
+AT_CLIENT: Mapping[str, Any] = {"operator": "server", "protocol": "p2os", "side": "target"}
+"""The same of a case of a client: the checker is the server."""
 
 ClientFactory = Callable[[Bench, Port, ClientOptions], P2osClient]
 Tap = Callable[[Scheduler, Port], Port]
@@ -57,6 +66,7 @@ class CaseBase(ABC):
         self.case = case
         self._faults = faults
         self._hash = ""
+        self._watch: Watch | None = None
         bench.journal.begin_case(case.id, bench.now_ns)
 
     @property
@@ -85,6 +95,27 @@ class CaseBase(ABC):
     @abstractmethod
     def _packets(self) -> Sequence[str]:
         """Return the latest packets, as lines."""
+
+    def watch(self) -> None:
+        """Keep from now on what a view of the case needs."""
+        self._watch = Watch(self.bench, self._machines_seen)
+
+    def view(self) -> CaseView:
+        """Return what there is to be seen now."""
+        assert self._watch is not None
+        return self._watch.view(self._about_view(), self._lines_seen())
+
+    def _machines_seen(self) -> Mapping[str, Observed]:
+        """Return the state machines that can be looked at, by their source in the journal."""
+        return {}
+
+    def _lines_seen(self) -> Mapping[str, Port]:
+        """Return the checker's ends of the lines."""
+        return {}
+
+    def _about_view(self) -> Mapping[str, Any]:
+        """Return what the header of a journal says to those who show it; see `hilbench.live.about`."""
+        return {}
 
 
 class VirtualCase(CaseBase):
@@ -198,6 +229,21 @@ class VirtualCase(CaseBase):
         """Return the commands the robot got, each with what became of it; None if there is no robot."""
         return frozenset(self.pioneer.commands) if "pioneer" in self.__dict__ else None
 
+    def _machines_seen(self) -> Mapping[str, Observed]:
+        own = self.client.own if "client" in self.__dict__ else None
+        client: dict[str, Observed] = {} if own is None else {"client": own.connection}
+        return client | ({"robot": self.pioneer.robot.connection} if "pioneer" in self.__dict__ else {})
+
+    def _lines_seen(self) -> Mapping[str, Port]:
+        ends = [self.__dict__[name].port for name in ("peer", "server") if name in self.__dict__]
+        return {"host": ends[0]} if ends else {}
+
+    def _about_view(self) -> Mapping[str, Any]:
+        if "pioneer" in self.__dict__:
+            robot = about_sonars(self.plan.settings.subclass) | about_world(self.world)
+            return {**AT_SERVER, **robot}
+        return AT_CLIENT
+
     def _packets(self) -> Sequence[str]:
         if "peer" in self.__dict__:
             return self.peer.evidence()
@@ -228,6 +274,12 @@ class AttachedCase(CaseBase):
         """Open the line again."""
         self.peer.attach(self._reopen())
 
+    def _lines_seen(self) -> Mapping[str, Port]:
+        return {"host": self.peer.port}
+
+    def _about_view(self) -> Mapping[str, Any]:
+        return AT_SERVER
+
     def _packets(self) -> Sequence[str]:
         return self.peer.evidence()
 
@@ -246,6 +298,12 @@ class ForeignClientCase(CaseBase):
         super().__init__(bench, case, faults)
         self.server = server
         self.client = client
+
+    def _lines_seen(self) -> Mapping[str, Port]:
+        return {"host": self.server.port}
+
+    def _about_view(self) -> Mapping[str, Any]:
+        return AT_CLIENT
 
     def _packets(self) -> Sequence[str]:
         return self.server.evidence()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile
@@ -10,7 +11,9 @@ from hilbench.cases import CaseBase
 from hilbench.check.provider import CaseInfo
 from hilbench.devices import DeviceActor
 from hilbench.line_faults import LineFaults
-from hilbench.links import Line, MemoryLink
+from hilbench.links import Line, MemoryLink, Port
+from hilbench.live.about import about_pkt
+from hilbench.live.teller import Observed
 from hilbench.rover_client import HostUnderTest
 from hilbench.rover_hands import ModelHands, RoverHands
 from hilbench.rover_peer import RoverPeer
@@ -43,6 +46,12 @@ class RoverCase(CaseBase):
 
     peer: RoverPeer
     hands: RoverHands | None = None
+
+    def _lines_seen(self) -> Mapping[str, Port]:
+        return {"host": self.peer.port}
+
+    def _about_view(self) -> Mapping[str, Any]:
+        return about_pkt("checker", {}, self.peer.profile.name)
 
     def _packets(self) -> Sequence[str]:
         return self.peer.evidence()
@@ -80,6 +89,9 @@ class VirtualRoverCase(RoverCase):
         self.hands = ModelHands(self.robot)
         self._actor = DeviceActor(bench, self.robot, link.b, name="rover")
 
+    def _machines_seen(self) -> Mapping[str, Observed]:
+        return {"rover": self.robot.connection}
+
 
 class HostCase(CaseBase):
     """What every case of a host has: a scripted rover at the far end of its line.
@@ -103,6 +115,12 @@ class HostCase(CaseBase):
         super().__init__(bench, case, faults)
         self.rover = rover
         self.client = client
+
+    def _lines_seen(self) -> Mapping[str, Port]:
+        return {"host": self.rover.port}
+
+    def _about_view(self) -> Mapping[str, Any]:
+        return about_pkt("rover", {}, self.rover.profile.name)
 
     def _packets(self) -> Sequence[str]:
         return self.rover.evidence()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from hilbench.bench import Bench
@@ -73,6 +73,9 @@ class VehicleCase(CaseBase):
     simulator: SimulatorPeer
     stack: StackPeer
     hands: VehicleHands | None = None
+
+    def _lines_seen(self) -> Mapping[str, Port]:
+        return {SIMULATOR_LINE: self.simulator.port, STACK_LINE: self.stack.port}
 
     def _packets(self) -> Sequence[str]:
         return [

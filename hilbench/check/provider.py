@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,3 +137,27 @@ class Preparing(Protocol):
         Raises:
             UnavailableError: something is not there. Nothing is then run.
         """
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CaseView:
+    """What there is to be seen of a case at one moment, for those who draw it.
+
+    Attributes:
+        about: what the header of a journal says to those who show it: state machines, boards, the world.
+        events: what happened in the case until then, as in the journal.
+    """
+
+    about: Mapping[str, Any]
+    events: Sequence[Mapping[str, Any]]
+
+
+@runtime_checkable
+class Viewable(Protocol):
+    """What the bench of a case may have besides: a view of it."""
+
+    def watch(self) -> None:
+        """Keep from now on what a view needs; called once, before the case begins."""
+
+    def view(self) -> CaseView:
+        """Return what there is to be seen now; called once, after `CaseBench.finish`."""

@@ -18,7 +18,7 @@ from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS, EventClass
 from hilbench.links import Port
 
-__all__ = ["TELL_EVERY_NS", "CountsMisses", "Observed", "Sense", "Senses", "Teller", "describe_machine"]
+__all__ = ["TELL_EVERY_NS", "CountsMisses", "Observed", "Sense", "Senses", "Teller", "Watched", "describe_machine"]
 
 TELL_EVERY_NS = 100 * NS_PER_MS
 _WHOLE_EVERY = 50
@@ -105,11 +105,17 @@ class _Timer:
 
 
 @dataclass(slots=True)
-class _Machine:
-    """A state machine, as told so far."""
+class Watched:
+    """A state machine, as told so far.
+
+    Attributes:
+        observed: the machine.
+        senses: what the ends of its timers mean.
+        The others are what was told last.
+    """
 
     observed: Observed
-    senses: Mapping[str, Sense]
+    senses: Mapping[str, Sense] = field(default_factory=dict)
     visits: dict[tuple[Any, Any], int] = field(default_factory=dict)
     counters: dict[str, int] = field(default_factory=dict)
     timers: dict[str, _Timer] = field(default_factory=dict)
@@ -119,6 +125,7 @@ class _Machine:
     state: str = ""
 
     def look(self, now_ns: int) -> None:
+        """Look at its timers; whoever looks often enough knows when each of them was set anew."""
         deadlines = {timer.name: deadline_ns for timer, deadline_ns in self.observed.deadlines.items()}
         for name in self.timers.keys() | deadlines.keys():
             timer = self.timers.setdefault(name, _Timer())
@@ -168,7 +175,7 @@ class Teller:
         machines: what is looked at, by the name that the journal knows it by.
         lines: the operator's ends of the lines, likewise.
         senses: what the ends of timers mean.
-        views: what else is looked at, by the kind of the event that tells it; nothing is told where nothing has changed.
+        views: what else is looked at, by the kind of the event that tells it; nothing is told where nothing changed.
     """
 
     def __init__(
@@ -181,7 +188,7 @@ class Teller:
         views: Mapping[str, Callable[[], Mapping[str, object]]] = MappingProxyType({}),
     ) -> None:
         self._bench = bench
-        self._machines = {name: _Machine(observed, senses.get(name, _NO_SENSES)) for name, observed in machines.items()}
+        self._machines = {name: Watched(observed, senses.get(name, _NO_SENSES)) for name, observed in machines.items()}
         self._lines = lines
         self._views = views
         self._told_views: dict[str, Mapping[str, object]] = {}

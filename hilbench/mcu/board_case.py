@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from hilbench.bench import Bench
 from hilbench.cases import CaseBase
 from hilbench.check.provider import CaseInfo, CaseSetup
 from hilbench.errors import InternalError
+from hilbench.links import Port
+from hilbench.live.about import about_boards, about_pkt, about_world
+from hilbench.live.teller import Observed
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.under_test import BoardUnderTest, boards_under_test
 from hilbench.world_runner import WorldRunner
+from protocols.pkt import PROFILES
 from targets.parts import Part
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 from worlds.vehicles.rover_4wd import Rover4wdBody
@@ -101,6 +105,22 @@ class BoardCase(CaseBase, BoardBench):
             scene: its scene; empty for that of the bench file.
         """
         return self._open_other(setup, scene)
+
+    def _machines_seen(self) -> Mapping[str, Observed]:
+        robot = self.emulated.surroundings.robot
+        return {} if robot is None else {"robot": robot.robot.connection}
+
+    def _lines_seen(self) -> Mapping[str, Port]:
+        lines = self.emulated.bench_file.checker_lines
+        return {name or "host": self.emulated.ports[end] for name, end in lines.items() if end in self.emulated.ports}
+
+    def _about_view(self) -> Mapping[str, Any]:
+        bench_file = self.emulated.bench_file
+        about = {"boards": about_boards(bench_file.boards), **about_world(self.emulated.surroundings.world)}
+        if "PKT!" not in self.case.needs:
+            return about
+        program = self.case.setup.program
+        return about | about_pkt("checker", {}, program if program in PROFILES else "documented")
 
     def _packets(self) -> Sequence[str]:
         return self.board.transcript[-_LINES_OF_EVIDENCE:]

@@ -62,7 +62,8 @@ class FramesModel:
         self._decoders: dict[bool, Decoder] = {}
         if self.protocol in DECODERS:
             make = DECODERS[self.protocol]
-            self._decoders = {True: make(self.options, "host"), False: make(self.options, "target")}
+            ends = ("target", "host") if live.get("side") == "target" else ("host", "target")
+            self._decoders = {True: make(self.options, ends[0]), False: make(self.options, ends[1])}
 
     @property
     def count(self) -> int:
