@@ -94,3 +94,18 @@ def test_an_installed_wheel_runs_an_image_on_a_board(wheel, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert "bluepill.usart2       > style-hal at 72000000 Hz" in done.stdout
+
+
+def test_an_installed_wheel_has_the_udev_rules(wheel, tmp_path):
+    home = tmp_path / "site"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(home)
+    program = (
+        f"import sys; sys.path.insert(0, {str(home)!r}); from hilbench.cli import main; "
+        "sys.exit(main(['udev', '--group', 'dialout']))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == (ROOT / "udev/70-hilbench.rules").read_text()

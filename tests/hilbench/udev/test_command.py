@@ -1,0 +1,237 @@
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import importlib
+import json
+import os
+
+import pytest
+
+from hilbench.cli import main
+from hilbench.host import Host, Ran
+from hilbench.ports import PortInfo, UsbIdentity
+from hilbench.udev import INSTALL_BY, install_rules, rules_text
+
+NAME = "70-hilbench.rules"
+NOBODY = 65534
+
+
+class Machine:
+    """A machine whose udev we are."""
+
+    def __init__(self, root, monkeypatch):
+        self.commands = []
+        self.verify = Ran(code=0, output="")
+        self.version = "252 (252.38-1~deb12u1)\n"
+        self.rules = root / "etc/udev/rules.d"
+        self.rules.mkdir(parents=True)
+        (root / "etc/group").write_text("root:x:0:\nuucp:x:986:\n")
+        host = Host(root=root, which=lambda name: f"/bin/{name}", run=self.run)
+        self.use(host, monkeypatch)
+
+    def use(self, host, monkeypatch):
+        self.host = host
+        monkeypatch.setattr("hilbench.host.this_host", lambda: host)
+
+    def run(self, command):
+        self.commands.append(command[1])
+        if command[1] == "--version":
+            return Ran(code=0, output=self.version)
+        return self.verify if command[1] == "verify" else Ran(code=0, output="")
+
+
+@pytest.fixture
+def machine(tmp_path, monkeypatch):
+    return Machine(tmp_path / "machine", monkeypatch)
+
+
+@pytest.fixture
+def nobody(tmp_path):
+    """Go on as somebody who may do nothing; who is not root is that already."""
+    for name in ("hilbench.commands.udev", "hilbench.udev_explained", "hilbench.console", "hilbench.siblings"):
+        importlib.import_module(name)
+    tmp_path.chmod(0o755)
+    for folder in list(tmp_path.parents)[:2]:
+        folder.chmod(0o755)
+    before = os.geteuid()
+    if before == 0:
+        os.seteuid(NOBODY)
+    yield
+    os.seteuid(before)
+
+
+def call(*words):
+    return main(["udev", *words])
+
+
+def test_they_are_printed_with_the_group_of_this_machine(machine, capsys):
+    assert call() == 0
+    out, err = capsys.readouterr()
+    assert out == rules_text("uucp")
+    assert INSTALL_BY in err
+
+
+def test_the_group_can_be_chosen(machine, capsys):
+    assert call("--group", "robots") == 0
+    assert capsys.readouterr().out == rules_text("robots")
+    assert call("--group", 'x"') == 2
+    assert "is no name of a group" in capsys.readouterr().err
+
+
+def test_they_are_installed_and_udev_is_told(machine, capsys):
+    assert call("--install") == 0
+    file = machine.rules / NAME
+    assert file.read_text() == rules_text("uucp")
+    assert file.stat().st_mode & 0o777 == 0o644
+    assert machine.commands == ["--version", "control", "trigger"]
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert f"written: {file}" in err
+    assert "udevadm verify: not run, systemd 252 cannot; 254 can" in err
+    assert [entry.name for entry in machine.rules.iterdir()] == [NAME]
+
+
+def test_into_another_folder_nothing_is_reloaded(machine, tmp_path, capsys):
+    assert call("--install", "--directory", str(tmp_path)) == 0
+    assert (tmp_path / NAME).read_text() == rules_text("uucp")
+    assert machine.commands == ["--version"]
+    assert "nothing was reloaded" in capsys.readouterr().err
+
+
+def test_where_udev_cannot_be_told_it_says_how(machine, monkeypatch, capsys):
+    machine.use(dataclasses.replace(machine.host, which=lambda _: None), monkeypatch)
+    assert call("--install") == 0
+    err = capsys.readouterr().err
+    assert "udevadm verify: not run, there is no udevadm here" in err
+    assert "sudo udevadm control --reload-rules && sudo udevadm trigger" in err
+
+
+def test_a_file_that_was_there_is_kept(machine, capsys):
+    (machine.rules / NAME).write_text("# mine\n")
+    assert call("--install") == 0
+    assert (machine.rules / f"{NAME}.old").read_text() == "# mine\n"
+    assert f"{NAME}.old" in capsys.readouterr().err
+    assert call("--install") == 0
+    assert (machine.rules / f"{NAME}.old").read_text() == "# mine\n"
+
+
+def test_not_as_root_they_go_where_one_may_write(machine, tmp_path, nobody, capsys):
+    own = tmp_path / "own"
+    if os.geteuid() == NOBODY:
+        os.seteuid(0)
+        own.mkdir()
+        os.chown(own, NOBODY, -1)
+        os.seteuid(NOBODY)
+    else:
+        own.mkdir()
+    assert call("--install", "--directory", str(own)) == 0
+    assert (own / NAME).stat().st_uid == os.geteuid()
+
+
+def test_not_as_root_etc_is_refused_with_what_to_do(machine, nobody, capsys):
+    machine_folder = machine.rules
+    if os.geteuid() != NOBODY:
+        machine_folder.chmod(0o555)
+    assert call("--install") == 3
+    err = capsys.readouterr().err
+    assert err.startswith(f"hilbench: {machine_folder}: only root may write there; hilbench udev | sudo tee ")
+    with contextlib.suppress(PermissionError):
+        assert list(machine_folder.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("missing", "there is no such folder; sudo mkdir -p "), ("file", "cannot be written: Not a ")]
+)
+def test_a_folder_that_is_none_is_refused(machine, tmp_path, capsys, name, said):
+    (tmp_path / "file").touch()
+    assert call("--install", "--directory", str(tmp_path / name)) == 3
+    assert f"{tmp_path / name}: {said}" in capsys.readouterr().err
+
+
+def test_a_disk_that_is_full_leaves_what_was_there(machine, monkeypatch):
+    text = rules_text("uucp")
+    install_rules(machine.rules, text)
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fchmod", full)
+    with pytest.raises(Exception, match="No space left on device"):
+        install_rules(machine.rules, text)
+    assert [entry.name for entry in machine.rules.iterdir()] == [NAME]
+    assert (machine.rules / NAME).read_text() == text
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "said"),
+    [
+        (None, 3, f"not installed; install them: {INSTALL_BY}"),
+        ("", 3, f"installed, not as this hilbench has them; put right by: {INSTALL_BY}"),
+        ('GOTO="nowhere"\n', 3, f"{NAME}:1: there is no label nowhere"),
+        (rules_text("uucp"), 0, "installed, as this hilbench has them"),
+    ],
+    ids=["missing", "other", "wrong", "right"],
+)
+def test_they_are_checked(machine, capsys, text, code, said):
+    if text is not None:
+        (machine.rules / NAME).write_text(text)
+    assert call("--check") == code
+    assert said in capsys.readouterr().out
+    assert call("--check", "--json") == code
+    assert json.loads(capsys.readouterr().out)["right"] == (code == 0)
+
+
+def test_udev_has_the_last_word(machine, capsys):
+    machine.version = "257\n"
+    assert call("--install") == 0
+    assert "udevadm verify of systemd 257: nothing found" in capsys.readouterr().err
+    machine.verify = Ran(code=1, output=f"{NAME}:7 Unknown\nkey.")
+    assert call("--check") == 3
+    assert f"udevadm verify of systemd 257: {NAME}:7 Unknown key." in capsys.readouterr().out
+
+
+def test_those_of_a_distribution_count_if_there_are_no_others(machine, capsys):
+    folder = machine.host.root / "usr/lib/udev/rules.d"
+    folder.mkdir(parents=True)
+    (folder / NAME).write_text(rules_text("uucp"))
+    assert call("--check") == 0
+    (machine.rules / NAME).write_text("")  # the usual way to switch rules off
+    assert call("--check") == 3
+
+
+def test_a_folder_can_be_checked(machine, tmp_path, monkeypatch, capsys):
+    machine.use(dataclasses.replace(machine.host, root=type(tmp_path)("/")), monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    assert call("--install", "--directory", ".", "--group", "plugdev") == 0
+    assert call("--check", "--directory", ".", "--group", "plugdev") == 0
+    assert str(tmp_path / NAME) in capsys.readouterr().out
+
+
+def test_they_are_explained(machine, monkeypatch, capsys):
+    usb = UsbIdentity(vendor_id=0x0483, product_id=0x374B, serial_number="0668FF", location="1-1", interface=2)
+    other = UsbIdentity(vendor_id=0x1234, product_id=1, location="1-2")
+    ports = [PortInfo(device="/dev/ttyACM0", usb=usb), PortInfo(device="/dev/ttyACM1", usb=other)]
+    monkeypatch.setattr("hilbench.ports.list_ports", lambda: ports)
+    assert call("--explain") == 0
+    out = capsys.readouterr().out
+    assert "/dev/ttyACM0: /dev/hilbench/stlink-0668FF-if02\n" in out
+    assert "/dev/ttyACM1: left alone" in out
+    assert "/etc/hilbench/keep-brltty" in out
+    assert call("--explain", "--json") == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["ports"][0] == {"device": "/dev/ttyACM0", "names": ["/dev/hilbench/stlink-0668FF-if02"]}
+    assert {"kind": "ch340", "usb": "1a86:7523", "chip": "CH340"} in data["devices"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--directory", "x"), "--directory: goes with --install and --check"),
+        (("--install", "--json"), "--json: goes with --check and --explain"),
+        (("--install", "--check"), "not allowed with"),
+    ],
+)
+def test_wrong_usage_is_refused(machine, capsys, words, said):
+    assert call(*words) == 2
+    assert said in capsys.readouterr().err
