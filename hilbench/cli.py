@@ -22,6 +22,7 @@ COMMANDS = {
     "check": "run conformance suites on a target and report clause by clause",
     "run": "run firmware on emulated boards, in virtual time",
     "decode": "show the bytes of a line as frames",
+    "export": "write a journal as MCAP, pcapng, VCD or CSV",
     "diff": "compare what the pins did in two recordings",
     "serve": "offer a virtual target on a pty or a TCP port, in real time",
     "init": "write a bench file and a test for firmware of your own",

@@ -256,6 +256,18 @@ class Journal:
         except OSError as error:
             reason = error.strerror or str(error)
             raise UnavailableError(f"cannot be read: {reason}", where=str(path)) from error
+        try:
+            return Journal.parse(data)
+        except UsageError as error:
+            raise UsageError(error.message, where=str(path)) from error
+
+    @staticmethod
+    def parse(data: bytes) -> Recording:
+        """Read the bytes of a journal up to their end, or to the line where they were cut.
+
+        Raises:
+            UsageError: they are no journal.
+        """
         lines = data.split(b"\n")
         cut = lines.pop()
         events: list[Mapping[str, Any]] = []
@@ -268,7 +280,7 @@ class Journal:
             events.append(event)
         header = events.pop(0) if events else {}
         if header.get("kind") != "journal" and lines:
-            raise UsageError("is not a hilbench journal", where=str(path))
+            raise UsageError("is not a hilbench journal")
         if not lines and problem is None:
             problem = "the file is empty"
         ended = bool(events) and events[-1]["kind"] == "host-end"

@@ -11,7 +11,7 @@ from typing import Any
 from hilbench.clock import NS_PER_S
 from hilbench.decode.items import Item, Kind
 
-__all__ = ["json_line", "said", "text_line", "value_text"]
+__all__ = ["json_line", "plain", "said", "text_line", "value_text"]
 
 _SHOWN_BYTES = 24
 
@@ -45,7 +45,7 @@ def json_line(item: Item, offset: int, stream: str, ns: int | None) -> str:
         about["stream"] = stream
     about |= {"kind": item.kind.value, "name": item.name}
     if item.kind is Kind.FRAME:
-        about["fields"] = {name: _plain(value) for name, value in item.fields.items()}
+        about["fields"] = {name: plain(value) for name, value in item.fields.items()}
     about["raw"] = item.raw.hex()
     return json.dumps(about)
 
@@ -63,7 +63,8 @@ def value_text(value: object) -> str:
     return str(value)
 
 
-def _plain(value: object) -> object:
+def plain(value: object) -> object:
+    """Return the value of a field as what JSON has."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, bytes):
@@ -71,9 +72,9 @@ def _plain(value: object) -> object:
     if isinstance(value, Enum):
         return value.name
     if isinstance(value, Mapping):
-        return {str(name): _plain(one) for name, one in value.items()}
+        return {str(name): plain(one) for name, one in value.items()}
     if hasattr(value, "__dataclass_fields__"):
-        return {name: _plain(getattr(value, name)) for name in value.__dataclass_fields__}
+        return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__}
     if isinstance(value, Iterable) and not isinstance(value, str):
-        return [_plain(one) for one in value]
+        return [plain(one) for one in value]
     return value

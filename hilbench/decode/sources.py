@@ -16,7 +16,7 @@ from typing import Any
 from hilbench.decode.decoders import Speaker
 from hilbench.errors import UnavailableError
 
-__all__ = ["FORMS", "Chunk", "read_chunks"]
+__all__ = ["FORMS", "Chunk", "chunk_of", "read_chunks"]
 
 FORMS = ("auto", "raw", "hex", "journal")
 
@@ -182,16 +182,26 @@ def _journal(pieces: Iterator[bytes], where: str) -> Iterator[Chunk]:
     for number, line, whole in _lines(pieces, where):
         try:
             event: Any = json.loads(line)
-            kind = event["kind"]
-            if kind in {"tx", "rx", "dropped"} and "data" in event:
-                yield _chunk_of(event, str(event["source"]), kind == "tx")
+            chunk = chunk_of(event)
+            if chunk is not None:
+                yield chunk
         except (ValueError, TypeError, KeyError):
             if whole:
                 raise UnavailableError("is no event of a journal", where=f"{where}:{number}") from None
 
 
-def _chunk_of(event: Any, source: str, sent: bool) -> Chunk:
-    """The bytes of an event; what a USART of a board sends is taken for what a host sends."""
+def chunk_of(event: Any) -> Chunk | None:
+    """Return the bytes of an event of a journal; None if it is about something else.
+
+    What a USART of a board sends is taken for what a host sends.
+
+    Raises:
+        ValueError, TypeError, KeyError: it is no event.
+    """
+    kind = event["kind"]
+    if kind not in {"tx", "rx", "dropped"} or "data" not in event:
+        return None
+    source, sent = str(event["source"]), kind == "tx"
     speaker = _SPEAKERS.get(source, "host" if ".usart" in source else "")
     return Chunk(
         data=bytes.fromhex(event["data"]),

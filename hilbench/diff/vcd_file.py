@@ -6,6 +6,7 @@ Variables of one bit are signals. Of our own files the names are those of the jo
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -46,7 +47,7 @@ class _Wire:
 
 
 def read_vcd(path: Path) -> Capture:
-    """Read a file.
+    """Read a file; one that was cut up to its last whole line.
 
     Raises:
         UnavailableError: it cannot be read, or is no value change dump.
@@ -55,8 +56,9 @@ def read_vcd(path: Path) -> Capture:
 
     reader = _Reader()
     try:
-        with path.open("rb") as file:
-            reader.read(file)
+        data = path.read_bytes()
+        end = data.rfind(b"\n") + 1 or len(data)
+        reader.read(io.BytesIO(data[:end]))
     except OSError as error:
         raise UnavailableError(f"cannot be read: {error.strerror or error}", where=str(path)) from error
     except (VCDParseError, ValueError) as error:
@@ -71,6 +73,7 @@ def read_vcd(path: Path) -> Capture:
         tracks=tracks,
         end_ns=reader.ns,
         floats=any(None in wire.values or (wire.known and wire.initial is None) for wire in wires),
+        remarks=("its last line has no end and is left out",) if data[end:].strip() else (),
     )
 
 

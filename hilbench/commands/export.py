@@ -1,0 +1,75 @@
+"""``hilbench export``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from hilbench import arguments
+from hilbench.errors import UsageError
+from hilbench.exit_codes import ExitCode
+from hilbench.parser import Parser, typed
+
+_EXAMPLES = """
+hilbench export run.jsonl --mcap run.mcap                   for Foxglove
+hilbench export check.jsonl --pcapng check.pcapng           for Wireshark
+hilbench export run.jsonl --vcd pins.vcd --csv events.csv   for GTKWave or PulseView, and for a spreadsheet
+hilbench export check.jsonl --case p2os-server/sync0_is_echoed --mcap one.mcap
+"""
+
+_NOTES = """
+JOURNAL may be any recording that hilbench reads: a journal (--journal), pcapng, MCAP, or a table of --csv. One that was
+cut is written up to there. Cases, each with a bench time of its own, follow each other. What each format has, and has
+not, is in docs/recordings.md.
+Exit code 0: written; 2: wrong usage, or nothing to write; 3: a file cannot be read or written.
+"""
+
+_FORMATS = ("mcap", "pcapng", "vcd", "csv")
+
+
+def parser() -> Parser:
+    """Return the parser of this command."""
+    made = Parser("hilbench export", "Write a journal in the formats of other programs.", _EXAMPLES, _NOTES)
+    add = made.add_argument
+    add("journal", metavar="JOURNAL", type=Path, help="what was recorded")
+    add("--mcap", metavar="FILE", type=typed(arguments.output_file),
+        help="everything, with decoded frames, poses and a log: Foxglove")  # fmt: skip
+    add("--pcapng", metavar="FILE", type=typed(arguments.output_file),
+        help="the bytes of the lines, and what happened as comments: Wireshark")  # fmt: skip
+    add("--vcd", metavar="FILE", type=typed(arguments.output_file), help="the pins as waveforms: GTKWave, PulseView")
+    add("--csv", metavar="FILE", type=typed(arguments.output_file), help="everything, a line for each event")
+    add("--case", metavar="ID", default="", help="only this case of a journal of 'hilbench check'")
+    add("--protocol", metavar="PROTOCOL", choices=("pkt", "p2os", "autoware", "carla"), default="",
+        help="what is spoken, for the frames of --mcap (default: what makes frames of most bytes)")  # fmt: skip
+    add("--json", action="store_true", help="print what was written as JSON")
+    return made
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Write, say what was written, and return the exit code."""
+    from hilbench.console import Console
+    from hilbench.files import check_writable, refuse_overwriting
+    from hilbench.names import json_text
+    from hilbench.recordings.export import export
+    from hilbench.recordings.layout import of_case
+    from hilbench.recordings.reading import read_recording
+
+    outputs = {name: getattr(parsed, name) for name in _FORMATS if getattr(parsed, name) is not None}
+    if not outputs:
+        raise UsageError("says no format", where="export", hint="one of --mcap, --pcapng, --vcd and --csv")
+    refuse_overwriting(((f"--{name}", path) for name, path in outputs.items()), [("the recording", parsed.journal)])
+    for name, path in outputs.items():
+        check_writable(path, f"--{name}")
+    console, where = Console(), str(parsed.journal)
+    recording = of_case(read_recording(parsed.journal), parsed.case, where)
+    written = export(recording, outputs, parsed.protocol, where)
+    if recording.problem is not None:
+        console.narrate(f"{where}: {recording.problem}: written up to there")
+    if parsed.json:
+        files = [{"file": str(one.path), "events": one.events, "remark": one.remark} for one in written]
+        console.data(json_text({"format": 1, "complete": recording.problem is None, "files": files}))
+    else:
+        for one in written:
+            remark = f" ({one.remark})" if one.remark else ""
+            console.data(f"wrote {one.path}: {one.events} events{remark}")
+    return ExitCode.OK

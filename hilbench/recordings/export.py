@@ -1,0 +1,99 @@
+"""`hilbench export`: a recording into files of other formats, each read back by its own reader of ours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+from hilbench.errors import UnavailableError, UsageError
+from hilbench.journal import Recording
+from hilbench.recordings.csv_file import write_csv
+from hilbench.recordings.frames import spoken
+from hilbench.recordings.layout import laid_out
+from hilbench.recordings.mcap_file import write_mcap
+from hilbench.recordings.pcapng import LEFT_OUT, write_pcapng
+from hilbench.recordings.vcd_file import summarised, write_vcd
+
+__all__ = ["Exported", "export"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exported:
+    """A file that was written.
+
+    Attributes:
+        path: the file.
+        events: how many events of the recording are in it.
+        remark: what a person must know of it; empty for nothing.
+    """
+
+    path: Path
+    events: int
+    remark: str = ""
+
+
+def export(recording: Recording, outputs: Mapping[str, Path], protocol: str, where: str) -> list[Exported]:
+    """Write a recording.
+
+    Args:
+        recording: what is written.
+        outputs: the files, by the name of the format: ``mcap``, ``pcapng``, ``vcd``, ``csv``.
+        protocol: what is spoken on its lines; empty for what makes frames of most of its bytes.
+        where: the name of the recording, for messages.
+
+    Raises:
+        UsageError: there are no pins to be written as waveforms.
+        UnavailableError: a file cannot be written.
+    """
+    if "vcd" in outputs and not any(event["kind"] == "pin" for event in recording.events):
+        raise UsageError("has no edges of pins", where=where, hint="'hilbench run BENCH --vcd FILE' writes every edge")
+    return [_WRITERS[name](recording, path, protocol) for name, path in outputs.items()]
+
+
+def _mcap(recording: Recording, path: Path, protocol: str) -> Exported:
+    protocol = protocol or spoken(laid_out(recording.events))
+    count = _written(path, lambda file: write_mcap(recording, file, protocol))
+    remark = f"with the frames of {protocol}" if protocol else "no protocol is known that makes frames of its bytes"
+    return Exported(path=path, events=count, remark=remark)
+
+
+def _pcapng(recording: Recording, path: Path, _protocol: str) -> Exported:
+    count = _written(path, lambda file: write_pcapng(recording, file))
+    left_out = sorted({event["kind"] for event in recording.events} & LEFT_OUT)
+    return Exported(path=path, events=count, remark=f"without {', '.join(left_out)}" if left_out else "")
+
+
+def _csv(recording: Recording, path: Path, _protocol: str) -> Exported:
+    return Exported(path=path, events=_written(path, lambda file: write_csv(recording, file)))
+
+
+def _vcd(recording: Recording, path: Path, _protocol: str) -> Exported:
+    pins = summarised(recording)
+    remark = f"some edges of {', '.join(pins)} are not in the journal: 'hilbench run --vcd' has them" if pins else ""
+    return Exported(path=path, events=write_vcd(recording, path), remark=remark)
+
+
+_WRITERS: Mapping[str, Callable[[Recording, Path, str], Exported]] = {
+    "mcap": _mcap,
+    "pcapng": _pcapng,
+    "vcd": _vcd,
+    "csv": _csv,
+}
+
+
+def _written(path: Path, write: Callable[[IO[bytes]], int]) -> int:
+    file = None
+    try:
+        file = path.open("wb")
+        count = write(file)
+        file.close()
+    except OSError as error:
+        raise UnavailableError(f"cannot be written: {error.strerror or error}", where=str(path)) from error
+    finally:
+        if file is not None:
+            with suppress(OSError):
+                file.close()
+    return count

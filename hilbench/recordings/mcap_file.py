@@ -1,0 +1,244 @@
+"""A recording as MCAP (mcap.dev/spec), which Foxglove opens: a channel for each source and kind of event.
+
+Each event of the journal is one JSON message, as it stands there. Besides there are the frames in the bytes, where a
+protocol is known, and poses and a log in the form that Foxglove's panels take. Chunks are not compressed: of a file
+that was cut, everything up to there can be read, even in the last chunk.
+"""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Iterator, Mapping
+from typing import IO, TYPE_CHECKING, Any
+
+import msgspec
+
+from hilbench.decode.lines import plain
+from hilbench.journal import Recording
+from hilbench.recordings.frames import framed
+from hilbench.recordings.layout import Event, json_bytes, laid_out
+from hilbench.recordings.mcap_schemas import (
+    EVENT_SCHEMA,
+    FOXGLOVE_SCHEMAS,
+    FRAME_SCHEMA,
+    LOG,
+    POSE,
+    event_schema,
+    frame_schema,
+    log_of,
+    pose_of,
+)
+
+if TYPE_CHECKING:
+    from mcap.writer import Writer
+
+__all__ = ["MAGIC", "read_mcap", "write_mcap"]
+
+MAGIC = b"\x89MCAP0\r\n"
+
+_CHUNK_BYTES = 256 * 1024
+_HEADER_NAME = "hilbench"
+_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _METADATA, _FOOTER = 3, 4, 5, 6, 12, 2
+_RECORD_HEAD = 9
+
+
+def write_mcap(recording: Recording, file: IO[bytes], protocol: str = "") -> int:
+    """Write a recording.
+
+    Args:
+        recording: what is written.
+        file: where to.
+        protocol: what is spoken on its lines, by its name in `hilbench.decode`; empty for no frames.
+
+    Returns:
+        How many events of the journal were written, each as one message.
+    """
+    from mcap.writer import CompressionType, Writer
+
+    writer = Writer(file, chunk_size=_CHUNK_BYTES, compression=CompressionType.NONE)
+    writer.start(profile="", library=f"hilbench {recording.header.get('hilbench', '')}")
+    writer.add_metadata(_HEADER_NAME, {"header": json_bytes(dict(recording.header)).decode()})
+    channels = _Channels(writer)
+    events = list(laid_out(recording.events))
+    streams = [_messages(channels, events)]
+    if protocol:
+        streams.append(_frames(channels, events, protocol))
+    for sequence, (ns, channel, data) in enumerate(_merged(streams)):
+        writer.add_message(channel, log_time=ns, data=data, publish_time=ns, sequence=sequence)
+    writer.finish()  # type: ignore[no-untyped-call]
+    return len(events)
+
+
+Message = tuple[int, int, bytes]
+"""Time, channel, data."""
+
+
+def _merged(streams: list[Iterator[Message]]) -> Iterator[Message]:
+    from heapq import merge
+
+    return merge(*streams, key=lambda message: message[0])
+
+
+def _messages(channels: _Channels, events: list[tuple[int, Event]]) -> Iterator[Message]:
+    for ns, event in events:
+        kind, source = str(event["kind"]), str(event.get("source", ""))
+        yield (
+            ns,
+            channels.of(f"/{_path(source)}/{kind}", EVENT_SCHEMA + kind, event_schema(kind)),
+            json_bytes(dict(event)),
+        )
+        for topic, schema, made in (("/log", LOG, log_of(ns, event)), ("/pose", POSE, pose_of(ns, event))):
+            if made is not None:
+                yield ns, channels.of(topic, schema, FOXGLOVE_SCHEMAS[schema]), json_bytes(made)
+
+
+def _frames(channels: _Channels, events: list[tuple[int, Event]], protocol: str) -> Iterator[Message]:
+    for one in framed(events, protocol):
+        said = {
+            "name": one.item.name,
+            "kind": one.item.kind.value,
+            "fields": {name: plain(value) for name, value in one.item.fields.items()},
+            "raw": one.item.raw.hex(),
+        }
+        channel = channels.of(f"/{_path(one.source)}/{one.kind}/frames", FRAME_SCHEMA, frame_schema())
+        yield one.ns, channel, json_bytes(said)
+
+
+def _path(source: str) -> str:
+    return source.replace(".", "/")
+
+
+class _Channels:
+    """Makes channels and schemas as they are needed."""
+
+    def __init__(self, writer: Writer) -> None:
+        self._writer = writer
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[tuple[str, str], int] = {}
+
+    def of(self, topic: str, schema: str, shape: Mapping[str, Any]) -> int:
+        """Return the channel of a topic."""
+        if schema not in self._schemas:
+            self._schemas[schema] = self._writer.register_schema(schema, "jsonschema", json_bytes(dict(shape)))
+        if (topic, schema) not in self._channels:
+            self._channels[topic, schema] = self._writer.register_channel(topic, "json", self._schemas[schema])
+        return self._channels[topic, schema]
+
+
+# --- reading
+
+
+def read_mcap(data: bytes) -> Recording:
+    """Read the events of a file that `write_mcap` has written; other messages are passed over.
+
+    A file that was cut is read up to there.
+    """
+    reader = _Reader()
+    problem = reader.read(data)
+    events = tuple(event for _, event in sorted(reader.events, key=lambda pair: pair[0]))
+    ended = bool(events) and events[-1]["kind"] == "host-end"
+    return Recording(header=reader.header, events=events, problem=problem, ended=ended)
+
+
+class _Reader:
+    """Takes the records of a file."""
+
+    def __init__(self) -> None:
+        self.header: dict[str, Any] = {}
+        self.events: list[tuple[int, Event]] = []
+        self._schemas: dict[int, str] = {}
+        self._channels: dict[int, str] = {}
+
+    def read(self, data: bytes) -> str | None:
+        """Take all of them; return what ended the reading before the end of the file."""
+        at = len(MAGIC)
+        while True:
+            record = _record(data, at)
+            if record is None:
+                return f"cut at byte {len(data)}" if data else "the file is empty"
+            code, body, end = record
+            whole = end <= len(data)
+            try:
+                self._take(code, body, whole=whole)
+            except _UNREADABLE as error:
+                return f"the record at byte {at} cannot be read: {type(error).__name__}"
+            if not whole:
+                return f"cut at byte {len(data)}"
+            if code == _FOOTER:
+                return None
+            at = end
+
+    def _take(self, code: int, body: bytes, *, whole: bool) -> None:
+        if code == _CHUNK:
+            for inner, content in _records(_unpacked(body, whole=whole)):
+                self._take(inner, content, whole=True)
+        elif not whole:
+            return
+        elif code == _METADATA:
+            self._take_header(body)
+        elif code in {_SCHEMA, _CHANNEL, _MESSAGE}:
+            self._take_message(code, body)
+
+    def _take_header(self, body: bytes) -> None:
+        from mcap.data_stream import ReadDataStream
+        from mcap.records import Metadata
+
+        found = Metadata.read(ReadDataStream(io.BytesIO(body)))
+        if found.name == _HEADER_NAME:
+            self.header = msgspec.json.decode(found.metadata["header"], type=dict[str, Any])
+
+    def _take_message(self, code: int, body: bytes) -> None:
+        from mcap.data_stream import ReadDataStream
+        from mcap.records import Channel, Message, Schema
+
+        stream = ReadDataStream(io.BytesIO(body))
+        if code == _SCHEMA:
+            schema = Schema.read(stream)
+            self._schemas[schema.id] = schema.name
+        elif code == _CHANNEL:
+            channel = Channel.read(stream)
+            self._channels[channel.id] = self._schemas.get(channel.schema_id, "")
+        else:
+            message = Message.read(stream, len(body))
+            if self._channels.get(message.channel_id, "").startswith(EVENT_SCHEMA):
+                event = msgspec.json.decode(message.data, type=dict[str, Any])
+                self.events.append((message.sequence, event))
+
+
+_UNREADABLE = (ValueError, KeyError, struct.error, EOFError, msgspec.DecodeError)
+
+
+def _record(data: bytes, at: int) -> tuple[int, bytes, int] | None:
+    """Return code, body and end of the record that begins here, whole or not; None if even its head is cut."""
+    if len(data) < at + _RECORD_HEAD:
+        return None
+    code, length = struct.unpack_from("<BQ", data, at)
+    begin = at + _RECORD_HEAD
+    return code, data[begin : begin + length], begin + length
+
+
+def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """Yield the whole records of a chunk, which may be cut."""
+    at = 0
+    while (record := _record(data, at)) is not None:
+        code, body, at = record
+        if at > len(data):
+            return
+        yield code, body
+
+
+def _unpacked(body: bytes, *, whole: bool) -> bytes:
+    """Return the records of a chunk; of one that is cut what there is, if it is not compressed."""
+    if not whole:
+        if len(body) < 32:
+            return b""
+        name_length = struct.unpack_from("<I", body, 28)[0]
+        return b"" if name_length else body[40:]
+    from mcap.data_stream import ReadDataStream
+    from mcap.records import Chunk
+    from mcap.stream_reader import get_chunk_data_stream
+
+    chunk = Chunk.read(ReadDataStream(io.BytesIO(body)))
+    stream, length = get_chunk_data_stream(chunk)
+    return bytes(stream.read(length))

@@ -1,0 +1,101 @@
+"""`hilbench export`, as a person meets it."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hilbench.cli import main
+from hilbench.journal import Journal
+from hilbench.recordings.reading import read_recording
+
+
+@pytest.fixture
+def journal(tmp_path):
+    path = tmp_path / "run.jsonl"
+    log = Journal(path, {"bench": "test"})
+    for case in ("a/one", "a/two"):
+        log.begin_case(case)
+        log.record("tx", "checker", 1000, data=bytes.fromhex("fafb03000000"))
+        log.record("pin", "brain.PB7", 1500, level=True)
+        log.end_case(2000)
+    log.close()
+    return path
+
+
+@pytest.fixture
+def export(capfd):
+    def run(*words):
+        code = main(["export", *map(str, words)])
+        return code, *capfd.readouterr()
+
+    return run
+
+
+def test_every_format_at_once(export, journal, tmp_path):
+    files = {name: tmp_path / f"it.{name}" for name in ("mcap", "pcapng", "vcd", "csv")}
+    code, out, _ = export(journal, *[word for name, path in files.items() for word in (f"--{name}", path)])
+    assert code == 0
+    assert out.count("wrote ") == 4
+    assert "without pin" in out
+    assert "frames of p2os" in out
+    for name in ("mcap", "csv"):
+        assert read_recording(files[name]).events == Journal.read(journal).events
+
+
+def test_one_case(export, journal, tmp_path):
+    code, _, _ = export(journal, "--csv", tmp_path / "c.csv", "--case", "a/two")
+    assert code == 0
+    found = read_recording(tmp_path / "c.csv").events
+    assert [event["kind"] for event in found] == ["case", "tx", "pin", "case-end"]
+
+
+def test_what_was_exported_can_be_exported(export, journal, tmp_path):
+    export(journal, "--mcap", tmp_path / "a.mcap")
+    code, out, _ = export(tmp_path / "a.mcap", "--csv", tmp_path / "b.csv", "--json")
+    assert code == 0
+    assert json.loads(out)["files"][0]["events"] == len(Journal.read(journal).events)
+
+
+def test_a_journal_that_was_cut_is_written_up_to_there(export, journal, tmp_path):
+    journal.write_bytes(journal.read_bytes()[:-20])
+    code, _, err = export(journal, "--csv", tmp_path / "b.csv")
+    assert code == 0
+    assert "cut in line" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        ((), 2, "says no format"),
+        (("--csv", "{folder}/run.jsonl"), 2, "would overwrite the recording"),
+        (("--csv", "{folder}/no/c.csv"), 2, "there is no folder"),
+        (("--csv", "{folder}/c.csv", "--case", "a/three"), 2, "has no case 'a/three'"),
+        (("--csv", "{folder}/c.csv", "--mcap", "{folder}/c.csv"), 2, "would overwrite"),
+        (("--csv", "/dev/full"), 3, "/dev/full: cannot be written"),
+        (("--mcap", "/dev/full"), 3, "/dev/full: cannot be written"),
+        (("--pcapng", "/dev/full"), 3, "/dev/full: cannot be written"),
+        (("--vcd", "/dev/full"), 3, "/dev/full"),
+    ],
+)
+def test_wrong_usage(export, journal, tmp_path, words, code, said):
+    found, out, err = export(journal, *[word.format(folder=tmp_path) for word in words])
+    assert (found, out) == (code, "")
+    assert said in err
+    assert len(err.splitlines()) == 1
+
+
+def test_no_pins(export, tmp_path):
+    path = tmp_path / "run.jsonl"
+    Journal(path).close()
+    code, _, err = export(path, "--vcd", tmp_path / "x.vcd")
+    assert code == 2
+    assert "has no edges of pins" in err
+    assert not (tmp_path / "x.vcd").exists()
+
+
+def test_no_such_file(export, tmp_path):
+    code, _, err = export(tmp_path / "no.jsonl", "--csv", tmp_path / "x.csv")
+    assert code == 3
+    assert "No such file" in err
