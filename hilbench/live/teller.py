@@ -18,7 +18,17 @@ from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS, EventClass
 from hilbench.links import Port
 
-__all__ = ["TELL_EVERY_NS", "CountsMisses", "Observed", "Sense", "Senses", "Teller", "Watched", "describe_machine"]
+__all__ = [
+    "TELL_EVERY_NS",
+    "CountsMisses",
+    "Observed",
+    "Sense",
+    "Senses",
+    "Teller",
+    "Watched",
+    "describe_line",
+    "describe_machine",
+]
 
 TELL_EVERY_NS = 100 * NS_PER_MS
 _WHOLE_EVERY = 50
@@ -123,6 +133,10 @@ class Watched:
     misses: dict[str, list[int]] = field(default_factory=dict)
     told_misses: dict[str, list[int]] = field(default_factory=dict)
     state: str = ""
+    counts: CountsMisses | None = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.counts = self.observed if isinstance(self.observed, CountsMisses) else None
 
     def look(self, now_ns: int) -> None:
         """Look at its timers; whoever looks often enough knows when each of them was set anew."""
@@ -131,8 +145,8 @@ class Watched:
             timer = self.timers.setdefault(name, _Timer())
             sense = self.senses.get(name, Sense.WATCHDOG)
             self.timers_moved = timer.look(deadlines.get(name), now_ns, sense) or self.timers_moved
-        if isinstance(self.observed, CountsMisses):
-            for kind, (count, most) in self.observed.misses.items():
+        if self.counts is not None:
+            for kind, (count, most) in self.counts.misses.items():
                 worst = self.misses.get(kind.name, [0, most, 0])[2]
                 self.misses[kind.name] = [count, most, max(worst, count)]
 
@@ -224,10 +238,10 @@ class Teller:
         self._bench.scheduler.after(TELL_EVERY_NS, self._tell, order=EventClass.CHECK, source="~teller")
 
     def _tell_line(self, name: str, port: Port, *, whole: bool) -> None:
-        about = {"up": port.line_is_up, "baud": port.baud, "pending": port.pending, **asdict(port.counters)}
+        about = describe_line(port)
         if whole or about != self._told_lines.get(name):
             self._told_lines[name] = about
-            self._bench.record("link", name, port=port.name, **about)
+            self._bench.record("link", name, **about)
 
     def _tell_pace(self) -> None:
         scheduler = self._bench.scheduler
@@ -245,6 +259,12 @@ class Teller:
             slips=scheduler.slips,
             slipped_ns=scheduler.slipped_ns,
         )
+
+
+def describe_line(port: Port) -> dict[str, Any]:
+    """Return how one end of a line is: its name, whether it is up, its rate, what waits, its counters."""
+    about = {"port": port.name, "up": port.line_is_up, "baud": port.baud, "pending": port.pending}
+    return {**about, **asdict(port.counters)}
 
 
 def describe_machine(observed: Observed) -> dict[str, Any]:
