@@ -20,12 +20,25 @@ ROOT = Path(__file__).parents[4]
 # a second or more each
 LONG = {"selftest-iwdg", "selftest-usart", "style-kernel-busy"}
 
+# waits for seconds: executing what can be skipped takes minutes
+LONGEST = "h753-chip"
+
 # one for each thing that a machine may be doing when it is interrupted
 FEW = (
     *("bad-lockup", "bad-iwdg-loop", "bench-tick-1khz", "bench-tick-1khz.table", "boot-combined", "echo-dma"),
     *("f767-demo", "f767-demo.table", "f767-sleep", "h753-demo", "h753-sleep"),
     *("style-irq-dma", "style-irq-dma.table", "style-kernel", "style-ll-sleep"),
 )
+
+
+def any_image_in_any_run():
+    for name in SCENARIOS:
+        if name in FEW or name in LONG:
+            continue
+        for label, run in RUNS.items():
+            too_long = name == LONGEST and not run.skip_idle
+            marks = pytest.mark.exhaustive if too_long else pytest.mark.thorough
+            yield pytest.param(name, run, marks=marks, id=f"{name}-{label}")
 
 
 def long_ones_apart(names):
@@ -49,9 +62,7 @@ def test_it_does_not_matter_how_it_is_run(name, run):
     check(name, run)
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
-@pytest.mark.parametrize("name", [name for name in SCENARIOS if name not in (*FEW, *LONG)])
+@pytest.mark.parametrize(("name", "run"), list(any_image_in_any_run()))
 def test_it_does_not_matter_how_any_image_is_run(name, run):
     check(name, run)
 
