@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-from hilbench.bench_model import World
+from hilbench.bench_model import PortEntry, World
 from hilbench.errors import UsageError
 from hilbench.fault_entries import FaultEntry
 from hilbench.model_kinds import ModelSettings
@@ -179,6 +179,7 @@ class BenchFile:
         suites: what is checked where no suite is asked for: names of shipped suites, and paths.
         variants: the files of other benches, by names that cases use.
         faults: what goes wrong on the lines; each says which way (``towards``), but for those of both ways.
+        port: how a real port is opened, and the board behind it reset.
         without_car: the car that would stand ready is not needed, and neither is its world.
     """
 
@@ -195,6 +196,7 @@ class BenchFile:
     suites: tuple[str, ...] = ()
     variants: Mapping[str, Path] = field(default_factory=dict)
     faults: tuple[FaultEntry, ...] = ()
+    port: PortEntry = field(default_factory=PortEntry)
     without_car: bool = False
 
     def header(self, seed: int) -> dict[str, object]:

@@ -8,6 +8,7 @@ import msgspec
 from msgspec import UNSET, UnsetType
 
 from hilbench.fault_entries import FaultEntry
+from hilbench.links.serial_target import LineSettings
 
 
 class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -113,6 +114,35 @@ class WireEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     ends: Annotated[tuple[str, ...], msgspec.Meta(min_length=2)]
 
 
+class PortEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How a real port is opened that takes the place of a target, and how the board behind it is reset.
+
+    A hook is a list of steps: ``dtr on``, ``rts off``, ``dtr off rts on`` (both at once), ``break 250ms``, ``wait
+    100ms``, ``run COMMAND`` (a relay, a probe).
+
+    Attributes:
+        dtr: level that DTR shall have when the port is open, true for asserted; as opening leaves it if not given.
+        rts: likewise of RTS.
+        parity: ``N``, ``E`` or ``O``.
+        stop_bits: 1 or 2.
+        boot: what is done once, when the port was opened for the first time.
+        reset: what is done before each case.
+    """
+
+    dtr: bool | UnsetType = UNSET
+    rts: bool | UnsetType = UNSET
+    parity: Literal["N", "E", "O"] = "N"
+    stop_bits: Literal[1, 2] = 1
+    boot: tuple[str, ...] = ()
+    reset: tuple[str, ...] = ()
+
+    @property
+    def settings(self) -> LineSettings:
+        """How the port is opened where the command line does not say."""
+        dtr, rts = (None if level is UNSET else level for level in (self.dtr, self.rts))
+        return LineSettings(dtr=dtr, rts=rts, parity=self.parity, stop_bits=self.stop_bits)
+
+
 class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A bench file as it is written.
 
@@ -124,6 +154,7 @@ class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         links: the serial lines.
         wires: what joins pins of boards.
         faults: what goes wrong on the links.
+        port: how a real port is opened that takes the place of a target.
         lockstep_us: how far one of several boards that wires join may be ahead of the others, in microseconds: an edge
             from one to another is that much late at most. Frames on lines between boards are never late.
         suites: what ``hilbench check`` runs on this bench where no suite is asked for: names of shipped suites, or
@@ -138,6 +169,7 @@ class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     links: tuple[LinkEntry, ...] = ()
     wires: tuple[WireEntry, ...] = ()
     faults: tuple[FaultEntry, ...] = ()
+    port: PortEntry = PortEntry()
     lockstep_us: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 20
     suites: tuple[str, ...] = ()
     variants: dict[str, str] = {}

@@ -17,12 +17,13 @@ import msgspec
 from msgspec import UNSET
 
 from hilbench.bench_file import CHECKER_END, BenchFile, EmulatedBoard, Link, ModelTarget, is_checker_end
-from hilbench.bench_model import BenchModel, LinkEntry, TargetEntry, World
+from hilbench.bench_model import BenchModel, LinkEntry, PortEntry, TargetEntry, World
 from hilbench.board_files import open_board
 from hilbench.check.suites import shipped_suites
 from hilbench.clock import NS_PER_US
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.fault_entries import FaultEntry
+from hilbench.line_hooks import parse_step
 from hilbench.model_kinds import MODEL_KINDS
 from hilbench.names import file_name
 from hilbench.nearest import did_you_mean
@@ -154,6 +155,7 @@ class _Reader:
             suites=self._suites(model),
             variants={name: self._file_beside(text, ("variants", name)) for name, text in model.variants.items()},
             faults=self._faults(model, links),
+            port=self._port(model),
         )
 
     # --- targets
@@ -263,6 +265,15 @@ class _Reader:
     def _world(self, model: BenchModel) -> World:
         scene = resolve_scene(model.world.scene, self._folder, self._file.place(("world", "scene")))
         return msgspec.structs.replace(model.world, scene=scene)
+
+    def _port(self, model: BenchModel) -> PortEntry:
+        for hook in ("boot", "reset"):
+            for number, step in enumerate(getattr(model.port, hook)):
+                try:
+                    parse_step(step)
+                except ValueError as error:
+                    raise self._strict.error(str(error), ("port", hook, number)) from None
+        return model.port
 
     # --- lines
 

@@ -221,16 +221,17 @@ class LinePeer(ABC, Generic[MessageT]):
     # --- the line
 
     def attach(self, port: Port) -> None:
-        """Use another port from now on."""
+        """Use another port from now on; one that has gone meanwhile is forgiven."""
         self.port = port
         self.line_expected = True
+        self._went_away = False
         self._begin_reading()
         port.on_receive = self._take
         port.on_line = self._line_changed
 
     def require_line(self) -> None:
-        """Raise UnavailableError if the far end has gone away by itself."""
-        if self.line_expected and not self.port.line_is_up:
+        """Raise UnavailableError if the far end has gone away by itself, whether it is back by now or not."""
+        if self.line_expected and (self._went_away or not self.port.line_is_up):
             raise UnavailableError("the target closed the line", where=self.port.name)
 
     def _take(self, data: bytes, at_ns: int) -> None:
@@ -248,3 +249,4 @@ class LinePeer(ABC, Generic[MessageT]):
 
     def _line_changed(self, up: bool, _at_ns: int) -> None:
         self.bench.record("line", "checker", up=up)
+        self._went_away |= self.line_expected and not up

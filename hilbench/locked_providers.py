@@ -7,6 +7,7 @@ import shlex
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from hilbench.bench import Bench
@@ -20,12 +21,23 @@ from hilbench.client_under_test import (
     ExecClient,
     ListenClient,
 )
-from hilbench.clock import MonotonicHostClock, Scheduler
+from hilbench.clock import NS_PER_S, MonotonicHostClock, Scheduler
 from hilbench.config import BenchFile
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.line_faults import LineFaults
+from hilbench.line_hooks import run_hook
 from hilbench.line_peer import LinePeer
-from hilbench.links import DEFAULT_BAUD, Line, Port, PtyDoor, SerialPort, TcpDoor, parse_serial_target
+from hilbench.links import (
+    DEFAULT_BAUD,
+    Line,
+    Port,
+    PtyDoor,
+    ReconnectingPort,
+    SerialTarget,
+    TcpDoor,
+    parse_serial_target,
+)
+from hilbench.links.reconnecting import POLL_NS
 from hilbench.observing import counters_of, pace_of
 from hilbench.peer import Peer
 from hilbench.scripted_server import ScriptedServer
@@ -36,6 +48,9 @@ CaseT = TypeVar("CaseT", bound=CaseBase)
 
 _LAST_WORDS_S = 0.5
 """How long a client's last bytes may take to pass the wire, so that the next case does not hear them. A choice."""
+
+RETURN_WITHIN_S = 15.0
+"""How long a run waits between two cases for a board that has been unplugged, in seconds (choice)."""
 
 _SERVER_CAPABILITIES = frozenset({"P2OS", "server"})
 
@@ -51,6 +66,7 @@ class LockedProvider:
         self._bench = shared.bench(self._scheduler)
         self._locked = False
         self._ports: list[Port] = []
+        self._returns = True
 
     @property
     def suites(self) -> Sequence[str]:
@@ -69,6 +85,26 @@ class LockedProvider:
         if not self._locked:
             self._scheduler.lock(self._host)
             self._locked = True
+
+    def _open_serial(self, target: SerialTarget) -> Port:
+        """Open a real port that may be unplugged and come back."""
+        port = ReconnectingPort(self._scheduler, target, record=self._bench.record)
+        self._ports.append(port)
+        return port
+
+    def _await_return(self, peers: Sequence[LinePeer[Any]]) -> None:
+        """Wait for what has been unplugged, between two cases: the next one begins with a line that is up.
+
+        Raises:
+            UnavailableError: it does not come back.
+        """
+        for peer in peers:
+            within_s = RETURN_WITHIN_S if self._returns else 2 * POLL_NS / NS_PER_S
+            if not peer.port.line_is_up and not self._bench.run_until(partial(_is_up, peer.port), within_s):
+                self._returns = False  # the others are not to wait as long
+                raise UnavailableError("has gone and has not come back", where=peer.port.name, hint="plug it in again")
+            self._returns = True
+            peer.attach(peer.port)
 
     def close(self) -> None:
         """Give the clock and the journal back."""
@@ -93,7 +129,7 @@ class AttachedProviderBase(LockedProvider, ABC, Generic[PeerT, CaseT]):
 
     def __init__(self, shared: Shared, spec: str) -> None:
         super().__init__(shared, spec)
-        self._serial = parse_serial_target(spec, self.USUAL_BAUD)
+        self._serial = parse_serial_target(spec, self.USUAL_BAUD, shared.bench_file.port.settings)
         self._peer: PeerT | None = None
 
     @abstractmethod
@@ -112,9 +148,12 @@ class AttachedProviderBase(LockedProvider, ABC, Generic[PeerT, CaseT]):
         self._lock()
         if self._peer is None:
             self._peer = self._make_peer(self._open_port())
+            run_hook(self._bench, self._peer.port, "boot", self._shared.bench_file.port.boot)
         elif not self._peer.port.line_is_up and not self._peer.line_expected:
             self._peer.attach(self._open_port())
+        self._await_return([self._peer])
         self._peer.port.baud = self._serial.baud
+        run_hook(self._bench, self._peer.port, "reset", self._shared.bench_file.port.reset)
         self._peer.settle()
         yield from self._case(case, self._peer)
 
@@ -153,9 +192,7 @@ class AttachedProviderBase(LockedProvider, ABC, Generic[PeerT, CaseT]):
             peer.line_expected = was_expected
 
     def _open_port(self) -> Port:
-        port = SerialPort(self._scheduler, self._serial)
-        self._ports.append(port)
-        return port
+        return self._open_serial(self._serial)
 
 
 class AttachedProvider(AttachedProviderBase[Peer, AttachedCase]):
@@ -299,6 +336,10 @@ class ExecProvider(_ClientProvider):
 
     def _client(self) -> ClientUnderTest:
         return ExecClient(self._command, self._names)
+
+
+def _is_up(port: Port) -> bool:
+    return port.line_is_up
 
 
 def _baud_of(bench_file: BenchFile) -> int:

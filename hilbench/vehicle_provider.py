@@ -16,7 +16,8 @@ from hilbench.checker_lines import ports_of_lines
 from hilbench.clock import Scheduler
 from hilbench.devices import LinesActor
 from hilbench.errors import UnavailableError, UsageError
-from hilbench.links import Line, MemoryLink, Port, SerialPort, SerialTarget, parse_serial_target
+from hilbench.line_hooks import run_hook
+from hilbench.links import Line, MemoryLink, parse_serial_target
 from hilbench.locked_providers import FarEnd, LockedProvider
 from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
@@ -176,7 +177,8 @@ class AttachedVehicleProvider(LockedProvider):
         lines = vehicle_lines(shared.bench_file)
         specs = ports_of_lines(lines, choices)
         super().__init__(shared, ", ".join(f"{line} at {specs[line]}" for line in lines))
-        self._serial = [parse_serial_target(specs[line], BAUD) for line in lines]
+        settings = shared.bench_file.port.settings
+        self._serial = [parse_serial_target(specs[line], BAUD, settings) for line in lines]
         self._peers: tuple[SimulatorPeer, StackPeer] | None = None
 
     @property
@@ -195,8 +197,11 @@ class AttachedVehicleProvider(LockedProvider):
         """Settle the board and hand it to one case."""
         self._lock()
         if self._peers is None:
-            to_simulator, to_stack = (self._open_port(serial) for serial in self._serial)
+            to_simulator, to_stack = (self._open_serial(serial) for serial in self._serial)
             self._peers = SimulatorPeer(self._bench, to_simulator), StackPeer(self._bench, to_stack)
+            run_hook(self._bench, to_simulator, "boot", self._shared.bench_file.port.boot)
+        self._await_return(self._peers)
+        run_hook(self._bench, self._peers[0].port, "reset", self._shared.bench_file.port.reset)
         self._settle()
         yield AttachedVehicleCase(self._bench, case, *self._peers)
 
@@ -215,11 +220,6 @@ class AttachedVehicleProvider(LockedProvider):
         simulator.settle()
         stack.settle()
         simulator.forget()
-
-    def _open_port(self, serial: SerialTarget) -> Port:
-        port = SerialPort(self._scheduler, serial)
-        self._ports.append(port)
-        return port
 
 
 def vehicle_lines(bench_file: BenchFile) -> tuple[str, str]:

@@ -107,6 +107,8 @@ class PortCounters(msgspec.Struct, frozen=True, kw_only=True):
         lost: bytes handed over that could not be delivered.
         overruns: bytes refused because the transmit queue was full.
         framing_errors: bytes received without a stop bit where one was due.
+        parity_errors: bytes received with the wrong parity, where the driver of a real port counts them.
+        receive_overruns: bytes that a real port's UART or driver had no room for, likewise.
         breaks: break conditions received.
         refused: clients turned away.
         withdrawn: bytes handed over and taken back before they were sent.
@@ -117,6 +119,8 @@ class PortCounters(msgspec.Struct, frozen=True, kw_only=True):
     lost: int = 0
     overruns: int = 0
     framing_errors: int = 0
+    parity_errors: int = 0
+    receive_overruns: int = 0
     breaks: int = 0
     refused: int = 0
     withdrawn: int = 0

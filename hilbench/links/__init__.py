@@ -3,17 +3,27 @@
 from hilbench.links.memory import MemoryLink, MemoryPort
 from hilbench.links.port import Line, LinkCounters, Port
 from hilbench.links.pty import PtyDoor
-from hilbench.links.serialport import DEFAULT_BAUD, SerialPort, SerialTarget, is_serial_target, parse_serial_target
+from hilbench.links.reconnecting import ReconnectingPort
+from hilbench.links.serial_target import (
+    DEFAULT_BAUD,
+    LineSettings,
+    SerialTarget,
+    is_serial_target,
+    parse_serial_target,
+)
+from hilbench.links.serialport import SerialPort
 from hilbench.links.tcp import TcpDoor
 
 __all__ = [
     "DEFAULT_BAUD",
     "Line",
+    "LineSettings",
     "LinkCounters",
     "MemoryLink",
     "MemoryPort",
     "Port",
     "PtyDoor",
+    "ReconnectingPort",
     "SerialPort",
     "SerialTarget",
     "TcpDoor",

@@ -51,6 +51,8 @@ class LinkCounters:
         withdrawn: Bytes handed over and taken back before they were sent.
         overruns: Bytes refused because the transmit queue was full.
         framing_errors: Bytes received without a stop bit where one was due.
+        parity_errors: Bytes received with the wrong parity, where the driver of a real port counts them.
+        receive_overruns: Bytes that a real port's UART or driver had no room for, likewise.
         breaks: Break conditions received.
         refused: Clients turned away.
     """
@@ -61,6 +63,8 @@ class LinkCounters:
     withdrawn: int = 0
     overruns: int = 0
     framing_errors: int = 0
+    parity_errors: int = 0
+    receive_overruns: int = 0
     breaks: int = 0
     refused: int = 0
 

@@ -1,75 +1,47 @@
 """The client side of a real line: whatever pyserial can open, by device path or URL.
 
-Opening does not touch DTR and RTS. Linux asserts both when a port is opened, and pyserial's default leaves them so.
-Boards with the automatic bootloader circuit of Espressif are reset when one of the two is asserted alone, as happens
-on the way when they are switched off one after the other; both asserted is harmless (esptool documentation, "Boot Mode
-Selection"). Boards of the Arduino Uno kind are reset when DTR becomes asserted: that cannot be helped the first time,
-but with HUPCL cleared the lines stay asserted when the port is closed, and opening it again resets nothing.
+The bench never waits for it: a port with a descriptor is written without blocking, as much as the system takes, and any
+other is written by a thread (`hilbench.links.threaded`). How it is opened is in `hilbench.links.serial_device`.
 """
 
 from __future__ import annotations
 
 import contextlib
-import errno
-import grp
 import io
 import os
-import re
 import termios
-import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from queue import Empty, SimpleQueue
-from typing import Any
-
-import serial
 
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass, Scheduler
-from hilbench.errors import HilbenchError, UnavailableError, UsageError
+from hilbench.errors import UnavailableError
 from hilbench.links.door import READ_BYTES, Input
 from hilbench.links.port import PortBase
+from hilbench.links.serial_device import (
+    LineErrors,
+    ModemLines,
+    close_serial,
+    line_errors,
+    modem_lines,
+    open_serial,
+    set_modem_lines,
+)
+from hilbench.links.serial_target import SerialTarget, located, parse_serial_target
+from hilbench.links.threaded import ThreadedStream
 
-DEFAULT_BAUD = 9600
+__all__ = ["WRITE_TIMEOUT_S", "SerialPort"]
+
 WRITE_TIMEOUT_S = 1.0
-# A port that has no descriptor is read by a thread, which looks this often whether it should end.
-_THREAD_READ_S = 0.1
+ERRORS_EVERY_NS = 100 * NS_PER_MS
+"""How often the driver is asked for line errors and breaks (choice)."""
 _RETRY_NS = 2 * NS_PER_MS
-_WITH_BAUD = re.compile(r"(?P<url>.+)@(?P<baud>\d+)")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SerialTarget:
-    """What to open: a device path or pyserial URL, and the baud rate in bit/s."""
-
-    url: str
-    baud: int
-
-
-def is_serial_target(text: str) -> bool:
-    """Say whether a target is at a serial port or behind a pyserial URL, and not something of this machine's own."""
-    return text.startswith("serial:") or "://" in text
-
-
-def parse_serial_target(text: str, default_baud: int = DEFAULT_BAUD) -> SerialTarget:
-    """Return what `[serial:]PATH-OR-URL[@BAUD]` names, such as `serial:/dev/ttyUSB0@115200` or `socket://host:8101`.
-
-    Raises:
-        UsageError: no path, or a baud rate of 0.
-    """
-    rest = text.removeprefix("serial:")
-    match = _WITH_BAUD.fullmatch(rest)
-    url, baud = (match["url"], int(match["baud"])) if match else (rest, default_baud)
-    if not url or url.startswith("@") or baud == 0:
-        raise UsageError(f"not a serial port: {text!r}", hint="write serial:/dev/ttyUSB0@115200 or a pyserial URL")
-    return SerialTarget(url=url, baud=baud)
 
 
 class SerialPort(PortBase):
     """A port of this machine, or whatever a pyserial URL leads to.
 
-    The line is up from the start; it goes down, for good, when the device disappears or the far end hangs up.
+    The line is up from the start; it goes down, for good, when the device disappears or the far end hangs up. See
+    `hilbench.links.reconnecting` for one that comes again.
 
     Args:
         scheduler: Owner of bench time, locked to the host's clock before it runs.
@@ -94,22 +66,31 @@ class SerialPort(PortBase):
         super().__init__(name or self.target.url)
         self._scheduler = scheduler
         self._write_timeout_ns = round(write_timeout_s * NS_PER_S)
-        self._serial = _open(self.target, write_timeout_s)
+        self._serial = open_serial(located(self.target), write_timeout_s)
         self._baud = self.target.baud
         self._waiting = bytearray()
         self._taken_ns = 0
         self._writing = False
-        self._reader: _ReaderThread | None = None
-        try:
-            descriptor = self._serial.fileno()
-        except (AttributeError, io.UnsupportedOperation):
-            self._serial.timeout = _THREAD_READ_S
-            self._reader = _ReaderThread(self._serial)
-            descriptor = self._reader.fileno()
-        self._input = Input(descriptor=descriptor, read=self._read)
         self._native = hasattr(self._serial, "fd")
+        self._stream: ThreadedStream | None = None
+        self._descriptor = self._own_descriptor()
+        if self._descriptor is None:
+            self._stream = ThreadedStream(self._serial, drain_s=write_timeout_s)
+        self._input = Input(descriptor=(self._stream or self._serial).fileno(), read=self._read)
+        self._errors = self._count_errors()
         self.line_is_up = True
         scheduler.add_source(self._input)
+        if self._errors is not None:
+            self._look_at_errors_later()
+
+    def _own_descriptor(self) -> int | None:
+        """Return what can be read and written without pyserial; None if there is no such thing."""
+        if self.target.url.lower().startswith("spy:"):
+            return None  # shows what passes through pyserial
+        try:
+            return int(self._serial.fileno())
+        except (AttributeError, io.UnsupportedOperation):
+            return None
 
     @property
     def baud(self) -> int:
@@ -139,10 +120,13 @@ class SerialPort(PortBase):
     @property
     def pending(self) -> int:
         """Bytes written that the system has not taken, or, where it tells, has not sent."""
-        try:
-            return len(self._waiting) + (self._serial.out_waiting if self._native and not self.closed else 0)
-        except OSError:
-            return len(self._waiting)
+        beyond = 0
+        with contextlib.suppress(OSError):
+            if self._stream is not None:
+                beyond = self._stream.writing
+            elif self._native and not self.closed:
+                beyond = self._serial.out_waiting
+        return len(self._waiting) + beyond
 
     def send_break(self, duration_ns: int) -> None:
         """Hold the line low for `duration_ns`; nothing happens on ports that cannot."""
@@ -159,13 +143,38 @@ class SerialPort(PortBase):
         # What was written goes out as far as the system takes it; this end does not wait for it.
         with contextlib.suppress(OSError):
             self._hand_over()
+        self._scheduler.remove_source(self._input)
+        if self._stream is not None:
+            self.counters.lost += self._stream.close()
+        else:
+            close_serial(self._serial)
         self.counters.lost += len(self._waiting)
         self._waiting.clear()
-        self._scheduler.remove_source(self._input)
-        if self._reader is not None:
-            self._reader.close()
-        with contextlib.suppress(OSError):
-            self._serial.close()
+
+    # --- lines beside the data
+
+    @property
+    def modem_lines(self) -> ModemLines | None:
+        """The levels of the lines beside the data; None on a port that has none."""
+        return modem_lines(self._serial.fd) if self._native and not self.closed else None
+
+    def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:
+        """Set DTR and RTS, True for asserted, both at once where that can be done; None leaves one as it is.
+
+        Raises:
+            UnavailableError: the port has no such lines, or is gone.
+        """
+        try:
+            if self._native:
+                set_modem_lines(self._serial.fd, dtr=dtr, rts=rts)
+                return
+            if dtr is not None:
+                self._serial.dtr = dtr
+            if rts is not None:
+                self._serial.rts = rts
+        except (OSError, TypeError) as error:
+            message = "DTR and RTS cannot be set: the port has no such lines, or is gone"
+            raise UnavailableError(message, where=self.name) from error
 
     # --- out
 
@@ -191,18 +200,15 @@ class SerialPort(PortBase):
         """Give the system as much as it takes without waiting; return how many bytes that were."""
         if not self._waiting:
             return 0
-        if self._native:
+        if self._stream is not None:
+            taken = self._stream.offer(bytes(self._waiting[:READ_BYTES]))
+        else:
             # Not pyserial's write: with a timeout it does not say how much it wrote, without one it can hang.
+            assert self._descriptor is not None
             try:
-                taken = os.write(self._serial.fd, self._waiting)
+                taken = os.write(self._descriptor, self._waiting)
             except BlockingIOError:
                 return 0
-        else:
-            taken = len(self._waiting[:READ_BYTES])
-            try:
-                self._serial.write(bytes(self._waiting[:taken]))
-            except serial.SerialTimeoutException:
-                self.counters.lost += taken
         del self._waiting[:taken]
         return taken
 
@@ -215,7 +221,7 @@ class SerialPort(PortBase):
 
     def _read(self, at_ns: int) -> None:
         try:
-            data = self._reader.take() if self._reader is not None else self._serial.read(READ_BYTES)
+            data = self._stream.take() if self._stream is not None else self._serial.read(READ_BYTES)
         except (OSError, TypeError):  # pyserial raises TypeError when the port is closed under its hands
             self._scheduler.remove_source(self._input)
             self._in_order(at_ns, self._line_lost)
@@ -227,103 +233,32 @@ class SerialPort(PortBase):
         self._scheduler.at(at_ns, action, order=EventClass.INPUT, source=self.name)
 
     def _line_lost(self) -> None:
+        if self.closed:
+            return
         self._scheduler.remove_source(self._input)
         self.counters.lost += len(self._waiting)
         self._waiting.clear()
         self._set_line(False, self._scheduler.now_ns)
 
+    # --- what the driver counts
 
-class _ReaderThread:
-    """Reads a port that has no descriptor, and has one itself: a pipe that is readable when there are bytes."""
+    def _count_errors(self) -> LineErrors | None:
+        return line_errors(self._serial.fd) if self._native and not self.closed else None
 
-    def __init__(self, port: Any) -> None:
-        self._port = port
-        self._queue: SimpleQueue[bytes | Exception] = SimpleQueue()
-        self._wake_read, self._wake_write = os.pipe()
-        self._ending = False
-        self._thread = threading.Thread(target=self._run, name=f"read {port.port}", daemon=True)
-        self._thread.start()
+    def _look_at_errors_later(self) -> None:
+        self._scheduler.after(ERRORS_EVERY_NS, self._look_at_errors, order=EventClass.INPUT, source=self.name)
 
-    def fileno(self) -> int:
-        """Return the descriptor that is readable when `take` has something."""
-        return self._wake_read
-
-    def take(self) -> bytes:
-        """Return the bytes read so far; raises what ended the reading, once they are taken."""
-        os.read(self._wake_read, 1)
-        data = self._queue.get()
-        if isinstance(data, Exception):
-            raise data
-        return data
-
-    def close(self) -> None:
-        """End the thread and close the pipe."""
-        self._ending = True
-        cancel = getattr(self._port, "cancel_read", None)
-        if cancel is not None:
-            with contextlib.suppress(OSError, AttributeError):
-                cancel()
-        self._thread.join()
-        with contextlib.suppress(Empty):
-            while True:
-                self._queue.get_nowait()
-        os.close(self._wake_read)
-        os.close(self._wake_write)
-
-    def _run(self) -> None:
-        while not self._ending:
-            try:
-                data = self._port.read(max(1, min(READ_BYTES, self._port.in_waiting)))
-            except (OSError, TypeError) as error:
-                self._tell(OSError(str(error)))
-                return
-            if data:
-                self._tell(bytes(data))
-
-    def _tell(self, item: bytes | Exception) -> None:
-        self._queue.put(item)
-        os.write(self._wake_write, b"!")
-
-
-def _open(target: SerialTarget, write_timeout_s: float) -> Any:
-    try:
-        port = serial.serial_for_url(
-            target.url, baudrate=target.baud, timeout=0, write_timeout=write_timeout_s, do_not_open=True
-        )
-        if Path(target.url).exists():
-            port.exclusive = True
-        port.open()
-    except (OSError, ValueError) as error:
-        raise _cannot_open(target, error) from error
-    if hasattr(port, "fd"):
-        with contextlib.suppress(termios.error):
-            attributes = termios.tcgetattr(port.fd)
-            attributes[2] &= ~termios.HUPCL
-            termios.tcsetattr(port.fd, termios.TCSANOW, attributes)
-    return port
-
-
-def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
-    where = target.url
-    number = getattr(error, "errno", None)
-    if number == errno.ENOENT:
-        return UnavailableError(
-            "there is no such port", where=where, hint="`ls /dev/serial/by-id /dev/tty*` lists what is there"
-        )
-    if number in (errno.EACCES, errno.EPERM):
-        group = _group_of(where)
-        hint = f"sudo usermod -aG {group} $USER, then log in again"
-        return UnavailableError("permission denied", where=where, hint=hint)
-    if number in (errno.EBUSY, errno.EAGAIN):
-        return UnavailableError("another program uses the port", where=where, hint=f"`fuser {where}` names it")
-    if isinstance(error, ValueError):
-        return UsageError(f"pyserial does not know it: {error}", where=where)
-    return UnavailableError(f"cannot be opened: {error}", where=where)
-
-
-def _group_of(path: str) -> str:
-    """Return the group that may use a device: `dialout` on Debian, `uucp` on Arch."""
-    try:
-        return grp.getgrgid(Path(path).stat().st_gid).gr_name
-    except (OSError, KeyError):
-        return "dialout"
+    def _look_at_errors(self) -> None:
+        if self.closed or not self.line_is_up:
+            return
+        before, now = self._errors, self._count_errors()
+        if before is None or now is None:
+            return
+        self._errors = now
+        self.counters.framing_errors += now.framing - before.framing
+        self.counters.parity_errors += now.parity - before.parity
+        self.counters.receive_overruns += now.overrun - before.overrun
+        for _ in range(now.breaks - before.breaks):
+            self.counters.breaks += 1
+            self.on_break(self._scheduler.now_ns)
+        self._look_at_errors_later()

@@ -74,6 +74,8 @@ def _port(port: PortCounters) -> str:
         (port.lost, "lost"),
         (port.overruns, "overrun"),
         (port.framing_errors, "with framing errors"),
+        (port.parity_errors, "with parity errors"),
+        (port.receive_overruns, "too many for the receiver"),
         (port.refused, "refused"),
     ]
     words = [f"{number} {what}" for number, what in troubles if number]

@@ -7,16 +7,29 @@ from collections.abc import Iterator
 from rich.text import Text
 
 from hilbench.tui.model.bench import BenchModel, LineModel
-from hilbench.tui.model.machines import TRAFFIC, TimerModel
+from hilbench.tui.model.machines import TRAFFIC, MachineModel, TimerModel
 from hilbench.tui.model.rates import Counted
 from hilbench.tui.views.words import BAD, DIM, GOOD, HEAD, bar, bytes_words, fit, ns_words, rate_words
 
 __all__ = ["counters_view", "link_view", "strip_view", "timers_view"]
 
-_LINE_ERRORS = ("lost", "overruns", "framing_errors", "breaks", "refused", "withdrawn")
+_LINE_ERRORS = (
+    "lost",
+    "overruns",
+    "framing_errors",
+    "parity_errors",
+    "receive_overruns",
+    "breaks",
+    "refused",
+    "withdrawn",
+)
 _SLOW_FACTOR = 0.98
 _NEAR = 0.25
 _WITH_RATE = 19
+_NAMES = 19
+_SIDE_BY_SIDE = 2
+_MANY = 24
+_ALWAYS = frozenset({"bytes_in", "bytes_out", "frames_in", "frames_out", "noise"})
 
 
 def link_view(model: BenchModel, width: int) -> list[Text]:
@@ -75,50 +88,89 @@ def _driver(model: BenchModel) -> Text:
 
 
 def timers_view(model: BenchModel, width: int) -> list[Text]:
-    """Return the timers of every machine as bars that run down."""
+    """Return the timers of every machine as bars that run down, and what was missed in a row."""
     lines: list[Text] = []
     for machine in model.machines.values():
-        if machine.timers:
-            lines.append(fit(Text(machine.name, HEAD), width))
+        if machine.timers or machine.misses:
+            lines.append(fit(Text(machine.title, HEAD), width))
         lines += [fit(_timer(name, timer, model.ns, width), width) for name, timer in machine.timers.items()]
+        lines += [fit(_misses(name, about, width), width) for name, about in machine.misses.items()]
     return lines or [Text("no timer has run yet", DIM)]
 
 
 def _timer(name: str, timer: TimerModel, now_ns: int, width: int) -> Text:
-    room = max(6, width - 37)
-    if timer.deadline_ns is None:
-        return Text.assemble(f"  {name:<11}", (" " * room + "   stopped", DIM), _worst(timer))
-    left_ns = max(0, timer.deadline_ns - now_ns)
+    room = _room(width)
+    left_ns = timer.left_ns(now_ns)
+    if left_ns is None:
+        return Text.assemble(f"  {name:<13}", (" " * room + f"{'stopped':>10}", DIM), _margins(timer))
     share = left_ns / max(1, timer.span_ns)
-    style = BAD if share < _NEAR else GOOD
-    return Text.assemble(f"  {name:<11}", (bar(share, room), style), f" {ns_words(left_ns):>9}", _worst(timer))
+    style = BAD if share < _NEAR and timer.worst_ns is not None else GOOD
+    return Text.assemble(f"  {name:<13}", (bar(share, room), style), f" {ns_words(left_ns):>9}", _margins(timer))
 
 
-def _worst(timer: TimerModel) -> tuple[str, str]:
-    """Return the worst margin: what was left at the least when it was set anew."""
+def _misses(name: str, about: tuple[int, int, int], width: int) -> Text:
+    """Return how many deadlines were missed in a row: the bar grows, and at its end something happens."""
+    now, most, worst = about
+    share = now / max(1, most)
+    said = f" {f'{now} of {most}':>9}"
+    style = BAD if share > 1 - _NEAR else DIM if not now else ""
+    return Text.assemble(f"  {f'{name} missed':<13}"[:15], (bar(share, _room(width)), style), said, (f"  most {worst}", DIM))
+
+
+def _room(width: int) -> int:
+    return max(6, width - 54)
+
+
+def _margins(timer: TimerModel) -> Text:
+    """Return the margins: what was left the last time, and the least that ever was."""
     if timer.worst_ns is None:
-        return "", ""
+        return Text(f"  of {ns_words(timer.span_ns)}" if timer.span_ns else "", DIM)
+    last = "" if timer.margin_ns is None or timer.is_fast else f"  last {ns_words(timer.margin_ns)}"
+    last = f"  of {ns_words(timer.span_ns)}" if timer.is_fast else last
     if not timer.worst_ns:
-        return "  ran out", DIM
-    return f"  min {ns_words(timer.worst_ns)}", BAD if timer.worst_ns < _NEAR * timer.span_ns else DIM
+        return Text.assemble((last, DIM), ("  ran out", DIM))
+    style = BAD if timer.worst_ns < _NEAR * timer.span_ns else DIM
+    return Text.assemble((last, DIM), (f"  min {ns_words(timer.worst_ns)}", style))
 
 
 def counters_view(model: BenchModel, width: int) -> list[Text]:
-    """Return the counters of every machine with their rates; what counts errors is marked once it has counted."""
-    names = dict.fromkeys(name for machine in model.machines.values() for name in machine.counters)
-    machines = [machine for machine in model.machines.values() if machine.counters]
-    if not names:
-        return [Text("nothing is counted yet", DIM)]
-    column = max(8, (width - 19) // len(machines))
-    with_rates = column >= _WITH_RATE
-    head = "".join(f"{machine.name:>{column}}" for machine in machines)
-    lines = [fit(Text(f"{'':<19}{head}", HEAD), width)]
-    for name in sorted(names, key=lambda one: one not in TRAFFIC):
-        line = Text(f"{name.replace('_', ' '):<19}")
+    """Return the counters of every machine with their rates; what counts errors is marked once it has counted.
+
+    Machines that count the same things stand side by side, others below. Of many counters those that have counted
+    nothing are left out, and how many they are is said.
+    """
+    blocks: dict[tuple[str, ...], list[MachineModel]] = {}
+    for machine in model.machines.values():
+        if machine.counters:
+            blocks.setdefault(tuple(machine.counters), []).append(machine)
+    lines: list[Text] = []
+    for machines in _joined(list(blocks.values())):
+        lines += [fit(line, width) for line in _block(machines, width, model.ns)]
+    return lines or [Text("nothing is counted yet", DIM)]
+
+
+def _joined(blocks: list[list[MachineModel]]) -> list[list[MachineModel]]:
+    """Join the blocks that have room side by side: two ends that do not count quite the same are still compared."""
+    everyone = [machine for block in blocks for machine in block]
+    return [everyone] if len(everyone) <= _SIDE_BY_SIDE else blocks
+
+
+def _block(machines: list[MachineModel], width: int, now_ns: int) -> Iterator[Text]:
+    names = dict.fromkeys(name for machine in machines for name in machine.counters)
+    shown = [name for name in names if len(names) <= _MANY or name in _ALWAYS or _counted(machines, name)]
+    column = max(8, (width - _NAMES) // len(machines))
+    yield Text(f"{'':<{_NAMES}}" + "".join(f"{machine.name:>{column}}" for machine in machines), HEAD)
+    for name in sorted(shown, key=lambda one: one not in TRAFFIC):
+        line = Text(f"{name.replace('_', ' '):<{_NAMES}}")
         for machine in machines:
-            line.append_text(_cell(name, machine.counters.get(name), column, model.ns if with_rates else None))
-        lines.append(fit(line, width))
-    return lines
+            line.append_text(_cell(name, machine.counters.get(name), column, now_ns if column >= _WITH_RATE else None))
+        yield line
+    if len(shown) < len(names):
+        yield Text(f"and {len(names) - len(shown)} more, all 0", DIM)
+
+
+def _counted(machines: list[MachineModel], name: str) -> bool:
+    return any(machine.counters[name].value for machine in machines if name in machine.counters)
 
 
 def _cell(name: str, counted: Counted | None, column: int, now_ns: int | None) -> Text:
@@ -151,10 +203,10 @@ def strip_view(model: BenchModel, width: int) -> Text:
 
 def _tightest(model: BenchModel) -> tuple[str, int, float] | None:
     running = [
-        (name, max(0, timer.deadline_ns - model.ns), timer.span_ns)
+        (name, left_ns, timer.span_ns)
         for machine in model.machines.values()
         for name, timer in machine.timers.items()
-        if timer.deadline_ns is not None
+        if timer.deadline_ns is not None and (left_ns := timer.left_ns(model.ns)) is not None
     ]
     if not running:
         return None

@@ -9,7 +9,7 @@ import serial
 
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Line, PtyDoor, SerialPort, SerialTarget, parse_serial_target
-from hilbench.links.serialport import _cannot_open
+from hilbench.links.serial_device import _cannot_open
 
 S = 10**9
 

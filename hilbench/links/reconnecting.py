@@ -1,0 +1,217 @@
+"""A real port that may be unplugged and come back: to its owner it is one port, whose line goes down and comes up.
+
+What comes back is known by what it is (`hilbench.ports.UsbIdentity`), not by its name: the kernel gives a name to
+whoever comes first. A port without an identity, such as a pty or a socket, is looked for where it was. Both events are
+recorded; what is written in between is lost and counted. A device that is there and cannot be opened yet, as long as
+udev has not set its permissions, is tried again at the next poll.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from hilbench.clock import NS_PER_MS, EventClass, Scheduler
+from hilbench.errors import UnavailableError
+from hilbench.links.port import Port, PortBase
+from hilbench.links.serial_target import SerialTarget, located
+from hilbench.links.serialport import SerialPort
+from hilbench.ports import PortEnumerator, PortInfo, UsbIdentity, find_again, list_ports
+
+__all__ = ["POLL_NS", "PortOpener", "ReconnectingPort", "Recorder"]
+
+POLL_NS = 250 * NS_PER_MS
+"""How often a port that has gone is looked for (choice)."""
+
+PortOpener = Callable[[Scheduler, SerialTarget], Port]
+Recorder = Callable[..., None]
+"""Takes the kind of an event, its source, and its fields; `hilbench.bench.Bench.record` is one."""
+
+
+def _no_record(_kind: str, _source: str, **_fields: object) -> None:
+    """Stand in for a recorder."""
+
+
+class ReconnectingPort(PortBase):
+    """See the module.
+
+    Args:
+        scheduler: Owner of bench time, locked to the host's clock before it runs.
+        target: What to open.
+        record: Takes the events ``port-lost`` (``device``, ``usb``, ``serial_number``), ``port-returned`` (likewise,
+            and ``was``, ``away_ns``) and ``port-refused`` (``device``, ``text``).
+        ports: Says which ports there are now.
+        open_port: Opens one.
+        poll_ns: How often it is looked for while it is gone.
+
+    Raises:
+        UsageError: The target is not one.
+        UnavailableError: It cannot be opened the first time.
+
+    Attributes:
+        device: Path or URL at which it is, or was last.
+        identity: What is known of the USB device; None if it is none.
+        losses: How often it has gone.
+    """
+
+    def __init__(
+        self,
+        scheduler: Scheduler,
+        target: SerialTarget,
+        *,
+        record: Recorder = _no_record,
+        ports: PortEnumerator = list_ports,
+        open_port: PortOpener = SerialPort,
+        poll_ns: int = POLL_NS,
+    ) -> None:
+        super().__init__(target.url)
+        self._scheduler = scheduler
+        self._target = located(target, ports)
+        self._record = record
+        self._ports = ports
+        self._open_port = open_port
+        self._poll_ns = poll_ns
+        self._baud = target.baud
+        self._port: Port | None = None
+        self._lost_ns = 0
+        self._refusal = ""
+        self.device = self._target.url
+        self.losses = 0
+        self.identity = identity_of(self.device, ports()) if target.is_device else None
+        self._open(self.device)
+
+    @property
+    def baud(self) -> int:
+        """The rate of the port, bit/s; kept while it is gone."""
+        return self._baud
+
+    @baud.setter
+    def baud(self, baud: int) -> None:
+        self._baud = baud
+        if self._port is not None:
+            self._port.baud = baud
+
+    @property
+    def pending(self) -> int:
+        """Bytes written that are not out yet."""
+        return 0 if self._port is None else self._port.pending
+
+    def write(self, data: bytes) -> None:
+        """Hand bytes to the port; while it is gone they are lost and counted."""
+        if self._port is not None:
+            self._port.write(data)
+            return
+        self._take_to_send(data, self._scheduler.now_ns)
+        self.counters.lost += len(data)
+
+    def withdraw(self, keep: int) -> None:
+        """Take back what is not out yet, but for the next `keep` bytes."""
+        if self._port is not None:
+            self._port.withdraw(keep)
+
+    def send_break(self, duration_ns: int) -> None:
+        """Hold the line low for `duration_ns`."""
+        if self._port is not None:
+            self._port.send_break(duration_ns)
+
+    def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:
+        """Set DTR and RTS; see `SerialPort.set_lines`.
+
+        Raises:
+            UnavailableError: the port has no such lines, or is gone.
+        """
+        if not isinstance(self._port, SerialPort):
+            raise UnavailableError("DTR and RTS cannot be set: the port is gone", where=self.device)
+        self._port.set_lines(dtr=dtr, rts=rts)
+
+    def close(self) -> None:
+        """Let go of the port, and look for it no more; a second call does nothing."""
+        self.closed = True
+        self.line_is_up = False
+        self._drop()
+
+    # --- there
+
+    def _open(self, url: str) -> None:
+        port = self._open_port(self._scheduler, replace(self._target, url=url))
+        if port.baud != self._baud:
+            port.baud = self._baud
+        port.counters = self.counters  # what it counts, it counts for its owner
+        port.on_receive = self._received
+        port.on_sent = self._sent
+        port.on_break = self._broke
+        port.on_line = self._line_changed
+        was, self.device = self.device, url
+        self._port, self._refusal = port, ""
+        now_ns = self._scheduler.now_ns
+        if self.losses:
+            self._record("port-returned", self.name, **self._about(), was=was, away_ns=now_ns - self._lost_ns)
+        self._set_line(True, now_ns)
+
+    def _received(self, data: bytes, at_ns: int) -> None:
+        if not self.closed:
+            self.on_receive(data, at_ns)
+
+    def _sent(self, data: bytes, at_ns: int) -> None:
+        self.on_sent(data, at_ns)
+
+    def _broke(self, at_ns: int) -> None:
+        self.on_break(at_ns)
+
+    def _line_changed(self, up: bool, at_ns: int) -> None:
+        if up or self.closed:
+            return
+        self._drop()
+        self.losses += 1
+        self._lost_ns = at_ns
+        self._record("port-lost", self.name, **self._about())
+        self._set_line(False, at_ns)
+        self._look_later()
+
+    def _drop(self) -> None:
+        port, self._port = self._port, None
+        if port is not None:
+            port.close()
+
+    # --- gone
+
+    def _look_later(self) -> None:
+        self._scheduler.after(self._poll_ns, self._look, order=EventClass.INPUT, source=self.name)
+
+    def _look(self) -> None:
+        if self.closed:
+            return
+        url = self._whereabouts()
+        if url is None:
+            self._look_later()
+            return
+        try:
+            self._open(url)
+        except UnavailableError as error:
+            if str(error) != self._refusal:
+                self._refusal = str(error)
+                self._record("port-refused", self.name, device=url, text=self._refusal)
+            self._look_later()
+
+    def _whereabouts(self) -> str | None:
+        """Return where it is now, as far as can be known without opening it; None if it is gone."""
+        if self.identity is None:
+            return self._target.url
+        found = find_again(self.identity, self._ports())
+        return None if found is None else found.device
+
+    def _about(self) -> dict[str, object]:
+        identity = self.identity
+        return {
+            "device": self.device,
+            "usb": "" if identity is None else identity.ids,
+            "serial_number": "" if identity is None else identity.serial_number or "",
+        }
+
+
+def identity_of(path: str, ports: Sequence[PortInfo]) -> UsbIdentity | None:
+    """Return what is known of the USB device at a path, by whatever name it is called; None if it is none."""
+    device = str(Path(path).resolve())
+    found = (port.usb for port in ports if path in (port.device, *port.links) or device == port.device)
+    return next(found, None)

@@ -1,0 +1,200 @@
+"""What is done to a serial device itself: opened without a reset of the board behind it, its lines set and read.
+
+Linux asserts DTR and RTS when a port is opened, and pyserial's default leaves them so. Boards with the automatic
+bootloader circuit of Espressif are reset when one of the two is asserted alone, as happens on the way when they are
+switched off one after the other; both asserted is harmless (esptool documentation, "Boot Mode Selection"). So both are
+left alone unless they are asked for, and then set by one call (TIOCMSET, ioctl_tty(2)). Boards of the Arduino Uno kind
+are reset when DTR becomes asserted: that cannot be helped the first time, but with HUPCL cleared the lines stay as they
+are when the port is closed (termios(3)), and opening it again resets nothing.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import fcntl
+import grp
+import struct
+import termios
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import serial
+
+from hilbench.errors import HilbenchError, UnavailableError, UsageError
+from hilbench.links.serial_target import SerialTarget
+
+__all__ = ["LineErrors", "ModemLines", "close_serial", "line_errors", "modem_lines", "open_serial", "set_modem_lines"]
+
+_INT = struct.Struct("i")
+_ICOUNTER = struct.Struct("20i")
+"""struct serial_icounter_struct of linux/serial.h: cts, dsr, rng, dcd, rx, tx, frame, overrun, parity, brk,
+buf_overrun, and nine that are reserved."""
+_TIOCGICOUNT = 0x545D
+_PSEUDO = "/dev/pts/"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModemLines:
+    """The levels of the lines beside the data, True for asserted."""
+
+    dtr: bool
+    rts: bool
+    cts: bool
+    dsr: bool
+    ri: bool
+    cd: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LineErrors:
+    """What a driver has counted since it began (TIOCGICOUNT).
+
+    Attributes:
+        framing: bytes without a stop bit where one was due.
+        parity: bytes with the wrong parity.
+        overrun: bytes lost in the UART, and in the driver's buffer behind it.
+        breaks: break conditions.
+    """
+
+    framing: int
+    parity: int
+    overrun: int
+    breaks: int
+
+
+def open_serial(target: SerialTarget, write_timeout_s: float) -> Any:
+    """Open a port for this program alone.
+
+    Returns:
+        An object of pyserial.
+
+    Raises:
+        UsageError: pyserial does not know such a URL.
+        UnavailableError: the port does not exist, is in use, or may not be opened.
+    """
+    settings = target.settings
+    # pyserial's client of RFC 2217 refuses every write timeout; its socket has one of 5 s of its own.
+    timeout_s = None if target.url.lower().startswith("rfc2217:") else write_timeout_s
+    try:
+        port = serial.serial_for_url(
+            target.url,
+            baudrate=target.baud,
+            parity=settings.parity,
+            stopbits=settings.stop_bits,
+            timeout=0,
+            write_timeout=timeout_s,
+            do_not_open=True,
+        )
+        if Path(target.url).exists():
+            port.exclusive = True
+        elif not target.is_device:
+            _ask_url(port, target)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # pyserial 3.5 starts threads in an outdated way
+            port.open()
+    except (OSError, ValueError, NotImplementedError) as error:
+        raise _cannot_open(target, error) from error
+    if hasattr(port, "fd"):
+        _keep_lines(port.fd, target)
+    return port
+
+
+def _ask_url(port: Any, target: SerialTarget) -> None:
+    """Have pyserial set the lines of a far port when it opens it."""
+    if target.settings.dtr is not None:
+        port.dtr = target.settings.dtr
+    if target.settings.rts is not None:
+        port.rts = target.settings.rts
+
+
+def _keep_lines(descriptor: int, target: SerialTarget) -> None:
+    with contextlib.suppress(termios.error):
+        attributes = termios.tcgetattr(descriptor)
+        attributes[2] &= ~termios.HUPCL
+        termios.tcsetattr(descriptor, termios.TCSANOW, attributes)
+    # flock, which pyserial uses, keeps out those who ask; this keeps out the others but root. A pseudo-terminal's own
+    # server has to be able to open it.
+    if not str(Path(target.url).resolve()).startswith(_PSEUDO):
+        with contextlib.suppress(OSError):
+            fcntl.ioctl(descriptor, termios.TIOCEXCL)
+    with contextlib.suppress(OSError):
+        set_modem_lines(descriptor, dtr=target.settings.dtr, rts=target.settings.rts)
+
+
+def close_serial(port: Any) -> None:
+    """Give a port back, gone or not."""
+    if getattr(port, "fd", None) is not None:
+        with contextlib.suppress(OSError):
+            fcntl.ioctl(port.fd, termios.TIOCNXCL)
+    with contextlib.suppress(OSError):
+        port.close()
+
+
+def set_modem_lines(descriptor: int, *, dtr: bool | None, rts: bool | None) -> None:
+    """Set both lines at once; None leaves one as it is.
+
+    Raises:
+        OSError: the port has no such lines, or is gone.
+    """
+    if dtr is None and rts is None:
+        return
+    (bits,) = _INT.unpack(fcntl.ioctl(descriptor, termios.TIOCMGET, bytes(_INT.size)))
+    for level, bit in ((dtr, termios.TIOCM_DTR), (rts, termios.TIOCM_RTS)):
+        if level is not None:
+            bits = bits | bit if level else bits & ~bit
+    fcntl.ioctl(descriptor, termios.TIOCMSET, _INT.pack(bits))
+
+
+def modem_lines(descriptor: int) -> ModemLines | None:
+    """Return the levels of a port's lines; None where it has none, as a pseudo-terminal."""
+    try:
+        (bits,) = _INT.unpack(fcntl.ioctl(descriptor, termios.TIOCMGET, bytes(_INT.size)))
+    except OSError:
+        return None
+    return ModemLines(
+        dtr=bool(bits & termios.TIOCM_DTR),
+        rts=bool(bits & termios.TIOCM_RTS),
+        cts=bool(bits & termios.TIOCM_CTS),
+        dsr=bool(bits & termios.TIOCM_DSR),
+        ri=bool(bits & termios.TIOCM_RI),
+        cd=bool(bits & termios.TIOCM_CD),
+    )
+
+
+def line_errors(descriptor: int) -> LineErrors | None:
+    """Return what the driver has counted; None where it does not count."""
+    try:
+        counts = _ICOUNTER.unpack(fcntl.ioctl(descriptor, _TIOCGICOUNT, bytes(_ICOUNTER.size)))
+    except OSError:
+        return None
+    framing, overrun, parity, breaks, buffer_overrun = counts[6:11]
+    return LineErrors(framing=framing, parity=parity, overrun=overrun + buffer_overrun, breaks=breaks)
+
+
+def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
+    where = target.url
+    number = getattr(error, "errno", None)
+    if number == errno.ENOENT:
+        return UnavailableError(
+            "there is no such port", where=where, hint="`ls /dev/serial/by-id /dev/tty*` lists what is there"
+        )
+    if number in (errno.EACCES, errno.EPERM):
+        group = _group_of(where)
+        hint = f"sudo usermod -aG {group} $USER, then log in again"
+        return UnavailableError("permission denied", where=where, hint=hint)
+    if number in (errno.EBUSY, errno.EAGAIN):
+        return UnavailableError("another program uses the port", where=where, hint=f"`fuser {where}` names it")
+    if isinstance(error, ValueError):
+        return UsageError(f"pyserial does not know it: {error}", where=where)
+    return UnavailableError(f"cannot be opened: {error}", where=where)
+
+
+def _group_of(path: str) -> str:
+    """Return the group that may use a device: `dialout` on Debian, `uucp` on Arch."""
+    try:
+        return grp.getgrgid(Path(path).stat().st_gid).gr_name
+    except (OSError, KeyError):
+        return "dialout"

@@ -1,0 +1,313 @@
+"""A port that is unplugged and comes back under another name."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import random
+import selectors
+import threading
+import tty
+from pathlib import Path
+
+import pytest
+
+from hilbench.bench import Bench
+from hilbench.clock import NS_PER_MS, NS_PER_S, MonotonicHostClock, Scheduler
+from hilbench.devices import DeviceActor
+from hilbench.errors import PortClosedError, UnavailableError
+from hilbench.ground_station import GroundStation
+from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink, ReconnectingPort, SerialPort, SerialTarget
+from hilbench.links.reconnecting import POLL_NS, identity_of
+from hilbench.live.operators import RoverOperator
+from hilbench.live.resuming import resume_sessions
+from hilbench.live.tap import Tap
+from hilbench.ports import PortInfo, UsbIdentity
+from hilbench.testing import FakeHostClock
+from targets.robots.rover import RoverRobot, RoverSettings
+
+BOARD = UsbIdentity(vendor_id=0x0483, product_id=0x374B, serial_number="0668FF30", location="1-1.2", interface=2)
+ANOTHER = UsbIdentity(vendor_id=0x0483, product_id=0x374B, serial_number="0668FF31", location="1-1.3", interface=2)
+TIMES = 100
+
+
+class Powered:
+    """A device whose time begins when it is plugged in, and which is dead once its plug is pulled."""
+
+    def __init__(self, device, since_ns):
+        self.device = device
+        self.since_ns = since_ns
+
+    def receive(self, data, now_ns):
+        return self.device.receive(data, now_ns - self.since_ns) if self.device else b""
+
+    def advance(self, now_ns):
+        return self.device.advance(now_ns - self.since_ns) if self.device else b""
+
+    def line_down(self, now_ns):
+        self.device = None
+        return b""
+
+    def next_deadline_ns(self):
+        deadline_ns = self.device.next_deadline_ns() if self.device else None
+        return None if deadline_ns is None else deadline_ns + self.since_ns
+
+    def take_events(self):
+        return self.device.take_events() if self.device else []
+
+
+class Bay:
+    """A machine without ports but for a rover that is plugged in and out; the port is a line in memory."""
+
+    def __init__(self, bench):
+        self.bench = bench
+        self.names = (f"/dev/ttyACM{number}" for number in itertools.count(1))
+        self.device = None
+        self.plugged_ns = None
+        self.link = None
+        self.refuse = None
+
+    def ports(self):
+        others = [PortInfo(device="/dev/ttyACM0", usb=ANOTHER), PortInfo(device="/dev/ttyS0")]
+        return others if self.device is None else [*others, PortInfo(device=self.device, usb=BOARD)]
+
+    def open(self, scheduler, target):
+        if self.refuse is not None:
+            raise UnavailableError(self.refuse, where=target.url)
+        if target.url != self.device:
+            raise UnavailableError("there is no such port", where=target.url)
+        self.link = MemoryLink(scheduler, Line(baud=target.baud), name="usb")
+        rover = Powered(RoverRobot(RoverSettings()), self.bench.now_ns)
+        DeviceActor(self.bench, rover, self.link.b, name="rover")
+        return self.link.a
+
+    def plug_in(self):
+        self.device = next(self.names)
+        self.plugged_ns = self.bench.now_ns
+
+    def pull_out(self):
+        self.device = None
+        self.link.hang_up()
+
+
+@pytest.fixture
+def bench(tmp_path):
+    scheduler = Scheduler()
+    scheduler.lock(FakeHostClock())
+    made = Bench(scheduler, Journal(tmp_path / "journal.jsonl", keep=100_000))
+    yield made
+    scheduler.unlock()
+    made.journal.close()
+
+
+@pytest.fixture
+def bay(bench):
+    made = Bay(bench)
+    made.plug_in()
+    return made
+
+
+@pytest.fixture
+def port(bench, bay):
+    target = SerialTarget(url=bay.device, baud=0)  # without pace, a chunk is one entry
+    made = ReconnectingPort(bench.scheduler, target, record=bench.record, ports=bay.ports, open_port=bay.open)
+    yield made
+    made.close()
+
+
+def recorded(bench, kind):
+    return [event for event in bench.journal.recent if event["kind"] == kind]
+
+
+def test_a_hundred_times_under_load(bench, bay, port):
+    tap = Tap(bench, port, "station", seed=1)
+    station = GroundStation(bench, tap)
+    operator = RoverOperator(bench, station)
+    resume_sessions(tap, operator)
+    operator.connect()
+
+    def load():
+        if operator.in_session:
+            station.request()
+            station.drive_motors(0.1, 0.1)
+        bench.scheduler.after(20 * NS_PER_MS, load)
+
+    load()
+    chance = random.Random(8)
+    reports = []
+    for _ in range(TIMES):
+        assert bench.run_until(lambda: operator.in_session, 5), "no session"
+        before = station.counts.total()
+        assert bench.run_until(lambda since=before: station.counts.total() > since, 5), "no reports"
+        reports.append(station.counts.total())
+        bench.run_for(chance.uniform(0, 0.1))
+        bay.pull_out()
+        assert bench.run_until(lambda: not port.line_is_up, 1)
+        bench.run_for(chance.uniform(0, 0.9))
+        bay.plug_in()
+        lost_ns = recorded(bench, "port-lost")[-1]["ns"]
+        assert bench.run_until(lambda: port.line_is_up, 1)
+        polls = -(-(bay.plugged_ns - lost_ns) // POLL_NS) or 1
+        assert recorded(bench, "port-returned")[-1]["ns"] == lost_ns + polls * POLL_NS, "not at the first poll"
+    assert bench.run_until(lambda: operator.in_session, 5)
+    tap.flush()
+    bench.journal.close(bench.now_ns)
+
+    events = Journal.read(bench.journal.path).events
+    kinds = [event["kind"] for event in events if event["kind"].startswith("port-")]
+    assert kinds == ["port-lost", "port-returned"] * TIMES
+    returned = [event for event in events if event["kind"] == "port-returned"]
+    assert all(event["device"] != event["was"] for event in returned)
+    assert {event["serial_number"] for event in returned} == {"0668FF30"}
+    heard = b"".join(bytes.fromhex(e["data"]) for e in events if e["kind"] == "rx" and e["source"] == "station")
+    said = b"".join(bytes.fromhex(e["data"]) for e in events if e["kind"] == "tx" and e["source"] == "station")
+    assert (len(heard), len(said)) == (port.counters.received, port.counters.sent)
+    assert len(heard) > 10_000
+    assert port.losses == TIMES
+
+
+def test_what_is_not_it_is_not_taken_for_it(bench, bay, port):
+    bay.pull_out()
+    bench.run_for(5)
+    assert not port.line_is_up
+    port.write(b"lost")
+    assert (port.counters.sent, port.counters.lost) == (4, 4)
+    assert port.pending == 0
+    port.withdraw(0)
+    port.send_break(1)
+    with pytest.raises(UnavailableError, match="is gone"):
+        port.set_lines(dtr=True)
+
+
+def test_who_may_not_be_opened_yet_is_tried_again_and_said_once(bench, bay, port):
+    bay.pull_out()
+    bay.refuse = "permission denied"
+    bay.plug_in()
+    bench.run_for(3)
+    assert [event["text"] for event in recorded(bench, "port-refused")] == [f"{bay.device}: permission denied"]
+    bay.refuse = None
+    assert bench.run_until(lambda: port.line_is_up, POLL_NS / NS_PER_S)
+
+
+def test_the_rate_that_was_set_meanwhile_holds_when_it_comes_back(bench, bay, port):
+    port.baud = 57_600
+    bay.pull_out()
+    bench.run_for(0.1)
+    port.baud = 19_200
+    bay.plug_in()
+    assert bench.run_until(lambda: port.line_is_up, 1)
+    assert bay.link.a.baud == port.baud == 19_200
+
+
+def test_nobody_looks_for_a_port_that_was_closed(bench, bay, port):
+    lines, breaks = [], []
+    port.on_line = lambda up, at_ns: lines.append(up)
+    port.on_break = breaks.append
+    bay.link.b.send_break(NS_PER_MS)
+    bench.run_for(0.1)
+    assert len(breaks) == 1
+    bay.pull_out()
+    bench.run_for(0.1)
+    port.close()
+    bay.plug_in()
+    bench.run_for(2)
+    assert lines == [False]
+    assert not port.line_is_up
+    with pytest.raises(PortClosedError):
+        port.write(b"!")
+
+
+def test_an_identity_is_found_by_any_name(tmp_path):
+    device = tmp_path / "ttyACM0"
+    device.touch()
+    link = tmp_path / "by-id"
+    link.symlink_to(device)
+    ports = [PortInfo(device=str(device), usb=BOARD, links=("/dev/hilbench/nucleo",)), PortInfo(device="/dev/ttyS0")]
+    assert identity_of(str(link), ports) == identity_of("/dev/hilbench/nucleo", ports) == BOARD
+    assert identity_of("/dev/ttyS0", ports) is None
+
+
+class WatchingFakeClock(FakeHostClock):
+    """A fake clock that sees real descriptors: time jumps only where none is readable."""
+
+    def wait_until(self, host_ns):
+        with selectors.SelectSelector() as selector:
+            for source in self.watched:
+                selector.register(source.fileno(), selectors.EVENT_READ, source)
+            ready = [key.data for key, _ in selector.select(0)]
+        return ready or super().wait_until(host_ns)
+
+
+class PtyBoard:
+    """A pseudo-terminal in the place of a USB port."""
+
+    def __init__(self):
+        self.master, self.slave = os.openpty()
+        tty.setraw(self.slave)
+        self.name = os.ttyname(self.slave)
+
+    def pull_out(self):
+        os.close(self.slave)
+        os.close(self.master)
+
+
+def open_descriptors():
+    return len(list(Path("/proc/self/fd").iterdir()))
+
+
+def test_no_descriptor_and_no_thread_is_left_behind():
+    scheduler = Scheduler()
+    scheduler.lock(WatchingFakeClock())
+    before = (open_descriptors(), threading.active_count())
+    board = PtyBoard()
+    plugged = [board]
+    port = ReconnectingPort(
+        scheduler,
+        SerialTarget(url=board.name, baud=115_200),
+        ports=lambda: [PortInfo(device=one.name, usb=BOARD) for one in plugged],
+    )
+    got = bytearray()
+    port.on_receive = lambda data, at_ns: got.extend(data)
+
+    def wait(condition):
+        assert scheduler.run_until(condition, scheduler.now_ns + 3600 * NS_PER_S), "it never happened"
+
+    for number in range(TIMES):
+        wait(lambda: port.line_is_up)
+        words = b"%03d" % number * 20
+        os.write(board.master, words)
+        wait(lambda number=number: len(got) == 60 * (number + 1))
+        assert got.endswith(words)
+        following = PtyBoard()  # while the other is still there: it gets another name
+        plugged.clear()
+        board.pull_out()
+        wait(lambda: not port.line_is_up)
+        board = following
+        plugged.append(board)
+    wait(lambda: port.line_is_up)
+    assert port.device == board.name
+    assert port.counters.received == len(got)
+    port.close()
+    board.pull_out()
+    assert (open_descriptors(), threading.active_count()) == before
+    scheduler.unlock()
+
+
+def test_a_line_without_an_identity_is_looked_for_where_it_was(tmp_path):
+    scheduler = Scheduler()
+    host = MonotonicHostClock()
+    scheduler.lock(host)
+    board = PtyBoard()
+    (tmp_path / "port").symlink_to(board.name)
+    target = SerialTarget(url=str(tmp_path / "port"), baud=9600)
+    port = ReconnectingPort(scheduler, target, ports=list, open_port=SerialPort)
+    (tmp_path / "port").unlink()
+    board.pull_out()
+    assert scheduler.run_until(lambda: not port.line_is_up, 30 * NS_PER_S)
+    board = PtyBoard()
+    (tmp_path / "port").symlink_to(board.name)
+    assert scheduler.run_until(lambda: port.line_is_up, scheduler.now_ns + 30 * NS_PER_S)
+    port.close()
+    board.pull_out()
+    host.close()

@@ -1,0 +1,157 @@
+"""What is done to a serial device: no such thing is here, so the kernel's answers are put in its mouth."""
+
+from __future__ import annotations
+
+import os
+import struct
+import termios
+
+import pytest
+
+from hilbench.errors import UnavailableError, UsageError
+from hilbench.links import LineSettings, SerialPort, SerialTarget, parse_serial_target
+from hilbench.links import serial_device as device_module
+from hilbench.links.serial_device import LineErrors, ModemLines, line_errors, modem_lines, set_modem_lines
+from hilbench.links.serial_target import located
+from hilbench.ports import PortInfo, UsbIdentity
+
+MS = 10**6
+TIOCGICOUNT = 0x545D
+
+
+class Uart:
+    """Answers the ioctls of a UART's driver; everything else goes to the kernel."""
+
+    def __init__(self, monkeypatch):
+        self.bits = termios.TIOCM_DTR | termios.TIOCM_RTS | termios.TIOCM_CTS
+        self.set = []
+        self.counts = [0] * 20
+        self.real = device_module.fcntl.ioctl
+        monkeypatch.setattr(device_module.fcntl, "ioctl", self.ioctl)
+
+    def ioctl(self, descriptor, request, argument=0):
+        if request == TIOCGICOUNT:
+            return struct.pack("20i", *self.counts)
+        if request == termios.TIOCMGET:
+            return struct.pack("i", self.bits)
+        if request == termios.TIOCMSET:
+            (self.bits,) = struct.unpack("i", argument)
+            self.set.append(self.bits)
+            return argument
+        if request in (termios.TIOCEXCL, termios.TIOCNXCL, termios.TIOCMBIS, termios.TIOCMBIC):
+            return 0
+        return self.real(descriptor, request, argument)
+
+
+@pytest.fixture
+def uart(monkeypatch):
+    return Uart(monkeypatch)
+
+
+@pytest.fixture
+def pty():
+    master, slave = os.openpty()
+    yield os.ttyname(slave)
+    os.close(master)
+    os.close(slave)
+
+
+@pytest.mark.parametrize(
+    ("text", "settings"),
+    [
+        ("serial:/dev/x@115200,dtr=off", LineSettings(dtr=False)),
+        ("/dev/x@9600,dtr=on,rts=off,parity=E,stop=2", LineSettings(dtr=True, rts=False, parity="E", stop_bits=2)),
+        ("/dev/x@9600", LineSettings()),
+    ],
+)
+def test_how_a_port_is_opened_stands_behind_the_rate(text, settings):
+    assert parse_serial_target(text) == SerialTarget(
+        url="/dev/x", baud=parse_serial_target(text).baud, settings=settings
+    )
+
+
+def test_what_a_target_says_goes_before_what_the_bench_says():
+    assert parse_serial_target(
+        "/dev/x@9600,rts=on", settings=LineSettings(dtr=False, rts=False)
+    ).settings == LineSettings(dtr=False, rts=True)
+
+
+@pytest.mark.parametrize("word", ["dtr=1", "speed=9", "parity=M", "stop=3", "dtr="])
+def test_wrong_settings_are_refused_with_those_there_are(word):
+    with pytest.raises(UsageError, match=r"no setting of a port; there are dtr=on\|off; rts=on\|off; parity=N\|E\|O"):
+        parse_serial_target(f"/dev/x@9600,{word}")
+
+
+def test_a_choice_of_port_stands_where_a_path_may_stand():
+    identity = UsbIdentity(vendor_id=0x0403, product_id=0x6010, location="1-1", interface=1)
+    ports = [PortInfo(device="/dev/ttyUSB7", usb=identity)]
+    target = parse_serial_target("serial:usb=0403:6010,interface=1@57600,dtr=off")
+    assert located(target, lambda: ports) == SerialTarget(
+        url="/dev/ttyUSB7", baud=57_600, settings=LineSettings(dtr=False)
+    )
+    with pytest.raises(UnavailableError, match="no port is that"):
+        located(target, list)
+    with pytest.raises(UsageError, match="two numbers"):
+        parse_serial_target("serial:usb=403@9600")
+
+
+def test_both_lines_are_set_by_one_call(uart):
+    set_modem_lines(0, dtr=False, rts=False)
+    set_modem_lines(0, dtr=True, rts=None)
+    set_modem_lines(0, dtr=None, rts=None)
+    assert uart.set == [termios.TIOCM_CTS, termios.TIOCM_CTS | termios.TIOCM_DTR]
+    assert modem_lines(0) == ModemLines(dtr=True, rts=False, cts=True, dsr=False, ri=False, cd=False)
+
+
+def test_what_the_driver_counts(uart):
+    uart.counts[6:11] = [1, 2, 3, 4, 5]
+    assert line_errors(0) == LineErrors(framing=1, parity=3, overrun=7, breaks=4)
+
+
+def test_a_pseudo_terminal_has_no_lines_and_counts_nothing(locked, pty):
+    port = SerialPort(locked, f"{pty}@9600,dtr=off")
+    assert port.modem_lines is None
+    with pytest.raises(UnavailableError, match="has no such lines"):
+        port.set_lines(dtr=True)
+    port.close()
+    assert port.modem_lines is None
+
+
+def test_opening_touches_no_line_that_nobody_asked_for(locked, uart, pty):
+    SerialPort(locked, pty).close()
+    assert uart.set == []
+    port = SerialPort(locked, f"{pty}@9600,dtr=off,rts=off")
+    assert uart.set == [termios.TIOCM_CTS]
+    port.set_lines(rts=True)
+    assert port.modem_lines == ModemLines(dtr=False, rts=True, cts=True, dsr=False, ri=False, cd=False)
+    port.close()
+
+
+def test_the_lines_stay_when_a_port_is_closed(locked, pty):
+    port = SerialPort(locked, pty)
+    attributes = termios.tcgetattr(port._serial.fd)
+    assert not attributes[2] & termios.HUPCL
+    port.close()
+
+
+def test_parity_and_stop_bits_reach_the_driver(locked, pty):
+    port = SerialPort(locked, f"{pty}@9600,parity=O,stop=2")
+    attributes = termios.tcgetattr(port._serial.fd)
+    assert attributes[2] & termios.CSTOPB
+    port.close()
+
+
+def test_errors_and_breaks_are_counted_from_the_opening_on(locked, uart, pty):
+    uart.counts[6:11] = [5, 5, 5, 5, 5]
+    port = SerialPort(locked, pty)
+    breaks = []
+    port.on_break = breaks.append
+    locked.run_for(150 * MS)
+    assert (port.counters.framing_errors, breaks) == (0, [])
+    uart.counts[6:11] = [6, 7, 8, 7, 5]
+    locked.run_for(150 * MS)
+    counted = port.counters
+    assert (counted.framing_errors, counted.receive_overruns, counted.parity_errors, counted.breaks) == (1, 2, 3, 2)
+    assert len(breaks) == 2
+    port.close()
+    locked.run_for(150 * MS)
