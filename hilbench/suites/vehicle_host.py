@@ -23,7 +23,6 @@ from hilbench.vehicle_cases import CarHostCase, PairCase
 from protocols.autoware import AckermannControlCommand
 from protocols.carla import (
     BAUD,
-    CARLA_STEER_RAD,
     STATUS_BYTES,
     VECTORS,
     AckermannCommand,
@@ -460,7 +459,8 @@ def test_whatever_comes(host: Host) -> None:
     for _ in range(RANDOM_BYTES // CHUNK_BYTES):
         host.own.hear(chance.randbytes(CHUNK_BYTES))
         host.board.run(host.own.backlog_s + POLL_S)
-    record_measure("frames believed in a million random bytes", float(len(host.commands)), "frames")
+    believed = host.own.host.connection.counters.frames_in
+    record_measure("frames believed in a million random bytes", float(believed), "frames")
     before = len(host.commands)
     for _ in range(3):  # the first may end what was begun
         host.say(F1)
@@ -525,8 +525,7 @@ def _said(host: Host, state: CarState) -> tuple[float, float, float, float]:
 
 @on_host("VS16", lasts_s=0.2)
 def test_the_sign_of_steering(host: Host) -> None:
-    # CARLA's steer is positive to the right, the tyre's angle here to the left.
-    *_, steering_rad = _said(host, CarState(steering_rad=-0.5 * CARLA_STEER_RAD))
+    *_, steering_rad = _said(host, CarState(steer=0.5))
     near(steering_rad, -0.5146, 1e-4, unit="rad", what="D")
 
 

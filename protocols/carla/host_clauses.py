@@ -260,7 +260,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="The sign of steering",
-        text="CARLA's steer +0.5, to the right: D is -0.5146 rad.",
+        text="A car of which CARLA says that its steer is +0.5, to the right: D is -0.5146 rad.",
         sources=(f"{CAB}: -1.0292 rad x steer",),
         profiles=_ALL,
         needs=_CAR,
@@ -304,7 +304,10 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="The first status ends the emergency",
-        text="The simulator goes on after a pause of 2 s: its first status is followed by a frame of mode 4.",
+        text=(
+            "The simulator goes on after a pause of 2 s: its first status is followed by a frame of mode 4 within 45 "
+            "ms, or within 145 ms and behind one F3 where a quiet board holds the status up (VS21)."
+        ),
         sources=(TASK,),
         profiles=_ALL,
         needs=_PAIR,
@@ -414,7 +417,10 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="Whatever comes",
-        text="A million random bytes: it still runs, hands F1 on afterwards, and says how many frames it believed.",
+        text=(
+            "A million random bytes, without the time of the line: it still runs, and hands F1 on afterwards. How many "
+            "frames it believed is in the report, and no verdict."
+        ),
         sources=(LINE,),
         profiles=_ALL,
         needs=_CAR,

@@ -202,22 +202,17 @@ class PollOptions:
     Attributes:
         period_s: how often: 20 ms, a wall timer.
         bytes_each: the most it reads at once, and what its buffer holds.
-        idle_block_s: a read that finds nothing waits this long for a byte, and the one thread with it, also for what it
-            has to send (termios VMIN 0, VTIME 5); None: not at all.
         gather_s: how long the adapter keeps bytes from their first until it hands them on together; assumed 1 ms, the
             least that an FT232R can be set to; it starts with 16 ms.
-        icrnl: a carriage return is read as a newline: termios keeps ICRNL, which Linux has by default.
     """
 
     period_s: float = 0.020
     bytes_each: int = 30
-    idle_block_s: float | None = 0.5
     gather_s: float = 0.001
-    icrnl: bool = True
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        _check_positive(self, ("period_s", "bytes_each", "idle_block_s", "gather_s"))
+        _check_positive(self, ("period_s", "bytes_each", "gather_s"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -226,8 +221,11 @@ class SimulatorOptions:
 
     Attributes:
         reader: see `SimulatorReader`.
-        poll: of POLL.
-        icrnl: STREAM: a carriage return is read as a newline, see `PollOptions`.
+        poll: the figures of POLL, and of STREAM where reads wait.
+        idle_block_s: reads are made at the times of `poll`, and one that finds nothing waits this long for a byte, and
+            the one thread with it, also for what it has to send (bridge: 0.5 s, termios VMIN 0, VTIME 5); None: nothing
+            waits.
+        icrnl: a carriage return is read as a newline (bridge: termios keeps ICRNL, which Linux has by default).
         frame_timeout_s: STREAM: an unfinished command is given up this long after its first byte (choice); None: never.
         finite_only: a command with a NaN or an infinity is dropped and counted (choice).
         limits: a command beyond them is dropped and counted; None for any (bridge).
@@ -240,6 +238,7 @@ class SimulatorOptions:
 
     reader: SimulatorReader = SimulatorReader.STREAM
     poll: PollOptions = field(default_factory=PollOptions)
+    idle_block_s: float | None = None
     icrnl: bool = False
     frame_timeout_s: float | None = 0.1
     finite_only: bool = True
@@ -250,4 +249,4 @@ class SimulatorOptions:
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        _check_positive(self, ("frame_timeout_s", "silence_s"))
+        _check_positive(self, ("idle_block_s", "frame_timeout_s", "silence_s"))

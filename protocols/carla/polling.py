@@ -3,15 +3,17 @@
 Sources: LMA-FEM-UNICAMP/carla_serial_bridge, carla_serial_bridge_node.cpp `timer_callback` and serial_com.cpp. A read
 of k bytes overwrites the first k of 30; then all 30 are parsed from START. A read that fails parses them once more. A
 read that finds nothing waits for half a second, with the node's only thread, and blanks the first byte.
+
+`PollStreamReader` reads and waits at the same times and is sound otherwise, so that the waiting can be had by itself.
 """
 
 from __future__ import annotations
 
 from protocols.carla.frames import COMMAND_LAYOUT
 from protocols.carla.options import PollOptions
-from protocols.carla.reading import Dropped, DropReason, Found, LiveParser
+from protocols.carla.reading import Dropped, DropReason, Found, LiveParser, StreamReader
 
-__all__ = ["TTY_BYTES", "PollReader"]
+__all__ = ["TTY_BYTES", "PollReader", "PollStreamReader"]
 
 TTY_BYTES = 4096
 """What Linux's line discipline keeps for a reader (N_TTY_BUF_SIZE); more is lost."""
@@ -26,6 +28,7 @@ class PollReader:
 
     Args:
         options: its figures.
+        idle_block_s: how long a read that finds nothing waits, in seconds; None: not at all.
         icrnl: a carriage return is read as a newline.
         epoch_ns: the time of the first read, in ns of bench time.
 
@@ -36,11 +39,12 @@ class PollReader:
         errors: reads that failed.
     """
 
-    def __init__(self, options: PollOptions, *, icrnl: bool, epoch_ns: int) -> None:
+    def __init__(self, options: PollOptions, *, idle_block_s: float | None, icrnl: bool, epoch_ns: int) -> None:
         self.parser = LiveParser(COMMAND_LAYOUT)
         self._failing = False
         self.polls = self.blocks = self.errors = 0
         self._options = options
+        self._block_ns = None if idle_block_s is None else round(idle_block_s * _NS_PER_S)
         self._icrnl = icrnl
         self._period_ns = round(options.period_s * _NS_PER_S)
         self._gather_ns = round(options.gather_s * _NS_PER_S)
@@ -77,7 +81,7 @@ class PollReader:
     def expire(self, now_ns: int) -> list[Found]:
         """Does what is due, one thing of it: bytes that are handed on first."""
         if self._gathered_at_ns is not None and self._gathered_at_ns <= now_ns:
-            return self._hand_on()
+            return self._hand_on(now_ns)
         if self._blocked_until_ns is not None and self._blocked_until_ns <= now_ns:
             self._blocked_until_ns = None
             self._buffer[0] = 0
@@ -99,7 +103,7 @@ class PollReader:
         """Sets the mode variable to 0, as sending a status does."""
         self.parser.live[_MODE_TAG][0] = 0
 
-    def _hand_on(self) -> list[Found]:
+    def _hand_on(self, now_ns: int) -> list[Found]:
         room = TTY_BYTES - len(self._tty)
         lost = bytes(self._gathered[room:])
         self._tty += self._gathered[:room]
@@ -108,28 +112,71 @@ class PollReader:
         found: list[Found] = [Dropped(reason=DropReason.OVERRUN, data=lost)] if lost else []
         if self.blocked:
             self._blocked_until_ns = None
-            found += self._read()
+            found += self._read(now_ns)
         return found
 
     def _tick(self, now_ns: int) -> list[Found]:
         if self._failing:
             return self._fail()
         if self._tty:
-            return self._read()
-        if self._options.idle_block_s is None:
+            return self._read(now_ns)
+        if self._block_ns is None:
             self._buffer[0] = 0
         else:
             self.blocks += 1
-            self._blocked_until_ns = now_ns + round(self._options.idle_block_s * _NS_PER_S)
+            self._blocked_until_ns = now_ns + self._block_ns
         return []
 
     def _fail(self) -> list[Found]:
         self.errors += 1
         return [*self.parser.parse(bytes(self._buffer))]
 
-    def _read(self) -> list[Found]:
+    def _read(self, now_ns: int) -> list[Found]:
+        del now_ns
         self.polls += 1
         taken = self._tty[: self._options.bytes_each]
         del self._tty[: len(taken)]
         self._buffer[: len(taken)] = taken
         return [*self.parser.parse(bytes(self._buffer))]
+
+
+class PollStreamReader(PollReader):
+    """Reads when the bridge does, and waits as it does; what it reads goes on where the read before ended.
+
+    Args:
+        options: its figures; it reads all that is there.
+        idle_block_s: see `PollReader`.
+        icrnl: likewise.
+        epoch_ns: likewise.
+        timeout_ns: how long after its first byte an unfinished frame is given up, in ns; None for never.
+    """
+
+    def __init__(
+        self, options: PollOptions, *, idle_block_s: float | None, icrnl: bool, epoch_ns: int, timeout_ns: int | None
+    ) -> None:
+        super().__init__(options, idle_block_s=idle_block_s, icrnl=icrnl, epoch_ns=epoch_ns)
+        self._frames = StreamReader(COMMAND_LAYOUT, lambda _frame: None, timeout_ns=timeout_ns)
+
+    @property
+    def held(self) -> int:
+        """Bytes that were not read yet, and those of an unfinished frame."""
+        return super().held + self._frames.held
+
+    def next_deadline_ns(self) -> int | None:
+        """When it does something next, in ns of bench time."""
+        due = (super().next_deadline_ns(), self._frames.next_deadline_ns())
+        return min((ns for ns in due if ns is not None), default=None)
+
+    def expire(self, now_ns: int) -> list[Found]:
+        """Does what is due, one thing of it, and gives up what has been unfinished for too long."""
+        return [*self._frames.expire(now_ns), *super().expire(now_ns)]
+
+    def _fail(self) -> list[Found]:
+        self.errors += 1
+        return []
+
+    def _read(self, now_ns: int) -> list[Found]:
+        self.polls += 1
+        taken = bytes(self._tty)
+        self._tty.clear()
+        return self._frames.receive(taken, now_ns)

@@ -16,7 +16,6 @@ from protocols.carla.options import (
     BoardReader,
     EmergencyReport,
     MissedCommand,
-    PollOptions,
     SimulatorOptions,
     SimulatorReader,
 )
@@ -83,6 +82,7 @@ _V0_BOARD = BoardOptions(
 )
 _BRIDGE = SimulatorOptions(
     reader=SimulatorReader.POLL,
+    idle_block_s=0.5,
     icrnl=True,
     frame_timeout_s=None,
     finite_only=False,
@@ -138,13 +138,9 @@ QUIRKS: Mapping[str, Quirk] = MappingProxyType(
             ),
             Quirk(
                 name="H3",
-                text="torn and repeated frames on the simulator's side; its reads wait for nothing here",
+                text="torn and repeated frames on the simulator's side",
                 source=f"{_NODE} timer_callback, serial_com.hpp readSerialPort: the buffer keeps its old content",
-                simulator={
-                    "reader": SimulatorReader.POLL,
-                    "poll": PollOptions(idle_block_s=None),
-                    "forget_mode": True,
-                },
+                simulator={"reader": SimulatorReader.POLL, "forget_mode": True},
             ),
             Quirk(
                 name="H4",
@@ -156,7 +152,7 @@ QUIRKS: Mapping[str, Quirk] = MappingProxyType(
                 name="H5",
                 text="a quiet line blocks the simulator's side for half a second, with what it has to send",
                 source="serial_com.hpp: VMIN 0, VTIME 5, in the one thread of the node",
-                simulator={"reader": SimulatorReader.POLL},
+                simulator={"idle_block_s": 0.5},
             ),
             Quirk(
                 name="H6",

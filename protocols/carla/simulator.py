@@ -8,7 +8,7 @@ from protocols.carla.events import Commanded, Event, FrameDropped, LinkSilent, T
 from protocols.carla.frames import COMMAND_LAYOUT, CommandFrame, Mode, StatusFrame, encode_status
 from protocols.carla.messages import AckermannCommand, command_in
 from protocols.carla.options import SimulatorOptions, SimulatorReader
-from protocols.carla.polling import PollReader
+from protocols.carla.polling import PollReader, PollStreamReader
 from protocols.carla.reading import Dropped, DropReason, Found, StreamReader
 from protocols.carla.states import (
     LINK_TABLE,
@@ -39,16 +39,23 @@ class SimulatorMachine(StateMachine[LinkState, LinkTrigger, LinkAction, LinkTime
             LINK_TABLE if table is None else table, LinkState.WAITING, Counters(), timer_states=LINK_TIMER_STATES
         )
         self._options = options
-        self.reader: PollReader | StreamReader
-        if options.reader is SimulatorReader.POLL:
-            self.reader = PollReader(options.poll, icrnl=options.icrnl, epoch_ns=epoch_ns)
-        else:
-            timeout_ns = None if options.frame_timeout_s is None else round(options.frame_timeout_s * _NS_PER_S)
-            self.reader = StreamReader(COMMAND_LAYOUT, self._fault, timeout_ns=timeout_ns)
+        self.reader = self._make_reader(epoch_ns)
         self._frame = CommandFrame()
         self._status = StatusFrame()
         self._velocity: tuple[float, float, float] | None = None
         self._steering: float | None = None
+
+    def _make_reader(self, epoch_ns: int) -> PollReader | StreamReader:
+        options = self._options
+        block_s, icrnl = options.idle_block_s, options.icrnl
+        if options.reader is SimulatorReader.POLL:
+            return PollReader(options.poll, idle_block_s=block_s, icrnl=icrnl, epoch_ns=epoch_ns)
+        timeout_ns = None if options.frame_timeout_s is None else round(options.frame_timeout_s * _NS_PER_S)
+        if block_s is None:
+            return StreamReader(COMMAND_LAYOUT, self._fault, timeout_ns=timeout_ns)
+        return PollStreamReader(
+            options.poll, idle_block_s=block_s, icrnl=icrnl, epoch_ns=epoch_ns, timeout_ns=timeout_ns
+        )
 
     # --- bytes
 

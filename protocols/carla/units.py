@@ -24,11 +24,17 @@ class Signs:
         lateral: the factor of the lateral speed.
         heading_rate: the factor of the yaw rate.
         steering: the factor of the tyre's angle, positive to the left.
+        steer_rad: the tyre's angle, + left, at full steer of CARLA, which is positive to the right.
     """
 
     lateral: float = 1.0
     heading_rate: float = 1.0
     steering: float = 1.0
+    steer_rad: float = -CARLA_STEER_RAD
+
+    def tyre_rad(self, steer: float) -> float:
+        """The tyre's angle, + left, for what CARLA says its steering is, -1 to 1, + right."""
+        return self.steer_rad * steer
 
     def status(
         self, *, lon_speed_m_s: float, lat_speed_m_s: float, yaw_rate_rad_s: float, tyre_rad: float

@@ -38,12 +38,15 @@ class CarState:
         lat_speed_m_s: across it.
         yaw_rate_rad_s: of its heading.
         steering_rad: the tyre's angle.
+        steer: CARLA's own figure of it, -1 to 1 and positive to the right, of which the angle is made then; None where
+            the angle is known.
     """
 
     lon_speed_m_s: float = 0.0
     lat_speed_m_s: float = 0.0
     yaw_rate_rad_s: float = 0.0
     steering_rad: float = 0.0
+    steer: float | None = None
 
 
 CarWish = AckermannCommand | ManualCommand | None
@@ -96,11 +99,12 @@ class CarHost:
 
     def report(self, *what: str, now_ns: int) -> bytes:
         """Says ``velocity`` or ``steering`` to the bridge, as the simulator does; returns what to put on the line."""
-        status = self.behaviour.host.signs.status(
+        signs, steer = self.behaviour.host.signs, self.state.steer
+        status = signs.status(
             lon_speed_m_s=self.state.lon_speed_m_s,
             lat_speed_m_s=self.state.lat_speed_m_s,
             yaw_rate_rad_s=self.state.yaw_rate_rad_s,
-            tyre_rad=self.state.steering_rad,
+            tyre_rad=self.state.steering_rad if steer is None else signs.tyre_rad(steer),
         )
         sent = b""
         for one in what:

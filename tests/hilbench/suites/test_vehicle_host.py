@@ -62,25 +62,32 @@ def test_the_page_names_each_defect():
     assert FOUND.keys() == DEFECTS.keys()
 
 
-@pytest.mark.parametrize("name", DEFECTS)
-def test_a_faulty_one_is_found(name):
-    """By the first clause that the page names for it."""
-
-    def make(settings, power_on_ns):
-        return CarHost(replace(settings, defects=(name,)), power_on_ns=power_on_ns)
-
-    shared = Shared(bench_file=open_bench("vehicle-model"), timeout_scale=1.0, journal=Journal())
-    clause, *_ = FOUND[name]
-    options = replace(OPTIONS, select=f"[hardened] and {clause}")
-    (case,) = run_suites(options, VehicleProvider(shared, make_host=make)).cases
-    assert case.verdict is Verdict.FAIL
-
-
 def judged(make, select):
     """What the suite makes of such hosts, by clause."""
     shared = Shared(bench_file=open_bench("vehicle-model"), timeout_scale=1.0, journal=Journal())
     report = run_suites(replace(OPTIONS, select=select), VehicleProvider(shared, make_host=make))
     return {case.clause_ids[0]: case.verdict for case in report.cases}
+
+
+def with_defect(name):
+    def make(settings, power_on_ns):
+        return CarHost(replace(settings, defects=(name,)), power_on_ns=power_on_ns)
+
+    return make
+
+
+@pytest.mark.parametrize("name", DEFECTS)
+def test_a_faulty_one_is_found(name):
+    """By each clause that the page names for it."""
+    found = judged(with_defect(name), f"[hardened] and ({' or '.join(FOUND[name])})")
+    assert found == dict.fromkeys(FOUND[name], Verdict.FAIL)
+
+
+def test_torn_frames_and_waiting_are_told_apart():
+    """H3 is found without the waiting, and the waiting with a reader that tears nothing."""
+    torn, waiting = FOUND["H3"], FOUND["H5"]
+    assert judged(with_defect("H3"), f"[hardened] and ({' or '.join(waiting)})") == dict.fromkeys(waiting, Verdict.PASS)
+    assert judged(with_defect("H5"), f"[hardened] and ({' or '.join(torn)})") == dict.fromkeys(torn, Verdict.PASS)
 
 
 def test_each_hazard_is_missed_where_it_is_gone():
@@ -183,6 +190,24 @@ class Mirrored(CarHost):
         super().__init__(settings, power_on_ns=power_on_ns, behaviour=wrong)
 
 
+class SteersToTheRight(CarHost):
+    """Takes CARLA's steer to be positive to the left."""
+
+    def __init__(self, settings, *, power_on_ns):
+        right = BEHAVIOURS["hardened"]
+        wrong = replace(right, host=replace(right.host, signs=Signs(steer_rad=1.0292)))
+        super().__init__(settings, power_on_ns=power_on_ns, behaviour=wrong)
+
+
+class OneWheel(CarHost):
+    """Takes the largest angle of one wheel for that of the car."""
+
+    def __init__(self, settings, *, power_on_ns):
+        right = BEHAVIOURS["hardened"]
+        wrong = replace(right, host=replace(right.host, signs=Signs(steer_rad=-1.2216)))
+        super().__init__(settings, power_on_ns=power_on_ns, behaviour=wrong)
+
+
 class Slow(CarHost):
     def __init__(self, settings, *, power_on_ns):
         super().__init__(replace(settings, status_hz=19.9), power_on_ns=power_on_ns)
@@ -195,7 +220,9 @@ OTHERS = (
     (Lenient, ("VS04",)),
     (Pedantic, ("VS05",)),
     (Eager, ("VS14", "VS15")),
-    (Mirrored, ("VS16",)),
+    (Mirrored, ("VS14", "VS16")),
+    (SteersToTheRight, ("VS16",)),
+    (OneWheel, ("VS16",)),
     (Restless, ("VS18", "VS19")),
     (HalfClamped, ("VS24H",)),
     (LooksAtSpeeds, ("VS27H",)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from dataclasses import replace
 
 import pytest
 
@@ -20,6 +21,7 @@ from protocols.carla import (
     ManualCommand,
     Mode,
     PollOptions,
+    SimulatorOptions,
     StatusFrame,
     decode_status,
     encode_command,
@@ -306,7 +308,7 @@ def test_a_full_buffer_loses_bytes(make_simulator):
 
 def test_a_read_that_does_not_wait(make_simulator):
     options = PROFILES["v0"].simulator
-    options = type(options)(reader=options.reader, poll=PollOptions(idle_block_s=None), silence_s=None)
+    options = type(options)(reader=options.reader, silence_s=None)
     simulator = make_simulator(options=options)
     simulator.hear(F1)
     simulator.run(1.0)
@@ -314,10 +316,67 @@ def test_a_read_that_does_not_wait(make_simulator):
     assert simulator.counters.blocks == 0
 
 
-@pytest.mark.parametrize("field", ["period_s", "bytes_each", "idle_block_s", "gather_s"])
+# --- torn frames (H3) and waiting (H5), each by itself
+
+
+def in_two_pieces(simulator):
+    simulator.run(0.01)
+    for piece in (P, Q[:10], Q[10:]):
+        simulator.hear(piece)
+        simulator.run(0.025)
+    return [rounded(command) for command in simulator.commands]
+
+
+P_SAYS = AckermannCommand(steering_rad=0.25, speed_m_s=2.0)
+Q_SAYS = ManualCommand(steer=-0.75, throttle=0.5)
+WAITING = [500, 1000, 1500, 2000]
+
+
+@pytest.mark.parametrize(
+    ("quirks", "says", "times"),
+    [
+        ([], [P_SAYS, Q_SAYS], [10 + 50 * n for n in range(40)]),
+        (["H3"], [P_SAYS, replace(P_SAYS, steering_rad=-0.75)], [10 + 50 * n for n in range(40)]),
+        (["H5"], [P_SAYS, Q_SAYS], WAITING),
+        (["H3", "H5"], [P_SAYS, replace(P_SAYS, steering_rad=-0.75)], WAITING),
+        (["H5", "H3"], [P_SAYS, replace(P_SAYS, steering_rad=-0.75)], WAITING),
+    ],
+)
+def test_torn_frames_and_waiting_are_two_things(make_simulator, quirks, says, times):
+    assert in_two_pieces(make_simulator("hardened", quirks))[:2] == says
+    quiet = make_simulator("hardened", quirks)
+    quiet.run(0.01)
+    report_at_20_hz(quiet, 2.0)
+    assert [t // MS for t, _ in quiet.sent] == times
+
+
+def test_waiting_alone_loses_nothing(make_simulator):
+    simulator = make_simulator("hardened", ["H5"])
+    for n in range(200):
+        simulator.hear(encode_command(AckermannCommand(speed_m_s=n / 2).frame())[:29])
+        simulator.run(0.01)
+    simulator.run(0.03)
+    assert [command.speed_m_s for command in simulator.commands] == [n / 2 for n in range(200)]
+    simulator.hear(F1[:10])
+    assert simulator.connection.held == 10
+    simulator.run(0.2)
+    assert simulator.connection.held == 0
+    assert simulator.of(FrameDropped)[-1].reason is DropReason.TIMED_OUT
+    simulator.read_error(True)
+    simulator.run(0.1)
+    assert len(simulator.commands) == 200
+    assert simulator.counters.read_errors
+
+
+@pytest.mark.parametrize("field", ["period_s", "bytes_each", "gather_s"])
 def test_figures_that_cannot_be(field):
     with pytest.raises(LocalProtocolError, match=f"{field} is 0, not above 0"):
         PollOptions(**{field: 0})
+
+
+def test_a_wait_that_cannot_be():
+    with pytest.raises(LocalProtocolError, match="idle_block_s is 0, not above 0"):
+        SimulatorOptions(idle_block_s=0)
 
 
 def test_reports_that_do_not_fit_are_the_callers_mistake(make_simulator):
