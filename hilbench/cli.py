@@ -29,6 +29,7 @@ COMMANDS = {
     "attach": "come back to a bench that was left running in the dashboard",
     "replay": "look at a journal in the dashboard",
     "doctor": "say what is installed, and what the models of a chip do and do not",
+    "ports": "show serial ports: what is plugged in, who has it, what is in the way",
     "udev": "rules for udev: access to boards and adapters, names that stay",
     "validate": "read a bench file and say whether it is right",
 }

@@ -45,6 +45,11 @@ def _run(command: Sequence[str]) -> Ran | None:
     return Ran(code=done.returncode, output=done.stdout)
 
 
+def _may_use(path: Path) -> bool:
+    """Say whether this process may read and write a file, by whatever gives it the right: owner, group, list."""
+    return os.access(path, os.R_OK | os.W_OK, effective_ids=True)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Host:
     """A machine and the user on it.
@@ -57,6 +62,7 @@ class Host:
         groups_of_account: names of the groups the account is in; new ones count after the next login.
         which: finds a program.
         run: runs one to its end; None if that is not possible.
+        may_use: says whether this process may read and write a file.
     """
 
     root: Path = Path("/")
@@ -66,6 +72,7 @@ class Host:
     groups_of_account: frozenset[str] = frozenset()
     which: Callable[[str], str | None] = field(default=shutil.which)
     run: Callable[[Sequence[str]], Ran | None] = field(default=_run)
+    may_use: Callable[[Path], bool] = field(default=_may_use)
 
     @property
     def is_root(self) -> bool:

@@ -70,6 +70,7 @@ class PortInfo:
         driver: the kernel driver, such as ``ftdi_sio``; None where it is not known.
         links: other paths that lead to it, those of hilbench first.
         sysfs: the folder with its attributes; None where there is none.
+        latency_ms: how long the chip may keep what came in, where its driver tells: FTDI's ``latency_timer``.
     """
 
     device: str
@@ -77,6 +78,7 @@ class PortInfo:
     driver: str | None = None
     links: tuple[str, ...] = ()
     sysfs: str | None = None
+    latency_ms: int | None = None
 
 
 class PortEnumerator(Protocol):
@@ -141,6 +143,7 @@ class SysfsPorts:
             driver=_driver(folder),
             links=tuple(links.get(path, ())),
             sysfs=str(folder),
+            latency_ms=_number(folder / "latency_timer"),
         )
 
     def _links(self) -> dict[str, list[str]]:
@@ -179,8 +182,12 @@ def _usb_identity(folder: Path) -> UsbIdentity | None:
 
 
 def _driver(folder: Path) -> str | None:
-    link = folder / "driver"
-    return link.resolve().name if link.exists() else None
+    """Return the driver of a port; one that is soldered in hangs below two places of the kernel's."""
+    for place in (folder, *folder.parents):
+        if (place / "subsystem").resolve().name != "serial-base":
+            link = place / "driver"
+            return link.resolve().name if link.exists() else None
+    return None
 
 
 def _line(path: Path) -> str | None:
@@ -190,6 +197,11 @@ def _line(path: Path) -> str | None:
             return file.readline().strip()
     except OSError:
         return None
+
+
+def _number(path: Path) -> int | None:
+    text = _line(path)
+    return int(text) if text is not None and text.isdigit() else None
 
 
 def _by_number(name: str) -> tuple[str, int]:

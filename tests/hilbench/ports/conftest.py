@@ -62,7 +62,9 @@ class Machine:
         entry = self.tty / name
         entry.mkdir()
         (entry / "device").symlink_to(port)
-        (self.root / "dev" / name).touch()
+        node = self.root / "dev" / name
+        node.touch()
+        node.chmod(0o644)
 
 
 @pytest.fixture

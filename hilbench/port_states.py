@@ -1,0 +1,179 @@
+"""How a port stands: what is plugged in, who has it, whether we may use it, and what to do if not."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from hilbench.host import Host
+from hilbench.port_holders import Holders, holders_of
+from hilbench.ports import PortInfo
+from hilbench.udev import INSTALL_BY, installed_rules, port_group
+from hilbench.usb_devices import chip_of, kind_of, probable_board
+
+__all__ = ["BEST_LATENCY_MS", "PortState", "as_data", "as_text", "port_states"]
+
+BEST_LATENCY_MS = 1
+# A serial number that tells a device from others and can stand in a target; bridges leave the factory with 0001.
+_OF_ITS_OWN = re.compile(r"(?!0001$)[\w.:-]+")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PortState:
+    """One port.
+
+    Attributes:
+        port: what is plugged in.
+        target: how it is best named on a command line.
+        permitted: whether we may use it.
+        owner: its group and mode, such as ``dialout 0660``; empty if it has no node.
+        holders: who has it.
+        advice: what to do, one sentence each; empty if nothing is in the way.
+    """
+
+    port: PortInfo
+    target: str
+    permitted: bool
+    owner: str
+    holders: Holders
+    advice: tuple[str, ...]
+
+
+def port_states(host: Host, ports: Sequence[PortInfo]) -> list[PortState]:
+    """Return how each port stands."""
+    return [_state(host, port, ports) for port in ports]
+
+
+def as_data(states: Sequence[PortState]) -> list[dict[str, object]]:
+    """Return them as plain data."""
+    return [_data(state) for state in states]
+
+
+def as_text(states: Sequence[PortState]) -> str:
+    """Return them as lines for a person, a paragraph each."""
+    return "\n\n".join("\n".join(_lines(state)) for state in states)
+
+
+def _state(host: Host, port: PortInfo, ports: Sequence[PortInfo]) -> PortState:
+    node = host.path(port.device)
+    owner, permitted = "", False
+    if node.exists():
+        facts = node.stat()
+        owner = f"{host.group_name(facts.st_gid)} {facts.st_mode & 0o7777:04o}"
+        permitted = host.may_use(node)
+    holders = holders_of(host, port.device)
+    state = PortState(
+        port=port, target=_target(port, ports), permitted=permitted, owner=owner, holders=holders, advice=()
+    )
+    advice = (
+        *_on_permission(host, state),
+        *(f"it is in use: stop {holder}" for holder in holders.programs),
+        *_on_locks(state),
+        *_on_latency(host, state),
+    )
+    return replace(state, advice=advice)
+
+
+def _on_permission(host: Host, state: PortState) -> list[str]:
+    if state.permitted:
+        return []
+    if not state.owner:
+        return [f"there is no {state.port.device}: in a container, start it with --device {state.port.device}"]
+    group = state.owner.split()[0]
+    if group in host.groups_of_account and group not in host.groups:
+        return [f"no access yet: you are in the group {group} since your last login; log out and in again"]
+    if _rules_know(state.port) and installed_rules(host, "") is None:
+        return [f"no access: {INSTALL_BY}, then plug it in again"]
+    wanted = group if group != "root" else port_group(host)
+    return [f'no access: sudo usermod -aG {wanted} "$USER", then log out and in again']
+
+
+def _on_locks(state: PortState) -> list[str]:
+    if state.holders.stale_lock is None:
+        return []
+    return [f"a program that has ended left a lock file: sudo rm {state.holders.stale_lock}"]
+
+
+def _on_latency(host: Host, state: PortState) -> list[str]:
+    if state.port.latency_ms is None or state.port.latency_ms <= BEST_LATENCY_MS:
+        return []
+    how = f"echo {BEST_LATENCY_MS} | sudo tee {state.port.sysfs}/latency_timer"
+    fix = how if installed_rules(host, "") is not None else INSTALL_BY
+    return [f"what comes in waits up to {state.port.latency_ms} ms: {fix}"]
+
+
+def _rules_know(port: PortInfo) -> bool:
+    return port.usb is not None and kind_of(port.usb) is not None
+
+
+def _target(port: PortInfo, ports: Sequence[PortInfo]) -> str:
+    """Return the most lasting words that mean this port and no other."""
+    usb = port.usb
+    if usb is None:
+        return f"serial:{port.device}"
+    identities = [other.usb for other in ports if other.usb is not None]
+    if usb.serial_number and _OF_ITS_OWN.fullmatch(usb.serial_number):
+        with_number = [other for other in identities if other.serial_number == usb.serial_number]
+        if len(with_number) == 1:
+            return f"serial:serial={usb.serial_number}"
+        if sum(other.interface == usb.interface for other in with_number) == 1:
+            return f"serial:serial={usb.serial_number},interface={usb.interface}"
+    at_place = [other for other in identities if other.location == usb.location]
+    more = f",interface={usb.interface}" if len(at_place) > 1 else ""
+    return f"serial:location={usb.location}{more}"
+
+
+def _data(state: PortState) -> dict[str, object]:
+    port, usb = state.port, state.port.usb
+    return {
+        "device": port.device,
+        "target": state.target,
+        "usb": None if usb is None else {
+            "id": usb.ids,
+            "serial_number": usb.serial_number,
+            "location": usb.location,
+            "interface": usb.interface,
+            "manufacturer": usb.manufacturer,
+            "product": usb.product,
+        },
+        "chip": chip_of(usb) if usb else None,
+        "probable_board": (probable_board(usb) or None) if usb else None,
+        "driver": port.driver,
+        "links": list(port.links),
+        "owner": state.owner or None,
+        "permitted": state.permitted,
+        "held_by": [{"process": one.process, "name": one.name} for one in state.holders.programs],
+        "stale_lock": state.holders.stale_lock,
+        "others_hidden": state.holders.hidden,
+        "latency_ms": state.port.latency_ms,
+        "advice": list(state.advice),
+    }  # fmt: skip
+
+
+def _lines(state: PortState) -> list[str]:
+    port, usb = state.port, state.port.usb
+    lines = [f"{port.device}  {_what(port)}"]
+    if usb is not None:
+        number = f"serial number {usb.serial_number}" if usb.serial_number else "no serial number"
+        interface = f", interface {usb.interface}" if usb.interface else ""
+        lines.append(f"  plugged in   {usb.ids} at {usb.location}{interface}, {number}")
+        if board := probable_board(usb):
+            lines.append(f"  probably     {board}")
+    lines.append(f"  target       {state.target}")
+    lines += [f"  also         {link}" for link in port.links]
+    lines.append(f"  access       {'yes' if state.permitted else 'no'}{f' ({state.owner})' if state.owner else ''}")
+    lines.append(f"  in use       {_use(state.holders)}")
+    lines += [f"  do           {advice}" for advice in state.advice]
+    return lines
+
+
+def _what(port: PortInfo) -> str:
+    driver = f" ({port.driver})" if port.driver else ""
+    return f"{chip_of(port.usb)}{driver}" if port.usb else f"soldered in{driver}"
+
+
+def _use(holders: Holders) -> str:
+    if holders.programs:
+        return ", ".join(str(one) for one in holders.programs)
+    return "not by a program that can be seen from here; root sees all" if holders.hidden else "no"
