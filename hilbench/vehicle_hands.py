@@ -8,11 +8,12 @@ from hilbench.bench import Bench
 from hilbench.carla_peer import SimulatorPeer
 from hilbench.devices import LinesActor
 from hilbench.stack_peer import StackPeer
+from protocols.carla import Axis
 from targets.robots.vehicle_interface import VehicleInterface
 
-__all__ = ["HANDS", "ModelHands", "VehicleBench", "VehicleHands"]
+__all__ = ["HANDS", "ModelHands", "VehicleBench", "VehicleHands", "stick_code"]
 
-HANDS = frozenset({"joystick", "lamps", "indicators", "boot", "line errors"})
+HANDS = frozenset({"joystick", "lamps", "indicators", "boot", "line errors", "hang"})
 """The capabilities of a bench that has all of them, as the clauses name them."""
 
 
@@ -23,7 +24,13 @@ class VehicleHands(Protocol):
         """Move the joystick to where the converter reads these counts, 0..65535."""
 
     def press(self) -> None:
-        """Press the joystick's switch and let go of it."""
+        """Press the joystick's switch and let go of it, as somebody does: the contact may bounce."""
+
+    def hold(self) -> None:
+        """Hold the joystick's switch closed, with a wire: it does not bounce."""
+
+    def let_go(self) -> None:
+        """Take the wire away."""
 
     def lights(self) -> frozenset[str]:
         """Return which of the lights ``green``, ``amber`` and ``red`` are on."""
@@ -33,6 +40,9 @@ class VehicleHands(Protocol):
 
     def reset(self) -> None:
         """Press the reset button."""
+
+    def hang(self) -> None:
+        """Have the board's program do nothing more until a reset, as in an endless loop with interrupts off."""
 
 
 class VehicleBench(Protocol):
@@ -75,6 +85,16 @@ class ModelHands:
         self._bench.record("press", "hands")
         self._actor.transmit(self._board.press(self._bench.now_ns))
 
+    def hold(self) -> None:
+        """See `VehicleHands`."""
+        self._bench.record("hold", "hands")
+        self._actor.transmit(self._board.hold(self._bench.now_ns))
+
+    def let_go(self) -> None:
+        """See `VehicleHands`."""
+        self._bench.record("let go", "hands")
+        self._actor.transmit(self._board.press(self._bench.now_ns))
+
     def lights(self) -> frozenset[str]:
         """See `VehicleHands`."""
         return frozenset({self._board.light} - {""})
@@ -87,3 +107,17 @@ class ModelHands:
         """See `VehicleHands`."""
         self._bench.record("reset", "hands")
         self._actor.transmit(self._board.reset(self._bench.now_ns))
+
+    def hang(self) -> None:
+        """See `VehicleHands`."""
+        self._bench.record("hang", "hands")
+        self._actor.transmit(self._board.hang(self._bench.now_ns))
+
+
+def stick_code(axis: Axis, share: float) -> int:
+    """Return the code of the converter for a share of the way beyond the dead band of an axis, -1 to 1."""
+    if not share:
+        return axis.zero
+    end = axis.greatest if share > 0 else axis.least
+    sign = 1 if share > 0 else -1
+    return round(axis.zero + sign * axis.dead_band + abs(share) * (end - axis.zero - sign * axis.dead_band))

@@ -22,6 +22,9 @@ LIGHTS = {"green": "LD1", "amber": "LD2", "red": "LD3"}
 LAMPS = ("PE7", "PE8")
 """The pins of the left and the right lamp of our firmware; lit while high (choice)."""
 
+SWITCH = "PF13"
+"""The pin of the joystick's switch, as in the original."""
+
 _JOYSTICK = "joystick"
 _HELD_NS = 50 * NS_PER_MS
 """How long a switch is held down that somebody presses for a moment. A choice."""
@@ -55,6 +58,14 @@ class BoardHands:
         when_ns = self._there.bench.now_ns + _HELD_NS
         scheduler.at(when_ns, lambda: parts.set(name, {"press": 0.0}), order=EventClass.TIMER, source="hands")
 
+    def hold(self) -> None:
+        """See `VehicleHands`."""
+        self._there.board.pin(SWITCH).drive(False)
+
+    def let_go(self) -> None:
+        """See `VehicleHands`."""
+        self._there.board.pin(SWITCH).drive(None)
+
     def lights(self) -> frozenset[str]:
         """See `VehicleHands`."""
         return frozenset(name for name, light in LIGHTS.items() if self._there.board.is_lit(light))
@@ -67,6 +78,10 @@ class BoardHands:
     def reset(self) -> None:
         """See `VehicleHands`."""
         self._there.board.reset()
+
+    def hang(self) -> None:
+        """See `VehicleHands`."""
+        self._there.board.hang()
 
     @property
     def _part(self) -> str:
@@ -98,7 +113,7 @@ def vehicle_hands_on(bench_file: BenchFile) -> Iterable[str]:
     """Return what a bench of boards can do for the cases of a vehicle interface."""
     far_ends = {far.rpartition(".")[2] for name, far in bench_file.checker_lines.items() if name}
     if {SIMULATOR_LINE, STACK_LINE} <= far_ends and bench_file.boards:
-        yield from ("CARLA", "board", "stack", "boot", "lamps", "indicators", "line errors")
+        yield from ("CARLA", "board", "stack", "boot", "lamps", "indicators", "line errors", "hang")
         if _joystick_of(bench_file):
             yield "joystick"
 

@@ -166,6 +166,9 @@ class Machine(Protocol):
     def reset(self, cause: str = "PIN") -> None:
         """Reset the chip."""
 
+    def hang(self) -> None:
+        """Have the program do nothing more until a reset; the rest of the chip goes on."""
+
     def forget_resets(self) -> None:
         """Take note that something has come from outside, so that resets from here on are no endless loop yet."""
 

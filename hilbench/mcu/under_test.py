@@ -195,6 +195,10 @@ class BoardUnderTest:
         """Press the reset button."""
         self._machine.reset()
 
+    def hang(self) -> None:
+        """Have the program do nothing more until a reset, as in an endless loop with interrupts off."""
+        self._machine.hang()
+
 
 def boards_under_test(emulated: EmulatedBench) -> dict[str, BoardUnderTest]:
     """Return every board of a bench, ready for a test."""

@@ -41,8 +41,9 @@ class Clause:
         twin: where shipped behaviour is a hazard, the clause that says what is asked instead; else None.
         needs: names of what a bench must be able to do for it to be checked: `board` or `simulator` under test; for a
             board `stack` (be its driving stack), `joystick` (hold it, press it), `lamps` (see them), `indicators` (see
-            the turn indicators), `boot` (begin from power-up), `line errors` (make a framing error); for a simulator
-            `car` (see what the car is commanded, and say what it does), `read errors` (make its reads fail).
+            the turn indicators), `boot` (begin from power-up), `line errors` (make a framing error), `hang` (have its
+            program do nothing more); for a simulator `car` (see what the car is commanded, and say what it does), `read
+            errors` (make its reads fail).
     """
 
     id: str

@@ -115,6 +115,7 @@ class Machine:
         self._masked_slices = 0
         self._masked_from = 0
         self._deep: DeepSleep | None = None
+        self._hangs = False
         self._line = bytearray()
         self._map()
         self._connect()
@@ -165,6 +166,10 @@ class Machine:
         """Reset the chip at the next instruction boundary: ``PIN`` (the button), ``POR`` (power off and on)."""
         self._ask_reset(cause)
 
+    def hang(self) -> None:
+        """Have the program do nothing more until a reset, as in an endless loop with interrupts off; the rest goes on."""
+        self._hangs = True
+
     # --- for people
 
     def place(self, pc: int) -> str:
@@ -199,6 +204,8 @@ class Machine:
             return  # with the clock, the cycle of the limit may have changed
         if self._reset_cause is not None:
             self._reset()
+        elif self._hangs:
+            self._pass_to(limit, limit)
         elif core.locked_up is not None:
             self._locked_up(limit)
         elif self._watch.hopeless is not None and not self.chip.watchdog_runs():
@@ -314,6 +321,7 @@ class Machine:
         pc = self.engine.get(Reg.PC)
         self._stalled_until = 0
         self._deep = None
+        self._hangs = False
         if cause == "POR":
             self._clear_ram()
         self.chip.reset(cause)

@@ -39,6 +39,7 @@ def test_what_it_can_do():
         "indicators",
         "line errors",
         "joystick",
+        "hang",
     }
     assert {*vehicle_hands_on(open_bench("rover"))} == set()
     assert {"PKT!", "P2OS"}.isdisjoint(make_provider(OPTIONS).capabilities)

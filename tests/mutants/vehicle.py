@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -27,10 +28,12 @@ from protocols.autoware import (
     ControlModeReport,
     ControlModeRequest,
     ControlModeResponse,
+    FrameReader,
     SteeringReport,
     Time,
     VelocityReport,
 )
+from protocols.autoware.crc import crc16
 from protocols.carla import (
     FULL_SCALE,
     MODE_TABLE,
@@ -83,15 +86,6 @@ nothing else finds the defect."""
 
 HAZARDS = tuple(clause.id for clause in BOARD_CLAUSES if "hardened" not in clause.profiles and clause.id not in SLOW)
 """Clauses that describe what the published firmwares should not do."""
-
-FIRMWARE_ALONE = (
-    (
-        "no-watchdog",
-        "no watchdog: a task that hangs leaves the simulator with the last command",
-        "V0 and V1 main.c",
-        "nothing: a model has no tasks that hang, and no clause makes one",
-    ),
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -311,6 +305,67 @@ class _Noise(_Sends):
         return data if decode_command(data).mode == Mode.AUTOWARE else data[:-1] + b"\xff\x55\xaa"
 
 
+class _ActsOnPress(VehicleInterface):
+    """Acts as the switch closes, not as it opens."""
+
+    def hold(self, now_ns):
+        return super().press(now_ns)
+
+    def press(self, now_ns):
+        return self.advance(now_ns)
+
+
+class _LooksAtNoCrc(FrameReader):
+    def _finish(self, payload, crc):
+        super()._finish(payload, crc16(payload))
+
+
+class _BelievesTheLink(VehicleInterface):
+    """Takes messages of the driving stack whose CRC is wrong."""
+
+    def _begin(self, now_ns):
+        super()._begin(now_ns)
+        self.stack._reader = _LooksAtNoCrc()
+
+
+class _TellsModesLate(_Tells):
+    """Reports the mode of three reports before."""
+
+    def __init__(self, *arguments, **options):
+        self._modes = deque([Mode.AUTOWARE] * 3, maxlen=3)
+        super().__init__(*arguments, **options)
+
+    def instead(self, message):
+        if not isinstance(message, ControlModeReport):
+            return [message]
+        late = self._modes[0]
+        self._modes.append(message.mode)
+        return [replace(message, mode=late)]
+
+
+class _StampsTooSoon(_Tells):
+    """Has a time of its own before it is told one."""
+
+    def instead(self, message):
+        early = hasattr(message, "stamp") and message.stamp == Time()
+        return [replace(message, stamp=Time(1, 0)) if early else message]
+
+
+class _TellsTheOneBeforeInAutoware(_TellsTheOneBefore):
+    def instead(self, message):
+        late = super().instead(message)
+        return late if self.simulator.mode is Mode.AUTOWARE else [message]
+
+
+class _NoRed(VehicleInterface):
+    """Shows EMERGENCY by the green light."""
+
+    def _from_simulator(self, events, now_ns):
+        sent = super()._from_simulator(events, now_ns)
+        self.light = "green" if self.light == "red" else self.light
+        return sent
+
+
 class _OnePressEver(VehicleInterface):
     def press(self, now_ns):
         if self.simulator.counters.presses:
@@ -337,7 +392,7 @@ PUBLISHED = tuple(
     VehicleMutant(
         id=defect.name,
         what=defect.text,
-        about=("VB31H", "VB42H") if defect.name == "H9" else (),
+        about=("VB31H", "VB42H", "VB55H") if defect.name == "H9" else (),
         board=defect.board,
         body=defect.body,
     )
@@ -373,6 +428,14 @@ def _cures() -> Iterator[VehicleMutant]:
         profile="v1",
         about=("VB37",),
         board={"emergency_report": hardened.emergency_report},
+    )
+
+    yield VehicleMutant(
+        id="v0-without-no-watchdog",
+        what="the firmware of v0 with a watchdog",
+        profile="v0",
+        about=("VB56",),
+        body={"watchdog_s": BEHAVIOURS["hardened"].body.watchdog_s},
     )
 
 
@@ -549,7 +612,48 @@ BY_HAND = (
         about=("VB47",),
         board={"frame_timeout_s": None},
     ),
-    VehicleMutant(id="short-debounce", what="presses 0.9 s apart are two", about=("VB13",), board={"debounce_s": 0.9}),
+    VehicleMutant(id="acts-on-press", what="the switch acts as it closes", about=("VB51",), kind=_ActsOnPress),
+    VehicleMutant(
+        id="no-crc",
+        what="messages on the stand-in link are believed, whatever their CRC",
+        about=("VB50",),
+        kind=_BelievesTheLink,
+    ),
+    VehicleMutant(id="mode-told-late", what="the mode is reported 0.2 s late", about=("VB48",), kind=_TellsModesLate),
+    VehicleMutant(
+        id="own-clock", what="stamps begin at 1 s, before a clock is told", about=("VB52",), kind=_StampsTooSoon
+    ),
+    VehicleMutant(
+        id="one-behind-in-autoware",
+        what="in AUTOWARE the status before is reported",
+        about=("VB53",),
+        kind=_TellsTheOneBeforeInAutoware,
+    ),
+    VehicleMutant(id="no-red", what="EMERGENCY lights the green lamp", about=("VB54",), kind=_NoRed),
+    VehicleMutant(id="hasty-lamps", what="lamps blink at 8 Hz", about=("VB43",), body={"blink_hz": 8.0}),
+    VehicleMutant(id="slow-lamps", what="lamps blink at 0.7 Hz", about=("VB43",), body={"blink_hz": 0.7}),
+    VehicleMutant(
+        id="lost-at-once",
+        what="a driving stack that is silent for 2 s is lost",
+        about=("VB55H",),
+        board={"agent_silence_s": 2.0},
+    ),
+    VehicleMutant(
+        id="lost-after-an-hour",
+        what="a driving stack is lost after an hour of silence",
+        about=("VB55H",),
+        board={"agent_silence_s": 3600.0},
+    ),
+    VehicleMutant(id="lazy-watchdog", what="the watchdog waits for 5 s", about=("VB56H",), body={"watchdog_s": 5.0}),
+    VehicleMutant(
+        id="late-debounce", what="presses 1.1 s apart are one", about=("VB13", "VB14"), board={"debounce_s": 1.1}
+    ),
+    VehicleMutant(
+        id="short-debounce",
+        what="presses 0.95 s apart are two, and 0.94 s are blind",
+        about=("VB13", "VB14"),
+        board={"debounce_s": 0.94},
+    ),
     VehicleMutant(
         id="one-press-ever", what="the second press does nothing, nor any after it", about=("VB13",), kind=_OnePressEver
     ),
@@ -689,11 +793,6 @@ def _table(found: Mapping[str, Sequence[str]], firmware: Mapping[str, Sequence[s
     for defect in DEFECTS.values():
         emulated = _shown(firmware.get(defect.name, ("no image",)))
         yield f"| `{defect.name}` | {defect.text} | {defect.source} | {emulated} | {_shown(found[defect.name])} |"
-    yield "\n## In the firmware alone\n"
-    yield "| Defect | What it does | Where it was published | Found by |"
-    yield "|---|---|---|---|"
-    for name, text, source, finders in FIRMWARE_ALONE:
-        yield f"| `{name}` | {text} | {source} | {finders} |"
     yield "\n## The published firmwares without one of their defects\n"
     yield "A clause that describes a hazard has to notice where it is gone; run are these clauses alone.\n"
     yield from _plain(found, CURES)
@@ -725,9 +824,8 @@ def _clauses(found: Mapping[str, Sequence[str]]) -> Iterator[str]:
 
 def on_the_page(row: re.Pattern[str] = _ROW) -> dict[str, tuple[str, ...]]:
     """What the page says already: by fault, the clauses that find it in the model."""
-    alone = {name for name, *_ in FIRMWARE_ALONE}
     rows = row.finditer(PAGE.read_text(encoding="utf-8"))
-    said = {row["name"]: row["clauses"].replace("*", "") for row in rows if row["name"] not in alone}
+    said = {row["name"]: row["clauses"].replace("*", "") for row in rows}
     return {name: () if clauses == "none" else tuple(clauses.split(", ")) for name, clauses in said.items()}
 
 

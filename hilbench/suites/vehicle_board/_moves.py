@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hilbench.check import Violation
+from hilbench.clock import NS_PER_S
 from hilbench.suites._vehicle import MISSES, MODE_WITHIN_S, STATUS, STATUS_HZ, Frame, Vehicle, shown
+from protocols.autoware import VelocityReport
 from protocols.carla import VECTORS, Mode, decode_command
 
 __all__ = [
@@ -16,11 +18,14 @@ __all__ = [
     "IMPOSSIBLE_M_S",
     "MANUAL_MISS_S",
     "MANUAL_S",
+    "REPORT_WITHIN_S",
     "behind",
     "nine_misses",
     "nine_misses_around_a_status",
     "quiet",
     "require_emergency",
+    "require_newest",
+    "say_a_hundred",
     "status_returns",
 ]
 
@@ -36,6 +41,9 @@ EXACTLY = 0.5
 """Tolerance of a whole number that has to be right."""
 
 IMPOSSIBLE_M_S = 1e30
+
+REPORT_WITHIN_S = 0.003
+"""How long the last byte of a status and the first of a report may lie apart, their own time on the line with it."""
 
 
 def nine_misses(vehicle: Vehicle, mark: int, mode: Mode, count: int, step_s: float) -> None:
@@ -96,3 +104,38 @@ def quiet(vehicle: Vehicle) -> int:
     statuses.stop()
     vehicle.run(0.02)
     return vehicle.stack.mark()
+
+
+def say_a_hundred(vehicle: Vehicle) -> list[tuple[int, float]]:
+    """Change the status each time it is said, in whole m/s; return when each was said, in ns, and its speed."""
+    statuses = vehicle.simulator.statuses
+    said_ns = []
+    for number in range(100):
+        speed_m_s = float(1 + number % 30)
+        vehicle.other_status(speed_m_s)
+        said = statuses.said
+        vehicle.bench.run_until(lambda said=said: statuses.said > said, 0.2)  # type: ignore[misc]
+        said_ns.append((vehicle.bench.now_ns, speed_m_s))
+    return said_ns
+
+
+def require_newest(vehicle: Vehicle, told: int, newest: Sequence[tuple[int, float]]) -> int:
+    """Require that each report since a mark is of the status that was the newest then; return how many there are.
+
+    Args:
+        vehicle: the board.
+        told: the mark.
+        newest: what `say_a_hundred` returned.
+
+    Raises:
+        Violation: one of them is of another status.
+    """
+    late_ns = round((REPORT_WITHIN_S + vehicle.uncertainty_s(newest[0][0])) * NS_PER_S)
+    reports = vehicle.stack.since(told, VelocityReport)
+    for got, report in reports:
+        of_old = [speed for when_ns, speed in newest if when_ns <= got.start_ns - late_ns][-1:]
+        since = [speed for when_ns, speed in newest if got.start_ns - late_ns < when_ns <= got.start_ns]
+        if report.longitudinal_velocity not in (*of_old, *since) and newest[0][0] < got.start_ns - late_ns:
+            found, at_s = report.longitudinal_velocity, got.start_ns / NS_PER_S
+            raise Violation(f"{found:g} m/s is reported at {at_s:.4f} s, the newest are {[*of_old, *since]}")
+    return len(reports)

@@ -8,12 +8,15 @@ from itertools import pairwise
 from hilbench.check import Violation, at_least, at_most, near
 from hilbench.clock import NS_PER_S
 from hilbench.suites._vehicle import MISSES, STATUS_HZ, STATUS_MISS_S, TICK_S, Frame, Vehicle, on_board, shown
-from hilbench.suites.vehicle_board._moves import MANUAL_MISS_S, MANUAL_S, nine_misses_around_a_status, require_emergency
-from protocols.autoware import VelocityReport
+from hilbench.suites.vehicle_board._moves import (
+    MANUAL_MISS_S,
+    MANUAL_S,
+    nine_misses_around_a_status,
+    require_emergency,
+    require_newest,
+    say_a_hundred,
+)
 from protocols.carla import FULL_SCALE, Mode
-
-REPORT_WITHIN_S = 0.003
-"""How long the last byte of a status and the first of a report may lie apart, their own time on the line with it."""
 
 
 @on_board("VB45", lasts_s=6.0)
@@ -29,34 +32,14 @@ def test_manual_at_20_hz(vehicle: Vehicle) -> None:
     mark = vehicle.manual()
     told = vehicle.stack.mark()
     begun_ns = vehicle.bench.now_ns
-    newest = _say_a_hundred(vehicle)
+    newest = say_a_hundred(vehicle)
     frames = vehicle.frames(mark)
     _require_no_emergency(frames, begun_ns)
     vehicle.require_modes(frames, Mode.MANUAL)
     vehicle.require_steps(frames, MANUAL_S, "between frames of the joystick")
-    reports = vehicle.stack.since(told, VelocityReport)
-    late_ns = round((REPORT_WITHIN_S + vehicle.uncertainty_s(begun_ns)) * NS_PER_S)
-    for got, report in reports:
-        of_old = [speed for when_ns, speed in newest if when_ns <= got.start_ns - late_ns][-1:]
-        since = [speed for when_ns, speed in newest if got.start_ns - late_ns < when_ns <= got.start_ns]
-        if report.longitudinal_velocity not in (*of_old, *since) and newest[0][0] < got.start_ns - late_ns:
-            found, at_s = report.longitudinal_velocity, got.start_ns / NS_PER_S
-            raise Violation(f"{found:g} m/s is reported at {at_s:.4f} s, the newest are {[*of_old, *since]}")
-    at_least(len(reports), len(frames) - 2, unit="reports", what="of the status")
+    reports = require_newest(vehicle, told, newest)
+    at_least(reports, len(frames) - 2, unit="reports", what="of the status")
     vehicle.require_reported(vehicle.other_status(3.0), vehicle.stack.mark())
-
-
-def _say_a_hundred(vehicle: Vehicle) -> list[tuple[int, float]]:
-    """Change the status each time it is said, in whole m/s; return when each was said, in ns, and its speed."""
-    statuses = vehicle.simulator.statuses
-    said_ns = []
-    for number in range(100):
-        speed_m_s = float(1 + number % 30)
-        vehicle.other_status(speed_m_s)
-        said = statuses.said
-        vehicle.bench.run_until(lambda said=said: statuses.said > said, 0.2)  # type: ignore[misc]
-        said_ns.append((vehicle.bench.now_ns, speed_m_s))
-    return said_ns
 
 
 def _require_no_emergency(frames: Sequence[Frame], begun_ns: int) -> None:

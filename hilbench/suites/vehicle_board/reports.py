@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
+
 from hilbench.check import Violation, at_least, at_most
-from hilbench.suites._vehicle import STATUS_MISS_S, Vehicle, on_board
-from hilbench.suites.vehicle_board._moves import quiet
+from hilbench.clock import NS_PER_S
+from hilbench.suites._vehicle import MODE_WITHIN_S, STATUS_MISS_S, Vehicle, on_board
+from hilbench.suites.vehicle_board._moves import REPORT_WITHIN_S, quiet, require_newest, say_a_hundred
 from protocols.autoware import ControlMode, ControlModeReport, SteeringReport, Time, VelocityReport
 from protocols.carla import Mode
 
 MODE_REPORT_S = 0.1
 """How often the mode is reported. A choice: the original's task has no pace of its own."""
+
+NEXT_COMMAND_S = 0.040
+"""Within this a command comes, at 30 Hz, and a status that waited for it is taken."""
 
 
 def _told_in_emergency(vehicle: Vehicle) -> set[int]:
@@ -41,7 +47,7 @@ def test_emergency_is_reported_as_manual(vehicle: Vehicle) -> None:
 def test_the_mode_is_reported(vehicle: Vehicle) -> None:
     vehicle.autoware()
     _require_mode_told(vehicle, ControlMode.AUTONOMOUS)
-    vehicle.manual()
+    _require_mode_told_soon(vehicle, ControlMode.MANUAL)
     _require_mode_told(vehicle, ControlMode.MANUAL)
 
 
@@ -56,6 +62,49 @@ def _require_mode_told(vehicle: Vehicle, mode: ControlMode) -> None:
     vehicle.require_count(len(told), round(2.0 * rate_hz), 2, what=what, since_ns=begun_ns, rate_hz=rate_hz)
 
 
+def _require_mode_told_soon(vehicle: Vehicle, mode: ControlMode) -> None:
+    """Ask for a mode; require that it is reported within one period of its first frame, and no other from then on."""
+    mark, told = vehicle.mark(), vehicle.stack.mark()
+    vehicle.stack.request(mode)
+    first = vehicle.wait_for(Mode(mode), MODE_WITHIN_S, mark)
+    vehicle.run(0.3)
+    reports = vehicle.stack.since(told, ControlModeReport)
+    right = [got for got, report in reports if report.mode == mode]
+    if not right:
+        raise Violation(f"mode {mode.value} is not reported", vehicle.stack.evidence(told))
+    late_s = max(0, right[0].start_ns - first.start_ns) / NS_PER_S
+    limit_s, doubt_s = MODE_REPORT_S + REPORT_WITHIN_S, vehicle.uncertainty_s(first.start_ns)
+    what = f"behind the first frame of mode {mode.value} it was reported after"
+    at_most(late_s, limit_s, unit="s", what=what, uncertainty=doubt_s)
+    after = {report.mode for got, report in reports if got.start_ns >= right[0].start_ns}
+    assert after == {mode}, f"the modes told behind that are {sorted(after)}"
+
+
+@on_board("VB53", lasts_s=6.5)
+def test_the_newest_status_is_reported(vehicle: Vehicle) -> None:
+    vehicle.autoware()
+    told, begun_ns = vehicle.stack.mark(), vehicle.bench.now_ns
+    newest = say_a_hundred(vehicle)
+    vehicle.run(2 * NEXT_COMMAND_S)
+    require_newest(vehicle, told, newest)
+    reports = [
+        (got.start_ns, report.longitudinal_velocity) for got, report in vehicle.stack.since(told, VelocityReport)
+    ]
+    uncertainty_s = vehicle.uncertainty_s(begun_ns)
+    for when_ns, speed in newest:
+        behind_s = [(start_ns - when_ns) / NS_PER_S for start_ns, told_m_s in reports if told_m_s == speed]
+        after_s = min((found_s for found_s in behind_s if found_s > 0), default=math.inf)
+        what = f"a status of {speed:g} m/s was reported after"
+        at_most(after_s, NEXT_COMMAND_S, unit="s", what=what, uncertainty=uncertainty_s)
+
+
+@on_board("VB52", lasts_s=1.0)
+def test_without_a_clock_stamps_are_zero(vehicle: Vehicle) -> None:
+    vehicle.autoware()
+    vehicle.run(0.2)
+    _require_stamps(vehicle, 0, Time())
+
+
 @on_board("VB49", lasts_s=2.5)
 def test_reports_are_stamped(vehicle: Vehicle) -> None:
     vehicle.autoware()
@@ -64,15 +113,20 @@ def test_reports_are_stamped(vehicle: Vehicle) -> None:
         vehicle.run(0.2)
         mark = vehicle.stack.mark()
         vehicle.run(0.3)
-        stamps = {
-            "mode": [report.stamp for report in vehicle.reports(mark, ControlModeReport)],
-            "velocity": [report.stamp for report in vehicle.reports(mark, VelocityReport)],
-            "steering": [report.stamp for report in vehicle.reports(mark, SteeringReport)],
-        }
-        for what, found in stamps.items():
-            if {*found} != {Time.from_ns(time_ns)}:
-                text = f"the reports of {what} are stamped {found[:3]}, required {Time.from_ns(time_ns)}"
-                raise Violation(text, vehicle.stack.evidence(mark))
+        _require_stamps(vehicle, mark, Time.from_ns(time_ns))
+
+
+def _require_stamps(vehicle: Vehicle, mark: int, stamp: Time) -> None:
+    """Require that there are reports of mode, velocity and steering since a mark, and that all have a stamp."""
+    stamps = {
+        "mode": [report.stamp for report in vehicle.reports(mark, ControlModeReport)],
+        "velocity": [report.stamp for report in vehicle.reports(mark, VelocityReport)],
+        "steering": [report.stamp for report in vehicle.reports(mark, SteeringReport)],
+    }
+    for what, found in stamps.items():
+        if {*found} != {stamp}:
+            text = f"the reports of {what} are stamped {found[:3]}, required {stamp}"
+            raise Violation(text, vehicle.stack.evidence(mark))
 
 
 def _reports_without_statuses(vehicle: Vehicle) -> list[VelocityReport]:

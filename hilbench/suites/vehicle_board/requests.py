@@ -50,12 +50,28 @@ def test_two_presses_within_a_second_are_one(vehicle: Vehicle) -> None:
     if changes != 1:
         raise Violation(f"the mode changed {changes} times, required once", shown(frames[-6:]))
     vehicle.run(0.2)
-    for pause_s, mode in ((1.1, Mode.AUTOWARE), (0.94, Mode.MANUAL), (0.6, Mode.MANUAL)):
-        vehicle.hands.press()
-        vehicle.run(pause_s)
+    for pause_s, mode in ((1.05, Mode.AUTOWARE), (0.95, Mode.MANUAL), (0.6, Mode.MANUAL)):
+        vehicle.hands.hold()
+        vehicle.run(0.02)
+        vehicle.hands.let_go()
+        vehicle.run(pause_s - 0.02)
         found = vehicle.simulator.modes()[-1]
         if found != mode:
             raise Violation(f"{pause_s:g} s behind a press the mode is {found}, required {mode.value}")
+
+
+@on_board("VB51", lasts_s=4.0)
+def test_the_switch_acts_when_it_is_let_go_of(vehicle: Vehicle) -> None:
+    mark = vehicle.autoware()
+    vehicle.run(1.2)
+    vehicle.hands.hold()
+    vehicle.run(0.4)
+    vehicle.require_modes(vehicle.frames(mark), Mode.AUTOWARE)
+    mark = vehicle.mark()
+    vehicle.hands.let_go()
+    vehicle.wait_for(Mode.MANUAL, MODE_WITHIN_S, mark)
+    vehicle.run(1.2)
+    assert vehicle.simulator.modes()[-1] == Mode.MANUAL, "MANUAL does not stay"
 
 
 @on_board("VB40", lasts_s=2.0)

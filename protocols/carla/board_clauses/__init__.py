@@ -17,6 +17,7 @@ from protocols.carla.board_clauses import (
     manual,
     reports,
     requests,
+    stand_in,
     start,
     statuses,
 )
@@ -24,7 +25,7 @@ from protocols.carla.clause import Clause
 
 __all__ = ["BOARD_CLAUSES"]
 
-_FILES = (autoware, emergency, joystick, lamps, manual, reports, requests, start, statuses)
+_FILES = (autoware, emergency, joystick, lamps, manual, reports, requests, stand_in, start, statuses)
 
 BOARD_CLAUSES: tuple[Clause, ...] = tuple(
     sorted((clause for file in _FILES for clause in file.CLAUSES), key=lambda clause: clause.id)

@@ -64,7 +64,10 @@ CLAUSES: tuple[Clause, ...] = (
         suite=SUITE,
         level="must",
         title="The mode is reported",
-        text="In AUTOWARE the control-mode report says 1, in MANUAL 4, and no other, 20 times in 2 s, 2 more or less.",
+        text=(
+            "In AUTOWARE the control-mode report says 1, in MANUAL 4, and no other, 20 times in 2 s, 2 more or less; "
+            "asked for MANUAL, 4 within 0.1 s of the first frame of mode 4."
+        ),
         sources=(MICRO_ROS, f"{CHOICE}: every 100 ms"),
         profiles=ALL,
         needs=STACK,
@@ -76,6 +79,29 @@ CLAUSES: tuple[Clause, ...] = (
         title="Reports are stamped",
         text="The clock is told, twice: reports of mode, velocity and steering have the latest as their stamp.",
         sources=(MICRO_ROS,),
+        profiles=ALL,
+        needs=STACK,
+    ),
+    Clause(
+        id="VB52",
+        suite=SUITE,
+        level="must",
+        title="Without a clock stamps are 0",
+        text="Before the clock is told for the first time, the stamps of reports of mode, velocity and steering are 0.",
+        sources=(f"{MICRO_ROS}: the time of the clock is kept in a variable", CHOICE),
+        profiles=ALL,
+        needs=("board", "stack", "boot"),
+    ),
+    Clause(
+        id="VB53",
+        suite=SUITE,
+        level="must",
+        title="The newest status is reported",
+        text=(
+            "In AUTOWARE 100 statuses come at 20 Hz, each with other figures: each is reported within 40 ms, as "
+            "soon as a command has come, and what is reported is the newest then."
+        ),
+        sources=(TASK, MICRO_ROS),
         profiles=ALL,
         needs=STACK,
     ),

@@ -24,7 +24,7 @@ CLAUSES: tuple[Clause, ...] = (
         suite=SUITE,
         level="must",
         title="Two presses within a second are one",
-        text="Two presses that are 0.5 s or 0.94 s apart change the mode once, two that are 1.1 s apart twice.",
+        text="Two presses that are 0.5 s or 0.95 s apart change the mode once, two that are 1.05 s apart twice.",
         sources=(f"{EXTI}, DEBOUNCE_TICKS",),
         profiles=ALL,
         needs=STICK,
@@ -130,5 +130,18 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{TASK}: what the branch for both says, which cannot be reached",),
         profiles=HARDENED,
         needs=STACK,
+    ),
+    Clause(
+        id="VB51",
+        suite=SUITE,
+        level="must",
+        title="The switch acts when it is let go of",
+        text=(
+            "In AUTOWARE the switch is closed by a wire, which does not bounce: nothing changes for 0.4 s; as it "
+            "opens, MANUAL."
+        ),
+        sources=(f"{EXTI}: the rising edge, with a pull-up",),
+        profiles=ALL,
+        needs=STICK,
     ),
 )

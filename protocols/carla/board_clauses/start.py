@@ -1,9 +1,9 @@
-"""The start: with the driving stack there, without it, and when it comes late."""
+"""The start: with the driving stack there, without it, and when it comes late; and after a hang."""
 
 from __future__ import annotations
 
 from protocols.carla.board_clauses._common import ALL, HARDENED, SHIPPED, STICK, SUITE
-from protocols.carla.clause import CHOICE, EXTI, MICRO_ROS, REPORT, TASK, Clause
+from protocols.carla.clause import CHOICE, EXTI, MICRO_ROS, REPORT, TASK, V0, Clause
 
 CLAUSES: tuple[Clause, ...] = (
     Clause(
@@ -11,7 +11,7 @@ CLAUSES: tuple[Clause, ...] = (
         suite=SUITE,
         level="must",
         title="Without an agent MANUAL, after 20 s",
-        text="Without an agent the first frame comes 20.0 s after the start and has mode 4.",
+        text="Without an agent the first frame comes 20.0 s after the first ping and has mode 4.",
         sources=(f"{TASK}, TIMEOUT_MICRO_ROS_AGENT", f"{MICRO_ROS} rmw_uros_ping_agent(1000, 20)"),
         profiles=ALL,
         needs=("board", "stack", "boot"),
@@ -23,7 +23,7 @@ CLAUSES: tuple[Clause, ...] = (
         title="Frames that nobody filled",
         text=(
             "With the agent there and no command, the board sends nine times 30 bytes of anything, 110 ms apart, then "
-            "mode 4 from 1.1 s on."
+            "mode 4 from 1.1 s after the first ping on."
         ),
         sources=(f"{TASK}: ucTxMsgToCarla has no value yet",),
         profiles=SHIPPED,
@@ -35,7 +35,7 @@ CLAUSES: tuple[Clause, ...] = (
         suite=SUITE,
         level="must",
         title="Nothing before there is something to say",
-        text="With the agent there and no command, the first frame comes 1.1 s after the agent and has mode 4.",
+        text="With the agent there and no command, the first frame comes 1.1 s after the first ping and has mode 4.",
         sources=(CHOICE,),
         profiles=HARDENED,
         needs=("board", "stack", "boot"),
@@ -45,7 +45,10 @@ CLAUSES: tuple[Clause, ...] = (
         suite=SUITE,
         level="must",
         title="The first second is blind",
-        text="A press within the first second after the start changes nothing.",
+        text=(
+            "The switch, let go of 0.95 s after the first ping, changes nothing; let go of again at 1.05 s, it leads "
+            "to MANUAL."
+        ),
         sources=(f"{EXTI}: the press before counts from tick 0",),
         profiles=ALL,
         needs=(*STICK, "boot"),
@@ -72,5 +75,29 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=HARDENED,
         needs=("board", "stack", "boot"),
+    ),
+    Clause(
+        id="VB56",
+        suite=SUITE,
+        level="should",
+        title="A program that hangs is gone for good",
+        text="In AUTOWARE the program hangs, as in an endless loop with interrupts off: for 5 s no frame comes.",
+        sources=(f"{V0}, main.c: no watchdog is started", "LMA-FEM-UNICAMP/microAutoware, main.c: likewise"),
+        profiles=SHIPPED,
+        twin="VB56H",
+        needs=("board", "stack", "hang"),
+    ),
+    Clause(
+        id="VB56H",
+        suite=SUITE,
+        level="must",
+        title="A program that hangs starts again",
+        text=(
+            "In AUTOWARE, with commands and statuses, the program hangs, as in an endless loop with interrupts off: "
+            "within 1 s frames of mode 1 come again."
+        ),
+        sources=(CHOICE,),
+        profiles=HARDENED,
+        needs=("board", "stack", "hang"),
     ),
 )

@@ -25,6 +25,7 @@ class BodyQuirks:
         lamps: turn indicators and hazard lights are served (choice; DOC requires them, V0 and V1 have comments only).
         blink_hz: how often lamps go on (choice: 1.5 Hz, the middle of UN Regulation 6, 60 to 120 a minute).
         axes_swapped: the joystick's X is read as Y (the schematic of DOC).
+        watchdog_s: how long after the last of its life it is reset (choice); None for never (V0, V1).
         padded: the NUL behind each frame is sent (V0, V1: sizeof of the C string).
     """
 
@@ -32,6 +33,7 @@ class BodyQuirks:
     lamps: bool = True
     blink_hz: float = 1.5
     axes_swapped: bool = False
+    watchdog_s: float | None = 0.5
     padded: bool = True
 
 
@@ -53,7 +55,7 @@ class Behaviour:
         return autoware.BoardOptions(ping_s=1.0, pings=round(self.board.agent_wait_s), reconnects=self.board.late_agent)
 
 
-_SHIPPED = BodyQuirks(lamps=False)
+_SHIPPED = BodyQuirks(lamps=False, watchdog_s=None)
 _BODIES = {"v0": _SHIPPED, "v1": _SHIPPED}
 
 BEHAVIOURS: Mapping[str, Behaviour] = MappingProxyType(

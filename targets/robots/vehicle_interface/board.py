@@ -101,6 +101,7 @@ class VehicleInterface:
         self.light = ""
         self._stamp = Time()
         self._sequence = 0
+        self._hung_ns: int | None = None
         self._from_simulator(self.simulator.joystick(*self._axes(), self._epoch_ns), self._epoch_ns)
 
     # --- somebody beside the board
@@ -112,16 +113,24 @@ class VehicleInterface:
             LocalProtocolError: a count is out of range.
         """
         self._counts = (x_count, y_count)
+        if self._hung_ns is not None:
+            return []
         return self._from_simulator(self.simulator.joystick(*self._axes(), max(now_ns, self._epoch_ns)), now_ns)
+
+    def hold(self, now_ns: int) -> Sent:
+        """Closes the joystick's switch, which does nothing yet; returns what to put on the lines."""
+        return self.advance(now_ns)
 
     def press(self, now_ns: int) -> Sent:
         """Lets go of the joystick's switch, which is when it acts; returns what to put on the lines."""
-        if now_ns < self._epoch_ns:
+        if self._is_deaf(now_ns):
             return []
         return self._from_simulator(self.simulator.press(now_ns), now_ns)
 
     def line_error(self, now_ns: int) -> Sent:
         """An overrun or framing error on the simulator's line; returns what to put on the lines."""
+        if self._hung_ns is not None:
+            return []
         return self._from_simulator(self.simulator.line_error(max(now_ns, self._epoch_ns)), now_ns)
 
     def reset(self, now_ns: int) -> Sent:
@@ -129,17 +138,27 @@ class VehicleInterface:
         self._begin(now_ns)
         return self.advance(now_ns)
 
+    def hang(self, now_ns: int) -> Sent:
+        """Does nothing more until a reset, by its watchdog if it has one; returns what to put on the lines."""
+        sent = self.advance(now_ns)
+        self._hung_ns = now_ns
+        return sent
+
     def lit_lamps(self, now_ns: int) -> tuple[bool, bool]:
         """Whether the left and the right lamp are lit."""
-        return self.lamps.lit(now_ns)
+        return self.lamps.lit(now_ns if self._hung_ns is None else self._hung_ns)
+
+    def _is_deaf(self, now_ns: int) -> bool:
+        """Whether it is still booting, or hangs: then nobody listens."""
+        return now_ns < self._epoch_ns or self._hung_ns is not None
 
     # --- a device at two lines
 
     def receive(self, line: str, data: bytes, now_ns: int) -> Sent:
         """Takes bytes off a line; returns what to put on the lines."""
         sent = self.advance(now_ns)
-        if now_ns < self._epoch_ns:
-            return sent  # still booting: nobody listens
+        if self._is_deaf(now_ns):
+            return sent
         if line == SIMULATOR_LINE:
             return sent + self._from_simulator(self.simulator.receive(data, now_ns), now_ns)
         before = self.stack.counters.frames_in
@@ -152,12 +171,18 @@ class VehicleInterface:
         """Does what is due at a time; returns what to put on the lines."""
         sent: Sent = []
         while (due_ns := self.next_deadline_ns()) is not None and due_ns <= now_ns:
+            if self._hung_ns is not None:
+                self._begin(due_ns)
+                continue
             sent += self._from_stack(self.stack.advance(due_ns), due_ns)
             sent += self._from_simulator(self.simulator.advance(due_ns), due_ns)
         return sent
 
     def next_deadline_ns(self) -> int | None:
         """When `advance` has something to do."""
+        if self._hung_ns is not None:
+            watchdog_s = self.behaviour.body.watchdog_s
+            return None if watchdog_s is None else self._hung_ns + round(watchdog_s * _NS_PER_S)
         due = (self.simulator.next_deadline_ns(), self.stack.next_deadline_ns())
         return min((ns for ns in due if ns is not None), default=None)
 

@@ -70,6 +70,12 @@ _OURS = (
         body={"lamps": False},
     ),
     Defect(
+        name="no-watchdog",
+        text="no watchdog: a program that hangs leaves the simulator with the last command",
+        source="V0 and V1 main.c",
+        body={"watchdog_s": None},
+    ),
+    Defect(
         name="no-padding",
         text="the NUL behind each frame is missing",
         source="DOC and the READMEs, where the pattern of 29 bytes is said to have 30",

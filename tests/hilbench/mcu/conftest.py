@@ -90,6 +90,9 @@ class FakeMachine:
     def reset(self, cause="PIN"):
         self.at_ns(self.now_ns, lambda: self.on_reset(cause))
 
+    def hang(self):
+        pass
+
     def forget_resets(self):
         pass
 

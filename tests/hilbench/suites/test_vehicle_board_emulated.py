@@ -10,7 +10,7 @@ from hilbench.options import TargetChoice
 from hilbench.vehicle_provider import AttachedVehicleProvider
 from targets.firmware import image_names
 from targets.robots.vehicle_interface import DEFECTS
-from tests.mutants.vehicle import FIRMWARE_ALONE, firmware_on_the_page, image_of, killers, run_image
+from tests.mutants.vehicle import firmware_on_the_page, image_of, killers, run_image
 
 pytestmark = pytest.mark.slow
 
@@ -43,7 +43,7 @@ def test_a_defect_of_the_firmware_is_found(name):
 def test_every_image_with_a_defect_is_on_the_page():
     images = {name.removeprefix("vehicle-") for name in image_names() if name.startswith("vehicle-")} - {"v0", "v1"}
     known = {image_of(name).stem.removeprefix("vehicle-") for name in DEFECTS}
-    assert images == known | {name for name, *_ in FIRMWARE_ALONE}
+    assert images == known
     assert {name for name, clauses in FOUND.items() if clauses} == {*DEFECTS}
 
 

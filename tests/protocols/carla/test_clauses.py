@@ -13,13 +13,25 @@ from protocols.carla.clauses import CLAUSES
 from protocols.p2os.clauses import CLAUSES as P2OS_CLAUSES
 from protocols.pkt.clauses import CLAUSES as PKT_CLAUSES
 
-NEEDS = {"board", "simulator", "stack", "joystick", "lamps", "indicators", "boot", "line errors", "car", "read errors"}
+NEEDS = {
+    "board",
+    "simulator",
+    "stack",
+    "joystick",
+    "lamps",
+    "indicators",
+    "boot",
+    "line errors",
+    "hang",
+    "car",
+    "read errors",
+}
 BY_ID = {clause.id: clause for clause in CLAUSES}
 
 
 def test_catalogue_is_complete():
     numbered = {clause.id for clause in CLAUSES if not clause.id.endswith("H")}
-    assert numbered == {f"VB{n:02}" for n in range(1, 50)} | {f"VS{n:02}" for n in range(1, 29)}
+    assert numbered == {f"VB{n:02}" for n in range(1, 57)} | {f"VS{n:02}" for n in range(1, 29)}
     assert len(BY_ID) == len(CLAUSES) >= 100
     assert not BY_ID.keys() & {clause.id for clause in (*P2OS_CLAUSES, *PKT_CLAUSES)}
     assert {clause.id[:2] for clause in CLAUSES if clause.suite == "vehicle-board"} == {"VB"}

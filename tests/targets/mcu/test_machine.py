@@ -515,6 +515,28 @@ class TestSleepInFaultHandlers:
         assert machine.ended is None
         assert machine.bus.read(0x4002_1024, 4) & 1 << 29  # IWDGRSTF
 
+    @pytest.mark.parametrize("watchdog", [True, False])
+    def test_a_program_that_hangs_is_set_going_by_a_reset_alone(self, board, watchdog):
+        """It counts in r2; the watchdog, fed never, would reset it after some 0.5 s."""
+        machine = Machine(board, program(0x3201, 0xE7FD))  # adds r2, #1; b .-2
+        machine.run_to(1 * MS)
+        if watchdog:
+            for address, value in ((0x4000_3000, 0x5555), (0x4000_3000, 0xCCCC)):
+                machine.bus.write(address, 4, value)
+        before = machine.engine.get(Reg.R2)
+        causes = []
+        machine.on_reset = causes.append
+        machine.hang()
+        machine.run_to(300 * MS)
+        assert (machine.now_ns, machine.engine.get(Reg.R2), causes) == (300 * MS, before, [])
+        machine.run_to(700 * MS)
+        assert causes == (["IWDG"] if watchdog else [])
+        machine.reset()
+        machine.run_to(710 * MS)
+        assert causes[-1] == "PIN"
+        assert machine.engine.get(Reg.R2) != before
+        assert machine.ended is None
+
     def test_sleep_after_a_fault_is_no_end(self, board):
         handler = (0x9806, 0x3002, 0x9006, 0x4770)  # ldr r0, [sp, #24]; adds r0, #2; str r0, [sp, #24]; bx lr
         more = (Segment(self.HANDLER, struct.pack("<4H", *handler)),)

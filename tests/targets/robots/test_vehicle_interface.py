@@ -228,3 +228,45 @@ def test_profiles_and_defects():
 def test_reports_of_the_mode_come_by_themselves(board):
     board.run(1000)
     assert len(board.told(ControlModeReport)) == pytest.approx(10, abs=1)
+
+
+def test_a_board_that_hangs_is_reset_by_its_watchdog(board):
+    board.live(500)
+    board.keep(board.board.hang(board.now_ns))
+    board.frames()
+    board.keep(board.board.set_joystick(65_535, 33_580, board.now_ns))
+    board.press()
+    board.keep(board.board.line_error(board.now_ns))
+    lamps = board.board.lit_lamps(board.now_ns)
+    board.live(450)
+    assert board.frames() == []
+    assert board.board.lit_lamps(board.now_ns) == lamps
+    board.run(51)
+    assert board.told(AgentPing)[-1:] == [AgentPing()]
+    board.tell(AgentOnline())
+    board.live(200)
+    assert {frame.mode for frame in board.frames()} == {Mode.AUTOWARE}
+
+
+def test_without_a_watchdog_it_hangs_until_somebody_resets_it():
+    board = Board(defects=("no-watchdog",))
+    board.tell(AgentOnline())
+    board.live(200)
+    board.keep(board.board.hang(board.now_ns))
+    board.frames()
+    board.live(3000)
+    assert board.frames() == []
+    board.keep(board.board.reset(board.now_ns))
+    board.tell(AgentOnline())
+    board.live(200)
+    assert board.frames()
+
+
+def test_the_switch_does_nothing_as_it_closes(board):
+    board.live(1500)
+    board.keep(board.board.hold(board.now_ns))
+    board.live(200)
+    assert {frame.mode for frame in board.frames()} == {Mode.AUTOWARE}
+    board.press()
+    board.live(200)
+    assert board.frames()[-1].mode == Mode.MANUAL

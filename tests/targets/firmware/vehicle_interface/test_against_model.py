@@ -14,8 +14,7 @@ from targets.firmware import image_names
 from targets.robots.vehicle_interface import DEFECTS
 
 FEW = ("vehicle", "vehicle-v0", "vehicle-v1")
-NOT_IN_THE_MODEL = {"vehicle-no-watchdog"}
-IMAGES = [name for name in image_names() if name.startswith("vehicle") and name not in NOT_IN_THE_MODEL]
+IMAGES = [name for name in image_names() if name.startswith("vehicle")]
 SHORT = {"vehicle-flag-clash": "V1"} | {f"vehicle-h{number}": f"H{number}" for number in range(1, 10)}
 
 
