@@ -98,12 +98,12 @@ class CaseBase(ABC):
 
     def watch(self) -> None:
         """Keep from now on what a view of the case needs."""
-        self._watch = Watch(self.bench, self._machines_seen)
+        self._watch = Watch(self.bench, self._machines_seen, self._lines_seen)
 
     def view(self) -> CaseView:
         """Return what there is to be seen now."""
         assert self._watch is not None
-        return self._watch.view(self._about_view(), self._lines_seen())
+        return self._watch.view(self._about_view())
 
     def _machines_seen(self) -> Mapping[str, Observed]:
         """Return the state machines that can be looked at, by their source in the journal."""

@@ -36,6 +36,7 @@ class CheckOptions:
         junit: where to write JUnit XML.
         json: where to write the JSON report; ``-`` is standard output.
         journal: where to write the journal.
+        screens: the folder for pictures of the screen of the dashboard at the moment a case fails.
         list_only: list the cases and run nothing.
     """
 
@@ -49,6 +50,7 @@ class CheckOptions:
     junit: Path | None = None
     json: str | None = None
     journal: Path | None = None
+    screens: Path | None = None
     list_only: bool = False
 
     def outputs(self) -> tuple[tuple[str, Path | None], ...]:
@@ -88,6 +90,14 @@ class TcpDoor:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Rfc2217Door(TcpDoor):
+    """One ``--rfc2217 [LINK=][HOST:]PORT``: a listening socket for clients that set the rate of the line."""
+
+
+DoorWish = PtyDoor | TcpDoor | Rfc2217Door
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ServeOptions:
     """What ``hilbench serve`` was asked to do.
 
@@ -95,6 +105,7 @@ class ServeOptions:
         what: a TARGET, the name of a built-in bench, or the path of a bench file.
         ptys: pseudo-terminals to offer.
         tcps: sockets to listen at.
+        rfc2217s: likewise, for clients of RFC 2217.
         scene: scene to use instead of that of the bench file; None keeps it.
         seed: seed of the run.
         baud: speed of the line in bit/s instead of that of the bench file; None keeps it.
@@ -105,11 +116,17 @@ class ServeOptions:
     what: str
     ptys: tuple[PtyDoor, ...] = ()
     tcps: tuple[TcpDoor, ...] = ()
+    rfc2217s: tuple[Rfc2217Door, ...] = ()
     scene: str | None = None
     seed: int = 0
     baud: int | None = None
     any_baud: bool = False
     journal: Path | None = None
+
+    @property
+    def doors(self) -> tuple[DoorWish, ...]:
+        """All doors that were wished for."""
+        return (*self.ptys, *self.tcps, *self.rfc2217s)
 
     def outputs(self) -> tuple[tuple[str, Path | None], ...]:
         """Return the files and links to make, by the options that name them."""

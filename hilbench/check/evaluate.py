@@ -129,6 +129,7 @@ def _clause_result(group: _ClauseCases, options: CheckOptions) -> ClauseResult:
         bench_time_s=sum(result.bench_time_s for result in group.results if _ran(result)),
         case_ids=tuple(result.id for result in group.results),
         reproduce=_reproduce(group, options),
+        screen=worst_one.screen,
     )
 
 

@@ -16,9 +16,10 @@ from hilbench.check.cases import spec_of
 from hilbench.check.collector import Collector, PlannedCase
 from hilbench.check.outcome import PASSED, Outcome, outcome_of, printable
 from hilbench.check.planning import plan_case, refuse_conflicts
-from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo, Preparing
+from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo, CaseView, Preparing, Viewable
 from hilbench.check.recorder import recording
 from hilbench.check.results import CaseResult
+from hilbench.check.screens import SHOWN_VERDICTS, Screens
 from hilbench.check.selection import Candidate, compile_selection
 from hilbench.check.suites import is_shipped, suite_name
 from hilbench.check.verdicts import Measure, Verdict
@@ -35,8 +36,9 @@ ProgressCallback = Callable[[PlannedCase, int, int], None]
 class _CaseRun:
     """What is known of the case that is running."""
 
-    def __init__(self, planned: PlannedCase) -> None:
+    def __init__(self, planned: PlannedCase, screens: Screens | None = None) -> None:
         self.planned = planned
+        self.screens = screens
         self.outcome: Outcome = PASSED
         self.measures: list[Measure] = []
         self.bench: CaseBench | None = None
@@ -44,10 +46,13 @@ class _CaseRun:
         self.bench_time_s = 0.0
         self.case_hash = ""
         self.judged = False
+        self.view: CaseView | None = None
 
     def opened(self, bench: CaseBench) -> None:
         self.bench = bench
         self.began_ns = bench.now_ns
+        if self.screens is not None and isinstance(bench, Viewable):
+            bench.watch()
 
     def judge(self, outcome: Outcome) -> None:
         """Take the outcome of the case proper, and what the bench says of it while it is still open."""
@@ -66,6 +71,8 @@ class _CaseRun:
             self.outcome = _with_evidence(self.outcome, tuple(bench.evidence()))
         bench.finish(self.outcome.verdict.value, self.outcome.cause)
         self.case_hash = bench.case_hash()
+        if self.screens is not None and self.outcome.verdict in SHOWN_VERDICTS and isinstance(bench, Viewable):
+            self.view = bench.view()
 
     def worsen(self, outcome: Outcome) -> None:
         """Take the outcome of tearing down: a failure there is never the target's, and outranks what was said."""
@@ -80,7 +87,15 @@ class _CaseRun:
             lost=outcome.lost,
         )
 
+    def picture(self) -> str:
+        """Draw what was to be seen when the case failed; return the file, empty if there is none."""
+        if self.screens is None or self.view is None:
+            return ""
+        outcome = self.outcome
+        return self.screens.save(self.planned.id, self.view, outcome.verdict, printable(outcome.cause))
+
     def result(self) -> CaseResult:
+        """Return what came of it, with its picture."""
         planned = self.planned
         about = (self.outcome.clause,) if self.outcome.clause in planned.clause_ids else ()
         return CaseResult(
@@ -96,6 +111,7 @@ class _CaseRun:
             seed=planned.seed,
             bench_time_s=self.bench_time_s,
             case_hash=self.case_hash,
+            screen=self.picture(),
         )
 
 
@@ -121,6 +137,7 @@ class CheckPlugin:
         only_cases: whether a test without ``@case`` is refused, and what does not apply is taken out; under plain
             pytest such a test is the user's own business, and what does not apply is skipped.
         on_case: called before each case with the case, its number from 1, and how many there are.
+        screens: draws what was to be seen when a case failed; None for no pictures.
     """
 
     def __init__(
@@ -132,6 +149,7 @@ class CheckPlugin:
         select: str = "",
         only_cases: bool = True,
         on_case: ProgressCallback | None = None,
+        screens: Screens | None = None,
     ) -> None:
         self.collector = collector
         self.refusal: HilbenchError | None = None
@@ -141,6 +159,7 @@ class CheckPlugin:
         self._select = select
         self._only_cases = only_cases
         self._on_case = on_case
+        self._screens = screens
         self._started = 0
         self._to_run = 0
 
@@ -272,7 +291,7 @@ class CheckPlugin:
         self._started += 1
         if self._on_case is not None:
             self._on_case(planned, self._started, self._to_run)
-        run = item.stash[_RUN] = _CaseRun(planned)
+        run = item.stash[_RUN] = _CaseRun(planned, self._screens)
         with recording() as run.measures:
             handled = yield
         del item.stash[_RUN]  # or every bench of the run, megabytes each, would be kept to its end

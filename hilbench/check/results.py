@@ -35,6 +35,7 @@ class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
         seed: seed of the case.
         bench_time_s: how much bench time it took; what was declared, for a case that did not run.
         case_hash: hash over its canonical events; empty if it opened no bench, or one in real time.
+        screen: the picture of the dashboard at the moment it failed; empty if there is none.
     """
 
     id: str
@@ -50,6 +51,7 @@ class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
     seed: int = 0
     bench_time_s: float = 0.0
     case_hash: str = ""
+    screen: str = ""
 
 
 class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
@@ -70,6 +72,7 @@ class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
         bench_time_s: of all its cases.
         case_ids: its cases.
         reproduce: the command that runs it again.
+        screen: the picture of the worst case; empty if there is none.
     """
 
     id: str
@@ -86,6 +89,7 @@ class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
     bench_time_s: float = 0.0
     case_ids: tuple[str, ...] = ()
     reproduce: str = ""
+    screen: str = ""
 
 
 class TightMargin(msgspec.Struct, frozen=True, kw_only=True):

@@ -18,6 +18,7 @@ from hilbench.check.observations import Observing
 from hilbench.check.provider import BenchProvider, Choosing
 from hilbench.check.report import check_outputs, listing, write_report
 from hilbench.check.results import Report
+from hilbench.check.screens import Draw, Screens
 from hilbench.check.suites import find_suites, is_shipped
 from hilbench.clock import Stopwatch
 from hilbench.console import Console
@@ -31,13 +32,20 @@ if TYPE_CHECKING:
 ProviderFactory = Callable[[CheckOptions], BenchProvider]
 
 
-def run_suites(options: CheckOptions, provider: BenchProvider, *, on_case: ProgressCallback | None = None) -> Report:
+def run_suites(
+    options: CheckOptions,
+    provider: BenchProvider,
+    *,
+    on_case: ProgressCallback | None = None,
+    screens: Screens | None = None,
+) -> Report:
     """Run the suites that the options select on the benches of a provider.
 
     Args:
         options: what to run; where to write reports is not looked at.
         provider: opens the benches; it stays the caller's to close.
         on_case: called before each case with the case, its number from 1, and how many there are.
+        screens: draws what was to be seen when a case failed; None for no pictures.
 
     Returns:
         The report, complete for what was run also after Ctrl-C or after the target was lost.
@@ -47,7 +55,7 @@ def run_suites(options: CheckOptions, provider: BenchProvider, *, on_case: Progr
         InternalError: a shipped suite cannot be read.
     """
     watch = Stopwatch()
-    collector = _pytest(options, provider, on_case=on_case, collect_only=False)
+    collector = _pytest(options, provider, on_case=on_case, collect_only=False, screens=screens)
     observed = provider.observed() if isinstance(provider, Observing) else None
     return make_report(collector, options, provider.describe(), watch.elapsed_s(), observed)
 
@@ -57,13 +65,19 @@ def list_cases(options: CheckOptions, provider: BenchProvider) -> list[PlannedCa
     return _pytest(options, provider, on_case=None, collect_only=True).planned
 
 
-def run_check(options: CheckOptions, provider_factory: ProviderFactory, console: Console | None = None) -> int:
+def run_check(
+    options: CheckOptions,
+    provider_factory: ProviderFactory,
+    console: Console | None = None,
+    draw: Draw | None = None,
+) -> int:
     """Do what ``hilbench check`` does: run, write the reports, print the matrix.
 
     Args:
         options: what the command line says.
         provider_factory: makes the provider; `hilbench.bench_provider` has the one of the product.
         console: where to print; the standard streams by default.
+        draw: draws the screen of the dashboard, for `CheckOptions.screens`.
 
     Returns:
         The exit code.
@@ -80,9 +94,13 @@ def run_check(options: CheckOptions, provider_factory: ProviderFactory, console:
             listing.show(list_cases(options, provider), options, console)
             return ExitCode.OK
         with console.progress() as show:
-            report = run_suites(options, provider, on_case=_teller(show))
+            screens = None
+            if options.screens is not None and draw is not None:
+                screens = Screens(options.screens, draw, str(provider.describe().get("bench", "")))
+            report = run_suites(options, provider, on_case=_teller(show), screens=screens)
         with _no_interruption():
-            return write_report(report, options, console, _closing_error(stack))
+            lost = _closing_error(stack) or (screens.problem if screens is not None else None)
+            return write_report(report, options, console, lost)
 
 
 def _closing_error(stack: contextlib.ExitStack) -> HilbenchError | None:
@@ -102,7 +120,12 @@ def _teller(show: Callable[[str], None]) -> ProgressCallback:
 
 
 def _pytest(
-    options: CheckOptions, provider: BenchProvider, *, on_case: ProgressCallback | None, collect_only: bool
+    options: CheckOptions,
+    provider: BenchProvider,
+    *,
+    on_case: ProgressCallback | None,
+    collect_only: bool,
+    screens: Screens | None = None,
 ) -> Collector:
     from hilbench.check.plugin import CheckPlugin
     from hilbench.check.pytest_run import run_pytest
@@ -110,7 +133,9 @@ def _pytest(
     chosen = provider.suites if isinstance(provider, Choosing) else ()
     files = find_suites(options.suites or chosen)
     collector = Collector()
-    plugin = CheckPlugin(collector, provider, seed=options.seed, select=options.select, on_case=on_case)
+    plugin = CheckPlugin(
+        collector, provider, seed=options.seed, select=options.select, on_case=on_case, screens=screens
+    )
     printed = run_pytest(files, plugin, collect_only=collect_only) if files else ""
     _raise_refusals(plugin)
     if not collector.planned and not collector.stopped:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from hilbench import arguments, interruption
 from hilbench.options import CheckOptions
@@ -52,6 +54,8 @@ def parser() -> Parser:
     add("--junit", metavar="FILE", type=typed(arguments.output_file), help="write JUnit XML")
     add("--json", metavar="FILE", help="write the report, or with --list the list, as JSON; - is standard output")
     add("--journal", metavar="FILE", type=typed(arguments.output_file), help="write the journal of the run")
+    add("--screens", metavar="DIR", type=typed(arguments.output_file),
+        help="for each case that fails, the screen of the dashboard at that moment: DIR/CASE.svg")  # fmt: skip
     return made
 
 
@@ -73,6 +77,7 @@ def run(parsed: argparse.Namespace) -> int:
         junit=parsed.junit,
         json=parsed.json,
         journal=parsed.journal,
+        screens=parsed.screens,
         list_only=parsed.list,
     )
 
@@ -81,4 +86,11 @@ def run(parsed: argparse.Namespace) -> int:
         interruption.raise_once()
         return provider
 
-    return run_check(options, provider_of)
+    return run_check(options, provider_of, draw=_draw)
+
+
+def _draw(header: Mapping[str, Any], events: Sequence[Mapping[str, Any]], said: str) -> str:
+    """Draw the screen of the dashboard; what draws it is loaded when the first case has failed, and not before."""
+    from hilbench.tui.picture import draw
+
+    return draw(header, events, said)

@@ -6,14 +6,13 @@ It is the listener of the journal and puts nothing into it, so that a case that 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from hilbench.bench import Bench
 from hilbench.check.provider import CaseView
 from hilbench.links import Port
-from hilbench.live.teller import Observed, Watched, describe_machine
+from hilbench.live.teller import TELL_EVERY_NS, Observed, Watched, describe_line, describe_machine
 
 __all__ = ["Watch"]
 
@@ -26,44 +25,54 @@ class Watch:
 
     Args:
         bench: whose journal is listened to.
-        machines: says which state machines there are, by their source in the journal; asked after each event, since a
+        machines: says which state machines there are, by their source in the journal; asked again and again, since a
             case builds only what it uses.
+        lines: likewise of the checker's ends of the lines.
     """
 
-    def __init__(self, bench: Bench, machines: Callable[[], Mapping[str, Observed]]) -> None:
+    def __init__(
+        self,
+        bench: Bench,
+        machines: Callable[[], Mapping[str, Observed]],
+        lines: Callable[[], Mapping[str, Port]],
+    ) -> None:
         self._bench = bench
         self._machines = machines
+        self._lines = lines
         self._events: deque[Mapping[str, Any]] = deque(maxlen=KEPT_EVENTS)
         self._watched: dict[str, Watched] = {}
+        self._tell_at_ns = bench.now_ns
         bench.journal.on_event = self._take
 
     def _take(self, event: Mapping[str, Any]) -> None:
+        now_ns = self._bench.now_ns
         self._events.append(event)
         for name, observed in self._machines().items():
             if name not in self._watched:
                 self._watched[name] = Watched(observed)
-            self._watched[name].look(self._bench.now_ns)
+            self._watched[name].look(now_ns)
+        if now_ns >= self._tell_at_ns:
+            self._tell_at_ns = now_ns + TELL_EVERY_NS
+            self._tell(whole=False)
 
-    def view(self, about: Mapping[str, Any], lines: Mapping[str, Port]) -> CaseView:
+    def view(self, about: Mapping[str, Any]) -> CaseView:
         """Return what there is to be seen now, and listen no more.
 
         Args:
             about: what the header of a journal says to those who show it; see `hilbench.live.about`.
-            lines: the checker's ends of the lines.
         """
         self._bench.journal.on_event = None
+        self._tell(whole=True)
         machines = {name: describe_machine(observed) for name, observed in self._machines().items()}
-        now = [*self._machines_now(), *self._lines_now(lines)]
-        return CaseView(about={**about, "machines": machines}, events=(*self._events, *now))
+        return CaseView(about={**about, "machines": machines}, events=tuple(self._events))
 
-    def _machines_now(self) -> Iterator[Mapping[str, Any]]:
+    def _tell(self, *, whole: bool) -> None:
+        """Say where everything is, as a live bench does."""
         now_ns = self._bench.now_ns
         for name, watched in self._watched.items():
             watched.look(now_ns)
-            yield {"ns": now_ns, "kind": "machine", "source": name, **watched.news(whole=True)}
-
-    def _lines_now(self, lines: Mapping[str, Port]) -> Iterator[Mapping[str, Any]]:
-        for name, port in lines.items():
-            about = {"port": port.name, "up": port.line_is_up, "baud": port.baud, "pending": port.pending}
-            event = {"ns": self._bench.now_ns, "kind": "link", "source": name}
-            yield {**event, **about, **asdict(port.counters)}
+            if news := watched.news(whole=whole):
+                self._events.append({"ns": now_ns, "kind": "machine", "source": name, **news})
+        for name, port in self._lines().items():
+            event = {"ns": now_ns, "kind": "link", "source": name, **describe_line(port)}
+            self._events.append(event)

@@ -66,6 +66,50 @@ def test_no_command_imports_what_it_does_not_need(run, words, allowed):
     assert loaded & HEAVY <= allowed
 
 
+DASHBOARD = {"textual", "hilbench.tui"}
+LOADED = (
+    "import sys; from hilbench.cli import main; code = main(); "
+    "sys.stderr.write('loaded:' + ' '.join(sys.modules)); sys.exit(code)"
+)
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "drawn"),
+    [
+        ("check pioneer-plane --suite {passes} --screens shots", 0, False),
+        ("check pioneer-plane --suite {fails}", 1, False),
+        ("check pioneer-plane --suite {fails} --screens shots --junit report.xml", 1, True),
+        ("run bluepill:{image} --for 1ms", 0, False),
+        ("decode p2os {image}", 1, False),
+    ],
+)
+def test_the_dashboard_is_loaded_for_the_picture_of_a_case_that_failed_and_for_nothing_else(
+    run, tmp_path, words, code, drawn
+):
+    files = {
+        "passes": panel(tmp_path, name="test_passes.py"),
+        "fails": panel(tmp_path, '@my("A2")\ndef test_b(peer): peer.start(); assert False, "no"\n', "test_fails.py"),
+        "image": ROOT / "targets" / "firmware" / "images" / "bad-hardfault-loop.elf",
+    }
+    done = run(words.format(**files).split(), command=[sys.executable, "-c", LOADED])
+    assert done.returncode == code, done.stderr
+    assert bool(DASHBOARD & set(done.stderr.partition("loaded:")[2].split())) == drawn
+    assert [file.name for file in tmp_path.glob("shots/*")] == (["fails_b.svg"] if drawn else [])
+    if drawn:
+        assert "FAIL fails/b: no" in (tmp_path / "shots" / "fails_b.svg").read_text().replace("&#160;", " ")
+
+
+def test_a_served_bench_loads_no_dashboard(tmp_path):
+    command = [sys.executable, "-c", LOADED, "serve", "rover-model", "--tcp", "0"]
+    served = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    assert "serving at" in served.stderr.readline()
+    served.send_signal(signal.SIGINT)
+    _, said = served.communicate(timeout=60)
+    loaded = set(said.partition("loaded:")[2].split())
+    assert "hilbench.serve" in loaded
+    assert not DASHBOARD & loaded
+
+
 def test_a_reader_that_goes_away_is_no_error(tmp_path):
     read, write = os.pipe()
     os.close(read)

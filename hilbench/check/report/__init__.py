@@ -9,6 +9,7 @@ import msgspec
 from hilbench.check.report import junit, matrix
 from hilbench.check.report.schema import report_json
 from hilbench.check.results import Report
+from hilbench.check.screens import make_folder
 from hilbench.console import Console
 from hilbench.errors import HilbenchError, UnavailableError
 from hilbench.exit_codes import ExitCode, worst
@@ -25,6 +26,8 @@ def check_outputs(options: CheckOptions) -> None:
     for option, path in options.outputs():
         if path is not None:
             check_writable(path, option)
+    if options.screens is not None:
+        make_folder(options.screens)
     suites: list[Named] = [(f"--suite {suite}", Path(suite)) for suite in options.suites]
     bench = None if options.bench is None else Path(options.bench)
     refuse_overwriting(options.outputs(), [*suites, ("the bench file", bench)])

@@ -13,7 +13,8 @@ not run            ``<error type="not-run">``: a run that was cut short is not g
 =================  =====================================================================================
 
 Clause, level, source, verdict and cause are properties of each test case; seed, run hash and the parts of the bench
-are properties of the suite.
+are properties of the suite. The picture of the screen at the moment a clause failed is a property too, and an
+attachment, as GitLab and the Jenkins plugin "JUnit Attachments" read it: ``[[ATTACHMENT|FILE]]`` in ``<system-out>``.
 """
 
 from __future__ import annotations
@@ -65,6 +66,7 @@ def _add_clause(suite: ET.Element, clause: ClauseResult) -> None:
         "cause": clause.cause,
         "cases": ", ".join(clause.case_ids),
         "reproduce": clause.reproduce,
+        **({"screen": clause.screen} if clause.screen else {}),
     }
     _add_properties(element, facts)
     child = _child_for(clause)
@@ -73,6 +75,8 @@ def _add_clause(suite: ET.Element, clause: ClauseResult) -> None:
         verdict = ET.SubElement(element, tag, type=kind, message=_clean(message))
         if clause.evidence:
             verdict.text = _clean("\n".join([clause.text, clause.source, *clause.evidence]))
+    if clause.screen:
+        ET.SubElement(element, "system-out").text = _clean(f"[[ATTACHMENT|{clause.screen}]]")
 
 
 def _child_for(clause: ClauseResult) -> tuple[str, str, str] | None:

@@ -103,6 +103,7 @@ def _account(clause: ClauseResult, colours: bool) -> list[str]:
         f"  clause     {clause.text}",
         f"  source     {clause.source}",
         *_labelled("evidence", evidence),
+        *_labelled("screen", [clause.screen] if clause.screen else []),
         f"  reproduce  {clause.reproduce}",
     ]
 

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from hilbench.check import CheckOptions, run_suites
+from hilbench.check.provider import CaseView
 
 
 class FakeBench:
@@ -37,8 +38,25 @@ class FakeBench:
         return hashlib.sha256(repr((self.case.seed, self.sent)).encode()).hexdigest()
 
 
+class WatchedBench(FakeBench):
+    """A bench that can be seen: what happens is kept once somebody watches."""
+
+    seen = None
+
+    def happens(self, what):
+        if self.seen is not None:
+            self.seen.append(what)
+
+    def watch(self):
+        self.seen = []
+
+    def view(self):
+        return CaseView(about={"x": 1}, events=tuple(self.seen))
+
+
 class FakeProvider:
-    def __init__(self, capabilities=("world",), fail_open=None):
+    def __init__(self, capabilities=("world",), fail_open=None, bench=FakeBench):
+        self.bench = bench
         self.capabilities = frozenset(capabilities)
         self.journal = []
         self.opened = []
@@ -53,7 +71,7 @@ class FakeProvider:
     def open_case(self, case):
         if self.fail_open is not None:
             raise self.fail_open
-        bench = FakeBench(case, self)
+        bench = self.bench(case, self)
         self.opened.append(bench)
         try:
             yield bench
@@ -83,6 +101,11 @@ def provider():
 @pytest.fixture
 def make_provider():
     return FakeProvider
+
+
+@pytest.fixture
+def watched():
+    return FakeProvider(bench=WatchedBench)
 
 
 @pytest.fixture

@@ -1,0 +1,76 @@
+"""What can be seen of a case, kind by kind; and that looking leaves no trace."""
+
+from __future__ import annotations
+
+import pytest
+
+from hilbench.bench_provider import make_provider
+from hilbench.check.provider import CaseInfo, CaseView
+from hilbench.options import CheckOptions
+
+
+def look(bench, needs, scenario, *, watch=True):
+    """Run a scenario on a bench of its own; return its hash and the view."""
+    provider = make_provider(CheckOptions(bench=bench))
+    info = CaseInfo(id="suite/it", clause_ids=("X",), seed=1, needs=frozenset(needs))
+    with provider.open_case(info) as case:
+        if watch:
+            case.watch()
+        scenario(case)
+        case.finish("fail", "because")
+        view = case.view() if watch else None
+        hashed = case.case_hash()
+    provider.close()
+    return hashed, view
+
+
+def drive(case):
+    case.peer.start()
+    case.bench.run_for(0.5)
+
+
+def call(case):
+    case.client.start()
+    case.server.expect_session(3.0)
+
+
+def ask(case):
+    case.peer.request()
+    case.bench.run_for(0.5)
+
+
+def wait(case):
+    case.bench.run_for(0.5)
+
+
+KINDS = {
+    "robot": ("pioneer-plane", ("server",), drive, {"robot"}, {"host"}, ("checker", "p2os")),
+    "client": ("pioneer-plane", ("client",), call, {"client"}, {"host"}, ("server", "p2os")),
+    "rover": ("rover-model", ("PKT!", "server"), ask, {"rover"}, {"host"}, ("checker", "pkt")),
+    "rover's host": ("rover-model", ("PKT!", "client"), wait, set(), {"host"}, ("rover", "pkt")),
+    "vehicle": ("vehicle-model", ("CARLA", "board"), wait, set(), {"usart2", "usart3"}, (None, None)),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_view_has_what_there_is_and_leaves_no_trace(kind):
+    bench, needs, scenario, machines, lines, spoken = KINDS[kind]
+    hashed, view = look(bench, needs, scenario)
+    unwatched, _ = look(bench, needs, scenario, watch=False)
+    assert hashed == unwatched
+    assert isinstance(view, CaseView)
+    assert set(view.about["machines"]) == machines
+    assert (view.about.get("operator"), view.about.get("protocol")) == spoken
+    told = {(event["kind"], event["source"]) for event in view.events}
+    assert {("machine", name) for name in machines} | {("link", name) for name in lines} <= told
+    assert view.events[-1]["kind"] == "link"
+    assert [event["verdict"] for event in view.events if event["kind"] == "verdict"] == ["fail"]
+
+
+def test_a_timer_of_a_view_has_the_margins_of_the_whole_case():
+    _, view = look("pioneer-plane", ("server",), drive)
+    last = [event for event in view.events if event["kind"] == "machine"][-1]
+    assert last["state"] == "OPEN"
+    (timer,) = last["timers"].values()
+    assert timer["span_ns"] == 2_000_000_000
+    assert timer["deadline_ns"] - last["ns"] < timer["span_ns"]
