@@ -5,35 +5,49 @@ from __future__ import annotations
 import asyncio
 import signal
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 
-from textual.app import App, ComposeResult, SystemCommand
-from textual.containers import Horizontal, Vertical
+from textual.app import ComposeResult, SystemCommand
 from textual.screen import Screen
 from textual.widgets import Footer, Static
 
-from hilbench.clock import Stopwatch
+from hilbench.tui.asking import Asking
 from hilbench.tui.bench_process import BenchProcess, Phase
+from hilbench.tui.body import Body
 from hilbench.tui.check_run import CheckRun
-from hilbench.tui.dialogs import CheckScreen, HelpScreen, InjectScreen, LeaveScreen, PickScreen, WordScreen
-from hilbench.tui.keys import BY_NAME, KEYS, NEEDS, OF_RECORDINGS
-from hilbench.tui.model.bench import BenchModel
-from hilbench.tui.model.follower import Follower
-from hilbench.tui.model.replay import NS_PER_S, Replay
-from hilbench.tui.model.stick import Stick
-from hilbench.tui.panes import FramesPane, Pane, Strip, pane_names
+from hilbench.tui.checks_pane import ChecksPane
+from hilbench.tui.dialogs import (
+    HelpScreen,
+    LeaveScreen,
+    PanesScreen,
+    PickScreen,
+    SuiteScreen,
+    ToggleScreen,
+    WordScreen,
+)
+from hilbench.tui.keys import BY_NAME, KEYS
+from hilbench.tui.memory import Memory
+from hilbench.tui.model.arrangement import ARRANGED, Arrangement
+from hilbench.tui.model.export import EXPORTS, Selection, exported
+from hilbench.tui.model.replay import Replay
+from hilbench.tui.panes import PANES, FramesPane, Pane, PlotsPane, Strip
 from hilbench.tui.recorded import RecordedBench
-from hilbench.tui.views.words import seconds
+from hilbench.tui.timeline import Timeline
+from hilbench.tui.views.help import help_text
 
 __all__ = ["FRAMES_PER_S", "Dashboard"]
 
 FRAMES_PER_S = 10
 _WIDE = 132
-_MOST_BATCHES = 8
+_ROWS_OF_A_PANE = 11
+"""On a screen with one column, a pane for each so many rows; two at least (choice)."""
+_DARK, _LIGHT = "textual-dark", "textual-light"
+_SPECIAL: dict[str, Callable[[], Pane]] = {"frames": FramesPane, "plots": PlotsPane, "checks": ChecksPane}
 OpenBench = Callable[[str], BenchProcess]
 
 
-class Dashboard(App[None]):
+class Dashboard(Asking):
     """See the module.
 
     Args:
@@ -41,7 +55,12 @@ class Dashboard(App[None]):
         replay: the recording's events and the place in it; None of a bench that runs.
         benches: the benches that can be opened instead, by name and what they are.
         open_bench: opens one of them.
+        memory: what is remembered from the last time; None for nothing.
         ticking: whether it looks at the bench by itself; a test does it by hand.
+
+    Attributes:
+        zoomed: the pane that has all of the room; empty if none has.
+        run_of_suite: the latest run of a suite; None before there was one.
     """
 
     CSS_PATH = "dashboard.tcss"
@@ -55,44 +74,32 @@ class Dashboard(App[None]):
         *,
         benches: Iterable[tuple[str, str]] = (),
         open_bench: OpenBench | None = None,
+        memory: Memory | None = None,
         ticking: bool = True,
     ) -> None:
-        super().__init__()
-        self.process = process
-        self.replay = replay
-        self.model: BenchModel | None = None
+        super().__init__(process, replay)
         self.zoomed = ""
+        self.run_of_suite: CheckRun | None = None
         self._benches = list(benches)
         self._open_bench = open_bench
+        self._memory = memory or Memory()
         self._ticking = ticking
-        self._follower: Follower | None = None
-        self._stick = Stick()
-        self._watch = Stopwatch()
-        self._looked_s = 0.0
-        self._arranged = ""
+        self._plots_of = ""
+        if self._memory.theme in self.available_themes:
+            self.theme = self._memory.theme
 
     def compose(self) -> ComposeResult:
-        """Put the panes into three columns; how they are shared out is `_arrange`'s business."""
+        """Put all panes into the body; it says where each is."""
         yield Static(id="head")
         yield Static(id="ended")
-        with Horizontal(id="body"):
-            with Vertical(id="left"):
-                yield Pane("link")
-                yield Pane("timers")
-                yield Pane("counters")
-            with Vertical(id="middle"):
-                yield Pane("world")
-                yield FramesPane()
-            with Vertical(id="right"):
-                yield Pane("states")
-                yield Pane("pins")
-                yield Pane("log")
+        yield Body(*(_SPECIAL.get(name, partial(Pane, name))() for name in PANES), arrangement=ARRANGED["robot"][0])
         yield Strip()
+        yield Timeline(self.replay)
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
         """Begin to look. A signal that ends the process gives the terminal back first."""
-        self._arrange()
+        self.query_one(Timeline).set_class(self.replay is not None, "recorded")
         if self._ticking:
             self.set_interval(1 / FRAMES_PER_S, self.look)
             for number in (signal.SIGTERM, signal.SIGHUP):
@@ -100,44 +107,16 @@ class Dashboard(App[None]):
         self.look()
 
     def on_unmount(self) -> None:
-        """Let go of the journal."""
-        if self._follower is not None:
-            self._follower.close()
+        """End the suite that runs, if one does."""
+        if self.run_of_suite is not None:
+            self.run_of_suite.stop()
 
     # --- what is seen
 
-    def look(self) -> None:
-        """Take what the bench has told since the last time, and show it."""
-        for refused in self.process.poll():
-            self.notify(refused, severity="warning")
-        if self.replay is not None:
-            self._play(self.replay)
-        elif self._follower is None and self.process.phase is not Phase.STARTING:
-            self._follower = Follower(self.process.journal)
-        if self._follower is not None:
-            self._take(self._follower)
-        if isinstance(self.screen, CheckScreen):
-            self.screen.look()
-        self._show()
-
-    def _play(self, replay: Replay) -> None:
-        now_s = self._watch.elapsed_s()
-        replay.play(now_s - self._looked_s)
-        self._looked_s = now_s
-        self.model = replay.model
-
-    def _take(self, follower: Follower) -> None:
-        for _ in range(_MOST_BATCHES):
-            events = follower.news()
-            if self.model is None and follower.header:
-                self.model = BenchModel(follower.header)
-                self._arranged = ""
-                self.refresh_bindings()
-            if not events or self.model is None:
-                return
-            self.model.take(events)
-
-    def _show(self) -> None:
+    def show(self) -> None:
+        """Show what is known."""
+        self._tell_problems()
+        self._look_at_suite()
         self._arrange()
         for pane in self.query(Pane):
             pane.model = self.model
@@ -146,56 +125,102 @@ class Dashboard(App[None]):
         strip = self.query_one(Strip)
         strip.model = self.model
         strip.refresh()
-        self.query_one("#head", Static).update(self._headline())
+        if self.replay is not None:
+            self.query_one(Timeline).refresh()
+        self.query_one("#head", Static).update(self._headline().replace("[", "\\["))
         ended = self.query_one("#ended", Static)
         ended.display = self.process.phase is Phase.ENDED
         if ended.display:
             ended.update(self._epitaph().replace("[", "\\["))
 
-    def _epitaph(self) -> str:
-        """Return why the bench has ended and where its journal is; of one that ended well it goes with its folder."""
-        process = self.process
-        where = "" if process.ended_well else f" Journal: {process.journal}."
-        return f"{process.cause}.{where} What was told stays here; b opens a bench, q leaves."
-
-    def _headline(self) -> str:
-        model = self.model
-        if model is None:
-            return f" hilbench  {self.process.phase.value} ..."
-        if self.replay is not None:
-            how = "plays" if self.replay.playing else "recorded"
-            return f" hilbench  {model.name}  {seconds(model.ns)} of {seconds(self.replay.length_ns)}  {how}"
-        clock = "PAUSED" if model.paused else "" if model.speed == 1 else f"{model.speed:g} x"
-        state = "" if self.process.phase is Phase.LIVE else f"  [{self.process.phase.value}]"
-        return f" hilbench  {model.name}  {seconds(model.ns)}  {clock}{state}".replace("[", "\\[")
+    def _tell_problems(self) -> None:
+        if self.model is not None:
+            for problem in self._memory.problems:
+                self.model.log.say(self.model.ns, "screen", problem)
+            self._memory.problems.clear()
 
     # --- arrangement
+
+    @property
+    def _wide(self) -> bool:
+        return self.size.width >= _WIDE
+
+    @property
+    def _kind(self) -> str:
+        return self.model.kind if self.model is not None else "robot"
+
+    @property
+    def arrangement(self) -> Arrangement:
+        """Where the panes are, on this bench and on a screen as wide as this one."""
+        return self._memory.arrangement(self._kind, wide=self._wide)
+
+    def available(self) -> list[str]:
+        """Return the panes that have something to show."""
+        model = self.model
+        if model is None:
+            return list(PANES)
+        return [
+            name
+            for name, pane in PANES.items()
+            if pane.has(model) or (name == "checks" and self.run_of_suite is not None)
+        ]
 
     def on_resize(self) -> None:
         """Share the room out anew."""
         self._arrange()
 
     def _arrange(self) -> None:
-        """Show what there is room for: three columns, or the middle one alone, or one pane."""
-        wide = self.size.width >= _WIDE
-        has_world = self.model is None or bool(self.model.world.vehicle)
-        has_pins = self.model is None or bool(self.model.pins.pins)
-        arranged = f"{wide} {has_world} {has_pins} {self.zoomed}"
-        if arranged == self._arranged:
-            return
-        self._arranged = arranged
-        first = "world" if has_world else "link"
-        shown = set(pane_names()) if wide else {first, "frames"}
-        shown -= {"world"} if not has_world else set()
-        shown -= {"pins"} if not has_pins else set()
-        shown = {self.zoomed} if self.zoomed else shown
-        for column in ("left", "middle", "right"):
-            box = self.query_one(f"#{column}")
-            box.display = any(pane.id in shown for pane in box.query(Pane))
-        for pane in self.query(Pane):
-            pane.display = pane.id in shown
-        self.query_one(Strip).display = not wide or bool(self.zoomed)
-        self.query_one("#body").set_class(not wide and not has_world and not self.zoomed, "stacked")
+        """Show what there is room for: columns, or the first few panes one below the other, or one pane."""
+        kind = self._kind
+        if kind != self._plots_of:
+            self._plots_of = kind
+            self.query_one(PlotsPane).choose(*self._memory.signals(kind))
+        arrangement = self.arrangement
+        most = len(PANES) if self._wide else max(2, self.size.height // _ROWS_OF_A_PANE)
+        shown = [self.zoomed] if self.zoomed else arrangement.seen(self.available(), most)
+        self.query_one(Body).arrange_as(arrangement, shown)
+        self.query_one(Strip).display = not self._wide or bool(self.zoomed)
+
+    def _rearrange(self, arrangement: Arrangement | None) -> None:
+        self._memory.arrange(self._kind, arrangement, wide=self._wide)
+        self._arrange()
+
+    def on_body_arranged(self, message: Body.Arranged) -> None:
+        """Take what somebody has made of the panes."""
+        self._rearrange(message.arrangement)
+
+    def action_resize(self, dx: int, dy: int) -> None:
+        """Make the pane that has the focus larger or smaller, by cells."""
+        focused = self.focused
+        shown = list(self.query_one(Body).shown)
+        name = focused.id if focused is not None and focused.id in shown else shown[0] if shown else ""
+        self.query_one(Body).resize(str(name), dx=dx, dy=dy)
+
+    def action_panes(self) -> None:
+        """Choose which panes are shown, and where."""
+
+        def rows() -> list[tuple[str, bool, str]]:
+            has = set(self.available())
+            return [
+                (
+                    name,
+                    name not in self.arrangement.hidden,
+                    f"{PANES[name].key}  column {number}{'' if name in has else ', nothing to show yet'}",
+                )
+                for number, column in enumerate(self.arrangement.columns, 1)
+                for name in column.names
+            ]
+
+        self.push_screen(
+            PanesScreen(
+                rows,
+                lambda name: self._rearrange(self.arrangement.toggled(name)),
+                move=lambda name, columns, places: self._rearrange(
+                    self.arrangement.moved(name, columns=columns, places=places)
+                ),
+                reset=lambda: self._rearrange(None),
+            )
+        )
 
     def action_zoom(self, name: str) -> None:
         """Give a pane the whole screen, or take it back."""
@@ -213,106 +238,81 @@ class Dashboard(App[None]):
         """Give the pane that was clicked on the whole screen."""
         self.action_zoom(message.name)
 
-    # --- what is asked of the bench
-
-    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Offer only what the bench can do."""
-        del parameters
-        needed = NEEDS.get(action)
-        if needed is None:
-            return self.replay is not None if action in OF_RECORDINGS else True
-        return self.process.phase is Phase.LIVE and needed in self.process.actions
-
-    def action_drive(self, axis: int, share: float) -> None:
-        """Move the stick."""
-        forward, turn = self._stick.press(int(axis), float(share), self._watch.elapsed_s())
-        self.process.send("drive", forward=forward, turn=turn)
-
-    def action_stop(self) -> None:
-        """Stop the vehicle."""
-        self._stick.release()
-        self.process.send("stop")
-
-    def action_demo(self) -> None:
-        """Let the demo driver go on."""
-        self.process.send("demo")
-
-    def action_connect(self) -> None:
-        """Connect."""
-        self.process.send("connect")
-
-    def action_disconnect(self) -> None:
-        """Disconnect."""
-        self.process.send("disconnect")
-
-    def action_reset(self) -> None:
-        """Press the reset button."""
-        self.process.send("reset")
-
-    def action_pause(self) -> None:
-        """Let bench time stand still, or go on."""
-        self.process.send("resume" if self.model is not None and self.model.paused else "pause")
-
-    def action_step(self) -> None:
-        """Go a tenth of a second further."""
-        self.process.send("step", seconds=0.1)
-
-    def action_faster(self) -> None:
-        """Let bench time pass twice as fast."""
-        self.process.send("speed", factor=min(16.0, 2 * (self.model.speed if self.model else 1.0)))
-
-    def action_slower(self) -> None:
-        """Let bench time pass half as fast."""
-        self.process.send("speed", factor=max(1 / 16, 0.5 * (self.model.speed if self.model else 1.0)))
-
-    def action_clear_faults(self) -> None:
-        """Take all faults back."""
-        self.process.send("clear-faults")
-
-    def action_inject(self) -> None:
-        """Ask for a fault and put it on the line."""
-
-        def put(asked: dict[str, object] | None) -> None:
-            if asked:
-                self.process.send("inject", **asked)
-
-        self.push_screen(InjectScreen(), put)
-
-    def action_mark(self) -> None:
-        """Ask for a word and put it into the journal."""
-
-        def mark(word: str | None) -> None:
-            if word is not None:
-                self.process.send("mark", text=word)
-
-        self.push_screen(WordScreen("Mark this moment as"), mark)
-
-    # --- recordings
-
-    def action_play(self) -> None:
-        """Let the recording go on, or stand still."""
+    def on_timeline_asked(self, message: Timeline.Asked) -> None:
+        """Go to another place of the recording."""
         if self.replay is not None:
-            self.replay.playing = not self.replay.playing
+            self.replay.go_to(message.ns)
             self.look()
 
-    def action_go(self, by_s: int) -> None:
-        """Go on in a recording by seconds, or back."""
-        if self.replay is not None:
-            self.replay.go_by(by_s * NS_PER_S)
-            self.look()
+    def action_light(self) -> None:
+        """Show light letters on a dark ground, or dark ones on a light ground."""
+        self.theme = _DARK if self.theme == _LIGHT else _LIGHT
 
-    def action_event(self, by: int) -> None:
-        """Go on in a recording by events, or back."""
-        if self.replay is not None:
-            self.replay.step(by)
-            self.look()
+    def watch_theme(self, theme: str) -> None:
+        """Remember the theme, however it was chosen."""
+        self._memory.theme = theme
 
-    def action_next_error(self) -> None:
-        """Go to the next error of a recording."""
-        if self.replay is not None:
-            if not self.replay.next_error():
-                self.notify("no more errors")
+    # --- plots
+
+    def action_span(self, by: int) -> None:
+        """Plot a longer time, or a shorter one."""
+        plots = self.query_one(PlotsPane)
+        self._plot(plots.signals, plots.spanned(by))
+
+    def action_signals(self) -> None:
+        """Choose which signals are plotted."""
+        plots = self.query_one(PlotsPane)
+
+        def rows() -> list[tuple[str, bool, str]]:
+            signals = self.model.signals.signals if self.model is not None else {}
+            return [(name, name in plots.plotted, one.unit) for name, one in signals.items()]
+
+        def toggle(name: str) -> None:
+            kept = [one for one in plots.plotted if one != name]
+            self._plot(kept if name in plots.plotted else [*plots.plotted, name], plots.span_s)
+
+        self.push_screen(ToggleScreen("Plot which signals?", rows, toggle))
+
+    def _plot(self, signals: list[str] | None, span_s: int) -> None:
+        self.query_one(PlotsPane).choose(signals, span_s)
+        self._memory.plot(self._kind, signals, span_s)
+
+    # --- suites
+
+    def action_check(self) -> None:
+        """Ask for a suite and run it on a fresh bench of the same kind."""
+        about = self.process.about
+        suites = [str(suite) for suite in about.get("suites", ())]
+        if not suites:
+            self.notify("this bench has no suite")
+            return
+        if self.run_of_suite is not None and self.run_of_suite.code is None:
+            self.notify("a suite runs; 'Stop the suite' of ctrl+p ends it")
+            return
+
+        def run_it(asked: tuple[str, str] | None) -> None:
+            if asked is None:
+                return
+            suite, select = asked
+            self.process.send("mark", text=f"suite {suite} {select}".strip())
+            self.run_of_suite = CheckRun(str(about["file"]), suite, select)
+            if "checks" not in self.arrangement.seen(self.available(), len(PANES) if self._wide else 0):
+                self.zoomed = "checks"
             self.look()
+            self.query_one(ChecksPane).focus()
+
+        self.push_screen(SuiteScreen(suites), run_it)
+
+    def action_stop_check(self) -> None:
+        """End the suite that runs."""
+        if self.run_of_suite is not None:
+            self.run_of_suite.stop()
+
+    def _look_at_suite(self) -> None:
+        run = self.run_of_suite
+        if run is not None:
+            run.poll()
+            self.query_one(ChecksPane).take(run.checks, run.title, run.text, ended=run.code is not None)
 
     # --- the rest
 
@@ -328,19 +328,50 @@ class Dashboard(App[None]):
 
     def action_picture(self) -> None:
         """Save the screen."""
+        self._save(
+            "svg", self.export_screenshot(title=f"hilbench {self.model.name if self.model else ''}"), "the screen"
+        )
+
+    def action_export(self) -> None:
+        """Ask what is to be written to a file, and write it."""
+        choices = [(f"{what} {form}", about) for what, (about, _, forms) in EXPORTS.items() for form in forms]
+
+        def write(choice: str | None) -> None:
+            if choice and self.model is not None:
+                what, _, form = choice.partition(" ")
+                text, count = exported(what, form, self._selection())
+                self._save(f"{what}.{form}", text, f"{count} rows")
+
+        self.push_screen(PickScreen("Export what? Into the working folder.", choices), write)
+
+    def _selection(self) -> Selection:
+        assert self.model is not None
+        plots = self.query_one(PlotsPane)
+        return Selection(
+            model=self.model,
+            frames=self.query_one(FramesPane).selected(),
+            signals=plots.plotted,
+            span_s=plots.span_s,
+            checks=self.query_one(ChecksPane).checks_of(self.model),
+        )
+
+    def _save(self, ending: str, text: str, what: str) -> None:
         name = self.model.name.replace("/", "-") if self.model else "bench"
         at_ms = (self.model.ns if self.model else 0) // 1_000_000
-        path = Path.cwd() / f"hilbench-{name}-{at_ms}ms.svg"
+        dot = "." if ending == "svg" else "-"
+        path = Path.cwd() / f"hilbench-{name}-{at_ms}ms{dot}{ending}"
         try:
-            path.write_text(self.export_screenshot(title=f"hilbench {name}"))
+            path.write_text(text)
         except OSError as error:
             self.notify(f"{path}: {error.strerror}", severity="error")
         else:
-            self.notify(f"saved {path}")
+            self.notify(f"{what} saved: {path}")
 
     def action_help(self) -> None:
-        """Explain everything."""
-        self.push_screen(HelpScreen())
+        """Explain what is seen here, what to try, and the keys."""
+        actions = self.process.actions if self.process.phase is Phase.LIVE else ()
+        panes = [(PANES[name].key, name, PANES[name].title) for name in self.available()]
+        self.push_screen(HelpScreen(help_text(self.model, actions, panes, recorded=self.replay is not None)))
 
     def action_pick(self) -> None:
         """Ask for another bench and open it."""
@@ -349,28 +380,11 @@ class Dashboard(App[None]):
             if name and self._open_bench is not None:
                 self.process.stop()
                 self.process = self._open_bench(name)
-                self.model, self._arranged, self.zoomed = None, "", ""
-                if self._follower is not None:
-                    self._follower.close()
-                self._follower = None
+                self.forget()
+                self.zoomed = ""
                 self.look()
 
         self.push_screen(PickScreen("Open which bench? The present one is stopped.", self._benches), open_it)
-
-    def action_check(self) -> None:
-        """Ask for a suite and run it on a fresh bench of the same kind."""
-        about = self.process.about
-        suites = [(str(suite), "") for suite in about.get("suites", ())]
-        if not suites:
-            self.notify("this bench has no suite")
-            return
-
-        def run_it(suite: str | None) -> None:
-            if suite:
-                self.process.send("mark", text=f"suite {suite}")
-                self.push_screen(CheckScreen(CheckRun(str(about["file"]), suite)))
-
-        self.push_screen(PickScreen("Run which suite? The live bench goes on meanwhile.", suites), run_it)
 
     def action_leave(self) -> None:
         """Leave; a bench that runs is asked about."""
@@ -397,9 +411,7 @@ class Dashboard(App[None]):
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Offer every action by name in the command palette."""
         yield from super().get_system_commands(screen)
-        for name, what in BY_NAME.items():
-            if self.check_action(name, ()):
-                yield SystemCommand(what, self._about(name), getattr(self, f"action_{name}"))
-
-    def _about(self, name: str) -> str:
-        return (getattr(self, f"action_{name}").__doc__ or "").strip()
+        for what, (name, arguments) in BY_NAME.items():
+            if self.check_action(name, arguments):
+                action = getattr(self, f"action_{name}")
+                yield SystemCommand(what, (action.__doc__ or "").strip(), partial(action, *arguments))

@@ -1,14 +1,26 @@
-"""A suite that runs beside the dashboard: `hilbench check` on a fresh bench of the same kind, in virtual time."""
+"""A suite that runs beside the dashboard: `hilbench check` on a fresh bench of the same kind, in virtual time.
+
+What is planned is asked of ``--list``, how far it is stands in the run's journal, and what came of it in its report.
+"""
 
 from __future__ import annotations
 
+import json
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from hilbench.tui.model.checks import ChecksModel
+from hilbench.tui.model.follower import Follower
 
 __all__ = ["CheckRun"]
 
 _READ_BYTES = 65536
+_PATIENCE_S = 5.0
 
 
 class CheckRun:
@@ -17,45 +29,100 @@ class CheckRun:
     Args:
         bench_file: the file of the bench.
         suite: the suite.
+        select: which of its clauses, as of ``-k``; empty for all.
 
     Attributes:
-        suite: likewise.
+        checks: what is known of it.
         text: what it has said so far.
         code: its exit code; None while it runs.
     """
 
-    def __init__(self, bench_file: str, suite: str) -> None:
-        self.suite = suite
+    def __init__(self, bench_file: str, suite: str, select: str = "") -> None:
+        self.suite, self.select = suite, select
+        self.checks = ChecksModel()
         self.text = ""
         self.code: int | None = None
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "hilbench", "check", bench_file, "--suite", suite],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-        )
-        assert self._process.stdout is not None
-        os.set_blocking(self._process.stdout.fileno(), False)
+        self._folder = Path(tempfile.mkdtemp(prefix="hilbench-check-"))
+        self._report = self._folder / "report.json"
+        journal = self._folder / "journal.jsonl"
+        words = ["check", bench_file, "--suite", suite, *(["-k", select] if select else [])]
+        self._plan = _started([*words, "--list", "--json", "-"])
+        self._planned = b""
+        self._process = _started([*words, "--json", str(self._report), "--journal", str(journal)], talk=True)
+        self._follower = Follower(journal)
 
-    def poll(self) -> bool:
-        """Take what it has said; say whether there is anything new."""
+    @property
+    def title(self) -> str:
+        """What it runs, in words."""
+        return f"{Path(self.suite).name}{f' -k {self.select}' if self.select else ''}"
+
+    def poll(self) -> None:
+        """Take what it has said and done since the last time."""
         if self.code is not None:
-            return False
-        assert self._process.stdout is not None
+            return
+        self._poll_plan()
+        for event in self._follower.news():
+            self.checks.take(event)
         ended = self._process.poll()  # before the last words are read, so that none of them are missed
-        said = self._process.stdout.read(_READ_BYTES) or b""
+        said = _read(self._process)
         self.text += said.decode(errors="replace")
         if ended is not None and not said:
-            self.code = ended
-            self._process.stdout.close()
-        return bool(said) or self.code is not None
+            self._end(ended)
 
     def stop(self) -> None:
         """End it, if it runs."""
         if self.code is None:
             self._process.terminate()
-            self._process.wait()
-            assert self._process.stdout is not None
-            self._process.stdout.close()
-            self.code = self._process.returncode
+            try:
+                code = self._process.wait(_PATIENCE_S)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                code = self._process.wait()
+            self._end(code)
+            self.checks.ended = "stopped"
+
+    def _poll_plan(self) -> None:
+        if self._plan.stdout is None or self._plan.stdout.closed:
+            return
+        ended = self._plan.poll()
+        said = _read(self._plan)
+        self._planned += said
+        if ended is None or said:
+            return
+        self._plan.stdout.close()
+        if ended == 0:
+            self.checks.plan(json.loads(self._planned))
+
+    def _end(self, code: int) -> None:
+        self.code = code
+        if self._plan.poll() is None:
+            self._plan.terminate()
+            self._plan.wait()
+        for process in (self._plan, self._process):
+            if process.stdout is not None:
+                process.stdout.close()
+        self._follower.close()
+        try:
+            self.checks.take_report(json.loads(self._report.read_bytes()))
+        except (OSError, ValueError, KeyError):
+            self.checks.ended = f"exit code {code}"
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def _started(words: Sequence[str], *, talk: bool = False) -> subprocess.Popen[bytes]:
+    """Start a command of ours whose output is read without waiting; what it says on stderr too, if that is wanted."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hilbench", *words],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT if talk else subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    assert process.stdout is not None
+    os.set_blocking(process.stdout.fileno(), False)
+    return process
+
+
+def _read(process: subprocess.Popen[bytes]) -> bytes:
+    assert process.stdout is not None
+    return process.stdout.read(_READ_BYTES) or b""

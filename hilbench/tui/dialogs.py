@@ -1,10 +1,9 @@
-"""What asks and what explains: help, leaving, a fault to put in, a word to mark a moment with, another bench."""
+"""What asks and what explains: help, leaving, a fault to put in, a word, a suite, one of several, some of several."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
-from rich.text import Text
 from textual import events
 from textual.app import ComposeResult
 from textual.binding import Binding
@@ -13,51 +12,35 @@ from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, Select, Static
 from textual.widgets.option_list import Option
 
-from hilbench.tui.check_run import CheckRun
-
-__all__ = ["CheckScreen", "HelpScreen", "InjectScreen", "LeaveScreen", "PickScreen", "WordScreen"]
-
-HELP = """\
-[b]What you see[/b]
-Everything comes from the bench's journal, times are bench time. The bench is a process of its own: it does not wait
-for this screen, and goes on without it.
-
-[b]1 Link[/b]       bytes, rates, errors of the line; how well the host keeps up
-[b]2 Watchdogs[/b]  timers running down; [i]min[/i]: the least that was ever left when one was fed
-[b]3 Counters[/b]   of both ends; red counts what went wrong
-[b]4 World[/b]      from above: the way in green, what the sonar hears in red
-[b]5 Frames[/b]     > sent, < heard; [b]h[/b] holds the list, arrows point at a frame, [b]enter[/b] shows its bytes.
-             [b]/[/b] filters: words that must be there, [b]-word[/b] must not, [b]>[/b] or [b]<[/b], [b]![/b] not sound
-[b]6 States[/b]     each state of the table; lit: the present one; [i]3x[/i]: how often it was come to
-[b]7 Pins[/b]       of emulated boards: level, the last two seconds, duty and period
-[b]8 Log[/b]        changes of state, faults, what you did, what firmware says
-
-[b]Keys[/b]
-[b]1[/b] to [b]8[/b]       that pane alone; again, or [b]escape[/b]: all of them.  [b]tab[/b]: the next pane
-[b]w a s d[/b]      drive, as arrows do outside of the frames; capitals: full speed. Hold the key: 0.7 s after
-             it came last the vehicle stops (dead man). You take over from the demo driver.
-[b]space[/b]        stop at once                        [b]o[/b]  let the demo driver go on
-[b]c[/b]  [b]x[/b]         connect, disconnect                 [b]r[/b]  press the reset button of a board
-[b]p[/b]  [b]n[/b]         pause or go on; 0.1 s further       [b]+[/b]  [b]-[/b]  twice as fast, half as fast
-[b]i[/b]  [b]u[/b]         put a fault on the line; take all back
-[b]m[/b]            mark this moment in the journal     [b]g[/b]  save the screen as SVG
-[b]b[/b]  [b]t[/b]         another bench; check a fresh one    [b]q[/b]  leave: stop the bench, or detach from it
-[b]ctrl+p[/b]       all commands by name
-
-[b]Of a recording[/b]
-[b]p[/b] plays; [b]left right[/b] a second, with shift ten; [b], .[/b] an event; [b]e[/b] the next error
-"""
+__all__ = [
+    "HelpScreen",
+    "InjectScreen",
+    "LeaveScreen",
+    "PanesScreen",
+    "PickScreen",
+    "SuiteScreen",
+    "ToggleScreen",
+    "WordScreen",
+]
 
 
 class HelpScreen(ModalScreen[None]):
-    """What everything means."""
+    """What everything means.
+
+    Args:
+        text: in Textual's markup.
+    """
 
     BINDINGS = [Binding("escape,q,question_mark", "dismiss", "Close")]
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self._text = text
 
     def compose(self) -> ComposeResult:
         """Show the text."""
         with VerticalScroll(id="help", classes="dialog"):
-            yield Static(HELP)
+            yield Static(self._text)
 
     def on_mount(self) -> None:
         """Let the arrows scroll."""
@@ -119,45 +102,44 @@ class WordScreen(ModalScreen[str]):
         self.dismiss(event.value)
 
 
-class CheckScreen(ModalScreen[None]):
-    """A suite that runs, and what it finds.
+class SuiteScreen(ModalScreen[tuple[str, str]]):
+    """A suite, and which of its clauses.
 
     Args:
-        run: the run; it ends when this is left.
+        suites: those of the bench.
+        select: what stands in the second field at first.
     """
 
-    BINDINGS = [Binding("escape,q", "leave", "Close")]
+    BINDINGS = [Binding("escape", "dismiss", "Close")]
 
-    def __init__(self, run: CheckRun) -> None:
+    def __init__(self, suites: Sequence[str], select: str = "") -> None:
         super().__init__()
-        self._run = run
+        self._suites, self._select = suites, select
 
     def compose(self) -> ComposeResult:
-        """Show what it says."""
-        with Vertical(classes="dialog", id="check"):
-            yield Label(f"{self._run.suite}, on a fresh bench of the same kind, in virtual time", id="check-head")
-            with VerticalScroll(id="check-text"):
-                yield Static(id="check-said")
+        """Ask."""
+        with Vertical(classes="dialog"):
+            yield Label("Run which suite? On a fresh bench; the live one goes on meanwhile.")
+            yield Input(self._select, id="select", placeholder="only these, as of -k: P24D or watchdog; empty: all")
+            yield OptionList(*(Option(suite, id=suite) for suite in self._suites), id="suites")
 
     def on_mount(self) -> None:
-        """Let the arrows scroll."""
-        self.query_one("#check-text").focus()
+        """Let enter take the first suite at once."""
+        self.query_one("#suites").focus()
 
-    def look(self) -> None:
-        """Show what it has said since."""
-        if self._run.poll():
-            self.query_one("#check-said", Static).update(Text(self._run.text))
-            self.query_one("#check-text").scroll_end(animate=False)
-            if self._run.code is not None:
-                self.query_one("#check-head", Label).update(f"{self._run.suite}: exit code {self._run.code}. esc: back")
+    def on_input_submitted(self) -> None:
+        """Go on to the suites; the first one is it, if there is no other."""
+        if len(self._suites) == 1:
+            self._take(self._suites[0])
+        else:
+            self.query_one("#suites").focus()
 
-    def on_unmount(self) -> None:
-        """End it."""
-        self._run.stop()
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        """Take the answer."""
+        self._take(str(event.option_id))
 
-    def action_leave(self) -> None:
-        """Go back."""
-        self.dismiss()
+    def _take(self, suite: str) -> None:
+        self.dismiss((suite, self.query_one("#select", Input).value.strip()))
 
 
 _KINDS: Mapping[str, str] = {
@@ -250,6 +232,105 @@ class PickScreen(ModalScreen[str]):
         """Let nothing through to the screen below."""
         if event.key in {"w", "a", "s", "d"}:
             event.stop()
+
+
+class ToggleScreen(ModalScreen[None]):
+    """Some of several; each choice is in force at once.
+
+    Args:
+        question: what is asked.
+        rows: gives names, whether each is chosen, and what it is.
+        toggle: chooses one, or does so no more.
+    """
+
+    BINDINGS = [Binding("escape,q,P,L", "dismiss", "Close")]
+    HINT = "enter or space: shown or not; escape: back"
+
+    def __init__(
+        self, question: str, rows: Callable[[], Sequence[tuple[str, bool, str]]], toggle: Callable[[str], None]
+    ) -> None:
+        super().__init__()
+        self._question, self._rows, self._toggle = question, rows, toggle
+
+    def compose(self) -> ComposeResult:
+        """Show the list."""
+        with Vertical(classes="dialog"):
+            yield Label(self._question)
+            yield OptionList(id="several")
+            yield Label(self.HINT, classes="hint")
+
+    def on_mount(self) -> None:
+        """Fill the list."""
+        self.fill()
+
+    def fill(self, name: str = "") -> None:
+        """Show what is chosen now, with one of them pointed at."""
+        several = self.query_one("#several", OptionList)
+        at = several.highlighted or 0
+        rows = self._rows()
+        several.clear_options()
+        several.add_options([Option(f"{'●' if on else '○'} [b]{one:<14}[/b] {text}", id=one) for one, on, text in rows])
+        names = [one for one, _, _ in rows]
+        several.highlighted = names.index(name) if name in names else min(at, len(names) - 1) if names else None
+
+    @property
+    def pointed_at(self) -> str:
+        """The one that is pointed at."""
+        several = self.query_one("#several", OptionList)
+        return "" if several.highlighted is None else str(several.get_option_at_index(several.highlighted).id)
+
+    def on_key(self, event: events.Key) -> None:
+        """Take space for enter, and let nothing of it through to the screen below."""
+        if event.key == "space":
+            event.stop()
+            self._toggle(self.pointed_at)
+            self.fill()
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        """Choose it, or do so no more."""
+        self._toggle(str(event.option_id))
+        self.fill()
+
+
+class PanesScreen(ToggleScreen):
+    """Which panes, and where.
+
+    Args:
+        rows, toggle: as of `ToggleScreen`.
+        move: moves a pane by so many columns, and so many places down.
+        reset: arranges all as at first.
+    """
+
+    BINDINGS = [
+        Binding("less_than_sign,left", "move(-1, 0)", "To the left"),
+        Binding("greater_than_sign,right", "move(1, 0)", "To the right"),
+        Binding("left_curly_bracket,shift+up", "move(0, -1)", "Up"),
+        Binding("right_curly_bracket,shift+down", "move(0, 1)", "Down"),
+        Binding("r", "reset", "As at first"),
+    ]
+    HINT = "enter: shown or not; left right: other column; { }: up, down; r: all as at first"
+
+    def __init__(
+        self,
+        rows: Callable[[], Sequence[tuple[str, bool, str]]],
+        toggle: Callable[[str], None],
+        *,
+        move: Callable[[str, int, int], None],
+        reset: Callable[[], None],
+    ) -> None:
+        super().__init__("Which panes, and where?", rows, toggle)
+        self._move, self._reset = move, reset
+
+    def action_move(self, columns: int, places: int) -> None:
+        """Move the pane that is pointed at."""
+        name = self.pointed_at
+        self._move(name, columns, places)
+        self.fill(name)
+
+    def action_reset(self) -> None:
+        """Arrange all as at first."""
+        self._reset()
+        self.fill()
 
 
 def _number(text: str) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 from rich.text import Text
 from textual import events
@@ -11,15 +12,18 @@ from textual.message import Message
 from textual.widget import Widget
 
 from hilbench.tui.model.bench import BenchModel
-from hilbench.tui.model.frames import FrameModel
+from hilbench.tui.model.frames import KEPT_FRAMES, FrameModel
 from hilbench.tui.views.above import world_view
+from hilbench.tui.views.checks import checks_view
+from hilbench.tui.views.console import console_view
 from hilbench.tui.views.frames import frame_view, frames_view
 from hilbench.tui.views.log import log_view
 from hilbench.tui.views.pins import pins_view
+from hilbench.tui.views.plots import SPANS_S, plots_view
 from hilbench.tui.views.states import machine_view
 from hilbench.tui.views.status import counters_view, link_view, strip_view, timers_view
 
-__all__ = ["PANES", "FramesPane", "Pane", "Strip", "pane_names"]
+__all__ = ["PANES", "FramesPane", "Pane", "PaneSpec", "PlotsPane", "Strip", "pane_names"]
 
 View = Callable[[BenchModel, int, int], Sequence[Text]]
 
@@ -39,17 +43,68 @@ def _machines(model: BenchModel, width: int, height: int) -> list[Text]:
     return lines
 
 
-PANES: dict[str, tuple[str, View]] = {
-    "link": ("Link", lambda model, width, _height: link_view(model, width)),
-    "timers": ("Watchdogs", lambda model, width, _height: timers_view(model, width)),
-    "counters": ("Counters", lambda model, width, _height: counters_view(model, width)),
-    "world": ("World", lambda model, width, height: world_view(model.world, width, height)),
-    "frames": ("Frames", lambda model, width, height: frames_view(list(model.frames.frames), width, height)),
-    "states": ("States", _machines),
-    "pins": ("Pins", lambda model, width, height: pins_view(model.pins, width, height, model.ns)),
-    "log": ("Log", lambda model, width, height: log_view(model.log, width, height)),
+class PaneSpec(NamedTuple):
+    """What a pane is.
+
+    Attributes:
+        title: in its border.
+        view: what is seen of a model in so many columns and rows.
+        key: what gives it the screen.
+        has: whether there is anything to see of a model.
+    """
+
+    title: str
+    view: View
+    key: str
+    has: Callable[[BenchModel], bool] = lambda _: True
+
+
+PANES: dict[str, PaneSpec] = {
+    "link": PaneSpec("Link", lambda model, width, _: link_view(model, width), "1"),
+    "timers": PaneSpec("Watchdogs", lambda model, width, _: timers_view(model, width), "2", lambda m: bool(m.machines)),
+    "counters": PaneSpec(
+        "Counters", lambda model, width, _: counters_view(model, width), "3", lambda m: bool(m.machines)
+    ),
+    "world": PaneSpec(
+        "World",
+        lambda model, width, height: world_view(model.world, width, height),
+        "4",
+        lambda m: bool(m.world.vehicle),
+    ),
+    "frames": PaneSpec(
+        "Frames",
+        lambda model, width, height: frames_view(list(model.frames.frames), width, height),
+        "5",
+        lambda m: bool(m.live.get("protocol") or m.live.get("speakers")),
+    ),
+    "states": PaneSpec("States", _machines, "6", lambda m: bool(m.machines)),
+    "pins": PaneSpec(
+        "Pins",
+        lambda model, width, height: pins_view(model.pins, width, height, model.ns),
+        "7",
+        lambda m: bool(m.pins.pins),
+    ),
+    "log": PaneSpec("Log", lambda model, width, height: log_view(model.log, width, height), "8"),
+    "plots": PaneSpec(
+        "Plots",
+        lambda model, width, height: plots_view(model.signals, width, height, model.ns),
+        "9",
+        lambda m: bool(m.signals.usual()),
+    ),
+    "checks": PaneSpec(
+        "Checks",
+        lambda model, width, height: checks_view(model.checks, width, height),
+        "0",
+        lambda m: bool(m.checks.rows),
+    ),
+    "console": PaneSpec(
+        "Console",
+        lambda model, width, height: console_view(model.console, width, height),
+        "C",
+        lambda m: bool(m.console.lines),
+    ),
 }
-"""Title and view of each pane by its name, in the order of the keys 1 to 8."""
+"""The panes by name, in the order of their keys."""
 
 
 def pane_names() -> tuple[str, ...]:
@@ -73,8 +128,8 @@ class Pane(Widget, can_focus=True):
 
     def __init__(self, name: str) -> None:
         super().__init__(id=name)
-        title, self._view = PANES[name]
-        self.border_title = f"{pane_names().index(name) + 1} {title}"
+        self._view = PANES[name].view
+        self.border_title = f"{PANES[name].key} {PANES[name].title}"
         self.model: BenchModel | None = None
 
     def render(self) -> Text:
@@ -137,6 +192,13 @@ class FramesPane(Pane):
         empty = f"no frame has '{self.pattern}'" if self.pattern else "no frame yet"
         return [*said, *frames_view(frames, width, room, chosen=self.chosen, empty=empty)]
 
+    def selected(self) -> list[FrameModel]:
+        """Return the frame that is pointed at; else all that the filter lets pass."""
+        if self.held is not None:
+            frame = self._chosen_of(self.held)
+            return self.held if frame is None else [frame]
+        return [] if self.model is None else self.model.frames.matching(self.pattern, KEPT_FRAMES)
+
     def filter(self, pattern: str) -> None:
         """Let only those frames pass that a pattern lets pass."""
         self.pattern = pattern
@@ -193,6 +255,41 @@ class FramesPane(Pane):
         words += ["held"] if self.held is not None else []
         self.border_subtitle = ", ".join(words)
         self.refresh()
+
+
+class PlotsPane(Pane):
+    """Signals over time.
+
+    Attributes:
+        signals: the names of those that are plotted; None for those that matter on such a bench.
+        span_s: over how long.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("plots")
+        self.signals: list[str] | None = None
+        self.span_s = 20
+
+    def lines(self, model: BenchModel, width: int, height: int) -> Sequence[Text]:
+        """Return the plots."""
+        return plots_view(model.signals, width, height, model.ns, chosen=self.signals, span_s=self.span_s)
+
+    @property
+    def plotted(self) -> list[str]:
+        """The names of the signals that are plotted."""
+        usual = [] if self.model is None else self.model.signals.usual()
+        return usual if self.signals is None else self.signals
+
+    def choose(self, signals: list[str] | None, span_s: int) -> None:
+        """Plot other signals, or over another time."""
+        self.signals, self.span_s = signals, span_s
+        self.border_subtitle = f"{span_s} s"
+        self.refresh()
+
+    def spanned(self, by: int) -> int:
+        """Return the next longer time, or the next shorter one."""
+        at = min(range(len(SPANS_S)), key=lambda number: abs(SPANS_S[number] - self.span_s))
+        return SPANS_S[max(0, min(len(SPANS_S) - 1, at + by))]
 
 
 class Strip(Widget):

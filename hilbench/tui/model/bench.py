@@ -7,16 +7,23 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from hilbench.tui.model.checks import ChecksModel
+from hilbench.tui.model.consoles import ConsoleModel
 from hilbench.tui.model.frames import FramesModel
 from hilbench.tui.model.log import LogModel
 from hilbench.tui.model.machines import MachineModel
 from hilbench.tui.model.pins import PinsModel
 from hilbench.tui.model.places import WorldModel
 from hilbench.tui.model.rates import Counted
+from hilbench.tui.model.signals import SignalsModel
 
 __all__ = ["BenchModel", "DriverModel", "LineModel"]
 
 Event = Mapping[str, Any]
+
+_KINDS = {"p2os": "robot", "pkt": "rover", "pioneer-2dx": "board", "rover-4wd": "rover"}
+"""By the protocol that our client speaks; else by what drives: a Pioneer that none of them speaks to has a board of its
+own."""
 
 
 @dataclass(slots=True)
@@ -73,6 +80,9 @@ class BenchModel:
         self.frames = FramesModel(live)
         self.world = WorldModel.of(live)
         self.pins = PinsModel(live)
+        self.signals = SignalsModel(self.kind, live)
+        self.console = ConsoleModel(live)
+        self.checks = ChecksModel()
         self.log = LogModel()
         self.faults: Counter[str] = Counter()
         self.pace: Event = {}
@@ -85,12 +95,19 @@ class BenchModel:
         """The bench."""
         return str(self.header.get("bench", ""))
 
+    @property
+    def kind(self) -> str:
+        """What sort of bench it is, for what matters on it: robot, rover, vehicle or board."""
+        told = self.live.get("protocol") or self.live.get("vehicle", "")
+        return _KINDS.get(str(told), "vehicle" if told else "board")
+
     def take(self, events: Iterable[Event]) -> None:
         """Take events in the order of the journal; one that is not understood is none."""
         for event in events:
             self.ns = max(self.ns, event["ns"])
             try:
                 self._take(event)
+                self.signals.take(event)
                 self.log.take(event)
             except (KeyError, ValueError, TypeError, AttributeError):
                 continue  # of another version, or of a recording that was touched: the rest is shown
@@ -98,7 +115,8 @@ class BenchModel:
     def _take(self, event: Event) -> None:
         match event["kind"]:
             case "tx" | "rx":
-                self.frames.take(event)
+                self.signals.take_frames(self.frames.take(event))
+                self.console.take(event)
             case "machine":
                 self.machines.setdefault(event["source"], MachineModel(event["source"])).take(event)
             case "event":
@@ -124,6 +142,10 @@ class BenchModel:
                 self.paused, self.speed = event["paused"], event["speed"]
             case "host-end":
                 self.ended = True
+            case "console":
+                self.console.take(event)
+            case "case" | "verdict":
+                self.checks.take(event)
 
     def _take_reported(self, event: Event) -> None:
         name, source = event["name"], event["source"]

@@ -21,6 +21,9 @@ _ROUTINE = frozenset(
         "MotorsCommanded",
         "ReportDue",
         "I2cTransaction",
+        "MotorWord",
+        "EncoderMoved",
+        "EncoderWords",
     }
 )
 """What comes all the time; frames, counters and pins show it."""
@@ -49,14 +52,17 @@ class LogModel:
         found = line_of(event)
         if found is None:
             return
-        text, bad = found
+        self.say(event["ns"], event["source"], *found)
+
+    def say(self, ns: int, source: str, text: str, bad: bool = True) -> None:
+        """Add a line; the one before, once more, if it says the same."""
         self.errors += bad
         last = self.lines[-1] if self.lines else None
-        if last is not None and (last.source, last.text) == (event["source"], text):
+        if last is not None and (last.source, last.text) == (source, text):
             last.count += 1
-            last.ns = event["ns"]
+            last.ns = ns
             return
-        self.lines.append(LogLine(event["ns"], event["source"], text, bad))
+        self.lines.append(LogLine(ns, source, text, bad))
 
 
 def line_of(event: Event) -> tuple[str, bool] | None:

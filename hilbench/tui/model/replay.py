@@ -25,6 +25,7 @@ class Replay:
     Attributes:
         model: what is known at the place.
         playing: whether time goes on by itself.
+        marks: where something happened, in the order of time: ``!`` an error, ``m`` a mark, ``c`` a verdict.
     """
 
     def __init__(self, header: Event, events: Sequence[Event]) -> None:
@@ -34,6 +35,9 @@ class Replay:
         self._times: list[int] = []
         for event in self._events:  # an event that is told late belongs where it stands
             self._times.append(max(event["ns"], self._times[-1] if self._times else 0))
+        sorts = [_sort(event) for event in self._events]
+        self._errors = [at for at, sort in enumerate(sorts) if sort == "!"]
+        self.marks = [(ns, sort) for ns, sort in zip(self._times, sorts, strict=True) if sort]
         self._at = 0
         self._now_ns = 0
         self.model = BenchModel(header)
@@ -43,6 +47,11 @@ class Replay:
     def length_ns(self) -> int:
         """The bench time of the last event."""
         return self._times[-1] if self._times else 0
+
+    @property
+    def now_ns(self) -> int:
+        """The bench time of the place."""
+        return self._now_ns
 
     def go_to(self, ns: int) -> None:
         """Go to a bench time: everything up to it has happened."""
@@ -58,13 +67,12 @@ class Replay:
         self._place(max(0, min(len(self._events), self._at + events)))
         self._now_ns = self._times[self._at - 1] if self._at else 0
 
-    def next_error(self) -> bool:
-        """Go behind the next event that tells of something bad; say whether there was one."""
-        for at in range(self._at, len(self._events)):
-            if _is_bad(self._events[at]):
-                self.step(at + 1 - self._at)
-                return True
-        return False
+    def to_error(self, way: int) -> bool:
+        """Go behind the next event that tells of something bad, or of the one before; say whether there was one."""
+        found = [at for at in self._errors if (at >= self._at if way > 0 else at + 1 < self._at)]
+        if found:
+            self.step((found[0] if way > 0 else found[-1]) + 1 - self._at)
+        return bool(found)
 
     def play(self, elapsed_s: float) -> None:
         """Let time go on, if it does; at the end it stops."""
@@ -79,9 +87,14 @@ class Replay:
         self._at = at
 
 
-def _is_bad(event: Event) -> bool:
+def _sort(event: Event) -> str:
+    """Return the mark of an event on the line of time; empty for most of them."""
     try:
         found = line_of(event)
+        if (found is not None and found[1]) or event.get("verdict") in {"fail", "error"}:
+            return "!"
+        if event["kind"] == "action":
+            return "m" if event["do"] == "mark" else ""
     except (KeyError, ValueError, TypeError, AttributeError):
-        return False
-    return found is not None and found[1]
+        return ""
+    return "c" if event["kind"] == "verdict" else ""

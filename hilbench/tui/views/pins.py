@@ -10,6 +10,7 @@ from hilbench.tui.views.words import DIM, GOOD, HEAD, fit, ns_words
 __all__ = ["pins_view"]
 
 TRACE_NS = 2_000_000_000
+_BLOCKS = "▁▂▃▄▅▆▇█"
 _LEVELS = {True: "high", False: "low", None: "open"}
 
 
@@ -27,7 +28,7 @@ def pins_view(pins: PinsModel, width: int, height: int, now_ns: int) -> list[Tex
 
 
 def _row(pin: PinModel, width: int, now_ns: int) -> Text:
-    name = f"{pin.pin} {pin.light}".strip()
+    name = f"{pin.pin} {pin.light}".strip() if pin.light != pin.pin else pin.pin
     lit = bool(pin.light) and pin.level
     line = Text.assemble((f"{'●' if lit else ' '} {name:<9}", GOOD if lit else HEAD), f"{_LEVELS[pin.level]:<5}")
     room = max(8, min(40, width - 40))
@@ -41,21 +42,26 @@ def _row(pin: PinModel, width: int, now_ns: int) -> Text:
 
 
 def _trace(pin: PinModel, room: int, now_ns: int) -> str:
-    """Return the level at so many times in the last two seconds; of a fast pin, what it is on average."""
+    """Return the level in each part of the last two seconds; where it moves faster than that, what it is on average."""
     if pin.pwm is not None and pin.pwm[0]:
-        return "▁▂▃▄▅▆▇█"[min(7, int(8 * pin.pwm[1] / pin.pwm[0]))] * room
+        return _BLOCKS[min(7, int(8 * pin.pwm[1] / pin.pwm[0]))] * room
     step_ns = TRACE_NS // room
     edges = list(pin.edges)
     letters, at = [], 0
     level: bool | None = None
     for number in range(room):
         begin_ns, end_ns = now_ns - (room - number) * step_ns, now_ns - (room - number - 1) * step_ns
-        moved = 0
+        moved, high_ns, since_ns = 0, 0, begin_ns
         while at < len(edges) and edges[at][0] <= end_ns:
-            moved += edges[at][0] > begin_ns
-            level = edges[at][1]
+            edge_ns, after = edges[at]
+            moved += edge_ns > begin_ns
+            high_ns += max(0, edge_ns - since_ns) if level else 0
+            since_ns, level = max(begin_ns, edge_ns), after
             at += 1
-        letters.append("╫" if moved > 1 else {True: "▔", False: "▁", None: " "}[level])
+        high_ns += end_ns - since_ns if level else 0
+        letters.append(
+            _BLOCKS[min(7, 8 * high_ns // step_ns)] if moved > 1 else {True: "▔", False: "▁", None: " "}[level]
+        )
     return "".join(letters)
 
 

@@ -40,7 +40,7 @@ def test_errors_are_found_one_after_the_other(recordings):
     replay = Replay(*recordings["pioneer"])
     replay.go_to(0)
     found = []
-    while replay.next_error():
+    while replay.to_error(1):
         found.append(replay.model.log.errors)
     assert found == list(range(1, len(found) + 1))
     assert found
@@ -62,7 +62,7 @@ def test_a_recording_of_nothing_is_shown():
     replay = Replay({}, [])
     replay.go_to(5)
     replay.step(1)
-    assert not replay.next_error()
+    assert not replay.to_error(1)
     assert replay.model.ns == 0
 
 

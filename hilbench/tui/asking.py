@@ -1,0 +1,106 @@
+"""What a dashboard asks of a bench: each action is a key, a command of the palette, and an event of the journal."""
+
+from __future__ import annotations
+
+from hilbench.tui.bench_process import BenchProcess, Phase
+from hilbench.tui.dialogs import InjectScreen, WordScreen
+from hilbench.tui.keys import NEEDS, OF_RECORDINGS
+from hilbench.tui.model.replay import Replay
+from hilbench.tui.model.stick import Stick
+from hilbench.tui.recorded import RecordedBench
+from hilbench.tui.watching import Watching
+
+__all__ = ["Asking"]
+
+_FASTEST = 16.0
+"""As of `hilbench.live.actions.MOST_SPEED`: a bench that cannot is as fast as it can."""
+
+
+class Asking(Watching):
+    """See the module.
+
+    Args:
+        process: the bench, or a recording, which is asked for nothing.
+        replay: see `Watching`.
+    """
+
+    def __init__(self, process: BenchProcess | RecordedBench, replay: Replay | None) -> None:
+        super().__init__(process, replay)
+        self._stick = Stick()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Offer only what the bench can do."""
+        del parameters
+        needed = NEEDS.get(action)
+        if needed is None:
+            wanted = OF_RECORDINGS.get(action)
+            return wanted is None or wanted is (self.replay is not None)
+        return self.process.phase is Phase.LIVE and needed in self.process.actions
+
+    def action_drive(self, axis: int, share: float) -> None:
+        """Move the stick."""
+        forward, turn = self._stick.press(int(axis), float(share), self.stopwatch.elapsed_s())
+        self.process.send("drive", forward=forward, turn=turn)
+
+    def action_stop(self) -> None:
+        """Stop the vehicle at once."""
+        self._stick.release()
+        self.process.send("stop")
+
+    def action_demo(self) -> None:
+        """Let the demo driver go on."""
+        self.process.send("demo")
+
+    def action_connect(self) -> None:
+        """Connect."""
+        self.process.send("connect")
+
+    def action_disconnect(self) -> None:
+        """Disconnect."""
+        self.process.send("disconnect")
+
+    def action_reset(self) -> None:
+        """Press the reset button."""
+        self.process.send("reset")
+
+    def action_pause(self) -> None:
+        """Let bench time stand still, or go on."""
+        self.process.send("resume" if self.model is not None and self.model.paused else "pause")
+
+    def action_step(self) -> None:
+        """Go a tenth of a second further."""
+        self.process.send("step", seconds=0.1)
+
+    def action_faster(self) -> None:
+        """Let bench time pass twice as fast."""
+        self.process.send("speed", factor=min(_FASTEST, 2 * (self.model.speed if self.model else 1.0)))
+
+    def action_slower(self) -> None:
+        """Let bench time pass half as fast."""
+        self.process.send("speed", factor=max(1 / _FASTEST, 0.5 * (self.model.speed if self.model else 1.0)))
+
+    def action_fast(self) -> None:
+        """Let bench time pass as fast as it can, up to 16 times; or as the host's again."""
+        self.process.send("speed", factor=1.0 if self.model is not None and self.model.speed != 1 else _FASTEST)
+
+    def action_clear_faults(self) -> None:
+        """Take all faults back."""
+        self.process.send("clear-faults")
+
+    def action_inject(self) -> None:
+        """Ask for a fault and put it on the line."""
+
+        def put(asked: dict[str, object] | None) -> None:
+            if asked:
+                self.process.send("inject", **asked)
+
+        self.push_screen(InjectScreen(), put)
+
+    def action_mark(self) -> None:
+        """Ask for a word and put it into the journal."""
+
+        def mark(word: str | None) -> None:
+            if word is not None:
+                self.process.send("mark", text=word)
+
+        self.push_screen(WordScreen("Mark this moment as"), mark)

@@ -1,0 +1,190 @@
+"""Where panes are: columns of panes, each with its share of the room.
+
+There is an arrangement for each kind of bench; somebody may make another of it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+__all__ = ["ARRANGED", "LEAST_COLUMNS", "LEAST_ROWS", "Arrangement", "Box", "Column", "arranged"]
+
+LEAST_COLUMNS = 20
+LEAST_ROWS = 3
+"""The least that is left of a pane: a title, a line, a border."""
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A place on the screen, in cells."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """Panes one below the other.
+
+    Attributes:
+        share: how wide it is, beside the shares of the others.
+        panes: names and how high each is, likewise.
+    """
+
+    share: float
+    panes: tuple[tuple[str, float], ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The panes, from above."""
+        return tuple(name for name, _ in self.panes)
+
+    def of(self, shown: Collection[str]) -> tuple[tuple[str, float], ...]:
+        """Return those that are to be seen."""
+        return tuple((name, share) for name, share in self.panes if name in shown)
+
+
+@dataclass(frozen=True, slots=True)
+class Arrangement:
+    """Where panes are.
+
+    Attributes:
+        columns: from the left.
+        hidden: the panes that are not to be seen.
+    """
+
+    columns: tuple[Column, ...]
+    hidden: frozenset[str] = frozenset()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All panes, column by column."""
+        return tuple(name for column in self.columns for name in column.names)
+
+    def boxes(self, shown: Collection[str], width: int, height: int) -> dict[str, Box]:
+        """Return where the panes are that are to be seen, in a room of so many cells."""
+        columns = [(column, panes) for column in self.columns if (panes := column.of(shown))]
+        boxes, x = {}, 0
+        for (_, panes), wide in zip(columns, _shared([one.share for one, _ in columns], width), strict=True):
+            y = 0
+            for (name, _), high in zip(panes, _shared([share for _, share in panes], height), strict=True):
+                boxes[name] = Box(x, y, wide, high)
+                y += high
+            x += wide
+        return boxes
+
+    def resized(self, shown: Collection[str], width: int, height: int, name: str, *, dx: int, dy: int) -> Arrangement:
+        """Return it with the right border of a pane's column, and the lower border of a pane, moved by cells.
+
+        Where there is nothing to the right of it or below, the other border is moved the other way: it grows all the
+        same. A pane keeps its least size; nothing happens to one that is not to be seen.
+        """
+        at = next((number for number, column in enumerate(self.columns) if name in column.names), None)
+        if at is None or name not in shown:
+            return self
+        columns = list(self.columns)
+        seen = [number for number, column in enumerate(columns) if column.of(shown)]
+        wide = _moved([columns[number].share for number in seen], width, seen.index(at), dx, LEAST_COLUMNS)
+        for number, share in zip(seen, wide, strict=True):
+            columns[number] = replace(columns[number], share=share)
+        names = [one for one, _ in columns[at].of(shown)]
+        high = _moved([share for _, share in columns[at].of(shown)], height, names.index(name), dy, LEAST_ROWS)
+        shares = dict(columns[at].panes) | dict(zip(names, high, strict=True))
+        columns[at] = replace(columns[at], panes=tuple((one, shares[one]) for one in columns[at].names))
+        return replace(self, columns=tuple(columns))
+
+    def toggled(self, name: str) -> Arrangement:
+        """Return it with a pane hidden, or to be seen again."""
+        return replace(self, hidden=self.hidden ^ {name})
+
+    def moved(self, name: str, *, columns: int = 0, places: int = 0) -> Arrangement:
+        """Return it with a pane so many columns to the right, or so many places down in its column."""
+        at = next((number for number, column in enumerate(self.columns) if name in column.names), None)
+        if at is None:
+            return self
+        share = dict(self.columns[at].panes)[name]
+        to = max(0, min(len(self.columns) - 1, at + columns))
+        place = self.columns[at].names.index(name) + places
+        made = [replace(one, panes=tuple(pane for pane in one.panes if pane[0] != name)) for one in self.columns]
+        panes = list(made[to].panes)
+        panes.insert(max(0, min(len(panes), place)), (name, share))
+        made[to] = replace(made[to], panes=tuple(panes))
+        return replace(self, columns=tuple(made))
+
+    def seen(self, available: Collection[str], most: int) -> list[str]:
+        """Return the panes to be seen of those that have something to show: the first so many that are not hidden."""
+        return [name for name in self.names if name in available and name not in self.hidden][:most]
+
+
+def _shared(shares: Sequence[float], whole: int) -> list[int]:
+    """Return a whole in parts as large as their shares, each rounded so that the sum is the whole."""
+    total = sum(shares) or 1.0
+    ends, reached = [0], 0.0
+    for share in shares:
+        reached += share
+        ends.append(round(whole * reached / total))
+    return [end - begin for begin, end in itertools.pairwise(ends)]
+
+
+def _moved(shares: Sequence[float], whole: int, at: int, by: int, least: int) -> list[float]:
+    """Return shares of a whole, one of them larger by so many cells at the cost of its neighbour."""
+    cells = _shared(shares, whole)
+    other = at + 1 if at + 1 < len(cells) else at - 1
+    if other < 0 or not by:
+        return list(shares)
+    by = max(min(0, least - cells[at]), min(by, max(0, cells[other] - least)))
+    cells[at] += by
+    cells[other] -= by
+    total = sum(shares)
+    return [total * cell / max(1, whole) for cell in cells]
+
+
+def arranged(*columns: tuple[float, Sequence[tuple[str, float]]]) -> Arrangement:
+    """Return an arrangement of columns: the share of each, and its panes with theirs."""
+    return Arrangement(tuple(Column(share, tuple(panes)) for share, panes in columns))
+
+
+def _list(*names: str) -> Arrangement:
+    """Return panes one below the other, what matters most first: as many are seen as there is room for."""
+    return arranged((1, [(name, 3 if name == "world" else 2) for name in names]))
+
+
+ARRANGED: dict[str, tuple[Arrangement, Arrangement]] = {
+    "robot": (
+        arranged(
+            (4, [("link", 9), ("timers", 8), ("counters", 14), ("pins", 8)]),
+            (5, [("world", 3), ("frames", 2), ("console", 1)]),
+            (4, [("states", 5), ("plots", 4), ("log", 3), ("checks", 3)]),
+        ),
+        _list("world", "frames", "plots", "link", "log", "states", "timers", "counters", "checks", "console", "pins"),
+    ),
+    "rover": (
+        arranged(
+            (4, [("link", 9), ("timers", 6), ("counters", 16), ("log", 7)]),
+            (5, [("world", 3), ("plots", 3), ("frames", 2)]),
+            (4, [("states", 4), ("pins", 4), ("console", 2), ("checks", 3)]),
+        ),
+        _list("world", "plots", "frames", "link", "pins", "log", "states", "timers", "counters", "checks", "console"),
+    ),
+    "vehicle": (
+        arranged(
+            (4, [("link", 8), ("timers", 9), ("counters", 13), ("pins", 7)]),
+            (5, [("world", 3), ("plots", 2), ("frames", 2)]),
+            (4, [("states", 5), ("log", 3), ("console", 2), ("checks", 3)]),
+        ),
+        _list("world", "frames", "plots", "states", "link", "timers", "log", "pins", "counters", "checks", "console"),
+    ),
+    "board": (
+        arranged(
+            (4, [("pins", 3), ("link", 2), ("timers", 2), ("counters", 3)]),
+            (5, [("console", 2), ("plots", 3), ("world", 3), ("frames", 2)]),
+            (4, [("log", 3), ("states", 3), ("checks", 3)]),
+        ),
+        _list("pins", "console", "log", "plots", "world", "frames", "states", "link", "timers", "counters", "checks"),
+    ),
+}
+"""What matters on a bench of each kind, on a screen that has room for three columns and on one that has not."""

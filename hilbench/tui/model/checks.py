@@ -1,0 +1,112 @@
+"""A run of suites as far as it is known: what is planned, what a journal tells of cases, and the report at the end."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+__all__ = ["RUNNING", "CheckedModel", "ChecksModel"]
+
+Event = Mapping[str, Any]
+RUNNING = "runs"
+_WORST = ("error", "fail", "inconclusive", RUNNING, "pass", "not-applicable", "")
+"""The verdicts of a clause's cases, worst first: the worst is the clause's, as of `hilbench.check.verdicts`."""
+
+
+@dataclass(slots=True)
+class CheckedModel:
+    """A clause; or a case, of a journal that names no clauses.
+
+    Attributes:
+        id: of the clause, or of the case.
+        level: must or should; empty if it is not known.
+        title: in a few words.
+        cases: the verdict of each of its cases, by id; empty before it has one.
+        verdict: that of the report; empty before that has come.
+        about: what the report says of it.
+    """
+
+    id: str
+    suite: str = ""
+    level: str = ""
+    title: str = ""
+    cases: dict[str, str] = field(default_factory=dict)
+    verdict: str = ""
+    cause: str = ""
+    about: Event = field(default_factory=dict)
+
+    @property
+    def state(self) -> str:
+        """The verdict, or what is known of it so far; empty while nothing is."""
+        if self.verdict:
+            return self.verdict
+        known = set(self.cases.values())
+        if RUNNING in known or (len(known) > 1 and "" in known and not known & {"error", "fail"}):
+            return RUNNING
+        return next((verdict for verdict in _WORST if verdict in known), "")
+
+    @property
+    def bad(self) -> bool:
+        """Whether the target, or the bench, did not do what it has to."""
+        return self.state in {"error", "fail"}
+
+
+class ChecksModel:
+    """See the module.
+
+    Attributes:
+        rows: the clauses in the order in which their cases run.
+        ended: what the run came to, in words; empty while it runs.
+    """
+
+    def __init__(self) -> None:
+        self.rows: dict[str, CheckedModel] = {}
+        self.ended = ""
+        self.report: Event = {}
+        self._clauses: dict[str, Sequence[str]] = {}
+        self._case = ""
+
+    def plan(self, cases: Iterable[Event]) -> None:
+        """Take the list of ``hilbench check --list --json``; may come when cases have run already."""
+        before, self.rows = self.rows, {}
+        for case in cases:
+            self._clauses[case["id"]] = case["clause_ids"]
+            for number, clause in enumerate(case["clause_ids"]):
+                row = self.rows.setdefault(clause, CheckedModel(clause, str(case["suite"])))
+                row.level = str(case["levels"][number])
+                row.title = str(case["titles"][number])
+                row.cases[case["id"]] = before[case["id"]].state if case["id"] in before else ""
+                if case["missing"]:
+                    row.cases[case["id"]] = "not-applicable"
+                    row.cause = f"needs {', '.join(map(str, case['missing']))}"
+
+    def take(self, event: Event) -> None:
+        """Take what the journal of a run tells."""
+        match event["kind"]:
+            case "case":
+                self._case = str(event["case"])
+                self._set(RUNNING)
+            case "verdict":
+                self._set(str(event["verdict"]), str(event.get("cause", "")))
+
+    def take_report(self, report: Event) -> None:
+        """Take the report of ``hilbench check --json``: it says all there is to say."""
+        self.report = report
+        for clause in report["clauses"]:
+            row = self.rows.setdefault(clause["id"], CheckedModel(clause["id"]))
+            row.suite, row.level, row.title = clause["suite"], clause["level"], clause["title"]
+            row.verdict, row.cause, row.about = clause["verdict"], clause["cause"], clause
+        self.ended = str(report.get("exit_meaning", "ended"))
+
+    def counts(self) -> Counter[str]:
+        """Return how many clauses have which verdict; an empty one has not been run."""
+        return Counter(row.state for row in self.rows.values())
+
+    def _set(self, verdict: str, cause: str = "") -> None:
+        for clause in self._clauses.get(self._case, (self._case,)):
+            row = self.rows.setdefault(clause, CheckedModel(clause, self._case.partition("/")[0]))
+            row.cases[self._case] = verdict
+            if cause:
+                row.cause = cause

@@ -1,0 +1,210 @@
+"""Figures over time: how the vehicle moves, what far end and pins tell, how the line is used; each with its unit."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from hilbench.tui.model.frames import FrameModel
+
+__all__ = ["LEAST_STEP_NS", "Signal", "SignalsModel"]
+
+Event = Mapping[str, Any]
+NS_PER_S = 1_000_000_000
+LEAST_STEP_NS = 50_000_000
+"""What comes faster is thinned to this (choice)."""
+_KEPT = 6000
+"""Points: five minutes at the least step."""
+_SLOWEST_PWM_NS = 100_000_000
+_MOST_PARTS = 4
+_AHEAD = frozenset({2, 3, 4, 5})
+"""The discs of a Pioneer that look ahead, as of `hilbench.live.operators`."""
+_UNITS = (
+    ("_mm_s", "mm/s", 1.0), ("_m_s2", "m/s²", 1.0), ("_m_s", "m/s", 1.0), ("_deg_s", "°/s", 1.0),
+    ("_rad_s", "rad/s", 1.0), ("_deg", "°", 1.0), ("_rad", "rad", 1.0), ("_kmh", "km/h", 1.0), ("_dv", "V", 0.1),
+    ("_rpm", "rpm", 1.0), ("_v", "V", 1.0), ("_a", "A", 1.0), ("_c", "°C", 1.0), ("_mgauss", "mG", 1.0),
+    ("_m", "m", 1.0),
+)  # fmt: skip
+"""How our protocol stacks end the names of what has a unit; what the value is multiplied by to be in it."""
+_USUAL: Mapping[str, Sequence[str]] = {
+    "robot": ("speed", "turn rate", "range ahead", "battery"),
+    "rover": ("speed", "turn rate", "rpm", "throttles", "duty", "temperature"),
+    "vehicle": ("speed", "turn rate", "steer", "duty"),
+    "board": ("speed", "turn rate", "duty"),
+}
+_MOST_USUAL = 4
+
+
+@dataclass(slots=True)
+class Signal:
+    """A figure over time, or a few that belong together, as those of four wheels.
+
+    Attributes:
+        unit: of its values; empty of a bare number.
+        parts: bench times in ns, rising, and values, of each of them.
+    """
+
+    unit: str
+    parts: list[deque[tuple[int, float]]] = field(default_factory=list)
+
+    def take(self, ns: int, values: Sequence[float]) -> None:
+        """Take a value of each part; those that come too soon after the last are left out, as is what is no number."""
+        while len(self.parts) < len(values):
+            self.parts.append(deque(maxlen=_KEPT))
+        for points, value in zip(self.parts, values, strict=False):
+            if math.isfinite(value) and (not points or ns - points[-1][0] >= LEAST_STEP_NS):
+                points.append((ns, value))
+
+    def since(self, ns: int) -> list[list[tuple[int, float]]]:
+        """Return the points of each part from a bench time on, and the one before."""
+        found = []
+        for part in self.parts:
+            points = list(part)
+            found.append(points[max(0, bisect_left(points, (ns, -math.inf)) - 1) :])
+        return found
+
+
+class SignalsModel:
+    """The figures that were told of.
+
+    Args:
+        kind: of the bench: which figures matter.
+        live: what the header of the journal says of the bench.
+    """
+
+    def __init__(self, kind: str, live: Event) -> None:
+        self.signals: dict[str, Signal] = {}
+        self._kind = kind
+        self._sonar_unit_m = live.get("sonar_unit_mm", 0.0) / 1000
+        self._no_echo = live.get("sonar_no_echo", 1 << 16)
+        self._pose: Event | None = None
+        self._line: dict[str, Event] = {}
+        self._rises: dict[str, tuple[int, int | None]] = {}
+
+    def usual(self) -> list[str]:
+        """Return what is plotted unless somebody chooses: the first of each sort that matters on such a bench."""
+        found: list[str] = []
+        for word in _USUAL[self._kind]:
+            found += [name for name in self.signals if name == word or name.endswith(f" {word}")][:1]
+        return found[:_MOST_USUAL] or list(self.signals)[:_MOST_USUAL]
+
+    def take(self, event: Event) -> None:
+        """Take what an event tells."""
+        match event["kind"]:
+            case "pose":
+                self._take_pose(event)
+            case "pin":
+                self._take_edge(event)
+            case "pwm":
+                self._take_wave(event)
+            case "link":
+                self._take_line(event)
+            case "host-pace":
+                self._put("lateness p99", "ms", event["ns"], event["p99_ns"] / 1e6)
+
+    def take_frames(self, frames: Iterable[FrameModel]) -> None:
+        """Take what the far end says: all of its fields that have a unit."""
+        for frame in frames:
+            if frame.sent or not frame.good:
+                continue
+            for name, value in frame.item.fields.items():
+                self._take_field(name, value, frame.ns)
+
+    # --- how it moves
+
+    def _take_pose(self, event: Event) -> None:
+        before, self._pose = self._pose, event
+        if before is None or event["ns"] <= before["ns"]:
+            return
+        span_s = (event["ns"] - before["ns"]) / NS_PER_S
+        yaw, was = event["yaw_rad"] / 1e6, before["yaw_rad"] / 1e6
+        along_m = (
+            (event["x_m"] - before["x_m"]) * math.cos(was) + (event["y_m"] - before["y_m"]) * math.sin(was)
+        ) / 1e6
+        turned = math.remainder(yaw - was, math.tau)
+        self._put("speed", "m/s", event["ns"], along_m / span_s)
+        self._put("turn rate", "°/s", event["ns"], math.degrees(turned) / span_s)
+
+    # --- what is told
+
+    def _take_field(self, name: str, value: object, ns: int) -> None:
+        if name == "sonars":
+            self._take_sonars(value, ns)
+            return
+        found = next(((unit, scale, len(end)) for end, unit, scale in _UNITS if name.endswith(end)), None)
+        if name == "rpm":
+            found = ("rpm", 1.0, 0)
+        elif name == "throttles":
+            found = ("", 1.0, 0)
+        if found is None:
+            return
+        unit, scale, cut = found
+        parts = value if isinstance(value, list | tuple) else (value,)
+        numbers = [part * scale for part in parts if isinstance(part, int | float) and not isinstance(part, bool)]
+        if len(numbers) == len(parts) <= _MOST_PARTS:
+            self._put((name[:-cut] if cut else name).replace("_", " "), unit, ns, *numbers)
+
+    def _take_sonars(self, readings: object, ns: int) -> None:
+        """Take the least of what the discs hear that look ahead; nothing where none of them hears anything."""
+        if not isinstance(readings, list | tuple) or not self._sonar_unit_m:
+            return
+        ahead = [
+            reading["range_raw"]
+            for reading in map(_plain, readings)
+            if reading["number"] in _AHEAD and reading["range_raw"] < self._no_echo
+        ]
+        if ahead:
+            self._put("range ahead", "m", ns, min(ahead) * self._sonar_unit_m)
+
+    # --- pins and lines
+
+    def _take_wave(self, event: Event) -> None:
+        high = 1.0 if event.get("level") else 0.0
+        if event.get("edges", 0) and event.get("period_ns"):
+            high = event["high_ns"] / event["period_ns"]
+        self._put(f"{_pin(event['source'])} duty", "%", event["ns"], 100 * high)
+
+    def _take_edge(self, event: Event) -> None:
+        """Take an edge of a pin whose edges are told one by one; its duty is known with the end of a period."""
+        ns, source = event["ns"], event["source"]
+        rise_ns, fall_ns = self._rises.get(source, (None, None))
+        if not event["level"]:
+            if rise_ns is not None:
+                self._rises[source] = (rise_ns, ns)
+            return
+        self._rises[source] = (ns, None)
+        if rise_ns is not None and fall_ns is not None and 0 < ns - rise_ns <= _SLOWEST_PWM_NS:
+            self._put(f"{_pin(source)} duty", "%", ns, 100 * (fall_ns - rise_ns) / (ns - rise_ns))
+
+    def _take_line(self, event: Event) -> None:
+        before = self._line.get(event["source"])
+        if before is not None and event["ns"] - before["ns"] < NS_PER_S // 2:
+            return
+        self._line[event["source"]] = event
+        if before is None:
+            return
+        span_s = (event["ns"] - before["ns"]) / NS_PER_S
+        for counter, word in (("sent", "sent"), ("received", "heard")):
+            if counter in event and counter in before:
+                self._put(word, "B/s", event["ns"], (event[counter] - before[counter]) / span_s)
+
+    def _put(self, name: str, unit: str, ns: int, *values: float) -> None:
+        signal = self.signals.get(name)
+        if signal is None:
+            signal = self.signals[name] = Signal(unit)
+        signal.take(ns, values)
+
+
+def _pin(source: str) -> str:
+    return str(source).rpartition(".")[2]
+
+
+def _plain(reading: object) -> Mapping[str, Any]:
+    """Return a reading as a mapping, whether it is one or an object of the protocol's."""
+    if isinstance(reading, Mapping):
+        return reading
+    return {"number": getattr(reading, "number", None), "range_raw": getattr(reading, "range_raw", 1 << 16)}

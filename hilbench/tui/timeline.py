@@ -1,0 +1,60 @@
+"""The line of time of a recording; a click on it goes there."""
+
+from __future__ import annotations
+
+from rich.text import Text
+from textual import events
+from textual.message import Message
+from textual.widget import Widget
+
+from hilbench.tui.model.replay import Replay
+from hilbench.tui.views.timeline import time_at, timeline_view
+
+__all__ = ["Timeline"]
+
+
+class Timeline(Widget):
+    """See the module.
+
+    Attributes:
+        replay: the recording; None of a bench that runs, which has no such line.
+    """
+
+    class Asked(Message):
+        """Somebody wants to be at a bench time."""
+
+        def __init__(self, ns: int) -> None:
+            self.ns = ns
+            super().__init__()
+
+    def __init__(self, replay: Replay | None) -> None:
+        super().__init__(id="timeline")
+        self.replay = replay
+        self._held = False
+
+    def render(self) -> Text:
+        """Return the line."""
+        replay = self.replay
+        if replay is None:
+            return Text("")
+        return timeline_view(replay.length_ns, replay.now_ns, replay.marks, self.content_size.width)
+
+    def on_mouse_down(self, event: events.MouseDown) -> None:
+        """Go there, and follow the mouse from now on."""
+        self._held = True
+        self.capture_mouse()
+        self._ask(event.x)
+
+    def on_mouse_move(self, event: events.MouseMove) -> None:
+        """Go where the mouse goes."""
+        if self._held:
+            self._ask(event.x)
+
+    def on_mouse_up(self) -> None:
+        """Let go."""
+        self._held = False
+        self.release_mouse()
+
+    def _ask(self, column: float) -> None:
+        if self.replay is not None:
+            self.post_message(self.Asked(time_at(int(column), self.replay.length_ns, self.content_size.width)))

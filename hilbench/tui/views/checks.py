@@ -1,0 +1,103 @@
+"""A run of suites: counts, a clause a line, and one clause whole with its cause and evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.text import Text
+
+from hilbench.tui.model.checks import RUNNING, CheckedModel, ChecksModel
+from hilbench.tui.views.words import BAD, DIM, GOOD, HEAD, LIT, bar, fit
+
+__all__ = ["checks_view", "clause_view"]
+
+_MARKS: Mapping[str, tuple[str, str]] = {
+    "pass": ("✓", GOOD),
+    "fail": ("✗", BAD),
+    "error": ("!", BAD),
+    "inconclusive": ("?", "yellow"),
+    "not-applicable": ("-", DIM),
+    RUNNING: ("▶", HEAD),
+    "": ("·", DIM),
+}
+_WORDS = {"": "waits", RUNNING: "runs"}
+_MOST_EVIDENCE = 12
+
+
+def checks_view(checks: ChecksModel, width: int, height: int, *, chosen: str = "") -> list[Text]:
+    """Return how far a run is and its clauses, around the one that is pointed at or that runs."""
+    if not checks.rows:
+        return [fit(Text("nothing was checked yet; t runs a suite on a fresh bench", DIM), width)]
+    rows = list(checks.rows.values())
+    wanted = next((row.id for row in rows if row.state == RUNNING), rows[-1].id if not checks.ended else rows[0].id)
+    at = next((number for number, row in enumerate(rows) if row.id == (chosen or wanted)), 0)
+    room = max(1, height - 1)
+    begin = max(0, min(at - room // 2, len(rows) - room))
+    lines = [_row(row, chosen == row.id) for row in rows[begin : begin + room]]
+    return [fit(line, width) for line in (_head(checks), *lines)]
+
+
+def _head(checks: ChecksModel) -> Text:
+    counts = checks.counts()
+    done = sum(count for state, count in counts.items() if state not in {"", RUNNING})
+    said = ", ".join(f"{counts[state]} {state}" for state in _MARKS if state not in {"", RUNNING} and counts[state])
+    bad = counts["fail"] + counts["error"]
+    share = done / max(1, len(checks.rows))
+    progress = checks.ended or f"{bar(share, 10)} {done} of {len(checks.rows)}"
+    return Text.assemble((progress, HEAD), "  ", (said, BAD if bad else ""))
+
+
+def _row(row: CheckedModel, chosen: bool) -> Text:
+    mark, style = _MARKS.get(row.state, ("·", DIM))
+    margin = _margin(row.about.get("worst_margin"))
+    line = Text.assemble(
+        ("▸" if chosen else " ", HEAD),
+        (f"{mark} ", style),
+        (f"{row.id:<6} ", HEAD),
+        (f"{_WORDS.get(row.state, row.state):<14} ", style),
+        row.title,
+        (f"  {row.cause}" if row.bad and row.cause else f"  {margin}" if margin else "", BAD if row.bad else DIM),
+    )
+    if chosen:
+        line.stylize(LIT)
+    return line
+
+
+def clause_view(row: CheckedModel, width: int) -> list[Text]:
+    """Return a clause whole: what it asks for, what came of it, and why."""
+    about = row.about
+    _, style = _MARKS.get(row.state, ("·", DIM))
+    lines = [Text.assemble((f"{row.id} ", HEAD), (f"{row.level} ", DIM), (_WORDS.get(row.state, row.state), style))]
+    lines.append(Text(str(about.get("text") or row.title)))
+    if about.get("source"):
+        lines.append(Text(f"source    {about['source']}", DIM))
+    if row.cause:
+        lines.append(Text(f"cause     {row.cause}", BAD if row.bad else ""))
+    lines += [Text(f"evidence  {line}") for line in list(about.get("evidence", ()))[:_MOST_EVIDENCE]]
+    margin = _margin(about.get("worst_margin"))
+    if margin:
+        lines.append(Text(f"margin    {about['worst_margin']['name']}: {margin}"))
+    lines += [Text(f"case      {case} {_WORDS.get(state, state)}", DIM) for case, state in row.cases.items()]
+    if about.get("reproduce"):
+        lines.append(Text(f"again     {about['reproduce']}", DIM))
+    return [piece for line in lines for piece in _folded(line, width)]
+
+
+def _folded(line: Text, width: int) -> list[Text]:
+    """Return a line in pieces of a width, none of them cut."""
+    pieces, rest = [], line
+    while rest.cell_len > width > 0:
+        place = rest.plain.rfind(" ", 1, width)
+        cut = place if place > width // 2 else width
+        pieces.append(rest[:cut])
+        rest = rest[cut:]
+        rest = rest[1:] if rest.plain.startswith(" ") else rest
+    return [*pieces, rest]
+
+
+def _margin(measure: Mapping[str, Any] | None) -> str:
+    if not measure:
+        return ""
+    limits = [f"{word} {measure[key]:g}" for key, word in (("low", "at least"), ("high", "at most")) if key in measure]
+    return f"{measure['value']:g} {measure['unit']} ({', '.join(limits)})" if limits else ""

@@ -1,0 +1,118 @@
+"""Help that teaches: what one sees on this bench, what to try, what each pane says, and the keys."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+from hilbench.tui.model.bench import BenchModel
+
+__all__ = ["help_text"]
+
+_WHO = {
+    "p2os": "Our client speaks P2OS to a Pioneer: SYNC0, SYNC1 and SYNC2 open the session, then the robot sends a SIP "
+    "ten times a second. Whoever stops talking to it stops the robot: that is what its watchdog is for.",
+    "pkt": "Our ground station speaks PKT to a rover: it asks and the rover reports. A rover that hears nobody stops.",
+}
+_PANES = {
+    "link": "bytes, rates and errors of the line; how well the host keeps up with real time",
+    "timers": "every timer of both ends runs down; min: the least that was ever left when it was set anew",
+    "counters": "of both ends, with rates; red once something has gone wrong",
+    "world": "from above, true: the way in green, what the sonar hears in red. The odometry may think otherwise",
+    "frames": "> sent, < heard. h holds the list, arrows point at a frame, enter shows its bytes field by field",
+    "states": "each state of the table: lit is the present one, 3x how often it was come to, arrow the last step",
+    "pins": "lights first; level, the last two seconds, duty and period",
+    "log": "changes of state, faults, what you did, resets, what the models noted",
+    "plots": "figures over time, each with its scale and unit; L chooses, < and > change the time",
+    "checks": "the clauses of a suite and their verdicts; arrows point, enter shows cause and evidence",
+    "console": "what firmware says in words: semihosting, ITM, or a UART with text",
+}
+_KEYS = (
+    ("0-9 C", "that pane alone; again, or escape: all panes. A second click on a pane does the same"),
+    ("tab", "the next pane; P: which panes, and where"),
+    ("\\[ ] { }", "the pane narrower, wider, lower, higher; or drag its border with the mouse. It is remembered"),
+    ("w a s d", "drive, as arrows do where no list has them; capitals: full speed. Hold the key: 0.7 s after it"),
+    ("", "came last the vehicle stops (dead man). You take over from the demo driver"),
+    ("space o", "stop at once; let the demo driver go on"),
+    ("c x r", "connect, disconnect; press the reset button of a board"),
+    ("p n", "pause or go on; 0.1 s further"),
+    ("+ - f", "twice, half as fast; as fast as it can, and real time again"),
+    ("i u", "put a fault on the line; take all back"),
+    ("m", "mark this moment in the journal"),
+    ("/", "filter frames: words that must be there, -word must not, > or <, ! what is not sound"),
+    ("L < >", "which signals are plotted; over a shorter, a longer time"),
+    ("t b", "run a suite on a fresh bench; open another bench"),
+    ("g X", "save the screen as SVG; export as CSV, JSON or hex. Both into the working folder"),
+    ("T", "light or dark"),
+    ("q", "leave: stop the bench, or detach from it"),
+    ("ctrl+p", "all of this by name"),
+)
+_RECORDED = (
+    ("p", "plays, or stands still"),
+    ("left right", "a second back, on; with shift ten"),
+    (", .", "an event back, on"),
+    ("e E", "the next error, the one before"),
+    ("home end", "its beginning, its end"),
+    ("a click", "on the line of time goes there: ! is an error, m a mark, c a verdict"),
+)
+
+
+def _table(rows: Collection[tuple[str, str]]) -> list[str]:
+    return [f"[b]{keys:<10}[/b] {text}" for keys, text in rows]
+
+
+def help_text(
+    model: BenchModel | None, actions: Collection[str], panes: Collection[tuple[str, str, str]], *, recorded: bool
+) -> str:
+    """Return the help for what is on the screen, in Textual's markup.
+
+    Args:
+        model: of the bench; None before anything is known.
+        actions: what the bench can do.
+        panes: key, name and title of the panes that have something to show.
+        recorded: whether it is a recording.
+    """
+    parts = ["[b]What you see[/b]", *_seen(model, recorded), ""]
+    tries = list(_tries(model, actions, recorded))
+    if tries:
+        parts += ["[b]Try[/b]", *tries, ""]
+    parts += ["[b]Panes[/b]", *(f"[b]{key}[/b] {title:<10} {_PANES[name]}" for key, name, title in panes), ""]
+    parts += ["[b]Of a recording[/b]", *_table(_RECORDED), ""] if recorded else []
+    return "\n".join([*parts, "[b]Keys[/b]", *_table(_KEYS)])
+
+
+def _seen(model: BenchModel | None, recorded: bool) -> Iterator[str]:
+    if recorded:
+        yield "A recording: nothing here can be changed, and every moment of it can be looked at."
+    else:
+        yield "A bench that runs in a process of its own: it does not wait for this screen, and goes on without it."
+    yield "All times are bench time. What is not told is not shown."
+    if model is None:
+        return
+    boards = ", ".join(f"{about.get('board', name)}" for name, about in model.live.get("boards", {}).items())
+    if boards:
+        yield f"Firmware runs on an emulated {boards}, instruction by instruction; Pins show what it does."
+    yield _WHO.get(
+        str(model.live.get("protocol", "")), "None of our clients speaks to it: you look on, and can reset it."
+    )
+    if model.world.vehicle:
+        yield f"World is the truth about the {model.world.vehicle}, not what it believes."
+    if model.driver.who == "figure-of-eight":
+        yield "The demo driver has the stick: figures of eight. Press w, a, s or d and you have it."
+
+
+def _tries(model: BenchModel | None, actions: Collection[str], recorded: bool) -> Iterator[str]:
+    if recorded:
+        yield "[b]e[/b] goes to the first error; [b],[/b] and [b].[/b] go through what led to it, event by event."
+        return
+    if "drive" in actions:
+        yield "Hold [b]w[/b], then let go: the log tells when the dead man stops it."
+    if "inject" in actions:
+        yield "[b]i ctrl+s[/b]: noise towards the target. Counters tell what is rejected, Watchdogs what is left."
+        yield "[b]i[/b], drop, 60 percent: how long does the session live? States shows which way it ends."
+    if model is not None and ("protocol" in model.live or "speakers" in model.live):
+        yield "[b]5 up enter[/b]: a frame byte by byte. [b]/ ! enter[/b]: only those that were refused."
+    if "pause" in actions:
+        yield "[b]p[/b] stops time itself, [b]n[/b] goes on by 0.1 s, [b]f[/b] lets it run as fast as it can."
+    if "reset" in actions:
+        yield "[b]r[/b] presses reset: how long until the board is heard again?"
+    yield "[b]t[/b] checks a fresh bench of this kind against its suite, clause by clause."

@@ -1,0 +1,128 @@
+"""What every dashboard does, whatever it looks like: it follows a bench, or a place in a recording."""
+
+from __future__ import annotations
+
+from textual.app import App
+
+from hilbench.clock import Stopwatch
+from hilbench.tui.bench_process import BenchProcess, Phase
+from hilbench.tui.model.bench import BenchModel
+from hilbench.tui.model.follower import Follower
+from hilbench.tui.model.replay import NS_PER_S, Replay
+from hilbench.tui.recorded import RecordedBench
+from hilbench.tui.views.words import seconds
+
+__all__ = ["Watching"]
+
+_MOST_BATCHES = 8
+
+
+class Watching(App[None]):
+    """See the module.
+
+    Args:
+        process: the bench, or a recording.
+        replay: the recording's events and the place in it; None of a bench that runs.
+
+    Attributes:
+        model: what is known of the bench; None before anything is.
+    """
+
+    def __init__(self, process: BenchProcess | RecordedBench, replay: Replay | None) -> None:
+        super().__init__()
+        self.process = process
+        self.replay = replay
+        self.model: BenchModel | None = None
+        self.stopwatch = Stopwatch()
+        self._follower: Follower | None = None
+        self._looked_s = 0.0
+
+    def on_unmount(self) -> None:
+        """Let go of the journal."""
+        self.forget()
+
+    def forget(self) -> None:
+        """Know nothing of the bench any more."""
+        self.model = None
+        if self._follower is not None:
+            self._follower.close()
+        self._follower = None
+
+    def look(self) -> None:
+        """Take what the bench has told since the last time, and show it."""
+        for refused in self.process.poll():
+            self.notify(refused, severity="warning")
+        if self.replay is not None:
+            self._play(self.replay)
+        elif self._follower is None and self.process.phase is not Phase.STARTING:
+            self._follower = Follower(self.process.journal)
+        if self._follower is not None:
+            self._take(self._follower)
+        self.show()
+
+    def show(self) -> None:
+        """Show what is known."""
+        raise AssertionError("whoever watches shows it in his own way")
+
+    def _play(self, replay: Replay) -> None:
+        now_s = self.stopwatch.elapsed_s()
+        replay.play(now_s - self._looked_s)
+        self._looked_s = now_s
+        self.model = replay.model
+
+    def _take(self, follower: Follower) -> None:
+        for _ in range(_MOST_BATCHES):
+            events = follower.news()
+            if self.model is None and follower.header:
+                self.model = BenchModel(follower.header)
+                self.refresh_bindings()
+            if not events or self.model is None:
+                return
+            self.model.take(events)
+
+    # --- in words
+
+    def _headline(self) -> str:
+        """Return which bench it is, its time, and whether that stands still."""
+        model = self.model
+        if model is None:
+            return f" hilbench  {self.process.phase.value} ..."
+        if self.replay is not None:
+            how = "plays" if self.replay.playing else "recorded"
+            return f" hilbench  {model.name}  {seconds(model.ns)} of {seconds(self.replay.length_ns)}  {how}"
+        clock = "PAUSED" if model.paused else "" if model.speed == 1 else f"{model.speed:g} x"
+        state = "" if self.process.phase is Phase.LIVE else f"  [{self.process.phase.value}]"
+        return f" hilbench  {model.name}  {seconds(model.ns)}  {clock}{state}"
+
+    def _epitaph(self) -> str:
+        """Return why the bench has ended and where its journal is; of one that ended well it goes with its folder."""
+        process = self.process
+        where = "" if process.ended_well else f" Journal: {process.journal}."
+        return f"{process.cause}.{where} What was told stays here; b opens a bench, q leaves."
+
+    # --- recordings
+
+    def action_play(self) -> None:
+        """Let the recording go on, or stand still."""
+        if self.replay is not None:
+            self.replay.playing = not self.replay.playing
+            self.look()
+
+    def action_go(self, by_s: int) -> None:
+        """Go on in a recording by seconds, or back."""
+        if self.replay is not None:
+            self.replay.go_by(by_s * NS_PER_S)
+            self.look()
+
+    def action_event(self, by: int) -> None:
+        """Go on in a recording by events, or back."""
+        if self.replay is not None:
+            self.replay.step(by)
+            self.look()
+
+    def action_error(self, way: int) -> None:
+        """Go to the next error of a recording, or the one before."""
+        if self.replay is not None:
+            if not self.replay.to_error(way):
+                self.notify("no more errors" if way > 0 else "no error before this")
+            self.look()
