@@ -68,6 +68,7 @@ class DrivenCar:
     Attributes:
         simulator: the car host on the bench, with everything that the car was commanded.
         statuses: says how the car moves, as long as it runs; a simulator that is lost has it stopped.
+        status_hz: how often.
         body: the car.
     """
 
@@ -79,10 +80,16 @@ class DrivenCar:
         self.simulator.connect()
         self.simulator.report_by_hand()
         self.statuses = Feed(bench, lambda: self.simulator.report("velocity", "steering"), name="car")
-        self.statuses.start(STATUS_HZ)
+        self.status_hz = STATUS_HZ
+        self.statuses.start(self.status_hz)
         self._told: CarWish = None
         runner.before.append(self._obey)
         runner.after.append(self._sense)
+
+    def place(self, x_m: float, y_m: float, yaw_rad: float) -> None:
+        """Put the car down there, at rest; what it was commanded is commanded anew."""
+        self.body.world.place(x_m, y_m, yaw_rad)
+        self._told = None
 
     def _obey(self, _now_ns: int, _next_ns: int) -> None:
         wish = self.simulator.host.wish

@@ -10,7 +10,7 @@ from hilbench.bench import Bench
 from hilbench.clock import NS_PER_S
 from hilbench.links.faults import Direction, Fault, FaultKind
 from hilbench.live.control import Request, RequestError
-from hilbench.live.driver import Driver
+from hilbench.live.driver import Drives
 from hilbench.live.rigs import Rig
 
 __all__ = ["MOST_SPEED", "Actions"]
@@ -36,7 +36,7 @@ class Actions:
         stopped: whether the bench is to end.
     """
 
-    def __init__(self, bench: Bench, rig: Rig, driver: Driver | None) -> None:
+    def __init__(self, bench: Bench, rig: Rig, driver: Drives | None) -> None:
         self.paused = False
         self.step_ns = 0
         self.speed = 1.0
@@ -80,31 +80,28 @@ class Actions:
     # --- who drives
 
     def _of_driver(self) -> dict[str, Callable[[Request], None]]:
-        driver, operator = self._driver, self._rig.operator
-        if driver is None or operator is None:
+        driver = self._driver
+        if driver is None:
             return {}
-
-        def leave(_request: Request) -> None:
-            driver.stop()
-            operator.disconnect()
-
         return {
             "drive": lambda request: driver.take(_number(request, "forward", -1, 1), _number(request, "turn", -1, 1)),
             "stop": lambda _: driver.stop(),
             **({"demo": lambda _: driver.begin_demo()} if self._rig.demo else {}),
-            "connect": lambda _: operator.connect(),
-            "disconnect": leave,
+            **driver.commands,
         }
 
     # --- the line
 
     def _of_line(self) -> dict[str, Callable[[Request], None]]:
-        if self._rig.tap is None:
+        if not self._rig.taps:
             return {}
         return {"inject": self._inject, "clear-faults": lambda _: self._clear()}
 
     def _inject(self, request: Request) -> None:
-        assert self._rig.tap is not None
+        taps = self._rig.taps
+        line = str(request.get("line", next(iter(taps))))
+        if line not in taps:
+            raise RequestError(f"no line '{line}': {', '.join(taps)}")
         try:
             kind = FaultKind(request.get("kind"))
         except ValueError:
@@ -116,11 +113,11 @@ class Actions:
             given["at_s"] = 0.0
         towards_target = request.get("towards", "target") == "target"
         direction = Direction.A_TO_B if towards_target else Direction.B_TO_A
-        self._rig.tap.inject(Fault(kind=kind, direction=direction, **given))
+        taps[line].inject(Fault(kind=kind, direction=direction, **given))
 
     def _clear(self) -> None:
-        assert self._rig.tap is not None
-        self._rig.tap.clear()
+        for tap in self._rig.taps.values():
+            tap.clear()
 
     # --- time
 

@@ -6,11 +6,15 @@ say so again and again; `DEAD_MAN_NS` after the last time the vehicle is stopped
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass
+from hilbench.live.control import Request
 from hilbench.live.operators import Operator
 
-__all__ = ["DEAD_MAN_NS", "DEMO", "Driver"]
+__all__ = ["DEAD_MAN_NS", "DEMO", "Driver", "Drives"]
 
 DEAD_MAN_NS = 700 * NS_PER_MS
 """Longer than the first delay of usual keyboards before a key repeats, 0.25 to 0.66 s (choice)."""
@@ -21,6 +25,25 @@ _CIRCLE_NS = 20 * NS_PER_S
 _NEAR_M = 0.7
 _CONNECT_AGAIN_NS = 3 * NS_PER_S
 _TIDY_EVERY_NS = 5 * NS_PER_S
+
+
+class Drives(Protocol):
+    """Whoever drives, or has somebody drive."""
+
+    demo: bool
+
+    @property
+    def commands(self) -> Mapping[str, Callable[[Request], None]]:
+        """What else it can be asked for, by the names of actions."""
+
+    def take(self, forward: float, turn: float) -> None:
+        """Drive by hand: shares of -1 to 1, forward and counter-clockwise, for `DEAD_MAN_NS` from now."""
+
+    def stop(self) -> None:
+        """Stop at once, whoever drives; the demo driver does not go on by itself."""
+
+    def begin_demo(self) -> None:
+        """Let the demo driver go on."""
 
 
 class Driver:
@@ -44,6 +67,11 @@ class Driver:
         self.demo = demo
         self._say(DEMO if demo else "nobody")
         self._step()
+
+    @property
+    def commands(self) -> Mapping[str, Callable[[Request], None]]:
+        """See `Drives`."""
+        return {"connect": lambda _: self._operator.connect(), "disconnect": lambda _: self._leave()}
 
     def take(self, forward: float, turn: float) -> None:
         """Drive by hand: shares of -1 to 1, forward and counter-clockwise, for `DEAD_MAN_NS` from now."""
@@ -90,6 +118,10 @@ class Driver:
             self._operator.drive(0.0, 0.6 * way)
         else:
             self._operator.drive(0.6, 0.3 * way)
+
+    def _leave(self) -> None:
+        self.stop()
+        self._operator.disconnect()
 
     def _release(self, who: str) -> None:
         self._stopped = True

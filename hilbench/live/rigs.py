@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from hilbench.bench import Bench
@@ -12,12 +13,14 @@ from hilbench.bench_file import BenchFile
 from hilbench.devices import DeviceActor
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.ground_station import GroundStation
-from hilbench.links import Line, MemoryLink, Port, is_serial_target, parse_serial_target
+from hilbench.links import DEFAULT_BAUD, Line, MemoryLink, Port, ReconnectingPort, is_serial_target, parse_serial_target
 from hilbench.live.about import about_boards, about_line, about_pkt, about_sonars, about_world
+from hilbench.live.driver import Drives
 from hilbench.live.operators import Operator, PioneerOperator, RoverOperator
-from hilbench.live.reopening import ReopeningPort
+from hilbench.live.resuming import resume_sessions
 from hilbench.live.tap import Tap
-from hilbench.live.teller import Observed, describe_machine
+from hilbench.live.teller import Observed, Senses, describe_machine
+from hilbench.live.vehicle_benches import on_board
 from hilbench.p2os_client import P2osClient
 from protocols.pkt import PROFILES
 from targets.robots.pioneer import RobotSettings
@@ -25,6 +28,7 @@ from targets.robots.rover import RoverRobot
 from worlds.errors import WorldError
 
 if TYPE_CHECKING:
+    from hilbench.live.vehicle_rigs import LiveVehicle
     from hilbench.mcu.emulated import EmulatedBench
 
 __all__ = ["Rig", "open_attached", "open_rig"]
@@ -39,21 +43,27 @@ class Rig:
     """A target and who speaks to it.
 
     Attributes:
-        operator: one of our clients; None if no line of the bench leads to one.
-        tap: its end of the line.
+        operator: one of our clients; None if no line of the bench leads to one, or several are driven together.
+        taps: our ends of the lines, by their names.
         machines: the state machines that can be looked at, by their source in the journal.
+        senses: what the ends of their timers mean.
+        views: what else can be looked at, see `hilbench.live.teller.Teller`.
         about: what the header of the journal says for those who show it.
+        drive: begins to drive, the demo driver first or not; None where a `Driver` with the operator does, or nobody.
         demo: whether the demo driver may drive it.
         reset: presses the reset button; None where there is none.
         ended: says why the target will never go on; empty while it does.
         close: gives everything back.
     """
 
-    operator: Operator | None
-    tap: Tap | None
+    operator: Operator | None = None
+    taps: Mapping[str, Tap] = field(default_factory=dict)
     machines: Mapping[str, Observed]
+    senses: Senses = field(default_factory=dict)
+    views: Mapping[str, Callable[[], Mapping[str, object]]] = field(default_factory=dict)
     about: Mapping[str, Any] = field(default_factory=dict)
     demo: bool = True
+    drive: Callable[[bool], Drives] | None = None
     reset: Callable[[], None] | None = None
     ended: Callable[[], str] = lambda: ""
     close: Callable[[], None] = lambda: None
@@ -70,6 +80,8 @@ def open_rig(bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
         return _boards(bench, bench_file, seed)
     if bench_file.rover is not None:
         return _rover_model(bench, bench_file, seed)
+    if bench_file.vehicle is not None:
+        return _vehicle_model(bench, bench_file, seed)
     if not any(isinstance(target.settings, RobotSettings) for target in bench_file.targets.values()):
         raise UsageError("the dashboard has no view of this model yet", where=bench_file.name)
     return _pioneer(bench, bench_file, seed)
@@ -93,24 +105,30 @@ def open_attached(bench: Bench, bench_file: BenchFile, target: str, *, seed: int
         raise UsageError("is no serial port", where=f"--target {target}", hint=hint)
     operator: Operator
     if bench_file.rover is not None or "pkt-board" in bench_file.suites:
-        port = ReopeningPort(bench, parse_serial_target(target, _ROVER_BAUD))
+        port = _at(bench, bench_file, target, _ROVER_BAUD)
         profile = "documented" if bench_file.rover is None else bench_file.rover.profile
         tap, operator = _station(bench, port, profile, seed)
         about = about_pkt(operator.name, {operator.name: operator.observed}, profile)
     else:
         bench_file.pioneer()
-        port = ReopeningPort(bench, parse_serial_target(target))
+        port = _at(bench, bench_file, target, DEFAULT_BAUD)
         tap = Tap(bench, port, "client", seed=seed)
         operator = PioneerOperator(bench, P2osClient(bench, tap))
         about = about_line(operator.name, "p2os", {operator.name: operator.observed})
+    resume_sessions(tap, operator)
     return Rig(
         operator=operator,
-        tap=tap,
+        taps=_host(tap),
         machines={operator.name: operator.observed},
         about=about,
         demo=False,
         close=port.close,
     )
+
+
+def _at(bench: Bench, bench_file: BenchFile, target: str, usual_baud: int) -> ReconnectingPort:
+    serial = parse_serial_target(target, usual_baud, bench_file.port.settings)
+    return ReconnectingPort(bench.scheduler, serial, record=bench.record)
 
 
 def _pioneer(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
@@ -128,7 +146,7 @@ def _pioneer(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
     about = (
         about_line(operator.name, "p2os", machines) | about_sonars(plan.settings.subclass) | about_world(pioneer.world)
     )
-    return Rig(operator=operator, tap=tap, machines=machines, about=about, close=pioneer.close)
+    return Rig(operator=operator, taps=_host(tap), machines=machines, about=about, close=pioneer.close)
 
 
 def _rover_model(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
@@ -142,7 +160,10 @@ def _rover_model(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
     tap, operator = _station(bench, link.a, settings.profile, seed)
     machines = {"station": operator.observed, "rover": robot.connection}
     return Rig(
-        operator=operator, tap=tap, machines=machines, about=about_pkt(operator.name, machines, settings.profile)
+        operator=operator,
+        taps=_host(tap),
+        machines=machines,
+        about=about_pkt(operator.name, machines, settings.profile),
     )
 
 
@@ -153,6 +174,10 @@ def _boards(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
     emulated = EmulatedBench(bench_file, seed=seed, step_ns=LOCKED_STEP_NS, bench=bench)
     with contextlib.ExitStack() as undo:
         undo.callback(emulated.close)
+        vehicle = _vehicle_on_board(emulated, seed)
+        if vehicle is not None:
+            undo.pop_all()
+            return _of_vehicle(vehicle, emulated)
         about: dict[str, Any] = {"boards": about_boards(bench_file.boards), **about_world(emulated.surroundings.world)}
         tap, operator, machines = None, None, {}
         far_end = bench_file.checker_lines.get("")
@@ -167,13 +192,55 @@ def _boards(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
         undo.pop_all()
     return Rig(
         operator=operator,
-        tap=tap,
+        taps=_host(tap),
         machines=machines,
         about=about,
         reset=lambda: _reset(emulated),
         ended=lambda: "" if emulated.end is None else str(emulated.end),
         close=emulated.close,
     )
+
+
+def _vehicle_model(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
+    from hilbench.live.vehicle_rigs import model_vehicle
+
+    vehicle, hands, world = model_vehicle(bench, bench_file, seed=seed)
+    return _vehicle(vehicle, reset=hands.reset, close=world.close)
+
+
+def _vehicle_on_board(emulated: EmulatedBench, seed: int) -> LiveVehicle | None:
+    """Return the peers of a vehicle interface's firmware; None if the bench has none, or no car for it."""
+    if not on_board(emulated.bench_file):
+        return None
+    from hilbench.live.vehicle_rigs import board_vehicle
+
+    return board_vehicle(emulated, seed=seed)
+
+
+def _of_vehicle(vehicle: LiveVehicle, emulated: EmulatedBench) -> Rig:
+    return _vehicle(
+        vehicle,
+        about={"boards": about_boards(emulated.bench_file.boards)},
+        reset=lambda: _reset(emulated),
+        ended=lambda: "" if emulated.end is None else str(emulated.end),
+        close=emulated.close,
+    )
+
+
+def _vehicle(vehicle: LiveVehicle, *, about: Mapping[str, Any] = MappingProxyType({}), **more: Any) -> Rig:
+    return Rig(
+        taps=vehicle.taps,
+        machines=vehicle.machines,
+        senses=vehicle.senses,
+        views={"vehicle": vehicle.look},
+        about={**about, **vehicle.about},
+        drive=vehicle.drive,
+        **more,
+    )
+
+
+def _host(tap: Tap | None) -> Mapping[str, Tap]:
+    return {} if tap is None else {"host": tap}
 
 
 def _station(bench: Bench, port: Port, profile: str, seed: int) -> tuple[Tap, RoverOperator]:

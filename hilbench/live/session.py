@@ -18,7 +18,7 @@ from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
 from hilbench.live.actions import Actions
 from hilbench.live.control import Control
-from hilbench.live.driver import Driver
+from hilbench.live.driver import Driver, Drives
 from hilbench.live.folders import Session
 from hilbench.live.rigs import Rig, open_attached, open_rig
 from hilbench.live.teller import Teller
@@ -75,14 +75,10 @@ class LiveBench:
             self.rig: Rig = rig
             self._write_journal(bench_file, options)
             undo.callback(lambda: self.bench.journal.close(self.bench.now_ns))
-            self.driver = (
-                None if rig.operator is None else Driver(self.bench, rig.operator, demo=options.demo and rig.demo)
-            )
+            self.driver = _driver(self.bench, rig, demo=options.demo and rig.demo)
             self.actions = Actions(self.bench, rig, self.driver)
-            lines = {} if rig.tap is None else {"host": rig.tap}
-            self.teller = Teller(self.bench, rig.machines, lines)
-            if rig.tap is not None:
-                self.teller.after.append(rig.tap.flush)
+            self.teller = Teller(self.bench, rig.machines, rig.taps, senses=rig.senses, views=rig.views)
+            self.teller.after += [tap.flush for tap in rig.taps.values()]
             self.control = Control(self.bench.scheduler, options.session.socket, self.actions.obey)
             undo.callback(self.control.close)
             self._undo = undo.pop_all()
@@ -145,6 +141,12 @@ class LiveBench:
         for event in before.recent:
             about = {key: value for key, value in event.items() if key not in {"kind", "source", "ns"}}
             self.bench.journal.record(event["kind"], event["source"], event["ns"], **about)
+
+
+def _driver(bench: Bench, rig: Rig, *, demo: bool) -> Drives | None:
+    if rig.drive is not None:
+        return rig.drive(demo)
+    return None if rig.operator is None else Driver(bench, rig.operator, demo=demo)
 
 
 def run_live(bench_file: BenchFile, options: LiveOptions) -> ExitCode:

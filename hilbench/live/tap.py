@@ -51,12 +51,14 @@ class Tap(PortBase):
         port: the line; its callbacks belong to the tap from now on.
         source: who receives, for the journal.
         seed: decides what chance decides in faults.
+        far: what is at the other end, for the journal.
     """
 
-    def __init__(self, bench: Bench, port: Port, source: str, *, seed: int) -> None:
+    def __init__(self, bench: Bench, port: Port, source: str, *, seed: int, far: str = "target") -> None:
         super().__init__(port.name)
         self._bench = bench
         self._source = source
+        self._far = far
         self._line: Port = port
         self._below: Port = port
         self._seed = seed
@@ -152,6 +154,6 @@ class Tap(PortBase):
         return self._plan
 
     def _struck(self, on_struck: Callable[[], None], fault: Fault, direction: Direction, at_ns: int) -> None:
-        towards = "target" if direction is Direction.A_TO_B else self._source
+        towards = self._far if direction is Direction.A_TO_B else self._source
         self._bench.journal.record("fault", "line", max(at_ns, 0), fault=fault.kind.value, towards=towards)
         on_struck()

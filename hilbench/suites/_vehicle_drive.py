@@ -20,10 +20,10 @@ from hilbench.errors import InternalError
 from hilbench.links import Port
 from hilbench.mcu.board_case import BoardCase
 from hilbench.suites._vehicle import vehicle_bench
-from hilbench.vehicle_hands import VehicleHands
+from hilbench.vehicle_hands import VehicleHands, stick_code
 from hilbench.world_runner import WorldRunner
 from protocols.autoware import AckermannControlCommand, ControlMode, SteeringReport, VelocityReport
-from protocols.carla import X_AXIS, Y_AXIS, AckermannCommand, Axis, ManualCommand, Mode
+from protocols.carla import X_AXIS, Y_AXIS, AckermannCommand, ManualCommand, Mode
 from targets.robots.driving_stack import DriverSettings, Path, PathDriver, Pose
 from worlds.vehicles.car import CarBody
 
@@ -169,7 +169,7 @@ class Drive:
 
         Below its middle X steers to the right: the board says minus x, and CARLA's steer is positive to the right.
         """
-        self.hands.set_joystick(_code(X_AXIS, -right), _code(Y_AXIS, forward))
+        self.hands.set_joystick(stick_code(X_AXIS, -right), stick_code(Y_AXIS, forward))
 
     def wait(self, duration_s: float) -> Moment:
         """Let time pass; return the car then."""
@@ -269,15 +269,6 @@ class Drive:
                 touches=self._body.touches(),
             )
         )
-
-
-def _code(axis: Axis, share: float) -> int:
-    """The code of the converter for a share of the way beyond the dead band."""
-    if not share:
-        return axis.zero
-    end = axis.greatest if share > 0 else axis.least
-    sign = 1 if share > 0 else -1
-    return round(axis.zero + sign * axis.dead_band + abs(share) * (end - axis.zero - sign * axis.dead_band))
 
 
 def drive_bench(bench: BoardCase) -> DriveBench:

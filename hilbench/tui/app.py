@@ -34,6 +34,7 @@ from hilbench.tui.model.replay import Replay
 from hilbench.tui.panes import PANES, FramesPane, Pane, PlotsPane, Strip
 from hilbench.tui.recorded import RecordedBench
 from hilbench.tui.timeline import Timeline
+from hilbench.tui.vehicle_keys import VehicleActions
 from hilbench.tui.views.help import help_text
 
 __all__ = ["FRAMES_PER_S", "Dashboard"]
@@ -47,7 +48,7 @@ _SPECIAL: dict[str, Callable[[], Pane]] = {"frames": FramesPane, "plots": PlotsP
 OpenBench = Callable[[str], BenchProcess]
 
 
-class Dashboard(Asking):
+class Dashboard(VehicleActions, Asking):
     """See the module.
 
     Args:

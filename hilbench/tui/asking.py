@@ -94,7 +94,7 @@ class Asking(Watching):
             if asked:
                 self.process.send("inject", **asked)
 
-        self.push_screen(InjectScreen(), put)
+        self.push_screen(InjectScreen(list(self.model.lines) if self.model else []), put)
 
     def action_mark(self) -> None:
         """Ask for a word and put it into the journal."""

@@ -159,9 +159,17 @@ _COUNTED = frozenset({"noise", "drop", "flip", "duplicate"})
 
 
 class InjectScreen(ModalScreen[dict[str, object]]):
-    """A fault for the line."""
+    """A fault for the line.
+
+    Args:
+        lines: our ends of the lines; where there are several, one is asked for.
+    """
 
     BINDINGS = [Binding("escape", "dismiss", "Close"), Binding("ctrl+s", "put", "Put in")]
+
+    def __init__(self, lines: Sequence[str] = ()) -> None:
+        super().__init__()
+        self._lines = lines if len(lines) > 1 else ()
 
     def compose(self) -> ComposeResult:
         """Show the form."""
@@ -172,6 +180,9 @@ class InjectScreen(ModalScreen[dict[str, object]]):
                 [("towards the target", "target"), ("towards us", "operator")],
                 value="target", allow_blank=False, id="towards",
             )  # fmt: skip
+            if self._lines:
+                choices = [(f"on the line '{line}'", line) for line in self._lines]
+                yield Select(choices, value=self._lines[0], allow_blank=False, id="line")
             with Horizontal(classes="fields"):
                 yield Input("5", id="percent", type="number", placeholder="percent of bytes; empty: once")
                 yield Input("3", id="count", type="integer", placeholder="bytes")
@@ -193,6 +204,8 @@ class InjectScreen(ModalScreen[dict[str, object]]):
         kind = str(self.query_one("#kind", Select).value)
         percent = _number(self.query_one("#percent", Input).value)
         asked: dict[str, object] = {"kind": kind, "towards": str(self.query_one("#towards", Select).value)}
+        if self._lines:
+            asked["line"] = str(self.query_one("#line", Select).value)
         if kind not in _OF_THE_LINE and percent:
             asked["probability"] = min(1.0, percent / 100)
         if kind in _COUNTED:

@@ -15,6 +15,7 @@ from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.frames import KEPT_FRAMES, FrameModel
 from hilbench.tui.views.above import world_view
 from hilbench.tui.views.checks import checks_view
+from hilbench.tui.views.cockpit import cockpit_view
 from hilbench.tui.views.console import console_view
 from hilbench.tui.views.frames import frame_view, frames_view
 from hilbench.tui.views.log import log_view
@@ -25,22 +26,32 @@ from hilbench.tui.views.status import counters_view, link_view, strip_view, time
 
 __all__ = ["PANES", "FramesPane", "Pane", "PaneSpec", "PlotsPane", "Strip", "pane_names"]
 
+_FEW_STATES = 3
 View = Callable[[BenchModel, int, int], Sequence[Text]]
 
 
 def _machines(model: BenchModel, width: int, height: int) -> list[Text]:
-    """Share the rows among the machines, by how many states they have."""
+    """Share the rows among the machines, by how many states they have; small ones are shown whole."""
     machines = list(model.machines.values())
     if not machines:
         return [Text("no state machine to watch", "dim")]
     states = [max(2, len(machine.states)) for machine in machines]
     spare = height - sum(count + 1 for count in states)
+    weights = states if spare >= 0 else [max(0, count - _FEW_STATES) for count in states]
     lines: list[Text] = []
-    for number, (machine, count) in enumerate(zip(machines, states, strict=True)):
+    for number, (machine, count, weight) in enumerate(zip(machines, states, weights, strict=True)):
         left = height - len(lines)
-        room = left if number == len(machines) - 1 else max(3, count + 1 + spare * count // sum(states))
-        lines += machine_view(machine, width, min(room, left), model.ns)
+        room = left if number == len(machines) - 1 else max(3, count + 1 + spare * weight // max(1, sum(weights)))
+        lines += machine_view(machine, width, max(1, min(room, left)), model.ns)
     return lines
+
+
+def _pins(model: BenchModel, width: int, height: int) -> list[Text]:
+    """Show what stands beside a board, then its pins."""
+    beside = cockpit_view(model.vehicle, width)
+    if beside and not model.pins.pins:
+        return beside
+    return [*beside, *pins_view(model.pins, width, max(1, height - len(beside)), model.ns)]
 
 
 class PaneSpec(NamedTuple):
@@ -80,9 +91,9 @@ PANES: dict[str, PaneSpec] = {
     "states": PaneSpec("States", _machines, "6", lambda m: bool(m.machines)),
     "pins": PaneSpec(
         "Pins",
-        lambda model, width, height: pins_view(model.pins, width, height, model.ns),
+        _pins,
         "7",
-        lambda m: bool(m.pins.pins),
+        lambda m: bool(m.pins.pins or m.vehicle),
     ),
     "log": PaneSpec("Log", lambda model, width, height: log_view(model.log, width, height), "8"),
     "plots": PaneSpec(
@@ -182,7 +193,7 @@ class FramesPane(Pane):
         frame = self._chosen_of(frames)
         said: list[Text] = []
         if self.opened and frame is not None:
-            said = frame_view(frame, model.frames.protocol, model.frames.options, width)[: max(1, height - 4)]
+            said = frame_view(frame, model.frames.options, width)[: max(1, height - 4)]
             said = [*said, Text("─" * width, "dim")]
         room = height - len(said)
         if self.held is not None and frame is not None:

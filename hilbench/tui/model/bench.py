@@ -25,6 +25,9 @@ _KINDS = {"p2os": "robot", "pkt": "rover", "pioneer-2dx": "board", "rover-4wd": 
 """By the protocol that our client speaks; else by what drives: a Pioneer that none of them speaks to has a board of its
 own."""
 
+_CHANGES = frozenset({"StateChanged", "ModeChanged", "ModeSeen"})
+"""The events that say that a machine is in another state, by ``old``, ``new`` and ``trigger``."""
+
 
 @dataclass(slots=True)
 class LineModel:
@@ -68,6 +71,7 @@ class BenchModel:
     Attributes:
         ns: the latest bench time that was told.
         ended: whether the journal was closed in good order.
+        vehicle: what is seen in a car and at the board in it; empty where there is none.
     """
 
     def __init__(self, header: Event) -> None:
@@ -87,6 +91,7 @@ class BenchModel:
         self.faults: Counter[str] = Counter()
         self.pace: Event = {}
         self.driver = DriverModel()
+        self.vehicle: Event = {}
         self.paused = False
         self.speed = 1.0
 
@@ -138,6 +143,8 @@ class BenchModel:
         match event["kind"]:
             case "driver":
                 self.driver = DriverModel(who=event["who"], forward=event["forward"], turn=event["turn"])
+            case "vehicle":
+                self.vehicle = event
             case "clock":
                 self.paused, self.speed = event["paused"], event["speed"]
             case "host-end":
@@ -149,7 +156,9 @@ class BenchModel:
 
     def _take_reported(self, event: Event) -> None:
         name, source = event["name"], event["source"]
-        if name == "StateChanged" and source in self.machines:
-            self.machines[source].change(event)
+        if name in _CHANGES:
+            for machine in self.machines.values():
+                if machine.is_meant(event):
+                    machine.change(event)
         elif name == "PacketReceived" and source == self.live.get("operator"):
             self.world.take_sonars(event["value"]["packet"].get("sonars", ()))

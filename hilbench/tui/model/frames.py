@@ -1,4 +1,4 @@
-"""The frames on the operator's line, read from the bytes that the journal holds."""
+"""The frames on our lines, read from the bytes that the journal holds."""
 
 from __future__ import annotations
 
@@ -26,14 +26,18 @@ class FrameModel:
     Attributes:
         number: counted from 1, since the journal began.
         ns: bench time at which it was handed over, or complete.
-        sent: whether the operator sent it.
+        sent: whether our end sent it.
         item: what it says.
+        protocol: how it is read.
+        line: on which of several lines; empty if there is but one.
     """
 
     number: int
     ns: int
     sent: bool
     item: Item
+    protocol: str = ""
+    line: str = ""
 
     @property
     def good(self) -> bool:
@@ -45,9 +49,22 @@ class FrameModel:
         """What it says in one line."""
         return said(self.item)
 
+    @property
+    def words(self) -> str:
+        """What a filter looks at: its line and what it says, in small letters."""
+        return f"{self.line} {self.text}".lower()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _End:
+    """An end of a line: what it speaks, and which line of several that is."""
+
+    protocol: str
+    line: str = ""
+
 
 class FramesModel:
-    """The latest frames of both directions, in the order in which they came.
+    """The latest frames of both directions of all lines, in the order in which they came.
 
     Args:
         live: what the header of the journal says of the bench.
@@ -55,15 +72,14 @@ class FramesModel:
 
     def __init__(self, live: Event) -> None:
         self.frames: deque[FrameModel] = deque(maxlen=KEPT_FRAMES)
-        self.protocol = str(live.get("protocol", ""))
         self.options = _options(live)
-        self._operator = live.get("operator")
         self._count = 0
-        self._decoders: dict[bool, Decoder] = {}
-        if self.protocol in DECODERS:
-            make = DECODERS[self.protocol]
-            ends = ("target", "host") if live.get("side") == "target" else ("host", "target")
-            self._decoders = {True: make(self.options, ends[0]), False: make(self.options, ends[1])}
+        self._ends = {who: about for who, about in _speakers(live).items() if about.protocol in DECODERS}
+        self._decoders: dict[tuple[str, bool], Decoder] = {}
+        for who, about in self._ends.items():
+            make = DECODERS[about.protocol]
+            for sent in (True, False):
+                self._decoders[who, sent] = make(self.options, "host" if sent else "target")
 
     @property
     def count(self) -> int:
@@ -71,14 +87,19 @@ class FramesModel:
         return self._count
 
     def take(self, event: Event) -> list[FrameModel]:
-        """Take bytes that the operator sent or heard; return the frames that they complete."""
-        if event.get("source") != self._operator or not self._decoders:
+        """Take bytes that an end of ours sent or heard; return the frames that they complete."""
+        end = self._ends.get(event.get("source", ""))
+        if end is None:
             return []
         sent = event["kind"] == "tx"
         found = []
-        for item in self._decoders[sent].feed(bytes.fromhex(event["data"])):
+        for item in self._decoders[event["source"], sent].feed(bytes.fromhex(event["data"])):
             self._count += 1
-            found.append(FrameModel(number=self._count, ns=event["ns"], sent=sent, item=item))
+            found.append(
+                FrameModel(
+                    number=self._count, ns=event["ns"], sent=sent, item=item, protocol=end.protocol, line=end.line
+                )
+            )
         self.frames.extend(found)
         return found
 
@@ -86,7 +107,7 @@ class FramesModel:
         """Return the latest frames that a filter lets pass, oldest first.
 
         Args:
-            pattern: words that all must stand in a frame's line, in any case; ``-word`` must not, ``>`` is sent, ``<``
+            pattern: words that all must stand in a frame's row, in any case; ``-word`` must not, ``>`` is sent, ``<``
                 is heard, ``!`` is not sound.
             count: how many at most.
         """
@@ -98,6 +119,14 @@ class FramesModel:
                 if len(found) == count:
                     break
         return found[::-1]
+
+
+def _speakers(live: Event) -> dict[str, _End]:
+    """Return our ends, by their sources in the journal."""
+    speakers = live.get("speakers")
+    if speakers is not None:
+        return {who: _End(protocol=str(about["protocol"]), line=str(about["line"])) for who, about in speakers.items()}
+    return {str(live.get("operator")): _End(protocol=str(live.get("protocol", "")))}
 
 
 def _options(live: Event) -> DecodeOptions:
@@ -115,5 +144,5 @@ def _passes(word: str, frame: FrameModel) -> bool:
         case "!":
             return not frame.good
     if word.startswith("-") and len(word) > 1:
-        return word[1:] not in frame.text.lower()
-    return word in frame.text.lower()
+        return word[1:] not in frame.words
+    return word in frame.words

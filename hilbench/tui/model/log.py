@@ -24,9 +24,25 @@ _ROUTINE = frozenset(
         "MotorWord",
         "EncoderMoved",
         "EncoderWords",
+        "MessageReceived",
+        "StatusReceived",
+        "StatusReported",
+        "ModeReported",
+        "Commanded",
+        "CarCommanded",
+        "LightsSwitched",
+        "LampChanged",
+        "ModeAnswered",
+        "JoystickMoved",
     }
 )
 """What comes all the time; frames, counters and pins show it."""
+_BAD = frozenset(
+    {
+        *("ConnectionLost", "ConnectFailed", "RoverLost", "WatchdogExpired", "BoardLost"),
+        *("DeadlineMissed", "LinkSilent", "LineDead", "CommandRefused"),
+    }
+)
 
 
 @dataclass(slots=True)
@@ -75,13 +91,13 @@ def _reported(event: Event) -> tuple[str, bool] | None:
     name, value = event["name"], event.get("value", {})
     if name in _ROUTINE:
         return None
-    if name == "StateChanged":
+    if name in {"StateChanged", "ModeChanged", "ModeSeen"}:
         return f"{value['old']} -> {value['new']} ({value['trigger']})", False
     if name == "FrameDropped":
         data = value.get("data", "")
         return f"dropped {value.get('reason', '')}: {data[:24]}{'...' if len(data) > 24 else ''}", True
     about = " ".join(f"{key}={_short(one)}" for key, one in value.items())
-    return f"{name} {about}".strip(), name in {"ConnectionLost", "ConnectFailed", "RoverLost", "WatchdogExpired"}
+    return f"{name} {about}".strip(), name in _BAD
 
 
 def _action(event: Event) -> str:
@@ -122,4 +138,6 @@ _SAID: Mapping[str, Callable[[Event], tuple[str, bool] | None]] = {
     "end": lambda event: (_end(event), True),
     "console": lambda event: (_console(event), False),
     "clock": lambda event: (_clock(event), False),
+    "press": lambda _event: ("the joystick's switch is pressed", False),
+    "answer": lambda event: (f"{event['mode']}: {event['said']}", event["said"] != "granted"),
 }

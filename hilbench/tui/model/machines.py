@@ -12,8 +12,16 @@ __all__ = ["TRAFFIC", "MachineModel", "TimerModel"]
 
 Event = Mapping[str, Any]
 
-TRAFFIC = frozenset({"bytes_in", "bytes_out", "frames_in", "frames_out", "keepalives", "requests"})
+TRAFFIC = frozenset(
+    {
+        *("bytes_in", "bytes_out", "frames_in", "frames_out", "keepalives", "requests", "pings", "polls"),
+        *("commands", "mode_changes", "presses", "status_reports", "published"),
+        *("frames_autoware", "frames_manual", "frames_emergency", "commands_sent", "statuses_sent"),
+    }
+)
 """The counters that count what is right; every other one counts something that went wrong, or nearly."""
+_TOLD_NS = 200_000_000
+"""Twice as long as it takes a bench to tell of its timers again (hilbench.live.teller.TELL_EVERY_NS)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,6 +40,17 @@ class TimerModel:
     margin_ns: int | None
     worst_ns: int | None
 
+    @property
+    def is_fast(self) -> bool:
+        """Whether it comes and goes faster than it is told of: then its latest margin says more than what is left."""
+        return 0 < self.span_ns < _TOLD_NS and self.margin_ns is not None
+
+    def left_ns(self, now_ns: int) -> int | None:
+        """Return what is left of it, or was left when it was met last if it is a fast one; None while it is stopped."""
+        if self.is_fast:
+            return self.margin_ns
+        return None if self.deadline_ns is None else max(0, self.deadline_ns - now_ns)
+
 
 @dataclass(slots=True)
 class MachineModel:
@@ -46,6 +65,7 @@ class MachineModel:
         trigger: why it came there.
         visits: how often each edge was taken, by state and trigger.
         timers: by name.
+        misses: deadlines missed in a row: how many now, how many may be, how many at most so far.
         counters: by name.
     """
 
@@ -57,6 +77,7 @@ class MachineModel:
     trigger: str = ""
     visits: dict[tuple[str, str], int] = field(default_factory=dict)
     timers: dict[str, TimerModel] = field(default_factory=dict)
+    misses: dict[str, tuple[int, int, int]] = field(default_factory=dict)
     counters: dict[str, Counted] = field(default_factory=dict)
 
     def take(self, event: Event) -> None:
@@ -68,6 +89,8 @@ class MachineModel:
             self.visits[state, trigger] = count
         for name, about in event.get("timers", {}).items():
             self.timers[name] = TimerModel(**about)
+        for name, (now, most, worst) in event.get("misses", {}).items():
+            self.misses[name] = now, most, worst
         for name, value in event.get("counters", {}).items():
             self.counters.setdefault(name, Counted()).take(value, ns)
 
@@ -76,6 +99,22 @@ class MachineModel:
         change = event["value"]
         self.came_from, self.state, self.trigger = change["old"], change["new"], change["trigger"]
         self.since_ns = event["ns"]
+
+    def is_meant(self, event: Event) -> bool:
+        """Say whether a change of state is this machine's; an end of several lines has several machines."""
+        states = self.table.get("states")
+        return event["source"] == self.source and (not states or event["value"]["new"] in states)
+
+    @property
+    def source(self) -> str:
+        """Who reports its changes."""
+        return str(self.table.get("source", self.name))
+
+    @property
+    def title(self) -> str:
+        """Whose it is, and how that is known where nobody looks inside."""
+        seen = self.table.get("seen", "")
+        return f"{self.name}, {seen}" if seen else self.name
 
     @property
     def states(self) -> list[str]:

@@ -26,6 +26,7 @@ class WorldModel:
         vehicle: its name; empty if there is no world.
         pose: x, y and yaw; None before it was told.
         track: where it has been, at most some thousand points.
+        lane: the middle of the way it is meant to go, and half its breadth; no points where there is none.
         echoes: where the newest reading of each sonar disc lies: from, to, and whether anything was heard.
     """
 
@@ -34,6 +35,7 @@ class WorldModel:
     scene: str = ""
     pose: tuple[float, float, float] | None = None
     track: deque[Point] = field(default_factory=lambda: deque(maxlen=_TRACK_POINTS))
+    lane: tuple[Sequence[Point], float] = ((), 0.0)
     echoes: dict[int, tuple[Point, Point, bool]] = field(default_factory=dict)
     _discs: Sequence[Sequence[float]] = ()
     _unit_m: float = 0.0
@@ -48,6 +50,9 @@ class WorldModel:
             vehicle=str(live.get("vehicle", "")),
             scene=str(scene.get("name", "")),
         )
+        if lane := live.get("lane"):
+            points = [(x, y) for x, y in lane["center"]]
+            made.lane = [*points, *points[:1]] if lane["closed"] else points, lane["width_m"] / 2
         made._discs = live.get("sonars", ())
         made._unit_m = live.get("sonar_unit_mm", 0.0) / 1000
         made._no_echo = live.get("sonar_no_echo", 1 << 16)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 from rich.text import Text
 
@@ -29,6 +30,8 @@ def world_view(world: WorldModel, width: int, height: int) -> list[Text]:
         corners = [place(corner) for corner in outline]
         for begin, end in zip(corners, [*corners[1:], *corners[:1]], strict=True):
             canvas.line(begin, end)
+    for begin, end in _edges_of(world):
+        canvas.line(place(begin), place(end), DIM, every=2)
     for begin, end, heard in world.echoes.values():
         if heard:
             canvas.line(place(begin), place(end), "blue", every=3)
@@ -43,7 +46,12 @@ def _mapping(world: WorldModel, canvas: Canvas) -> tuple[Callable[[Point], Point
     """Return what takes metres to dots, and how many dots a metre has."""
     assert world.pose is not None
     x, y, _ = world.pose
-    points: list[Point] = [(x, y), *world.track, *(corner for outline in world.boxes for corner in outline)]
+    points: list[Point] = [
+        (x, y),
+        *world.lane[0],
+        *world.track,
+        *(corner for outline in world.boxes for corner in outline),
+    ]
     left, right = min(point[0] for point in points), max(point[0] for point in points)
     low, high = min(point[1] for point in points), max(point[1] for point in points)
     middle = ((left + right) / 2, (low + high) / 2)
@@ -57,6 +65,19 @@ def _mapping(world: WorldModel, canvas: Canvas) -> tuple[Callable[[Point], Point
         )
 
     return place, per_m
+
+
+def _edges_of(world: WorldModel) -> Iterator[tuple[Point, Point]]:
+    """Return both edges of the lane, piece by piece."""
+    points, half_m = world.lane
+    for before, after in pairwise(points):
+        along = math.dist(before, after) or 1.0
+        left_x, left_y = -(after[1] - before[1]) / along * half_m, (after[0] - before[0]) / along * half_m
+        for sign in (1, -1):
+            yield (
+                (before[0] + sign * left_x, before[1] + sign * left_y),
+                (after[0] + sign * left_x, after[1] + sign * left_y),
+            )
 
 
 def _draw_vehicle(canvas: Canvas, world: WorldModel, place: Callable[[Point], Point]) -> None:

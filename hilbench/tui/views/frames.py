@@ -30,6 +30,7 @@ def frame_line(frame: FrameModel, width: int, *, chosen: bool = False) -> Text:
     line = Text.assemble(
         ("▸" if chosen else " ", HEAD),
         (f"{seconds(frame.ns):>12} ", DIM),
+        (f"{frame.line:<10}" if frame.line else "", DIM),
         ("> " if frame.sent else "< ", "cyan" if frame.sent else "yellow"),
         (frame.text, "" if frame.good else BAD),
     )
@@ -39,13 +40,13 @@ def frame_line(frame: FrameModel, width: int, *, chosen: bool = False) -> Text:
     return line
 
 
-def frame_view(frame: FrameModel, protocol: str, options: DecodeOptions, width: int) -> list[Text]:
+def frame_view(frame: FrameModel, options: DecodeOptions, width: int) -> list[Text]:
     """Return a frame whole: its bytes, each field's in brackets of their own, and what each field says."""
     way = "sent" if frame.sent else "heard"
     head = Text.assemble((frame.item.name, HEAD), f"  {way} at {seconds(frame.ns)}, {len(frame.item.raw)} bytes")
     if not frame.good:
         return [fit(head, width), *_wrapped([Text(frame.item.raw.hex(" ").upper(), BAD)], width)]
-    found = regions(protocol, frame.item.raw, sent=frame.sent, options=options)
+    found = regions(frame.protocol, frame.item.raw, sent=frame.sent, options=options)
     pieces = [_piece(region, _BYTE_STYLES[number % len(_BYTE_STYLES)]) for number, region in enumerate(found)]
     table = [
         _row(region, frame, _BYTE_STYLES[number % len(_BYTE_STYLES)], width) for number, region in enumerate(found)
@@ -62,7 +63,7 @@ def _row(region: Region, frame: FrameModel, style: str, width: int) -> Text:
     shown = region.data[:8].hex(" ").upper() + (" ..." if len(region.data) > 8 else "")
     span = f"{region.start}" if len(region.data) == 1 else f"{region.start}-{region.start + len(region.data) - 1}"
     said = "" if value is None else f" = {value_text(value)}"
-    return fit(Text.assemble((f"{span:>7}  ", DIM), (f"{region.name:<16}", style), f" {shown:<27}", said), width)
+    return fit(Text.assemble((f"{span:>7}  ", DIM), (f"{region.name:<19}", style), f" {shown:<27}", said), width)
 
 
 def _wrapped(pieces: Sequence[Text], width: int) -> list[Text]:

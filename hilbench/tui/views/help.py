@@ -46,6 +46,13 @@ _KEYS = (
     ("q", "leave: stop the bench, or detach from it"),
     ("ctrl+p", "all of this by name"),
 )
+_VEHICLE = (
+    ("y v", "ask the board for AUTOWARE, MANUAL"),
+    ("j", "press the joystick's switch, as a drive key does in AUTOWARE. Let go, and the car is braked"),
+    ("k l", "pause the driving stack, the simulator, or let it go on"),
+    ("z", "next lamps: left, right, hazard"),
+    ("backspace", "put the car back to the start"),
+)
 _RECORDED = (
     ("p", "plays, or stands still"),
     ("left right", "a second back, on; with shift ten"),
@@ -77,6 +84,7 @@ def help_text(
         parts += ["[b]Try[/b]", *tries, ""]
     parts += ["[b]Panes[/b]", *(f"[b]{key}[/b] {title:<10} {_PANES[name]}" for key, name, title in panes), ""]
     parts += ["[b]Of a recording[/b]", *_table(_RECORDED), ""] if recorded else []
+    parts += ["[b]Of a vehicle interface[/b]", *_table(_VEHICLE), ""] if "press" in actions else []
     return "\n".join([*parts, "[b]Keys[/b]", *_table(_KEYS)])
 
 

@@ -18,7 +18,7 @@ def machine_view(machine: MachineModel, width: int, height: int, now_ns: int) ->
     Where there is room, each state has its ways out below it; where there is none for all states, those far from the
     present one are left out.
     """
-    head = Text.assemble((machine.name, HEAD), "  ", _why(machine, now_ns))
+    head = Text.assemble((machine.title, HEAD), "  ", _why(machine, now_ns))
     states = machine.states
     if not states:
         return [fit(head, width), Text("no state is known", DIM)]

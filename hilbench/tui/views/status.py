@@ -23,9 +23,11 @@ _LINE_ERRORS = (
     "refused",
     "withdrawn",
 )
+_WAYS = (("sent", "sent"), ("heard", "received"))
 _SLOW_FACTOR = 0.98
 _NEAR = 0.25
 _WITH_RATE = 19
+_WITH_LAST = 70
 _NAMES = 19
 _SIDE_BY_SIDE = 2
 _MANY = 24
@@ -36,7 +38,7 @@ def link_view(model: BenchModel, width: int) -> list[Text]:
     """Return what is known of the operator's line, and how the host keeps up."""
     lines: list[Text] = []
     for name, line in model.lines.items():
-        lines += _line(model, name, line)
+        lines += _line(model, name, line) if len(model.lines) == 1 else _short_line(model, name, line)
     if not lines:
         lines.append(Text("no line to watch", DIM))
     lines += _pace(model)
@@ -51,18 +53,37 @@ def _line(model: BenchModel, name: str, line: LineModel) -> Iterator[Text]:
     baud = f"{about['baud']} baud" if about.get("baud") else "no pace"
     state = ("up", GOOD) if about.get("up") else ("DOWN", BAD)
     yield Text.assemble((f"{name:<9}", HEAD), state, f"  {baud}  ", (str(about.get("port", "")), DIM))
-    for way, counter in (("sent", "sent"), ("heard", "received")):
+    for way, counter in _WAYS:
         counted = line.counters.get(counter)
         if counted is not None:
             per_s = counted.per_s(model.ns)
             share = per_s * 10 / about["baud"] if about.get("baud") else 0.0
             used = f"  {share:4.0%} of the line" if about.get("baud") else ""
             yield Text(f"  {way:<7}{bytes_words(counted.value):>9} {rate_words(per_s):>9}{used}")
-    errors = [(word, line.counters[word].value) for word in _LINE_ERRORS if word in line.counters]
-    shown = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in errors if count)
-    yield Text(f"  errors {shown}", BAD) if shown else Text("  no errors", DIM)
+    yield _errors(line)
     if line.outages:
         yield Text(f"  went down {line.outages} times", BAD)
+
+
+def _short_line(model: BenchModel, name: str, line: LineModel) -> Iterator[Text]:
+    """As `_line`, where there are several."""
+    about = line.about
+    state = ("up", GOOD) if about.get("up") else ("DOWN", BAD)
+    baud = f"  {about['baud']} baud  " if about.get("baud") else "  "
+    down = f"  down {line.outages}x" if line.outages else ""
+    yield Text.assemble((f"{name:<10}", HEAD), state, baud, _errors(line), (down, BAD))
+    said = []
+    for way, counter in _WAYS:
+        counted = line.counters.get(counter)
+        if counted is not None:
+            said.append(f"{way} {bytes_words(counted.value)} {rate_words(counted.per_s(model.ns))}")
+    yield Text("  " + "   ".join(said))
+
+
+def _errors(line: LineModel) -> Text:
+    errors = [(word, line.counters[word].value) for word in _LINE_ERRORS if word in line.counters]
+    shown = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in errors if count)
+    return Text(f"  errors {shown}", BAD) if shown else Text("  no errors", DIM)
 
 
 def _pace(model: BenchModel) -> Iterator[Text]:
@@ -90,47 +111,58 @@ def _driver(model: BenchModel) -> Text:
 def timers_view(model: BenchModel, width: int) -> list[Text]:
     """Return the timers of every machine as bars that run down, and what was missed in a row."""
     lines: list[Text] = []
-    for machine in model.machines.values():
-        if machine.timers or machine.misses:
-            lines.append(fit(Text(machine.title, HEAD), width))
-        lines += [fit(_timer(name, timer, model.ns, width), width) for name, timer in machine.timers.items()]
-        lines += [fit(_misses(name, about, width), width) for name, about in machine.misses.items()]
+    machines = [machine for machine in model.machines.values() if machine.timers or machine.misses]
+    names = [name for machine in machines for name in (*machine.timers, *map(_missed, machine.misses))]
+    column = max(11, *map(len, names), 0) if names else 0
+    for machine in machines:
+        lines.append(fit(Text(machine.title, HEAD), width))
+        lines += [fit(_timer(name, timer, model.ns, width, column), width) for name, timer in machine.timers.items()]
+        lines += [fit(_misses(name, about, width, column), width) for name, about in machine.misses.items()]
     return lines or [Text("no timer has run yet", DIM)]
 
 
-def _timer(name: str, timer: TimerModel, now_ns: int, width: int) -> Text:
-    room = _room(width)
+def _timer(name: str, timer: TimerModel, now_ns: int, width: int, column: int) -> Text:
+    room = _room(width, column)
     left_ns = timer.left_ns(now_ns)
     if left_ns is None:
-        return Text.assemble(f"  {name:<13}", (" " * room + f"{'stopped':>10}", DIM), _margins(timer))
+        return Text.assemble(f"  {name:<{column}}", (" " * room + f"{'stopped':>10}", DIM), _margins(timer, width))
     share = left_ns / max(1, timer.span_ns)
     style = BAD if share < _NEAR and timer.worst_ns is not None else GOOD
-    return Text.assemble(f"  {name:<13}", (bar(share, room), style), f" {ns_words(left_ns):>9}", _margins(timer))
+    shown = (bar(share, room), style), f" {ns_words(left_ns):>9}"
+    return Text.assemble(f"  {name:<{column}}", *shown, _margins(timer, width))
 
 
-def _misses(name: str, about: tuple[int, int, int], width: int) -> Text:
+def _misses(name: str, about: tuple[int, int, int], width: int, column: int) -> Text:
     """Return how many deadlines were missed in a row: the bar grows, and at its end something happens."""
     now, most, worst = about
     share = now / max(1, most)
     said = f" {f'{now} of {most}':>9}"
     style = BAD if share > 1 - _NEAR else DIM if not now else ""
-    return Text.assemble(f"  {f'{name} missed':<13}"[:15], (bar(share, _room(width)), style), said, (f"  most {worst}", DIM))
+    shown = (bar(share, _room(width, column)), style), said, (f"  most {worst}", DIM)
+    return Text.assemble(f"  {_missed(name):<{column}}", *shown)
 
 
-def _room(width: int) -> int:
-    return max(6, width - 54)
+def _missed(name: str) -> str:
+    return f"{name} missed"
 
 
-def _margins(timer: TimerModel) -> Text:
-    """Return the margins: what was left the last time, and the least that ever was."""
-    if timer.worst_ns is None:
-        return Text(f"  of {ns_words(timer.span_ns)}" if timer.span_ns else "", DIM)
-    last = "" if timer.margin_ns is None or timer.is_fast else f"  last {ns_words(timer.margin_ns)}"
-    last = f"  of {ns_words(timer.span_ns)}" if timer.is_fast else last
-    if not timer.worst_ns:
-        return Text.assemble((last, DIM), ("  ran out", DIM))
-    style = BAD if timer.worst_ns < _NEAR * timer.span_ns else DIM
-    return Text.assemble((last, DIM), (f"  min {ns_words(timer.worst_ns)}", style))
+def _room(width: int, column: int) -> int:
+    """Return how long a bar may be: behind it stand what is left, and one margin, or two where there is room."""
+    return max(6, width - column - (42 if width >= _WITH_LAST else 26))
+
+
+def _margins(timer: TimerModel, width: int) -> Text:
+    """Return the margins: the least that was ever left, and where there is room what was the last time."""
+    if timer.worst_ns is None or timer.is_fast:
+        said = Text(f"  of {ns_words(timer.span_ns)}" if timer.span_ns else "", DIM)
+    else:
+        said = Text()
+    if timer.worst_ns is not None:
+        bad = 0 < timer.worst_ns < _NEAR * timer.span_ns
+        said.append(f"  min {ns_words(timer.worst_ns)}" if timer.worst_ns else "  ran out", BAD if bad else DIM)
+    if timer.margin_ns and not timer.is_fast and width >= _WITH_LAST:
+        said.append(f"  last {ns_words(timer.margin_ns)}", DIM)
+    return said
 
 
 def counters_view(model: BenchModel, width: int) -> list[Text]:
@@ -158,7 +190,7 @@ def _joined(blocks: list[list[MachineModel]]) -> list[list[MachineModel]]:
 def _block(machines: list[MachineModel], width: int, now_ns: int) -> Iterator[Text]:
     names = dict.fromkeys(name for machine in machines for name in machine.counters)
     shown = [name for name in names if len(names) <= _MANY or name in _ALWAYS or _counted(machines, name)]
-    column = max(8, (width - _NAMES) // len(machines))
+    column = max(8, (width - _NAMES) // max(1, len(machines)))
     yield Text(f"{'':<{_NAMES}}" + "".join(f"{machine.name:>{column}}" for machine in machines), HEAD)
     for name in sorted(shown, key=lambda one: one not in TRAFFIC):
         line = Text(f"{name.replace('_', ' '):<{_NAMES}}")

@@ -127,11 +127,6 @@ def test_only_serial_ports_are_attached_to(tmp_path):
         LiveBench(open_target("rover-model"), LiveOptions(session=Session(tmp_path), target=f"serial:{tmp_path}/none"))
 
 
-def test_a_model_without_a_view_is_said_to_have_none(tmp_path):
-    with pytest.raises(UsageError, match="vehicle-model: the dashboard has no view of this model yet"):
-        LiveBench(open_target("vehicle-model"), LiveOptions(session=Session(tmp_path)))
-
-
 @pytest.mark.needs_bullet
 def test_a_board_that_no_client_drives_is_shown_all_the_same(live):
     one = live("bluepill-robot")

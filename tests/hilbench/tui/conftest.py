@@ -44,6 +44,7 @@ def journals(tmp_path_factory):
     return {
         "pioneer": record(folder, "pioneer-plane", 8.0),
         "rover": record(folder, "rover-model", 6.0),
+        "vehicle": record(folder, "vehicle-model", 6.0),
     }
 
 

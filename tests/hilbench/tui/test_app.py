@@ -42,7 +42,7 @@ def run(process, scenario, size=(80, 24), **more):
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("bench", ["pioneer", "rover"])
+@pytest.mark.parametrize("bench", ["pioneer", "rover", "vehicle"])
 def test_the_whole_screen_looks_as_it_did(process_of, expect, bench, size):
     async def scenario(app, pilot):
         expect(f"screen-{bench}-{size}", rows(app))

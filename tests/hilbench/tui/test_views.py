@@ -97,7 +97,7 @@ def test_the_regions_of_a_frame_of_any_body_have_no_gap(body):
 def test_a_frame_is_shown_whole(model_of, expect):
     frames = model_of("pioneer").frames
     sip = frames.matching("< sip", 1)[0]
-    expect("frame-sip", [line.plain for line in frame_view(sip, "p2os", frames.options, 72)])
+    expect("frame-sip", [line.plain for line in frame_view(sip, frames.options, 72)])
 
 
 def test_bytes_that_are_no_frame_are_shown_as_bytes(journal_file):
@@ -105,7 +105,7 @@ def test_bytes_that_are_no_frame_are_shown_as_bytes(journal_file):
     model.take([{"ns": 1, "kind": "rx", "source": "client", "data": "00112233fafb"}])
     bad = model.frames.matching("!", 5)
     assert bad
-    assert "00 11 22 33" in "\n".join(line.plain for line in frame_view(bad[0], "p2os", model.frames.options, 40))
+    assert "00 11 22 33" in "\n".join(line.plain for line in frame_view(bad[0], model.frames.options, 40))
 
 
 # --- pictures

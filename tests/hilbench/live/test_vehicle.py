@@ -1,0 +1,303 @@
+"""A vehicle interface on a live bench: who drives its car, what each side's silence does, what is told of the board."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hilbench.commands.live import in_scene
+from hilbench.live.board_views import BoardFromOutside, Sight
+from hilbench.live.car_driver import DEMO
+from hilbench.live.control import RequestError
+from hilbench.live.driver import DEAD_MAN_NS
+from hilbench.live.folders import Session
+from hilbench.live.session import LiveBench, LiveOptions
+from hilbench.live.vehicle_benches import TRACK, track_for
+from hilbench.mcu.command_line import open_target
+from hilbench.testing import FakeHostClock
+
+
+class Live:
+    """A live bench of a vehicle, whose time is the test's."""
+
+    def __init__(self, folder, bench, *, demo=True):
+        folder.mkdir()
+        bench_file = open_target(bench)
+        bench_file = in_scene(bench_file, track_for(bench_file))
+        self.path = folder / "journal.jsonl"
+        self.live = LiveBench(bench_file, LiveOptions(session=Session(folder), demo=demo))
+        self.live.bench.scheduler.lock(FakeHostClock())
+        self.about = self.live.bench.journal.header["live"]
+
+    def run(self, seconds):
+        self.live.bench.run_for(seconds)
+        return self.seen
+
+    def do(self, name, **more):
+        self.live.actions.obey({"do": name, **more})
+
+    def drive(self, forward, turn, seconds):
+        for _ in range(round(seconds / 0.2)):
+            self.do("drive", forward=forward, turn=turn)
+            self.run(0.2)
+        return self.seen
+
+    @property
+    def seen(self):
+        return self.live.rig.views["vehicle"]()
+
+    @property
+    def mode(self):
+        return self.live.rig.machines["board"].state
+
+    def told(self, kind):
+        self.live.bench.journal.flush_step()
+        events = [json.loads(line) for line in self.path.read_text().splitlines()]
+        return [event for event in events if event["kind"] == kind]
+
+    def who(self):
+        return [event["who"] for event in self.told("driver")]
+
+
+@pytest.fixture
+def vehicle(tmp_path):
+    made = []
+
+    def make(bench="vehicle-model", **more):
+        made.append(Live(tmp_path / str(len(made)), bench, **more))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.live.close()
+
+
+@pytest.fixture
+def driving(vehicle):
+    """A car that the driving stack has brought to 4 m/s."""
+    one = vehicle()
+    seen = one.run(3.0)
+    assert seen["speed_m_s"] > 3.5
+    return one
+
+
+def test_the_driving_stack_drives_along_the_track_until_somebody_takes_over(driving):
+    assert (driving.mode, driving.seen["reported"], driving.seen["lights"]) == (
+        Sight.AUTOWARE, "AUTONOMOUS", ["amber"],
+    )  # fmt: skip
+    seen = driving.drive(0.5, 0.4, 1.0)
+    assert (driving.mode, seen["lights"]) == (Sight.MANUAL, ["green"])
+    assert seen["stick"] == [-0.12, 0.5]
+    assert seen["tyre_rad"] > 0.05  # to the left
+    assert driving.who() == ["nobody", DEMO, "user"]
+    assert [event["kind"] for event in driving.told("press")] == ["press"]
+
+
+def test_a_hand_that_lets_go_brakes_until_the_car_stands(driving):
+    driving.drive(0.5, 0.0, 0.6)
+    let_go_ns = driving.live.bench.now_ns - 200_000_000
+    assert driving.run(1.0)["stick"] == [0.0, -1.0]
+    released = driving.told("driver")[-1]
+    assert released["who"] == "dead man"
+    assert 0 <= released["ns"] - let_go_ns - DEAD_MAN_NS < 100_000_000
+    seen = driving.run(2.0)
+    assert seen["speed_m_s"] < 0.05
+    assert seen["stick"] == [0.0, 0.0]
+
+
+def test_stop_stops_whoever_rules(driving):
+    driving.do("stop")
+    seen = driving.run(1.5)
+    assert (seen["speed_m_s"], driving.mode) == (0.0, Sight.AUTOWARE)
+    assert driving.run(4.0)["speed_m_s"] == 0.0
+    driving.do("demo")
+    assert driving.run(2.0)["speed_m_s"] > 1.0
+
+
+def test_the_modes_are_asked_for_and_the_answers_told(driving):
+    driving.do("mode", mode="MANUAL")
+    driving.run(5.0)
+    assert driving.mode is Sight.MANUAL
+    assert driving.seen["speed_m_s"] < 0.05
+    driving.do("mode", mode="AUTOWARE")
+    assert driving.run(0.5)["reported"] == "AUTONOMOUS"
+    assert [(event["mode"], event["said"]) for event in driving.told("answer")] == [
+        ("MANUAL", "granted"), ("AUTOWARE", "granted"),
+    ]  # fmt: skip
+
+
+def test_the_switch_toggles_and_the_board_debounces_it(driving):
+    driving.do("press")
+    driving.run(0.3)
+    driving.do("press")
+    assert driving.run(0.3)["reported"] == "MANUAL"
+    ignored = [event for event in driving.told("event") if event["name"] == "PressIgnored"]
+    assert [event["value"]["reason"] for event in ignored] == ["TOO_EARLY"]
+
+
+def test_a_simulator_that_is_paused_is_an_emergency_and_its_return_ends_it_in_manual(driving):
+    driving.do("simulator", on=False)
+    assert driving.run(0.9)["reported"] == "AUTONOMOUS"
+    seen = driving.run(1.6)
+    assert (driving.mode, seen["lights"], seen["simulator_on"]) == (Sight.EMERGENCY, ["red"], False)
+    assert seen["speed_m_s"] < 0.05
+    driving.do("mode", mode="AUTOWARE")
+    driving.run(0.5)
+    assert driving.told("answer")[-1]["said"] == "refused"
+    driving.do("simulator", on=True)
+    driving.run(0.5)
+    assert driving.mode is Sight.MANUAL
+    driving.run(3.0)
+    assert driving.mode is Sight.AUTOWARE  # the demo driver asks again
+
+
+def test_a_driving_stack_that_is_paused_leaves_the_car_to_the_joystick(driving):
+    driving.do("stack", on=False)
+    assert driving.run(2.0)["reported"] == "MANUAL"
+    assert driving.live.rig.machines["stack"].state.name == "CLOSED"
+    with pytest.raises(RequestError, match="the driving stack is paused"):
+        driving.do("mode", mode="AUTOWARE")
+    driving.do("stack", on=True)
+    driving.run(4.5)
+    assert driving.mode is Sight.AUTOWARE
+
+
+def test_a_driving_stack_whose_line_was_cut_speaks_up_again(driving):
+    driving.do("inject", kind="disconnect", duration_s=0.5, line="stack")
+    driving.run(0.4)
+    changes = [event["value"]["trigger"] for event in driving.told("event") if event["name"] == "StateChanged"]
+    assert "LINE_DOWN" in changes
+    driving.run(6.0)
+    assert driving.live.rig.machines["stack"].state.name == "HEARD"
+    assert driving.mode is Sight.AUTOWARE
+
+
+def test_faults_go_onto_the_line_that_is_named(driving):
+    driving.do("inject", kind="noise", probability=0.5, count=2, line="simulator")
+    driving.run(0.5)
+    assert {event["towards"] for event in driving.told("fault")} == {"board"}
+    board = driving.live.rig.machines["board"]
+    assert board.counters.noise + board.counters.bad_letters > 0
+    with pytest.raises(RequestError, match="no line 'host': simulator, stack"):
+        driving.do("inject", kind="noise", line="host")
+
+
+def test_lamps_are_asked_for_through_the_board(driving):
+    lit = set()
+    driving.do("lamps", which="left")
+    for _ in range(8):
+        lit.add(tuple(driving.run(0.1)["lamps"]))
+    assert lit == {(True, False), (False, False)}
+    driving.do("lamps", which="hazard")
+    lit = {tuple(driving.run(0.1)["lamps"]) for _ in range(8)}
+    assert lit == {(True, True), (False, False)}
+
+
+def test_a_car_without_reverse_gear_is_put_back_to_where_it_began(driving):
+    driving.do("restart")
+    driving.run(0.2)
+    pose = driving.told("pose")[-1]
+    assert abs(pose["x_m"]) < 100_000
+    assert driving.run(2.0)["speed_m_s"] > 1.0
+
+
+@pytest.mark.parametrize(
+    ("request_", "why"),
+    [
+        ({"do": "mode", "mode": "EMERGENCY"}, "mode is AUTOWARE or MANUAL"),
+        ({"do": "stack"}, "on is true or false"),
+        ({"do": "simulator", "on": 1}, "on is true or false"),
+        ({"do": "lamps", "which": "all"}, "which is one of off, left, right, hazard"),
+        ({"do": "connect"}, "this bench has no 'connect'"),
+    ],
+)
+def test_what_cannot_be_done_is_refused(vehicle, request_, why):
+    with pytest.raises(RequestError, match=why):
+        vehicle().live.actions.obey(request_)
+
+
+def test_nobody_drives_where_no_demo_is_wanted(vehicle):
+    one = vehicle(demo=False)
+    assert one.run(3.0)["speed_m_s"] == 0.0
+    assert one.who() == ["nobody"]
+
+
+def test_the_margins_of_the_board_are_told(driving):
+    driving.run(1.0)
+    timers = next(
+        event["timers"]
+        for event in reversed(driving.told("machine"))
+        if event["source"] == "board" and "timers" in event
+    )
+    command, status = timers["COMMAND"], timers["STATUS"]
+    assert (command["span_ns"], status["span_ns"]) == (110_000_000, 100_000_000)
+    assert 70_000_000 < command["worst_ns"] <= command["margin_ns"] < 110_000_000  # commands come every 33 ms
+    assert 40_000_000 < status["worst_ns"] <= status["margin_ns"] < 100_000_000  # statuses every 50 ms
+    driving.do("simulator", on=False)
+    driving.run(0.85)
+    misses = next(event["misses"] for event in reversed(driving.told("machine")) if "misses" in event)
+    assert misses["STATUS"][0] >= 7
+    assert misses["STATUS"][1] == 10
+
+
+def test_the_header_says_who_speaks_what_where_and_what_the_machines_are(vehicle):
+    about = vehicle().about
+    assert about["speakers"] == {
+        "car": {"protocol": "carla", "line": "simulator"},
+        "stack": {"protocol": "autoware", "line": "stack"},
+    }
+    assert list(about["machines"]) == ["board", "car", "stack", "board link", "task"]
+    assert about["machines"]["board"]["states"]["EMERGENCY"] == "the car is stopped"
+    assert about["lane"]["closed"]
+    assert (about["vehicle"], about["physics"]) == ("car", "plane")
+
+
+@pytest.mark.needs_bullet
+@pytest.mark.slow
+def test_firmware_on_a_board_is_seen_from_outside_and_driven(vehicle):
+    assert track_for(open_target("vehicle")) == TRACK
+    assert track_for(open_target("rover")) is None
+    one = vehicle("vehicle")
+    assert one.about["scene"]["name"] == TRACK
+    assert one.about["machines"]["board"]["seen"] == "from its frames"
+    assert "task" not in one.about["machines"]
+    assert one.run(1.5)["speed_m_s"] > 0.5
+    assert (one.mode, one.seen["lights"]) == (Sight.AUTOWARE, ["amber"])
+    one.drive(0.5, 0.0, 0.4)
+    assert (one.mode, one.seen["lights"]) == (Sight.MANUAL, ["green"])
+    changes = [event["value"] for event in one.told("event") if event["name"] == "ModeSeen"]
+    assert [(change["old"], change["new"]) for change in changes] == [("NO_FRAME", "AUTOWARE"), ("AUTOWARE", "MANUAL")]
+
+
+class Clock:
+    """The bench as `BoardFromOutside` needs it."""
+
+    def __init__(self):
+        self.now_ns = 0
+        self.events = []
+
+    def record_event(self, source, event):
+        self.events.append(event)
+
+
+def test_from_outside_a_board_has_the_mode_of_its_frames_and_deadlines_that_count_from_what_it_was_sent():
+    clock = Clock()
+    board = BoardFromOutside(clock)
+    board.command_sent()
+    assert (board.state, board.deadlines) == (Sight.NO_FRAME, {})
+    board.frame(None)
+    assert board.state is Sight.NO_FRAME
+    board.frame(1)
+    board.status_sent()
+    due = {owed.name: ns // 1_000_000 for owed, ns in board.deadlines.items()}
+    assert due == {"COMMAND": 110, "COMMANDS_LOST": 1100, "STATUS": 100, "STATUS_LOST": 1000}
+    board.frame(4)
+    due = {owed.name: ns // 1_000_000 for owed, ns in board.deadlines.items()}
+    assert due == {"STATUS": 100, "STATUS_LOST": 1600}
+    board.frame(0)
+    board.frame(0)
+    assert board.deadlines == {}
+    assert (board.counters.frames_emergency, board.counters.emergencies) == (2, 1)
+    assert [event.new for event in clock.events] == [Sight.AUTOWARE, Sight.MANUAL, Sight.EMERGENCY]
+    assert sum(board.visits.values()) == 3

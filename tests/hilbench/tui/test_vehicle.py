@@ -1,0 +1,214 @@
+"""A vehicle interface on the dashboard: both lines decoded byte by byte, what its board does, what is asked of it."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hilbench.decode.decoders import DecodeOptions
+from hilbench.decode.regions import regions
+from hilbench.tui.app import Dashboard
+from hilbench.tui.dialogs import InjectScreen
+from hilbench.tui.model.bench import BenchModel
+from hilbench.tui.views.above import world_view
+from hilbench.tui.views.cockpit import cockpit_view
+from hilbench.tui.views.frames import frame_view
+from hilbench.tui.views.status import counters_view, link_view, timers_view
+from protocols import autoware, carla
+
+MS = 1_000_000
+SEEN = {
+    "reported": "MANUAL", "stack_on": True, "simulator_on": False, "stick": [0.0, 1.0], "pressed": True,
+    "lights": ["green"], "lamps": [True, False], "speed_m_s": 10.0, "tyre_rad": -0.1, "offset_m": -0.5,
+}  # fmt: skip
+ACTIONS = ("press", "mode", "stack", "simulator", "lamps", "restart", "drive", "stop", "demo", "inject")
+
+
+# --- frames
+
+
+def named(protocol, raw, *, sent):
+    return [(region.name, region.data.hex()) for region in regions(protocol, raw, sent=sent, options=DecodeOptions())]
+
+
+def test_the_fields_of_a_command_are_called_what_they_mean_in_its_mode():
+    autoware_names = [name for name, _ in named("carla", carla.VECTORS["F1"].data, sent=False)]
+    manual = dict(named("carla", carla.VECTORS["F2"].data, sent=False))
+    assert autoware_names[2::2] == [
+        "steering_rad", "steering_rate_rad_s", "speed_m_s", "acceleration_m_s2", "jerk_m_s3", "mode", "NUL",
+    ]  # fmt: skip
+    assert (manual["steer"], manual["throttle"], manual["brake"], manual["mode"]) == (
+        "000000bf", "0000403f", "00000000", "04",
+    )  # fmt: skip
+
+
+finite = st.floats(-1e6, 1e6, width=32)
+
+
+@given(finite, finite, finite, finite)
+def test_the_regions_of_a_status_have_no_gap(a, b, c, d):
+    status = carla.StatusFrame(lon_speed_m_s=a, lat_speed_m_s=b, heading_rate_rad_s=c, steering_rad=d)
+    found = named("carla", carla.encode_status(status), sent=True)
+    assert "".join(data for _, data in found) == carla.encode_status(status).hex()
+    assert [name for name, _ in found][2::2] == [
+        "lon_speed_m_s", "lat_speed_m_s", "heading_rate_rad_s", "steering_rad",
+    ]  # fmt: skip
+
+
+@given(st.integers(0, 2**31 - 1), st.integers(0, 999_999_999), finite)
+def test_the_regions_of_a_report_have_no_gap_though_bytes_are_escaped(sec, nanosec, speed):
+    report = autoware.VelocityReport(stamp=autoware.Time(sec, nanosec), longitudinal_velocity=speed)
+    raw = autoware.encode_frame(autoware.encode_message(report))
+    found = named("autoware", raw, sent=False)
+    assert "".join(data for _, data in found) == raw.hex()
+    assert [name for name, _ in found] == [
+        "flag", "source", "remote", "length", "id", "stamp",
+        "longitudinal_velocity", "lateral_velocity", "heading_rate", "CRC",
+    ]  # fmt: skip
+
+
+def test_frames_of_both_lines_are_decoded_and_found_by_their_line(model_of, expect):
+    frames = model_of("vehicle").frames
+    simulator, stack = frames.matching("simulator", 400), frames.matching("stack -simulator", 400)
+    assert {frame.protocol for frame in simulator} == {"carla"}
+    assert {frame.protocol for frame in stack} == {"autoware"}
+    assert {frame.item.name for frame in simulator} == {"Status", "AUTOWARE", "MANUAL"}
+    assert "VelocityReport" in {frame.item.name for frame in stack}
+    command = frames.matching("simulator < autoware", 1)[0]
+    expect("frame-command", [line.plain for line in frame_view(command, frames.options, 72)])
+
+
+# --- panes
+
+
+@pytest.mark.parametrize("view", [link_view, timers_view, counters_view])
+@pytest.mark.parametrize("width", [36, 60, 100])
+def test_panes_keep_to_their_width(model_of, view, width):
+    lines = view(model_of("vehicle"), width)
+    assert lines
+    assert all(line.cell_len <= width for line in lines)
+
+
+def test_both_lines_are_shown_as_links(model_of):
+    text = "\n".join(line.plain for line in link_view(model_of("vehicle"), 60))
+    assert "simulator up  921600 baud" in text
+    assert "stack     up  921600 baud" in text
+
+
+def test_the_modes_and_their_way_are_known(model_of):
+    board = model_of("vehicle").machines["board"]
+    assert board.states == ["AUTOWARE", "MANUAL", "EMERGENCY"]
+    assert (board.state, board.came_from, board.trigger) == ("MANUAL", "AUTOWARE", "PRESS")
+    assert board.visits["AUTOWARE", "PRESS"] == 1
+    link = model_of("vehicle").machines["board link"]
+    assert (link.state, link.trigger) == ("ONLINE", "AGENT_ONLINE")
+
+
+def test_deadlines_that_come_fast_show_their_margin_and_misses_grow():
+    model = BenchModel({"live": {"machines": {"board": {"states": {"AUTOWARE": ""}, "seen": "from its frames"}}}})
+    timers = {
+        "COMMAND": {"deadline_ns": 5 * MS, "span_ns": 110 * MS, "margin_ns": 80 * MS, "worst_ns": 20 * MS},
+        "COMMANDS_LOST": {"deadline_ns": 700 * MS, "span_ns": 1100 * MS, "margin_ns": 1000 * MS, "worst_ns": 0},
+        "PAUSE": {"deadline_ns": None, "span_ns": 60 * MS, "margin_ns": None, "worst_ns": None},
+    }
+    model.take(
+        [{"ns": 100 * MS, "kind": "machine", "source": "board", "timers": timers, "misses": {"STATUS": [8, 10, 9]}}]
+    )
+    lines = [line.plain for line in timers_view(model, 80)]
+    assert lines[0] == "board, from its frames"
+    assert "80.0 ms  of 110.0 ms  min 20.0 ms" in lines[1]
+    assert "600.0 ms  ran out  last 1.00 s" in lines[2]
+    assert "stopped  of 60.0 ms" in lines[3]
+    assert "8 of 10  most 9" in lines[4]
+
+
+def test_the_cockpit(expect):
+    expect("cockpit", [line.plain for line in cockpit_view(SEEN, 60)])
+    assert cockpit_view({}, 60) == []
+
+
+@given(st.floats(-1, 1), st.floats(-1, 1), st.integers(20, 80))
+def test_the_stick_is_within_its_field(right, forward, width):
+    lines = cockpit_view({**SEEN, "stick": [right, forward]}, width)
+    assert len(lines) == 6
+    assert sum(line.plain[:12].count("●") for line in lines) == 1
+    assert all(line.cell_len <= width for line in lines)
+
+
+def test_the_lane_is_drawn_whole_before_anything_has_moved():
+    lane = {"center": [[0, 0], [100, 0], [100, 40], [0, 40]], "width_m": 3.5, "closed": True}
+    model = BenchModel({"live": {"vehicle": "car", "scene": {"name": "track", "boxes": []}, "lane": lane}})
+    model.take([{"ns": 1, "kind": "pose", "source": "world", "x_m": 0, "y_m": 0, "z_m": 0, "yaw_rad": 0}])
+    drawn = [line.plain for line in world_view(model.world, 60, 14)][:-1]
+    dots = [(row, column) for row, line in enumerate(drawn) for column, cell in enumerate(line) if cell != " "]
+    assert max(column for _, column in dots) - min(column for _, column in dots) > 50
+    assert max(row for row, _ in dots) - min(row for row, _ in dots) > 8
+
+
+# --- keys
+
+
+def run(process, scenario):
+    async def go():
+        app = Dashboard(process, ticking=False)
+        async with app.run_test(size=(132, 40)) as pilot:
+            await pilot.pause()
+            app.look()
+            await scenario(app, pilot)
+
+    asyncio.run(go())
+
+
+ASKED_BY_KEYS = {
+    "y": ("mode", {"mode": "AUTOWARE"}),
+    "v": ("mode", {"mode": "MANUAL"}),
+    "j": ("press", {}),
+    "k": ("stack", {"on": False}),
+    "l": ("simulator", {"on": False}),
+    "z": ("lamps", {"which": "left"}),
+    "backspace": ("restart", {}),
+}
+
+
+def test_keys_ask_the_board_and_those_around_it(process_of):
+    process = process_of("vehicle")
+    process.actions = ACTIONS
+
+    async def scenario(app, pilot):
+        for key in ASKED_BY_KEYS:
+            await pilot.press(key)
+        assert process.sent == list(ASKED_BY_KEYS.values())
+        app.model.vehicle = {**app.model.vehicle, "simulator_on": False}
+        await pilot.press("l", "z")
+        assert process.sent[-2:] == [("simulator", {"on": True}), ("lamps", {"which": "right"})]
+
+    run(process, scenario)
+
+
+def test_a_bench_without_them_is_not_asked(process_of):
+    process = process_of("pioneer")
+
+    async def scenario(app, pilot):
+        await pilot.press(*ASKED_BY_KEYS)
+        assert process.sent == []
+
+    run(process, scenario)
+
+
+def test_a_fault_is_put_on_one_of_the_lines(process_of):
+    process = process_of("vehicle")
+    process.actions = ACTIONS
+
+    async def scenario(app, pilot):
+        await pilot.press("i")
+        await pilot.pause()
+        assert isinstance(app.screen, InjectScreen)
+        app.screen.query_one("#line").value = "stack"
+        await pilot.press("ctrl+s")
+        await pilot.pause()
+        assert process.sent[-1][1]["line"] == "stack"
+
+    run(process, scenario)
