@@ -10,7 +10,7 @@ import re
 from fractions import Fraction
 from pathlib import Path
 
-from hilbench.options import PtyDoor, TargetChoice, TcpDoor
+from hilbench.options import PtyDoor, Rfc2217Door, TargetChoice, TcpDoor
 
 _NAME = re.compile(r"(?P<name>[A-Za-z_][\w.-]*)=(?P<rest>.*)", re.DOTALL)
 _DURATION = re.compile(r"(?P<number>\d+(\.\d+)?)(?P<unit>us|ms|s|min|h)", re.ASCII)
@@ -44,6 +44,12 @@ def tcp_door(text: str) -> TcpDoor:
     if not port.isascii() or not port.isdigit() or int(port) > _HIGHEST_PORT:
         raise ValueError(f"'{address}' does not end in a port from 0 to {_HIGHEST_PORT}")
     return TcpDoor(link=link, host=host.strip("[]") or "127.0.0.1", port=int(port))
+
+
+def rfc2217_door(text: str) -> Rfc2217Door:
+    """Read ``[LINK=][HOST:]PORT``, as `tcp_door`."""
+    door = tcp_door(text)
+    return Rfc2217Door(link=door.link, host=door.host, port=door.port)
 
 
 def output_file(text: str) -> Path:

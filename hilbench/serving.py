@@ -7,9 +7,23 @@ import signal
 from collections.abc import Callable, Iterator
 
 from hilbench.clock import MonotonicHostClock, Scheduler, deferred_interrupts
-from hilbench.links import PtyDoor, TcpDoor
+from hilbench.links import Line, PtyDoor, Rfc2217Door, TcpDoor
+from hilbench.links.uart import Timeline
+from hilbench.options import DoorWish
+from hilbench.options import PtyDoor as PtyWish
+from hilbench.options import Rfc2217Door as Rfc2217Wish
 
-__all__ = ["STOP_SIGNALS", "AnyDoor", "Say", "place", "run_until_stopped", "signals_held", "traffic"]
+__all__ = [
+    "STOP_SIGNALS",
+    "AnyDoor",
+    "Say",
+    "door_option",
+    "open_door",
+    "place",
+    "run_until_stopped",
+    "signals_held",
+    "traffic",
+]
 
 Say = Callable[[str], None]
 AnyDoor = PtyDoor | TcpDoor
@@ -54,9 +68,38 @@ def run_until_stopped(scheduler: Scheduler, say: Say, condition: Callable[[], bo
         host.close()
 
 
+def door_option(wish: DoorWish) -> str:
+    """Return the option by which a door was wished for."""
+    if isinstance(wish, PtyWish):
+        return "--pty"
+    return "--rfc2217" if isinstance(wish, Rfc2217Wish) else "--tcp"
+
+
+def open_door(
+    wish: DoorWish, scheduler: Scheduler, line: Line, *, any_baud: bool, chip_time: Timeline | None = None
+) -> AnyDoor:
+    """Open a door; the caller closes it.
+
+    Raises:
+        UsageError: something else is at the path of a pty.
+        UnavailableError: it cannot be opened.
+    """
+    if isinstance(wish, PtyWish):
+        name = f"pty:{wish.path}"
+        return PtyDoor(scheduler, wish.path, line, any_baud=any_baud, name=name, chip_time=chip_time)
+    host = f"[{wish.host}]" if ":" in wish.host else wish.host
+    address = f"{host}:{wish.port}"
+    if isinstance(wish, Rfc2217Wish):
+        name = f"rfc2217:{wish.port}"
+        return Rfc2217Door(scheduler, address, line, any_baud=any_baud, name=name, chip_time=chip_time)
+    return TcpDoor(scheduler, address, line, name=f"tcp:{wish.port}", chip_time=chip_time)
+
+
 def place(door: AnyDoor) -> str:
     """Return where a door is, for people."""
-    return str(door.path) if isinstance(door, PtyDoor) else f"tcp {door.host}:{door.port}"
+    if isinstance(door, PtyDoor):
+        return str(door.path)
+    return f"{'rfc2217' if isinstance(door, Rfc2217Door) else 'tcp'} {door.host}:{door.port}"
 
 
 def traffic(door: AnyDoor) -> str:

@@ -15,6 +15,7 @@ hilbench serve nucleo-f767zi:firmware.elf                  its virtual COM port,
 hilbench serve bluepill:firmware.elf --pty usart2=./gps --tcp usart1=8101
 hilbench serve pioneer --pty ./p2                          a client opens ./p2 as its serial port
 hilbench serve pioneer --tcp 8101 --scene corridor --seed 7
+hilbench serve rover-model --rfc2217 4000                   a client opens rfc2217://localhost:4000
 hilbench serve rover-model --pty ./rover                    the PKT! rover, behavioural
 hilbench serve vehicle-model --pty usart2=./simulator --pty usart3=./stack
 hilbench serve my-bench.toml --tcp 0.0.0.0:8101 --journal served.jsonl
@@ -37,6 +38,8 @@ def parser() -> Parser:
         help="make PATH a symbolic link to a pseudo-terminal")  # fmt: skip
     add("--tcp", metavar="[USART=][HOST:]PORT", action="append", default=[], type=typed(arguments.tcp_door),
         help="listen at a TCP port (default host: 127.0.0.1; port 0: any free one)")  # fmt: skip
+    add("--rfc2217", metavar="[USART=][HOST:]PORT", action="append", default=[], type=typed(arguments.rfc2217_door),
+        help="as --tcp, for clients that set the rate of the line (rfc2217://HOST:PORT of pyserial)")  # fmt: skip
     add("--scene", metavar="S", help="scene to stand in instead of that of the bench file: a built-in name or a file")
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
     add("--baud", metavar="B", type=typed(arguments.baud), help="speed of the line in bit/s")
@@ -57,6 +60,7 @@ def run(parsed: argparse.Namespace) -> int:
         what=parsed.what,
         ptys=tuple(parsed.pty),
         tcps=tuple(parsed.tcp),
+        rfc2217s=tuple(parsed.rfc2217),
         scene=None if parsed.scene is None else resolve_scene(parsed.scene, Path(), "--scene"),
         seed=parsed.seed,
         baud=parsed.baud,

@@ -4,6 +4,7 @@ from hilbench.links.memory import MemoryLink, MemoryPort
 from hilbench.links.port import Line, LinkCounters, Port
 from hilbench.links.pty import PtyDoor
 from hilbench.links.reconnecting import ReconnectingPort
+from hilbench.links.rfc2217 import Rfc2217Door
 from hilbench.links.serial_target import (
     DEFAULT_BAUD,
     LineSettings,
@@ -24,6 +25,7 @@ __all__ = [
     "Port",
     "PtyDoor",
     "ReconnectingPort",
+    "Rfc2217Door",
     "SerialPort",
     "SerialTarget",
     "TcpDoor",

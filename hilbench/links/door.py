@@ -17,7 +17,7 @@ from functools import partial
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
 from hilbench.links.port import Line, PortBase
-from hilbench.links.uart import Timeline, Transmitter
+from hilbench.links.uart import Timeline, Transmitter, resample
 
 READ_BYTES = 4096
 # Bytes that wait for the wire: beyond them the client is not read from (it feels that as flow control) and what the
@@ -51,10 +51,26 @@ class Door(PortBase, ABC):
         name: For the journal and for messages.
         line: Baud rate of the wire, 0 for no pace.
         chip_time: Time of the chip whose USART the door leads to; None if it leads to anything else.
+        any_baud: Understand a client whatever rate it has set.
+
+    Attributes:
+        on_garbled: Called with the client's rate in bit/s, once for each client, when it first sends at another rate
+            than the line's.
     """
 
-    def __init__(self, scheduler: Scheduler, name: str, line: Line, chip_time: Timeline | None = None) -> None:
+    def __init__(
+        self,
+        scheduler: Scheduler,
+        name: str,
+        line: Line,
+        chip_time: Timeline | None = None,
+        *,
+        any_baud: bool = False,
+    ) -> None:
         super().__init__(name)
+        self.any_baud = any_baud
+        self.on_garbled: Callable[[int], None] = _ignore
+        self._garbled = False
         self._scheduler = scheduler
         self._hung_up = False
         self._held: Input | None = None
@@ -74,7 +90,21 @@ class Door(PortBase, ABC):
             self._put,
             group_ns=_GROUP_NS,
             depth=_WAITING_BYTES,
+            on_break=self._break_out,
         )
+
+    @property
+    def client_baud(self) -> int:
+        """The rate that the client has set, bit/s; that of the line where it cannot set any."""
+        return self.baud
+
+    def follow(self, was_baud: int, *, unasked: bool) -> None:
+        """Let a client that has set no rate have the line's, which was changed from `was_baud`.
+
+        Args:
+            was_baud: what it was before, bit/s.
+            unasked: whether a client that is there takes it, too; one that comes later always begins with it.
+        """
 
     @property
     def baud(self) -> int:
@@ -107,7 +137,7 @@ class Door(PortBase, ABC):
         self.counters.withdrawn += self._outgoing.withdraw(keep)
 
     def send_break(self, duration_ns: int) -> None:
-        """Keep the wire busy for `duration_ns`; a pty or a socket cannot carry a break to the client."""
+        """Keep the wire busy for `duration_ns`; of the doors, that of RFC 2217 alone tells its client."""
         self._take_to_send(b"", self._scheduler.now_ns)
         self._outgoing.send_break(duration_ns)
 
@@ -134,6 +164,9 @@ class Door(PortBase, ABC):
     def _client_gone(self) -> None:
         """Learn that the client's last byte is through and the line is down."""
 
+    def _break_out(self, _at_ns: int) -> None:
+        """Learn that a break has left the wire."""
+
     def _in_order(self, at_ns: int, action: Callable[[], None]) -> None:
         """Have `action` happen at `at_ns`, after whatever was seen before."""
         self._scheduler.at(at_ns, action, order=EventClass.INPUT, source=self.name)
@@ -141,6 +174,26 @@ class Door(PortBase, ABC):
     def _came_in(self, source: Input, data: bytes, at_ns: int) -> None:
         """Take a chunk from the client that was seen at `at_ns`."""
         self._in_order(at_ns, partial(self._let_in, source, data))
+
+    def _hear(self, source: Input, data: bytes, at_ns: int) -> None:
+        """Take a chunk from the client, as the line hears it."""
+        client_baud = self.client_baud
+        if self._garbles(client_baud, self.baud) and not self._garbled:
+            self._garbled = True
+            self._in_order(at_ns, partial(self.on_garbled, client_baud))
+        self._came_in(source, self._across(data, client_baud, self.baud), at_ns)
+
+    def _across(self, data: bytes, sent_baud: int, own_baud: int) -> bytes:
+        """Return what an end at `own_baud` gets of `data` sent at `sent_baud`."""
+        if not self._garbles(sent_baud, own_baud):
+            return data
+        sampled = resample(data, sent_baud, own_baud)
+        self.counters.framing_errors += sum(byte.framing_error for byte in sampled)
+        return bytes(byte.value for byte in sampled)
+
+    def _garbles(self, sent_baud: int, own_baud: int) -> bool:
+        """Say whether two ends at these rates do not understand each other."""
+        return not self.any_baud and sent_baud != own_baud and sent_baud > 0 and own_baud > 0
 
     def _client_came(self) -> None:
         """Put the line up; a former client whose bytes are still under way hangs up now."""
@@ -190,3 +243,7 @@ class Door(PortBase, ABC):
         self.counters.lost += self._outgoing.clear()  # the next client must not get the rest of it
         self._set_line(False, self._scheduler.now_ns)
         self._client_gone()
+
+
+def _ignore(_baud: int) -> None:
+    """Stand in for a callback that nobody has set."""

@@ -14,8 +14,6 @@ import re
 import select
 import struct
 import termios
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 from hilbench.clock import Scheduler
@@ -23,7 +21,7 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.links.door import READ_BYTES, Door, Input
 from hilbench.links.inotify import OpenCloseWatch
 from hilbench.links.port import Line
-from hilbench.links.uart import Timeline, resample
+from hilbench.links.uart import Timeline
 
 _TERMIOS2 = struct.Struct("=IIIIB19sII")  # iflag, oflag, cflag, lflag, line, cc, ispeed, ospeed
 _TCGETS2 = 0x802C542A
@@ -56,8 +54,6 @@ class PtyDoor(Door):
 
     Attributes:
         slave_name: The slave's own name, /dev/pts/N.
-        on_garbled: Called with the client's rate in bit/s, once for each client, when it first sends at another rate
-            than the line's.
     """
 
     def __init__(
@@ -70,11 +66,8 @@ class PtyDoor(Door):
         name: str = "pty",
         chip_time: Timeline | None = None,
     ) -> None:
-        super().__init__(scheduler, name, line or Line(), chip_time)
+        super().__init__(scheduler, name, line or Line(), chip_time, any_baud=any_baud)
         self.path = None if path is None else Path(path)
-        self.any_baud = any_baud
-        self.on_garbled: Callable[[int], None] = _ignore
-        self._garbled = False
         self._clients = 0
         try:
             self._master, self._slave = os.openpty()
@@ -101,13 +94,7 @@ class PtyDoor(Door):
         return int(_TERMIOS2.unpack(fcntl.ioctl(self._slave, _TCGETS2, bytes(_TERMIOS2.size)))[7])
 
     def follow(self, was_baud: int, *, unasked: bool) -> None:
-        """Let the slave have the line's rate, which was changed from `was_baud`.
-
-        Args:
-            was_baud: what it was before, bit/s.
-            unasked: whether a client that is there and has never set a rate takes it, too; one that comes later always
-                begins with it.
-        """
+        """See `Door.follow`."""
         if not self._clients or (unasked and self.client_baud == was_baud):
             self._set_slave_baud(self.baud)
 
@@ -172,11 +159,7 @@ class PtyDoor(Door):
         for data in chunks:
             if not self._clients:
                 self._count(1, at_ns)  # who writes has opened; the notice of it was merged with our own
-            client_baud = self.client_baud
-            if self._garbles(client_baud, self.baud) and not self._garbled:
-                self._garbled = True
-                self._in_order(at_ns, partial(self.on_garbled, client_baud))
-            self._came_in(self._input, self._across(data, client_baud, self.baud), at_ns)
+            self._hear(self._input, data, at_ns)
 
     def _put(self, data: bytes, _at_ns: int) -> None:
         if not self._clients:
@@ -187,18 +170,6 @@ class PtyDoor(Door):
             self.counters.lost += len(heard) - os.write(self._master, heard)
         except BlockingIOError:
             self.counters.lost += len(heard)
-
-    def _across(self, data: bytes, sent_baud: int, own_baud: int) -> bytes:
-        """Return what an end at `own_baud` gets of `data` sent at `sent_baud`."""
-        if not self._garbles(sent_baud, own_baud):
-            return data
-        sampled = resample(data, sent_baud, own_baud)
-        self.counters.framing_errors += sum(byte.framing_error for byte in sampled)
-        return bytes(byte.value for byte in sampled)
-
-    def _garbles(self, sent_baud: int, own_baud: int) -> bool:
-        """Say whether two ends at these rates do not understand each other."""
-        return not self.any_baud and sent_baud != own_baud and sent_baud > 0 and own_baud > 0
 
     # --- clients
 
@@ -278,10 +249,6 @@ class PtyDoor(Door):
         self._watch.close()
         os.close(self._master)
         os.close(self._slave)
-
-
-def _ignore(_baud: int) -> None:
-    """Stand in for a callback that nobody has set."""
 
 
 def _trailing_closings(happened: list[bool]) -> int:

@@ -34,6 +34,9 @@ _ICOUNTER = struct.Struct("20i")
 buf_overrun, and nine that are reserved."""
 _TIOCGICOUNT = 0x545D
 _PSEUDO = "/dev/pts/"
+_THREAD_READ_S = 0.1
+"""How long a thread that reads a port without a descriptor waits before it looks around (choice). It is set at once: a
+client of RFC 2217 negotiates everything anew when it is changed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,7 +87,7 @@ def open_serial(target: SerialTarget, write_timeout_s: float) -> Any:
             baudrate=target.baud,
             parity=settings.parity,
             stopbits=settings.stop_bits,
-            timeout=0,
+            timeout=_THREAD_READ_S,
             write_timeout=timeout_s,
             do_not_open=True,
         )

@@ -221,13 +221,22 @@ class SerialPort(PortBase):
 
     def _read(self, at_ns: int) -> None:
         try:
-            data = self._stream.take() if self._stream is not None else self._serial.read(READ_BYTES)
-        except (OSError, TypeError):  # pyserial raises TypeError when the port is closed under its hands
+            data = self._stream.take() if self._stream is not None else self._take()
+        except BlockingIOError:
+            return
+        except OSError:
             self._scheduler.remove_source(self._input)
             self._in_order(at_ns, self._line_lost)
             return
-        if data:
-            self._in_order(at_ns, partial(self._deliver, data, at_ns))
+        self._in_order(at_ns, partial(self._deliver, data, at_ns))
+
+    def _take(self) -> bytes:
+        """Return what the system has; raises OSError when it has hung up."""
+        assert self._descriptor is not None
+        data = os.read(self._descriptor, READ_BYTES)
+        if not data:
+            raise OSError("readable without a byte: the far end is gone")
+        return data
 
     def _in_order(self, at_ns: int, action: Callable[[], None]) -> None:
         self._scheduler.at(at_ns, action, order=EventClass.INPUT, source=self.name)

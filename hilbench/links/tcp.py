@@ -94,6 +94,7 @@ class TcpDoor(Door):
         self._client_input = Input(descriptor=client.fileno(), read=self._read)
         self._scheduler.add_source(self._client_input)
         self._in_order(at_ns, self._client_came)
+        self._greet()
 
     def _read(self, at_ns: int) -> None:
         if self._client is None or self._client_input is None:
@@ -105,19 +106,33 @@ class TcpDoor(Door):
         except OSError:
             data = b""
         if data:
-            self._came_in(self._client_input, data, at_ns)
+            self._take(self._client_input, data, at_ns)
             return
         # The session ends when its last bytes are through the wire; who connects meanwhile waits to be accepted.
         self._scheduler.remove_source(self._client_input)
         self._scheduler.remove_source(self._listening)
         self._in_order(at_ns, self._client_left)
 
+    def _greet(self) -> None:
+        """Say what a client is told when it has connected: nothing."""
+
+    def _take(self, source: Input, data: bytes, at_ns: int) -> None:
+        """Take what a client has sent: all of it is for the line."""
+        self._came_in(source, data, at_ns)
+
     def _put(self, data: bytes, _at_ns: int) -> None:
-        taken = 0
-        if self._client is not None:
+        self.counters.lost += len(data) - self._send(data[: self._room()])
+
+    def _room(self) -> int:
+        """Return how many bytes the client may still leave unread."""
+        return 0 if self._client is None else _UNREAD_BYTES - _unread_bytes(self._client)
+
+    def _send(self, data: bytes) -> int:
+        """Give bytes to the client; return how many were taken."""
+        if self._client is not None and data:
             with contextlib.suppress(OSError):
-                taken = self._client.send(data[: _UNREAD_BYTES - _unread_bytes(self._client)])
-        self.counters.lost += len(data) - taken
+                return self._client.send(data)
+        return 0
 
     def _client_gone(self) -> None:
         self._drop_client()

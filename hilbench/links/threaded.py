@@ -16,15 +16,13 @@ from typing import Any
 __all__ = ["ThreadedStream"]
 
 CHUNK_BYTES = 4096
-_READ_S = 0.1
-"""How long a read waits before it looks whether the thread should end (choice)."""
 
 
 class ThreadedStream:
     """Reads and writes a port by threads.
 
     Args:
-        port: the port, open; its read timeout is set here.
+        port: the port, open, with a read timeout: so often it is looked whether the threads should end.
         drain_s: how long closing waits for what is being written, in seconds of the host.
     """
 
@@ -36,7 +34,6 @@ class ThreadedStream:
         self._writing = 0
         self._wake_read, self._wake_write = os.pipe()
         self._ending = False
-        self._port.timeout = _READ_S
         self._threads = [
             threading.Thread(target=run, name=f"{what} {port.port}", daemon=True)
             for what, run in (("read", self._read_on), ("write", self._write_on))

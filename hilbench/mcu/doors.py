@@ -9,18 +9,15 @@ from pathlib import Path
 
 from hilbench.doors import SharedDoor
 from hilbench.errors import UsageError
-from hilbench.links import Line, Port, PtyDoor, TcpDoor
+from hilbench.links import Line, Port
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.usart_port import UNSET_BAUD, UsartPort
 from hilbench.nearest import did_you_mean
+from hilbench.options import DoorWish, ServeOptions
 from hilbench.options import PtyDoor as PtyWish
-from hilbench.options import ServeOptions
-from hilbench.options import TcpDoor as TcpWish
-from hilbench.serving import AnyDoor, Say, place
+from hilbench.serving import AnyDoor, Say, door_option, open_door, place
 
 __all__ = ["ServedUsart", "assign", "open_doors"]
-
-Wish = PtyWish | TcpWish
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +35,7 @@ class ServedUsart:
 
 def assign(
     options: ServeOptions, free: Sequence[str], unasked: Sequence[str] | None = None
-) -> Mapping[str, list[Wish]]:
+) -> Mapping[str, list[DoorWish]]:
     """Return the doors that each USART gets.
 
     A door that names none gets the next USART, in the order of `free`, that no door of its kind has. Where no doors are
@@ -52,24 +49,20 @@ def assign(
     Raises:
         UsageError: no such USART, two doors of a kind for one, or more doors than USARTs.
     """
-    wishes: list[Wish] = [*options.ptys, *options.tcps]
+    wishes = options.doors
     if not wishes:
         return {name: [PtyWish(path=Path(f"./{name.replace('.', '-')}"))] for name in unasked or free}
-    found: dict[str, list[Wish]] = {}
+    found: dict[str, list[DoorWish]] = {}
     for wish in sorted(wishes, key=lambda wish: not wish.link):
         name = _named(wish, free, found) if wish.link else _next(wish, free, found)
         found.setdefault(name, []).append(wish)
     return {name: found[name] for name in free if name in found}
 
 
-def _option(wish: Wish) -> str:
-    return "--pty" if isinstance(wish, PtyWish) else "--tcp"
-
-
-def _named(wish: Wish, free: Sequence[str], found: Mapping[str, Sequence[Wish]]) -> str:
+def _named(wish: DoorWish, free: Sequence[str], found: Mapping[str, Sequence[DoorWish]]) -> str:
     link = wish.link.lower()
     fitting = [name for name in free if name == link or name.partition(".")[2] == link]
-    where = f"{_option(wish)} {wish.link}="
+    where = f"{door_option(wish)} {wish.link}="
     if len(fitting) == 1:
         if _has_such(wish, found.get(fitting[0], ())):
             raise UsageError(f"{fitting[0]} has a door of this kind already", where=where, hint="one of each kind")
@@ -79,18 +72,20 @@ def _named(wish: Wish, free: Sequence[str], found: Mapping[str, Sequence[Wish]])
     raise UsageError("no such USART, or it is linked already", where=where, hint=did_you_mean(link, free, "USARTs"))
 
 
-def _next(wish: Wish, free: Sequence[str], found: Mapping[str, Sequence[Wish]]) -> str:
+def _next(wish: DoorWish, free: Sequence[str], found: Mapping[str, Sequence[DoorWish]]) -> str:
     for name in free:
         if not _has_such(wish, found.get(name, ())):
             return name
-    raise UsageError(f"more of them than USARTs ({', '.join(free) or 'none is free'})", where=_option(wish))
+    raise UsageError(f"more of them than USARTs ({', '.join(free) or 'none is free'})", where=door_option(wish))
 
 
-def _has_such(wish: Wish, others: Sequence[Wish]) -> bool:
-    return any(isinstance(other, type(wish)) for other in others)
+def _has_such(wish: DoorWish, others: Sequence[DoorWish]) -> bool:
+    return any(type(other) is type(wish) for other in others)
 
 
-def open_doors(emulated: EmulatedBench, name: str, wishes: Sequence[Wish], options: ServeOptions) -> Iterator[AnyDoor]:
+def open_doors(
+    emulated: EmulatedBench, name: str, wishes: Sequence[DoorWish], options: ServeOptions
+) -> Iterator[AnyDoor]:
     """Open the doors of one USART; the caller closes them.
 
     Raises:
@@ -100,13 +95,7 @@ def open_doors(emulated: EmulatedBench, name: str, wishes: Sequence[Wish], optio
     port = emulated.ports[name]
     scheduler, line = emulated.bench.scheduler, Line(baud=port.baud)
     for wish in wishes:
-        if isinstance(wish, PtyWish):
-            yield PtyDoor(
-                scheduler, wish.path, line, any_baud=options.any_baud, name=f"pty:{wish.path}", chip_time=port.chip_time
-            )
-        else:
-            host = f"[{wish.host}]" if ":" in wish.host else wish.host
-            yield TcpDoor(scheduler, f"{host}:{wish.port}", line, name=f"tcp:{wish.port}", chip_time=port.chip_time)
+        yield open_door(wish, scheduler, line, any_baud=options.any_baud, chip_time=port.chip_time)
 
 
 def connect(emulated: EmulatedBench, name: str, doors: Sequence[AnyDoor], say: Say) -> None:
@@ -118,19 +107,18 @@ def connect(emulated: EmulatedBench, name: str, doors: Sequence[AnyDoor], say: S
     outside.on_receive = port.begin
     outside.on_line = lambda up, _at_ns: say(_now(emulated, name, f"a client {'came' if up else 'left'}"))
     for door in doors:
-        if isinstance(door, PtyDoor):
-            door.on_garbled = partial(_garbled, emulated, name, door, say)
+        door.on_garbled = partial(_garbled, emulated, name, door, say)
 
 
 def _follow(port: UsartPort, doors: Sequence[AnyDoor]) -> None:
     for door in doors:
         was_baud = door.baud
         door.set_frame(port.baud, port.bits_per_byte)
-        if isinstance(door, PtyDoor) and was_baud != port.baud:
+        if was_baud != port.baud:
             door.follow(was_baud, unasked=was_baud == UNSET_BAUD)
 
 
-def _garbled(emulated: EmulatedBench, name: str, door: PtyDoor, say: Say, client_baud: int) -> None:
+def _garbled(emulated: EmulatedBench, name: str, door: AnyDoor, say: Say, client_baud: int) -> None:
     say(
         _now(
             emulated,

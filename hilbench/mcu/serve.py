@@ -17,7 +17,7 @@ from hilbench.mcu.group import LOCKED_STEP_NS
 from hilbench.options import ServeOptions
 from hilbench.serving import AnyDoor, Say, place, run_until_stopped, signals_held, traffic
 
-__all__ = ["serve_boards"]
+__all__ = ["free_usarts", "serve_boards", "usual_usarts"]
 
 
 def serve_boards(
@@ -46,7 +46,7 @@ def serve_boards(
         )
         stack.callback(emulated.close)
         served: list[AnyDoor] = []
-        for name, wishes in assign(options, _free(bench_file), _unasked(bench_file)).items():
+        for name, wishes in assign(options, free_usarts(bench_file), usual_usarts(bench_file)).items():
             port = emulated.ports[name]
             if options.baud is not None:
                 port.baud = options.baud
@@ -72,19 +72,19 @@ def _with_scene(bench_file: BenchFile, scene: str | None) -> BenchFile:
     return dataclasses.replace(bench_file, world=msgspec.structs.replace(bench_file.world, scene=scene))
 
 
-def _free(bench_file: BenchFile) -> list[str]:
+def free_usarts(bench_file: BenchFile) -> list[str]:
     """Return the USARTs that are not linked to anything on the bench."""
     linked = {end for link in bench_file.links if not any(map(is_checker_end, link.ends)) for end in link.ends}
     names = [f"{name}.{usart.lower()}" for name, board in bench_file.boards.items() for usart in board.board.usarts]
     return [name for name in names if name not in linked]
 
 
-def _unasked(bench_file: BenchFile) -> list[str]:
+def usual_usarts(bench_file: BenchFile) -> list[str]:
     """Return those that are served without being named: of a board with a console the console, else each."""
     consoles = {name: board.board.console.lower() for name, board in bench_file.boards.items() if board.board.console}
     return [
         full
-        for full in _free(bench_file)
+        for full in free_usarts(bench_file)
         if (board := full.partition(".")[0]) not in consoles or full == f"{board}.{consoles[board]}"
     ]
 

@@ -1,10 +1,15 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
+from hilbench import arguments, options
 from hilbench.clock import Scheduler
 from hilbench.doors import SharedDoor
 from hilbench.errors import PortClosedError
+from hilbench.links import Line, PtyDoor, Rfc2217Door, TcpDoor
+from hilbench.serving import door_option, open_door, place
 from hilbench.testing import link_pair
 
 
@@ -120,3 +125,34 @@ def test_closed_is_closed(rig):
     assert not rig.door.line_is_up
     with pytest.raises(PortClosedError):
         rig.door.write(b"x")
+
+
+@pytest.mark.parametrize(
+    ("wish", "kind", "option"),
+    [
+        (options.PtyDoor(path=Path("door")), PtyDoor, "--pty"),
+        (options.TcpDoor(port=0), TcpDoor, "--tcp"),
+        (options.Rfc2217Door(port=0), Rfc2217Door, "--rfc2217"),
+    ],
+)
+def test_a_door_is_opened_as_it_was_wished_for(tmp_path, monkeypatch, wish, kind, option):
+    monkeypatch.chdir(tmp_path)
+    scheduler = Scheduler()
+    door = open_door(wish, scheduler, Line(baud=9600), any_baud=True)
+    assert type(door) is kind
+    assert door.baud == door.client_baud == 9600
+    assert door_option(wish) == option
+    assert place(door).endswith("door" if kind is PtyDoor else f"{option[2:]} 127.0.0.1:{door.port}")
+    door.close()
+    assert scheduler._sources == []
+
+
+@pytest.mark.parametrize(
+    ("text", "door"),
+    [
+        ("4000", options.Rfc2217Door(port=4000)),
+        ("usart2=[::1]:0", options.Rfc2217Door(port=0, host="::1", link="usart2")),
+    ],
+)
+def test_an_rfc2217_door_is_written_as_a_tcp_door(text, door):
+    assert arguments.rfc2217_door(text) == door

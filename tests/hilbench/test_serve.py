@@ -190,9 +190,9 @@ def test_it_is_stopped_by_a_signal_and_leaves_nothing(serve, link, number, bench
 def test_signals_while_it_begins_or_ends_leave_nothing(serve, link, moment, bench):
     program = f"""
 import os, signal, sys
-import hilbench.serve
+import hilbench.served_targets
 from hilbench.cli import main
-Robot = hilbench.serve.VirtualPioneer
+Robot = hilbench.served_targets.VirtualPioneer
 usual = Robot.{moment}
 def interrupted(self, *words, **more):
     for number in (signal.SIGTERM, signal.SIGINT):
