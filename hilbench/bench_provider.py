@@ -133,9 +133,14 @@ def _vehicle(shared: Shared, options: CheckOptions) -> BenchProvider:
     of_boards = bool(shared.bench_file.boards)
     if kinds <= {MODEL_TARGET} and not of_boards:
         return VehicleProvider(shared, [choice for choice in options.targets if choice.spec != MODEL_TARGET])
-    if of_boards and not all(is_serial_target(choice.spec) for choice in options.targets):
-        return _for_boards(shared, options)
-    if of_boards and not options.targets:
+    if of_boards and kinds & {"listen", "exec"}:
+        spec = next(choice.spec for choice in options.targets if choice.spec.partition(":")[0] in ("listen", "exec"))
+        raise UsageError(
+            "a program in the place of the simulator's side is checked without a board, not on this bench",
+            where=f"--target {spec}",
+            hint=f"write hilbench check vehicle-model --suite vehicle-host --target '{spec}'",
+        )
+    if of_boards and not (options.targets and all(is_serial_target(choice.spec) for choice in options.targets)):
         return _for_boards(shared, options)
     if kinds <= {"listen", "exec"}:
         if len(options.targets) > 1:

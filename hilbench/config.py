@@ -336,15 +336,15 @@ class _Reader:
         if model.faults and boards:
             message = "faults on the lines of emulated boards are not available in this version of hilbench"
             raise self._strict.error(message, ("faults", 0))
-        ends = links[0].ends if links else _ends(model, {})
-        lines = len(links)
-        return tuple(self._with_direction(number, fault, ends, lines) for number, fault in enumerate(model.faults))
+        lines: list[Sequence[str]] = [link.ends for link in links] or [(CHECKER_END, *_model_ends(model)[:1])]
+        return tuple(self._with_direction(number, fault, lines) for number, fault in enumerate(model.faults))
 
-    def _with_direction(self, number: int, fault: FaultEntry, ends: Sequence[str], lines: int) -> FaultEntry:
-        if fault.link > 0:
-            why = "this bench has one line, link 0" if lines < 2 else "faults strike link 0 alone"
-            message = f"there is no link {fault.link}: {why}"
+    def _with_direction(self, number: int, fault: FaultEntry, lines: Sequence[Sequence[str]]) -> FaultEntry:
+        if fault.link >= len(lines):
+            there = "one line, link 0" if len(lines) == 1 else f"{len(lines)} lines, link 0 to {len(lines) - 1}"
+            message = f"there is no link {fault.link}: this bench has {there}"
             raise self._strict.error(message, ("faults", number, "link"))
+        ends = lines[fault.link]
         if fault.kind == "disconnect":
             return fault
         for name, end in (("towards", fault.towards), ("from", fault.from_)):

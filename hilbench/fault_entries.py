@@ -105,4 +105,5 @@ class FaultEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     def describe(self) -> str:
         """Return the fault in a few words, such as ``flip at_s 3.2 bit 3 towards robot.host``."""
         words = [self.kind, *(f"{name} {value}".removesuffix(".0") for name, value in self.given.items())]
+        words += [f"link {self.link}"] if self.link else []
         return " ".join(words if self.kind == "disconnect" else [*words, f"towards {self.towards}"])

@@ -1,4 +1,4 @@
-"""The faults of a bench file on the line of a bench: which way they go, what they leave in the journal.
+"""The faults of a bench file on the lines of a bench: which way they go, what they leave in the journal.
 
 The ends of a link are named after the roles: ``peer`` is where a client sits, ``NAME.host`` the robot's end. Who sits
 there depends on the case. Where a server is tested the checker is the client; where a client is tested the scripted
@@ -23,6 +23,11 @@ def describe_faults(entries: Sequence[FaultEntry]) -> str:
     return "; ".join(entry.describe() for entry in entries)
 
 
+def plan_for(faults: LineFaults | None, link: int | None) -> FaultPlan | None:
+    """Return what goes wrong on a link in memory; None if nothing does on any."""
+    return None if faults is None else faults.plan_of(link)
+
+
 @dataclass(slots=True, kw_only=True)
 class _Strikes:
     count: int = 0
@@ -30,14 +35,14 @@ class _Strikes:
 
 
 class LineFaults:
-    """The faults of one line, from now on.
+    """The faults of a bench's lines, from now on.
 
     Args:
         bench: whose time and journal are used; ``at_s`` counts from its present time.
         entries: as in the bench file.
         seed: decides what chance decides.
-        near_is_client: who owns the near end, ``a`` of a link in memory or this side of a port: the client, or the
-            robot.
+        near_is_client: who owns the near end of each, ``a`` of a link in memory or this side of a port: the client, or
+            the robot.
         on_interruption: called when a disconnection begins, before the ends are told.
     """
 
@@ -56,7 +61,7 @@ class LineFaults:
         self._on_interruption = on_interruption
         near_to_far, far_to_near = Direction.A_TO_B, Direction.B_TO_A
         to_client, to_robot = (far_to_near, near_to_far) if near_is_client else (near_to_far, far_to_near)
-        faults = [
+        self._faults = [
             Fault(
                 kind=FaultKind(entry.kind),
                 direction=to_client if is_checker_end(str(entry.towards)) else to_robot,
@@ -64,12 +69,27 @@ class LineFaults:
             )
             for entry in entries
         ]
-        self.plan = FaultPlan(tuple(faults), seed=seed, epoch_ns=bench.now_ns)
-        self.plan.on_fault = self._struck
+        self._seed = seed
+        self._epoch_ns = bench.now_ns
+        self._plans: dict[int | None, FaultPlan] = {}
 
-    def on(self, port: Port) -> FaultyPort:
-        """Put the faults between a port and its owner."""
-        return FaultyPort(self._bench.scheduler, port, self.plan)
+    @property
+    def plan(self) -> FaultPlan:
+        """Those of link 0, the only one of most benches."""
+        return self.plan_of(0)
+
+    def plan_of(self, link: int | None) -> FaultPlan:
+        """Those of a link, counted from 0 as in the bench file; none for None, a line that the file does not name."""
+        if link not in self._plans:
+            faults = (fault for fault, entry in zip(self._faults, self._entries, strict=True) if entry.link == link)
+            plan = FaultPlan(tuple(faults), seed=self._seed + (link or 0), epoch_ns=self._epoch_ns)
+            plan.on_fault = self._struck
+            self._plans[link] = plan
+        return self._plans[link]
+
+    def on(self, port: Port, link: int | None = 0) -> FaultyPort:
+        """Put the faults of a link between a port and its owner."""
+        return FaultyPort(self._bench.scheduler, port, self.plan_of(link))
 
     def evidence(self) -> list[str]:
         """Return a line for each fault that has struck."""
@@ -80,7 +100,7 @@ class LineFaults:
         ]
 
     def _struck(self, fault: Fault, _direction: Direction, at_ns: int) -> None:
-        number = next(index for index, known in enumerate(self.plan.faults) if known is fault)
+        number = next(index for index, known in enumerate(self._faults) if known is fault)
         self._strikes[number].count += 1
         self._strikes[number].last_ns = at_ns
         entry = self._entries[number]

@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from hilbench.bench import Bench
+from hilbench.calibration import Calibration, calibration_of
 from hilbench.cases import AttachedCase, CaseBase, ForeignClientCase
 from hilbench.check.observations import Observations
 from hilbench.check.provider import CaseInfo
@@ -37,9 +38,12 @@ from hilbench.links import (
     TcpDoor,
     parse_serial_target,
 )
+from hilbench.links.faults import FaultyPort
 from hilbench.links.reconnecting import POLL_NS
+from hilbench.links.serial_target import located
 from hilbench.observing import counters_of, pace_of
 from hilbench.peer import Peer
+from hilbench.ports import list_ports
 from hilbench.scripted_server import ScriptedServer
 from hilbench.shared import Shared
 
@@ -66,6 +70,7 @@ class LockedProvider:
         self._bench = shared.bench(self._scheduler)
         self._locked = False
         self._ports: list[Port] = []
+        self._calibrations: dict[str, Calibration] = {}
         self._returns = True
 
     @property
@@ -74,8 +79,10 @@ class LockedProvider:
         return self._shared.suites
 
     def describe(self) -> Mapping[str, str]:
-        """Name the target; there is no physics of ours."""
-        return self._shared.describe(self._target, "none of ours")
+        """Name the target, and what its ports were measured to add to every time; there is no physics of ours."""
+        about = self._shared.describe(self._target, "none of ours")
+        kept = "; ".join(f"{one.uncertainty_s * 1000:.2f} ms at {key}" for key, one in self._calibrations.items())
+        return {**about, "calibration": kept} if kept else about
 
     def observed(self) -> Observations:
         """Return how well the host kept up so far, and what passed the port."""
@@ -90,6 +97,10 @@ class LockedProvider:
         """Open a real port that may be unplugged and come back."""
         port = ReconnectingPort(self._scheduler, target, record=self._bench.record)
         self._ports.append(port)
+        calibration = calibration_of(located(target).url, list_ports())
+        if calibration is not None:
+            self._calibrations[calibration.key] = calibration
+            self._bench.port_uncertainty_s = max(one.uncertainty_s for one in self._calibrations.values())
         return port
 
     def _await_return(self, peers: Sequence[LinePeer[Any]]) -> None:
@@ -112,6 +123,20 @@ class LockedProvider:
             self._scheduler.unlock()
         self._host.close()
         self._shared.journal.close(self._bench.now_ns)
+
+
+@contextlib.contextmanager
+def faults_between(peer: LinePeer[Any], faults: LineFaults, link: int | None = 0) -> Iterator[FaultyPort]:
+    """Put the faults of a link between a peer and its port for as long as this lasts; the port is sound after it."""
+    faulty = faults.on(peer.port, link)
+    peer.attach(faulty)
+    try:
+        yield faulty
+    finally:
+        faulty.detach()
+        was_expected = peer.line_expected
+        peer.attach(faulty.port)
+        peer.line_expected = was_expected
 
 
 class AttachedProviderBase(LockedProvider, ABC, Generic[PeerT, CaseT]):
@@ -176,20 +201,13 @@ class AttachedProviderBase(LockedProvider, ABC, Generic[PeerT, CaseT]):
         if faults is None:
             yield self._make_case(case, peer, self._open_port)
             return
-        faulty = faults.on(peer.port)
-        peer.attach(faulty)
+        with faults_between(peer, faults) as faulty:
 
-        def reopen() -> Port:
-            faulty.reopen(self._open_port())
-            return faulty
+            def reopen() -> Port:
+                faulty.reopen(self._open_port())
+                return faulty
 
-        try:
             yield self._make_case(case, peer, reopen, faults)
-        finally:
-            faulty.detach()
-            was_expected = peer.line_expected
-            peer.attach(faulty.port)
-            peer.line_expected = was_expected
 
     def _open_port(self) -> Port:
         return self._open_serial(self._serial)

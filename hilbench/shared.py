@@ -50,7 +50,7 @@ class Shared:
         near_is_client: bool,
         on_interruption: Callable[[], None] = lambda: None,
     ) -> LineFaults | None:
-        """Return the bench file's faults for the line of a case, which begins now; None if it names none."""
+        """Return the bench file's faults for the lines of a case, which begins now; None if it names none."""
         if not self.bench_file.faults:
             return None
         return LineFaults(

@@ -12,7 +12,7 @@ from hilbench.carla_peer import BoardPeer, SimulatorPeer
 from hilbench.cases import CaseBase
 from hilbench.check.provider import CaseInfo
 from hilbench.devices import LinesActor
-from hilbench.line_faults import LineFaults
+from hilbench.line_faults import LineFaults, plan_for
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.shared import Shared
 from hilbench.stack_peer import StackPeer
@@ -28,7 +28,7 @@ __all__ = [
     "VehicleCase",
     "VehicleFactory",
     "VirtualVehicleCase",
-    "first_line",
+    "fault_link",
     "host_settings",
     "line_baud",
     "make_vehicle",
@@ -49,10 +49,13 @@ def line_baud(bench_file: BenchFile, line: str) -> int:
     return next(found, BAUD)
 
 
-def first_line(bench_file: BenchFile) -> str:
-    """Return the board's end of link 0, which faults strike."""
-    ends = {end.rpartition(".")[2] for link in bench_file.links[:1] for end in link.ends}
-    return STACK_LINE if STACK_LINE in ends else SIMULATOR_LINE
+def fault_link(bench_file: BenchFile, line: str) -> int | None:
+    """Return which link of the bench file is a line of the board, for its faults; None if the file has none for it.
+
+    Without ``[[links]]`` the simulator's line is link 0.
+    """
+    ends = [{end.rpartition(".")[2] for end in link.ends} for link in bench_file.links] or [{SIMULATOR_LINE}]
+    return next((number for number, names in enumerate(ends) if line in names), None)
 
 
 def host_settings(bench_file: BenchFile, case: CaseInfo) -> CarHostSettings:
@@ -93,8 +96,8 @@ class VirtualVehicleCase(VehicleCase):
         settings: of the board.
         lines: the simulator's line and the driving stack's.
         make_vehicle: makes the board.
-        faults: what goes wrong on one of the lines.
-        faulty: which of them that is.
+        faults: what goes wrong on the lines.
+        links: which links of the bench file these are, for the faults.
 
     Attributes:
         board: the board.
@@ -109,13 +112,12 @@ class VirtualVehicleCase(VehicleCase):
         *,
         make_vehicle: VehicleFactory = make_vehicle,
         faults: LineFaults | None = None,
-        faulty: str = SIMULATOR_LINE,
+        links: tuple[int | None, int | None] = (0, 1),
     ) -> None:
         super().__init__(bench, case, faults)
-        plans = {} if faults is None else {faulty: faults.plan}
         to_simulator, to_stack = (
-            MemoryLink(bench.scheduler, line, name=name, faults=plans.get(name))
-            for line, name in zip(lines, (SIMULATOR_LINE, STACK_LINE), strict=True)
+            MemoryLink(bench.scheduler, line, name=name, faults=plan_for(faults, link))
+            for line, name, link in zip(lines, (SIMULATOR_LINE, STACK_LINE), links, strict=True)
         )
         self.simulator = SimulatorPeer(bench, to_simulator.a)
         self.stack = StackPeer(bench, to_stack.a)
@@ -135,10 +137,18 @@ class AttachedVehicleCase(VehicleCase):
         case: what is known of this one.
         simulator: the checker's end of the simulator's line, settled.
         stack: likewise of the driving stack's.
+        faults: what goes wrong on the lines.
     """
 
-    def __init__(self, bench: Bench, case: CaseInfo, simulator: SimulatorPeer, stack: StackPeer) -> None:
-        super().__init__(bench, case)
+    def __init__(
+        self,
+        bench: Bench,
+        case: CaseInfo,
+        simulator: SimulatorPeer,
+        stack: StackPeer,
+        faults: LineFaults | None = None,
+    ) -> None:
+        super().__init__(bench, case, faults)
         self.simulator = simulator
         self.stack = stack
 
@@ -180,6 +190,7 @@ class PairCase(CaseBase):
         to_stack: the driving stack's end of the board's other line.
         settings: of the simulator's side.
         make_host: makes it.
+        faults: what goes wrong on the lines.
 
     Attributes:
         simulator: the simulator's side, which says nothing of its car by itself.
@@ -195,8 +206,9 @@ class PairCase(CaseBase):
         settings: CarHostSettings,
         *,
         make_host: HostFactory = make_host,
+        faults: LineFaults | None = None,
     ) -> None:
-        super().__init__(bench, case)
+        super().__init__(bench, case, faults)
         self.simulator = CarSimulator(bench, to_board, settings, make_host=make_host)
         self.simulator.connect()
         self.simulator.report_by_hand()
@@ -212,10 +224,8 @@ def open_car_host(
     """Open the bench of one case with our own simulator's side under test, and the checker as its board."""
     bench_file = shared.bench_file
     faults = shared.line_faults(bench, case, near_is_client=False)
-    if first_line(bench_file) != SIMULATOR_LINE:
-        faults = None
     line = Line(baud=line_baud(bench_file, SIMULATOR_LINE))
-    plan = faults.plan if faults is not None else None
+    plan = plan_for(faults, fault_link(bench_file, SIMULATOR_LINE))
     link = MemoryLink(bench.scheduler, line, name=SIMULATOR_LINE, faults=plan)
     simulator = CarSimulator(bench, link.b, host_settings(bench_file, case), make_host=make_host)
     return CarHostCase(bench, case, BoardPeer(bench, link.a), OwnCarHost(simulator), faults), simulator

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile
@@ -16,9 +17,11 @@ from hilbench.checker_lines import ports_of_lines
 from hilbench.clock import Scheduler
 from hilbench.devices import LinesActor
 from hilbench.errors import UnavailableError, UsageError
+from hilbench.line_faults import LineFaults, plan_for
 from hilbench.line_hooks import run_hook
+from hilbench.line_peer import LinePeer
 from hilbench.links import Line, MemoryLink, parse_serial_target
-from hilbench.locked_providers import FarEnd, LockedProvider
+from hilbench.locked_providers import FarEnd, LockedProvider, faults_between
 from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
 from hilbench.shared import Shared
@@ -29,7 +32,7 @@ from hilbench.vehicle_cases import (
     PairCase,
     VehicleFactory,
     VirtualVehicleCase,
-    first_line,
+    fault_link,
     host_settings,
     line_baud,
     make_vehicle,
@@ -121,7 +124,7 @@ class VehicleProvider:
             self._lines,
             make_vehicle=self._make_vehicle,
             faults=faults,
-            faulty=first_line(self._shared.bench_file),
+            links=_fault_links(self._shared.bench_file),
         )
         yield made
         self._observer.take_board(made.board)
@@ -146,15 +149,17 @@ class VehicleProvider:
 
     def _pair_case(self, bench: Bench, case: CaseInfo) -> Iterator[PairCase]:
         """Open a bench where board and simulator's side have each other."""
+        faults = self._shared.line_faults(bench, case, near_is_client=True)
+        numbers = _fault_links(self._shared.bench_file)
         links = {
-            name: MemoryLink(bench.scheduler, line, name=name)
-            for name, line in zip((SIMULATOR_LINE, STACK_LINE), self._lines, strict=True)
+            name: MemoryLink(bench.scheduler, line, name=name, faults=plan_for(faults, number))
+            for name, line, number in zip((SIMULATOR_LINE, STACK_LINE), self._lines, numbers, strict=True)
         }
         board = self._make_vehicle(self._settings_of(case))
         LinesActor(bench, board, {name: link.b for name, link in links.items()}, name="board")
         to_board, to_stack = links[SIMULATOR_LINE].a, links[STACK_LINE].a
         settings = host_settings(self._shared.bench_file, case)
-        opened = PairCase(bench, case, to_board, to_stack, settings, make_host=self._make_host)
+        opened = PairCase(bench, case, to_board, to_stack, settings, make_host=self._make_host, faults=faults)
         yield opened
         self._observer.take_board(board)
         self._observer.take_host(opened.simulator)
@@ -203,7 +208,9 @@ class AttachedVehicleProvider(LockedProvider):
         self._await_return(self._peers)
         run_hook(self._bench, self._peers[0].port, "reset", self._shared.bench_file.port.reset)
         self._settle()
-        yield AttachedVehicleCase(self._bench, case, *self._peers)
+        with contextlib.ExitStack() as opened:
+            faults = self._strike(case, self._peers, opened)
+            yield AttachedVehicleCase(self._bench, case, *self._peers, faults)
 
     def close(self) -> None:
         """Leave the board in manual mode, if that can be done; close everything."""
@@ -213,6 +220,21 @@ class AttachedVehicleProvider(LockedProvider):
             for peer in self._peers:
                 peer.port.close()
         super().close()
+
+    def _strike(
+        self, case: CaseInfo, peers: Sequence[LinePeer[Any]], opened: contextlib.ExitStack
+    ) -> LineFaults | None:
+        """Put the bench file's faults on the lines for as long as a case lasts."""
+
+        def interrupted() -> None:
+            for peer in peers:
+                peer.line_expected = False
+
+        faults = self._shared.line_faults(self._bench, case, near_is_client=True, on_interruption=interrupted)
+        if faults is not None:
+            for peer, link in zip(peers, _fault_links(self._shared.bench_file), strict=True):
+                opened.enter_context(faults_between(peer, faults, link))
+        return faults
 
     def _settle(self) -> None:
         assert self._peers is not None
@@ -245,6 +267,10 @@ def foreign_simulator(shared: Shared) -> FarEnd:
     )
 
 
+def _fault_links(bench_file: BenchFile) -> tuple[int | None, int | None]:
+    return fault_link(bench_file, SIMULATOR_LINE), fault_link(bench_file, STACK_LINE)
+
+
 def _settings_of(bench_file: BenchFile) -> VehicleSettings:
     settings = bench_file.vehicle
     if settings is None:
@@ -254,9 +280,12 @@ def _settings_of(bench_file: BenchFile) -> VehicleSettings:
 
 def _instead(choice: TargetChoice, bench_file: BenchFile) -> tuple[str, str]:
     """Return a profile, and the one that runs where a case asks for it."""
-    where = f"--target {choice.name}={choice.spec}"
+    where = f"--target {choice.name}={choice.spec}" if choice.name else f"--target {choice.spec}"
     name = next((name for name, target in bench_file.targets.items() if isinstance(target.settings, VehicleSettings)))
     known = [f"{name}.{profile}" for profile in PROFILE_NAMES]
+    if not choice.name:
+        hint = f"write --target {known[0]}={choice.spec} (or {' or '.join(known[1:])})"
+        raise UsageError("does not say in the place of which profile", where=where, hint=hint)
     if choice.name not in known:
         raise UsageError("nothing of that name to replace", where=where, hint=did_you_mean(choice.name, known, "write"))
     profile = choice.spec.removeprefix(f"{MODEL_TARGET}:")

@@ -30,6 +30,8 @@ def open_target(what: str | None) -> BenchFile:
     if what is None or is_bench or Path(what).is_file():
         return open_bench(what)
     if not (spec in board_names() or is_board_file(spec)):
+        if spec in built_in_benches():
+            raise UsageError(f"'{spec}' is a bench, with nothing behind a colon", where=what, hint=_of_bench(spec, image))
         raise UsageError(f"no board '{spec}'", where=what, hint=did_you_mean(spec, board_names(), "built-in boards"))
     if not image:
         raise UsageError("names no image", where=what, hint=f"write {spec}:IMAGE (ELF, Intel HEX or raw binary)")
@@ -37,6 +39,14 @@ def open_target(what: str | None) -> BenchFile:
     emulated = EmulatedBoard(board=board, board_name=spec, firmware=Path(image), straps=board.straps, where=what or "")
     name = Path(spec).stem
     return BenchFile(name=name, path=None, digest="", boards={name: emulated})
+
+
+def _of_bench(name: str, words: str) -> str:
+    """Return what to write instead of ``BENCH:WORDS``."""
+    models = [model for model, target in open_bench(name).targets.items() if hasattr(target.settings, "profile")]
+    if not models:
+        return f"write {name}"
+    return f'for a profile of it write a bench file with [targets.{models[0]}.settings] profile = "{words}"'
 
 
 def _refuse_image(what: str) -> None:

@@ -12,6 +12,7 @@ import serial
 
 from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, run_suites
+from hilbench.check.provider import CaseInfo, CaseSetup
 from hilbench.cli import main
 from hilbench.config import open_bench, read_bench
 from hilbench.devices import LinesActor
@@ -73,7 +74,16 @@ def test_settings(bench):
             'a line of a model leads to the checker; write ends = ["peer.LINE", "car.board"]',
         ),
         (LINES + '[[links]]\nends = ["peer.more", "board.usart2"]\n', 8, "a second link: this bench has 2 lines"),
-        (LINES + '[[faults]]\nkind = "drop"\nbyte = 1\nlink = 1\n', 11, "no link 1: faults strike link 0 alone"),
+        (
+            LINES + '[[faults]]\nkind = "drop"\nbyte = 1\nlink = 2\n',
+            11,
+            "no link 2: this bench has 2 lines, link 0 to 1",
+        ),
+        (
+            LINES + '[[faults]]\nkind = "drop"\nbyte = 1\nlink = 1\ntowards = "board.usart2"\n',
+            12,
+            "'board.usart2' is not an end of the link",
+        ),
         ('[[links]]\nends = ["peer.car", "board.host"]\n', 5, "'board.host' is not the end of a link"),
     ],
 )
@@ -96,6 +106,11 @@ def test_what_is_refused(bench, capsys, text, line, message):
         (["board.v2=vehicle-model:v1"], "nothing of that name to replace"),
         (["board.v0=vehicle-model:v2"], "no profile 'v2'"),
         (["listen:tcp:0", "listen:tcp:0"], "one simulator's side at a time"),
+        (
+            ["vehicle-model:v1"],
+            "--target vehicle-model:v1: does not say in the place of which profile; "
+            "write --target board.hardened=vehicle-model:v1 (or board.v0 or board.v1)",
+        ),
     ],
 )
 def test_wrong_targets(bench, capsys, targets, message):
@@ -139,6 +154,60 @@ def test_faults_strike_the_line_that_is_named_first(bench):
     assert {case.clause_ids[0]: case.verdict for case in cases}["VB02"] is Verdict.FAIL
 
 
+DROP = '[[faults]]\nkind = "drop"\nprobability = 0.5\n'
+
+
+def drops_on(link, towards):
+    return LINES + DROP + f'link = {link}\ntowards = "{towards}"\n'
+
+
+LOST = '[[faults]]\nkind = "drop"\nprobability = 1\n'
+
+
+def lost_on(link, towards):
+    """A bench where nothing arrives at one end of a link."""
+    return LINES + LOST + f'link = {link}\ntowards = "{towards}"\n'
+
+
+@pytest.mark.parametrize(("link", "end", "clause"), [(0, "board.usart2", "VB24"), (1, "board.usart3", "VB12")])
+def test_faults_strike_the_link_they_name(bench, link, end, clause):
+    report = run(bench(lost_on(link, end)), f"{clause} and hardened")
+    (case,) = report.cases
+    assert case.verdict is Verdict.FAIL
+    assert any("drop" in line for line in case.evidence)
+    assert report.bench["faults"] == f"drop probability 1{' link 1' * link} towards {end}"
+
+
+def heard_by(there):
+    """Whether the simulator's end and the driving stack's hear anything within a second of statuses."""
+    there.simulator.statuses.start(20.0)
+    there.bench.run_for(1.0)
+    heard = there.simulator.bytes_received > 0, there.stack.bytes_received > 0
+    there.finish("pass", "")
+    return heard
+
+
+@pytest.mark.parametrize("link", [0, 1])
+def test_the_other_line_is_sound(bench, link):
+    file = bench(lost_on(link, ("peer.car", "peer.stack")[link]))
+    provider = make_provider(CheckOptions(bench=str(file), suites=("vehicle-board",)))
+    info = CaseInfo(id="both", clause_ids=(), seed=0, setup=CaseSetup(program="hardened"))
+    with provider.open_case(info) as there:
+        there.bench.run_for(21.0)  # without an agent the board is in MANUAL then
+        heard = heard_by(there)
+    provider.close()
+    assert heard == (link == 1, link == 0)
+
+
+@pytest.mark.parametrize("link", [0, 1])
+def test_faults_strike_board_and_simulator_s_side_together(bench, link):
+    """VS18 has both at the ends of link 0, and the checker at link 1."""
+    end, car = ("board.usart2", "board.usart3")[link], '[targets.car]\nmodel = "car-host"\n'
+    (case,) = run(bench(car + lost_on(link, end)), "VS18 and hardened", "vehicle-host").cases
+    assert case.verdict is Verdict.FAIL
+    assert any("drop" in line for line in case.evidence)
+
+
 def test_the_january_firmware_judged_by_the_clauses_of_november(bench):
     """It takes a live simulator for silent: a false EMERGENCY every 1.6 s."""
     instead = (TargetChoice(name="board.v0", spec="vehicle-model:v1"),)
@@ -180,6 +249,54 @@ def test_a_board_behind_two_ptys(tmp_path):
     # A busy host may leave a deadline undecided, and accuses nobody.
     assert hardened.keys() == {"VB01", "VB11H", "VB12"}
     assert {*hardened.values()} <= {Verdict.PASS, Verdict.INCONCLUSIVE}
+
+
+@pytest.mark.parametrize("link", [0, 1])
+def test_faults_strike_one_of_two_ports(tmp_path, bench, link):
+    """The port of the link that is named, and nobody else's: all that comes from the board by it is lost."""
+    file = bench(lost_on(link, ("peer.car", "peer.stack")[link]))
+    names = ("car", "stack")
+    targets = tuple(TargetChoice(name=name, spec=f"serial:{tmp_path / name}@{BAUD}") for name in names)
+    provider = make_provider(CheckOptions(bench=str(file), suites=("vehicle-board",), targets=targets))
+    with ExitStack() as stack:
+        doors = {
+            line: stack.enter_context(
+                closing(PtyDoor(provider._scheduler, str(tmp_path / name), Line(baud=BAUD), any_baud=True))
+            )
+            for line, name in zip((SIMULATOR_LINE, STACK_LINE), names, strict=True)
+        }
+        LinesActor(provider._bench, VehicleInterface(VehicleSettings()), doors, name="board")
+        info = CaseInfo(id="ports", clause_ids=(), seed=0, setup=CaseSetup(program="hardened"))
+        with provider.open_case(info) as there:
+            heard = heard_by(there)
+        provider.close()
+    assert heard[link] is False
+    assert heard[1 - link] is True
+
+
+def test_a_program_in_the_place_of_the_simulator_s_side_has_no_board(capsys):
+    assert main(["check", "vehicle", "--target", "exec:python3 bridge.py {pty}"]) == 2
+    said = capsys.readouterr().err
+    assert "a program in the place of the simulator's side is checked without a board, not on this bench" in said
+    assert "check vehicle-model --suite vehicle-host --target 'exec:python3 bridge.py {pty}'" in said
+
+
+@pytest.mark.parametrize("word", ["vehicle-model", "pioneer"])
+def test_a_bench_has_nothing_behind_a_colon(tmp_path, capsys, word):
+    assert main(["serve", f"{word}:v1", "--pty", str(tmp_path / "x")]) == 2
+    said = capsys.readouterr().err
+    assert f"{word}:v1: '{word}' is a bench, with nothing behind a colon; " in said
+    assert ('[targets.interface.settings] profile = "v1"' in said) is (word == "vehicle-model")
+
+
+def test_a_line_that_nobody_serves_is_said(tmp_path):
+    command = [sys.executable, "-m", "hilbench", "serve", "vehicle-model", "--pty", str(tmp_path / "car")]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as served:
+        said = [served.stderr.readline() for _ in range(3)]
+        served.send_signal(signal.SIGINT)
+        served.communicate(timeout=20)
+    assert said[0].startswith("serving interface.usart2 at ")
+    assert said[1] == "interface.usart3 is connected to nothing; add --pty usart3=PATH or --tcp usart3=PORT\n"
 
 
 def test_it_is_served_at_both_lines(tmp_path):
