@@ -80,11 +80,12 @@ def show(process: BenchProcess) -> ExitCode:
     try:
         from hilbench.tui.app import Dashboard
         from hilbench.tui.bench_process import BenchProcess
+        from hilbench.tui.memory import Memory, state_file
 
         def open_bench(name: str) -> BenchProcess:
             return BenchProcess.start([name], name=name)
 
-        dashboard = Dashboard(process, benches=_benches(), open_bench=open_bench)
+        dashboard = Dashboard(process, benches=_benches(), open_bench=open_bench, memory=Memory(state_file()))
         dashboard.run()
     except BaseException:
         process.stop()

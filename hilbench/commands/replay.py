@@ -13,7 +13,8 @@ hilbench replay session.jsonl      of 'hilbench --journal', or of any other comm
 """
 
 _NOTES = """
-p plays; left and right go a second back and on, with shift ten; , and . go event by event; e finds the next error.
+p plays; left and right go a second back and on, with shift ten; , and . go event by event; e finds the next error,
+E the one before. A click on the line of time goes there.
 """
 
 
@@ -34,9 +35,11 @@ def run(parsed: argparse.Namespace) -> int:
     require_terminal("'hilbench decode' does without")
     from hilbench.journal import Journal
     from hilbench.tui.app import Dashboard
+    from hilbench.tui.memory import Memory, state_file
     from hilbench.tui.model.replay import Replay
     from hilbench.tui.recorded import RecordedBench
 
     recording = Journal.read(parsed.journal)
-    Dashboard(RecordedBench(Path(parsed.journal), recording.problem), Replay(recording.header, recording.events)).run()
+    process = RecordedBench(Path(parsed.journal), recording.problem)
+    Dashboard(process, Replay(recording.header, recording.events), memory=Memory(state_file())).run()
     return 0

@@ -1,0 +1,64 @@
+"""Panes in columns: they fill the room, keep their least size, and one that grows takes it from its neighbour."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hilbench.tui.model.arrangement import ARRANGED, LEAST_COLUMNS, LEAST_ROWS
+from hilbench.tui.panes import PANES
+
+SIZES = {"width": st.integers(60, 100), "height": st.integers(20, 40)}
+
+
+@pytest.mark.parametrize("kind", ARRANGED)
+def test_every_kind_has_every_pane_once(kind):
+    for arrangement in ARRANGED[kind]:
+        assert sorted(arrangement.names) == sorted(PANES)
+
+
+@given(kind=st.sampled_from(sorted(ARRANGED)), shown=st.sets(st.sampled_from(sorted(PANES)), min_size=1), **SIZES)
+def test_panes_fill_the_room_and_nothing_twice(kind, shown, width, height):
+    boxes = ARRANGED[kind][0].boxes(shown, width, height)
+    assert boxes.keys() == shown
+    cells = [
+        (x, y)
+        for box in boxes.values()
+        for x in range(box.x, box.x + box.width)
+        for y in range(box.y, box.y + box.height)
+    ]
+    assert len(cells) == len(set(cells)) == width * height
+
+
+@given(
+    kind=st.sampled_from(sorted(ARRANGED)), name=st.sampled_from(sorted(PANES)),
+    dx=st.integers(-12, 12), dy=st.integers(-6, 6),
+)  # fmt: skip
+def test_a_pane_grows_by_as_much_as_its_neighbour_can_spare(kind, name, dx, dy):
+    before, shown = ARRANGED[kind][0], set(PANES)
+    after = before.resized(shown, 200, 60, name, dx=dx, dy=dy)
+    was, now = before.boxes(shown, 200, 60), after.boxes(shown, 200, 60)
+    assert now[name].width == was[name].width + dx
+    assert (now[name].height - was[name].height) * dy >= 0
+    assert min(box.width for box in now.values()) >= LEAST_COLUMNS
+    assert min(box.height for box in now.values()) >= min(LEAST_ROWS, *(box.height for box in was.values()))
+    others = [one for one in shown if was[one].x == was[name].x]
+    assert sum(now[one].height for one in others) == 60
+
+
+def test_a_pane_that_is_not_seen_or_not_there_changes_nothing():
+    arrangement = ARRANGED["robot"][0]
+    for name in ("pins", "nothing"):
+        assert arrangement.resized({"link", "world"}, 200, 60, name, dx=5, dy=5) == arrangement
+    assert arrangement.moved("nothing", columns=1) == arrangement
+
+
+def test_panes_are_moved_and_hidden():
+    arrangement = ARRANGED["robot"][0].moved("log", columns=-1).moved("log", places=-5)
+    assert arrangement.columns[1].names[0] == "log"
+    assert sorted(arrangement.names) == sorted(PANES)
+    hidden = arrangement.toggled("log")
+    assert "log" not in hidden.seen(PANES, 11)
+    assert hidden.toggled("log") == arrangement
+    assert ARRANGED["robot"][1].seen({"frames", "log", "link"}, 2) == ["frames", "link"]
