@@ -89,7 +89,8 @@ class SignalsModel:
         """Return what is plotted unless somebody chooses: the first of each sort that matters on such a bench."""
         found: list[str] = []
         for word in _USUAL[self._kind]:
-            found += [name for name in self.signals if name == word or name.endswith(f" {word}")][:1]
+            named = [name for name in self.signals if name.endswith(f" {word}")]
+            found += [word] if word in self.signals else named[:1]
         return found[:_MOST_USUAL] or list(self.signals)[:_MOST_USUAL]
 
     def take(self, event: Event) -> None:
@@ -111,8 +112,10 @@ class SignalsModel:
         for frame in frames:
             if frame.sent or not frame.good:
                 continue
+            # Of several lines the same word means several things: a speed that is commanded, one that is reported.
+            of = f"{frame.item.name} " if frame.line else ""
             for name, value in frame.item.fields.items():
-                self._take_field(name, value, frame.ns)
+                self._take_field(name, value, frame.ns, of)
 
     # --- how it moves
 
@@ -131,7 +134,7 @@ class SignalsModel:
 
     # --- what is told
 
-    def _take_field(self, name: str, value: object, ns: int) -> None:
+    def _take_field(self, name: str, value: object, ns: int, of: str = "") -> None:
         if name == "sonars":
             self._take_sonars(value, ns)
             return
@@ -146,7 +149,7 @@ class SignalsModel:
         parts = value if isinstance(value, list | tuple) else (value,)
         numbers = [part * scale for part in parts if isinstance(part, int | float) and not isinstance(part, bool)]
         if len(numbers) == len(parts) <= _MOST_PARTS:
-            self._put((name[:-cut] if cut else name).replace("_", " "), unit, ns, *numbers)
+            self._put(of + (name[:-cut] if cut else name).replace("_", " "), unit, ns, *numbers)
 
     def _take_sonars(self, readings: object, ns: int) -> None:
         """Take the least of what the discs hear that look ahead; nothing where none of them hears anything."""

@@ -212,3 +212,13 @@ def test_a_fault_is_put_on_one_of_the_lines(process_of):
         assert process.sent[-1][1]["line"] == "stack"
 
     run(process, scenario)
+
+
+# --- plots
+
+
+def test_what_is_commanded_is_another_signal_than_what_is_true(model_of):
+    signals = model_of("vehicle").signals.signals
+    assert {"speed", "AUTOWARE speed"} <= signals.keys()
+    assert max(value for _, value in signals["speed"].parts[0]) < 9.0
+    assert max(value for _, value in signals["AUTOWARE speed"].parts[0]) == 10.0
