@@ -15,7 +15,7 @@ from hilbench.journal import Journal
 
 LOCKED_FLOOR_S = 0.002
 """The least uncertainty of a time on a locked bench, in seconds: a pty passes a byte on within some 0.02 to 0.6 ms
-(99 % of the time, measured on Linux), a USB adapter within 1 to 16 ms. A choice for ports without a calibration."""
+(99 % of the time, measured on Linux), a USB adapter within 1 to 16 ms. A choice; see `hilbench.calibration`."""
 
 
 def to_ns(seconds: float) -> int:
@@ -31,12 +31,16 @@ class Bench:
         journal: where everything is recorded.
         timeout_scale: how much longer than asked to wait for something, at least 1; it never changes the limit that is
             judged.
+
+    Attributes:
+        port_uncertainty_s: what a real port was measured to add to every time, in seconds; 0 without a calibration.
     """
 
     def __init__(self, scheduler: Scheduler, journal: Journal, *, timeout_scale: float = 1.0) -> None:
         self.scheduler = scheduler
         self.journal = journal
         self.timeout_scale = timeout_scale
+        self.port_uncertainty_s = 0.0
 
     @property
     def now_ns(self) -> int:
@@ -68,13 +72,15 @@ class Bench:
         """Return how far off a time measured since ``since_ns`` may be, in seconds.
 
         Zero on a free-running bench. On a locked one it is the sum of two things. First the worst lateness of the host
-        in that span, but at least `LOCKED_FLOOR_S`: what the bench itself cannot see, such as the way of a byte through
-        the kernel. Then every moment that slipped, for while bench time stood still what is real went on.
+        in that span and what its port was measured to add, but at least `LOCKED_FLOOR_S`: what the bench itself cannot
+        see, such as the way of a byte through the kernel. Then every moment that slipped, for while bench time stood
+        still what is real went on.
         """
         if not self.scheduler.locked:
             return 0.0
         late_ns = min(self.scheduler.lateness_max_ns(since_ns), SLIP_THRESHOLD_NS)
-        return max(LOCKED_FLOOR_S, late_ns / NS_PER_S) + self.scheduler.slipped_since_ns(since_ns) / NS_PER_S
+        seen_s = late_ns / NS_PER_S + self.port_uncertainty_s
+        return max(LOCKED_FLOOR_S, seen_s) + self.scheduler.slipped_since_ns(since_ns) / NS_PER_S
 
     def record(self, kind: str, source: str, **fields: object) -> None:
         """Write an event that happens now into the journal."""

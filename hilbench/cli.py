@@ -28,7 +28,7 @@ COMMANDS = {
     "init": "write a bench file and a test for firmware of your own",
     "attach": "come back to a bench that was left running in the dashboard",
     "replay": "look at a journal in the dashboard",
-    "doctor": "say what is installed, and what the models of a chip do and do not",
+    "doctor": "say what is wrong here and what to do, how exact a port is, what is modelled of a chip",
     "ports": "show serial ports: what is plugged in, who has it, what is in the way",
     "udev": "rules for udev: access to boards and adapters, names that stay",
     "validate": "read a bench file and say whether it is right",
@@ -36,6 +36,9 @@ COMMANDS = {
 
 _OWN = frozenset({"live"})
 """Commands that hilbench itself gives to processes of its own."""
+
+_LOOKS_FOR_ITSELF = frozenset({"doctor"})
+"""Commands that tell of packages in the place of ours in their own way."""
 
 _HELP = """\
 usage: hilbench [BENCH]             the dashboard: a bench, live
@@ -119,9 +122,10 @@ def _run(name: str, words: list[str]) -> int:
     command = importlib.import_module(f"hilbench.commands.{name}")
     arguments = command.parser().parse_words(words)
 
-    from hilbench.siblings import check_siblings
+    if name not in _LOOKS_FOR_ITSELF:
+        from hilbench.siblings import check_siblings
 
-    check_siblings()
+        check_siblings()
     return int(command.run(arguments))
 
 

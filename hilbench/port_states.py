@@ -12,11 +12,29 @@ from hilbench.ports import PortInfo
 from hilbench.udev import INSTALL_BY, installed_rules, port_group
 from hilbench.usb_devices import chip_of, kind_of, probable_board
 
-__all__ = ["BEST_LATENCY_MS", "PortState", "as_data", "as_text", "port_states"]
+__all__ = ["BEST_LATENCY_MS", "Advice", "PortState", "as_data", "as_text", "port_states"]
 
 BEST_LATENCY_MS = 1
 # A serial number that tells a device from others and can stand in a target; bridges leave the factory with 0001.
 _OF_ITS_OWN = re.compile(r"(?!0001$)[\w.:-]+")
+
+
+@dataclass(frozen=True, slots=True)
+class Advice:
+    """Something in the way at a port.
+
+    Attributes:
+        what: what is seen, without a full stop.
+        fix: what to do.
+        shuts: whether the port cannot be used as long as it is so.
+    """
+
+    what: str
+    fix: str
+    shuts: bool = True
+
+    def __str__(self) -> str:
+        return f"{self.what}: {self.fix}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,7 +47,7 @@ class PortState:
         permitted: whether we may use it.
         owner: its group and mode, such as ``dialout 0660``; empty if it has no node.
         holders: who has it.
-        advice: what to do, one sentence each; empty if nothing is in the way.
+        advice: what is in the way, and what to do about it.
     """
 
     port: PortInfo
@@ -37,7 +55,7 @@ class PortState:
     permitted: bool
     owner: str
     holders: Holders
-    advice: tuple[str, ...]
+    advice: tuple[Advice, ...]
 
 
 def port_states(host: Host, ports: Sequence[PortInfo]) -> list[PortState]:
@@ -68,39 +86,41 @@ def _state(host: Host, port: PortInfo, ports: Sequence[PortInfo]) -> PortState:
     )
     advice = (
         *_on_permission(host, state),
-        *(f"it is in use: stop {holder}" for holder in holders.programs),
+        *(Advice("it is in use", f"stop {holder}") for holder in holders.programs),
         *_on_locks(state),
         *_on_latency(host, state),
     )
     return replace(state, advice=advice)
 
 
-def _on_permission(host: Host, state: PortState) -> list[str]:
+def _on_permission(host: Host, state: PortState) -> list[Advice]:
     if state.permitted:
         return []
     if not state.owner:
-        return [f"there is no {state.port.device}: in a container, start it with --device {state.port.device}"]
+        device = state.port.device
+        return [Advice(f"there is no {device}", f"in a container, start it with --device {device}")]
     group = state.owner.split()[0]
     if group in host.groups_of_account and group not in host.groups:
-        return [f"no access yet: you are in the group {group} since your last login; log out and in again"]
+        return [Advice("no access yet", f"you came into the group {group} after you logged in; log out and in again")]
     if _rules_know(state.port) and installed_rules(host, "") is None:
-        return [f"no access: {INSTALL_BY}, then plug it in again"]
+        return [Advice("no access", f"{INSTALL_BY}, then plug it in again")]
     wanted = group if group != "root" else port_group(host)
-    return [f'no access: sudo usermod -aG {wanted} "$USER", then log out and in again']
+    return [Advice("no access", f'sudo usermod -aG {wanted} "$USER", then log out and in again')]
 
 
-def _on_locks(state: PortState) -> list[str]:
+def _on_locks(state: PortState) -> list[Advice]:
     if state.holders.stale_lock is None:
         return []
-    return [f"a program that has ended left a lock file: sudo rm {state.holders.stale_lock}"]
+    return [Advice("a program that has ended left a lock file", f"sudo rm {state.holders.stale_lock}", shuts=False)]
 
 
-def _on_latency(host: Host, state: PortState) -> list[str]:
-    if state.port.latency_ms is None or state.port.latency_ms <= BEST_LATENCY_MS:
+def _on_latency(host: Host, state: PortState) -> list[Advice]:
+    latency_ms = state.port.latency_ms
+    if latency_ms is None or latency_ms <= BEST_LATENCY_MS:
         return []
     how = f"echo {BEST_LATENCY_MS} | sudo tee {state.port.sysfs}/latency_timer"
     fix = how if installed_rules(host, "") is not None else INSTALL_BY
-    return [f"what comes in waits up to {state.port.latency_ms} ms: {fix}"]
+    return [Advice(f"what comes in waits up to {latency_ms} ms", fix, shuts=False)]
 
 
 def _rules_know(port: PortInfo) -> bool:
@@ -147,7 +167,7 @@ def _data(state: PortState) -> dict[str, object]:
         "stale_lock": state.holders.stale_lock,
         "others_hidden": state.holders.hidden,
         "latency_ms": state.port.latency_ms,
-        "advice": list(state.advice),
+        "advice": [{"what": advice.what, "fix": advice.fix} for advice in state.advice],
     }  # fmt: skip
 
 

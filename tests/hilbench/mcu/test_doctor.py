@@ -6,7 +6,6 @@ import json
 
 import pytest
 
-from hilbench import __version__
 from hilbench.cli import main
 
 
@@ -30,19 +29,6 @@ def test_as_json_it_adds_up(capsys):
         for register in part["registers"]:
             assert register["fidelity"] in {"modelled", "partly", "absent"}
             assert register["note"] or register["fidelity"] != "partly", (part["name"], register["name"])
-
-
-def test_without_a_question_it_says_what_is_installed(capsys):
-    assert main(["doctor"]) == 0
-    out, err = capsys.readouterr()
-    said = {line.split(maxsplit=1)[0]: line.split(maxsplit=1)[1] for line in out.splitlines()}
-    assert said["hilbench"] == __version__
-    assert said["boards"] == "bluepill, nucleo-f767zi, nucleo-h753zi"
-    assert {"STM32F103C8", "STM32F767ZI"} <= set(said["chips"].split(", "))
-    assert err == "what is modelled of a chip: hilbench doctor --fidelity CHIP\n"
-    assert main(["doctor", "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert (data["parts"]["unicorn"], data["benches"][0]) == (said["unicorn"], "bluepill")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,154 @@
+"""The way to the boards: udev, groups, ports, and programs that reach for them."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from hilbench.doctor.facts import Facts
+from hilbench.doctor.finding import Finding, cross, fine, warning
+from hilbench.errors import HilbenchError
+from hilbench.port_states import PortState, port_states
+from hilbench.ports import LINK_FOLDERS, PortInfo
+from hilbench.udev import INSTALL_BY, check_rules, port_group, rules_text
+from hilbench.usb_devices import kind_of
+
+__all__ = ["look_at_access"]
+
+_PTS = re.compile(r"/dev/pts/\d+")
+_GRABBERS = {
+    "ModemManager": "sends AT commands into new ports",
+    "brltty": "takes FT232R, CP2102 and CH340 for braille displays",
+}
+
+
+def look_at_access(facts: Facts, target: str | None) -> Iterator[Finding]:
+    """Give what was found; a target names a port to be looked at beside those that are there."""
+    ports = facts.ports()
+    yield _rules(facts, ports)
+    yield _group(facts)
+    yield from _grabbers(facts, ports)
+    yield from _stale_links(facts)
+    yield from _ports(facts, ports)
+    if target is not None:
+        yield from _target(facts, target, ports)
+
+
+def _known(ports: Sequence[PortInfo]) -> bool:
+    return any(port.usb is not None and kind_of(port.usb) for port in ports)
+
+
+def _rules(facts: Facts, ports: Sequence[PortInfo]) -> Finding:
+    found = check_rules(facts.host, rules_text(port_group(facts.host)))
+    if found.installed is None:
+        say = cross if _known(ports) else warning
+        return say(
+            "udev rules", "are not installed: no access, names or quiet for a board that is plugged in", INSTALL_BY
+        )
+    if found.installed.problems:
+        first = found.installed.problems[0]
+        return cross("udev rules", f"{found.installed.path}:{first.line}: {first.what}", INSTALL_BY)
+    if not found.installed.current:
+        return warning("udev rules", f"{found.installed.path} is not as this hilbench has it", INSTALL_BY)
+    return fine("udev rules", f"{found.installed.path}")
+
+
+def _group(facts: Facts) -> Finding:
+    host, group = facts.host, port_group(facts.host)
+    if host.is_root or group in host.groups:
+        return fine("group", "root needs none" if host.is_root else f"{host.user} is in {group}")
+    if group in host.groups_of_account:
+        fix = "log out and in again, or: newgrp " + group
+        return warning("group", f"{host.user} is in {group}, but not in this session", fix)
+    fix = f'sudo usermod -aG {group} "$USER", then log out and in again'
+    return warning("group", f"{host.user} is not in {group}, which owns serial ports: needed over ssh", fix)
+
+
+def _grabbers(facts: Facts, ports: Sequence[PortInfo]) -> Iterator[Finding]:
+    """Find programs that take new ports, where no rules keep them off."""
+    running = _programs(facts)
+    installed = check_rules(facts.host, rules_text(port_group(facts.host))).installed is not None
+    for name, does in _GRABBERS.items():
+        if name not in running:
+            yield fine(name, "does not run")
+        elif installed:
+            yield fine(name, "runs, and the udev rules keep it off")
+        else:
+            say = cross if _known(ports) else warning
+            fix = f"{INSTALL_BY}, or without the rules: sudo systemctl stop {name}"
+            yield say(name, f"runs, and {does}", fix)
+
+
+def _programs(facts: Facts) -> set[str]:
+    names = set()
+    try:
+        numbers = [entry.name for entry in facts.host.path("/proc").iterdir() if entry.name.isdigit()]
+    except OSError:
+        return set()
+    for number in numbers:
+        names.add((facts.host.text(f"/proc/{number}/comm") or "").strip())
+    return names
+
+
+def _stale_links(facts: Facts) -> Iterator[Finding]:
+    """Find names of ports that lead nowhere: of devices that have gone, and of ptys whose bench has ended."""
+    stale = [link for name in LINK_FOLDERS for link in _links(facts.host.path(name)) if not link.exists()]
+    here = _links(facts.working_folder)
+    stale += [link for link in here if _PTS.fullmatch(os.readlink(link)) and not link.exists()]  # noqa: PTH115
+    for link in stale:
+        what = f"{link} leads to {link.readlink()}, which is gone"
+        yield cross("stale name", what, f"rm {link}, and plug the board in or start the bench again")
+
+
+def _links(folder: Path) -> list[Path]:
+    try:
+        return sorted(entry for entry in folder.iterdir() if entry.is_symlink())
+    except OSError:
+        return []
+
+
+def _ports(facts: Facts, ports: Sequence[PortInfo]) -> Iterator[Finding]:
+    states = port_states(facts.host, ports)
+    for state in states:
+        # One that is soldered in is there whether somebody needs it or not, and who holds a port may be right to.
+        yield from _port(state, needed=state.port.usb is not None and not state.holders.programs)
+    if not states:
+        yield fine("ports", "none is here")
+
+
+def _port(state: PortState, *, needed: bool) -> Iterator[Finding]:
+    for advice in state.advice:
+        yield (cross if advice.shuts and needed else warning)(state.port.device, advice.what, advice.fix)
+    if not state.advice:
+        yield fine(state.port.device, f"may be used, and is free ({state.owner})")
+
+
+def _target(facts: Facts, target: str, ports: Sequence[PortInfo]) -> Iterator[Finding]:
+    """Look at the port that somebody means to use."""
+    from hilbench.links.serial_target import located, parse_serial_target
+
+    try:
+        meant = located(parse_serial_target(target), lambda: ports)
+    except HilbenchError as error:
+        yield cross(target, error.message, error.hint or "see hilbench ports")
+        return
+    if not meant.is_device:
+        yield fine(target, "is not a port of this machine; it was not looked at")
+        return
+    path = facts.host.path(meant.url)
+    if not path.exists():
+        there = ", ".join(port.device for port in ports)
+        fix = f"use one of those that are there: {there}" if there else "plug it in; there is no port here now"
+        yield cross(target, "there is no such port", fix)
+        return
+    device = _own_path(facts, path)
+    known = next((port for port in ports if port.device == device), PortInfo(device=device))
+    yield from _port(port_states(facts.host, [known])[0], needed=True)
+
+
+def _own_path(facts: Facts, path: Path) -> str:
+    """Return the path of a device itself, where a link leads to it."""
+    real, root = path.resolve(), facts.host.root.resolve()
+    return f"/{real.relative_to(root)}" if real.is_relative_to(root) else str(real)

@@ -1,0 +1,97 @@
+"""What was measured at a port makes the verdicts on times at that port less certain, and never more."""
+
+from __future__ import annotations
+
+import os
+import pty
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hilbench.bench import LOCKED_FLOOR_S, Bench
+from hilbench.bench_provider import make_provider
+from hilbench.calibration import Calibration, keep, key_of
+from hilbench.check.judge import at_most
+from hilbench.check.provider import CaseInfo
+from hilbench.check.verdicts import Inconclusive
+from hilbench.clock import NS_PER_MS, Scheduler
+from hilbench.journal import Journal
+from hilbench.options import CheckOptions, TargetChoice
+from hilbench.ports import PortInfo, UsbIdentity
+from hilbench.testing import FakeHostClock
+
+USB = UsbIdentity(vendor_id=0x0403, product_id=0x6001, serial_number="A1", location="1-1")
+
+
+def locked_bench(late_ms=0):
+    scheduler, clock = Scheduler(), FakeHostClock()
+    scheduler.lock(clock)
+    bench = Bench(scheduler, Journal(None))
+    if late_ms:
+        clock.stall(clock.monotonic_ns() + NS_PER_MS, late_ms * NS_PER_MS)
+    bench.run_for(0.1)
+    return bench
+
+
+@given(st.integers(0, 40), st.floats(0, 0.1))
+def test_it_adds_to_the_lateness_of_the_host_and_takes_nothing_away(late_ms, port_s):
+    bench = locked_bench(late_ms)
+    before_s = bench.uncertainty_s(0)
+    late_s = bench.scheduler.lateness_max_ns(0) / 1e9
+    bench.port_uncertainty_s = port_s
+    assert bench.uncertainty_s(0) == pytest.approx(max(LOCKED_FLOOR_S, late_s + port_s))
+    assert bench.uncertainty_s(0) >= before_s
+
+
+def test_it_turns_a_verdict_near_the_limit_into_an_open_one():
+    bench = locked_bench()
+    at_most(0.190, 0.2, unit="s", what="the answer took", uncertainty=bench.uncertainty_s(0))
+    bench.port_uncertainty_s = 0.016
+    with pytest.raises(Inconclusive):
+        at_most(0.190, 0.2, unit="s", what="the answer took", uncertainty=bench.uncertainty_s(0))
+
+
+def test_a_bench_in_virtual_time_is_exact_whatever_is_kept():
+    bench = Bench(Scheduler(), Journal(None))
+    bench.port_uncertainty_s = 1.0
+    assert bench.uncertainty_s(0) == 0.0
+
+
+@pytest.mark.parametrize("calibrated", [True, False])
+def test_a_check_at_a_port_takes_what_is_kept_of_it_and_says_so(tmp_path, monkeypatch, calibrated):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    master, slave = pty.openpty()
+    ports = [PortInfo(device=os.ttyname(slave), usb=USB)]
+    key = key_of(os.ttyname(slave), ports)
+    if calibrated:
+        keep(
+            Calibration(
+                key=key,
+                target="x",
+                measured_at="",
+                baud=9600,
+                round_trips=1,
+                lost=0,
+                wire_s=0.0,
+                excess_p50_s=0.0,
+                excess_p99_s=0.0,
+                excess_max_s=0.0161,
+                jitter_s=0.0,
+                paced_bytes=1,
+                paced_returned=1,
+                paced_expected_s=0.0,
+            )
+        )
+    monkeypatch.setattr("hilbench.locked_providers.list_ports", lambda: ports)
+    provider = make_provider(CheckOptions(targets=(TargetChoice(spec=f"serial:{os.ttyname(slave)}"),)))
+    try:
+        with provider.open_case(CaseInfo(id="x", clause_ids=(), seed=0)) as bench:
+            bench.finish("pass", "")
+        assert provider._bench.port_uncertainty_s == (0.0161 if calibrated else 0.0)
+        said = provider.describe().get("calibration")
+        assert said == (f"16.10 ms at {key}" if calibrated else None)
+    finally:
+        provider.close()
+        os.close(master)
+        os.close(slave)
