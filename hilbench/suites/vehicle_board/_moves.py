@@ -20,6 +20,7 @@ __all__ = [
     "MANUAL_S",
     "REPORT_WITHIN_S",
     "behind",
+    "between_lines_s",
     "nine_misses",
     "nine_misses_around_a_status",
     "quiet",
@@ -41,6 +42,9 @@ EXACTLY = 0.5
 """Tolerance of a whole number that has to be right."""
 
 IMPOSSIBLE_M_S = 1e30
+
+ADAPTER_S = 0.016
+"""How long an adapter to USB may keep bytes: what an FT232R begins with (FTDI AN232B-04)."""
 
 REPORT_WITHIN_S = 0.003
 """How long the last byte of a status and the first of a report may lie apart, their own time on the line with it."""
@@ -119,6 +123,12 @@ def say_a_hundred(vehicle: Vehicle) -> list[tuple[int, float]]:
     return said_ns
 
 
+def between_lines_s(vehicle: Vehicle, since_ns: int) -> float:
+    """Return how far off times may be that lie between bytes of both lines, over what happened since a time."""
+    uncertainty_s = vehicle.uncertainty_s(since_ns)
+    return uncertainty_s + ADAPTER_S if uncertainty_s else 0.0
+
+
 def require_newest(vehicle: Vehicle, told: int, newest: Sequence[tuple[int, float]]) -> int:
     """Require that each report since a mark is of the status that was the newest then; return how many there are.
 
@@ -130,7 +140,7 @@ def require_newest(vehicle: Vehicle, told: int, newest: Sequence[tuple[int, floa
     Raises:
         Violation: one of them is of another status.
     """
-    late_ns = round((REPORT_WITHIN_S + vehicle.uncertainty_s(newest[0][0])) * NS_PER_S)
+    late_ns = round((REPORT_WITHIN_S + between_lines_s(vehicle, newest[0][0])) * NS_PER_S)
     reports = vehicle.stack.since(told, VelocityReport)
     for got, report in reports:
         of_old = [speed for when_ns, speed in newest if when_ns <= got.start_ns - late_ns][-1:]

@@ -7,7 +7,7 @@ import math
 from hilbench.check import Violation, at_least, at_most
 from hilbench.clock import NS_PER_S
 from hilbench.suites._vehicle import MODE_WITHIN_S, STATUS_MISS_S, Vehicle, on_board
-from hilbench.suites.vehicle_board._moves import REPORT_WITHIN_S, quiet, require_newest, say_a_hundred
+from hilbench.suites.vehicle_board._moves import REPORT_WITHIN_S, between_lines_s, quiet, require_newest, say_a_hundred
 from protocols.autoware import ControlMode, ControlModeReport, SteeringReport, Time, VelocityReport
 from protocols.carla import Mode
 
@@ -73,7 +73,7 @@ def _require_mode_told_soon(vehicle: Vehicle, mode: ControlMode) -> None:
     if not right:
         raise Violation(f"mode {mode.value} is not reported", vehicle.stack.evidence(told))
     late_s = max(0, right[0].start_ns - first.start_ns) / NS_PER_S
-    limit_s, doubt_s = MODE_REPORT_S + REPORT_WITHIN_S, vehicle.uncertainty_s(first.start_ns)
+    limit_s, doubt_s = MODE_REPORT_S + REPORT_WITHIN_S, between_lines_s(vehicle, first.start_ns)
     what = f"behind the first frame of mode {mode.value} it was reported after"
     at_most(late_s, limit_s, unit="s", what=what, uncertainty=doubt_s)
     after = {report.mode for got, report in reports if got.start_ns >= right[0].start_ns}
@@ -90,7 +90,7 @@ def test_the_newest_status_is_reported(vehicle: Vehicle) -> None:
     reports = [
         (got.start_ns, report.longitudinal_velocity) for got, report in vehicle.stack.since(told, VelocityReport)
     ]
-    uncertainty_s = vehicle.uncertainty_s(begun_ns)
+    uncertainty_s = between_lines_s(vehicle, begun_ns)
     for when_ns, speed in newest:
         behind_s = [(start_ns - when_ns) / NS_PER_S for start_ns, told_m_s in reports if told_m_s == speed]
         after_s = min((found_s for found_s in behind_s if found_s > 0), default=math.inf)

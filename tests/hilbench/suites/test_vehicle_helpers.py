@@ -1,0 +1,43 @@
+"""What the cases of a vehicle-interface board measure with: steps between frames, one by one and together."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from hilbench.check import Inconclusive, Violation
+from hilbench.suites._vehicle import TICK_S, Vehicle
+
+
+def judge(steps_s, uncertainty_s):
+    """Judge frames that come these steps apart, where 0.1 s is required."""
+    starts_s = [sum(steps_s[:count]) for count in range(len(steps_s) + 1)]
+    frames = [SimpleNamespace(start_ns=round(start_s * 1e9)) for start_s in starts_s]
+    bench = SimpleNamespace(uncertainty_s=lambda _since_ns: uncertainty_s)
+    Vehicle.require_steps(bench, frames, 0.1, "between frames")
+
+
+def test_where_the_bench_is_exact_each_step_counts():
+    judge([0.1] * 9, 0.0)
+    judge([0.1 + 0.9 * TICK_S] * 9, 0.0)
+    with pytest.raises(Violation, match=r"between frames: 0\.103 s"):
+        judge([0.1] * 8 + [0.103], 0.0)
+
+
+def test_where_it_is_not_all_steps_together_still_tell():
+    """Each step may be right, for all that the bench knows; nine of them cannot."""
+    with pytest.raises(Inconclusive):
+        judge([0.1] * 9, 0.005)
+    with pytest.raises(Violation, match=r"between frames, 9 together: 0\.945 "):
+        judge([0.105] * 9, 0.005)
+
+
+def test_what_is_wrong_goes_before_what_cannot_be_told():
+    with pytest.raises(Violation, match=r"between frames: 0\.2 "):
+        judge([0.1, 0.2], 0.005)
+
+
+def test_one_step_is_no_sum():
+    judge([0.1], 0.0)
+    judge([], 0.0)
