@@ -79,6 +79,8 @@ def open_serial(target: SerialTarget, write_timeout_s: float) -> Any:
         UnavailableError: the port does not exist, is in use, or may not be opened.
     """
     settings = target.settings
+    if target.url.lower().startswith("hilbench:"):
+        import hilbench.urlhandler  # noqa: F401 - tells pyserial of these URLs
     # pyserial's client of RFC 2217 refuses every write timeout; its socket has one of 5 s of its own.
     timeout_s = None if target.url.lower().startswith("rfc2217:") else write_timeout_s
     try:
