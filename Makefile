@@ -45,6 +45,10 @@ bench: dev        ## speed, as ratios against something run beside it
 soak: dev         ## ten million bytes into both roles, whole and byte by byte; a megabyte through firmware on a pty
 	$(BIN)/python -m pytest tests/soak -s
 
+.PHONY: hardware
+hardware: dev     ## what only a board or an adapter on the desk can prove (docs/hardware-tests.md): PORT=serial:... WITH=plug
+	HILBENCH_HARDWARE_PORT='$(PORT)' HILBENCH_HARDWARE_WITH='$(WITH)' $(BIN)/python -m pytest tests/hardware
+
 mutants: dev      ## the matrix clause x mutant (docs/mutants.md, docs/rover-defects.md)
 	$(BIN)/python -m tests.mutants
 	$(BIN)/python -m tests.mutants.rover
