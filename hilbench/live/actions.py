@@ -84,7 +84,9 @@ class Actions:
         if driver is None:
             return {}
         return {
-            "drive": lambda request: driver.take(_number(request, "forward", -1, 1), _number(request, "turn", -1, 1)),
+            "drive": lambda request: driver.take(
+                _number(request, "forward", -1, 1), _number(request, "turn", -1, 1), pad=request.get("pad") is True
+            ),
             "stop": lambda _: driver.stop(),
             **({"demo": lambda _: driver.begin_demo()} if self._rig.demo else {}),
             **driver.commands,

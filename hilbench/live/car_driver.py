@@ -116,8 +116,9 @@ class CarDriver:
             "restart": lambda _: self._restart(),
         }
 
-    def take(self, forward: float, turn: float) -> None:
-        """Drive by hand: shares of -1 to 1, forward and counter-clockwise, for `DEAD_MAN_NS` from now."""
+    def take(self, forward: float, turn: float, *, pad: bool = False) -> None:
+        """Drive by hand, see `hilbench.live.driver.Drives`: a game pad moves the joystick no farther than keys do."""
+        del pad
         self.demo = False
         self._let_go = "dead man"
         self._wanted = (forward, turn)

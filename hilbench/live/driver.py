@@ -36,8 +36,14 @@ class Drives(Protocol):
     def commands(self) -> Mapping[str, Callable[[Request], None]]:
         """What else it can be asked for, by the names of actions."""
 
-    def take(self, forward: float, turn: float) -> None:
-        """Drive by hand: shares of -1 to 1, forward and counter-clockwise, for `DEAD_MAN_NS` from now."""
+    def take(self, forward: float, turn: float, *, pad: bool = False) -> None:
+        """Drive by hand: shares of -1 to 1, forward and counter-clockwise, for `DEAD_MAN_NS` from now.
+
+        Args:
+            forward: of what is usual.
+            turn: likewise.
+            pad: of what is usual at a game pad.
+        """
 
     def stop(self) -> None:
         """Stop at once, whoever drives; the demo driver does not go on by itself."""
@@ -73,9 +79,10 @@ class Driver:
         """See `Drives`."""
         return {"connect": lambda _: self._operator.connect(), "disconnect": lambda _: self._leave()}
 
-    def take(self, forward: float, turn: float) -> None:
-        """Drive by hand: shares of -1 to 1, forward and counter-clockwise, for `DEAD_MAN_NS` from now."""
+    def take(self, forward: float, turn: float, *, pad: bool = False) -> None:
+        """See `Drives`."""
         self.demo = False
+        turn *= self._operator.pad_turn if pad else 1.0
         changed = (forward, turn) != self._wanted or self._stopped
         self._wanted = (forward, turn)
         self._held_until_ns = self._bench.now_ns + DEAD_MAN_NS

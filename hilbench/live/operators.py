@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Protocol
 
 from hilbench.bench import Bench
@@ -19,6 +20,10 @@ SPEED_MM_S = 400
 """Of a Pioneer at full stick; ARIA's teleoperation mode has the same (AriaCoda ArModes.cpp, 400 mm/s)."""
 TURN_DEG_S = 60
 """Likewise; a choice."""
+PAD_TURN_DEG_S = math.degrees(1.70)
+"""Of a Pioneer at the full stick of a game pad (qemu-gazebo-sim/pioneer_2DX-Interface code-esp32_d1
+task_controller.cpp: -170 to 170 hundredths of a rad/s). Its full trigger is 400 mm/s, as `SPEED_MM_S` (bachelor-thesis,
+Embedded systems simulator for robotics applications, USP 2025, Fig. 23)."""
 THROTTLE = 0.8
 """Of a rover at full stick, as a share of full voltage (choice)."""
 _ENABLE_EVERY_NS = 500 * NS_PER_MS
@@ -49,6 +54,10 @@ class Operator(Protocol):
     def room_ahead_m(self) -> float | None:
         """How far it sees nothing ahead, in metres; None if it does not see."""
 
+    @property
+    def pad_turn(self) -> float:
+        """What a game pad's full stick is, as a multiple of the usual full turn."""
+
     def connect(self) -> None:
         """Begin to connect; nothing if it does so already."""
 
@@ -71,6 +80,7 @@ class PioneerOperator:
     """
 
     name = "client"
+    pad_turn = PAD_TURN_DEG_S / TURN_DEG_S
 
     def __init__(self, bench: Bench, client: P2osClient) -> None:
         self._bench = bench
@@ -160,6 +170,7 @@ class RoverOperator:
     """
 
     name = "station"
+    pad_turn = 1.0
     room_ahead_m: float | None = None
 
     def __init__(self, bench: Bench, station: GroundStation) -> None:

@@ -31,6 +31,8 @@ from hilbench.tui.memory import Memory
 from hilbench.tui.model.arrangement import ARRANGED, Arrangement
 from hilbench.tui.model.export import EXPORTS, Selection, exported
 from hilbench.tui.model.replay import Replay
+from hilbench.tui.pad_hand import PadHand
+from hilbench.tui.pads import Pads
 from hilbench.tui.panes import PANES, FramesPane, Pane, PlotsPane, Strip
 from hilbench.tui.recorded import RecordedBench
 from hilbench.tui.timeline import Timeline
@@ -57,6 +59,7 @@ class Dashboard(VehicleActions, Asking):
         benches: the benches that can be opened instead, by name and what they are.
         open_bench: opens one of them.
         memory: what is remembered from the last time; None for nothing.
+        pads: the game pads at this machine; those that there are if None, and none where it does not look by itself.
         ticking: whether it looks at the bench by itself; a test does it by hand.
 
     Attributes:
@@ -76,9 +79,11 @@ class Dashboard(VehicleActions, Asking):
         benches: Iterable[tuple[str, str]] = (),
         open_bench: OpenBench | None = None,
         memory: Memory | None = None,
+        pads: Pads | None = None,
         ticking: bool = True,
     ) -> None:
         super().__init__(process, replay)
+        self._pad = PadHand(pads or (Pads() if ticking else None))
         self.zoomed = ""
         self.run_of_suite: CheckRun | None = None
         self._benches = list(benches)
@@ -108,7 +113,8 @@ class Dashboard(VehicleActions, Asking):
         self.look()
 
     def on_unmount(self) -> None:
-        """End the suite that runs, if one does."""
+        """Let go of the game pad; end the suite that runs, if one does."""
+        self._pad.close()
         if self.run_of_suite is not None:
             self.run_of_suite.stop()
 
@@ -117,6 +123,7 @@ class Dashboard(VehicleActions, Asking):
     def show(self) -> None:
         """Show what is known."""
         self._tell_problems()
+        self._look_at_pad()
         self._look_at_suite()
         self._arrange()
         for pane in self.query(Pane):
@@ -128,11 +135,17 @@ class Dashboard(VehicleActions, Asking):
         strip.refresh()
         if self.replay is not None:
             self.query_one(Timeline).refresh()
-        self.query_one("#head", Static).update(self._headline().replace("[", "\\["))
+        head = f"{self._headline()}  {self._pad.text}" if self._pad.text else self._headline()
+        self.query_one("#head", Static).update(head.replace("[", "\\["))
         ended = self.query_one("#ended", Static)
         ended.display = self.process.phase is Phase.ENDED
         if ended.display:
             ended.update(self._epitaph().replace("[", "\\["))
+
+    def _look_at_pad(self) -> None:
+        if self.replay is None and self.process.phase is Phase.LIVE:
+            for said in self._pad.look(self.process, self.stopwatch.elapsed_s()):
+                self.notify(said)
 
     def _tell_problems(self) -> None:
         if self.model is not None:

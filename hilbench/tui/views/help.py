@@ -13,6 +13,10 @@ _WHO = {
     "ten times a second. Whoever stops talking to it stops the robot: that is what its watchdog is for.",
     "pkt": "Our ground station speaks PKT to a rover: it asks and the rover reports. A rover that hears nobody stops.",
 }
+_BOTH_ENDS = (
+    "The board hands the driving stack's commands on to the car, or the joystick's: its mode says whose. We are at its "
+    "two lines, the simulator with a car at one, the driving stack at the other. Ten deadlines missed in a row end it."
+)
 _PANES = {
     "link": "bytes, rates and errors of the line; how well the host keeps up with real time",
     "timers": "every timer of both ends runs down; min: the least that was ever left when it was set anew",
@@ -32,6 +36,7 @@ _KEYS = (
     ("\\[ ] { }", "the pane narrower, wider, lower, higher; or drag its border with the mouse. It is remembered"),
     ("w a s d", "drive, as arrows do where no list has them; capitals: full speed. Hold the key: 0.7 s after it"),
     ("", "came last the vehicle stops (dead man). You take over from the demo driver"),
+    ("game pad", "hold L1 (LB): triggers or the left stick drive, either stick turns; the cross connects, disconnects"),
     ("space o", "stop at once; let the demo driver go on"),
     ("c x r", "connect, disconnect; press the reset button of a board"),
     ("p n", "pause or go on; 0.1 s further"),
@@ -99,13 +104,19 @@ def _seen(model: BenchModel | None, recorded: bool) -> Iterator[str]:
     boards = ", ".join(f"{about.get('board', name)}" for name, about in model.live.get("boards", {}).items())
     if boards:
         yield f"Firmware runs on an emulated {boards}, instruction by instruction; Pins show what it does."
-    yield _WHO.get(
-        str(model.live.get("protocol", "")), "None of our clients speaks to it: you look on, and can reset it."
+    yield (
+        _BOTH_ENDS
+        if "speakers" in model.live
+        else _WHO.get(
+            str(model.live.get("protocol", "")), "None of our clients speaks to it: you look on, and can reset it."
+        )
     )
     if model.world.vehicle:
         yield f"World is the truth about the {model.world.vehicle}, not what it believes."
     if model.driver.who == "figure-of-eight":
         yield "The demo driver has the stick: figures of eight. Press w, a, s or d and you have it."
+    if model.driver.who == "path-follower":
+        yield "The driving stack follows the track. w, a, s and d press the switch, and you have the stick."
 
 
 def _tries(model: BenchModel | None, actions: Collection[str], recorded: bool) -> Iterator[str]:
@@ -114,6 +125,9 @@ def _tries(model: BenchModel | None, actions: Collection[str], recorded: bool) -
         return
     if "drive" in actions:
         yield "Hold [b]w[/b], then let go: the log tells when the dead man stops it."
+    if "simulator" in actions:
+        yield "[b]l[/b] pauses the simulator: STATUS missed counts to ten, then EMERGENCY. [b]l[/b] again: MANUAL."
+        yield "[b]k[/b] pauses the driving stack: COMMAND missed counts to ten, then MANUAL."
     if "inject" in actions:
         yield "[b]i ctrl+s[/b]: noise towards the target. Counters tell what is rejected, Watchdogs what is left."
         yield "[b]i[/b], drop, 60 percent: how long does the session live? States shows which way it ends."

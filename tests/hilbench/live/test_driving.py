@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import pytest
 
@@ -135,3 +136,16 @@ def test_a_board_that_no_client_drives_is_shown_all_the_same(live):
     assert "drive" not in one.actions.names
     assert one.bench.journal.header["live"]["machines"].keys() == {"robot"}
     assert told(one, "pose")
+
+
+def test_a_game_pad_turns_as_fast_as_the_one_of_the_original(live):
+    one = live("pioneer-plane", demo=False)
+    one.actions.obey({"do": "connect"})
+    one.bench.run_for(2.0)
+    for pad, mrad_s in ((False, 1047), (True, 1700)):
+        for _ in range(15):
+            one.actions.obey({"do": "drive", "forward": 0.0, "turn": 1.0, "pad": pad})
+            one.bench.run_for(0.2)
+        before, after = told(one, "pose")[-2:]
+        turned = math.remainder((after["yaw_rad"] - before["yaw_rad"]) / 1e6, math.tau)
+        assert turned * 1e4 == pytest.approx(mrad_s, abs=60)
