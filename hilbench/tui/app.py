@@ -100,12 +100,11 @@ class Dashboard(VehicleActions, Asking):
         yield Static(id="ended")
         yield Body(*(_SPECIAL.get(name, partial(Pane, name))() for name in PANES), arrangement=ARRANGED["robot"][0])
         yield Strip()
-        yield Timeline(self.replay)
+        yield Timeline(self.replay).set_class(self.replay is not None, "recorded")
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
         """Begin to look. A signal that ends the process gives the terminal back first."""
-        self.query_one(Timeline).set_class(self.replay is not None, "recorded")
         if self._ticking:
             self.set_interval(1 / FRAMES_PER_S, self.look)
             for number in (signal.SIGTERM, signal.SIGHUP):
@@ -119,6 +118,18 @@ class Dashboard(VehicleActions, Asking):
             self.run_of_suite.stop()
 
     # --- what is seen
+
+    def open(self, process: BenchProcess | RecordedBench, replay: Replay | None = None) -> None:
+        """Watch another bench, or a recording, with nothing left of the one before."""
+        super().open(process, replay)
+        self.zoomed = ""
+        self.action_stop_check()
+        self.run_of_suite = None
+        self.query_one(FramesPane).filter("")
+        self.query_one(ChecksPane).forget()
+        timeline = self.query_one(Timeline)
+        timeline.replay = replay
+        timeline.set_class(replay is not None, "recorded")
 
     def show(self) -> None:
         """Show what is known."""
@@ -393,9 +404,7 @@ class Dashboard(VehicleActions, Asking):
         def open_it(name: str | None) -> None:
             if name and self._open_bench is not None:
                 self.process.stop()
-                self.process = self._open_bench(name)
-                self.forget()
-                self.zoomed = ""
+                self.open(self._open_bench(name))
                 self.look()
 
         self.push_screen(PickScreen("Open which bench? The present one is stopped.", self._benches), open_it)

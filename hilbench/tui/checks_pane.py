@@ -49,6 +49,11 @@ class ChecksPane(Pane):
         self.border_subtitle = title if ended else f"{title}, runs"
         self.said = text.splitlines()
 
+    def forget(self) -> None:
+        """Show what the journal itself tells of cases."""
+        self.run, self.chosen, self.opened, self.said = None, "", False, ()
+        self.border_subtitle = ""
+
     def checks_of(self, model: BenchModel) -> ChecksModel:
         """Return the run that is shown."""
         return model.checks if self.run is None else self.run

@@ -41,6 +41,11 @@ class Watching(App[None]):
         """Let go of the journal."""
         self.forget()
 
+    def open(self, process: BenchProcess | RecordedBench, replay: Replay | None = None) -> None:
+        """Watch another bench, or a recording."""
+        self.forget()
+        self.process, self.replay = process, replay
+
     def forget(self) -> None:
         """Know nothing of the bench any more."""
         self.model = None

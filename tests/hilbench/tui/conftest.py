@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import asyncio
+import contextvars
 import json
 import os
 from pathlib import Path
@@ -10,9 +12,12 @@ from hilbench.live.folders import Session
 from hilbench.live.session import LiveBench, LiveOptions
 from hilbench.mcu.command_line import open_target
 from hilbench.testing import FakeHostClock
+from hilbench.tui.app import Dashboard
 from hilbench.tui.bench_process import Phase
+from hilbench.tui.memory import Memory
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.follower import Follower
+from hilbench.tui.panes import Pane
 
 EXPECTED = Path(__file__).parent / "expected"
 WRITE = bool(os.environ.get("HILBENCH_WRITE_SCREENS"))
@@ -133,3 +138,97 @@ def journal_file(tmp_path):
         return path
 
     return write
+
+
+def rows(app):
+    """Return what is on the screen, row by row."""
+    return ["".join(segment.text for segment in strip) for strip in app.screen._compositor.render_strips()]
+
+
+class Stage:
+    """One dashboard for many scenes: beginning one takes longer than most scenes do."""
+
+    def __init__(self):
+        self._loop = asyncio.new_event_loop()
+        self._context = contextvars.copy_context()
+        self._app = self._running = self._pilot = None
+
+    def play(self, process, scenario, size=(80, 24), *, replay=None, benches=(), open_bench=None, memory=None):
+        """Open a bench or a recording on the dashboard, and let a scenario play with it."""
+
+        async def scene():
+            if self._app is None or not self._app.is_running:
+                await self._end()
+                self._app = Dashboard(process, replay, ticking=False)
+                self._running = self._app.run_test(size=size, notifications=True)
+                self._pilot = await self._running.__aenter__()
+            app = self._app
+            while len(app.screen_stack) > 1:
+                app.pop_screen()
+            app.clear_notifications()
+            app._memory = memory or Memory()
+            app._plots_of, app.theme = "", "textual-dark"
+            app._benches, app._open_bench = list(benches), open_bench
+            app.open(process, replay)
+            app.set_focus(None)
+            if app.size != size:
+                await self._pilot.resize_terminal(*size)
+            await settle(app, self._pilot)
+            await scenario(app, self._pilot)
+
+        self._wait_for(scene())
+
+    def close(self):
+        self._wait_for(self._end())
+        self._loop.close()
+
+    async def _end(self):
+        if self._running is not None:
+            await self._running.__aexit__(None, None, None)
+        self._running = None
+
+    def _wait_for(self, coroutine):
+        self._loop.run_until_complete(self._loop.create_task(coroutine, context=self._context))
+
+
+async def settle(app, pilot):
+    """Wait until no pane is laid out that is not to be seen, and the screen looks the same twice in a row."""
+    last = None
+    while True:
+        await pilot.pause()
+        app.look()
+        placed = {widget.id for widget in app.screen._compositor.visible_widgets if isinstance(widget, Pane)}
+        if placed <= {pane.id for pane in app.query(Pane) if pane.display} and rows(app) == last:
+            return
+        last = rows(app)
+
+
+@pytest.fixture(scope="session")
+def _stage():
+    stage = Stage()
+    yield stage
+    stage.close()
+
+
+@pytest.fixture
+def on_new_screen():
+    """As `on_screen`, with a dashboard that begins now: what its environment says counts."""
+    stage = Stage()
+    yield stage.play
+    stage.close()
+
+
+@pytest.fixture
+def on_screen(_stage):
+    """Play a scenario with a dashboard over a recording."""
+    return _stage.play
+
+
+@pytest.fixture(name="rows")
+def _rows():
+    return rows
+
+
+@pytest.fixture(name="settle")
+def _settle():
+    return settle

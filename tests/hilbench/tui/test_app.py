@@ -2,55 +2,26 @@
 
 from __future__ import annotations
 
-import asyncio
 import select
 
 import pytest
 
-from hilbench.tui.app import Dashboard
 from hilbench.tui.bench_process import Phase
 from hilbench.tui.panes import PANES, FramesPane, Pane
 
 SIZES = {"80x24": (80, 24), "200x60": (200, 60)}
 
 
-def rows(app):
-    """Return what is on the screen, row by row."""
-    return ["".join(segment.text for segment in strip) for strip in app.screen._compositor.render_strips()]
-
-
-async def settle(app, pilot):
-    """Wait until no pane is laid out that is not to be seen, and the screen looks the same twice in a row."""
-    last = None
-    while True:
-        await pilot.pause()
-        app.look()
-        placed = {widget.id for widget in app.screen._compositor.visible_widgets if isinstance(widget, Pane)}
-        if placed <= {pane.id for pane in app.query(Pane) if pane.display} and rows(app) == last:
-            return
-        last = rows(app)
-
-
-def run(process, scenario, size=(80, 24), **more):
-    async def go():
-        app = Dashboard(process, ticking=False, **more)
-        async with app.run_test(size=size, notifications=True) as pilot:
-            await settle(app, pilot)
-            await scenario(app, pilot)
-
-    asyncio.run(go())
-
-
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("bench", ["pioneer", "rover", "vehicle"])
-def test_the_whole_screen_looks_as_it_did(process_of, expect, bench, size):
+def test_the_whole_screen_looks_as_it_did(process_of, expect, bench, size, on_screen, rows):
     async def scenario(app, pilot):
         expect(f"screen-{bench}-{size}", rows(app))
 
-    run(process_of(bench), scenario, SIZES[size])
+    on_screen(process_of(bench), scenario, SIZES[size])
 
 
-def test_each_pane_can_have_the_screen(process_of):
+def test_each_pane_can_have_the_screen(process_of, on_screen):
     async def scenario(app, pilot):
         for name, pane in PANES.items():
             await pilot.press(pane.key)
@@ -62,7 +33,7 @@ def test_each_pane_can_have_the_screen(process_of):
         await pilot.pause()
         assert app.zoomed == ""
 
-    run(process_of("pioneer"), scenario)
+    on_screen(process_of("pioneer"), scenario)
 
 
 ASKED_BY_KEYS = {
@@ -80,7 +51,7 @@ ASKED_BY_KEYS = {
 }
 
 
-def test_keys_ask_the_bench(process_of):
+def test_keys_ask_the_bench(process_of, on_screen):
     process = process_of("pioneer")
 
     async def scenario(app, pilot):
@@ -88,10 +59,10 @@ def test_keys_ask_the_bench(process_of):
             await pilot.press(key)
         assert process.sent == list(ASKED_BY_KEYS.values())
 
-    run(process, scenario)
+    on_screen(process, scenario)
 
 
-def test_what_the_bench_cannot_is_not_asked_for(process_of):
+def test_what_the_bench_cannot_is_not_asked_for(process_of, on_screen):
     process = process_of("pioneer")
 
     async def scenario(app, pilot):
@@ -100,10 +71,10 @@ def test_what_the_bench_cannot_is_not_asked_for(process_of):
         await pilot.press("w")
         assert process.sent == []
 
-    run(process, scenario)
+    on_screen(process, scenario)
 
 
-def test_a_fault_is_put_in_by_keys(process_of):
+def test_a_fault_is_put_in_by_keys(process_of, on_screen):
     process = process_of("pioneer")
 
     async def scenario(app, pilot):
@@ -117,10 +88,10 @@ def test_a_fault_is_put_in_by_keys(process_of):
         await pilot.pause()
         assert len(process.sent) == 1
 
-    run(process, scenario)
+    on_screen(process, scenario)
 
 
-def test_a_moment_is_marked_with_a_word(process_of):
+def test_a_moment_is_marked_with_a_word(process_of, on_screen):
     process = process_of("pioneer")
 
     async def scenario(app, pilot):
@@ -128,10 +99,10 @@ def test_a_moment_is_marked_with_a_word(process_of):
         await pilot.pause()
         assert process.sent == [("mark", {"text": "here"})]
 
-    run(process, scenario)
+    on_screen(process, scenario)
 
 
-def test_a_frame_is_found_held_and_opened(process_of):
+def test_a_frame_is_found_held_and_opened(process_of, on_screen, rows, settle):
     async def scenario(app, pilot):
         await pilot.press("slash", *"pulse", "enter")
         await pilot.press("5", "up", "enter")
@@ -151,11 +122,11 @@ def test_a_frame_is_found_held_and_opened(process_of):
         await pilot.pause()
         assert app.zoomed == ""
 
-    run(process_of("pioneer"), scenario)
+    on_screen(process_of("pioneer"), scenario)
 
 
 @pytest.mark.parametrize(("key", "sent"), [("s", [("stopped", {})]), ("d", [("left", {})])])
-def test_leaving_asks_stop_or_detach(process_of, key, sent):
+def test_leaving_asks_stop_or_detach(process_of, key, sent, on_screen):
     process = process_of("pioneer")
 
     async def scenario(app, pilot):
@@ -166,10 +137,10 @@ def test_leaving_asks_stop_or_detach(process_of, key, sent):
         await pilot.pause()
         assert process.sent == sent
 
-    run(process, scenario)
+    on_screen(process, scenario)
 
 
-def test_a_bench_that_ends_leaves_the_screen_and_says_why(process_of, expect):
+def test_a_bench_that_ends_leaves_the_screen_and_says_why(process_of, expect, on_screen, rows):
     process = process_of("pioneer")
 
     async def scenario(app, pilot):
@@ -183,10 +154,10 @@ def test_a_bench_that_ends_leaves_the_screen_and_says_why(process_of, expect):
         await pilot.pause()
         assert process.sent == [("stopped", {})]  # it clears up what is left
 
-    run(process, scenario)
+    on_screen(process, scenario)
 
 
-def test_another_bench_is_opened(process_of):
+def test_another_bench_is_opened(process_of, on_screen):
     first, second = process_of("pioneer"), process_of("rover")
     opened = []
 
@@ -202,11 +173,11 @@ def test_another_bench_is_opened(process_of):
         assert opened == ["rover-model"]
         assert app.model.name == "rover-model"
 
-    run(first, scenario, benches=[("pioneer", "a robot"), ("rover-model", "a rover")], open_bench=open_bench)
+    on_screen(first, scenario, benches=[("pioneer", "a robot"), ("rover-model", "a rover")], open_bench=open_bench)
 
 
 @pytest.mark.slow
-def test_a_suite_is_run_and_its_verdicts_are_read(process_of, tmp_path):
+def test_a_suite_is_run_and_its_verdicts_are_read(process_of, tmp_path, on_screen, rows):
     suite = tmp_path / "test_mine.py"
     suite.write_text(
         'from hilbench.check import case\n\n@case("A1", text="It does A1.", source="us")\ndef test_a(): pass\n'
@@ -229,41 +200,41 @@ def test_a_suite_is_run_and_its_verdicts_are_read(process_of, tmp_path):
         assert "It does A1." in "\n".join(rows(app))
         assert process.sent == [("mark", {"text": f"suite {suite}"})]
 
-    run(process, scenario, SIZES["200x60"])
+    on_screen(process, scenario, SIZES["200x60"])
 
 
-def test_a_bench_without_suites_runs_none(process_of):
+def test_a_bench_without_suites_runs_none(process_of, on_screen):
     async def scenario(app, pilot):
         await pilot.press("t")
         await pilot.pause()
         assert len(app.screen_stack) == 1
 
-    run(process_of("pioneer"), scenario)
+    on_screen(process_of("pioneer"), scenario)
 
 
-def test_the_screen_is_saved(process_of, tmp_path, monkeypatch):
+def test_the_screen_is_saved(process_of, tmp_path, monkeypatch, on_screen):
     monkeypatch.chdir(tmp_path)
 
     async def scenario(app, pilot):
         await pilot.press("g")
         await pilot.pause()
 
-    run(process_of("pioneer"), scenario)
+    on_screen(process_of("pioneer"), scenario)
     (saved,) = tmp_path.glob("hilbench-pioneer-plane-*.svg")
     assert "<svg" in saved.read_text()
 
 
-def test_help_explains_every_key_that_is_bound(process_of):
+def test_help_explains_every_key_that_is_bound(process_of, on_screen, rows):
     async def scenario(app, pilot):
         await pilot.press("question_mark")
         await pilot.pause()
         assert "What you see" in "\n".join(rows(app))
         await pilot.press("escape")
 
-    run(process_of("pioneer"), scenario)
+    on_screen(process_of("pioneer"), scenario)
 
 
-def test_a_refusal_is_shown(process_of):
+def test_a_refusal_is_shown(process_of, on_screen, rows):
     process = process_of("pioneer")
 
     async def scenario(app, pilot):
@@ -273,10 +244,10 @@ def test_a_refusal_is_shown(process_of):
         await pilot.pause()
         assert any("no fault 'ghost'" in row for row in rows(app))
 
-    run(process, scenario)
+    on_screen(process, scenario)
 
 
-def test_nothing_but_the_text_is_needed(process_of, monkeypatch):
+def test_nothing_but_the_text_is_needed(process_of, monkeypatch, on_new_screen):
     monkeypatch.setenv("NO_COLOR", "1")
 
     async def scenario(app, pilot):
@@ -289,4 +260,4 @@ def test_nothing_but_the_text_is_needed(process_of, monkeypatch):
         assert shown
         assert all(colour is None or colour.red == colour.green == colour.blue for colour in shown)
 
-    run(process_of("pioneer"), scenario)
+    on_new_screen(process_of("pioneer"), scenario)

@@ -1,13 +1,11 @@
 from __future__ import annotations
 
-import asyncio
-
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.tui.app import Dashboard
 from hilbench.tui.model.replay import Replay
 from hilbench.tui.recorded import RecordedBench
+from hilbench.tui.views.timeline import time_at, timeline_view
 
 S = 1_000_000_000
 
@@ -66,28 +64,49 @@ def test_a_recording_of_nothing_is_shown():
     assert replay.model.ns == 0
 
 
-def test_keys_move_in_a_recording_and_ask_nobody(recordings, journals):
+def test_keys_move_in_a_recording_and_ask_nobody(recordings, journals, on_screen, rows):
     replay = Replay(*recordings["pioneer"])
 
-    async def go():
-        app = Dashboard(RecordedBench(journals["pioneer"], "cut in line 7"), replay, ticking=False)
-        async with app.run_test(size=(200, 60)) as pilot:
-            await pilot.press("home")
-            assert app.model.ns == 0
-            await pilot.press("right", "right", "left", "full_stop")
-            assert 1 * S <= app.model.ns < 1.2 * S
-            await pilot.press("e")
-            assert app.model.log.errors == 1
-            await pilot.press("p")
-            assert replay.playing
-            await pilot.press("p", "end")
-            assert (replay.playing, app.model.ns) == (False, 8 * S)
-            await pilot.pause()
-            rows = ["".join(segment.text for segment in strip) for strip in app.screen._compositor.render_strips()]
-            assert "8.000 s of 8.000 s  recorded" in rows[0]
-            assert "cut in line 7" in rows[1]
-            await pilot.press("q")
-            await pilot.pause()
-            assert not app.is_running
+    async def scenario(app, pilot):
+        await pilot.press("home")
+        assert app.model.ns == 0
+        await pilot.press("right", "right", "left", "full_stop")
+        assert 1 * S <= app.model.ns < 1.2 * S
+        await pilot.press("e")
+        assert app.model.log.errors == 1
+        await pilot.press("e", "E")
+        assert app.model.log.errors == 1
+        await pilot.press("p")
+        assert replay.playing
+        await pilot.press("p", "end")
+        assert (replay.playing, app.model.ns) == (False, 8 * S)
+        await pilot.pause()
+        assert "8.000 s of 8.000 s  recorded" in rows(app)[0]
+        assert "cut in line 7" in rows(app)[1]
+        await pilot.press("t", "w")
+        assert len(app.screen_stack) == 1
 
-    asyncio.run(go())
+    on_screen(RecordedBench(journals["pioneer"], "cut in line 7"), scenario, (200, 60), replay=replay)
+
+
+def test_a_click_on_the_line_of_time_goes_there(recordings, journals, on_screen, rows):
+    replay = Replay(*recordings["pioneer"])
+
+    async def scenario(app, pilot):
+        line = rows(app)[-2]
+        assert {"!", "m"} <= set(line)
+        mark = line.index("m")
+        await pilot.click("#timeline", offset=(mark, 0))
+        assert abs(app.model.ns - 6 * S) < 0.2 * S
+        await pilot.click("#timeline", offset=(0, 0))
+        assert app.model.ns == 0
+        assert "●" in rows(app)[-2]
+
+    on_screen(RecordedBench(journals["pioneer"], None), scenario, replay=replay)
+
+
+@given(st.integers(0, 10**12), st.integers(30, 200), st.floats(0, 1))
+def test_what_is_clicked_is_what_is_shown(length_ns, width, share):
+    now_ns = round(length_ns * share)
+    shown = timeline_view(length_ns, now_ns, [], width).plain
+    assert abs(time_at(shown.index("●"), length_ns, width) - now_ns) <= length_ns / (width - 27) + 1

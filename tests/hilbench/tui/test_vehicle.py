@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.decode.decoders import DecodeOptions
 from hilbench.decode.regions import regions
-from hilbench.tui.app import Dashboard
 from hilbench.tui.dialogs import InjectScreen
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.views.above import world_view
@@ -151,17 +148,6 @@ def test_the_lane_is_drawn_whole_before_anything_has_moved():
 # --- keys
 
 
-def run(process, scenario):
-    async def go():
-        app = Dashboard(process, ticking=False)
-        async with app.run_test(size=(132, 40)) as pilot:
-            await pilot.pause()
-            app.look()
-            await scenario(app, pilot)
-
-    asyncio.run(go())
-
-
 ASKED_BY_KEYS = {
     "y": ("mode", {"mode": "AUTOWARE"}),
     "v": ("mode", {"mode": "MANUAL"}),
@@ -173,7 +159,7 @@ ASKED_BY_KEYS = {
 }
 
 
-def test_keys_ask_the_board_and_those_around_it(process_of):
+def test_keys_ask_the_board_and_those_around_it(process_of, on_screen):
     process = process_of("vehicle")
     process.actions = ACTIONS
 
@@ -185,20 +171,20 @@ def test_keys_ask_the_board_and_those_around_it(process_of):
         await pilot.press("l", "z")
         assert process.sent[-2:] == [("simulator", {"on": True}), ("lamps", {"which": "right"})]
 
-    run(process, scenario)
+    on_screen(process, scenario, (132, 40))
 
 
-def test_a_bench_without_them_is_not_asked(process_of):
+def test_a_bench_without_them_is_not_asked(process_of, on_screen):
     process = process_of("pioneer")
 
     async def scenario(app, pilot):
         await pilot.press(*ASKED_BY_KEYS)
         assert process.sent == []
 
-    run(process, scenario)
+    on_screen(process, scenario, (132, 40))
 
 
-def test_a_fault_is_put_on_one_of_the_lines(process_of):
+def test_a_fault_is_put_on_one_of_the_lines(process_of, on_screen):
     process = process_of("vehicle")
     process.actions = ACTIONS
 
@@ -211,6 +197,7 @@ def test_a_fault_is_put_on_one_of_the_lines(process_of):
         await pilot.pause()
         assert process.sent[-1][1]["line"] == "stack"
 
+<<<<<<< Updated upstream
     run(process, scenario)
 
 
@@ -222,3 +209,6 @@ def test_what_is_commanded_is_another_signal_than_what_is_true(model_of):
     assert {"speed", "AUTOWARE speed"} <= signals.keys()
     assert max(value for _, value in signals["speed"].parts[0]) < 9.0
     assert max(value for _, value in signals["AUTOWARE speed"].parts[0]) == 10.0
+=======
+    on_screen(process, scenario, (132, 40))
+>>>>>>> Stashed changes
