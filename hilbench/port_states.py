@@ -12,7 +12,16 @@ from hilbench.ports import PortInfo
 from hilbench.udev import INSTALL_BY, installed_rules, port_group
 from hilbench.usb_devices import chip_of, kind_of, probable_board
 
-__all__ = ["BEST_LATENCY_MS", "Advice", "PortState", "as_data", "as_text", "port_states"]
+__all__ = [
+    "BEST_LATENCY_MS",
+    "Advice",
+    "PortState",
+    "advice_on_access",
+    "as_data",
+    "as_text",
+    "port_states",
+    "state_at",
+]
 
 BEST_LATENCY_MS = 1
 # A serial number that tells a device from others and can stand in a target; bridges leave the factory with 0001.
@@ -63,6 +72,14 @@ def port_states(host: Host, ports: Sequence[PortInfo]) -> list[PortState]:
     return [_state(host, port, ports) for port in ports]
 
 
+def state_at(host: Host, path: str, ports: Sequence[PortInfo]) -> PortState:
+    """Return how the port stands that a path or a link leads to, whether it is one of those there are or not."""
+    real, root = host.path(path).resolve(), host.root.resolve()
+    device = f"/{real.relative_to(root)}" if real.is_relative_to(root) else str(real)
+    port = next((one for one in ports if one.device == device), PortInfo(device=device))
+    return _state(host, port, ports)
+
+
 def as_data(states: Sequence[PortState]) -> list[dict[str, object]]:
     """Return them as plain data."""
     return [_data(state) for state in states]
@@ -85,7 +102,7 @@ def _state(host: Host, port: PortInfo, ports: Sequence[PortInfo]) -> PortState:
         port=port, target=_target(port, ports), permitted=permitted, owner=owner, holders=holders, advice=()
     )
     advice = (
-        *_on_permission(host, state),
+        *([] if permitted else [advice_on_access(host, state)]),
         *(Advice("it is in use", f"stop {holder}") for holder in holders.programs),
         *_on_locks(state),
         *_on_latency(host, state),
@@ -93,19 +110,18 @@ def _state(host: Host, port: PortInfo, ports: Sequence[PortInfo]) -> PortState:
     return replace(state, advice=advice)
 
 
-def _on_permission(host: Host, state: PortState) -> list[Advice]:
-    if state.permitted:
-        return []
+def advice_on_access(host: Host, state: PortState) -> Advice:
+    """Return what to do at a port that may not be used."""
     if not state.owner:
         device = state.port.device
-        return [Advice(f"there is no {device}", f"in a container, start it with --device {device}")]
+        return Advice(f"there is no {device}", f"in a container, start it with --device {device}")
     group = state.owner.split()[0]
     if group in host.groups_of_account and group not in host.groups:
-        return [Advice("no access yet", f"you came into the group {group} after you logged in; log out and in again")]
+        return Advice("no access yet", f"you came into the group {group} after you logged in; log out and in again")
     if _rules_know(state.port) and installed_rules(host, "") is None:
-        return [Advice("no access", f"{INSTALL_BY}, then plug it in again")]
+        return Advice("no access", f"{INSTALL_BY}, then plug it in again")
     wanted = group if group != "root" else port_group(host)
-    return [Advice("no access", f'sudo usermod -aG {wanted} "$USER", then log out and in again')]
+    return Advice("no access", f'sudo usermod -aG {wanted} "$USER", then log out and in again')
 
 
 def _on_locks(state: PortState) -> list[Advice]:

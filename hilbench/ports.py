@@ -10,6 +10,7 @@ Whoever needs the ports takes a `PortEnumerator`, so that tests can hand in port
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -124,18 +125,20 @@ class SysfsPorts:
         """Return the ports there are at this moment."""
         folder = self.root / "sys/class/tty"
         try:
-            names = sorted((entry.name for entry in folder.iterdir()), key=_by_number)
+            # Sixty consoles have no device; a bench that looks for a port must not be late by them.
+            names = [name for name in os.listdir(folder) if os.path.exists(f"{folder}/{name}/device")]  # noqa: PTH110, PTH208
         except OSError:
             return ()
         links = self._links()
-        found = (self._port(folder / name, links) for name in names)
+        found = (self._port(folder / name, links) for name in sorted(names, key=_by_number))
         return tuple(port for port in found if port is not None)
 
     def _port(self, entry: Path, links: dict[str, list[str]]) -> PortInfo | None:
-        device = entry / "device"
-        if not device.exists() or _line(entry / "type") == _NO_CHIP:
+        if _line(entry / "type") == _NO_CHIP:
             return None
-        folder = device.resolve()
+        folder = (entry / "device").resolve()
+        if not folder.exists():  # it has gone meanwhile
+            return None
         path = f"/dev/{entry.name}"
         return PortInfo(
             device=path,

@@ -84,11 +84,13 @@ def _examine(console: Console, target: str | None, *, as_json: bool) -> int:
 
 
 def _calibrate(console: Console, text: str, *, as_json: bool) -> int:
+    from hilbench import interruption
     from hilbench.doctor.calibrate import calibrate
     from hilbench.doctor.calibrated import as_data, as_text
     from hilbench.exit_codes import ExitCode
     from hilbench.names import json_text
 
+    interruption.raise_once()
     done = calibrate(text)
     console.data(json_text(as_data(done)) if as_json else as_text(done))
     return ExitCode.OK

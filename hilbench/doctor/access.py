@@ -10,7 +10,7 @@ from pathlib import Path
 from hilbench.doctor.facts import Facts
 from hilbench.doctor.finding import Finding, cross, fine, warning
 from hilbench.errors import HilbenchError
-from hilbench.port_states import PortState, port_states
+from hilbench.port_states import PortState, port_states, state_at
 from hilbench.ports import LINK_FOLDERS, PortInfo
 from hilbench.udev import INSTALL_BY, check_rules, port_group, rules_text
 from hilbench.usb_devices import kind_of
@@ -143,12 +143,4 @@ def _target(facts: Facts, target: str, ports: Sequence[PortInfo]) -> Iterator[Fi
         fix = f"use one of those that are there: {there}" if there else "plug it in; there is no port here now"
         yield cross(target, "there is no such port", fix)
         return
-    device = _own_path(facts, path)
-    known = next((port for port in ports if port.device == device), PortInfo(device=device))
-    yield from _port(port_states(facts.host, [known])[0], needed=True)
-
-
-def _own_path(facts: Facts, path: Path) -> str:
-    """Return the path of a device itself, where a link leads to it."""
-    real, root = path.resolve(), facts.host.root.resolve()
-    return f"/{real.relative_to(root)}" if real.is_relative_to(root) else str(real)
+    yield from _port(state_at(facts.host, meant.url, ports), needed=True)

@@ -13,7 +13,6 @@ from __future__ import annotations
 import contextlib
 import errno
 import fcntl
-import grp
 import struct
 import termios
 import warnings
@@ -24,7 +23,10 @@ from typing import Any
 import serial
 
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
+from hilbench.host import this_host
 from hilbench.links.serial_target import SerialTarget
+from hilbench.port_states import advice_on_access, state_at
+from hilbench.ports import list_ports
 
 __all__ = ["LineErrors", "ModemLines", "close_serial", "line_errors", "modem_lines", "open_serial", "set_modem_lines"]
 
@@ -183,23 +185,19 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
     where = target.url
     number = getattr(error, "errno", None)
     if number == errno.ENOENT:
-        return UnavailableError(
-            "there is no such port", where=where, hint="`ls /dev/serial/by-id /dev/tty*` lists what is there"
-        )
+        return UnavailableError("there is no such port", where=where, hint="'hilbench ports' shows what is there")
     if number in (errno.EACCES, errno.EPERM):
-        group = _group_of(where)
-        hint = f"sudo usermod -aG {group} $USER, then log in again"
-        return UnavailableError("permission denied", where=where, hint=hint)
+        host = this_host()
+        advice = advice_on_access(host, state_at(host, where, list_ports()))
+        return UnavailableError("permission denied", where=where, hint=advice.fix)
     if number in (errno.EBUSY, errno.EAGAIN):
-        return UnavailableError("another program uses the port", where=where, hint=f"`fuser {where}` names it")
+        return UnavailableError("another program uses the port", where=where, hint=_who_to_stop(where))
     if isinstance(error, ValueError):
         return UsageError(f"pyserial does not know it: {error}", where=where)
     return UnavailableError(f"cannot be opened: {error}", where=where)
 
 
-def _group_of(path: str) -> str:
-    """Return the group that may use a device: `dialout` on Debian, `uucp` on Arch."""
-    try:
-        return grp.getgrgid(Path(path).stat().st_gid).gr_name
-    except (OSError, KeyError):
-        return "dialout"
+def _who_to_stop(path: str) -> str:
+    programs = state_at(this_host(), path, list_ports()).holders.programs
+    named = " and ".join(str(one) for one in programs)
+    return f"stop {named}" if named else f"it is another user's; root sees whose: sudo fuser {path}"

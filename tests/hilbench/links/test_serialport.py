@@ -8,8 +8,10 @@ import pytest
 import serial
 
 from hilbench.errors import UnavailableError, UsageError
+from hilbench.host import this_host
 from hilbench.links import Line, PtyDoor, SerialPort, SerialTarget, parse_serial_target
 from hilbench.links.serial_device import _cannot_open
+from hilbench.udev import port_group
 
 S = 10**9
 
@@ -92,7 +94,7 @@ def test_a_port_belongs_to_one_program(locked, tmp_path):
 
 
 def test_errors_are_one_line_and_say_what_to_do(locked):
-    with pytest.raises(UnavailableError, match=r"no such port.*/dev/serial/by-id"):
+    with pytest.raises(UnavailableError, match=r"no such port.*'hilbench ports' shows what"):
         SerialPort(locked, "/dev/ttyNONE")
     with pytest.raises(UsageError, match="pyserial does not know"):
         SerialPort(locked, "nonsense://x")
@@ -107,6 +109,19 @@ def test_permission_denied_names_the_group(tmp_path):
     target = SerialTarget(url=str(path), baud=9600)
     error = serial.SerialException(errno.EACCES, "could not open port")
     group = __import__("grp").getgrgid(path.stat().st_gid).gr_name
-    assert f"usermod -aG {group} " in str(_cannot_open(target, error))
+    wanted = port_group(this_host()) if group == "root" else group  # nobody is told to join the group of root
+    assert f"usermod -aG {wanted} " in str(_cannot_open(target, error))
     missing = SerialTarget(url="/dev/ttyNONE", baud=9600)
-    assert "dialout" in str(_cannot_open(missing, error))
+    assert "start it with --device /dev/ttyNONE" in str(_cannot_open(missing, error))
+
+
+def test_a_port_in_use_names_who_has_it():
+    master, slave = os.openpty()
+    target = SerialTarget(url=os.ttyname(slave), baud=9600)
+    error = serial.SerialException(errno.EBUSY, "could not open port")
+    said = str(_cannot_open(target, error))
+    assert "another program uses the port; stop " in said
+    assert f"({os.getpid()})" in said
+    os.close(slave)
+    assert "root sees whose" in str(_cannot_open(target, error))
+    os.close(master)
