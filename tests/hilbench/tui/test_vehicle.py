@@ -197,8 +197,7 @@ def test_a_fault_is_put_on_one_of_the_lines(process_of, on_screen):
         await pilot.pause()
         assert process.sent[-1][1]["line"] == "stack"
 
-<<<<<<< Updated upstream
-    run(process, scenario)
+    on_screen(process, scenario, (132, 40))
 
 
 # --- plots
@@ -209,6 +208,3 @@ def test_what_is_commanded_is_another_signal_than_what_is_true(model_of):
     assert {"speed", "AUTOWARE speed"} <= signals.keys()
     assert max(value for _, value in signals["speed"].parts[0]) < 9.0
     assert max(value for _, value in signals["AUTOWARE speed"].parts[0]) == 10.0
-=======
-    on_screen(process, scenario, (132, 40))
->>>>>>> Stashed changes
