@@ -221,6 +221,11 @@ class _TellsTheOneBefore(_Tells):
         return [before or message]
 
 
+class _TellsStatusesTwice(_Tells):
+    def instead(self, message):
+        return [message] * (2 if isinstance(message, VelocityReport | SteeringReport) else 1)
+
+
 class _AnswersTwice(_Tells):
     def instead(self, message):
         return [message] * (2 if isinstance(message, ControlModeResponse) else 1)
@@ -620,6 +625,7 @@ BY_HAND = (
         about=("VB19",),
         kind=_TellsTheOneBefore,
     ),
+    VehicleMutant(id="statuses-twice", what="each status is reported twice", about=("VB53",), kind=_TellsStatusesTwice),
     VehicleMutant(id="answers-twice", what="each request is answered twice", about=("VB12",), kind=_AnswersTwice),
     VehicleMutant(id="tells-manual", what="the mode reported is always 4", about=("VB48",), kind=_TellsManual),
     VehicleMutant(
@@ -672,13 +678,13 @@ BY_HAND = (
     ),
     VehicleMutant(id="lazy-watchdog", what="the watchdog waits for 5 s", about=("VB56H",), body={"watchdog_s": 5.0}),
     VehicleMutant(
-        id="late-debounce", what="presses 1.1 s apart are one", about=("VB13", "VB14"), board={"debounce_s": 1.1}
+        id="late-debounce", what="presses 1.01 s apart are one", about=("VB13", "VB14"), board={"debounce_s": 1.02}
     ),
     VehicleMutant(
         id="short-debounce",
-        what="presses 0.95 s apart are two, and 0.94 s are blind",
+        what="presses 0.99 s apart are two, and 0.98 s are blind",
         about=("VB13", "VB14"),
-        board={"debounce_s": 0.94},
+        board={"debounce_s": 0.98},
     ),
     VehicleMutant(
         id="one-press-ever", what="the second press does nothing, nor any after it", about=("VB13",), kind=_OnePressEver

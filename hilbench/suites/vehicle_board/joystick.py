@@ -65,10 +65,17 @@ def _reading(axis: Axis, position: float) -> int:
     return round(edge + abs(position) * (end - edge))
 
 
+def _share(axis: Axis, reading: int) -> float:
+    """Return how far beyond the dead band a reading is, 1 at its end: the checker's own sum, not the board's."""
+    beyond = abs(reading - axis.zero) - axis.dead_band
+    sign, end = (1, axis.greatest) if reading > axis.zero else (-1, axis.least)
+    return sign * beyond / (abs(end - axis.zero) - axis.dead_band)
+
+
 def _require_stick(vehicle: Vehicle, x_count: int, y_count: int) -> None:
     """Require what the calibration makes of two readings."""
     got = _joystick(vehicle, x_count, y_count)
-    across, along = X_AXIS.position(x_count), Y_AXIS.position(y_count)
+    across, along = _share(X_AXIS, x_count), _share(Y_AXIS, y_count)
     vehicle.require_frame(got, _manual(-across, max(0.0, along), max(0.0, -along)), f"at {x_count} and {y_count}")
 
 

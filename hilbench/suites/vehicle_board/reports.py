@@ -6,7 +6,7 @@ import math
 
 from hilbench.check import Violation, at_least, at_most
 from hilbench.clock import NS_PER_S
-from hilbench.suites._vehicle import MODE_WITHIN_S, STATUS_MISS_S, Vehicle, on_board
+from hilbench.suites._vehicle import MODE_WITHIN_S, STATUS_HZ, STATUS_MISS_S, Vehicle, on_board
 from hilbench.suites.vehicle_board._moves import REPORT_WITHIN_S, between_lines_s, quiet, require_newest, say_a_hundred
 from protocols.autoware import ControlMode, ControlModeReport, SteeringReport, Time, VelocityReport
 from protocols.carla import Mode
@@ -85,11 +85,13 @@ def test_the_newest_status_is_reported(vehicle: Vehicle) -> None:
     vehicle.autoware()
     told, begun_ns = vehicle.stack.mark(), vehicle.bench.now_ns
     newest = say_a_hundred(vehicle)
-    vehicle.run(2 * NEXT_COMMAND_S)
+    vehicle.run(NEXT_COMMAND_S)
     require_newest(vehicle, told, newest)
     reports = [
         (got.start_ns, report.longitudinal_velocity) for got, report in vehicle.stack.since(told, VelocityReport)
     ]
+    what = "reports of 100 statuses"
+    vehicle.require_count(len(reports), len(newest), 2, what=what, since_ns=begun_ns, rate_hz=STATUS_HZ)
     uncertainty_s = between_lines_s(vehicle, begun_ns)
     for when_ns, speed in newest:
         behind_s = [(start_ns - when_ns) / NS_PER_S for start_ns, told_m_s in reports if told_m_s == speed]

@@ -50,7 +50,7 @@ def test_two_presses_within_a_second_are_one(vehicle: Vehicle) -> None:
     if changes != 1:
         raise Violation(f"the mode changed {changes} times, required once", shown(frames[-6:]))
     vehicle.run(0.2)
-    for pause_s, mode in ((1.05, Mode.AUTOWARE), (0.95, Mode.MANUAL), (0.6, Mode.MANUAL)):
+    for pause_s, mode in ((1.01, Mode.AUTOWARE), (0.99, Mode.MANUAL), (0.6, Mode.MANUAL)):
         vehicle.hands.hold()
         vehicle.run(0.02)
         vehicle.hands.let_go()

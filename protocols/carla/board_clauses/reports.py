@@ -98,7 +98,7 @@ CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="The newest status is reported",
         text=(
-            "In AUTOWARE 100 statuses come at 20 Hz, each with other figures: each is reported within 40 ms, as "
+            "In AUTOWARE 100 statuses come at 20 Hz, each with other figures: each is reported once, within 40 ms, as "
             "soon as a command has come, and what is reported is the newest then."
         ),
         sources=(TASK, MICRO_ROS),

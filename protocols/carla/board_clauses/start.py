@@ -46,7 +46,7 @@ CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="The first second is blind",
         text=(
-            "The switch, let go of 0.95 s after the first ping, changes nothing; let go of again at 1.05 s, it leads "
+            "The switch, let go of 0.99 s after the first ping, changes nothing; let go of again at 1.01 s, it leads "
             "to MANUAL."
         ),
         sources=(f"{EXTI}: the press before counts from tick 0",),
