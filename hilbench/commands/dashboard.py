@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import hilbench
-from hilbench import arguments
-from hilbench.errors import UsageError
+from hilbench import arguments, interruption
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.parser import Parser, typed
 
@@ -21,6 +22,8 @@ DEFAULT_FILE = Path("hilbench.toml")
 DEFAULT_BENCH = "pioneer"
 """As of `hilbench.config`, which takes its time."""
 _WORDS = 56
+_LOOPBACK = "127.0.0.1"
+_HIGHEST_PORT = 65_535
 
 _EXAMPLES = """
 hilbench                         ./hilbench.toml if there is one, else the virtual Pioneer
@@ -28,6 +31,7 @@ hilbench pioneer --scene room-with-boxes
 hilbench rover                   a built-in bench, a bench file, or BOARD:IMAGE
 hilbench rover --target serial:/dev/ttyACM0@115200      a real one; nobody drives it unasked
 hilbench my-bench.toml --seed 7 --journal session.jsonl
+hilbench rover --web             in a browser: prints the address, with a token that nobody else knows
 """
 
 _NOTES = """
@@ -46,6 +50,11 @@ def parser() -> Parser:
     )
     made.add_argument("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
     made.add_argument("--journal", metavar="FILE", type=typed(arguments.output_file), help="keep the journal there")
+    made.add_argument("--web", metavar="PORT", nargs="?", const=0, type=typed(_port),
+        help="show it in a browser, from this TCP port (default: a free one)")  # fmt: skip
+    made.add_argument(
+        "--web-host", metavar="ADDRESS", help="the address to serve it at (default: 127.0.0.1, this machine)"
+    )
     return made
 
 
@@ -54,9 +63,14 @@ def run(parsed: argparse.Namespace) -> int:
 
     Raises:
         UsageError: there is no such bench, or its file is wrong; this is no terminal.
-        UnavailableError: there is no place for the bench.
+        UnavailableError: there is no place for the bench; of the browser's view, what serves it is missing.
     """
-    require_terminal("try 'hilbench check' or 'hilbench --help'")
+    if parsed.web is not None:
+        _require_web()
+    elif parsed.web_host is not None:
+        raise UsageError("goes with --web", where="--web-host", hint="try 'hilbench --web'")
+    else:
+        require_terminal("try 'hilbench check' or 'hilbench --help'")
     from hilbench.tui.bench_process import BenchProcess
 
     name = parsed.what or ("" if DEFAULT_FILE.is_file() else DEFAULT_BENCH)
@@ -72,7 +86,14 @@ def run(parsed: argparse.Namespace) -> int:
     words += ["--scene", parsed.scene] if parsed.scene is not None else []
     words += ["--seed", str(parsed.seed)]
     words += ["--journal", str(parsed.journal.absolute())] if parsed.journal is not None else []
-    return show(BenchProcess.start(words, name=name))
+    if parsed.web is None:
+        return show(BenchProcess.start(words, name=name))
+    from hilbench.tui.web import serve_web
+
+    interruption.raise_once()
+    with contextlib.suppress(KeyboardInterrupt):
+        serve_web(lambda: BenchProcess.start(words, name=name), parsed.web_host or _LOOPBACK, parsed.web)
+    return ExitCode.OK
 
 
 def show(process: BenchProcess) -> ExitCode:
@@ -90,6 +111,9 @@ def show(process: BenchProcess) -> ExitCode:
     except BaseException:
         process.stop()
         raise
+    last = dashboard.process
+    if _in_browser() and isinstance(last, BenchProcess) and last is not process and not last.detached:
+        last.stop()  # a page that is closed is not asked
     if dashboard.return_code:  # its traceback stands on the terminal
         dashboard.process.stop()
         return ExitCode.DEFECT
@@ -102,10 +126,31 @@ def require_terminal(hint: str) -> None:
     Raises:
         UsageError: there is not.
     """
+    if _in_browser():
+        return
     if not all(os.isatty(descriptor) for descriptor in (0, 1, 2)):
         raise UsageError("the dashboard needs a terminal, and this is none", hint=hint)
     if os.environ.get("TERM") in {None, "", "dumb"}:
         raise UsageError("the dashboard needs a terminal that can place its cursor (TERM)", hint=hint)
+
+
+def _in_browser() -> bool:
+    """Say whether what is shown goes to a page of `hilbench.tui.web`, and not to a terminal."""
+    return os.environ.get("TEXTUAL_DRIVER") == "textual.drivers.web_driver:WebDriver"
+
+
+def _require_web() -> None:
+    import importlib.util
+
+    if importlib.util.find_spec("textual_serve") is None:
+        hint = "pip install 'hilbench[web]'"
+        raise UnavailableError("what shows the dashboard in a browser is not installed", where="--web", hint=hint)
+
+
+def _port(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or int(text) > _HIGHEST_PORT:
+        raise ValueError(f"'{text}' is no TCP port; a bench stands before it: hilbench BENCH --web PORT")
+    return int(text)
 
 
 def _benches() -> list[tuple[str, str]]:
