@@ -104,7 +104,7 @@ def _answered(words: list[str]) -> int:
 
 
 def _dispatch(words: list[str]) -> int:
-    if not words or words[0] == "--target" or _is_bench(words[0]):
+    if not words or words[0] in {"--target", "--web"} or _is_bench(words[0]):
         return _run("dashboard", words)
     first = words[0]
     if first in {"-h", "--help", "help"}:
