@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from hilbench.bench import Bench
+from hilbench.calibration import Calibration, calibration_of
 from hilbench.cases import AttachedCase, CaseBase, ForeignClientCase
 from hilbench.check.observations import Observations
 from hilbench.check.provider import CaseInfo
@@ -39,8 +40,10 @@ from hilbench.links import (
 )
 from hilbench.links.faults import FaultyPort
 from hilbench.links.reconnecting import POLL_NS
+from hilbench.links.serial_target import located
 from hilbench.observing import counters_of, pace_of
 from hilbench.peer import Peer
+from hilbench.ports import list_ports
 from hilbench.scripted_server import ScriptedServer
 from hilbench.shared import Shared
 
@@ -67,6 +70,7 @@ class LockedProvider:
         self._bench = shared.bench(self._scheduler)
         self._locked = False
         self._ports: list[Port] = []
+        self._calibrations: dict[str, Calibration] = {}
         self._returns = True
 
     @property
@@ -75,8 +79,10 @@ class LockedProvider:
         return self._shared.suites
 
     def describe(self) -> Mapping[str, str]:
-        """Name the target; there is no physics of ours."""
-        return self._shared.describe(self._target, "none of ours")
+        """Name the target, and what its ports were measured to add to every time; there is no physics of ours."""
+        about = self._shared.describe(self._target, "none of ours")
+        kept = "; ".join(f"{one.uncertainty_s * 1000:.2f} ms at {key}" for key, one in self._calibrations.items())
+        return {**about, "calibration": kept} if kept else about
 
     def observed(self) -> Observations:
         """Return how well the host kept up so far, and what passed the port."""
@@ -91,6 +97,10 @@ class LockedProvider:
         """Open a real port that may be unplugged and come back."""
         port = ReconnectingPort(self._scheduler, target, record=self._bench.record)
         self._ports.append(port)
+        calibration = calibration_of(located(target).url, list_ports())
+        if calibration is not None:
+            self._calibrations[calibration.key] = calibration
+            self._bench.port_uncertainty_s = max(one.uncertainty_s for one in self._calibrations.values())
         return port
 
     def _await_return(self, peers: Sequence[LinePeer[Any]]) -> None:
