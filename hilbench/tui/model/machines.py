@@ -47,7 +47,8 @@ class TimerModel:
 
     def left_ns(self, now_ns: int) -> int | None:
         """Return what is left of it, or was left when it was met last if it is a fast one; None while it is stopped."""
-        if self.is_fast:
+        overdue = self.deadline_ns is not None and now_ns - self.deadline_ns > _TOLD_NS
+        if self.is_fast and not overdue:
             return self.margin_ns
         return None if self.deadline_ns is None else max(0, self.deadline_ns - now_ns)
 

@@ -33,7 +33,7 @@ _UNITS = (
 _USUAL: Mapping[str, Sequence[str]] = {
     "robot": ("speed", "turn rate", "range ahead", "battery"),
     "rover": ("speed", "turn rate", "rpm", "throttles", "duty", "temperature"),
-    "vehicle": ("speed", "turn rate", "steer", "duty"),
+    "vehicle": ("speed", "turn rate", "steer"),
     "board": ("speed", "turn rate", "duty"),
 }
 _MOST_USUAL = 4

@@ -153,14 +153,13 @@ def _room(width: int, column: int) -> int:
 
 def _margins(timer: TimerModel, width: int) -> Text:
     """Return the margins: the least that was ever left, and where there is room what was the last time."""
-    if timer.worst_ns is None or timer.is_fast:
-        said = Text(f"  of {ns_words(timer.span_ns)}" if timer.span_ns else "", DIM)
-    else:
-        said = Text()
+    said = Text()
     if timer.worst_ns is not None:
         bad = 0 < timer.worst_ns < _NEAR * timer.span_ns
         said.append(f"  min {ns_words(timer.worst_ns)}" if timer.worst_ns else "  ran out", BAD if bad else DIM)
-    if timer.margin_ns and not timer.is_fast and width >= _WITH_LAST:
+    if timer.span_ns and (timer.worst_ns is None or timer.is_fast):
+        said.append(f"  of {ns_words(timer.span_ns)}", DIM)
+    elif timer.margin_ns and width >= _WITH_LAST:
         said.append(f"  last {ns_words(timer.margin_ns)}", DIM)
     return said
 
