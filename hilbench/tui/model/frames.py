@@ -57,10 +57,11 @@ class FrameModel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _End:
-    """An end of a line: what it speaks, and which line of several that is."""
+    """An end of a line: what it speaks, which line of several that is, and which side of the protocol it is on."""
 
     protocol: str
     line: str = ""
+    side: str = "host"
 
 
 class FramesModel:
@@ -79,7 +80,7 @@ class FramesModel:
         for who, about in self._ends.items():
             make = DECODERS[about.protocol]
             for sent in (True, False):
-                self._decoders[who, sent] = make(self.options, "host" if sent else "target")
+                self._decoders[who, sent] = make(self.options, "host" if sent == (about.side == "host") else "target")
 
     @property
     def count(self) -> int:
@@ -126,7 +127,8 @@ def _speakers(live: Event) -> dict[str, _End]:
     speakers = live.get("speakers")
     if speakers is not None:
         return {who: _End(protocol=str(about["protocol"]), line=str(about["line"])) for who, about in speakers.items()}
-    return {str(live.get("operator")): _End(protocol=str(live.get("protocol", "")))}
+    end = _End(protocol=str(live.get("protocol", "")), side=str(live.get("side", "host")))
+    return {str(live.get("operator")): end}
 
 
 def _options(live: Event) -> DecodeOptions:

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from hilbench.journal import Journal
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.follower import Follower
+from hilbench.tui.model.frames import FramesModel
 from hilbench.tui.model.pins import PinModel
 from hilbench.tui.model.rates import Counted
 from hilbench.tui.model.stick import HOLD_S, Stick
@@ -231,3 +232,11 @@ def test_lines_that_are_no_events_are_left_out(tmp_path):
     follower = Follower(path)
     assert [event["ns"] for event in follower.news()] == [1, 2]
     follower.close()
+
+
+def test_frames_of_a_checker_that_is_the_server_are_read_from_its_side():
+    frames = FramesModel({"operator": "server", "protocol": "p2os", "side": "target"})
+    pulse = {"ns": 1, "source": "server", "data": "fafb03000000"}
+    (heard,) = frames.take({"kind": "rx", **pulse})
+    (sent,) = frames.take({"kind": "tx", **pulse})
+    assert (heard.item.name, sent.item.name) == ("PULSE", "SyncEcho")
