@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from hilbench.calibration import Calibration
 from hilbench.doctor.facts import Facts
 from hilbench.doctor.finding import Finding, cross, fine, warning
 from hilbench.errors import HilbenchError
@@ -113,16 +114,20 @@ def _ports(facts: Facts, ports: Sequence[PortInfo]) -> Iterator[Finding]:
     states = port_states(facts.host, ports)
     for state in states:
         # One that is soldered in is there whether somebody needs it or not, and who holds a port may be right to.
-        yield from _port(state, needed=state.port.usb is not None and not state.holders.programs)
+        needed = state.port.usb is not None and not state.holders.programs
+        yield from _port(state, facts.calibration(state.port.device, ports), needed=needed)
     if not states:
         yield fine("ports", "none is here")
 
 
-def _port(state: PortState, *, needed: bool) -> Iterator[Finding]:
+def _port(state: PortState, calibration: Calibration | None, *, needed: bool) -> Iterator[Finding]:
     for advice in state.advice:
         yield (cross if advice.shuts and needed else warning)(state.port.device, advice.what, advice.fix)
     if not state.advice:
-        yield fine(state.port.device, f"may be used, and is free ({state.owner})")
+        kept = "how exact it is was not measured"
+        if calibration is not None:
+            kept = f"adds {calibration.uncertainty_s * 1000:.2f} ms to times, measured {calibration.measured_at}"
+        yield fine(state.port.device, f"may be used, and is free ({state.owner}); {kept}")
 
 
 def _target(facts: Facts, target: str, ports: Sequence[PortInfo]) -> Iterator[Finding]:
@@ -143,4 +148,4 @@ def _target(facts: Facts, target: str, ports: Sequence[PortInfo]) -> Iterator[Fi
         fix = f"use one of those that are there: {there}" if there else "plug it in; there is no port here now"
         yield cross(target, "there is no such port", fix)
         return
-    yield from _port(state_at(facts.host, meant.url, ports), needed=True)
+    yield from _port(state_at(facts.host, meant.url, ports), facts.calibration(meant.url, ports), needed=True)

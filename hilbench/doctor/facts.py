@@ -13,11 +13,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hilbench.calibration import state_folder
+from hilbench.calibration import Calibration, calibration_of, state_folder
 from hilbench.clock import NS_PER_MS, MonotonicHostClock
 from hilbench.errors import HilbenchError
 from hilbench.host import Host, this_host
-from hilbench.ports import PortEnumerator, list_ports
+from hilbench.ports import PortEnumerator, PortInfo, list_ports
 from hilbench.siblings import check_siblings
 
 __all__ = ["Facts", "this_machine"]
@@ -126,6 +126,7 @@ class Facts:
         state_folder: where calibrations are kept.
         temporary_folder: where files of a run are made.
         write_error: why no file can be written into a folder, if none can.
+        calibration: what is kept of a port, if something is.
     """
 
     host: Host = field(default_factory=this_host)
@@ -144,6 +145,7 @@ class Facts:
     state_folder: Path = field(default_factory=state_folder)
     temporary_folder: Path = field(default_factory=_temporary_folder)
     write_error: Callable[[Path], str | None] = _write_error
+    calibration: Callable[[str, Sequence[PortInfo]], Calibration | None] = calibration_of
 
 
 def this_machine() -> Facts:

@@ -23,10 +23,7 @@ from typing import Any
 import serial
 
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
-from hilbench.host import this_host
 from hilbench.links.serial_target import SerialTarget
-from hilbench.port_states import advice_on_access, state_at
-from hilbench.ports import list_ports
 
 __all__ = ["LineErrors", "ModemLines", "close_serial", "line_errors", "modem_lines", "open_serial", "set_modem_lines"]
 
@@ -187,9 +184,7 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
     if number == errno.ENOENT:
         return UnavailableError("there is no such port", where=where, hint="'hilbench ports' shows what is there")
     if number in (errno.EACCES, errno.EPERM):
-        host = this_host()
-        advice = advice_on_access(host, state_at(host, where, list_ports()))
-        return UnavailableError("permission denied", where=where, hint=advice.fix)
+        return UnavailableError("permission denied", where=where, hint=_how_to_get_access(where))
     if number in (errno.EBUSY, errno.EAGAIN):
         return UnavailableError("another program uses the port", where=where, hint=_who_to_stop(where))
     if isinstance(error, ValueError):
@@ -197,7 +192,20 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
     return UnavailableError(f"cannot be opened: {error}", where=where)
 
 
+def _how_to_get_access(path: str) -> str:
+    from hilbench.host import this_host
+    from hilbench.port_states import advice_on_access, state_at
+    from hilbench.ports import list_ports
+
+    host = this_host()
+    return advice_on_access(host, state_at(host, path, list_ports())).fix
+
+
 def _who_to_stop(path: str) -> str:
+    from hilbench.host import this_host
+    from hilbench.port_states import state_at
+    from hilbench.ports import list_ports
+
     programs = state_at(this_host(), path, list_ports()).holders.programs
     named = " and ".join(str(one) for one in programs)
     return f"stop {named}" if named else f"it is another user's; root sees whose: sudo fuser {path}"

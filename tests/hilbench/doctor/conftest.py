@@ -59,6 +59,7 @@ class Bench:
             state_folder=root / "state",
             temporary_folder=root / "tmp",
             write_error=lambda _: None,
+            calibration=lambda _device, _ports: None,
         )
 
     def write(self, path, text):

@@ -6,6 +6,7 @@ import errno
 
 import pytest
 
+from hilbench.calibration import Calibration
 from hilbench.doctor.finding import Finding, State, cross, fine, warning
 from hilbench.doctor.report import as_data, as_text, findings_of, is_fit
 from hilbench.errors import UnavailableError
@@ -323,6 +324,20 @@ def test_a_link_to_a_port_is_that_port(bench):
     (bench.root / "dev/hilbench/mine").symlink_to("../ttyUSB0")
     a_held = [one for one in findings_of(bench.facts, "serial:/dev/hilbench/mine") if one.subject == "/dev/ttyUSB0"]
     assert [one.state for one in a_held] == [State.FINE, State.FINE]
+
+
+def test_what_was_measured_at_a_port_is_told(bench):
+    kept = Calibration(
+        key="k", target="x", measured_at="2026-01-01T00:00:00+00:00", baud=9600, round_trips=1, lost=0, wire_s=0.0,
+        excess_p50_s=0.0, excess_p99_s=0.0, excess_max_s=0.0123, jitter_s=0.0, paced_bytes=1, paced_returned=1,
+        paced_expected_s=0.0,
+    )  # fmt: skip
+    port = bench.plug()
+    (found,) = [one for one in findings_of(bench.facts) if one.subject == port.device]
+    assert found.what == "may be used, and is free (dialout 0660); how exact it is was not measured"
+    bench.change(calibration=lambda device, ports: kept if (device, ports) == (port.device, [port]) else None)
+    (found,) = [one for one in findings_of(bench.facts) if one.subject == port.device]
+    assert found.what.endswith("; adds 12.30 ms to times, measured 2026-01-01T00:00:00+00:00")
 
 
 def test_what_is_far_away_is_not_looked_at(bench):
