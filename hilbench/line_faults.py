@@ -44,6 +44,7 @@ class LineFaults:
         near_is_client: who owns the near end of each, ``a`` of a link in memory or this side of a port: the client, or
             the robot.
         on_interruption: called when a disconnection begins, before the ends are told.
+        is_client_end: says whether an end that a fault is towards is the client's.
     """
 
     def __init__(
@@ -54,6 +55,7 @@ class LineFaults:
         seed: int,
         near_is_client: bool,
         on_interruption: Callable[[], None] = lambda: None,
+        is_client_end: Callable[[str], bool] = is_checker_end,
     ) -> None:
         self._bench = bench
         self._entries = entries
@@ -64,7 +66,7 @@ class LineFaults:
         self._faults = [
             Fault(
                 kind=FaultKind(entry.kind),
-                direction=to_client if is_checker_end(str(entry.towards)) else to_robot,
+                direction=to_client if is_client_end(str(entry.towards)) else to_robot,
                 **entry.given,
             )
             for entry in entries

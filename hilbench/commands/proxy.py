@@ -1,0 +1,68 @@
+"""``hilbench proxy``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from hilbench import arguments, interruption
+from hilbench.exit_codes import ExitCode
+from hilbench.parser import Parser, typed
+
+_EXAMPLES = """
+hilbench proxy pty:./board serial:/dev/ttyACM0@115200              your program opens ./board instead
+hilbench proxy tcp:8101 serial:/dev/ttyUSB0 --protocol p2os --journal session.jsonl
+hilbench proxy pty:./rover rover-model --faults faults.toml --seed 7
+hilbench proxy pty:./u1 bluepill:firmware.elf --protocol pkt
+hilbench proxy serial:/dev/ttyUSB0@9600 rfc2217://192.168.1.20:4000@9600
+"""
+
+_NOTES = """
+A is where the client is, B where the board is; each is a door (pty:PATH, tcp:[HOST:]PORT, rfc2217:[HOST:]PORT), a
+serial port or pyserial URL, or a virtual target. Without faults every byte passes as it came. A file of faults holds
+[[faults]] as a bench file does, each towards = "a" or "b". Ctrl-C is how it ends, so the exit code is 0 then.
+"""
+
+
+def parser() -> Parser:
+    """Return the parser of this command."""
+    made = Parser("hilbench proxy", "Stand between a client and a board: look, record, spoil.", _EXAMPLES, _NOTES)
+    add = made.add_argument
+    add("a", metavar="A", help="where the client is")
+    add("b", metavar="B", help="where the board is")
+    add("--faults", metavar="FILE", type=Path, help="what goes wrong on the way (docs/faults.md)")
+    add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="decides what chance decides (default: 0)")
+    add("--protocol", metavar="P", choices=("pkt", "p2os", "autoware", "carla"),
+        help="print what passes as frames: pkt, p2os, autoware or carla")  # fmt: skip
+    add("--framing", metavar="F", choices=("len", "term"), default="len", help="pkt: len (default) or term")
+    add("--schema", metavar="S", choices=("v1", "v1b", "v2"), default="v2", help="pkt: v1, v1b or v2 (default)")
+    add("--json", action="store_true", help="print frames as JSON, an object a line")
+    add("--journal", metavar="FILE", type=typed(arguments.output_file), help="write what passes into a journal")
+    return made
+
+
+def run(parsed: argparse.Namespace) -> ExitCode:
+    """Stand in between until told to stop."""
+    from hilbench.console import Console
+    from hilbench.files import refuse_overwriting
+    from hilbench.proxy import ProxyOptions, proxy
+
+    options = ProxyOptions(a=parsed.a, b=parsed.b, faults=parsed.faults, seed=parsed.seed, journal=parsed.journal)
+    refuse_overwriting([("--journal", options.journal)], [("--faults", options.faults)])
+    console = Console()
+    interruption.raise_once()
+    if parsed.protocol is None:
+        return proxy(options, console.mention)
+
+    from hilbench.decode.decoders import DecodeOptions
+    from hilbench.decode.live import LiveDecoder
+    from protocols.pkt import Framing, Schema
+
+    how = DecodeOptions(framing=Framing[parsed.framing.upper()], schema=Schema[parsed.schema.upper()])
+    decoder = LiveDecoder(parsed.protocol, how, console, as_json=parsed.json)
+    try:
+        code = proxy(options, console.mention, decoder.take)
+    finally:
+        decoder.close()
+    console.mention(str(decoder.totals) + (f"; {decoder.skipped} bytes not shown" if decoder.skipped else ""))
+    return code

@@ -1,0 +1,127 @@
+"""What stands between two ends of a line: hands each byte on, with faults on the way, and records what passed.
+
+Without faults a chunk is handed on as it came, in the same entry of the scheduler. With faults each byte is decided on
+(`hilbench.links.faults`), and the journal has both what an end said and what the other end got.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from hilbench.bench import Bench
+from hilbench.clock import NS_PER_MS
+from hilbench.fault_entries import FaultEntry
+from hilbench.line_faults import LineFaults
+from hilbench.links import Port
+from hilbench.links.door import Door
+from hilbench.mcu.byte_log import ByteLog
+
+__all__ = ["CLIENT", "SERVER", "A", "B", "Heard", "Relay"]
+
+A, B = "a", "b"
+"""The ends, as a file of faults names them."""
+CLIENT, SERVER = "client", "server"
+"""Who is at end A and at end B, as the journal names them."""
+
+_BREAK_NS = NS_PER_MS
+"""How long a break is held that is handed on; how long it was is not known (choice)."""
+
+Heard = Callable[[str, bytes, int], None]
+"""Takes who has said something, the bytes, and the bench time in ns."""
+
+
+def _nobody(_who: str, _data: bytes, _at_ns: int) -> None:
+    """Stand in for somebody who listens."""
+
+
+class Relay:
+    """See the module.
+
+    Args:
+        bench: whose time and journal are used.
+        a: our end of the line to the client.
+        b: our end of the line to the server.
+        faults: what goes wrong on the way; each is towards `A` or `B`.
+        seed: decides what chance decides.
+        record: whether the journal gets the bytes.
+        heard: told of what each end says.
+
+    Attributes:
+        faults: those in force; None without any.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        a: Port,
+        b: Port,
+        *,
+        faults: Sequence[FaultEntry] = (),
+        seed: int = 0,
+        record: bool = True,
+        heard: Heard = _nobody,
+    ) -> None:
+        self._bench = bench
+        self._heard = heard
+        self._a, self._b, far = a, b, b
+        self.faults: LineFaults | None = None
+        if faults:
+            self.faults = LineFaults(bench, faults, seed=seed, near_is_client=True, is_client_end=A.__eq__)
+            far = self.faults.on(b)
+        self._logs: list[ByteLog] = []
+        log = self._log if record else _no_log
+        if faults:
+            a.on_sent, b.on_sent = log("rx", CLIENT), log("rx", SERVER)
+        a.on_receive = partial(self._pass, CLIENT, log("tx", CLIENT), far.write)
+        if self.faults is None:
+            b.on_receive = partial(self._pass, SERVER, log("tx", SERVER), a.write)
+        else:
+            spoil = b.on_receive
+            b.on_receive = partial(self._pass, SERVER, log("tx", SERVER), lambda data: spoil(data, bench.now_ns))
+            far.on_receive = lambda data, _at_ns: a.write(data)
+        a.on_break = lambda _at_ns: far.send_break(_BREAK_NS)
+        far.on_break = lambda _at_ns: a.send_break(_BREAK_NS)
+        a.on_line = partial(self._line_changed, CLIENT)
+        far.on_line = partial(self._line_changed, SERVER)
+
+    def flush(self) -> None:
+        """Record what passed and is not recorded yet."""
+        for log in self._logs:
+            log.flush()
+
+    def _log(self, kind: str, who: str) -> Callable[[bytes, int], None]:
+        self._logs.append(ByteLog(self._bench, kind, who))
+        return self._logs[-1].add
+
+    def _pass(
+        self,
+        who: str,
+        log: Callable[[bytes, int], None],
+        onward: Callable[[bytes], None],
+        data: bytes,
+        at_ns: int,
+    ) -> None:
+        log(data, at_ns)
+        self._heard(who, data, at_ns)
+        if who == CLIENT:
+            self._follow()
+        onward(data)
+
+    def _follow(self) -> None:
+        """Let the server's line have the rate that the client has set at its door."""
+        if not isinstance(self._a, Door) or not self._b.baud or self._a.client_baud in (0, self._b.baud):
+            return
+        self._b.baud = self._a.client_baud
+        self._bench.record("baud", CLIENT, baud=self._b.baud)
+
+    def _line_changed(self, who: str, up: bool, _at_ns: int) -> None:
+        self._bench.record("line", who, up=up)
+
+
+def _ignore(_data: bytes, _at_ns: int) -> None:
+    """Stand in for a journal."""
+
+
+def _no_log(_kind: str, _who: str) -> Callable[[bytes, int], None]:
+    return _ignore

@@ -1,0 +1,195 @@
+"""`hilbench proxy` as a process, between ptys and sockets, and what is wrong on its command line."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tty
+
+import pytest
+
+from hilbench.errors import UsageError
+from hilbench.journal import Journal
+from hilbench.proxy import read_faults
+from protocols.pkt import PROFILES, RequestTelemetry, encode_command, encode_frame
+
+pytestmark = pytest.mark.slow
+
+PATIENCE_S = 60
+REQUEST = encode_frame(encode_command(RequestTelemetry()), PROFILES["documented"].client.frames)
+
+
+class Proxy:
+    """The command, with its client at a TCP door."""
+
+    def __init__(self, folder, *words):
+        command = [sys.executable, "-m", "hilbench", "proxy", "tcp:0", *map(str, words)]
+        self.process = subprocess.Popen(
+            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True
+        )
+        self.said = ""
+        self.hear("stop with Ctrl-C")
+        port = int(self.said.split("tcp 127.0.0.1:")[1].split()[0])
+        self.client = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
+
+    def hear(self, words):
+        while words not in self.said:
+            line = self.process.stderr.readline()
+            assert line, self.said
+            self.said += line
+
+    def receive(self, count):
+        data = b""
+        while len(data) < count:
+            more = self.client.recv(count - len(data))
+            assert more, f"only {data.hex()} came"
+            data += more
+        return data
+
+    def end(self):
+        """Stop it; return what it printed."""
+        self.process.send_signal(signal.SIGINT)
+        out, said = self.process.communicate(timeout=PATIENCE_S)
+        self.said += said
+        assert self.process.returncode == 0, self.said
+        return out
+
+    def close(self):
+        self.client.close()
+        self.process.kill()
+        self.process.communicate()
+
+
+@pytest.fixture
+def proxy(tmp_path):
+    with contextlib.ExitStack() as stack:
+
+        def start(*words):
+            made = Proxy(tmp_path, *words)
+            stack.callback(made.close)
+            return made
+
+        yield start
+
+
+@pytest.fixture
+def board(tmp_path):
+    """A pty in the place of a board's port: the master's descriptor, and its name."""
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    yield master, os.ttyname(slave)
+    os.close(master)
+    os.close(slave)
+
+
+def read(descriptor, count):
+    data = b""
+    while len(data) < count:
+        data += os.read(descriptor, count - len(data))
+    return data
+
+
+def test_bytes_pass_both_ways_and_into_the_journal(proxy, board, tmp_path):
+    master, name = board
+    between = proxy(f"serial:{name}", "--journal", "passed.jsonl")
+    every = bytes(range(256))
+    between.client.sendall(every)
+    assert read(master, 256) == every
+    os.write(master, every[::-1])
+    assert between.receive(256) == every[::-1]
+    between.end()
+    assert "client: 256 bytes from it, 256 to it" in between.said
+    recording = Journal.read(tmp_path / "passed.jsonl")
+    assert recording.ended
+    assert recording.header["proxy"] == ["tcp:0", f"serial:{name}"]
+    passed = {"client": b"", "server": b""}
+    for event in recording.events:
+        if event["kind"] == "tx":
+            passed[event["source"]] += bytes.fromhex(event["data"])
+    assert passed == {"client": every, "server": every[::-1]}
+
+
+def test_faults_strike_and_frames_are_printed(proxy, tmp_path):
+    faults = tmp_path / "faults.toml"
+    faults.write_text('[[faults]]\nkind = "flip"\nprobability = 1\nbit = 7\nfrom = "b"\n')
+    between = proxy("rover-model", "--faults", "faults.toml", "--protocol", "pkt", "--json")
+    between.client.sendall(REQUEST)
+    assert b"PKT!" in bytes(value ^ 0x80 for value in between.receive(200))
+    out = between.end()
+    frames = [json.loads(line) for line in out.splitlines()]
+    assert {frame["stream"] for frame in frames} == {"client", "server"}
+    assert all(frame["kind"] == "frame" for frame in frames[:-1])
+    assert "fault flip probability 1 bit 7 towards a struck (" in between.said
+
+
+def test_a_far_end_that_hangs_up_is_looked_for(proxy):
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        between = proxy(f"socket://127.0.0.1:{listener.getsockname()[1]}")
+        far, _ = listener.accept()
+        between.client.sendall(b"there")
+        assert far.recv(5, socket.MSG_WAITALL) == b"there"
+        far.sendall(b"back!")
+        assert between.receive(5) == b"back!"
+        far.close()
+        between.hear("server: the line is down")
+        between.hear("server: the line is up")  # the listener is there, and takes whoever comes
+        between.end()
+
+
+def refused(tmp_path, *words):
+    done = subprocess.run(
+        [sys.executable, "-m", "hilbench", "proxy", *words], cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.startswith("hilbench: ")
+    return done.returncode, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (("tcp:x", "rover-model"), 2, "tcp:x: 'x' does not end in a port"),
+        (("tcp:usart1=0", "rover-model"), 2, "leave out usart1="),
+        (("tcp:0", "rovermodel"), 2, "rover-model"),
+        (("tcp:0", "serial:/dev/ttyNONE"), 3, "no such port"),
+        (("tcp:0", "rover-model", "--faults", "none.toml"), 2, "no such file of faults"),
+        (("tcp:0",), 2, "B is missing"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(tmp_path, words, code, said):
+    exit_code, line = refused(tmp_path, *words)
+    assert exit_code == code
+    assert said in line
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            '[[faults]]\nkind = "flip"\nbyte = 1\nbit = 1\ntowards = "robot.host"',
+            r"faults.toml:5: 'robot.host' is no end",
+        ),
+        ('[[faults]]\nkind = "drop"\nbyte = 1\nlink = 1', r"faults.toml:4: .*no link but 0"),
+        ('[[faults]]\nkind = "drp"\nbyte = 1', r"faults.toml:2: .*'drp' is not a value it takes"),
+        ("[world]", r"faults.toml:1: unknown key 'world'"),
+    ],
+)
+def test_what_is_wrong_in_a_file_of_faults_is_said_with_its_line(tmp_path, text, said):
+    path = tmp_path / "faults.toml"
+    path.write_text(text)
+    with pytest.raises(UsageError, match=said):
+        read_faults(path)
+
+
+def test_faults_without_a_direction_are_towards_the_board(tmp_path):
+    path = tmp_path / "faults.toml"
+    path.write_text('[[faults]]\nkind = "drop"\nbyte = 1\n[[faults]]\nkind = "disconnect"\nat_s = 1\nduration_s = 1\n')
+    assert [entry.describe() for entry in read_faults(path)] == [
+        "drop byte 1 towards b",
+        "disconnect at_s 1 duration_s 1",
+    ]

@@ -1,0 +1,157 @@
+"""What stands between two ends: every byte as it came, faults the same every time, both in the journal."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hilbench.bench import Bench
+from hilbench.clock import NS_PER_MS, NS_PER_S, Scheduler
+from hilbench.config import open_bench
+from hilbench.fault_entries import FaultEntry
+from hilbench.ground_station import GroundStation
+from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink
+from hilbench.near_ends import open_near_end
+from hilbench.relay import CLIENT, SERVER, Relay
+from hilbench.testing import LinkUnderTest, check_link
+from protocols.pkt import ClientState
+
+FAULTS = (
+    FaultEntry(kind="flip", probability=0.02, bit=3, towards="b"),
+    FaultEntry(kind="drop", probability=0.02, count=2, towards="a"),
+    FaultEntry(kind="noise", byte=20, count=5, towards="a"),
+    FaultEntry(kind="disconnect", at_s=0.4, duration_s=0.1),
+)
+
+
+class Between:
+    """A client and a server at lines in memory, and the relay between these."""
+
+    def __init__(self, *, faults=(), seed=0, baud=0, record=True):
+        self.bench = Bench(Scheduler(), Journal(keep=10**6))
+        client_line = MemoryLink(self.bench.scheduler, Line(baud=baud), name="to client")
+        server_line = MemoryLink(self.bench.scheduler, Line(baud=baud), name="to server")
+        self.client, self.server = client_line.a, server_line.b
+        self.heard = []
+        self.relay = Relay(
+            self.bench,
+            client_line.b,
+            server_line.a,
+            faults=faults,
+            seed=seed,
+            record=record,
+            heard=lambda who, data, at_ns: self.heard.append((who, data)),
+        )
+        self.got = {CLIENT: bytearray(), SERVER: bytearray()}
+        self.client.on_receive = lambda data, at_ns: self.got[CLIENT].extend(data)
+        self.server.on_receive = lambda data, at_ns: self.got[SERVER].extend(data)
+
+    def run(self, seconds=1.0):
+        self.bench.run_for(seconds)
+        self.relay.flush()
+        return self
+
+    def recorded(self, kind, who):
+        events = (e for e in self.bench.journal.recent if (e["kind"], e["source"]) == (kind, who))
+        return b"".join(bytes.fromhex(event["data"]) for event in events)
+
+
+chunks = st.lists(st.tuples(st.booleans(), st.binary(min_size=1, max_size=40)), max_size=20)
+
+
+@given(chunks)
+def test_every_byte_passes_as_it_came(talk):
+    between = Between()
+    for by_client, data in talk:
+        (between.client if by_client else between.server).write(data)
+    between.run()
+    said = {who: b"".join(data for by_client, data in talk if by_client == (who == CLIENT)) for who in (CLIENT, SERVER)}
+    assert between.got == {SERVER: said[CLIENT], CLIENT: said[SERVER]}
+    assert {who: between.recorded("tx", who) for who in said} == said
+    assert {who: b"".join(data for one, data in between.heard if one == who) for who in said} == said
+
+
+def test_it_is_a_link_as_others_are():
+    def make():
+        between = Between(baud=115_200)
+        return LinkUnderTest(scheduler=between.bench.scheduler, a=between.client, b=between.server, baud=115_200)
+
+    from hilbench import testing
+
+    for check in (testing._check_bytes, testing._check_large):
+        link = make()
+        check(link, (testing._End(link.a), testing._End(link.b)), 2000, 20 * NS_PER_S)
+    assert check_link  # hanging up ends at the relay: it stands between two lines
+
+
+def spoilt(seed):
+    between = Between(faults=FAULTS, seed=seed)
+    for number in itertools.count():
+        if number == 60:
+            return between.run()
+        between.client.write(bytes((number,)) * 10)
+        between.server.write(bytes((255 - number,)) * 10)
+        between.bench.run_for(0.01)
+    return None
+
+
+def test_seeded_faults_are_the_same_every_time():
+    one, same, other = spoilt(7), spoilt(7), spoilt(8)
+    assert one.got == same.got
+    assert list(one.bench.journal.recent) == list(same.bench.journal.recent)
+    assert one.got != other.got
+    assert one.relay.faults.evidence()
+
+
+def test_the_journal_has_what_was_said_and_what_was_got():
+    between = spoilt(7)
+    assert between.recorded("tx", CLIENT) == b"".join(bytes((number,)) * 10 for number in range(60))
+    assert between.recorded("rx", SERVER) == between.got[SERVER]
+    assert between.recorded("rx", CLIENT) == between.got[CLIENT]
+    assert {event["towards"] for event in between.bench.journal.recent if event["kind"] == "fault"} >= {"a", "b"}
+
+
+def test_breaks_are_handed_on_and_nothing_is_recorded_unasked():
+    between = Between(record=False)
+    breaks = []
+    between.client.on_break = lambda at_ns: breaks.append("client")
+    between.server.on_break = lambda at_ns: breaks.append("server")
+    between.client.send_break(NS_PER_MS)
+    between.server.send_break(NS_PER_MS)
+    between.client.write(b"x")
+    between.run()
+    assert sorted(breaks) == ["client", "server"]
+    assert between.got[SERVER] == b"x"
+    assert not between.bench.journal.recent
+
+
+@pytest.mark.parametrize("bench_name", ["rover-model", "rover"])
+def test_a_station_and_a_rover_notice_nothing(bench_name):
+    """The emulated one runs the rover's firmware."""
+    bench = Bench(Scheduler(), Journal())
+    near = open_near_end(bench, open_bench(bench_name), real_time=False)
+    line = MemoryLink(bench.scheduler, Line(baud=near.port.baud))
+    passed = {CLIENT: bytearray(), SERVER: bytearray()}
+    Relay(bench, line.b, near.port, record=False, heard=lambda who, data, at_ns: passed[who].extend(data))
+    got, sent = bytearray(), bytearray()
+    station = GroundStation(bench, line.a)
+    take = line.a.on_receive
+
+    def received(data, at_ns):
+        got.extend(data)
+        take(data, at_ns)
+
+    line.a.on_receive, line.a.on_sent = received, lambda data, at_ns: sent.extend(data)
+    station.connect()
+    bench.run_for(2.5)
+    assert station.state is ClientState.LINKED
+    near.port.on_receive = lambda data, at_ns: None
+    bench.run_for(0.1)
+    assert passed[CLIENT] == sent
+    assert passed[SERVER] == got
+    assert len(got) > 200
+    near.close()
