@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 
 from hilbench.bench_file import BenchFile
 from hilbench.cases import ClientFactory, Tap, VirtualCase, make_client, no_tap
@@ -26,7 +27,7 @@ from hilbench.locked_providers import AttachedProvider, ExecProvider, ListenProv
 from hilbench.model_kinds import MODEL_KINDS
 from hilbench.nearest import did_you_mean
 from hilbench.observing import VirtualObserver
-from hilbench.options import CheckOptions
+from hilbench.options import CheckOptions, TargetChoice
 from hilbench.pioneer import PioneerPlan, plan_of
 from hilbench.shared import Shared
 
@@ -42,6 +43,7 @@ _TARGET_KINDS = (
     "listen:pty:PATH",
     "listen:tcp:PORT",
     "exec:COMMAND",
+    "capture:FILE",
 )
 _ROVER_TARGET_KINDS = (
     "rover-model",
@@ -67,6 +69,9 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     Raises:
         UsageError: the bench file or the target is wrong, or would be overwritten.
     """
+    capture = next((choice for choice in options.targets if choice.spec.partition(":")[0] == "capture"), None)
+    if capture is not None:
+        return _capture(options, capture)
     bench_file = open_bench(_bench_of(options))
     refuse_overwriting(options.outputs(), [*inputs_of(bench_file), *inputs_of_targets(options.targets)])
     if bench_file.boards and not (options.suites or bench_file.suites):
@@ -89,6 +94,22 @@ def make_provider(options: CheckOptions) -> BenchProvider:
         nearest = did_you_mean(choice.name, bench_file.targets, "targets")
         raise UsageError(f"no target '{choice.name}'", where=f"--target {choice.name}={choice.spec}", hint=nearest)
     return _rover_at(shared, choice.spec) if rover else _for_target(shared, choice.spec)
+
+
+def _capture(options: CheckOptions, choice: TargetChoice) -> BenchProvider:
+    from hilbench.capture_provider import CaptureProvider
+
+    path = choice.spec.partition(":")[2]
+    where = f"--target {choice.spec}"
+    if not path:
+        raise UsageError("names no recording", where=where, hint="write capture:FILE")
+    if len(options.targets) > 1 or choice.name:
+        raise UsageError(
+            "a recording stands for the whole bench", where=where, hint="give no other target, and no NAME="
+        )
+    if options.bench is not None:
+        raise UsageError("a recording needs no bench", where=options.bench, hint="leave it away")
+    return CaptureProvider(options, Path(path))
 
 
 def _bench_of(options: CheckOptions) -> str | None:

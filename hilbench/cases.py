@@ -67,6 +67,7 @@ class CaseBase(ABC):
         self._faults = faults
         self._hash = ""
         self._watch: Watch | None = None
+        self._began_ns = bench.now_ns
         bench.journal.begin_case(case.id, bench.now_ns)
 
     @property
@@ -81,6 +82,9 @@ class CaseBase(ABC):
 
     def finish(self, verdict: str, cause: str) -> None:
         """Take the verdict into the journal and close the case's part of it."""
+        if self.bench.scheduler.locked:
+            doubt_s = self.bench.uncertainty_s(self._began_ns)
+            self.bench.record("host-lateness", "checker", uncertainty_s=doubt_s)
         self.bench.record("verdict", "checker", verdict=verdict, cause=cause)
         self._hash = self.bench.journal.end_case(self.bench.now_ns)
 

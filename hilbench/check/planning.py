@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable
 from hilbench.check.cases import CaseSpec
 from hilbench.check.catalogue import Clause, find_clause
 from hilbench.check.collector import PlannedCase
-from hilbench.check.provider import case_seed
+from hilbench.check.provider import ANSWERS, RECORDING, case_seed
 from hilbench.errors import UsageError
 
 
@@ -36,6 +36,9 @@ def plan_case(
     case_id = f"{suite}/{name}"
     clauses = tuple(_clause(clause_id, spec, case_id, suite) for clause_id in spec.clause_ids)
     needs = spec.needs.union(*(clause.needs for clause in clauses))
+    missing = needs.difference(capabilities)
+    if RECORDING in capabilities and RECORDING not in spec.needs:
+        missing = frozenset({ANSWERS})
     return PlannedCase(
         id=case_id,
         suite=suite,
@@ -43,7 +46,7 @@ def plan_case(
         clauses=clauses,
         bench_time_s=spec.bench_time_s,
         needs=needs,
-        missing=tuple(sorted(needs.difference(capabilities))),
+        missing=tuple(sorted(missing)),
         scene=spec.scene,
         setup=spec.setup,
         seed=case_seed(run_seed, case_id),

@@ -12,6 +12,12 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
+RECORDING = "recording"
+"""The capability of a bench that is only listened to. A case that needs it sends nothing."""
+
+ANSWERS = "far end that answers: it is a recording"
+"""What every other case misses there."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaseSetup:

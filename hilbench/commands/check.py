@@ -42,7 +42,7 @@ def parser() -> Parser:
     add("--target", metavar="[NAME=]T", action="append", default=[], type=typed(arguments.target_choice),
         help="what to check instead of the bench file's target: pioneer, serial:PORT[@BAUD], any pyserial URL, by "
         "LINE=... where the checker has several lines; for a client under test listen:pty:PATH, listen:tcp:PORT or "
-        "exec:COMMAND")  # fmt: skip
+        "exec:COMMAND; for a recording capture:FILE")  # fmt: skip
     add("--suite", metavar="S", action="append", default=[],
         help="shipped suite, or a .py file or folder of your own (default: all shipped suites)")  # fmt: skip
     add("-k", dest="select", metavar="EXPR", default="", help="run only what matches")

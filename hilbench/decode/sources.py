@@ -1,4 +1,6 @@
-"""Where bytes come from: a file of bytes, a hex dump, or a journal; each is read as it comes, and may never end.
+"""Where bytes come from: a file of bytes, a hex dump, or a journal, each read as it comes, or a capture of one.
+
+All but a capture may never end.
 
 A hex dump is pairs of hex digits, with or without spaces, as people and the programs xxd, hexdump -C and od -t x1 write
 them: an offset before and letters behind are passed over, and so is what follows a ``#``.
@@ -16,10 +18,12 @@ from typing import Any
 from hilbench.decode.decoders import Speaker
 from hilbench.errors import UnavailableError
 
-__all__ = ["FORMS", "Chunk", "chunk_of", "read_chunks"]
+__all__ = ["FORMS", "Chunk", "chunk_of", "read_chunks", "speaker_of"]
 
-FORMS = ("auto", "raw", "hex", "journal")
+FORMS = ("auto", "raw", "hex", "journal", "capture")
 
+_CAPTURES = (b"\n\r\r\n", b"\x89MCAP0\r\n", b"time_s,ns,kind,")
+"""What pcapng, MCAP and the table of ``hilbench export`` begin with."""
 _READ_BYTES = 65536
 _ENOUGH = 4
 _TEXT = re.compile(rb"[\t\r -~]*")
@@ -74,6 +78,8 @@ def read_chunks(descriptor: int, where: str, form: str = "auto") -> Iterator[Chu
             yield Chunk(data=piece)
     elif form == "hex":
         yield from _hex(pieces, where)
+    elif form == "capture":
+        yield from _capture(pieces, where)
     else:
         yield from _journal(pieces, where)
 
@@ -111,6 +117,8 @@ def _form_of(head: bytes) -> str:
 
     A comment alone proves no dump: frames may begin with its sign, too.
     """
+    if head.startswith(_CAPTURES):
+        return "capture"
     start = head.lstrip()
     if len(start) < _ENOUGH:
         return ""
@@ -190,10 +198,21 @@ def _journal(pieces: Iterator[bytes], where: str) -> Iterator[Chunk]:
                 raise UnavailableError("is no event of a journal", where=f"{where}:{number}") from None
 
 
+def _capture(pieces: Iterator[bytes], where: str) -> Iterator[Chunk]:
+    """Read a file whole, and tell its events like those of a journal."""
+    from hilbench.recordings.reading import parse_recording
+
+    for event in parse_recording(b"".join(pieces), where).events:
+        try:
+            chunk = chunk_of(event)
+        except (ValueError, TypeError, KeyError):
+            raise UnavailableError(f"has an event that cannot be read: {event}", where=where) from None
+        if chunk is not None:
+            yield chunk
+
+
 def chunk_of(event: Any) -> Chunk | None:
     """Return the bytes of an event of a journal; None if it is about something else.
-
-    What a USART of a board sends is taken for what a host sends.
 
     Raises:
         ValueError, TypeError, KeyError: it is no event.
@@ -202,10 +221,15 @@ def chunk_of(event: Any) -> Chunk | None:
     if kind not in {"tx", "rx", "dropped"} or "data" not in event:
         return None
     source, sent = str(event["source"]), kind == "tx"
-    speaker = _SPEAKERS.get(source, "host" if ".usart" in source else "")
+    speaker = speaker_of(source)
     return Chunk(
         data=bytes.fromhex(event["data"]),
         stream=f"{source} {'tx' if sent else 'rx'}",
         speaker=speaker if sent else _OTHER[speaker],
         ns=int(event["ns"]),
     )
+
+
+def speaker_of(source: str) -> Speaker:
+    """Return who speaks at a source of a journal; what a USART of a board sends is taken for what a host sends."""
+    return _SPEAKERS.get(source, "host" if ".usart" in source else "")

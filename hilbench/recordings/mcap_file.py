@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 from typing import IO, TYPE_CHECKING, Any
 
 import msgspec
+from mcap.exceptions import McapError
 
 from hilbench.decode.lines import plain
 from hilbench.journal import Recording
@@ -206,7 +207,7 @@ class _Reader:
                 self.events.append((message.sequence, event))
 
 
-_UNREADABLE = (ValueError, KeyError, struct.error, EOFError, msgspec.DecodeError)
+_UNREADABLE = (ValueError, KeyError, struct.error, OverflowError, McapError, msgspec.DecodeError)
 
 
 def _record(data: bytes, at: int) -> tuple[int, bytes, int] | None:
@@ -240,5 +241,8 @@ def _unpacked(body: bytes, *, whole: bool) -> bytes:
     from mcap.stream_reader import get_chunk_data_stream
 
     chunk = Chunk.read(ReadDataStream(io.BytesIO(body)))
-    stream, length = get_chunk_data_stream(chunk)
-    return bytes(stream.read(length))
+    try:
+        stream, length = get_chunk_data_stream(chunk)
+        return bytes(stream.read(length))
+    except Exception as error:
+        raise ValueError(str(error)) from error

@@ -15,6 +15,7 @@ from hilbench.diff.vcd_file import read_vcd
 from hilbench.errors import UnavailableError
 from hilbench.journal import Recording
 from hilbench.recordings.layout import laid_out
+from hilbench.recordings.mcap_file import write_mcap
 from hilbench.recordings.pcapng import LEFT_OUT, write_pcapng
 from hilbench.recordings.reading import format_of, parse_recording
 from hilbench.recordings.vcd_file import write_vcd
@@ -207,3 +208,36 @@ class TestForeignCaptures:
         path.write_bytes(b"\x7fELF")
         assert main(["export", str(path), "--csv", str(tmp_path / "c.csv")]) == 3
         assert "is no recording" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("compression", ["LZ4", "ZSTD"])
+def test_compressed_chunks_of_other_programs(compression, two_cases):
+    """What `mcap compress` makes of our files; of a chunk that is damaged or cut nothing is read."""
+    from mcap.records import Channel, Message, Metadata, Schema
+    from mcap.stream_reader import StreamReader
+    from mcap.writer import CompressionType, Writer
+
+    plain = io.BytesIO()
+    write_mcap(two_cases, plain)
+    packed = io.BytesIO()
+    writer = Writer(packed, compression=CompressionType[compression])
+    writer.start()
+    channels, schemas = {}, {}
+    for record in StreamReader(io.BytesIO(plain.getvalue())).records:
+        if isinstance(record, Metadata):
+            writer.add_metadata(record.name, record.metadata)
+        elif isinstance(record, Schema) and record.id not in schemas:
+            schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
+        elif isinstance(record, Channel) and record.id not in channels:
+            channels[record.id] = writer.register_channel(record.topic, "json", schemas[record.schema_id])
+        elif isinstance(record, Message):
+            channel = channels[record.channel_id]
+            writer.add_message(channel, record.log_time, record.data, record.publish_time, record.sequence)
+    writer.finish()
+    data = packed.getvalue()
+    assert parse_recording(data, "it") == two_cases
+    for cut in range(9, len(data), 41):
+        assert parse_recording(data[:cut], "it").events in ((), two_cases.events)
+    middle = data.index(b"zstd" if compression == "ZSTD" else b"lz4") + 30
+    broken = data[:middle] + bytes(20) + data[middle + 20 :]
+    assert parse_recording(broken, "it").problem is not None

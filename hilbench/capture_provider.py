@@ -1,0 +1,173 @@
+"""The bench of ``--target capture:FILE``: a recording, to which cases listen that need nobody to answer."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from hilbench.check.provider import RECORDING, CaseInfo
+from hilbench.check.verdicts import Inconclusive
+from hilbench.errors import UnavailableError, UsageError
+from hilbench.files import refuse_overwriting
+from hilbench.journal import Journal, Recording
+from hilbench.options import CheckOptions
+from hilbench.recordings.frames import spoken
+from hilbench.recordings.layout import laid_out
+from hilbench.recordings.listening import Stretch, stretches
+from hilbench.recordings.reading import parse_recording
+
+__all__ = ["CaptureCase", "CaptureProvider"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Spoken:
+    """What a protocol's recordings can be judged by.
+
+    Attributes:
+        capabilities: those of its clauses that need no more than listening.
+        suites: those that listen, then those whose clauses the others are.
+    """
+
+    capabilities: frozenset[str]
+    suites: tuple[str, ...]
+
+
+_PROTOCOLS: Mapping[str, _Spoken] = {
+    "p2os": _Spoken(
+        capabilities=frozenset({"P2OS", "server", "client", "client.commands"}),
+        suites=("recorded-p2os", "p2os-client", "p2os-server", "pioneer-motion"),
+    ),
+    "pkt": _Spoken(
+        capabilities=frozenset({"PKT!", "server", "client"}), suites=("recorded-pkt", "pkt-board", "pkt-host")
+    ),
+    "carla": _Spoken(
+        capabilities=frozenset({"CARLA", "board", "simulator"}),
+        suites=("recorded-carla", "vehicle-board", "vehicle-host"),
+    ),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Listened:
+    recording: Recording
+    stretches: Sequence[Stretch]
+    sha256: str
+
+
+class CaptureCase:
+    """What a case on a recording has.
+
+    Args:
+        case: what is known of it.
+        listened: the recording.
+        journal: where its verdict goes.
+    """
+
+    def __init__(self, case: CaseInfo, listened: _Listened, journal: Journal) -> None:
+        self.now_ns = 0
+        self.journal = journal
+        self._listened = listened
+        self._hash = ""
+        journal.begin_case(case.id)
+        journal.record("recording", "checker", 0, sha256=listened.sha256)
+
+    @property
+    def stretches(self) -> Sequence[Stretch]:
+        """What was heard.
+
+        Raises:
+            Inconclusive: nothing was.
+        """
+        if not self._listened.stretches:
+            raise Inconclusive("no bytes of a line are in this recording")
+        return self._listened.stretches
+
+    def evidence(self) -> Sequence[str]:
+        """Return nothing more than the verdict says."""
+        return ()
+
+    def finish(self, verdict: str, cause: str) -> None:
+        """Take the verdict into the journal."""
+        self.journal.record("verdict", "checker", 0, verdict=verdict, cause=cause)
+        self._hash = self.journal.end_case()
+
+    def case_hash(self) -> str:
+        """Return the hash over recording and verdict."""
+        return self._hash
+
+
+class CaptureProvider:
+    """Gives each case the recording.
+
+    Args:
+        options: what the command line says.
+        path: the recording.
+
+    Raises:
+        UsageError: its protocol is unknown, or it would be overwritten.
+        UnavailableError: it cannot be read.
+    """
+
+    def __init__(self, options: CheckOptions, path: Path) -> None:
+        refuse_overwriting(options.outputs(), [("the recording", path)])
+        self._path = path
+        self._data = _read(path)
+        self._recording = parse_recording(self._data, str(path))
+        self._protocol = spoken(laid_out(self._recording.events))
+        if self._protocol not in _PROTOCOLS:
+            known = ", ".join(_PROTOCOLS)
+            raise UsageError("no protocol that can be judged makes frames of its bytes", where=str(path), hint=known)
+        sha256 = hashlib.sha256(self._data).hexdigest()
+        header = {"bench": self._bench, "seed": options.seed, "recording": str(path), "sha256": sha256}
+        self._journal = Journal(options.journal, header)
+
+    @property
+    def _bench(self) -> str:
+        return str(self._recording.header.get("bench", "recording"))
+
+    @property
+    def capabilities(self) -> frozenset[str]:
+        """That it is a recording, and whose clauses may be judged."""
+        return _PROTOCOLS[self._protocol].capabilities | {RECORDING}
+
+    @property
+    def suites(self) -> Sequence[str]:
+        """All that there is for its protocol: what cannot be judged by listening is not applicable, and says so."""
+        return _PROTOCOLS[self._protocol].suites
+
+    def describe(self) -> Mapping[str, str]:
+        """Name the recording, and say where it ends if it was cut."""
+        about = {
+            "bench": self._bench,
+            "target": f"recording {self._path} ({self._protocol})",
+            "physics": "none of ours",
+        }
+        problem = self._recording.problem
+        return about if problem is None else {**about, "recording": f"{problem}: judged up to there"}
+
+    @contextlib.contextmanager
+    def open_case(self, case: CaseInfo) -> Iterator[CaptureCase]:
+        """Give a case the recording."""
+        yield CaptureCase(case, self._listened, self._journal)
+
+    @cached_property
+    def _listened(self) -> _Listened:
+        heard = stretches(self._recording, self._protocol)
+        return _Listened(self._recording, heard, hashlib.sha256(self._data).hexdigest())
+
+    def close(self) -> None:
+        """Close the journal."""
+        self._journal.close()
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise UnavailableError(
+            f"cannot be read: {error.strerror or error}", where=f"--target capture:{path}"
+        ) from error

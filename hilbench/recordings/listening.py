@@ -1,0 +1,170 @@
+"""A recording as somebody hears it who listens at the line: frames of both ends in order of time, case by case.
+
+Where several ends of one line were recorded, one of them is listened to, that of the checker if it is there: its times
+are those that the cases of a live run judge by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+from hilbench.clock import NS_PER_S
+from hilbench.decode.items import Item, Kind
+from hilbench.decode.sources import speaker_of
+from hilbench.journal import Recording
+from hilbench.recordings.frames import framed
+from hilbench.recordings.layout import Event, data_of
+
+__all__ = ["ASSUMED_UNCERTAINTY_S", "HOST", "TARGET", "Heard", "Stretch", "stretches"]
+
+HOST, TARGET = "host", "target"
+
+ASSUMED_UNCERTAINTY_S = 0.002
+"""How far off times may be where the recording does not say (assumed: the least that a live run in real time takes)."""
+
+_CHECKERS = {"checker": TARGET, "server": HOST, "rover": HOST}
+"""The ends that hilbench itself holds in a case, and who is under test then."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Heard:
+    """A frame, or bytes that are none.
+
+    Attributes:
+        ns: when its last byte was there, in ns.
+        by: who sent it: `HOST` or `TARGET`.
+        item: what it is.
+    """
+
+    ns: int
+    by: str
+    item: Item
+
+    @property
+    def sound(self) -> bool:
+        """Whether it is a sound frame, readable or not."""
+        return self.item.kind is not Kind.DROPPED
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stretch:
+    """A case, or a recording without cases.
+
+    Attributes:
+        case: the id of the case; empty without.
+        heard: what passed the line, in order of time.
+        begin_ns: from when on it was listened, in ns.
+        end_ns: until when.
+        under_test: who may be judged; in a case of `check` only one of the two, for the other may err on purpose.
+        uncertainty_s: how far off times may be.
+        disturbed_ns: when something happened that is nobody's fault: a fault of the line's, or the line was cut.
+    """
+
+    case: str
+    heard: tuple[Heard, ...]
+    begin_ns: int
+    end_ns: int
+    under_test: frozenset[str]
+    uncertainty_s: float
+    disturbed_ns: tuple[int, ...] = ()
+
+    def by(self, end: str) -> list[Heard]:
+        """Return what an end sent."""
+        return [one for one in self.heard if one.by == end]
+
+    def quiet(self, begin_ns: int, end_ns: int) -> bool:
+        """Say whether it was listened to all of this time, and nothing disturbed the line in it."""
+        inside = self.begin_ns <= begin_ns and end_ns <= self.end_ns
+        return inside and not any(begin_ns <= ns <= end_ns for ns in self.disturbed_ns)
+
+    def at(self, ns: int) -> str:
+        """Return where in the recording that is, for a person."""
+        return f"{self.case or 'the recording'} at {ns / NS_PER_S:.4f} s"
+
+
+@dataclass(slots=True)
+class _Part:
+    case: str
+    events: list[Event] = field(default_factory=list)
+
+
+def stretches(recording: Recording, protocol: str) -> list[Stretch]:
+    """Return what was heard, case by case.
+
+    Args:
+        recording: what was recorded.
+        protocol: what is spoken, by its name in `hilbench.decode`.
+    """
+    return [made for part in _parts(recording.events) if (made := _stretch(part, protocol)) is not None]
+
+
+def _parts(events: Sequence[Event]) -> Iterator[_Part]:
+    part = _Part("")
+    for event in events:
+        if event["kind"] == "case":
+            yield part
+            part = _Part(str(event.get("case", "")))
+        if event["kind"] != "host-end":
+            part.events.append(event)
+    yield part
+
+
+def _stretch(part: _Part, protocol: str) -> Stretch | None:
+    ends = _ends(part)
+    if not ends:
+        return None
+    timed = [(int(event["ns"]), event) for event in part.events if type(event.get("ns")) is int]
+    chosen = [(ns, event) for ns, event in timed if data_of(event) is None or (event["source"], _way(event)) in ends]
+    heard = tuple(Heard(ns=one.ns, by=ends[one.source, one.kind], item=one.item) for one in framed(chosen, protocol))
+    sources = {source for source, _ in ends}
+    checker = next((source for source in _CHECKERS if part.case and source in sources), "")
+    return Stretch(
+        case=part.case,
+        heard=heard,
+        begin_ns=timed[0][0],
+        end_ns=timed[-1][0],
+        under_test=frozenset({_CHECKERS[checker]} if checker else {HOST, TARGET}),
+        uncertainty_s=_uncertainty_s(part),
+        disturbed_ns=tuple(ns for ns, event in timed if _disturbs(event)),
+    )
+
+
+def _early_ns(event: Event) -> int:
+    begin_ns = event.get("from_ns")
+    return int(event["ns"]) - begin_ns if type(begin_ns) is int else 0
+
+
+def _way(event: Event) -> str:
+    return "tx" if event["kind"] == "tx" else "rx"
+
+
+def _disturbs(event: Event) -> bool:
+    return event["kind"] in {"fault", "baud"} or (event["kind"] == "line" and not event.get("up", True))
+
+
+def _uncertainty_s(part: _Part) -> float:
+    said = [event.get("uncertainty_s") for event in part.events if event["kind"] == "host-lateness"]
+    known = [float(value) for value in said if isinstance(value, int | float)]
+    assumed = 0.0 if part.case else ASSUMED_UNCERTAINTY_S
+    collected_ns = max(map(_early_ns, part.events), default=0)
+    return (known[-1] if known else assumed) + collected_ns / NS_PER_S
+
+
+def _ends(part: _Part) -> dict[tuple[str, str], str]:
+    """Return who sends in each stream that is listened to, by source and way."""
+    weight: dict[tuple[str, str], int] = {}
+    for event in part.events:
+        data = data_of(event)
+        if data is not None:
+            key = (str(event["source"]), _way(event))
+            weight[key] = weight.get(key, 0) + len(data)
+    both = {source for source, _ in weight if {(source, "tx"), (source, "rx")} <= weight.keys()}
+    one = next((source for source in ("checker", "server") if any(of == source for of, _ in weight)), "")
+    if not one and both:
+        one = max(both, key=lambda source: weight[source, "tx"] + weight[source, "rx"])
+    if one:
+        sender = speaker_of(one) or HOST
+        other = TARGET if sender == HOST else HOST
+        return {(one, "tx"): sender, (one, "rx"): other}
+    return {(source, "tx"): speaker_of(source) or HOST for source, way in weight if way == "tx"}

@@ -1,0 +1,110 @@
+"""Recordings of a PKT! line: the clauses of rover and host that can be judged by listening alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+from hilbench.capture_provider import CaptureCase
+from hilbench.check import NotApplicable, Violation, within
+from hilbench.clock import NS_PER_S
+from hilbench.decode.items import Kind
+from hilbench.recordings.listening import HOST, TARGET, Heard, Stretch
+from hilbench.suites._recorded import Worst, around, on_recording, stretches_of
+from protocols.pkt import MotorSpeeds, MotorThrottles, RemoteProtocolError, Schema, UnknownCommand, decode_command
+from protocols.pkt.framing import SYNC
+
+WINDOW_S = 10.0
+SILENCE_S = 1.0
+REPORTS = {"GeneralReport": (30, 31), "MotionReport": (40, 41), "ImuReport": (10, 11), "GpsReport": (10, 11)}
+"""How many come in 10 s without a command."""
+
+
+def promised(bench: CaptureCase, end: str) -> Iterator[Stretch]:
+    """Yield stretches but for cases of firmware and hosts as published, which do not do all that they promise."""
+    for stretch in stretches_of(bench, end):
+        if not stretch.case.endswith("]") or stretch.case.endswith("[documented]"):
+            yield stretch
+
+
+@on_recording("P28D")
+def test_throttle_beyond_one(bench: CaptureCase) -> None:
+    shown = [(throttle, stretch.at(one.ns)) for stretch in promised(bench, TARGET) for one in stretch.by(TARGET)
+             if one.item.name == "MotionReport" for throttle in throttles(one)]  # fmt: skip
+    if not shown:
+        raise NotApplicable("there is no 0x83 in this recording")
+    for throttle, where in shown:
+        if math.isnan(throttle):
+            raise Violation(f"0x83 shows no number as throttle ({where})")
+    for throttle, where in (min(shown), max(shown)):
+        within(throttle, -1.0, 1.0, unit="of full", what=f"throttle in 0x83 ({where})")
+
+
+def throttles(one: Heard) -> tuple[float, ...]:
+    found = one.item.fields.get("throttles", ())
+    return tuple(float(value) for value in found) if isinstance(found, tuple) else ()
+
+
+@on_recording("P30")
+def test_periodic_reports(bench: CaptureCase) -> None:
+    """In the first 10 s of each stretch of time in which the host says nothing and its rover is there."""
+    windows = [(stretch, begin_ns) for stretch in stretches_of(bench, TARGET) for begin_ns in silences(stretch)]
+    if not windows:
+        raise NotApplicable(f"no host was silent for {WINDOW_S:g} s in this recording")
+    for stretch, begin_ns in windows:
+        end_ns = begin_ns + round(WINDOW_S * NS_PER_S)
+        names = [one.item.name for one in stretch.by(TARGET) if begin_ns < one.ns <= end_ns and one.sound]
+        for name, (least, most) in REPORTS.items():
+            uncertain = round(most / WINDOW_S * stretch.uncertainty_s)
+            what = f"{name} in 10 s ({stretch.at(begin_ns)})"
+            within(names.count(name), least, most, unit="reports", what=what, uncertainty=uncertain)
+
+
+def silences(stretch: Stretch) -> Iterator[int]:
+    """Yield when silences of the host begin that are long enough: behind the reports that a command has brought."""
+    said = [stretch.begin_ns, *(one.ns for one in stretch.by(HOST)), stretch.end_ns]
+    for before, after in pairwise(said):
+        begin_ns = before + NS_PER_S // 2
+        if after - begin_ns >= WINDOW_S * NS_PER_S and stretch.quiet(begin_ns, begin_ns + round(WINDOW_S * NS_PER_S)):
+            yield begin_ns
+
+
+@on_recording("P50")
+def test_all_is_frames(bench: CaptureCase) -> None:
+    heard = [(stretch, one) for stretch in promised(bench, HOST) for one in stretch.by(HOST)]
+    if not heard:
+        raise NotApplicable("no host said anything in this recording")
+    for stretch, one in heard:
+        evidence = around(stretch, one.ns)
+        if not one.sound:
+            raise Violation(f"bytes in no frame: {one.item.name} ({stretch.at(one.ns)})", evidence)
+        if one.item.kind is not Kind.FRAME or isinstance(command_of(one), UnknownCommand):
+            raise Violation(f"the rover has no such command ({stretch.at(one.ns)})", evidence)
+
+
+def command_of(one: Heard) -> object:
+    try:
+        return decode_command(one.item.raw[len(SYNC) + 1 : -3], Schema.V2)
+    except RemoteProtocolError:
+        return None
+
+
+@on_recording("P51")
+def test_heard_in_time(bench: CaptureCase) -> None:
+    """Up to the end, unless the last thing that the host said was to stop both motors: then it has taken its leave."""
+    worst = Worst("the longest silence of the host", "s")
+    for stretch in promised(bench, HOST):
+        said = [one for one in stretch.by(HOST) if one.sound]
+        if not said:
+            continue
+        times_ns = [one.ns for one in said] + ([] if stops(said[-1]) else [stretch.end_ns])
+        for before, after in pairwise(times_ns):
+            if stretch.quiet(before, after):
+                worst.take((after - before) / NS_PER_S, stretch.at(before), stretch.uncertainty_s)
+    worst.judge(SILENCE_S, "no host was listened to for long enough")
+
+
+def stops(one: Heard) -> bool:
+    command = command_of(one)
+    return isinstance(command, MotorThrottles | MotorSpeeds) and (command.a, command.b, command.flags & 3) == (0, 0, 3)

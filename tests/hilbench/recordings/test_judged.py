@@ -1,0 +1,257 @@
+"""`check --target capture:FILE`: a recording gives the verdicts that the run gave, whatever format it is in."""
+
+from __future__ import annotations
+
+import io
+import json
+
+import pytest
+
+from hilbench.bench_provider import Shared, make_provider
+from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
+from hilbench.cli import main
+from hilbench.config import open_bench
+from hilbench.journal import Journal
+from hilbench.options import TargetChoice
+from hilbench.recordings.csv_file import write_csv
+from hilbench.recordings.mcap_file import write_mcap
+from hilbench.recordings.pcapng import write_pcapng
+from protocols.p2os import Command, encode_command
+from protocols.pkt import MotionReport, Schema, encode_frame, encode_report
+from tests.mutants.bench import MutantProvider
+from tests.mutants.catalogue import mutants_of
+from tests.mutants.mutant import Family
+
+SUITES = {"server": "p2os-server", "client": "p2os-client"}
+MS = 1_000_000
+
+
+def live(path, mutant=None, *, select, suite="p2os-server"):
+    """Run a suite on a bench with a mutant, or with the right device; return the verdicts by clause."""
+    shared = Shared(bench_file=open_bench("pioneer"), timeout_scale=1.0, journal=Journal(path, {"bench": "pioneer"}))
+    provider = MutantProvider(shared, mutant, motion=False)
+    report = run_suites(CheckOptions(suites=(suite,), select=select), provider)
+    provider.close()
+    return {clause.id: clause.verdict for clause in report.clauses}
+
+
+def judged(path, *, select=""):
+    """Judge a recording; return the report."""
+    options = CheckOptions(targets=(TargetChoice(spec=f"capture:{path}"),), select=select)
+    provider = make_provider(options)
+    try:
+        return run_suites(options, provider)
+    finally:
+        provider.close()
+
+
+def verdicts(report):
+    return {clause.id: clause.verdict for clause in report.clauses}
+
+
+def listening_clauses(path):
+    """The clauses that some case judges by listening alone."""
+    options = CheckOptions(targets=(TargetChoice(spec=f"capture:{path}"),))
+    planned = list_cases(options, make_provider(options))
+    return {clause for plan in planned if not plan.missing for clause in plan.clause_ids}
+
+
+# --- verdicts of live runs and of their recordings
+
+
+@pytest.fixture(scope="module")
+def right(tmp_path_factory):
+    """The recording of a run of a robot that does as it should, and what that run said."""
+    path = tmp_path_factory.mktemp("right") / "run.jsonl"
+    select = "S01 or S02 or S03 or S04 or S05 or S06 or S36 or S39 or S40"
+    return path, live(path, select=select)
+
+
+def test_a_run_that_passed_passes(right):
+    path, said = right
+    found = verdicts(judged(path, select=" or ".join(said)))
+    assert found == said
+    assert set(found.values()) == {Verdict.PASS}
+
+
+@pytest.mark.parametrize("write", [write_mcap, write_pcapng, write_csv])
+def test_in_every_format_alike(right, tmp_path, write):
+    path, said = right
+    file = io.BytesIO()
+    write(Journal.read(path), file)
+    exported = tmp_path / "exported"
+    exported.write_bytes(file.getvalue())
+    assert verdicts(judged(exported, select=" or ".join(said))) == said
+
+
+FAULTS = {
+    "echo1-argument": "S02",
+    "id-class": "S03",
+    "session-at-once": "S04",
+    "pulse-echoed": "S39",
+    "out-checksum": "S18",
+    "sip-twentieth": "S18",
+    "watchdog-absent": "S36",
+    "c-opens-early": "C02",
+    "c-no-keepalive": "C22",
+    "c-string-no-length": "C25",
+}
+
+
+@pytest.mark.parametrize(("fault", "clause"), FAULTS.items())
+def test_a_run_that_failed_fails_for_the_same_clause(tmp_path, fault, clause):
+    (mutant,) = mutants_of(ids=(fault,))
+    path = tmp_path / "run.jsonl"
+    assert live(path, mutant, select=clause, suite=mutant.family.suites[0]) == {clause: Verdict.FAIL}
+    report = judged(path, select=clause)
+    assert verdicts(report) == {clause: Verdict.FAIL}
+    assert "p2os-" in report.cases[0].cause  # the case in which it was seen
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("mutant", mutants_of((Family.SERVER_HAND, Family.CLIENT_HAND)), ids=lambda mutant: mutant.id)
+def test_no_clause_is_judged_otherwise_than_live(tmp_path, mutant):
+    """Where a live case could not get to its question, a recording may say less, and never the opposite."""
+    suite = mutant.family.suites[0]
+    path = tmp_path / "run.jsonl"
+    listening = "S01 S02 S03 S04 S05 S06 S18 S36 S39 S40" if suite == "p2os-server" else "C02 C22 C25"
+    said = live(path, mutant, select=listening.replace(" ", " or "), suite=suite)
+    if not any(event["kind"] == "rx" for event in Journal.read(path).events):
+        pytest.skip("nothing was heard from it")
+    found = verdicts(judged(path, select=listening.replace(" ", " or ")))
+    for clause, verdict in found.items():
+        assert verdict is not Verdict.FAIL or said[clause] is Verdict.FAIL, clause
+
+
+# --- what cannot be judged by listening
+
+
+def test_everything_else_is_not_applicable_and_says_why(right):
+    path, _ = right
+    report = judged(path)
+    listening = listening_clauses(path)
+    for clause in report.clauses:
+        if clause.id not in listening:
+            assert clause.verdict is Verdict.NOT_APPLICABLE, clause.id
+    (one,) = [case for case in report.cases if case.clause_ids == ("S10",)]
+    assert one.cause == "the bench has no far end that answers: it is a recording"
+
+
+def test_a_case_that_listens_does_not_apply_where_somebody_answers():
+    options = CheckOptions(bench="pioneer", suites=("recorded-p2os",))
+    planned = list_cases(options, make_provider(options))
+    assert {plan.missing for plan in planned} == {("recording",)}
+
+
+# --- lines that no case was about
+
+
+@pytest.fixture
+def line(tmp_path):
+    """Write a journal of one end of a line from (ms, way, bytes); return its path."""
+
+    def written(*said, source="checker", end_ms=None):
+        path = tmp_path / "line.jsonl"
+        journal = Journal(path, {"bench": "desk"})
+        for at_ms, way, data in said:
+            journal.record(way, source, round(at_ms * MS), data=data)
+        journal.record("note", "desk", round((end_ms or said[-1][0]) * MS), text="the end")
+        journal.close()
+        return path
+
+    return written
+
+
+SYNCS = [encode_command(Command(number=number)) for number in range(3)]
+
+
+def test_both_ends_of_a_foreign_line_are_judged(line):
+    path = line((0, "tx", SYNCS[0]), (150, "rx", SYNCS[0]), (160, "tx", SYNCS[1]), end_ms=3000)
+    found = verdicts(judged(path, select="S01 or S02 or C02"))
+    assert found == {"S01": Verdict.PASS, "S02": Verdict.FAIL, "C02": Verdict.PASS}
+
+
+def test_a_time_too_near_to_its_limit_is_inconclusive(line):
+    path = line((0, "tx", SYNCS[0]), (201, "rx", SYNCS[0]), end_ms=3000)
+    report = judged(path, select="S01")
+    assert verdicts(report) == {"S01": Verdict.INCONCLUSIVE}  # assumed uncertainty of 2 ms
+    assert verdicts(judged(line((0, "tx", SYNCS[0]), (203, "rx", SYNCS[0]), end_ms=3000), select="S01")) == {
+        "S01": Verdict.FAIL
+    }
+
+
+def test_a_recording_that_ends_too_soon_says_nothing(line):
+    path = line((0, "tx", SYNCS[0]), (10, "rx", SYNCS[0]), (20, "tx", SYNCS[1]), (100, "tx", b"x"))
+    found = verdicts(judged(path, select="S01 or S02"))
+    assert found == {"S01": Verdict.PASS, "S02": Verdict.NOT_APPLICABLE}
+
+
+@pytest.fixture
+def rover_line(line):
+    request = encode_frame(b"\x00")
+
+    def written(*reports, every_ms=500, count=8):
+        asked = [(every_ms * number, "tx", request) for number in range(count)]
+        told = [(every_ms * number + 5, "rx", encode_frame(encode_report(report, Schema.V2))) for number, report in
+                enumerate(reports)]  # fmt: skip
+        return line(*sorted([*asked, *told], key=lambda each: each[0]))
+
+    return written
+
+
+@pytest.mark.parametrize(
+    ("throttle", "verdict"), [(0.5, Verdict.PASS), (-1.5, Verdict.FAIL), (float("nan"), Verdict.FAIL)]
+)
+def test_throttles_of_a_rover(rover_line, throttle, verdict):
+    path = rover_line(MotionReport(throttles=(0.0, throttle)))
+    assert verdicts(judged(path, select="P28D or P50 or P51")) == {
+        "P28D": verdict,
+        "P50": Verdict.PASS,
+        "P51": Verdict.PASS,
+    }
+
+
+def test_a_host_that_is_silent_or_talks_nonsense(rover_line, line):
+    slow = rover_line(every_ms=1200)
+    assert verdicts(judged(slow, select="P51")) == {"P51": Verdict.FAIL}
+    path = line((0, "tx", encode_frame(b"\x00")), (10, "tx", encode_frame(b"\x6f")), (20, "tx", encode_frame(b"\x00")))
+    assert verdicts(judged(path, select="P50")) == {"P50": Verdict.FAIL}
+
+
+# --- as a person meets it
+
+
+def test_the_report_names_the_recording(right, capfd):
+    path, _ = right
+    assert main(["check", "--target", f"capture:{path}", "--json", "-"]) == 0
+    report = json.loads(capfd.readouterr().out)
+    assert report["bench"]["target"] == f"recording {path} (p2os)"
+    assert len(report["run_hash"]) == 64
+
+
+def test_a_cut_recording_is_judged_up_to_there(right, tmp_path, capfd):
+    path, _ = right
+    cut = tmp_path / "cut.jsonl"
+    cut.write_bytes(path.read_bytes()[:-3000])
+    assert main(["check", "--target", f"capture:{cut}", "-k", "S01"]) == 0
+    assert "judged up to there" in capfd.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (("--target", "capture:"), 2, "names no recording"),
+        (("--target", "capture:{folder}/no"), 3, "No such file"),
+        (("pioneer", "--target", "capture:{folder}/line.jsonl"), 2, "a recording needs no bench"),
+        (("--target", "robot=capture:{folder}/line.jsonl"), 2, "stands for the whole bench"),
+        (("--target", "capture:{folder}/line.jsonl", "--target", "pioneer"), 2, "stands for the whole bench"),
+        (("--target", "capture:{folder}/line.jsonl", "--journal", "{folder}/line.jsonl"), 2, "would overwrite"),
+        (("--target", "capture:{folder}/line.jsonl"), 2, "no protocol that can be judged"),
+    ],
+)
+def test_wrong_usage(line, tmp_path, capfd, words, code, said):
+    line((0, "tx", b"hello, world"), (1, "rx", b"hello"))
+    assert main(["check", *[word.format(folder=tmp_path) for word in words]]) == code
+    err = capfd.readouterr().err
+    assert said in err
+    assert len(err.splitlines()) == 1
