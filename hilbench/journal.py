@@ -33,7 +33,8 @@ from hilbench.names import escaped_all
 FORMAT = 1
 KEEP_EVENTS = 2000
 _FLUSH_BYTES = 256 * 1024
-_PROSE_FIELDS = frozenset({"cause", "text"})
+PROSE_FIELDS = frozenset({"cause", "text"})
+"""Fields that are for people, and no part of what is the same in two equal runs."""
 _MILLIONTHS = 1_000_000
 
 _encoder = msgspec.json.Encoder()
@@ -202,7 +203,7 @@ class Journal:
         canonical = {
             name: _canonical(value)
             for name, value in event.items()
-            if name not in _PROSE_FIELDS and not name.startswith("host")
+            if name not in PROSE_FIELDS and not name.startswith("host")
         }
         canonical["ns"] -= self._case_start_ns
         self._digest.update(_encoded(_canonical_encoder, canonical))

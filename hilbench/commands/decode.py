@@ -13,6 +13,7 @@ hilbench decode pkt capture.bin                      bytes as they stood on the 
 xxd capture.bin | hilbench decode pkt -              or as a hex dump of any kind
 echo 50 4B 54 21 01 00 E1 F0 0A | hilbench decode pkt
 hilbench decode pkt check.jsonl --stream 'rover tx'  what the rover said in a journal
+hilbench decode p2os session.pcapng                  a capture: pcapng, MCAP, or a table of 'hilbench export'
 hilbench decode pkt --framing term --schema v1 --json < /dev/ttyACM0
 hilbench decode p2os robot.bin --from target
 """
@@ -32,10 +33,10 @@ def parser() -> Parser:
     add("protocol", metavar="PROTOCOL", choices=("pkt", "p2os", "autoware", "carla"),
         help="pkt, p2os, autoware, a driving stack's stand-in link, or carla, a simulator's line")  # fmt: skip
     add("file", metavar="FILE", nargs="?", default="-", help="what to read; - is standard input (the default)")
-    add("--input", metavar="FORM", choices=("auto", "raw", "hex", "journal"), default="auto",
-        help="what it is: raw bytes, hex dump or journal (default: auto, by how it begins)")  # fmt: skip
+    add("--input", metavar="FORM", choices=("auto", "raw", "hex", "journal", "capture"), default="auto",
+        help="bytes, hex dump, journal, or capture: pcapng, MCAP, CSV (default: auto, by how it begins)")  # fmt: skip
     add("--stream", metavar="NAME", action="append", default=[],
-        help="of a journal, only this stream, such as 'rover tx' (repeatable)")  # fmt: skip
+        help="of a journal or a capture, only this stream, such as 'rover tx' (repeatable)")  # fmt: skip
     add("--from", dest="speaker", metavar="END", choices=("host", "target"),
         help="p2os: who sends: host or target (default: target, or as a journal says)")  # fmt: skip
     add("--framing", metavar="F", choices=("len", "term"), default="len",

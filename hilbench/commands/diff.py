@@ -16,6 +16,8 @@ _EXAMPLES = """
 hilbench diff pins.jsonl adapter.jsonl --pins 'brain.PB[567]' --order-only
 hilbench diff run.jsonl analyser.csv --map D0=brain.PB7 --map D1=brain.PB6 --tolerance 1ms
 hilbench diff check.jsonl check.jsonl --case bluepill-pins/A --case bluepill-pins/B --json
+hilbench diff yesterday.jsonl today.jsonl --events               the first event that differs, case by case
+hilbench diff run.jsonl replayed.jsonl --events --only 'checker rx' --tolerance 5ms
 """
 
 _NOTES = """
@@ -24,13 +26,17 @@ column of times, 'Time [s]' or in ms, us, ns or ps, then one for each pin). Both
 change they have in common, and compared until the first of them ends. If the other one has changes after that, they are
 different, unless that end is the one of a journal that was closed, or --common or --until asks for no more. Of a
 capture that cannot tell it, a wire that floats counts as low.
+With --events all that happened is compared, not what the pins did: events of recordings in any format that
+'hilbench export' has, case by case, the n-th of a source and kind in A with the n-th in B.
 Exit code 0: equal, up to the tolerance; 1: different; 2: wrong usage, or nothing to compare; 3: a file cannot be read.
 """
 
 
 def parser() -> Parser:
     """Return the parser of this command."""
-    made = Parser("hilbench diff", "Compare what the pins did in two recordings.", _EXAMPLES, _NOTES)
+    made = Parser(
+        "hilbench diff", "Compare what the pins did, or all that happened, in two recordings.", _EXAMPLES, _NOTES
+    )
     add = made.add_argument
     add("a", metavar="A", help="journal, VCD or CSV")
     add("b", metavar="B", help="journal, VCD or CSV")
@@ -46,12 +52,20 @@ def parser() -> Parser:
     add("--until", metavar="TIME", type=typed(arguments.duration_ns),
         help="compare only so long, from the first common change on, such as 10s")  # fmt: skip
     add("--common", action="store_true", help="compare what both have; one may end while the other goes on")
+    add("--events", action="store_true", help="compare events, not pins: the first one that is not the same")
+    add("--only", metavar="GLOB", action="append", default=[],
+        help="with --events: these only, 'SOURCE KIND', such as 'checker rx' or '* verdict' (repeatable)")  # fmt: skip
     add("--json", action="store_true", help="print the comparison as JSON")
     return made
 
 
 def run(parsed: argparse.Namespace) -> int:
     """Compare, print, and return the exit code."""
+    if parsed.events:
+        return _events(parsed)
+    if parsed.only:
+        raise UsageError("is about events", where="--only", hint="give --events, too; for pins it is --pins")
+
     from hilbench.console import Console
     from hilbench.diff.compare import Options, compare, span
     from hilbench.diff.files import check_mapping, named, read_capture
@@ -88,6 +102,35 @@ def run(parsed: argparse.Namespace) -> int:
 
         Console().data(as_text(comparison))
     return ExitCode.OK if comparison.first is None else ExitCode.VIOLATION
+
+
+def _events(parsed: argparse.Namespace) -> int:
+    from hilbench.console import Console
+    from hilbench.diff.events import EventOptions, as_data, as_text, compare_events
+    from hilbench.names import json_text
+    from hilbench.recordings.reading import read_recording
+
+    of_pins = {"--map": parsed.map, "--pins": parsed.pins, "--until": parsed.until, "--common": parsed.common}
+    for option, value in of_pins.items():
+        if value:
+            raise UsageError("is about pins", where=option, hint="leave it or --events away")
+    if len(parsed.case) > 1:
+        raise UsageError("with --events it is the same case in both", where="--case")
+    a, b = read_recording(Path(parsed.a)), read_recording(Path(parsed.b))
+    options = EventOptions(
+        only=tuple(parsed.only),
+        case="".join(parsed.case),
+        order_only=parsed.order_only,
+        tolerance_ns=parsed.tolerance,
+    )
+    found = compare_events(a, b, options)
+    if not any(case.a or case.b for case in found.cases):
+        raise UsageError("nothing to compare: no such event is in either", where="--events")
+    if parsed.json:
+        Console().data(json_text(as_data(found, parsed.a, parsed.b)))
+    else:
+        Console().data(as_text(found, parsed.a, parsed.b))
+    return ExitCode.OK if found.equal else ExitCode.VIOLATION
 
 
 def _named(text: str) -> tuple[str, str]:

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from hilbench.cli import main
 from hilbench.decode.decoders import DECODERS, DecodeOptions
 from hilbench.decode.sources import read_chunks
+from hilbench.journal import Journal
 from protocols import autoware, carla, p2os, pkt
 
 REQUEST = bytes.fromhex("504B54210100E1F00A")
@@ -338,3 +339,34 @@ def test_output_that_cannot_be_written():
         done = subprocess.run([*COMMAND, "pkt"], input=REQUEST, stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 3
     assert done.stderr.decode().startswith("hilbench: the standard output: cannot be written")
+
+
+@pytest.mark.parametrize("form", ["mcap", "pcapng", "csv"])
+def test_a_capture_says_what_its_journal_says(tmp_path, capsys, form):
+    journal, capture = tmp_path / "run.jsonl", tmp_path / "capture"
+    log = Journal(journal)
+    for number in range(3):
+        log.record("tx", "rover", number * 1000, data=MOTION + DAMAGED)
+        log.record("rx", "rover", number * 1000 + 1, data=REQUEST)
+    log.close()
+    assert main(["export", str(journal), f"--{form}", str(capture)]) == 0
+    capsys.readouterr()
+    said = {}
+    for path in (journal, capture):
+        assert main(["decode", "pkt", str(path), "--json"]) == 1
+        said[path] = capsys.readouterr().out
+    assert said[capture] == said[journal]
+    assert said[journal].count('"stream": "rover rx"') == 3
+
+
+def test_a_capture_that_was_cut_is_shown_up_to_there(tmp_path, capsys):
+    journal, capture = tmp_path / "run.jsonl", tmp_path / "capture"
+    log = Journal(journal)
+    log.record("rx", "rover", 0, data=REQUEST)
+    log.record("rx", "rover", 1, data=REQUEST)
+    log.close()
+    main(["export", str(journal), "--pcapng", str(capture)])
+    capsys.readouterr()
+    capture.write_bytes(capture.read_bytes()[:-140])
+    assert main(["decode", "pkt", str(capture)]) == 0
+    assert capsys.readouterr().out.count("REQUEST_TMY") == 1
