@@ -15,7 +15,7 @@ from hilbench.car_simulator import Published
 from hilbench.check import Violation
 from hilbench.clock import NS_PER_S
 from hilbench.driven_car import DrivenCar
-from hilbench.driving_stack import DrivingStack
+from hilbench.driving_stack import COMMAND_HZ, DrivingStack
 from hilbench.errors import InternalError
 from hilbench.links import Port
 from hilbench.mcu.board_case import BoardCase
@@ -128,15 +128,16 @@ class Drive:
         self.asked: list[tuple[float, AckermannControlCommand]] = []
         self.stack.subscribe(VelocityReport, self._hear)
         self.stack.subscribe(SteeringReport, self._hear)
+        self._near_m: float | None = None
         self._look(there.bench.now_ns, there.bench.now_ns)
         there.runner.after.append(self._look)
         self.stack.open()
 
     # --- what is done
 
-    def follow(self) -> None:
-        """The stack drives along the track from now on."""
-        self.stack.drive_with(self._command)
+    def follow(self, rate_hz: float = COMMAND_HZ) -> None:
+        """The stack drives along the track from now on, with so many commands a second."""
+        self.stack.drive_with(self._command, rate_hz)
 
     def start(self) -> None:
         """Have the stack drive, and wait until the car does.
@@ -252,8 +253,9 @@ class Drive:
     def _look(self, now_ns: int, _next_ns: int) -> None:
         dynamics = self._body.dynamics
         pose = dynamics.pose
-        near_m = self.driver.place.s_m if self.driver.place else None
+        near_m = self.driver.place.s_m if self.driver.place else self._near_m
         place = self.path.place(pose.x_m, pose.y_m, near_m=near_m, within_m=20.0)
+        self._near_m = place.s_m
         self.moments.append(
             Moment(
                 at_s=now_ns / NS_PER_S,

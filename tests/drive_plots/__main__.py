@@ -7,8 +7,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.drive_plots.drives import lap, stop
-from tests.drive_plots.pages import course, page, seen_from_above, stopping
+from tests.drive_plots.drives import lap, slow, stop
+from tests.drive_plots.pages import SLOW, course, page, seen_from_above, stopping
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -21,7 +21,7 @@ def main(words: Sequence[str]) -> int:
     lapped = lap()
     stopped, lost_s, emergency_s = stop()
     for name, text in {
-        "vehicle-drive.md": page(lapped, stopped, lost_s, emergency_s),
+        "vehicle-drive.md": page(lapped, stopped, lost_s, emergency_s, [slow(*kind) for kind in SLOW]),
         "images/vehicle-lap.svg": seen_from_above(lapped),
         "images/vehicle-lap-course.svg": course(lapped),
         "images/vehicle-stop.svg": stopping(stopped, lost_s, emergency_s),

@@ -14,23 +14,27 @@ from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.mcu.board_case import BoardBench
 from hilbench.mcu.emulated import EmulatedBench
-from hilbench.suites._vehicle_drive import Drive, DriveBench
+from hilbench.suites._vehicle_drive import Drive, DriveBench, Moment
 from hilbench.vehicle_on_board import VehicleOnBoard
+from targets.firmware import image_path
 from worlds.vehicles.car import CarBody
 
-__all__ = ["lap", "opened", "stop"]
+__all__ = ["SLOW_FROM_M_S", "SLOW_S", "lap", "opened", "slow", "stop"]
 
 LAP_WITHIN_S = 90.0
 LOSE_AT_M_S = 9.99
+SLOW_FROM_M_S, SLOW_S = 5.0, 4.0
 
 
 @contextlib.contextmanager
-def opened() -> Iterator[Drive]:
-    """A car at the start of the track, everything just switched on."""
+def opened(image: str = "vehicle") -> Iterator[Drive]:
+    """A car at the start of the track, everything just switched on; one of our images runs on the board."""
     bench_file = open_bench("vehicle")
     world = msgspec.structs.replace(bench_file.world, scene="test-track")
+    boards = {name: replace(one, firmware=image_path(image)) for name, one in bench_file.boards.items()}
+    bench_file = replace(bench_file, world=world, boards=boards)
     bench = Bench(Scheduler(), Journal())
-    with contextlib.closing(EmulatedBench(replace(bench_file, world=world), seed=0, bench=bench)) as emulated:
+    with contextlib.closing(EmulatedBench(bench_file, seed=0, bench=bench)) as emulated:
         there = BoardBench(emulated)
         vehicle = VehicleOnBoard(there)
         body = emulated.surroundings.body
@@ -54,6 +58,17 @@ def lap() -> Drive:
         drive.start()
         drive.until(lambda: drive.driver.travelled_m >= drive.path.length_m, LAP_WITHIN_S)
         return drive
+
+
+def slow(rate_hz: float, image: str = "vehicle") -> list[Moment]:
+    """On the straight up to `SLOW_FROM_M_S` as ever, then `SLOW_S` with so many commands a second; these moments."""
+    with opened(image) as drive:
+        drive.start()
+        drive.reach(SLOW_FROM_M_S)
+        begin_s = drive.now_s
+        drive.follow(rate_hz)
+        drive.go(SLOW_S)
+        return drive.since(begin_s)
 
 
 def stop() -> tuple[Drive, float, float]:

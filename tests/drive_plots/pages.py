@@ -3,27 +3,37 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from statistics import fmean
 
 from hilbench.suites._vehicle_drive import Drive, Moment
 from tests.drive_plots.chart import Panel, chart
+from tests.drive_plots.drives import SLOW_FROM_M_S, SLOW_S
+from tests.mutants.vehicle import DRIVEN
 from tests.top_view import COLOURS, Sheet, top_view
 from worlds.car_parameters import DEFAULTS as CAR
 from worlds.scenes import find_scene
 
-__all__ = ["course", "page", "seen_from_above", "stopping"]
+__all__ = ["SLOW", "course", "page", "seen_from_above", "stopping"]
 
 TEMPLATE = Path(__file__).parent / "page.txt"
 
+
+SLOW = ((30.0, "vehicle"), (10.0, "vehicle"), (5.0, "vehicle"), (5.0, "vehicle-h7"))
+"""How many commands a second, and the image on the board; `H7` sends the last command again, as the original does."""
+
+HARD_M_S2 = 7.5
+"""Full braking is 8 m/s²."""
 
 FRAME_BYTES = 30
 BAUD = 921_600
 BLUE, VERMILION, GREEN = COLOURS
 
 
-def page(lap: Drive, stop: Drive, lost_s: float, emergency_s: float) -> str:
-    """Return the page."""
+def page(lap: Drive, stop: Drive, lost_s: float, emergency_s: float, slow: Sequence[Sequence[Moment]]) -> str:
+    """Return the page; `slow` are drives by the commands of `SLOW`."""
     offsets_m = [moment.offset_m for moment in lap.moments]
     speeds_m_s = [moment.speed_m_s for moment in lap.moments]
     lap_s = lap.moments[-1].at_s
@@ -59,7 +69,30 @@ def page(lap: Drive, stop: Drive, lost_s: float, emergency_s: float) -> str:
         whole_m=whole_m,
         whole_off=(whole_m - whole_ideal_m) * 1e3,
         frame_us=FRAME_BYTES * 10 / BAUD * 1e6,
+        slow_from=SLOW_FROM_M_S,
+        slow_s=SLOW_S,
+        slow="\n".join(_slow_row(*kind, moments) for kind, moments in zip(SLOW, slow, strict=True)),
+        faulty="\n".join(f"| `{one.id}` | {one.what} | {', '.join(one.about)} |" for one in DRIVEN),
     )
+
+
+def _slow_row(rate_hz: float, image: str, moments: Sequence[Moment]) -> str:
+    """Speed, way and braking of a drive by few commands."""
+    begin, end = moments[0], moments[-1]
+    hard = [moment.accel_m_s2 < -HARD_M_S2 for moment in moments]
+    times = sum(later and not earlier for earlier, later in pairwise(hard))
+    jerk = max(abs(b.accel_m_s2 - a.accel_m_s2) / (b.at_s - a.at_s) for a, b in pairwise(moments))
+    figures = (
+        f"{rate_hz:.0f} Hz",
+        "sent again (`H7`)" if image != "vehicle" else "a stop",
+        f"{end.speed_m_s:.2f} m/s",
+        f"{_way_m(begin, end):.1f} m",
+        f"{max(0.0, *(-moment.accel_m_s2 for moment in moments)):.1f} m/s²",
+        f"{times}",
+        f"{100 * sum(hard) / len(hard):.0f} %",
+        f"{jerk:.0f} m/s³",
+    )
+    return f"| {' | '.join(figures)} |"
 
 
 def seen_from_above(lap: Drive) -> str:

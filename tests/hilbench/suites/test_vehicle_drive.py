@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -24,6 +26,7 @@ from protocols.carla import VECTORS, Axis, Mode, decode_command
 from targets.robots import car_host
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 from targets.robots.vehicle_interface.board import behaviour_of
+from tests.mutants.vehicle import DRIVEN
 
 pytestmark = pytest.mark.needs_bullet
 
@@ -34,14 +37,14 @@ CASES = {name: one for name, one in vars(vehicle_drive).items() if spec_of(one) 
 def make():
     """A drive through a behavioural board with these defects."""
 
-    def make(*defects, kind=VehicleInterface, **options):
+    def make(*defects, kind=VehicleInterface, mutant=None, **options):
         bench = Bench(Scheduler(), Journal())
         line = Line(baud=921_600)
         links = {name: MemoryLink(bench.scheduler, line, name=name) for name in (SIMULATOR_LINE, STACK_LINE)}
         there = BareVehicle(bench, World(scene="test-track", vehicle="car", physics="bullet", step_hz=240), seed=0)
         behaviour = behaviour_of(VehicleSettings(defects=defects))
         behaviour = replace(behaviour, board=replace(behaviour.board, **options))
-        board = kind(VehicleSettings(), behaviour=behaviour)
+        board = kind(VehicleSettings(), behaviour=behaviour) if mutant is None else mutant.make(VehicleSettings())
         actor = LinesActor(bench, board, {name: link.b for name, link in links.items()}, name="board")
         return Drive(
             DriveBench(
@@ -130,6 +133,42 @@ def test_reports_with_other_signs_are_found(make):
         for report_s, report in drive.reports:
             vehicle_drive.require_true(drive, report_s, report)
     assert found.value.clause == "VD02"
+
+
+FOUND_BY = {
+    "VD05": ("test_hand_over_by_press", "acceleration after the hand-over"),
+    "VD07": ("test_stack_lost", "times the mode is not 4"),
+    "VD09": ("test_simulator_lost", "the mode is not MANUAL"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mutant", [one for one in DRIVEN if one.about != ("VD02",)], ids=lambda one: one.id)
+def test_a_faulty_board_is_found(make, mutant):
+    (clause,) = mutant.about
+    name, cause = FOUND_BY[clause]
+    with pytest.raises(Violation, match=cause) as found:
+        CASES[name](make(mutant=mutant))
+    assert found.value.clause == clause
+
+
+def test_reports_with_exchanged_fields_are_found(make):
+    """By VD02, as soon as the car turns; on a straight both figures are 0."""
+    (mutant,) = (one for one in DRIVEN if one.about == ("VD02",))
+    drive = make(mutant=mutant)
+    drive.start()
+    assert drive.until(lambda: abs(drive.now.turn_rad_s) > 0.1, 20.0)
+    drive.go(0.2)
+    with pytest.raises(Violation, match=r"(turn_rad_s|lateral_speed_m_s) is reported as") as found:
+        for report_s, report in drive.reports:
+            vehicle_drive.require_true(drive, report_s, report)
+    assert found.value.clause == "VD02"
+
+
+def test_the_page_names_the_faulty_boards():
+    page = (Path(__file__).parents[3] / "docs" / "vehicle-drive.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `([\w-]+)` \| ([^|]+) \| (VD\d\d) \|$", page, re.MULTILINE)
+    assert rows == [(one.id, one.what, *one.about) for one in DRIVEN]
 
 
 def test_a_stop_is_no_emergency(make):
