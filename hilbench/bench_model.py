@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 from msgspec import UNSET, UnsetType
 
 from hilbench.fault_entries import FaultEntry
-from hilbench.links.serial_target import LineSettings
+
+if TYPE_CHECKING:
+    from hilbench.links import LineSettings
 
 
 class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -139,6 +141,8 @@ class PortEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     @property
     def settings(self) -> LineSettings:
         """How the port is opened where the command line does not say."""
+        from hilbench.links import LineSettings  # and pyserial, which whoever reads a bench file need not have
+
         dtr, rts = (None if level is UNSET else level for level in (self.dtr, self.rts))
         return LineSettings(dtr=dtr, rts=rts, parity=self.parity, stop_bits=self.stop_bits)
 

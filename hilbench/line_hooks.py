@@ -15,12 +15,15 @@ import shlex
 import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from hilbench.arguments import duration_ns
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_S
 from hilbench.errors import UnavailableError
-from hilbench.links import Port
+
+if TYPE_CHECKING:
+    from hilbench.links import Port
 
 __all__ = ["COMMAND_LIMIT_S", "Step", "parse_step", "run_hook"]
 
