@@ -16,6 +16,7 @@ hilbench check pioneer --suite p2os-server -k 'S36 or watchdog'
 hilbench check --target serial:/dev/ttyUSB0@9600 --suite p2os-server --junit report.xml
 hilbench check rover -k 'P24D or P29D'             an emulated rover, each case on the image of its own profile
 hilbench check --suite pkt-board --target serial:/dev/ttyACM0@115200
+hilbench check --suite pkt-board --target serial:serial=0668FF303430   whatever its port is called; see hilbench ports
 hilbench check vehicle-model --target simulator=serial:/dev/ttyUSB0 --target stack=serial:/dev/ttyACM0
 hilbench check --list --json -
 """

@@ -4,7 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hilbench.arguments import target_choice
 from hilbench.errors import UnavailableError, UsageError
+from hilbench.options import TargetChoice
 from hilbench.port_choice import PortChoice, choose_port, parse_port_choice
 from hilbench.ports import PortInfo, UsbIdentity
 
@@ -94,3 +96,15 @@ def test_what_was_read_is_printed_as_it_was(numbers):
     forms = {"usb": "{0:04x}:{0:04x}", "serial": "S{0}", "location": "1-{0}.2", "interface": "{0}"}
     text = ",".join(f"{key}={forms[key].format(number)}" for key, number in numbers.items())
     assert str(parse_port_choice(text)) == text
+
+
+@pytest.mark.parametrize(
+    ("word", "name", "spec"),
+    [
+        ("serial:serial=0668FF", "", "serial:serial=0668FF"),
+        ("serial:usb=0483:374b,interface=2@9600", "", "serial:usb=0483:374b,interface=2@9600"),
+        ("stack=serial:location=1-1.2", "stack", "serial:location=1-1.2"),
+    ],
+)
+def test_a_choice_in_a_target_is_not_taken_for_the_name_of_a_line(word, name, spec):
+    assert target_choice(word) == TargetChoice(name=name, spec=spec)
