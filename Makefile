@@ -42,7 +42,7 @@ search: dev       ## the property tests again, with examples nobody has seen
 bench: dev        ## speed, as ratios against something run beside it
 	$(BIN)/python -m pytest tests/benchmarks -s
 
-soak: dev         ## ten million bytes into both roles, whole and byte by byte; a megabyte through firmware on a pty
+soak: dev         ## ten million bytes into both roles, whole and byte by byte; 10^9 through the links; a megabyte through firmware on a pty
 	$(BIN)/python -m pytest tests/soak -s
 
 .PHONY: hardware

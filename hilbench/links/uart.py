@@ -103,7 +103,8 @@ class Transmitter:
         self._injector = injector
         self._at_start = at_start
         self._queue: deque[int | _Gap] = deque()
-        self._shifting = 0  # items at the head of the queue that are on the line
+        self._bulk = bytearray()  # instead of the queue, where bytes need not be looked at one by one
+        self._shifting = 0  # items at the head of either that are on the line
         self._judged = 0  # items at the head of the queue whose fate is settled
         self._epoch_ns = 0
         self._bytes_since_epoch = 0
@@ -117,6 +118,7 @@ class Transmitter:
 
     @baud.setter
     def baud(self, baud: int) -> None:
+        self._single_out()
         self._baud = baud
         self._domain = ClockDomain(baud) if baud else None
         self._new_epoch = True
@@ -130,18 +132,23 @@ class Transmitter:
     @property
     def pending(self) -> int:
         """Bytes and gaps that are not out yet."""
-        return len(self._queue)
+        return len(self._queue) + len(self._bulk)
 
     @property
     def idle(self) -> bool:
         """True if nothing is on the line or waits for it."""
-        return not self._queue
+        return not (self._queue or self._bulk)
 
     def write(self, data: bytes) -> int:
         """Queue bytes; return how many found room."""
         if self._depth is not None:
-            data = data[: max(0, self._depth - len(self._queue))]
-        if data:
+            data = data[: max(0, self._depth - self.pending)]
+        if self._bulk:
+            self._bulk += data
+        elif data and self._domain is None and self._injector is None and not (self._at_start or self._queue):
+            self._bulk += data
+            self._start_bulk()
+        elif data:
             self._append(data)
         return len(data)
 
@@ -151,8 +158,9 @@ class Transmitter:
 
     def clear(self) -> int:
         """Forget everything that is not out yet; return how many bytes that were."""
-        lost = sum(1 for item in self._queue if isinstance(item, int))
+        lost = sum(1 for item in self._queue if isinstance(item, int)) + len(self._bulk)
         self._queue.clear()
+        self._bulk.clear()
         self._shifting = self._judged = 0
         self._generation += 1
         return lost
@@ -163,13 +171,38 @@ class Transmitter:
         Of bytes that are let out together, only the first counts as being on the line.
         """
         keep = max(keep, self._judged, min(self._shifting, 1))
-        withdrawn = 0
+        withdrawn = len(self._bulk[keep:])
+        del self._bulk[keep:]
         while len(self._queue) > keep:
             withdrawn += isinstance(self._queue.pop(), int)
         self._shifting = min(self._shifting, keep)
         return withdrawn
 
+    def _start_bulk(self) -> None:
+        """Let all that waits be out in the next entry."""
+        self._shifting = len(self._bulk)
+        generation = self._generation
+        now_ns = self._timeline.now_ns
+        self._timeline.at(now_ns, lambda: self._end(generation), order=EventClass.BYTE, source=self._source)
+
+    def _end_bulk(self) -> None:
+        out = bytes(self._bulk[: self._shifting])
+        del self._bulk[: self._shifting]
+        self._shifting = 0
+        now_ns = self._timeline.now_ns
+        if self._bulk:
+            self._start_bulk()
+        self._emit(out, now_ns)
+        if self._on_idle is not None and self.idle:
+            self._on_idle(now_ns)
+
+    def _single_out(self) -> None:
+        """From now on look at the bytes that wait one by one; what is on the line ends as it would have."""
+        self._queue.extend(self._bulk)
+        self._bulk.clear()
+
     def _append(self, items: bytes | tuple[_Gap]) -> None:
+        self._single_out()
         was_idle = not self._queue
         self._queue.extend(items)
         if was_idle:
@@ -229,6 +262,9 @@ class Transmitter:
     def _end(self, generation: int) -> None:
         if generation != self._generation:
             return  # cleared since
+        if self._bulk:
+            self._end_bulk()
+            return
         out = [self._queue.popleft() for _ in range(self._shifting)]
         self._judged = max(0, self._judged - self._shifting)
         self._shifting = 0
@@ -237,7 +273,7 @@ class Transmitter:
             self._start_next()
         if not self._at_start:
             self._let_out(out, now_ns)
-        if self._on_idle is not None and not self._queue:
+        if self._on_idle is not None and self.idle:
             self._on_idle(now_ns)
 
     def _let_out(self, out: list[int | _Gap], now_ns: int) -> None:

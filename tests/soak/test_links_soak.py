@@ -1,0 +1,151 @@
+"""A thousand million bytes each way through the links without pace: none lost, none changed; bytes per second.
+
+Run by `make soak`. LINKS_SOAK_BYTES sets another amount, of which a tenth goes through the proxy's relay and a tenth
+through a shared door; LINKS_SOAK_SEED another seed.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+import random
+import sys
+import time
+
+import pytest
+
+from hilbench.bench import Bench
+from hilbench.clock import Scheduler
+from hilbench.config import open_bench
+from hilbench.doors import SharedDoor
+from hilbench.ground_station import GroundStation
+from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink
+from hilbench.near_ends import open_near_end
+from hilbench.relay import CLIENT, SERVER, Relay
+
+BYTES = int(os.environ.get("LINKS_SOAK_BYTES", "1_000_000_000"))
+SEED = int(os.environ.get("LINKS_SOAK_SEED", "1"))
+LARGEST = 64 * 1024
+ROVER_S = 30
+
+
+@pytest.fixture(autouse=True)
+def patience():
+    faulthandler.cancel_dump_traceback_later()  # minutes are no sign of a hang here
+
+
+@pytest.fixture
+def say(capfd):
+    def tell(text):
+        with capfd.disabled():
+            sys.stdout.write(f"\n{text}\n")
+
+    return tell
+
+
+class Stream:
+    """An endless stream of bytes that repeats after a prime number of them, which no size of a chunk divides."""
+
+    PERIOD = 1_000_003
+
+    def __init__(self, seed):
+        block = random.Random(seed).randbytes(self.PERIOD)
+        self._block = block + block[:LARGEST]
+        self.sent = self.received = self.wrong = 0
+
+    def next(self, count):
+        at = self.sent % self.PERIOD
+        self.sent += count
+        return self._block[at : at + count]
+
+    def take(self, data, _at_ns):
+        for start in range(0, len(data), LARGEST):
+            piece = data[start : start + LARGEST]
+            at = self.received % self.PERIOD
+            self.wrong += piece != self._block[at : at + len(piece)]
+            self.received += len(piece)
+
+
+def pump(scheduler, one, other, total):
+    """Send so many bytes each way at once; return both streams, and bytes per second of both ways together."""
+    chance = random.Random(SEED)
+    there, back = Stream(SEED), Stream(SEED + 1)
+    other.on_receive, one.on_receive = there.take, back.take
+    began_s = time.monotonic()
+    while there.sent < total:
+        count = min(chance.randint(1, LARGEST), total - there.sent)
+        one.write(there.next(count))
+        other.write(back.next(count))
+        scheduler.run_for(1)
+    scheduler.run_for(10**6)
+    for stream in (there, back):
+        assert (stream.received, stream.wrong) == (total, 0)
+    return 2 * total / (time.monotonic() - began_s)
+
+
+def test_a_line_in_memory(say):
+    total = BYTES * 8 // 10
+    scheduler = Scheduler()
+    link = MemoryLink(scheduler, Line(baud=0))
+    rate = pump(scheduler, link.a, link.b, total)
+    assert link.a.counters == link.b.counters
+    assert link.a.counters.lost == link.a.counters.overruns == 0
+    say(f"memory: {total} bytes each way, none lost, {rate / 1e6:.0f} MB/s")
+
+
+def test_a_shared_door(say):
+    total = BYTES // 10
+    scheduler = Scheduler()
+    link = MemoryLink(scheduler, Line(baud=0))
+    link.b.line_is_up = False
+    door = SharedDoor([link.b])
+    link.b.line_changed(True)
+    rate = pump(scheduler, link.a, door, total)
+    say(f"shared door: {total} bytes each way, none lost, {rate / 1e6:.0f} MB/s")
+
+
+def test_the_relay_of_the_proxy(say):
+    total = BYTES // 10
+    scheduler = Scheduler()
+    client, server = (MemoryLink(scheduler, Line(baud=0), name=name) for name in (CLIENT, SERVER))
+    Relay(Bench(scheduler, Journal()), client.b, server.a, record=False)
+    rate = pump(scheduler, client.a, server.b, total)
+    say(f"relay: {total} bytes each way, none of them different, {rate / 1e6:.0f} MB/s")
+
+
+def test_a_station_and_the_rovers_firmware_with_the_relay_in_between(say):
+    bench = Bench(Scheduler(), Journal())
+    near = open_near_end(bench, open_bench("rover"), real_time=False)
+    line = MemoryLink(bench.scheduler, Line(baud=0), name=CLIENT)
+    from_rover, from_station = bytearray(), bytearray()
+    got, sent = bytearray(), bytearray()
+    Relay(
+        bench,
+        line.b,
+        near.port,
+        record=False,
+        heard=lambda who, data, at_ns: (from_rover if who == SERVER else from_station).extend(data),
+    )
+    near.port.on_sent = lambda data, at_ns: sent.extend(data)
+    station = GroundStation(bench, line.a)
+    take, said = line.a.on_receive, bytearray()
+
+    def received(data, at_ns):
+        got.extend(data)
+        take(data, at_ns)
+
+    line.a.on_receive, line.a.on_sent = received, lambda data, at_ns: said.extend(data)
+    station.connect()
+    began_s = time.monotonic()
+    bench.run_for(ROVER_S)
+    near.port.on_receive = lambda data, at_ns: None
+    bench.run_for(0.01)
+    took_s = time.monotonic() - began_s
+    near.close()
+    assert got == from_rover
+    assert said == from_station == sent
+    say(
+        f"a station and the emulated rover, {ROVER_S} s of bench time in {took_s:.0f} s: {len(said)} bytes to it, "
+        f"{len(got)} from it, none different; {station.counts.total()} reports"
+    )
