@@ -75,7 +75,7 @@ class Body(Widget):
         self.arrangement, self.shown = arrangement, list(shown)
         for pane in self.children:
             pane.display = pane.id in self.shown
-        self.refresh(layout=True)
+            pane.refresh(layout=True)  # a widget keeps its arrangement until a child of it asks for another
 
     def resize(self, name: str, *, dx: int = 0, dy: int = 0) -> None:
         """Make a pane larger or smaller by cells."""

@@ -77,7 +77,8 @@ class ChecksModel:
                 row = self.rows.setdefault(clause, CheckedModel(clause, str(case["suite"])))
                 row.level = str(case["levels"][number])
                 row.title = str(case["titles"][number])
-                row.cases[case["id"]] = before[case["id"]].state if case["id"] in before else ""
+                known = before.get(case["id"], CheckedModel(case["id"]))
+                row.cases[case["id"]], row.cause = known.state, row.cause or known.cause
                 if case["missing"]:
                     row.cases[case["id"]] = "not-applicable"
                     row.cause = f"needs {', '.join(map(str, case['missing']))}"

@@ -31,9 +31,9 @@ _PANES = {
     "console": "what firmware says in words: semihosting, ITM, or a UART with text",
 }
 _KEYS = (
-    ("0-9 C", "that pane alone; again, or escape: all panes. A second click on a pane does the same"),
+    ("0-9 C", "that pane alone; again, or escape: all panes. So does a double click on it"),
     ("tab", "the next pane; P: which panes, and where"),
-    ("\\[ ] { }", "the pane narrower, wider, lower, higher; or drag its border with the mouse. It is remembered"),
+    ("\\[ ] { } ", "the pane narrower, wider, lower, higher; or drag its border with the mouse. It is remembered"),
     ("w a s d", "drive, as arrows do where no list has them; capitals: full speed. Hold the key: 0.7 s after it"),
     ("", "came last the vehicle stops (dead man). You take over from the demo driver"),
     ("game pad", "hold L1 (LB): triggers or the left stick drive, either stick turns; the cross connects, disconnects"),
@@ -113,7 +113,7 @@ def _seen(model: BenchModel | None, recorded: bool) -> Iterator[str]:
     )
     if model.world.vehicle:
         yield f"World is the truth about the {model.world.vehicle}, not what it believes."
-    if model.driver.who == "figure-of-eight":
+    if model.driver.who == "figure-of-eight" and not recorded:
         yield "The demo driver has the stick: figures of eight. Press w, a, s or d and you have it."
     if model.driver.who == "path-follower":
         yield "The driving stack follows the track. w, a, s and d press the switch, and you have the stick."

@@ -37,7 +37,7 @@ def _row(pin: PinModel, width: int, now_ns: int) -> Text:
     if wave is not None:
         line.append(f" {wave[1] / wave[0]:5.1%} of {ns_words(wave[0])}")
     elif pin.edge_count:
-        line.append(f" {pin.edge_count} edges", DIM)
+        line.append(f" {pin.edge_count} edge{'' if pin.edge_count == 1 else 's'}", DIM)
     return fit(line, width)
 
 

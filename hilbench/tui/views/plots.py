@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from rich.text import Text
@@ -12,7 +13,8 @@ from hilbench.tui.views.words import DIM, HEAD, fit
 
 __all__ = ["SPANS_S", "figure", "plots_view"]
 
-SPANS_S = (2, 5, 10, 20, 60, 120, 300)
+_LEAST_SPAN_S = 2
+SPANS_S = (_LEAST_SPAN_S, 5, 10, 20, 60, 120, 300)
 NS_PER_S = 1_000_000_000
 _LEAST_ROWS = 3
 _GUTTER = 9
@@ -31,7 +33,11 @@ def plots_view(
     chosen: Sequence[str] | None = None,
     span_s: int = 20,
 ) -> list[Text]:
-    """Return plots of the chosen signals, of the usual ones if none were chosen, over so many seconds up to now."""
+    """Return plots of the chosen signals, of the usual ones if none were chosen.
+
+    They go over so many seconds up to now, or since the bench began where that is less.
+    """
+    span_s = max(_LEAST_SPAN_S, min(span_s, math.ceil(now_ns / NS_PER_S)))
     names = [name for name in (signals.usual() if chosen is None else chosen) if name in signals.signals]
     if not names:
         hint = "no figure is told yet" if not signals.signals else "none chosen: L chooses"

@@ -24,7 +24,7 @@ SIZES = {"small": (38, 9), "large": (76, 30)}
 
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("pane", PANES)
-@pytest.mark.parametrize("bench", ["pioneer", "rover"])
+@pytest.mark.parametrize("bench", ["pioneer", "rover", "vehicle"])
 def test_every_pane_of_every_bench_looks_as_it_did(model_of, expect, bench, pane, size):
     width, height = SIZES[size]
     lines = PANES[pane][1](model_of(bench), width, height)

@@ -1,0 +1,183 @@
+"""Figures over time, words of firmware, verdicts of a run: what the models make of events."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hilbench.tui.model.bench import BenchModel
+from hilbench.tui.model.checks import ChecksModel
+from hilbench.tui.views.checks import checks_view, clause_view
+from hilbench.tui.views.console import console_view
+from hilbench.tui.views.plots import figure, plots_view
+
+S = 1_000_000_000
+MS = 1_000_000
+BOARD = {"live": {"boards": {"brain": {"board": "bluepill", "leds": {}}}}}
+
+
+def values(model, name):
+    return [value for _, value in model.signals.signals[name].parts[0]]
+
+
+def pose(ns, x_m, y_m, yaw_rad):
+    return {
+        "ns": ns, "kind": "pose", "source": "world", "z_m": 0,
+        "x_m": round(1e6 * x_m), "y_m": round(1e6 * y_m), "yaw_rad": round(1e6 * yaw_rad),
+    }  # fmt: skip
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-3.1, 3.1))
+def test_speed_and_turn_rate_are_those_of_the_way(speed, turn, yaw):
+    model = BenchModel({})
+    for number in range(4):
+        along = speed * number / 10
+        model.take([pose(number * S // 10, along * math.cos(yaw), along * math.sin(yaw), yaw)])
+    assert values(model, "speed") == pytest.approx([speed] * 3, abs=1e-4)
+    model = BenchModel({})
+    model.take(pose(n * S // 10, 0, 0, math.remainder(yaw + turn * n / 10, math.tau)) for n in range(4))
+    assert values(model, "turn rate") == pytest.approx([math.degrees(turn)] * 3, abs=1e-2)
+
+
+@given(st.integers(1, 99))
+def test_duty_is_told_of_fast_and_of_slow_pins(percent):
+    model = BenchModel(BOARD)
+    wave = {"period_ns": 1_000_000, "high_ns": 10_000 * percent, "edges": 200, "level": True}
+    model.take([{"ns": S, "kind": "pwm", "source": "brain.PA8", **wave}])
+    for number in range(6):
+        begin = number * 20 * MS
+        model.take([{"ns": begin, "kind": "pin", "source": "brain.PB1", "level": True}])
+        model.take([{"ns": begin + percent * MS // 5, "kind": "pin", "source": "brain.PB1", "level": False}])
+    assert values(model, "PA8 duty") == pytest.approx([percent])
+    assert values(model, "PB1 duty") == pytest.approx([percent] * 2)
+
+
+def test_what_the_far_end_tells_has_its_unit(model_of):
+    robot, rover = model_of("pioneer").signals, model_of("rover").signals
+    assert robot.signals["battery"].unit == "V"
+    assert set(values(model_of("pioneer"), "battery")) == {13.0}
+    assert (rover.signals["rpm"].unit, len(rover.signals["rpm"].parts)) == ("rpm", 4)
+    assert robot.usual() == ["speed", "turn rate", "battery"]
+    assert rover.usual()[:2] == ["rpm", "throttles"]
+
+
+def test_a_line_is_told_in_bytes_a_second():
+    model = BenchModel({})
+    told = {"kind": "link", "source": "host", "up": True, "baud": 9600, "pending": 0}
+    model.take({**told, "ns": n * S, "sent": 100 * n, "received": 7 * n} for n in range(4))
+    assert (values(model, "sent"), values(model, "heard")) == ([100.0] * 3, [7.0] * 3)
+
+
+@given(st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=1, max_size=20), st.integers(12, 90))
+def test_any_figures_are_plotted_within_their_room(figures, width):
+    model = BenchModel({})
+    for number, value in enumerate(figures):
+        model.signals._put("any", "m", number * S // 10, value)
+    for height in (2, 5, 12):
+        lines = plots_view(model.signals, width, height, 2 * S, chosen=["any"])
+        assert len(lines) <= max(height, 3)
+        assert max(line.cell_len for line in lines) <= width
+
+
+def test_figures_are_few_letters():
+    assert [figure(value) for value in (0, 0.1234, 12.34, 1234.5, 2.5e7)] == ["0.00", "0.12", "12.3", "1234", "2.5e+07"]
+
+
+def test_a_gap_is_not_drawn_over(expect):
+    model = BenchModel({})
+    for number in [*range(40), *range(80, 120)]:
+        model.signals._put("level", "V", number * S // 10, 3 + math.sin(number / 8))
+    expect("plot-gap", [line.plain for line in plots_view(model.signals, 60, 8, 12 * S, chosen=["level"])])
+
+
+# --- console
+
+
+def said(model):
+    return [(line.source, line.text) for line in model.console.lines]
+
+
+@given(st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Zl", "Zp", "Cf"]), max_size=30), st.data())
+def test_a_line_is_the_same_however_it_comes(text, data):
+    raw = f"one {text}\ntwo\n".encode()
+    cut = data.draw(st.integers(0, len(raw)))
+    model = BenchModel(BOARD)
+    at = {"ns": 1, "kind": "console", "source": "brain.itm0"}
+    model.take([{**at, "data": raw[:cut].hex()}, {**at, "data": raw[cut:].hex()}])
+    assert said(model)[-1] == ("brain.itm0", "two")
+    assert len(said(model)) == 2
+
+
+def test_a_uart_with_text_is_a_console_and_one_with_frames_is_none():
+    model = BenchModel(BOARD)
+    sent = {"ns": 1, "kind": "tx"}
+    model.take([{**sent, "source": "brain.usart1", "data": b"forward\r\n".hex()}])
+    model.take([{**sent, "source": "brain.usart2", "data": b"looks like text".hex()}])
+    model.take([{**sent, "source": "brain.usart2", "data": "fafb0300000001"}])
+    model.take([{**sent, "source": "client", "data": b"of somebody else".hex()}])
+    assert said(model) == [("brain.usart1", "forward")]
+    assert [line.plain for line in console_view(model.console, 40, 3)] == ["     0.000 s forward"]
+
+
+def test_nothing_of_a_console_is_obeyed_by_the_terminal():
+    model = BenchModel(BOARD)
+    model.take([{"ns": 1, "kind": "console", "source": "brain.itm0", "data": b"\x1b[2Jgone\x07\n".hex()}])
+    assert said(model) == [("brain.itm0", "\\x1b[2Jgone\\x07")]
+
+
+# --- verdicts
+
+PLAN = [
+    {"id": "s/a", "suite": "s", "clause_ids": ["A1", "A2"], "levels": ["must", "should"],
+     "titles": ["does A1", "does A2"], "missing": []},
+    {"id": "s/b", "suite": "s", "clause_ids": ["B1"], "levels": ["must"], "titles": ["does B1"], "missing": []},
+    {"id": "s/c", "suite": "s", "clause_ids": ["C1"], "levels": ["must"], "titles": ["does C1"], "missing": ["rays"]},
+]  # fmt: skip
+TOLD = [
+    {"ns": 0, "kind": "case", "source": "journal", "case": "s/a"},
+    {"ns": 9, "kind": "verdict", "source": "checker", "verdict": "pass", "cause": ""},
+    {"ns": 0, "kind": "case", "source": "journal", "case": "s/b"},
+    {"ns": 9, "kind": "verdict", "source": "checker", "verdict": "fail", "cause": "it came 2 s late"},
+]
+
+
+@given(st.integers(0, len(TOLD)))
+def test_what_is_known_of_a_run_does_not_depend_on_when_its_plan_comes(cut):
+    checks = ChecksModel()
+    for event in TOLD[:cut]:
+        checks.take(event)
+    checks.plan(PLAN)
+    for event in TOLD[cut:]:
+        checks.take(event)
+    assert {row.id: row.state for row in checks.rows.values()} == {
+        "A1": "pass", "A2": "pass", "B1": "fail", "C1": "not-applicable",
+    }  # fmt: skip
+    assert checks.rows["B1"].cause == "it came 2 s late"
+
+
+def test_a_run_is_shown_while_it_goes_on_and_after(expect):
+    checks = ChecksModel()
+    checks.plan(PLAN)
+    for event in TOLD[:3]:
+        checks.take(event)
+    going = [line.plain for line in checks_view(checks, 70, 6)]
+    checks.take(TOLD[3])
+    clause = {
+        "id": "B1", "suite": "s", "level": "must", "title": "does B1", "text": "It does B1 within 1 s.",
+        "source": "manual 4.2", "verdict": "fail", "cause": "it came 2 s late", "evidence": ["at 3.0 s: nothing"],
+        "worst_margin": {"name": "B1 came after", "value": 3.0, "unit": "s", "high": 1.0, "margin": -2.0},
+        "reproduce": "hilbench check own -k B1",
+    }  # fmt: skip
+    checks.take_report({"clauses": [clause], "exit_meaning": "the target violates a clause"})
+    after = [line.plain for line in checks_view(checks, 70, 6, chosen="B1")]
+    whole = [line.plain for line in clause_view(checks.rows["B1"], 40)]
+    expect("checks", [*going, "", *after, "", *whole])
+
+
+def test_a_recording_of_a_run_shows_its_cases():
+    model = BenchModel({})
+    model.take(TOLD)
+    assert {row.id: row.state for row in model.checks.rows.values()} == {"s/a": "pass", "s/b": "fail"}
