@@ -28,7 +28,7 @@ COMMANDS = {
     "serve": "offer a virtual target on a pty or a TCP port, in real time",
     "init": "write a bench file and a test for firmware of your own",
     "attach": "come back to a bench that was left running in the dashboard",
-    "replay": "look at a journal in the dashboard",
+    "replay": "look at a recording in the dashboard, or play it to a target",
     "doctor": "say what is wrong here and what to do, how exact a port is, what is modelled of a chip",
     "ports": "show serial ports: what is plugged in, who has it, what is in the way",
     "udev": "rules for udev: access to boards and adapters, names that stay",

@@ -4,24 +4,49 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from hilbench.commands.dashboard import require_terminal
-from hilbench.parser import Parser
+from hilbench import arguments, interruption
+from hilbench.errors import UsageError
+from hilbench.exit_codes import ExitCode
+from hilbench.parser import Parser, typed
+
+if TYPE_CHECKING:
+    from hilbench.options import CheckOptions
 
 _EXAMPLES = """
-hilbench replay session.jsonl      of 'hilbench --journal', or of any other command that writes a journal
+hilbench replay session.jsonl                           look at it in the dashboard
+hilbench replay session.pcapng                          or at another recording: pcapng, MCAP, CSV
+hilbench replay session.jsonl --into pioneer            play it to a fresh virtual robot, in virtual time
+hilbench replay check.jsonl --case p2os-server/vel_drives --into serial:/dev/ttyUSB0@9600 --journal again.jsonl
 """
 
 _NOTES = """
-p plays; left and right go a second back and on, with shift ten; , and . go event by event; e finds the next error,
-E the one before. A click on the line of time goes there.
+In the dashboard: p plays; left and right go a second back and on, with shift ten; , and . go event by event; e finds
+the next error.
+--into says once more what the host said, at the same times: in virtual time to a bench of ours, a fresh one for each
+case, and in real time to a port. Its frames are held against those of the recording, not their times; for these there
+is 'hilbench diff --events'. A robot that has stood elsewhere says so: a real one hardly ever answers the same.
+Exit code with --into 0: the target has answered the same; 1: it has not; 2: wrong usage; 3: not available; 130:
+interrupted.
 """
+
+_BENCHES = {"p2os": "pioneer", "pkt": "rover-model"}
 
 
 def parser() -> Parser:
     """Return the parser of this command."""
-    made = Parser("hilbench replay", "Look at a journal in the dashboard, at any moment of it.", _EXAMPLES, _NOTES)
-    made.add_argument("journal", metavar="JOURNAL", help="the file")
+    summary = "Look at a recording in the dashboard, at any moment of it, or play it to a target."
+    made = Parser("hilbench replay", summary, _EXAMPLES, _NOTES)
+    add = made.add_argument
+    add("journal", metavar="JOURNAL", help="the file")
+    add("--into", metavar="BENCH|TARGET",
+        help="play it to this: a bench, serial:PORT@BAUD, pty:PATH, any pyserial URL")  # fmt: skip
+    add("--case", metavar="ID", default="", help="with --into: only this case of a journal of 'hilbench check'")
+    add("--journal", metavar="FILE", dest="new_journal", type=typed(arguments.output_file),
+        help="with --into: write the journal of what happens now")  # fmt: skip
+    add("--seed", metavar="N", type=typed(arguments.seed), help="with --into: seed (default: that of the recording)")
+    add("--json", action="store_true", help="with --into: print how it went as JSON")
     return made
 
 
@@ -29,17 +54,92 @@ def run(parsed: argparse.Namespace) -> int:
     """Run the command.
 
     Raises:
-        UsageError: the file is no journal; this is no terminal.
-        UnavailableError: the file cannot be read.
+        UsageError: the file is no recording; this is no terminal; nothing that can be played.
+        UnavailableError: the file cannot be read; the target is not there.
     """
+    if parsed.into is not None:
+        return _into(parsed)
+    for option, value in (("--case", parsed.case), ("--journal", parsed.new_journal), ("--json", parsed.json)):
+        if value:
+            raise UsageError("is for playing to a target", where=option, hint="say to which with --into")
+    return _look(Path(parsed.journal))
+
+
+def _look(path: Path) -> int:
+    from hilbench.commands.dashboard import require_terminal
+
     require_terminal("'hilbench decode' does without")
-    from hilbench.journal import Journal
+    from hilbench.recordings.reading import read_recording
     from hilbench.tui.app import Dashboard
-    from hilbench.tui.memory import Memory, state_file
     from hilbench.tui.model.replay import Replay
     from hilbench.tui.recorded import RecordedBench
 
-    recording = Journal.read(parsed.journal)
-    process = RecordedBench(Path(parsed.journal), recording.problem)
-    Dashboard(process, Replay(recording.header, recording.events), memory=Memory(state_file())).run()
-    return 0
+    recording = read_recording(path)
+    Dashboard(RecordedBench(path, recording.problem), Replay(recording.header, recording.events)).run()
+    return ExitCode.OK
+
+
+def _into(parsed: argparse.Namespace) -> int:
+    from dataclasses import replace
+
+    from hilbench.bench_provider import make_provider
+    from hilbench.console import Console
+    from hilbench.files import check_writable, refuse_overwriting
+    from hilbench.names import json_text
+    from hilbench.recordings.frames import spoken
+    from hilbench.recordings.layout import laid_out, of_case
+    from hilbench.recordings.reading import read_recording
+    from hilbench.recordings.replaying import replay_into
+
+    path = Path(parsed.journal)
+    outputs = [("--journal", parsed.new_journal)]
+    refuse_overwriting(outputs, [("the recording", path)])
+    if parsed.new_journal is not None:
+        check_writable(parsed.new_journal, "--journal")
+    recording = of_case(read_recording(path), parsed.case, str(path))
+    if parsed.seed is not None:
+        recording = replace(recording, header={**recording.header, "seed": parsed.seed})
+    protocol = spoken(laid_out(recording.events))
+    if protocol not in _BENCHES:
+        hint = f"that can be played: {', '.join(_BENCHES)}"
+        raise UsageError("no protocol is known that makes frames of its bytes", where=str(path), hint=hint)
+    interruption.raise_once()
+    provider = make_provider(_options(parsed, protocol))
+    console = Console()
+    told = []
+    try:
+        for one in replay_into(recording, provider, protocol, str(path)):
+            told.append(one)
+            if not parsed.json:
+                console.data(_line(one.case, one.sent, one.recorded, one.answered))
+                if not one.equal:
+                    console.data(f"  first different: frame {one.number}")
+                    console.data(f"  recorded  {one.before or '-'}\n  now       {one.now or '-'}")
+    finally:
+        provider.close()
+    different = sum(not one.equal for one in told)
+    if parsed.json:
+        from msgspec import to_builtins
+
+        console.data(json_text({"format": 1, "equal": not different, "cases": to_builtins(told)}))
+    console.narrate("the target has answered the same" if not different else "the target has answered otherwise")
+    return ExitCode.VIOLATION if different else ExitCode.OK
+
+
+def _line(case: str, sent: int, recorded: int, answered: int) -> str:
+    name = f"{case}: " if case else ""
+    return f"{name}{sent} bytes sent, {answered} frames answered, {recorded} recorded"
+
+
+def _options(parsed: argparse.Namespace, protocol: str) -> CheckOptions:
+    from hilbench.options import CheckOptions, TargetChoice
+
+    spec = parsed.into.removeprefix("pty:")
+    spec = f"serial:{spec}" if spec != parsed.into else spec
+    at_port = ":" in spec
+    return CheckOptions(
+        bench=_BENCHES[protocol] if at_port else spec,
+        targets=(TargetChoice(spec=spec),) if at_port else (),
+        journal=parsed.new_journal,
+        seed=parsed.seed or 0,
+    )

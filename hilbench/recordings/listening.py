@@ -16,7 +16,7 @@ from hilbench.journal import Recording
 from hilbench.recordings.frames import framed
 from hilbench.recordings.layout import Event, data_of
 
-__all__ = ["ASSUMED_UNCERTAINTY_S", "HOST", "TARGET", "Heard", "Stretch", "stretches"]
+__all__ = ["ASSUMED_UNCERTAINTY_S", "HOST", "TARGET", "Heard", "Stretch", "Talk", "stretches", "talks"]
 
 HOST, TARGET = "host", "target"
 
@@ -83,6 +83,46 @@ class Stretch:
         return f"{self.case or 'the recording'} at {ns / NS_PER_S:.4f} s"
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Talk:
+    """The bytes of one case, or of a recording without cases, as they passed the line.
+
+    Attributes:
+        case: the id of the case; empty without.
+        begin_ns: from when on it was listened, in ns.
+        end_ns: until when.
+        said: time, who sent them, and the bytes, in order.
+    """
+
+    case: str
+    begin_ns: int
+    end_ns: int
+    said: tuple[tuple[int, str, bytes], ...]
+
+    def of(self, end: str) -> bytes:
+        """Return all that an end sent."""
+        return b"".join(data for _, by, data in self.said if by == end)
+
+
+def talks(recording: Recording) -> list[Talk]:
+    """Return the bytes of both ends, case by case; a case without any is left out."""
+    return [made for part in _parts(recording.events) if (made := _talk(part)) is not None]
+
+
+def _talk(part: _Part) -> Talk | None:
+    ends = _ends(part)
+    timed = [(int(event["ns"]), event) for event in part.events if type(event.get("ns")) is int]
+    if not ends or not timed:
+        return None
+    said = []
+    for ns, event in timed:
+        data = data_of(event)
+        by = ends.get((str(event.get("source", "")), _way(event)))
+        if data is not None and by is not None:
+            said.append((ns - _early_ns(event), by, data))
+    return Talk(case=part.case, begin_ns=timed[0][0], end_ns=timed[-1][0], said=tuple(said))
+
+
 @dataclass(slots=True)
 class _Part:
     case: str
@@ -96,7 +136,9 @@ def stretches(recording: Recording, protocol: str) -> list[Stretch]:
         recording: what was recorded.
         protocol: what is spoken, by its name in `hilbench.decode`.
     """
-    return [made for part in _parts(recording.events) if (made := _stretch(part, protocol)) is not None]
+    parts = list(_parts(recording.events))
+    of_checks = any(part.case for part in parts)
+    return [made for part in parts if (made := _stretch(part, protocol, of_checks=of_checks)) is not None]
 
 
 def _parts(events: Sequence[Event]) -> Iterator[_Part]:
@@ -110,7 +152,7 @@ def _parts(events: Sequence[Event]) -> Iterator[_Part]:
     yield part
 
 
-def _stretch(part: _Part, protocol: str) -> Stretch | None:
+def _stretch(part: _Part, protocol: str, *, of_checks: bool) -> Stretch | None:
     ends = _ends(part)
     if not ends:
         return None
@@ -118,7 +160,7 @@ def _stretch(part: _Part, protocol: str) -> Stretch | None:
     chosen = [(ns, event) for ns, event in timed if data_of(event) is None or (event["source"], _way(event)) in ends]
     heard = tuple(Heard(ns=one.ns, by=ends[one.source, one.kind], item=one.item) for one in framed(chosen, protocol))
     sources = {source for source, _ in ends}
-    checker = next((source for source in _CHECKERS if part.case and source in sources), "")
+    checker = next((source for source in _CHECKERS if of_checks and source in sources), "")
     return Stretch(
         case=part.case,
         heard=heard,

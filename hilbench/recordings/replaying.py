@@ -1,0 +1,132 @@
+"""`hilbench replay --into`: what a host said in a recording, said once more to a target, at the same times.
+
+A virtual target is a fresh one for each case, in virtual time; a real one gets the bytes in real time. What it answers
+is held against what the recording has, frame by frame: another answer is a difference, another time is none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+
+from hilbench.check.provider import BenchProvider, CaseInfo, case_seed
+from hilbench.clock import NS_PER_S
+from hilbench.decode.decoders import DECODERS, DecodeOptions
+from hilbench.decode.items import Item
+from hilbench.decode.lines import said
+from hilbench.errors import UnavailableError, UsageError
+from hilbench.journal import Journal, Recording
+from hilbench.recordings.listening import HOST, TARGET, Talk, talks
+
+__all__ = ["SETTLE_S", "Replayed", "replay_into"]
+
+SETTLE_S = 0.5
+"""How long the last answer may take, beyond the end of the recording (choice)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Replayed:
+    """One case, or a recording without cases.
+
+    Attributes:
+        case: its id; empty without.
+        sent: bytes that the host said.
+        recorded: frames of the target in the recording.
+        answered: frames of the target now.
+        number: the first frame that is another one, from 1; 0 if none is.
+        before: what it said in the recording; empty if it said nothing more.
+        now: likewise now.
+    """
+
+    case: str
+    sent: int
+    recorded: int
+    answered: int
+    number: int = 0
+    before: str = ""
+    now: str = ""
+
+    @property
+    def equal(self) -> bool:
+        """Whether the target has answered as in the recording."""
+        return not self.number
+
+
+def replay_into(recording: Recording, provider: BenchProvider, protocol: str, where: str) -> Iterator[Replayed]:
+    """Say once more what the host said; yield how each case went.
+
+    Args:
+        recording: what was recorded.
+        provider: opens the target.
+        protocol: what is spoken, by its name in `hilbench.decode`.
+        where: the name of the recording, for messages.
+
+    Raises:
+        UsageError: no host says anything in it; the bench has no end of a line to play on.
+        UnavailableError: the target is not there, or no longer.
+    """
+    spoken = [talk for talk in talks(recording) if talk.of(HOST)]
+    if not spoken:
+        raise UsageError("has nothing that a host has said", where=where)
+    seed = recording.header.get("seed", 0)
+    for talk in spoken:
+        answers = _said_to(provider, talk, seed if isinstance(seed, int) else 0)
+        yield _held_against(talk, answers, protocol)
+
+
+def _said_to(provider: BenchProvider, talk: Talk, seed: int) -> bytes:
+    """Open the target, say it, and return what was answered."""
+    name = talk.case or "replay"
+    answers = bytearray()
+    with provider.open_case(CaseInfo(id=name, clause_ids=(), seed=case_seed(seed, name))) as opened:
+        peer = getattr(opened, "peer", None)
+        if peer is None:
+            raise UsageError("has no line of a host to be played on", where="--into")
+        bench = peer.bench
+        # What the target says before anything is said to it is an answer of its own, and recorded, too.
+        journal: Journal = bench.journal
+        heard = journal.on_event
+        journal.on_event = lambda event: _take(event, answers)
+        begin_ns = bench.now_ns
+        try:
+            for ns, by, data in talk.said:
+                if by == HOST:
+                    bench.scheduler.run_until(lambda: False, begin_ns + ns - talk.begin_ns)
+                    peer.write(data)
+                    journal.flush_step()
+            end_ns = begin_ns + talk.end_ns - talk.begin_ns
+            bench.scheduler.run_until(lambda: False, end_ns + round(SETTLE_S * NS_PER_S))
+            if not peer.port.line_is_up:
+                raise UnavailableError("the target closed the line", where=peer.port.name)
+            opened.finish("not-judged", "replayed")
+        finally:
+            journal.on_event = heard
+    return bytes(answers)
+
+
+def _take(event: object, answers: bytearray) -> None:
+    if isinstance(event, dict) and event["source"] == "checker" and event["kind"] in {"rx", "dropped"}:
+        answers += bytes.fromhex(event["data"])
+
+
+def _held_against(talk: Talk, answers: bytes, protocol: str) -> Replayed:
+    before, now = _items(talk.of(TARGET), protocol), _items(answers, protocol)
+    ended = len(before)  # what comes behind the end of the recording is no difference
+    for number, (one, two) in enumerate(zip_longest(before, now[:ended]), 1):
+        if one is None or two is None or one.raw != two.raw:
+            return Replayed(
+                case=talk.case,
+                sent=len(talk.of(HOST)),
+                recorded=len(before),
+                answered=len(now),
+                number=number,
+                before="" if one is None else said(one),
+                now="" if two is None else said(two),
+            )
+    return Replayed(case=talk.case, sent=len(talk.of(HOST)), recorded=len(before), answered=len(now))
+
+
+def _items(data: bytes, protocol: str) -> Sequence[Item]:
+    decoder = DECODERS[protocol](DecodeOptions(), TARGET)
+    return [*decoder.feed(data), *decoder.finish()]

@@ -1,0 +1,86 @@
+"""`hilbench replay --into`: a fresh robot answers what it is told once more as before, to the byte and nanosecond."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hilbench.cli import main
+from hilbench.journal import Journal
+
+SELECT = "S01 or S21 or S36"
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    path = tmp_path_factory.mktemp("replay") / "run.jsonl"
+    assert main(["check", "pioneer-plane", "--suite", "p2os-server", "-k", SELECT, "--journal", str(path)]) == 0
+    return path
+
+
+@pytest.fixture
+def replay(capfd):
+    def run(*words):
+        code = main(["replay", *map(str, words)])
+        return code, *capfd.readouterr()
+
+    return run
+
+
+def test_a_fresh_robot_answers_the_same_at_the_same_times(recorded, replay, tmp_path):
+    code, out, _ = replay(recorded, "--into", "pioneer-plane", "--journal", tmp_path / "again.jsonl", "--json")
+    assert code == 0
+    cases = json.loads(out)["cases"]
+    assert [case["number"] for case in cases] == [0, 0, 0]
+    assert sum(case["recorded"] for case in cases) > 30
+    again = str(tmp_path / "again.jsonl")
+    ends = {event["case"]: event["ns"] for event in Journal.read(recorded).events if event["kind"] == "case-end"}
+    # What comes behind the end of the recording is the rest of an answer that was on its way.
+    said = {path: _until(Journal.read(path).events, ends) for path in (str(recorded), again)}
+    assert said[str(recorded)] == said[again]
+
+
+def _until(events, ends):
+    case, kept = "", []
+    for event in events:
+        case = event["case"] if event["kind"] == "case" else case
+        if event["kind"] in {"tx", "rx"} and event["source"] == "checker" and event["ns"] <= ends[case]:
+            kept.append((case, event["ns"], event["kind"], event["data"]))
+    return kept
+
+
+def test_another_answer_is_named_with_its_frame(recorded, replay, tmp_path):
+    lines = recorded.read_text().splitlines()
+    at = [number for number, line in enumerate(lines) if '"rx","source":"checker"' in line][1]
+    event = json.loads(lines[at])
+    lines[at] = json.dumps({**event, "data": "fafb03020002"})
+    path = tmp_path / "other.jsonl"
+    path.write_text("\n".join(['{"kind":"journal"' + lines[0][17:], *lines[1:]]) + "\n")
+    code, out, err = replay(path, "--into", "pioneer-plane")
+    assert code == 1
+    assert "first different: frame 1" in out
+    assert "answered otherwise" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (("{run}", "--case", "x"), 2, "--case: is for playing to a target"),
+        (("{run}", "--journal", "{folder}/j"), 2, "--journal: is for playing to a target"),
+        (("{run}", "--into", "pioneer", "--case", "x"), 2, "has no case 'x'"),
+        (("{run}", "--into", "pioner"), 2, "no such bench; did you mean 'pioneer'?"),
+        (("{run}", "--into", "pioneer", "--journal", "{run}"), 2, "would overwrite the recording"),
+        (("{folder}/no", "--into", "pioneer"), 3, "No such file"),
+        (("{run}", "--into", "serial:{folder}/no"), 3, "{folder}/no"),
+        (("{folder}/noise", "--into", "pioneer"), 2, "no protocol is known"),
+    ],
+)
+def test_wrong_usage(recorded, replay, tmp_path, words, code, said):
+    noise = Journal(tmp_path / "noise")
+    noise.record("tx", "checker", 0, data=b"hello, world")
+    noise.close()
+    found, out, err = replay(*[word.format(run=recorded, folder=tmp_path) for word in words])
+    assert (found, out) == (code, "")
+    assert said.format(folder=tmp_path) in err
+    assert len(err.splitlines()) == 1
