@@ -19,7 +19,6 @@ from msgspec import UNSET
 from hilbench.bench_file import CHECKER_END, BenchFile, EmulatedBoard, Link, ModelTarget, is_checker_end
 from hilbench.bench_model import BenchModel, LinkEntry, PortEntry, TargetEntry, World
 from hilbench.board_files import open_board
-from hilbench.check.suites import shipped_suites
 from hilbench.clock import NS_PER_US
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.fault_entries import FaultEntry
@@ -249,6 +248,8 @@ class _Reader:
         if "suites" not in self._file.data:
             models = [entry.model for entry in model.targets.values()]
             return () if UNSET in models else MODEL_KINDS[str(models[0])].suites
+        from hilbench.check.suites import shipped_suites  # takes its time
+
         shipped = shipped_suites()
         return tuple(
             suite if suite in shipped else str(self._suite_file(suite, number, shipped))

@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from protocols.carla import BAUD as CARLA_BAUD
 from targets.robots.car_host import CarHostSettings
 from targets.robots.pioneer import RobotSettings
 from targets.robots.pioneer.hostbaud import RATES as PIONEER_RATES
 from targets.robots.rover import RoverSettings
-from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleSettings
+from targets.robots.vehicle_interface import LINE_BAUD, SIMULATOR_LINE, STACK_LINE, VehicleSettings
 
 __all__ = ["MODEL_KINDS", "ModelKind", "ModelSettings"]
 
@@ -54,12 +53,12 @@ MODEL_KINDS: Mapping[str, ModelKind] = MappingProxyType(
         "vehicle-interface": ModelKind(
             settings=VehicleSettings,
             suites=VEHICLE_SUITES,
-            baud=CARLA_BAUD,
+            baud=LINE_BAUD,
             lines=(SIMULATOR_LINE, STACK_LINE),
             bench="vehicle-model",
         ),
         "car-host": ModelKind(
-            settings=CarHostSettings, suites=("vehicle-host",), baud=CARLA_BAUD, lines=("board",), beside=True
+            settings=CarHostSettings, suites=("vehicle-host",), baud=LINE_BAUD, lines=("board",), beside=True
         ),
     }
 )

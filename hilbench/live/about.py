@@ -7,9 +7,6 @@ from typing import Any
 
 from hilbench.bench_file import EmulatedBoard
 from hilbench.live.teller import Observed, describe_machine
-from protocols.p2os import robot_parameters
-from protocols.p2os.units import NO_ECHO_RAW
-from protocols.pkt import PROFILES
 from worlds.world import World
 
 __all__ = ["about_boards", "about_line", "about_pkt", "about_sonars", "about_world"]
@@ -26,6 +23,8 @@ def about_line(operator: str, protocol: str, machines: Mapping[str, Observed]) -
 
 def about_pkt(operator: str, machines: Mapping[str, Observed], profile: str) -> dict[str, Any]:
     """Return what `about_line` does of PKT!, and how its frames are made in a profile."""
+    from protocols.pkt import PROFILES
+
     server = PROFILES[profile].server
     about = about_line(operator, "pkt", machines)
     return about | {"framing": server.frames.framing.name, "schema": server.schema.name, "profile": profile}
@@ -34,6 +33,8 @@ def about_pkt(operator: str, machines: Mapping[str, Observed], profile: str) -> 
 def about_sonars(subclass: str) -> dict[str, Any]:
     """Return where the discs sit, what a raw range means, and from which on nothing was heard."""
     from hilbench.pioneer import sonar_poses
+    from protocols.p2os import robot_parameters
+    from protocols.p2os.units import NO_ECHO_RAW
 
     poses = [[round(x_m, 4), round(y_m, 4), round(th_rad, 4)] for x_m, y_m, th_rad in sonar_poses(subclass)]
     unit_mm = robot_parameters(subclass).range_unit_mm

@@ -10,24 +10,22 @@ from typing import TYPE_CHECKING, Any
 
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile
-from hilbench.devices import DeviceActor
 from hilbench.errors import UnavailableError, UsageError
-from hilbench.ground_station import GroundStation
 from hilbench.links import DEFAULT_BAUD, Line, MemoryLink, Port, ReconnectingPort, is_serial_target, parse_serial_target
+from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.live.about import about_boards, about_line, about_pkt, about_sonars, about_world
 from hilbench.live.driver import Drives
-from hilbench.live.operators import Operator, PioneerOperator, RoverOperator
+from hilbench.live.operators import Operator
 from hilbench.live.resuming import resume_sessions
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, Senses, describe_machine
 from hilbench.live.vehicle_benches import on_board
-from hilbench.p2os_client import P2osClient
-from protocols.pkt import PROFILES
 from targets.robots.pioneer import RobotSettings
-from targets.robots.rover import RoverRobot
 from worlds.errors import WorldError
 
 if TYPE_CHECKING:
+    from hilbench.live.pioneer_operator import PioneerOperator
+    from hilbench.live.rover_operator import RoverOperator
     from hilbench.live.vehicle_rigs import LiveVehicle
     from hilbench.mcu.emulated import EmulatedBench
 
@@ -112,8 +110,7 @@ def open_attached(bench: Bench, bench_file: BenchFile, target: str, *, seed: int
     else:
         bench_file.pioneer()
         port = _at(bench, bench_file, target, DEFAULT_BAUD)
-        tap = Tap(bench, port, "client", seed=seed)
-        operator = PioneerOperator(bench, P2osClient(bench, tap))
+        tap, operator = _client(bench, port, seed)
         about = about_line(operator.name, "p2os", {operator.name: operator.observed})
     resume_sessions(tap, operator)
     return Rig(
@@ -135,13 +132,12 @@ def _pioneer(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
     from hilbench.pioneer import VirtualPioneer, plan_of
 
     plan = plan_of(bench_file)
-    link = MemoryLink(bench.scheduler, Line(baud=plan.settings.host_baud), name="host")
+    link = MemoryLink(bench.scheduler, Line(baud=plan.settings.host_baud), name="host", group_ns=REAL_TIME_GROUP_NS)
     try:
         pioneer = VirtualPioneer(bench, link.b, plan, seed=seed)
     except WorldError as error:
         raise UnavailableError(str(error), where=f"scene {plan.scene}") from error
-    tap = Tap(bench, link.a, "client", seed=seed)
-    operator = PioneerOperator(bench, P2osClient(bench, tap))
+    tap, operator = _client(bench, link.a, seed)
     machines = {"client": operator.observed, "robot": pioneer.robot.connection}
     about = (
         about_line(operator.name, "p2os", machines) | about_sonars(plan.settings.subclass) | about_world(pioneer.world)
@@ -150,11 +146,13 @@ def _pioneer(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
 
 
 def _rover_model(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
+    from hilbench.devices import DeviceActor
     from hilbench.rover_cases import rover_baud
+    from targets.robots.rover import RoverRobot
 
     settings = bench_file.rover
     assert settings is not None
-    link = MemoryLink(bench.scheduler, Line(baud=rover_baud(bench_file)), name="host")
+    link = MemoryLink(bench.scheduler, Line(baud=rover_baud(bench_file)), name="host", group_ns=REAL_TIME_GROUP_NS)
     robot = RoverRobot(settings)
     DeviceActor(bench, robot, link.b, name="rover")
     tap, operator = _station(bench, link.a, settings.profile, seed)
@@ -243,7 +241,19 @@ def _host(tap: Tap | None) -> Mapping[str, Tap]:
     return {} if tap is None else {"host": tap}
 
 
+def _client(bench: Bench, port: Port, seed: int) -> tuple[Tap, PioneerOperator]:
+    from hilbench.live.pioneer_operator import PioneerOperator
+    from hilbench.p2os_client import P2osClient
+
+    tap = Tap(bench, port, "client", seed=seed)
+    return tap, PioneerOperator(bench, P2osClient(bench, tap))
+
+
 def _station(bench: Bench, port: Port, profile: str, seed: int) -> tuple[Tap, RoverOperator]:
+    from hilbench.ground_station import GroundStation
+    from hilbench.live.rover_operator import RoverOperator
+    from protocols.pkt import PROFILES
+
     tap = Tap(bench, port, "station", seed=seed)
     return tap, RoverOperator(bench, GroundStation(bench, tap, PROFILES[profile]))
 

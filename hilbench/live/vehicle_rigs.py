@@ -6,7 +6,7 @@ The model has no world of its own, so its car drives on a plane along the line o
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile
@@ -21,11 +21,8 @@ from hilbench.live.car_driver import CarCrew, CarDriver
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, Sense, Senses, describe_machine
 from hilbench.live.vehicle_benches import TRACK
-from hilbench.mcu.board_case import BoardBench
-from hilbench.mcu.emulated import EmulatedBench
 from hilbench.vehicle_cases import line_baud
 from hilbench.vehicle_hands import ModelHands, VehicleHands
-from hilbench.vehicle_on_board import VehicleOnBoard
 from hilbench.wiring.vehicle import BareVehicle
 from hilbench.world_runner import WorldRunner
 from protocols.autoware import Timer as LinkTimer
@@ -33,6 +30,9 @@ from targets.robots.driving_stack import Path, PathDriver
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface
 from worlds.scenes import Lane, find_scene
 from worlds.vehicles.car import CarBody
+
+if TYPE_CHECKING:
+    from hilbench.mcu.emulated import EmulatedBench
 
 __all__ = ["LiveVehicle", "board_vehicle", "model_vehicle"]
 
@@ -124,6 +124,9 @@ class LiveVehicle:
 
 def board_vehicle(emulated: EmulatedBench, *, seed: int) -> LiveVehicle:
     """Put a car and a driving stack to the lines of an emulated board, and somebody beside it."""
+    from hilbench.mcu.board_case import BoardBench
+    from hilbench.vehicle_on_board import VehicleOnBoard
+
     there = BoardBench(emulated)
     vehicle = VehicleOnBoard(there)
     body, runner = emulated.surroundings.body, emulated.surroundings.runner

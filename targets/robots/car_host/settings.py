@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from targets.robots.car_host.behaviour import DEFECTS
-
 __all__ = ["PROFILE_NAMES", "CarHostSettings"]
 
 PROFILE_NAMES = ("hardened", "v0", "v1")
@@ -41,8 +39,14 @@ class CarHostSettings:
 
     def __post_init__(self) -> None:
         """Checks the figures."""
+        if self.defects:
+            self._check_defects()
+        if not 1 <= self.status_hz <= 1000:
+            raise ValueError(f"status_hz {self.status_hz} is not 1..1000 Hz")
+
+    def _check_defects(self) -> None:
+        from targets.robots.car_host.behaviour import DEFECTS  # takes its time
+
         for name in self.defects:
             if name not in DEFECTS:
                 raise ValueError(f"defects has '{name}', which is none; there are {', '.join(DEFECTS)}")
-        if not 1 <= self.status_hz <= 1000:
-            raise ValueError(f"status_hz {self.status_hz} is not 1..1000 Hz")

@@ -5,12 +5,38 @@ Bytes and bench time in, bytes out. What the board promises or gets wrong is dat
 
 from __future__ import annotations
 
-from targets.robots.rover.behaviour import BEHAVIOURS, Behaviour, BodyQuirks
-from targets.robots.rover.defects import DEFECTS, Defect
-from targets.robots.rover.events import LedSwitched, MotorsCommanded, RoverEvent
-from targets.robots.rover.plant import STEADY_RPM, Plant, steady_rpm
-from targets.robots.rover.robot import RoverRobot, behaviour_of
-from targets.robots.rover.settings import PROFILE_NAMES, RoverSettings
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from targets.robots.rover.behaviour import BEHAVIOURS, Behaviour, BodyQuirks
+    from targets.robots.rover.defects import DEFECTS, Defect
+    from targets.robots.rover.events import LedSwitched, MotorsCommanded, RoverEvent
+    from targets.robots.rover.plant import STEADY_RPM, Plant, steady_rpm
+    from targets.robots.rover.robot import RoverRobot, behaviour_of
+    from targets.robots.rover.settings import PROFILE_NAMES, RoverSettings
+else:
+    from targets.robots.deferred import deferred
+
+    __getattr__ = deferred(
+        __name__,
+        {
+            "BEHAVIOURS": "behaviour",
+            "Behaviour": "behaviour",
+            "BodyQuirks": "behaviour",
+            "DEFECTS": "defects",
+            "Defect": "defects",
+            "LedSwitched": "events",
+            "MotorsCommanded": "events",
+            "PROFILE_NAMES": "settings",
+            "Plant": "plant",
+            "RoverEvent": "events",
+            "RoverRobot": "robot",
+            "RoverSettings": "settings",
+            "STEADY_RPM": "plant",
+            "behaviour_of": "robot",
+            "steady_rpm": "plant",
+        },
+    )
 
 __all__ = [
     "BEHAVIOURS",

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from targets.robots.rover.defects import DEFECTS
-
 __all__ = ["PROFILE_NAMES", "RATES", "RoverSettings"]
 
 PROFILE_NAMES = ("documented", "term-doc", "g0", "g2")
@@ -44,10 +42,16 @@ class RoverSettings:
 
     def __post_init__(self) -> None:
         """Checks the figures."""
-        for name in self.defects:
-            if name not in DEFECTS:
-                raise ValueError(f"defects has '{name}', which is none; there are {', '.join(DEFECTS)}")
+        if self.defects:
+            self._check_defects()
         if self.boot_s is not None and not 0 <= self.boot_s <= 60:
             raise ValueError(f"boot_s {self.boot_s} is not 0..60 s")
         if not 0 < self.wheel_lag_s <= 10:
             raise ValueError(f"wheel_lag_s {self.wheel_lag_s} is not above 0 and at most 10 s")
+
+    def _check_defects(self) -> None:
+        from targets.robots.rover.defects import DEFECTS  # takes its time
+
+        for name in self.defects:
+            if name not in DEFECTS:
+                raise ValueError(f"defects has '{name}', which is none; there are {', '.join(DEFECTS)}")

@@ -34,12 +34,9 @@ from targets.robots.vehicle_interface.behaviour import BEHAVIOURS, Behaviour
 from targets.robots.vehicle_interface.defects import DEFECTS
 from targets.robots.vehicle_interface.events import LightsSwitched
 from targets.robots.vehicle_interface.lamps import Lamps
-from targets.robots.vehicle_interface.settings import VehicleSettings
+from targets.robots.vehicle_interface.settings import SIMULATOR_LINE, STACK_LINE, VehicleSettings
 
-__all__ = ["SIMULATOR_LINE", "STACK_LINE", "Sent", "VehicleInterface", "behaviour_of"]
-
-SIMULATOR_LINE = "usart2"
-STACK_LINE = "usart3"
+__all__ = ["Sent", "VehicleInterface", "behaviour_of"]
 
 Sent = list[tuple[str, bytes]]
 """What is to be put on the lines, in this order."""

@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from targets.robots.vehicle_interface.defects import DEFECTS
+__all__ = ["LINE_BAUD", "PROFILE_NAMES", "SIMULATOR_LINE", "STACK_LINE", "VehicleSettings"]
 
-__all__ = ["PROFILE_NAMES", "VehicleSettings"]
+LINE_BAUD = 921_600
+"""Of both lines, in bit/s; as `protocols.carla.BAUD`, which takes its time."""
+SIMULATOR_LINE = "usart2"
+STACK_LINE = "usart3"
 
 PROFILE_NAMES = ("hardened", "v0", "v1")
 
@@ -34,8 +37,14 @@ class VehicleSettings:
 
     def __post_init__(self) -> None:
         """Checks the figures."""
+        if self.defects:
+            self._check_defects()
+        if self.boot_s is not None and not 0 <= self.boot_s <= 60:
+            raise ValueError(f"boot_s {self.boot_s} is not 0..60 s")
+
+    def _check_defects(self) -> None:
+        from targets.robots.vehicle_interface.defects import DEFECTS  # takes its time
+
         for name in self.defects:
             if name not in DEFECTS:
                 raise ValueError(f"defects has '{name}', which is none; there are {', '.join(DEFECTS)}")
-        if self.boot_s is not None and not 0 <= self.boot_s <= 60:
-            raise ValueError(f"boot_s {self.boot_s} is not 0..60 s")

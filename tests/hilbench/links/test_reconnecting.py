@@ -20,8 +20,8 @@ from hilbench.ground_station import GroundStation
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink, ReconnectingPort, SerialPort, SerialTarget
 from hilbench.links.reconnecting import POLL_NS, identity_of
-from hilbench.live.operators import RoverOperator
 from hilbench.live.resuming import resume_sessions
+from hilbench.live.rover_operator import RoverOperator
 from hilbench.live.tap import Tap
 from hilbench.ports import PortInfo, UsbIdentity
 from hilbench.testing import FakeHostClock
