@@ -82,6 +82,8 @@ class UsartPort(PortBase):
         self._own_format = line_format or SerialFormat()
         self.joined: list[UsartPort] = []
         self._receiver: LineReceiver | None = None
+        self._judged_bit_s: Fraction | None = None
+        self._is_near = False
         self.chip_time = ChipTime(bench, machine)
         self._breaks: deque[int] = deque()
         self._baud = baud or _usual(usart.baud_hz)
@@ -122,7 +124,7 @@ class UsartPort(PortBase):
         self._baud = self._own_baud or _usual(self._usart.baud_hz)
         self._transmitter.bits_per_byte = self.bits_per_byte
         self._transmitter.baud = self._baud
-        self._receiver = None
+        self._receiver = self._judged_bit_s = None
         self.on_follow()
 
     # --- to the USART
@@ -200,7 +202,10 @@ class UsartPort(PortBase):
         """Say whether this end reads a frame as it was meant."""
         if not self._own_baud:
             return True
-        return frame.bit_count == self._own_format.word_bits and abs(frame.bit_s * self._own_baud - 1) <= _NEAR
+        if frame.bit_s is not self._judged_bit_s:
+            self._judged_bit_s = frame.bit_s
+            self._is_near = abs(frame.bit_s * self._own_baud - 1) <= _NEAR
+        return self._is_near and frame.bit_count == self._own_format.word_bits
 
     def _misread(self, frame: SerialFrame) -> None:
         """Read a frame of another rate or format, bit by bit."""

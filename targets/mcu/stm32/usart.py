@@ -436,7 +436,8 @@ class Usart(UsartBase):
 
     def _update(self) -> None:
         """Drive interrupt, DMA requests and RTS from flags and enables."""
-        isr, cr1, cr3 = self[ISR], self[CR1], self[CR3]
+        values = self._values
+        isr, cr1, cr3 = values[ISR], values[CR1], values[CR3]
         self._line_rts.set((self._is_full() or not self._rx.running) if cr3 & RTSE else None)
         refused = cr3 & DDRE and isr & (PE | FE | NF | ORE)
         self._drive_lines(

@@ -73,6 +73,10 @@ class Path:
         for one, other in pairwise(self._points):
             self._s_m.append(self._s_m[-1] + math.dist(one, other))
         self.length_m = self._s_m[-1]
+        self._lines: list[tuple[float, float, float, float, float, float]] = []
+        for index, ((ax, ay), (bx, by)) in enumerate(pairwise(self._points)):
+            length_m = self._s_m[index + 1] - self._s_m[index]
+            self._lines.append((ax, ay, (bx - ax) / length_m, (by - ay) / length_m, self._s_m[index], length_m))
 
     def normal(self, s_m: float) -> float:
         """The same place as a length of 0 to `length_m`: around a closed path, at the end of an open one."""
@@ -111,9 +115,7 @@ class Path:
         """
         nearest_m, found = math.inf, Place(s_m=0.0, offset_m=0.0)
         for index in self._around(near_m, within_m):
-            (ax, ay), (bx, by) = self._points[index : index + 2]
-            start_m, length_m = self._s_m[index], self._s_m[index + 1] - self._s_m[index]
-            dx, dy = (bx - ax) / length_m, (by - ay) / length_m
+            ax, ay, dx, dy, start_m, length_m = self._lines[index]
             along_m = min(max((x_m - ax) * dx + (y_m - ay) * dy, 0.0), length_m)
             distance_m = math.dist((x_m, y_m), (ax + along_m * dx, ay + along_m * dy))
             if distance_m < nearest_m:
