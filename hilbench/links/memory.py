@@ -9,12 +9,23 @@ from hilbench.links.faults import Direction, FaultPlan
 from hilbench.links.port import Line, PortBase
 from hilbench.links.uart import Injector, Sampler, Transmitter
 
+REAL_TIME_GROUP_NS = 100_000
+"""For `MemoryLink` on a bench in real time (choice): bytes come one by one at 115200 baud and below, by nines at
+921600, where an entry for each byte is more than a processor takes."""
+
 
 class MemoryPort(PortBase):
     """One end of a `MemoryLink`."""
 
     def __init__(
-        self, scheduler: Scheduler, name: str, line: Line, *, tx_depth: int | None, injector: Injector | None
+        self,
+        scheduler: Scheduler,
+        name: str,
+        line: Line,
+        *,
+        tx_depth: int | None,
+        injector: Injector | None,
+        group_ns: int = 0,
     ) -> None:
         super().__init__(name)
         self.line_is_up = True
@@ -24,7 +35,14 @@ class MemoryPort(PortBase):
         self._sampler: Sampler | None = None
         self._heard_until_ns = 0
         self._transmitter = Transmitter(
-            scheduler, name, line, self._out, on_break=self._break_out, depth=tx_depth, injector=injector
+            scheduler,
+            name,
+            line,
+            self._out,
+            on_break=self._break_out,
+            depth=tx_depth,
+            injector=injector,
+            group_ns=group_ns,
         )
 
     @property
@@ -143,6 +161,8 @@ class MemoryLink:
         name: For the journal; the ends are called NAME.a and NAME.b.
         tx_depth: Bytes each end's transmit queue holds; None for no limit.
         faults: What goes wrong on it, and when.
+        group_ns: Bytes that end within this span come together, when the last of them is complete: for a bench in real
+            time, where every entry costs. 0 for each at its instant.
     """
 
     def __init__(
@@ -153,6 +173,7 @@ class MemoryLink:
         name: str = "link",
         tx_depth: int | None = None,
         faults: FaultPlan | None = None,
+        group_ns: int = 0,
     ) -> None:
         self.name = name
         self.line = line or Line()
@@ -164,6 +185,7 @@ class MemoryLink:
                 self.line,
                 tx_depth=tx_depth,
                 injector=faults.injector(direction) if faults else None,
+                group_ns=group_ns,
             )
             for end, direction in (("a", Direction.A_TO_B), ("b", Direction.B_TO_A))
         )

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hilbench.clock import Scheduler
 from hilbench.errors import PortClosedError
 from hilbench.links import Line, MemoryLink
+from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.links.uart import Sampler, resample
 
 S = 10**9
@@ -50,6 +51,26 @@ def test_each_byte_comes_alone_when_its_stop_bit_ends(baud, data, cuts):
         link.a.write(data[start:end])
     scheduler.run_for(S)
     assert log.got == [(data[i : i + 1], exact_end_ns(baud, i + 1)) for i in range(len(data))]
+
+
+@given(
+    baud=st.sampled_from(BAUDS),
+    data=st.binary(min_size=1, max_size=300),
+    group_ns=st.sampled_from([0, 50_000, REAL_TIME_GROUP_NS, 1_000_000]),
+)
+def test_bytes_of_a_group_come_when_its_last_is_complete(baud, data, group_ns):
+    scheduler = Scheduler()
+    link = MemoryLink(scheduler, Line(baud=baud), group_ns=group_ns)
+    heard = []
+    link.b.on_receive = lambda found, at_ns: heard.append((found, at_ns))
+    link.a.write(data)
+    scheduler.run_until(None, 10**12)
+    assert b"".join(found for found, _ in heard) == data
+    count = 0
+    for found, at_ns in heard:
+        count += len(found)
+        assert at_ns == count * 10 * 10**9 // baud
+        assert len(found) == 1 or len(found) * 10 * 10**9 // baud <= group_ns
 
 
 def test_bytes_written_later_queue_behind_and_gaps_start_anew(scheduler):
