@@ -39,15 +39,15 @@ class Calibration(msgspec.Struct, frozen=True, kw_only=True):
         latency_ms: latency timer of the chip then, in ms; None where there is none.
         round_trips: how many single bytes came back.
         lost: how many did not.
-        wire_s: what a byte needs on the wire at that rate, once; taken off below.
+        wire_s: what a byte needs on the wire at that rate, once; taken off below. 0 if there is no such wire.
         excess_p50_s: what half of the round trips did not need more than beyond the wire, in seconds.
         excess_p99_s: what 99 % of them did not.
         excess_max_s: what none of them did.
         jitter_s: the greatest less the least of them.
         paced_bytes: length of the block that was sent at once.
         paced_returned: how many of them came back as they were sent, from the first on.
-        paced_expected_s: what it needs on the wire, from the end of its first byte to that of its last.
-        paced_measured_s: what it took to come back; None if it did not, or not whole.
+        paced_expected_s: what the part of it behind the first piece that came back needs on the wire.
+        paced_measured_s: what that part took to come back; None if the block did not come back whole.
     """
 
     format: int = _FORMAT

@@ -1,8 +1,8 @@
 """Measures a port: how long a byte takes there and back, how that varies, and how exactly a block is paced.
 
 Something must send back what it gets: a plug that joins TX and RX, or firmware that echoes. A byte passes the wire once
-with a plug and twice with firmware, which cannot be told apart; only once is taken off, so that the figure is never too
-low.
+with a plug and twice with firmware, which cannot be told apart; only once is taken off, and not even that where a block
+comes back faster than its bytes fit through a wire of that rate. So the figure is never too low.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ _QUIET_NS = 100 * NS_PER_MS
 _SETTLE_NS = 5 * NS_PER_S
 _BLOCK_S = 0.25
 _BLOCK_BYTES = (64, 4096)
+# Fewer bytes behind the first piece do not say how fast the line is.
+_ENOUGH = 16
 _ECHOES = "a plug that joins TX and RX, or firmware that echoes, such as targets/firmware/images/echo-irq.elf"
 
 
@@ -88,18 +90,17 @@ def measure(
         UnavailableError: nothing comes back, or something else.
     """
     line = Line(baud=port.baud)
-    wire_ns = line.bytes_ns(1)
     echo = _Echo(scheduler, clock, port)
     echo.wait_for_quiet()
     if echo.round_trip_ns(_FIRST_NS) is None:
         raise _nothing(port, echo)
-    found = [echo.round_trip_ns(_LOST_NS) for _ in range(trips)]
-    excess = sorted(max(0, ns - wire_ns) for ns in found if ns is not None)
-    if not excess:
+    trips_ns = [ns for ns in (echo.round_trip_ns(_LOST_NS) for _ in range(trips)) if ns is not None]
+    if not trips_ns:
         raise _nothing(port, echo)
     count = min(max(round(port.baud / line.bits_per_byte * _BLOCK_S), _BLOCK_BYTES[0]), _BLOCK_BYTES[1])
-    block_ns = line.bytes_ns(count - 1)
-    paced_ns = echo.block_ns(count, block_ns + 2 * NS_PER_S)
+    block = echo.block(count, line.bytes_ns(count) + 2 * NS_PER_S)
+    wire_ns = line.bytes_ns(1) if block.was_on_a_wire(line) else 0
+    excess = sorted(max(0, ns - wire_ns) for ns in trips_ns)
     return Calibration(
         key=key,
         target=port.name,
@@ -114,10 +115,31 @@ def measure(
         excess_max_s=excess[-1] / NS_PER_S,
         jitter_s=(excess[-1] - excess[0]) / NS_PER_S,
         paced_bytes=count,
-        paced_returned=echo.returned,
-        paced_expected_s=block_ns / NS_PER_S,
-        paced_measured_s=None if paced_ns is None else paced_ns / NS_PER_S,
+        paced_returned=block.right,
+        paced_expected_s=line.bytes_ns(block.behind_the_first) / NS_PER_S,
+        paced_measured_s=block.took_ns / NS_PER_S if block.right == block.got == count else None,
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Block:
+    """What came back of bytes that were sent at once.
+
+    Attributes:
+        got: how many bytes came.
+        right: how many of them are as they were sent, from the first on.
+        behind_the_first: how many came behind the first piece: an adapter hands on several at a time.
+        took_ns: from the first piece to the last.
+    """
+
+    got: int
+    right: int
+    behind_the_first: int
+    took_ns: int
+
+    def was_on_a_wire(self, line: Line) -> bool:
+        """Say whether they came at most twice as fast as the line is, and enough of them to say so."""
+        return self.behind_the_first >= _ENOUGH and 2 * self.took_ns >= line.bytes_ns(self.behind_the_first)
 
 
 class _Echo:
@@ -125,7 +147,6 @@ class _Echo:
 
     Attributes:
         got: what came back since the last bytes were sent.
-        returned: how many bytes of the block came back as they were sent, from the first on.
     """
 
     def __init__(self, scheduler: Scheduler, clock: HostClock, port: Port) -> None:
@@ -133,9 +154,8 @@ class _Echo:
         self._clock = clock
         self._port = port
         self._sent = 0
-        self._times_ns: list[int] = []
+        self._pieces: list[tuple[int, int]] = []
         self.got = bytearray()
-        self.returned = 0
         port.on_receive = self._receive
 
     def wait_for_quiet(self) -> None:
@@ -156,25 +176,30 @@ class _Echo:
         start_ns = self._clock.monotonic_ns()
         self._port.write(bytes([byte]))
         self._wait(lambda: byte in self.got, patience_ns)
-        return self._times_ns[-1] - start_ns if bytes(self.got) == bytes([byte]) else None
+        return self._pieces[-1][1] - start_ns if bytes(self.got) == bytes([byte]) else None
 
-    def block_ns(self, count: int, patience_ns: int) -> int | None:
-        """Return the time from the first byte back to the last; None if the block did not come back as it was."""
+    def block(self, count: int, patience_ns: int) -> _Block:
+        """Send so many bytes at once; return what came back of them."""
         self._forget()
         block = bytes(0x21 + place % 0x5E for place in range(count))
         self._port.write(block)
         self._wait(lambda: len(self.got) >= count, patience_ns)
         pairs = enumerate(zip(self.got, block, strict=False))
-        self.returned = next((place for place, (got, sent) in pairs if got != sent), min(len(self.got), count))
-        return self._times_ns[-1] - self._times_ns[0] if bytes(self.got) == block else None
+        first_length, first_ns = self._pieces[0] if self._pieces else (0, 0)
+        return _Block(
+            got=len(self.got),
+            right=next((place for place, (got, sent) in pairs if got != sent), min(len(self.got), count)),
+            behind_the_first=len(self.got) - first_length,
+            took_ns=self._pieces[-1][1] - first_ns if self._pieces else 0,
+        )
 
     def _forget(self) -> None:
         self.got.clear()
-        self._times_ns.clear()
+        self._pieces.clear()
 
     def _receive(self, data: bytes, _at_ns: int) -> None:
         self.got += data
-        self._times_ns.append(self._clock.monotonic_ns())
+        self._pieces.append((len(data), self._clock.monotonic_ns()))
 
     def _wait(self, condition: Callable[[], bool], patience_ns: int) -> None:
         self._scheduler.run_until(condition, self._scheduler.now_ns + patience_ns)

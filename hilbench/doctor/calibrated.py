@@ -9,9 +9,6 @@ from hilbench.doctor.calibrate import Calibrated
 
 __all__ = ["as_data", "as_text"]
 
-# A block that comes back in less than half its time was not on a wire of that rate.
-_NO_WIRE = -0.5
-
 
 def as_data(done: Calibrated) -> dict[str, object]:
     """Return it as plain data."""
@@ -39,12 +36,12 @@ def as_text(done: Calibrated) -> str:
 
 def _pacing(found: Calibration) -> str:
     error = found.pacing_error
-    if error is None or found.paced_measured_s is None:
+    if found.paced_returned < found.paced_bytes or found.paced_measured_s is None:
         return f"of a block of {found.paced_bytes} bytes the first {found.paced_returned} came back as they were sent"
-    block = f"{found.paced_bytes} bytes took {_ms(found.paced_measured_s)}, {_ms(found.paced_expected_s)} on a wire"
-    if error < _NO_WIRE:
-        return f"{block}: there is no wire of that rate in between"
-    return f"{block} ({error:+.2%})"
+    took = f"a block of {found.paced_bytes} bytes came back in {_ms(found.paced_measured_s)}"
+    if not found.wire_s or error is None:
+        return f"{took}: there is no wire of that rate in between, and nothing was taken off"
+    return f"{took}, on a wire it needs {_ms(found.paced_expected_s)} ({error:+.2%})"
 
 
 def _ms(seconds: float) -> str:

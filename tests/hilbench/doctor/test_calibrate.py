@@ -117,6 +117,27 @@ def test_a_line_that_is_too_slow_has_one(line):
     assert found.pacing_error == pytest.approx(9600 / 9500 - 1, rel=1e-3)
 
 
+def test_an_adapter_that_hands_on_several_bytes_at_a_time_keeps_its_pace(line):
+    """As USB bridges do: what counts is what came behind the first piece."""
+    held = bytearray()
+
+    def hold(data, _at_ns):
+        held.extend(data)
+        if len(held) == len(data):
+            line.scheduler.after(16 * NS_PER_MS, hand_on)
+
+    def hand_on():
+        deliver(bytes(held), line.scheduler.now_ns)
+        held.clear()
+
+    line.echo()
+    deliver, line.near._deliver = line.near._deliver, hold
+    found = line.measure()
+    assert found.wire_s == pytest.approx(WIRE_S, abs=1e-9)
+    assert found.excess_max_s == pytest.approx(0.016 + WIRE_S, abs=1e-9)
+    assert abs(found.pacing_error) < 0.08
+
+
 def test_where_nothing_comes_back_it_says_what_to_attach(line):
     with pytest.raises(UnavailableError, match="nothing comes back at 9600 baud; attach a plug that joins TX and RX"):
         line.measure()
@@ -274,6 +295,7 @@ def test_a_port_is_measured_and_kept(echoing_port, monkeypatch, capsys, state):
     assert main(["doctor", "--calibrate", "serial:serial=A1@115200", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert (data["baud"], data["round_trips"] + data["lost"], data["latency_ms"]) == (115200, 20, 1)
+    assert data["wire_s"] == 0  # a pseudo-terminal has none, and then nothing is taken off
     assert data["key"] == "usb=0403:6001,serial=A1,interface=1"
     assert data["uncertainty_s"] == data["excess_max_s"] >= data["excess_p99_s"] >= data["excess_p50_s"] >= 0
     assert Path(data["kept"]).parent == state / "calibrations"
@@ -307,10 +329,10 @@ def test_it_is_told_to_a_person():
         "came back        200 single bytes, 3 lost",
         "beyond the wire  1.00 ms (half), 2.00 ms (99 %), 3.00 ms (the worst)",
         "jitter           2.50 ms from the fastest to the slowest",
-        "pacing           240 bytes took 260.00 ms, 250.00 ms on a wire (+4.00%)",
+        "pacing           a block of 240 bytes came back in 260.00 ms, on a wire it needs 250.00 ms (+4.00%)",
         "verdicts         times at this port are uncertain by 3.00 ms more than the bench is late",
         "kept             /s/k.json",
     ]
-    assert "no wire of that rate" in as_text(Calibrated(calibration=made(paced_measured_s=0.001), kept=None))
+    assert "no wire of that rate" in as_text(Calibrated(calibration=made(wire_s=0.0), kept=None))
     part = made(paced_measured_s=None, paced_returned=17)
     assert "of a block of 240 bytes the first 17 came back as they" in as_text(Calibrated(calibration=part, kept=None))
