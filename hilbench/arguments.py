@@ -14,6 +14,9 @@ from hilbench.options import PtyDoor, Rfc2217Door, TargetChoice, TcpDoor
 
 _NAME = re.compile(r"(?P<name>[A-Za-z_][\w.-]*)=(?P<rest>.*)", re.DOTALL)
 _DURATION = re.compile(r"(?P<number>\d+(\.\d+)?)(?P<unit>us|ms|s|min|h)", re.ASCII)
+_SIZE = re.compile(r"(?P<number>\d+(\.\d+)?)(?P<unit>kB|MB|GB)", re.ASCII)
+_UNITS_BYTES = {"kB": 10**3, "MB": 10**6, "GB": 10**9}
+_SMALLEST_JOURNAL = 100_000
 _UNITS_NS = {"us": 10**3, "ms": 10**6, "s": 10**9, "min": 60 * 10**9, "h": 3600 * 10**9}
 _HIGHEST_PORT = 65_535
 _HIGHEST_SEED = 2**63 - 1
@@ -80,6 +83,17 @@ def duration_ns(text: str) -> int:
     if not span_ns:
         raise ValueError(f"'{text}' is no time at all")
     return span_ns
+
+
+def journal_bytes(text: str) -> int:
+    """Read how large a journal may get, such as ``50MB``; return it in bytes."""
+    match = _SIZE.fullmatch(text)
+    if match is None:
+        raise ValueError(f"'{text}' is not a size; write 500kB, 50MB or 2GB")
+    size = round(Fraction(match["number"]) * _UNITS_BYTES[match["unit"]])
+    if size < _SMALLEST_JOURNAL:
+        raise ValueError(f"'{text}' is less than {_SMALLEST_JOURNAL // 1000} kB")
+    return size
 
 
 def timeout_scale(text: str) -> float:

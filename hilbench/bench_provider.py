@@ -77,8 +77,8 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     if bench_file.boards and not (options.suites or bench_file.suites):
         hint = 'write suites = ["my_suite.py"] into it, or --suite; without clauses: pytest (hilbench init begins one)'
         raise UsageError("names no suite for its boards", where=str(bench_file.path), hint=hint)
-    journal = Journal(options.journal, bench_file.header(options.seed)) if options.journal else None
-    shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal or Journal())
+    journal = Journal(options.journal, bench_file.header(options.seed), max_bytes=options.journal_max)
+    shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal)
     if bench_file.vehicle is not None or _has_lines(bench_file):
         return _vehicle(shared, options)
     if bench_file.boards:

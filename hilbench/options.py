@@ -36,6 +36,7 @@ class CheckOptions:
         junit: where to write JUnit XML.
         json: where to write the JSON report; ``-`` is standard output.
         journal: where to write the journal.
+        journal_max: how large it and the part before it may get together, in bytes; None for no limit.
         screens: the folder for pictures of the screen of the dashboard at the moment a case fails.
         list_only: list the cases and run nothing.
     """
@@ -50,6 +51,7 @@ class CheckOptions:
     junit: Path | None = None
     json: str | None = None
     journal: Path | None = None
+    journal_max: int | None = None
     screens: Path | None = None
     list_only: bool = False
 
@@ -111,6 +113,7 @@ class ServeOptions:
         baud: speed of the line in bit/s instead of that of the bench file; None keeps it.
         any_baud: take clients at any speed, without the garbage a wrong speed makes on a real line.
         journal: where to write the journal.
+        journal_max: how large it and the part before it may get together, in bytes; None for no limit.
     """
 
     what: str
@@ -122,6 +125,7 @@ class ServeOptions:
     baud: int | None = None
     any_baud: bool = False
     journal: Path | None = None
+    journal_max: int | None = None
 
     @property
     def doors(self) -> tuple[DoorWish, ...]:

@@ -51,6 +51,7 @@ class ProxyOptions:
         faults: file with what goes wrong on the way.
         seed: of everything random.
         journal: where the journal is written.
+        journal_max: how large it and the part before it may get together, in bytes; None for no limit.
     """
 
     a: str
@@ -58,6 +59,7 @@ class ProxyOptions:
     faults: Path | None = None
     seed: int = 0
     journal: Path | None = None
+    journal_max: int | None = None
 
 
 class _FaultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -98,7 +100,7 @@ def proxy(options: ProxyOptions, say: Say, heard: Heard | None = None) -> ExitCo
             stack.callback(end.close)
             ends[name] = end
         header = {"proxy": [options.a, options.b], "seed": options.seed, "faults": [one.describe() for one in faults]}
-        bench.journal = Journal(options.journal, header)
+        bench.journal = Journal(options.journal, header, max_bytes=options.journal_max)
         stack.callback(lambda: bench.journal.close(bench.now_ns))
         record = options.journal is not None
         more = {} if heard is None else {"heard": heard}

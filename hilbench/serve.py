@@ -49,7 +49,7 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
             line: stack.enter_context(_doors(options, wishes.get(line, ()), scheduler, baud))
             for line, baud in target.lines.items()
         }
-        journal = Journal(options.journal, bench_file.header(options.seed))
+        journal = Journal(options.journal, bench_file.header(options.seed), max_bytes=options.journal_max)
         bench = Bench(scheduler, journal)
         stack.callback(lambda: journal.close(bench.now_ns))
         ports = {line: _port(bench, line, there, target.lines[line]) for line, there in doors.items()}

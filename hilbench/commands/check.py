@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hilbench import arguments, interruption
+from hilbench.journal_options import add_journal, check_journal
 from hilbench.options import CheckOptions
 from hilbench.parser import Parser, typed
 
@@ -54,7 +55,7 @@ def parser() -> Parser:
         help="wait X times longer for a slow target or host; limits that are judged stay (default: 1)")  # fmt: skip
     add("--junit", metavar="FILE", type=typed(arguments.output_file), help="write JUnit XML")
     add("--json", metavar="FILE", help="write the report, or with --list the list, as JSON; - is standard output")
-    add("--journal", metavar="FILE", type=typed(arguments.output_file), help="write the journal of the run")
+    add_journal(made)
     add("--screens", metavar="DIR", type=typed(arguments.output_file),
         help="for each case that fails, the screen of the dashboard at that moment: DIR/CASE.svg")  # fmt: skip
     return made
@@ -67,6 +68,7 @@ def run(parsed: argparse.Namespace) -> int:
     from hilbench.check.runner import run_check
     from hilbench.names import escaped
 
+    check_journal(parsed)
     options = CheckOptions(
         bench=parsed.bench,
         targets=tuple(parsed.target),
@@ -78,6 +80,7 @@ def run(parsed: argparse.Namespace) -> int:
         junit=parsed.junit,
         json=parsed.json,
         journal=parsed.journal,
+        journal_max=parsed.journal_max,
         screens=parsed.screens,
         list_only=parsed.list,
     )

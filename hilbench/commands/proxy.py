@@ -7,6 +7,7 @@ from pathlib import Path
 
 from hilbench import arguments, interruption
 from hilbench.exit_codes import ExitCode
+from hilbench.journal_options import add_journal, check_journal
 from hilbench.parser import Parser, typed
 
 _EXAMPLES = """
@@ -37,7 +38,7 @@ def parser() -> Parser:
     add("--framing", metavar="F", choices=("len", "term"), default="len", help="pkt: len (default) or term")
     add("--schema", metavar="S", choices=("v1", "v1b", "v2"), default="v2", help="pkt: v1, v1b or v2 (default)")
     add("--json", action="store_true", help="print frames as JSON, an object a line")
-    add("--journal", metavar="FILE", type=typed(arguments.output_file), help="write what passes into a journal")
+    add_journal(made)
     return made
 
 
@@ -47,7 +48,15 @@ def run(parsed: argparse.Namespace) -> ExitCode:
     from hilbench.files import refuse_overwriting
     from hilbench.proxy import ProxyOptions, proxy
 
-    options = ProxyOptions(a=parsed.a, b=parsed.b, faults=parsed.faults, seed=parsed.seed, journal=parsed.journal)
+    check_journal(parsed)
+    options = ProxyOptions(
+        a=parsed.a,
+        b=parsed.b,
+        faults=parsed.faults,
+        seed=parsed.seed,
+        journal=parsed.journal,
+        journal_max=parsed.journal_max,
+    )
     refuse_overwriting([("--journal", options.journal)], [("--faults", options.faults)])
     console = Console()
     interruption.raise_once()

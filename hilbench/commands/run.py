@@ -6,6 +6,7 @@ import argparse
 
 from hilbench import arguments, interruption
 from hilbench.errors import UsageError
+from hilbench.journal_options import add_journal, check_journal
 from hilbench.parser import Parser, typed
 
 _EXAMPLES = """
@@ -35,7 +36,7 @@ def parser() -> Parser:
     add("--follow", action="store_true", help="print console text and events as they come")
     add("--edges", action="store_true",
         help="with --follow and --journal: edges of serial lines, too, not only their bytes")  # fmt: skip
-    add("--journal", metavar="FILE", type=typed(arguments.output_file), help="write the journal of the run")
+    add_journal(made)
     add("--vcd", metavar="FILE", type=typed(arguments.output_file),
         help="write pins, nets and serial lines as waveforms (GTKWave, PulseView)")  # fmt: skip
     add("--realtime", action="store_true", help="keep pace with the wall clock")
@@ -52,6 +53,7 @@ def run(parsed: argparse.Namespace) -> int:
     from hilbench.inputs import inputs_of
     from hilbench.mcu.command_line import open_target
 
+    check_journal(parsed)
     if parsed.what is None and not DEFAULT_FILE.is_file():
         hint = f"write bluepill:IMAGE or a bench file; 'hilbench init' makes {DEFAULT_FILE}"
         raise UsageError(f"names nothing to run, and there is no {DEFAULT_FILE} here", where="run", hint=hint)
@@ -65,6 +67,7 @@ def run(parsed: argparse.Namespace) -> int:
         follow=parsed.follow,
         edges=parsed.edges,
         journal=parsed.journal,
+        journal_max=parsed.journal_max,
         vcd=parsed.vcd,
         realtime=parsed.realtime,
         as_json=parsed.json,

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from hilbench import arguments, interruption
+from hilbench.journal_options import add_journal, check_journal
 from hilbench.options import ServeOptions
 from hilbench.parser import Parser, typed
 
@@ -44,7 +45,7 @@ def parser() -> Parser:
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
     add("--baud", metavar="B", type=typed(arguments.baud), help="speed of the line in bit/s")
     add("--any-baud", action="store_true", help="take a client at any speed, without garbage at a wrong one")
-    add("--journal", metavar="FILE", type=typed(arguments.output_file), help="write the journal of the run")
+    add_journal(made)
     return made
 
 
@@ -56,6 +57,7 @@ def run(parsed: argparse.Namespace) -> int:
     from hilbench.inputs import inputs_of
     from hilbench.mcu.command_line import open_target
 
+    check_journal(parsed)
     options = ServeOptions(
         what=parsed.what,
         ptys=tuple(parsed.pty),
@@ -66,6 +68,7 @@ def run(parsed: argparse.Namespace) -> int:
         baud=parsed.baud,
         any_baud=parsed.any_baud,
         journal=parsed.journal,
+        journal_max=parsed.journal_max,
     )
     bench_file = open_target(options.what)
     scene = None if options.scene is None else Path(options.scene)

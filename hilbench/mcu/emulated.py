@@ -116,6 +116,7 @@ class EmulatedBench:
         *,
         seed: int = 0,
         journal: Path | None = None,
+        journal_max: int | None = None,
         vcd: Path | None = None,
         step_ns: int = FREE_STEP_NS,
         edges_of_frames: bool = False,
@@ -138,7 +139,7 @@ class EmulatedBench:
         with contextlib.ExitStack() as undo:
             self.machines = self._make_machines(make_machine)
             if bench is None:
-                bench = Bench(Scheduler(), Journal(journal, self._header()))
+                bench = Bench(Scheduler(), Journal(journal, self._header(), max_bytes=journal_max))
                 undo.callback(lambda: self.bench.journal.close(self.bench.now_ns))
             self.bench = bench
             self._group = MachineGroup(self.bench, self.machines, step_ns=step_ns)
@@ -174,14 +175,14 @@ class EmulatedBench:
         polls = f", polling {', '.join(registers)}" if registers else ""
         return f"waits in {machine.place(loop.pc)}{polls}"
 
-    def write_journal(self, path: Path) -> None:
-        """Write the journal to a file from now on, with what has happened so far.
+    def write_journal(self, path: Path, max_bytes: int | None = None) -> None:
+        """Write the journal to a file from now on, with what has happened so far; see `Journal` for `max_bytes`.
 
         Raises:
             UsageError: the path holds something else.
             UnavailableError: the file cannot be written.
         """
-        before, self.bench.journal = self.bench.journal, Journal(path, self._header())
+        before, self.bench.journal = self.bench.journal, Journal(path, self._header(), max_bytes=max_bytes)
         for event in before.recent:
             about = {key: value for key, value in event.items() if key not in {"kind", "source", "ns"}}
             self.bench.journal.record(event["kind"], event["source"], event["ns"], **about)

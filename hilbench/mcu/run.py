@@ -34,6 +34,7 @@ class RunOptions:
         for_ns: bench time to run; None until the firmware ends.
         follow: tell what happens, line by line.
         journal: where to write the journal.
+        journal_max: how large it and the part before it may get together, in bytes; None for no limit.
         edges: tell the edges of pins that send serial frames, too.
         vcd: where to write waveforms.
         realtime: keep pace with the wall clock.
@@ -45,6 +46,7 @@ class RunOptions:
     follow: bool = False
     edges: bool = False
     journal: Path | None = None
+    journal_max: int | None = None
     vcd: Path | None = None
     realtime: bool = False
     as_json: bool = False
@@ -70,6 +72,7 @@ def run(
         bench_file,
         seed=options.seed,
         journal=options.journal,
+        journal_max=options.journal_max,
         vcd=options.vcd,
         step_ns=step_ns,
         edges_of_frames=options.edges,

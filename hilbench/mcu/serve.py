@@ -57,7 +57,7 @@ def serve_boards(
                 say(_announcement(name, door, follows=options.baud is None))
             served += doors
         if options.journal is not None:
-            emulated.write_journal(options.journal)
+            emulated.write_journal(options.journal, options.journal_max)
         run_until_stopped(emulated.bench.scheduler, say, lambda: emulated.end is not None)
         for door in served:
             say(traffic(door))
