@@ -3,6 +3,7 @@
 HilbenchError
 ├── UsageError            exit 2   a bench file with an unknown key; a pty path that is somebody's file
 ├── UnavailableError      exit 3   no such port, port busy, no physics, a shadowed package
+│   └── AwayError                  a board was unplugged while it was tested, and may be plugged in again
 └── InternalError         exit 5   a rule of our own code was broken
     └── PortClosedError            a port was written to after it was closed
 """
@@ -56,6 +57,13 @@ class UnavailableError(HilbenchError):
     """
 
     exit_code = ExitCode.UNAVAILABLE
+
+
+class AwayError(UnavailableError):
+    """Something the run needs has gone for now, and is looked for: this case says nothing, the next one may.
+
+    Example scenario: a board's plug is pulled while a case runs.
+    """
 
 
 class InternalError(HilbenchError):

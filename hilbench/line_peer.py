@@ -15,7 +15,7 @@ from hilbench.bench import Bench
 from hilbench.check.judge import at_most
 from hilbench.check.verdicts import Violation
 from hilbench.clock import NS_PER_S
-from hilbench.errors import UnavailableError
+from hilbench.errors import AwayError, UnavailableError
 from hilbench.links import Port
 from hilbench.timed_reader import TimedReader
 
@@ -230,9 +230,13 @@ class LinePeer(ABC, Generic[MessageT]):
         port.on_line = self._line_changed
 
     def require_line(self) -> None:
-        """Raise UnavailableError if the far end has gone away by itself, whether it is back by now or not."""
+        """Raise UnavailableError if the far end has gone away by itself, whether it is back by now or not.
+
+        AwayError where it may come back.
+        """
         if self.line_expected and (self._went_away or not self.port.line_is_up):
-            raise UnavailableError("the target closed the line", where=self.port.name)
+            kind = AwayError if self.port.comes_back else UnavailableError
+            raise kind("the target closed the line", where=self.port.name)
 
     def _take(self, data: bytes, at_ns: int) -> None:
         for item in self._timed.receive(data, at_ns):

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 
 from hilbench.check.verdicts import CaseOutcome, Inconclusive, NotApplicable, Verdict, Violation
-from hilbench.errors import UnavailableError
+from hilbench.errors import AwayError, UnavailableError
 
 _TRACEBACK_LINES = 12
 _PYTEST_PACKAGES = frozenset({"_pytest", "pluggy"})
@@ -54,7 +54,7 @@ def outcome_of(error: BaseException | None) -> Outcome:
     if isinstance(error, AssertionError):
         return _of_assertion(error)
     if isinstance(error, UnavailableError):
-        return Outcome(verdict=Verdict.ERROR, cause=_one_line(str(error)), lost=True)
+        return Outcome(verdict=Verdict.ERROR, cause=_one_line(str(error)), lost=not isinstance(error, AwayError))
     cause = f"defect: {type(error).__name__}: {error}"
     return Outcome(verdict=Verdict.ERROR, cause=_one_line(cause), evidence=_traceback(error), defect=True)
 

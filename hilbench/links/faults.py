@@ -273,6 +273,7 @@ class FaultyPort(PortBase):
 
     def _take(self, port: Port) -> None:
         self.port = port
+        self.comes_back = port.comes_back
         self.line_is_up = port.line_is_up and not self._interrupted
         port.on_receive = self._received
         port.on_line = self._line_changed

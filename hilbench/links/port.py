@@ -77,6 +77,7 @@ class Port(Protocol):
         baud: Bits per second this end sends and listens with, 0 for no pace; may be set at any time and holds from
             the next byte on.
         line_is_up: Whether somebody is at the other end.
+        comes_back: Whether a far end that is gone is looked for, and may come back.
         closed: Whether `close` was called.
         counters: What this end has seen.
         on_receive: Called with bytes as they come off the line and the bench time in ns of the last one's end.
@@ -89,6 +90,7 @@ class Port(Protocol):
     baud: int
     line_is_up: bool
     closed: bool
+    comes_back: bool
     counters: LinkCounters
     on_receive: Callable[[bytes, int], None]
     on_line: Callable[[bool, int], None]
@@ -131,6 +133,7 @@ class PortBase:
         self.name = name
         self.line_is_up = False
         self.closed = False
+        self.comes_back = False
         self.counters = LinkCounters()
         self.on_receive: Callable[[bytes, int], None] = _ignore_bytes
         self.on_line: Callable[[bool, int], None] = _ignore_line

@@ -66,6 +66,7 @@ class ReconnectingPort(PortBase):
         poll_ns: int = POLL_NS,
     ) -> None:
         super().__init__(target.url)
+        self.comes_back = True
         self._scheduler = scheduler
         self._target = located(target, ports)
         self._record = record

@@ -15,7 +15,7 @@ from hilbench.clock import NS_PER_S
 from hilbench.decode.decoders import DECODERS, DecodeOptions
 from hilbench.decode.items import Item
 from hilbench.decode.lines import said
-from hilbench.errors import UnavailableError, UsageError
+from hilbench.errors import UsageError
 from hilbench.journal import Journal, Recording
 from hilbench.recordings.listening import HOST, TARGET, Talk, talks
 
@@ -97,8 +97,7 @@ def _said_to(provider: BenchProvider, talk: Talk, seed: int) -> bytes:
                     journal.flush_step()
             end_ns = begin_ns + talk.end_ns - talk.begin_ns
             bench.scheduler.run_until(lambda: False, end_ns + round(SETTLE_S * NS_PER_S))
-            if not peer.port.line_is_up:
-                raise UnavailableError("the target closed the line", where=peer.port.name)
+            peer.require_line()
             opened.finish("not-judged", "replayed")
         finally:
             journal.on_event = heard

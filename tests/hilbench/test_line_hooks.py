@@ -13,7 +13,7 @@ from hilbench.bench_provider import make_provider
 from hilbench.check.provider import CaseInfo
 from hilbench.clock import NS_PER_MS, Scheduler
 from hilbench.config import open_bench
-from hilbench.errors import UnavailableError, UsageError
+from hilbench.errors import AwayError, UnavailableError, UsageError
 from hilbench.journal import Journal
 from hilbench.line_hooks import Step, parse_step, run_hook
 from hilbench.links import Line, LineSettings, MemoryLink
@@ -178,7 +178,7 @@ def test_a_case_whose_board_goes_is_no_verdict_and_the_next_one_waits_for_its_re
         provider._bench.run_until(lambda: not bench.peer.port.line_is_up, 30)
         board.plug_in()
         assert provider._bench.run_until(lambda: bench.peer.port.line_is_up, 30)
-        with pytest.raises(UnavailableError, match="the target closed the line"):
+        with pytest.raises(AwayError, match="the target closed the line"):
             bench.peer.require_line()  # though it is back
         bench.finish("error", "")
     board.pull_out()

@@ -189,6 +189,22 @@ def test_a_lost_target_ends_the_run_and_lists_what_was_not_run(check, provider):
     assert len(provider.opened) == 2
 
 
+def test_a_target_that_may_come_back_costs_its_case_and_no_other(check):
+    report = check(
+        """
+        from hilbench.errors import AwayError
+
+        @my("A1")
+        def test_a(bench): raise AwayError("the target closed the line", where="/dev/ttyX")
+
+        @my("A2")
+        def test_b(bench): pass
+        """
+    )
+    assert [case.verdict.value for case in report.cases] == ["error", "pass"]
+    assert (report.exit_code, report.stopped) == (3, "")
+
+
 def test_a_target_that_cannot_be_opened_is_lost(check, make_provider):
     from hilbench.errors import UnavailableError
 
