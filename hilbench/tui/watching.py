@@ -14,7 +14,12 @@ from hilbench.tui.views.words import seconds
 
 __all__ = ["Watching"]
 
-_MOST_BATCHES = 8
+_MOST_S = 0.06
+"""How long a look reads the journal at most, in seconds of host time: keys are to be heard (choice)."""
+_MUCH_BYTES = 2_000_000
+_LOSING_LOOKS = 20
+"""Whoever has more than so much to read, and more each time for so many looks, will not catch up (choices)."""
+_KEPT_BYTES = 500_000
 
 
 class Watching(App[None]):
@@ -26,6 +31,7 @@ class Watching(App[None]):
 
     Attributes:
         model: what is known of the bench; None before anything is.
+        passed_over: bytes of the journal that were not read, because they came faster than they can be shown.
     """
 
     def __init__(self, process: BenchProcess | RecordedBench, replay: Replay | None) -> None:
@@ -36,6 +42,9 @@ class Watching(App[None]):
         self.stopwatch = Stopwatch()
         self._follower: Follower | None = None
         self._looked_s = 0.0
+        self._waiting = 0
+        self._losing = 0
+        self.passed_over = 0
 
     def on_unmount(self) -> None:
         """Let go of the journal."""
@@ -76,14 +85,25 @@ class Watching(App[None]):
         self.model = replay.model
 
     def _take(self, follower: Follower) -> None:
-        for _ in range(_MOST_BATCHES):
+        watch = Stopwatch()
+        while watch.elapsed_s() < _MOST_S:
             events = follower.news()
             if self.model is None and follower.header:
                 self.model = BenchModel(follower.header)
                 self.refresh_bindings()
             if not events or self.model is None:
-                return
+                break
             self.model.take(events)
+        self._keep_up(follower)
+
+    def _keep_up(self, follower: Follower) -> None:
+        """Pass over what is old rather than show an ever older bench; the bench itself is never slowed."""
+        waiting = follower.waiting
+        self._losing = self._losing + 1 if waiting > max(self._waiting, _MUCH_BYTES) else 0
+        if self._losing >= _LOSING_LOOKS:
+            self.passed_over += follower.pass_over(_KEPT_BYTES)
+            self._losing = 0
+        self._waiting = waiting
 
     # --- in words
 
@@ -97,7 +117,8 @@ class Watching(App[None]):
             return f" hilbench  {model.name}  {seconds(model.ns)} of {seconds(self.replay.length_ns)}  {how}"
         clock = "PAUSED" if model.paused else "" if model.speed == 1 else f"{model.speed:g} x"
         state = "" if self.process.phase is Phase.LIVE else f"  [{self.process.phase.value}]"
-        return f" hilbench  {model.name}  {seconds(model.ns)}  {clock}{state}"
+        passed = f"  {self.passed_over / 1e6:.1f} MB passed over" if self.passed_over else ""
+        return f" hilbench  {model.name}  {seconds(model.ns)}  {clock}{state}{passed}"
 
     def _epitaph(self) -> str:
         """Return why the bench has ended and where its journal is; of one that ended well it goes with its folder."""

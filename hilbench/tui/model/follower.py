@@ -12,7 +12,7 @@ import msgspec
 __all__ = ["Follower"]
 
 Event = Mapping[str, Any]
-_READ_BYTES = 1 << 20
+_READ_BYTES = 1 << 18
 
 
 class Follower:
@@ -52,6 +52,22 @@ class Follower:
                 data = os.read(self._file, _READ_BYTES)
         *lines, self._data = (self._data + data).split(b"\n")
         return [event for line in lines if (event := self._read(line)) is not None]
+
+    @property
+    def waiting(self) -> int:
+        """How many bytes of the file are not read yet."""
+        if self._file is None:
+            return 0
+        return max(0, os.fstat(self._file).st_size - os.lseek(self._file, 0, os.SEEK_CUR))
+
+    def pass_over(self, keep: int) -> int:
+        """Go on with the last `keep` bytes of the file; return how many bytes nobody will have seen."""
+        passed = self.waiting - keep
+        if self._file is None or passed <= 0:
+            return 0
+        os.lseek(self._file, passed, os.SEEK_CUR)
+        self._data = b""  # what is left of the line in which it goes on is no event
+        return passed
 
     def _open(self) -> bool:
         try:

@@ -6,7 +6,9 @@ import select
 
 import pytest
 
+from hilbench.tui import watching
 from hilbench.tui.bench_process import Phase
+from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.panes import PANES, FramesPane, Pane
 
 SIZES = {"80x24": (80, 24), "200x60": (200, 60)}
@@ -261,3 +263,27 @@ def test_nothing_but_the_text_is_needed(process_of, monkeypatch, on_new_screen):
         assert all(colour is None or colour.red == colour.green == colour.blue for colour in shown)
 
     on_new_screen(process_of("pioneer"), scenario)
+
+
+def test_a_dashboard_that_is_too_slow_passes_over_what_is_old_and_says_so(process_of, on_screen, tmp_path, monkeypatch):
+    process = process_of("rover")
+    data = process.journal.read_bytes()
+    process.journal = tmp_path / "grows.jsonl"
+    process.journal.write_bytes(data)
+    monkeypatch.setattr(watching, "_MOST_S", -1)  # no time to read anything
+    monkeypatch.setattr(watching, "_MUCH_BYTES", 1000)
+
+    async def scenario(app, pilot):
+        app._follower.news()
+        for _ in range(watching._LOSING_LOOKS):
+            assert app.passed_over == 0
+            with process.journal.open("ab") as journal:
+                journal.write(data[data.index(b"\n") + 1 :])
+            app.look()
+        assert app.passed_over > 0
+        monkeypatch.setattr(watching, "_MOST_S", 5)
+        app.model = BenchModel(app._follower.header)
+        app.look()
+        assert f"{app.passed_over / 1e6:.1f} MB passed over" in app._headline()
+
+    on_screen(process, scenario)

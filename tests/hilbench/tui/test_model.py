@@ -240,3 +240,23 @@ def test_frames_of_a_checker_that_is_the_server_are_read_from_its_side():
     (heard,) = frames.take({"kind": "rx", **pulse})
     (sent,) = frames.take({"kind": "tx", **pulse})
     assert (heard.item.name, sent.item.name) == ("PULSE", "SyncEcho")
+
+
+def test_a_follower_passes_over_what_is_old_and_reads_whole_events_behind_it(tmp_path):
+    path = tmp_path / "j.jsonl"
+    lines = [json.dumps({"ns": ns, "kind": "mark", "source": "x", "text": "é" * ns}) for ns in range(100)]
+    path.write_text("\n".join(['{"kind":"journal","part":0}', *lines, ""]))
+    follower = Follower(path)
+    assert (follower.waiting, follower.pass_over(0)) == (0, 0)
+    (first, *_) = follower.news()
+    assert first["ns"] == 0
+    with path.open("a") as journal:
+        journal.write("\n".join([*lines, ""]))
+    size = follower.waiting
+    assert follower.pass_over(1000) == size - 1000
+    assert follower.waiting == 1000
+    found = [event["ns"] for event in follower.news()]
+    assert found
+    assert found == list(range(100))[-len(found) :]
+    assert follower.pass_over(1000) == 0
+    follower.close()
