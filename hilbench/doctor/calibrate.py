@@ -39,11 +39,13 @@ class Calibrated:
 
     Attributes:
         calibration: what was measured.
-        kept: the file it was written to; None for a port that cannot be known again.
+        kept: the file it was written to; None if it is not kept.
+        why_not: why it is not kept; empty if it is.
     """
 
     calibration: Calibration
     kept: Path | None
+    why_not: str = ""
 
 
 def calibrate(text: str, ports: PortEnumerator | None = None) -> Calibrated:
@@ -61,7 +63,12 @@ def calibrate(text: str, ports: PortEnumerator | None = None) -> Calibrated:
     target = located(parse_serial_target(text), lambda: there)
     key = key_of(target.url, there)
     calibration = _measure_at(target, key or target.url, port_at(target.url, there))
-    return Calibrated(calibration=calibration, kept=keep(calibration) if key is not None else None)
+    why_not = ""
+    if calibration.lost:
+        why_not = f"{calibration.lost} bytes did not come back, or too late to say how late; look at plug and rate"
+    elif key is None:
+        why_not = "a pseudo-terminal cannot be known again"
+    return Calibrated(calibration=calibration, kept=None if why_not else keep(calibration), why_not=why_not)
 
 
 def _measure_at(target: SerialTarget, key: str, info: PortInfo | None) -> Calibration:

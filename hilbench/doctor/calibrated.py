@@ -13,7 +13,12 @@ __all__ = ["as_data", "as_text"]
 def as_data(done: Calibrated) -> dict[str, object]:
     """Return it as plain data."""
     more = {"uncertainty_s": done.calibration.uncertainty_s, "pacing_error": done.calibration.pacing_error}
-    return {**msgspec.structs.asdict(done.calibration), **more, "kept": str(done.kept) if done.kept else None}
+    return {
+        **msgspec.structs.asdict(done.calibration),
+        **more,
+        "kept": str(done.kept) if done.kept else None,
+        "why_not_kept": done.why_not or None,
+    }
 
 
 def as_text(done: Calibrated) -> str:
@@ -28,7 +33,7 @@ def as_text(done: Calibrated) -> str:
         ("jitter", f"{_ms(found.jitter_s)} from the fastest to the slowest"),
         ("pacing", _pacing(found)),
         ("verdicts", f"times at this port are uncertain by {_ms(found.uncertainty_s)} more than the bench is late"),
-        ("kept", str(done.kept) if done.kept else "not kept: a pseudo-terminal cannot be known again"),
+        ("kept", str(done.kept) if done.kept else f"not kept: {done.why_not}"),
     ]
     width = max(len(name) for name, _ in rows)
     return "\n".join(f"{name:<{width}}  {text}" for name, text in rows)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hilbench.calibration import Calibration, calibration_of, keep, key_of, port_at, state_folder, stored
 from hilbench.cli import main
 from hilbench.clock import NS_PER_MS, NS_PER_S, Scheduler
-from hilbench.doctor.calibrate import Calibrated, _quantile, measure
+from hilbench.doctor.calibrate import Calibrated, _quantile, calibrate, measure
 from hilbench.doctor.calibrated import as_text
 from hilbench.errors import UnavailableError
 from hilbench.ports import PortInfo, UsbIdentity
@@ -307,6 +307,14 @@ def test_what_cannot_be_known_again_is_measured_and_not_kept(echoing_port, monke
     assert main(["doctor", "--calibrate", f"{echoing_port}@115200"]) == 0
     assert "not kept: a pseudo-terminal cannot be known again" in capsys.readouterr().out
     assert not state.exists()
+
+
+def test_where_bytes_are_lost_nothing_is_kept(monkeypatch, state):
+    """The worst round trip is not known then."""
+    monkeypatch.setattr("hilbench.doctor.calibrate._measure_at", lambda *_: made(lost=2))
+    done = calibrate("/dev/ttyS0@9600", list)
+    assert (done.kept, state.exists()) == (None, False)
+    assert "not kept: 2 bytes did not come back" in as_text(done)
 
 
 @pytest.mark.parametrize(
