@@ -31,7 +31,8 @@ def open_target(what: str | None) -> BenchFile:
         return open_bench(what)
     if not (spec in board_names() or is_board_file(spec)):
         if spec in built_in_benches():
-            raise UsageError(f"'{spec}' is a bench, with nothing behind a colon", where=what, hint=_of_bench(spec, image))
+            hint = _of_bench(spec, image)
+            raise UsageError(f"'{spec}' is a bench, with nothing behind a colon", where=what, hint=hint)
         raise UsageError(f"no board '{spec}'", where=what, hint=did_you_mean(spec, board_names(), "built-in boards"))
     if not image:
         raise UsageError("names no image", where=what, hint=f"write {spec}:IMAGE (ELF, Intel HEX or raw binary)")

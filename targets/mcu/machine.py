@@ -167,7 +167,7 @@ class Machine:
         self._ask_reset(cause)
 
     def hang(self) -> None:
-        """Have the program do nothing more until a reset, as in an endless loop with interrupts off; the rest goes on."""
+        """Have the program do nothing until a reset, as in an endless loop with interrupts off; the rest goes on."""
         self._hangs = True
 
     # --- for people

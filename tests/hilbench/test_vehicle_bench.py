@@ -108,8 +108,10 @@ def test_what_is_refused(bench, capsys, text, line, message):
         (["listen:tcp:0", "listen:tcp:0"], "one simulator's side at a time"),
         (
             ["vehicle-model:v1"],
-            "--target vehicle-model:v1: does not say in the place of which profile; "
-            "write --target board.hardened=vehicle-model:v1 (or board.v0 or board.v1)",
+            (
+                "--target vehicle-model:v1: does not say in the place of which profile; "
+                "write --target board.hardened=vehicle-model:v1 (or board.v0 or board.v1)"
+            ),
         ),
     ],
 )
