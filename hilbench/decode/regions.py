@@ -12,6 +12,7 @@ from itertools import groupby
 from typing import Any
 
 from hilbench.decode.decoders import DecodeOptions
+from hilbench.decode.pkt_decoder import pkt_format
 from protocols import autoware, carla, p2os, pkt
 
 __all__ = ["Region", "regions"]
@@ -79,11 +80,12 @@ def _of_p2os(raw: bytes, *, sent: bool) -> Parts:
 
 
 def _of_pkt(raw: bytes, options: DecodeOptions) -> Parts:
-    has_length = options.framing is pkt.Framing.LEN
+    framing, schema = pkt_format(options)
+    has_length = framing is pkt.Framing.LEN
     body = raw[5 if has_length else 4 : -3]
     is_report = bool(body) and body[0] >= pkt.ReportId.GENERAL
     read = pkt.decode_report if is_report else pkt.decode_command
-    middle = _body(body, lambda data: read(data, options.schema), "id" if is_report else "opcode")
+    middle = _body(body, lambda data: read(data, schema), "id" if is_report else "opcode")
     return [("sync word", 4), *([("length", 1)] if has_length else []), *middle, ("CRC", 2), ("end", 1)]
 
 

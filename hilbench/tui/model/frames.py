@@ -10,7 +10,6 @@ from typing import Any
 from hilbench.decode.decoders import DECODERS, DecodeOptions, Decoder
 from hilbench.decode.items import Item, Kind
 from hilbench.decode.lines import said
-from protocols import pkt
 
 __all__ = ["KEPT_FRAMES", "FrameModel", "FramesModel"]
 
@@ -132,8 +131,12 @@ def _speakers(live: Event) -> dict[str, _End]:
 
 
 def _options(live: Event) -> DecodeOptions:
-    framing = pkt.Framing[live["framing"]] if "framing" in live else pkt.Framing.LEN
-    schema = pkt.Schema[live["schema"]] if "schema" in live else pkt.Schema.V2
+    if not {"framing", "schema"} & live.keys():
+        return DecodeOptions()
+    from protocols import pkt
+
+    framing = pkt.Framing[live["framing"]] if "framing" in live else None
+    schema = pkt.Schema[live["schema"]] if "schema" in live else None
     return DecodeOptions(framing=framing, schema=schema)
 
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from rich.text import Text
 
 from hilbench.decode.decoders import DecodeOptions
 from hilbench.decode.lines import value_text
-from hilbench.decode.regions import Region, regions
 from hilbench.tui.model.frames import FrameModel
 from hilbench.tui.views.words import BAD, DIM, HEAD, LIT, fit, seconds
+
+if TYPE_CHECKING:
+    from hilbench.decode.regions import Region
 
 __all__ = ["frame_line", "frame_view", "frames_view"]
 
@@ -46,6 +49,8 @@ def frame_view(frame: FrameModel, options: DecodeOptions, width: int) -> list[Te
     head = Text.assemble((frame.item.name, HEAD), f"  {way} at {seconds(frame.ns)}, {len(frame.item.raw)} bytes")
     if not frame.good:
         return [fit(head, width), *_wrapped([Text(frame.item.raw.hex(" ").upper(), BAD)], width)]
+    from hilbench.decode.regions import regions  # of every protocol, for a frame that somebody opens
+
     found = regions(frame.protocol, frame.item.raw, sent=frame.sent, options=options)
     pieces = [_piece(region, _BYTE_STYLES[number % len(_BYTE_STYLES)]) for number, region in enumerate(found)]
     table = [

@@ -34,3 +34,9 @@ def test_a_bench_loads_no_more_than_it_needs(bench, others):
         [sys.executable, "-c", LOADS, bench, *NEVER, *others], capture_output=True, text=True, timeout=60, check=True
     )
     assert done.stdout.split() == []
+
+
+def test_a_dashboard_loads_no_protocol_before_it_shows_one():
+    looked = "import sys, hilbench.tui.app; print(*[name for name in sys.modules if name.startswith('protocols.')])"
+    done = subprocess.run([sys.executable, "-c", looked], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.split() == []
