@@ -55,11 +55,11 @@ def seen(facts, subject, target=None):
     return [(finding.what, finding.fix) for finding in findings_of(facts, target) if finding.subject == subject]
 
 
-def dist_info(folder, name, version, metadata="", files=""):
+def dist_info(folder, name, version, metadata="", package=""):
     info = folder / f"{name}-{version}.dist-info"
     info.mkdir(parents=True)
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n{metadata}")
-    (info / "RECORD").write_text(files)
+    (info / "top_level.txt").write_text(package)
 
 
 def examined(folder, *, command=(sys.executable, "-c", HILBENCH), env=(), words=()):
@@ -79,8 +79,8 @@ def examined(folder, *, command=(sys.executable, "-c", HILBENCH), env=(), words=
 def test_an_environment_in_which_much_is_wrong(tmp_path):
     path = tmp_path / "path"
     needs = "Requires-Dist: surely-missing>=1\nRequires-Dist: pyserial>=99\n"
-    dist_info(path, "hilbench", "0.1.0", needs, "hilbench/__init__.py,,\n")
-    dist_info(path, "intruder", "1.0", files="worlds/__init__.py,,\n")
+    dist_info(path, "hilbench", "0.1.0", needs, "hilbench")
+    dist_info(path, "intruder", "1.0", package="worlds")
     (path / "unicorn").mkdir()
     (path / "unicorn/__init__.py").write_text("raise ImportError('no such library')\n")
     (tmp_path / "targets").mkdir()
