@@ -55,6 +55,8 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         ports = {line: _port(bench, line, there, target.lines[line]) for line, there in doors.items()}
         faulty = _faulty(bench, ports, options, bench_file)
         stack.callback(target.make(bench, faulty))
+        if len(faulty) == 1 and bench_file.vehicle is None:
+            _record_received(bench, "robot" if bench_file.rover is None else "rover", *faulty.values())
         for line, there in doors.items():
             _announce(bench, there, ports[line], say, line if len(doors) > 1 else "")
         for line in (line for line, there in doors.items() if not there):
@@ -117,6 +119,17 @@ def _faulty(
     faults = LineFaults(bench, bench_file.faults, seed=options.seed, near_is_client=False)
     links = {line: fault_link(bench_file, line.rpartition(".")[2]) if len(ports) > 1 else 0 for line in ports}
     return {line: faults.on(port, links[line]) for line, port in ports.items()}
+
+
+def _record_received(bench: Bench, name: str, port: Port) -> None:
+    """Have what a client sends in the journal, too, for whoever judges it or plays it again."""
+    to_target = port.on_receive
+
+    def received(data: bytes, at_ns: int) -> None:
+        bench.record("rx", name, data=data)
+        to_target(data, at_ns)
+
+    port.on_receive = received
 
 
 def _announce(bench: Bench, doors: Sequence[AnyDoor], port: Port, say: Say, line: str) -> None:

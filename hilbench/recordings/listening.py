@@ -166,10 +166,17 @@ def _stretch(part: _Part, protocol: str, *, of_checks: bool) -> Stretch | None:
         heard=heard,
         begin_ns=timed[0][0],
         end_ns=timed[-1][0],
-        under_test=frozenset({_CHECKERS[checker]} if checker else {HOST, TARGET}),
+        under_test=_under_test(frozenset(ends.values()), checker),
         uncertainty_s=_uncertainty_s(part),
         disturbed_ns=tuple(ns for ns, event in timed if _disturbs(event)),
     )
+
+
+def _under_test(recorded: frozenset[str], checker: str) -> frozenset[str]:
+    """Return who may be judged; nobody if only one of them was recorded: what the other one said is not known."""
+    if len(recorded) < 2:
+        return frozenset()
+    return frozenset({_CHECKERS[checker]}) if checker else recorded
 
 
 def _early_ns(event: Event) -> int:
@@ -190,7 +197,7 @@ def _uncertainty_s(part: _Part) -> float:
     known = [float(value) for value in said if isinstance(value, int | float)]
     assumed = 0.0 if part.case else ASSUMED_UNCERTAINTY_S
     collected_ns = max(map(_early_ns, part.events), default=0)
-    return (known[-1] if known else assumed) + collected_ns / NS_PER_S
+    return (known[-1] if known else assumed) + collected_ns / 2 / NS_PER_S
 
 
 def _ends(part: _Part) -> dict[tuple[str, str], str]:
@@ -202,11 +209,20 @@ def _ends(part: _Part) -> dict[tuple[str, str], str]:
             key = (str(event["source"]), _way(event))
             weight[key] = weight.get(key, 0) + len(data)
     both = {source for source, _ in weight if {(source, "tx"), (source, "rx")} <= weight.keys()}
-    one = next((source for source in ("checker", "server") if any(of == source for of, _ in weight)), "")
-    if not one and both:
-        one = max(both, key=lambda source: weight[source, "tx"] + weight[source, "rx"])
-    if one:
+    if both:
+        one = min(both, key=lambda source: (_rank(source), -weight[source, "tx"] - weight[source, "rx"]))
         sender = speaker_of(one) or HOST
-        other = TARGET if sender == HOST else HOST
-        return {(one, "tx"): sender, (one, "rx"): other}
-    return {(source, "tx"): speaker_of(source) or HOST for source, way in weight if way == "tx"}
+        return {(one, "tx"): sender, (one, "rx"): TARGET if sender == HOST else HOST}
+    senders: dict[str, str] = {}
+    for source, way in sorted(weight, key=lambda key: (_rank(key[0]), -weight[key])):
+        if way == "tx":
+            senders.setdefault(speaker_of(source) or HOST, source)
+    return {(source, "tx"): end for end, source in senders.items()}
+
+
+_FIRST = ("checker", "server", "client")
+"""Ends of a line that are listened to before others: those of hilbench in a case, and the two of its proxy."""
+
+
+def _rank(source: str) -> int:
+    return _FIRST.index(source) if source in _FIRST else len(_FIRST)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from hilbench.capture_provider import CaptureCase
-from hilbench.check import NotApplicable, Violation, at_most
+from hilbench.check import Inconclusive, NotApplicable, Violation, at_most
 from hilbench.check import case as any_case
 from hilbench.check.provider import RECORDING
 from hilbench.clock import NS_PER_S
@@ -29,7 +29,13 @@ def on_recording(*clause_ids: str) -> Callable[[FunctionT], FunctionT]:
 
 
 def stretches_of(bench: CaptureCase, end: str) -> Iterator[Stretch]:
-    """Yield the stretches in which this end may be judged."""
+    """Yield the stretches in which this end may be judged.
+
+    Raises:
+        Inconclusive: only one direction of the line was recorded.
+    """
+    if not any(stretch.under_test for stretch in bench.stretches):
+        raise Inconclusive("only one direction of the line is in this recording")
     return (stretch for stretch in bench.stretches if end in stretch.under_test)
 
 

@@ -186,6 +186,27 @@ def test_a_recording_that_ends_too_soon_says_nothing(line):
     assert found == {"S01": Verdict.PASS, "S02": Verdict.NOT_APPLICABLE}
 
 
+def test_one_direction_alone_is_not_judged(line):
+    path = line((0, "tx", SYNCS[0]), (10, "tx", SYNCS[1]), end_ms=3000)
+    assert verdicts(judged(path, select="S01 or C02")) == {"S01": Verdict.INCONCLUSIVE, "C02": Verdict.INCONCLUSIVE}
+
+
+def test_the_two_ends_of_a_proxy_are_one_line(tmp_path):
+    """Bytes are collected there for up to 10 ms, and came half of that earlier, more or less."""
+    journal = Journal(tmp_path / "proxy.jsonl", {"proxy": ["pty:a", "pioneer"]})
+    for number, sync in enumerate(SYNCS[:2]):
+        asked_ns = number * 1000 * MS
+        journal.record("tx", "client", asked_ns + 10 * MS, data=sync, from_ns=asked_ns)
+        journal.record("tx", "robot", asked_ns + 190 * MS, data=sync)
+        journal.record("tx", "server", asked_ns + 204 * MS, data=sync, from_ns=asked_ns + 194 * MS)
+    journal.record("note", "desk", 5000 * MS, text="the end")
+    journal.close()
+    report = judged(tmp_path / "proxy.jsonl", select="S01 or S02 or C02")
+    assert verdicts(report) == {"S01": Verdict.INCONCLUSIVE, "S02": Verdict.INCONCLUSIVE, "C02": Verdict.PASS}
+    (measure,) = report.cases[1].measures
+    assert (measure.value, measure.uncertainty) == pytest.approx((0.194, 0.007))
+
+
 @pytest.fixture
 def rover_line(line):
     request = encode_frame(b"\x00")
@@ -212,9 +233,10 @@ def test_throttles_of_a_rover(rover_line, throttle, verdict):
 
 
 def test_a_host_that_is_silent_or_talks_nonsense(rover_line, line):
-    slow = rover_line(every_ms=1200)
+    slow = rover_line(MotionReport(), every_ms=1200)
     assert verdicts(judged(slow, select="P51")) == {"P51": Verdict.FAIL}
-    path = line((0, "tx", encode_frame(b"\x00")), (10, "tx", encode_frame(b"\x6f")), (20, "tx", encode_frame(b"\x00")))
+    report = encode_frame(encode_report(MotionReport(), Schema.V2))
+    path = line((0, "tx", encode_frame(b"\x00")), (10, "tx", encode_frame(b"\x6f")), (20, "rx", report))
     assert verdicts(judged(path, select="P50")) == {"P50": Verdict.FAIL}
 
 
