@@ -101,6 +101,10 @@ def open_attached(bench: Bench, bench_file: BenchFile, target: str, *, seed: int
     if not is_serial_target(target):
         hint = "write serial:/dev/ttyUSB0@115200 or a pyserial URL"
         raise UsageError("is no serial port", where=f"--target {target}", hint=hint)
+    if bench_file.vehicle is not None or on_board(bench_file):
+        hint = f"try 'hilbench check {bench_file.name} --target simulator=PORT --target stack=PORT'"
+        what = "is one port, and a vehicle interface has two lines: the dashboard cannot attach to it yet"
+        raise UsageError(what, where=f"--target {target}", hint=hint)
     operator: Operator
     if bench_file.rover is not None or "pkt-board" in bench_file.suites:
         port = _at(bench, bench_file, target, _ROVER_BAUD)

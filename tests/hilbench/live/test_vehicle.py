@@ -7,6 +7,7 @@ import json
 import pytest
 
 from hilbench.commands.live import in_scene
+from hilbench.errors import UsageError
 from hilbench.live.board_views import BoardFromOutside, Sight
 from hilbench.live.car_driver import DEMO
 from hilbench.live.control import RequestError
@@ -215,6 +216,13 @@ def test_a_car_without_reverse_gear_is_put_back_to_where_it_began(driving):
 def test_what_cannot_be_done_is_refused(vehicle, request_, why):
     with pytest.raises(RequestError, match=why):
         vehicle().live.actions.obey(request_)
+
+
+def test_one_port_is_too_few_for_two_lines(tmp_path):
+    options = LiveOptions(session=Session(tmp_path), target="serial:/dev/ttyUSB0")
+    for bench in ("vehicle", "vehicle-model"):
+        with pytest.raises(UsageError, match="is one port, and a vehicle interface has two lines"):
+            LiveBench(open_target(bench), options)
 
 
 def test_nobody_drives_where_no_demo_is_wanted(vehicle):
