@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -16,7 +17,7 @@ from msgspec import UNSET
 
 from hilbench import arguments
 from hilbench.bench import Bench
-from hilbench.clock import Scheduler
+from hilbench.clock import NS_PER_MS, EventClass, Scheduler
 from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.fault_entries import FaultEntry
@@ -34,6 +35,8 @@ __all__ = ["USUAL_BAUD", "ProxyOptions", "proxy", "read_faults"]
 
 USUAL_BAUD = 115_200
 """Of a serial port for which none is named (choice)."""
+_WRITE_EVERY_NS = 100 * NS_PER_MS
+"""How often the journal is written (choice)."""
 _DOORS: Mapping[str, Callable[[str], DoorWish]] = {
     "pty": arguments.pty_door,
     "tcp": arguments.tcp_door,
@@ -106,6 +109,8 @@ def proxy(options: ProxyOptions, say: Say, heard: Heard | None = None) -> ExitCo
         more = {} if heard is None else {"heard": heard}
         relay = Relay(bench, ends[A].port, ends[B].port, faults=faults, seed=options.seed, record=record, **more)
         stack.callback(relay.flush)
+        if record:
+            _write_on(bench)
         for name, who in ((A, CLIENT), (B, SERVER)):
             say(f"{name} ({who}): {ends[name].where}")
             _announce(bench, ends[name].port, who, say)
@@ -170,6 +175,12 @@ def _door(bench: Bench, kind: str, rest: str, what: str) -> _End:
         raise UsageError("a door of a proxy leads to its other end", where=what, hint=f"leave out {wish.link}=")
     door = open_door(wish, bench.scheduler, Line(baud=0), any_baud=True)
     return _End(port=door, where=place(door), close=door.close)
+
+
+def _write_on(bench: Bench) -> None:
+    """Write what was recorded, again and again: what is killed loses little of it."""
+    bench.journal.flush_step()
+    bench.scheduler.after(_WRITE_EVERY_NS, partial(_write_on, bench), order=EventClass.CHECK, source="journal")
 
 
 def _announce(bench: Bench, port: Port, who: str, say: Say) -> None:

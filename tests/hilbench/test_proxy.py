@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import tty
 
 import pytest
@@ -112,6 +113,22 @@ def test_bytes_pass_both_ways_and_into_the_journal(proxy, board, tmp_path):
         if event["kind"] == "tx":
             passed[event["source"]] += bytes.fromhex(event["data"])
     assert passed == {"client": every, "server": every[::-1]}
+
+
+def test_what_passed_is_in_the_journal_of_a_proxy_that_was_killed(proxy, board, tmp_path):
+    master, name = board
+    between = proxy(f"serial:{name}", "--journal", "passed.jsonl")
+    between.client.sendall(b"before")
+    assert read(master, 6) == b"before"
+    patience = threading.Event()
+    while b"6265666f7265" not in (tmp_path / "passed.jsonl").read_bytes():
+        assert between.process.poll() is None
+        patience.wait(0.02)
+    between.process.kill()
+    between.process.wait()
+    recording = Journal.read(tmp_path / "passed.jsonl")
+    assert (recording.problem, recording.ended) == (None, False)
+    assert b"before".hex() in {event.get("data") for event in recording.events}
 
 
 def test_faults_strike_and_frames_are_printed(proxy, tmp_path):
