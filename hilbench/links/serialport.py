@@ -99,6 +99,8 @@ class SerialPort(PortBase):
 
     @baud.setter
     def baud(self, baud: int) -> None:
+        if baud == self._baud:
+            return  # a far port is asked over the network, and the bench would wait for its answer
         try:
             self._serial.baudrate = baud
         except (OSError, ValueError) as error:

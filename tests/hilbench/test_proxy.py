@@ -14,6 +14,7 @@ import tty
 
 import pytest
 
+from hilbench.cli import main
 from hilbench.errors import UsageError
 from hilbench.journal import Journal
 from hilbench.proxy import read_faults
@@ -158,15 +159,6 @@ def test_a_far_end_that_hangs_up_is_looked_for(proxy):
         between.end()
 
 
-def refused(tmp_path, *words):
-    done = subprocess.run(
-        [sys.executable, "-m", "hilbench", "proxy", *words], cwd=tmp_path, capture_output=True, text=True, timeout=60
-    )
-    assert done.stderr.count("\n") == 1
-    assert done.stderr.startswith("hilbench: ")
-    return done.returncode, done.stderr
-
-
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
@@ -178,9 +170,12 @@ def refused(tmp_path, *words):
         (("tcp:0",), 2, "B is missing"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(tmp_path, words, code, said):
-    exit_code, line = refused(tmp_path, *words)
-    assert exit_code == code
+def test_what_is_wrong_is_said_in_one_line(tmp_path, monkeypatch, capsys, words, code, said):
+    monkeypatch.chdir(tmp_path)
+    assert main(["proxy", *words]) == code
+    line = capsys.readouterr().err
+    assert line.startswith("hilbench: ")
+    assert line.count("\n") == 1
     assert said in line
 
 

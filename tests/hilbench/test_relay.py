@@ -129,7 +129,7 @@ def test_breaks_are_handed_on_and_nothing_is_recorded_unasked():
     assert not between.bench.journal.recent
 
 
-@pytest.mark.parametrize("bench_name", ["rover-model", "rover"])
+@pytest.mark.parametrize("bench_name", ["rover-model", pytest.param("rover", marks=pytest.mark.thorough)])
 def test_a_station_and_a_rover_notice_nothing(bench_name):
     """The emulated one runs the rover's firmware."""
     bench = Bench(Scheduler(), Journal())
