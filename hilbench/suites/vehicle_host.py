@@ -159,20 +159,30 @@ ACKERMANN = AckermannCommand(
 )
 MANUAL = ManualCommand(steer=-0.5, throttle=0.75, brake=0.0)
 
+OTHER_WAY = CommandFrame(
+    steering=-0.48, steering_rate=-0.3, speed=-2.0, acceleration=-3.0, jerk=-0.5, mode=Mode.AUTOWARE
+)
+"""To the right, in reverse and braking: each sign that F1 does not have."""
+
 
 # --- commands
 
 
-@on_host("VS01", lasts_s=0.2)
+@on_host("VS01", lasts_s=0.3)
 def test_a_command_of_mode_1(host: Host) -> None:
     host.say(F1)
-    host.require(ACKERMANN)
+    host.say(encode_command(OTHER_WAY))
+    other = AckermannCommand(
+        steering_rad=-0.48, steering_rate_rad_s=-0.3, speed_m_s=-2.0, acceleration_m_s2=-3.0, jerk_m_s3=-0.5
+    )
+    host.require(ACKERMANN, other)
 
 
-@on_host("VS02", lasts_s=0.2)
+@on_host("VS02", lasts_s=0.3)
 def test_a_command_of_mode_4(host: Host) -> None:
     host.say(F2)
-    host.require(MANUAL)
+    host.say(encode_command(CommandFrame(steering=0.25, acceleration=0.5, mode=Mode.MANUAL)))
+    host.require(MANUAL, ManualCommand(steer=0.25, brake=0.5))
 
 
 @on_host("VS03", lasts_s=0.2)
@@ -181,9 +191,10 @@ def test_an_emergency_stops_the_car(host: Host) -> None:
     host.require(AckermannCommand())
 
 
-@on_host("VS04", lasts_s=0.2)
+@on_host("VS04", lasts_s=0.7)
 def test_unknown_modes_are_not_handed_on(host: Host) -> None:
-    host.say(encode_command(replace(COMMAND, mode=7)))
+    for mode in (2, 3, 5, 6, 7, 255):
+        host.say(encode_command(replace(COMMAND, mode=mode)))
     host.require()
 
 
@@ -207,9 +218,11 @@ def test_torn_frames(host: Host) -> None:
     host.require(ACKERMANN, replace(ACKERMANN, steering_rad=-0.3))
 
 
-@on_host("VS06H", lasts_s=0.3)
+@on_host("VS06H", lasts_s=0.6)
 def test_a_frame_in_pieces_is_one_frame(host: Host) -> None:
     _torn(host)
+    host.say(F1[:10], 0.15)
+    host.say(F1[10:])
     host.require(ACKERMANN, replace(ACKERMANN, steering_rad=-0.3, speed_m_s=9.0))
 
 
@@ -219,10 +232,13 @@ def test_a_hash_too_many_costs_a_frame(host: Host) -> None:
     host.require()
 
 
-@on_host("VS07H", lasts_s=0.2)
+@on_host("VS07H", lasts_s=6.0)
 def test_a_hash_too_many_costs_nothing(host: Host) -> None:
-    host.say(b"#" + F1[:-1])
-    host.require(ACKERMANN)
+    whole = F1[:-1]
+    stray = [part for at in range(1, len(whole)) for part in (whole[:at], whole[at:])]
+    for part in stray:
+        host.say(part + whole)
+    host.require(*[ACKERMANN] * len(stray))
 
 
 def _shifted(host: Host) -> int:
@@ -312,12 +328,16 @@ def test_a_nan_is_handed_on(host: Host) -> None:
 _FIELDS = ("steering", "steering_rate", "speed", "acceleration", "jerk")
 
 
-@on_host("VS27H", lasts_s=2.5)
+@on_host("VS27H", lasts_s=3.7)
 def test_what_cannot_be_meant_is_dropped(host: Host) -> None:
-    for name in _FIELDS:
-        for value in (math.nan, math.inf, -math.inf, 1e30):
-            host.say(encode_command(replace(COMMAND, **{name: value})))  # type: ignore[arg-type]
+    for sound, names in ((COMMAND, _FIELDS), (decode_command(F2), ("steering", "speed", "acceleration"))):
+        for name in names:
+            for value in (math.nan, math.inf, -math.inf, 1e30):
+                host.say(encode_command(replace(sound, **{name: value})))  # type: ignore[arg-type]
+    host.say(encode_command(replace(COMMAND, speed=151.0)))
     host.require()
+    host.say(encode_command(replace(COMMAND, speed=149.0)))
+    host.require(replace(ACKERMANN, speed_m_s=149.0))
 
 
 def _status_between(host: Host) -> None:
@@ -415,7 +435,7 @@ def test_a_silent_board_drives_on(host: Host) -> None:
     host.require(ACKERMANN)
 
 
-@on_host("VS26H", lasts_s=2.4)
+@on_host("VS26H", lasts_s=3.4)
 def test_a_silent_board_stops_the_car(host: Host) -> None:
     host.say(F1, 2.0)
     host.require(ACKERMANN, AckermannCommand())
@@ -423,6 +443,8 @@ def test_a_silent_board_stops_the_car(host: Host) -> None:
     near(stopped_s, STOP_WITHIN_S, 0.01, unit="s", what="the car was commanded to stop after")
     host.say(F2)
     host.require(ACKERMANN, AckermannCommand(), MANUAL)
+    host.board.run(1.0)
+    host.require(ACKERMANN, AckermannCommand(), MANUAL, AckermannCommand())
 
 
 @on_host("VS23", lasts_s=4.5)
@@ -481,34 +503,45 @@ def test_a_status_has_22_bytes(host: Host) -> None:
     at_least(len(board.frames(mark)), 1, unit="statuses", what="in 2 s")
 
 
-@on_host("VS14", lasts_s=0.5)
+@on_host("VS14", lasts_s=1.0)
 def test_a_status_waits_for_both_reports(host: Host) -> None:
-    host.move(CarState(lon_speed_m_s=3.0, steering_rad=0.25))
     host.board.commands.start(20.0)  # a quiet board may hold statuses up, see VS21
+    _require_one_status(host, CarState(lon_speed_m_s=3.0, steering_rad=0.25), "velocity", "steering")
+    _require_one_status(host, CarState(lon_speed_m_s=-4.0, steering_rad=-0.1), "velocity", "steering")
+    _require_one_status(host, CarState(lon_speed_m_s=5.0, steering_rad=0.3), "steering", "velocity")
+
+
+def _require_one_status(host: Host, state: CarState, first: str, second: str) -> None:
+    """Say one report and 0.15 s later the other; require no status behind the first, and one behind both."""
+    host.move(state)
     host.board.run(0.1)
     mark = host.statuses_from_now()
-    host.own.report("velocity")
+    host.own.report(first)
     host.board.run(0.15)
-    at_most(len(host.board.frames(mark)), 0, unit="statuses", what="of a velocity report alone")
-    host.own.report("steering")
+    at_most(len(host.board.frames(mark)), 0, unit="statuses", what=f"of a {first} report alone")
+    host.own.report(second)
     host.board.run(0.15)
     (status,) = [got.packet for got in host.board.frames(mark)] or [None]
     assert status is not None, "no status comes behind both reports"
-    near(status.lon_speed_m_s, 3.0, 1e-6, unit="m/s", what="its speed")
-    near(status.steering_rad, 0.25, 1e-6, unit="rad", what="its steering")
+    near(status.lon_speed_m_s, state.lon_speed_m_s, 1e-6, unit="m/s", what="its speed")
+    near(status.steering_rad, state.steering_rad, 1e-6, unit="rad", what="its steering")
 
 
 @on_host("VS15", lasts_s=0.3)
 def test_the_newest_report_counts(host: Host) -> None:
-    host.move(CarState(lon_speed_m_s=3.0))
+    host.move(CarState(lon_speed_m_s=3.0, lat_speed_m_s=0.1, yaw_rate_rad_s=0.2))
     host.say(F1, 0.0)
     mark = host.statuses_from_now()
     host.own.report("velocity")
-    host.own.sense(CarState(lon_speed_m_s=4.0))
+    lateral_m_s, rate_rad_s = 0.3, 0.4
+    host.own.sense(CarState(lon_speed_m_s=4.0, lat_speed_m_s=lateral_m_s, yaw_rate_rad_s=rate_rad_s))
     host.own.report("velocity", "steering")
     host.board.run(0.1)
-    speeds = [got.packet.lon_speed_m_s for got in host.board.frames(mark) if got.packet is not None]
+    said = [got.packet for got in host.board.frames(mark) if got.packet is not None]
+    speeds = [one.lon_speed_m_s for one in said]
     assert speeds == [4.0], f"the speeds said are {speeds}, required one, the newer"
+    near(abs(said[0].lat_speed_m_s), lateral_m_s, 1e-6, unit="m/s", what="B, its sign aside")
+    near(abs(said[0].heading_rate_rad_s), rate_rad_s, 1e-6, unit="rad/s", what="C, its sign aside")
 
 
 def _said(host: Host, state: CarState) -> tuple[float, float, float, float]:
@@ -523,10 +556,11 @@ def _said(host: Host, state: CarState) -> tuple[float, float, float, float]:
     return status.lon_speed_m_s, status.lat_speed_m_s, status.heading_rate_rad_s, status.steering_rad
 
 
-@on_host("VS16", lasts_s=0.2)
+@on_host("VS16", lasts_s=0.4)
 def test_the_sign_of_steering(host: Host) -> None:
-    *_, steering_rad = _said(host, CarState(steer=0.5))
-    near(steering_rad, -0.5146, 1e-4, unit="rad", what="D")
+    for steer, wanted_rad in ((0.5, -0.5146), (-0.25, 0.2573)):
+        *_, steering_rad = _said(host, CarState(steer=steer))
+        near(steering_rad, wanted_rad, 1e-4, unit="rad", what="D")
 
 
 @on_host("VS17", lasts_s=0.2)

@@ -26,7 +26,10 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="A command of mode 1",
-        text="F1 is handed on as an Ackermann command: 0.6 rad, 0.12 rad/s, 5 m/s, 1 m/s^2, 0.2 m/s^3.",
+        text=(
+            "F1 is handed on as an Ackermann command: 0.6 rad, 0.12 rad/s, 5 m/s, 1 m/s^2, 0.2 m/s^3. So are -0.48 "
+            "rad, -0.3 rad/s, -2 m/s, -3 m/s^2, -0.5 m/s^3."
+        ),
         sources=(f"{NODE} publish_to_carla",),
         profiles=_ALL,
         needs=_CAR,
@@ -36,7 +39,10 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="A command of mode 4",
-        text="F2 is handed on as a manual command: throttle 0.75, steer -0.5, brake 0.",
+        text=(
+            "F2 is handed on as a manual command: throttle 0.75, steer -0.5, brake 0. So is steer 0.25, throttle 0, "
+            "brake 0.5."
+        ),
         sources=(f"{NODE} publish_to_carla",),
         profiles=_ALL,
         needs=_CAR,
@@ -59,7 +65,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="Unknown modes are not handed on",
-        text="A sound frame of mode 7 is not handed on.",
+        text="Sound frames of the modes 2, 3, 5, 6, 7 and 255 are not handed on.",
         sources=(f"{NODE} publish_to_carla",),
         profiles=_ALL,
         needs=_CAR,
@@ -94,7 +100,10 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="A frame in pieces is one frame",
-        text="A frame P, then the first 10 bytes of Q, and 20 ms later the rest: P and Q are handed on, once each.",
+        text=(
+            "A frame P, then the first 10 bytes of Q, and 20 ms later the rest: P and Q are handed on, once each. The "
+            "first 10 bytes of P again, and the rest 0.15 s later: nothing more."
+        ),
         sources=(LINE, CHOICE),
         profiles=_HARDENED,
         needs=_CAR,
@@ -115,7 +124,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="A # too many costs nothing",
-        text="# and the 29 bytes of F1 without its NUL: as VS01.",
+        text="#, or any other beginning of F1, or any end of it, and the 29 bytes of F1 without its NUL: as VS01.",
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
@@ -240,7 +249,10 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="A status waits for both reports",
-        text="A velocity report alone is not sent; the steering report that follows sends both.",
+        text=(
+            "A velocity report alone is not sent; the steering report that follows sends both, each once. Nor is a "
+            "steering report alone; the velocity report that follows sends both."
+        ),
         sources=(f"{NODE} velocity_status_sub_callback, steering_status_sub_callback",),
         profiles=_ALL,
         needs=_CAR,
@@ -250,7 +262,9 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="The newest report counts",
-        text="Two velocity reports and then one steering report: one frame, with the newer velocity.",
+        text=(
+            "Two velocity reports and then one steering report: one frame, with the newer velocity, in all its figures."
+        ),
         sources=(f"{NODE} velocity_status_sub_callback",),
         profiles=_ALL,
         needs=_CAR,
@@ -260,7 +274,10 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="The sign of steering",
-        text="A car of which CARLA says that its steer is +0.5, to the right: D is -0.5146 rad.",
+        text=(
+            "A car of which CARLA says that its steer is +0.5, to the right: D is -0.5146 rad. Of -0.25, to the left: "
+            "0.2573 rad."
+        ),
         sources=(f"{CAB}: -1.0292 rad x steer",),
         profiles=_ALL,
         needs=_CAR,
@@ -441,7 +458,10 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="A silent board stops the car",
-        text="F1, then nothing: 0.5 s later the car is commanded to stop, once; the next frame is obeyed again.",
+        text=(
+            "F1, then nothing: 0.5 s later the car is commanded to stop, once; the next frame, F2, is obeyed again, "
+            "and 0.5 s of nothing behind it stop the car again."
+        ),
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
@@ -462,7 +482,10 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="What cannot be meant is dropped",
-        text="F1 with NaN, an infinity of either sign or 1e30 as its S, W, V, A or J: nothing is handed on.",
+        text=(
+            "F1 with NaN, an infinity of either sign or 1e30 as its S, W, V, A or J, or with 151 m/s, or F2 with one "
+            "of these as its S, V or A: nothing is handed on. With 149 m/s F1 is."
+        ),
         sources=(CHOICE + ": 150 m/s is the limit",),
         profiles=_HARDENED,
         needs=_CAR,

@@ -19,6 +19,7 @@ from hilbench.vehicle_provider import VehicleProvider
 from protocols.carla import AckermannCommand, Commanded, CommandLimits, ManualCommand, Mode, Signs
 from protocols.carla.clauses import HOST_CLAUSES
 from targets.robots.car_host import BEHAVIOURS, DEFECTS, CarHost
+from tests.mutants.car_host import FAULTY_HOSTS
 
 ROW = re.compile(r"^\| `(?P<name>[\w-]+)` \| [^|]+ \| (?P<clauses>VS[^|]+) \|$", re.MULTILINE)
 PAGE = (Path(__file__).parents[3] / "docs" / "vehicle.md").read_text(encoding="utf-8")
@@ -231,7 +232,7 @@ OTHERS = (
 )
 
 
-@pytest.mark.parametrize(("kind", "clauses"), OTHERS)
+@pytest.mark.parametrize(("kind", "clauses"), [*OTHERS, *FAULTY_HOSTS])
 def test_another_faulty_one_is_found(kind, clauses):
     def make(settings, power_on_ns):
         return kind(settings, power_on_ns=power_on_ns)
