@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import fcntl
+import json
 import os
 import pty
 import select
+import signal
 import struct
 import subprocess
 import sys
 import termios
+from itertools import pairwise
 
 import pytest
+
+from hilbench.journal import Journal
 
 pytestmark = pytest.mark.slow
 
@@ -88,6 +93,39 @@ def test_a_bench_is_opened_left_found_again_and_stopped(terminal, tmp_path):
     again.press("s")
     assert again.end() == 0
     assert not (folder / "control").exists()
+
+
+def test_a_dashboard_that_is_killed_leaves_the_bench_and_its_recording_whole(terminal, tmp_path):
+    opened = terminal("rover-model", "--journal", "kept.jsonl")
+    opened.wait_for("station")
+    opened.process.kill()
+    opened.process.wait()
+    before = (tmp_path / "kept.jsonl").stat().st_size
+    again = terminal("attach")
+    again.wait_for("rover-model")
+    again.press("q")
+    again.wait_for("Leave it how?")
+    again.press("s")
+    assert again.end() == 0
+    recording = Journal.read(tmp_path / "kept.jsonl")
+    assert (recording.problem, recording.ended) == (None, True)
+    assert (tmp_path / "kept.jsonl").stat().st_size > before
+    told = [event["ns"] for event in recording.events if event["kind"] == "host-pace"]
+    assert told
+    assert max(later - earlier for earlier, later in pairwise(told)) < 10**9, "bench time has a gap"
+
+
+def test_a_bench_that_is_killed_leaves_the_dashboard_and_the_cause(terminal, tmp_path):
+    shown = terminal("rover-model")
+    shown.wait_for("station")
+    (about,) = tmp_path.glob("hilbench/*/about.json")
+    os.kill(json.loads(about.read_text())["pid"], signal.SIGKILL)
+    shown.wait_for("the bench was killed by SIGKILL")
+    shown.press("q")
+    assert shown.end() == 0
+    recording = Journal.read(about.with_name("journal.jsonl"))
+    assert recording.events
+    assert not recording.ended
 
 
 def test_a_recording_is_opened(terminal, journals):
