@@ -1,7 +1,7 @@
 """``python -m tests.dashboard_load``: what a dashboard costs a bench whose line is full both ways.
 
 Pairs of runs without and with a dashboard, interleaved; then, with ``--memory``, a bench of one's choice for so many
-seconds of bench time, as fast as it goes, with a dashboard that looks at it five times a second.
+seconds of bench time, as fast as it goes, with a dashboard that looks at it each second of that time.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from hilbench.tui.recorded import RecordedBench
 from tests.dashboard_load.measure import resident_mb
 from tests.dashboard_load.rig import open_saturated
 
-_LOOK_EVERY_S = 0.2
+_LOOK_EVERY_S = 1.0
 _TELL_EVERY_S = 300.0
 _SIZE = (200, 60)
 
