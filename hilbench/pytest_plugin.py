@@ -1,9 +1,11 @@
-"""For plain pytest: ``pytest -p hilbench.pytest_plugin`` gives your tests the fixtures of ``hilbench check``.
+"""For plain pytest: ``pytest --hil-bench BENCH`` gives your tests the fixtures of ``hilbench check``.
+
+Where hilbench is installed the option is there (`hilbench.pytest_options`), and loads this.
 
 A test with `hilbench.check.case` above it gets a bench; what the bench lacks is skipped, and says what is missing.
 A test of firmware asks for `board` (see `hilbench.mcu.fixtures`) and needs nothing above it. Everything else
 (selection, reports, exit codes) is pytest's own. A test file may also load the plugin itself, with
-``pytest_plugins = ["hilbench.pytest_plugin"]``; the options are then not there.
+``pytest_plugins = ["hilbench.pytest_plugin"]``, and so may ``pytest -p hilbench.pytest_plugin``.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import pytest
 
 from hilbench.arguments import target_choice
 from hilbench.errors import HilbenchError
+from hilbench.pytest_options import OWN, add_options
 from hilbench.siblings import check_siblings
 
 if TYPE_CHECKING:
@@ -21,13 +24,10 @@ if TYPE_CHECKING:
     from hilbench.options import CheckOptions
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options that choose the bench."""
-    add = parser.getgroup("hilbench").addoption
-    add("--hilbench-bench", metavar="BENCH", help="built-in bench or bench file (default: as hilbench check)")
-    add("--hilbench-target", metavar="[NAME=]T", action="append", default=[], help="target to check instead")
-    add("--hilbench-seed", metavar="N", type=int, default=0, help="seed of the run (default: 0)")
-    add("--hilbench-timeout-scale", metavar="X", type=float, default=1.0, help="wait X times longer (default: 1)")
+def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
+    """Add the options that choose the bench, unless pytest has loaded those of the installed distribution."""
+    if not any(map(pluginmanager.has_plugin, OWN)):
+        add_options(parser)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -47,10 +47,10 @@ def _register(config: pytest.Config) -> None:
     from hilbench.options import CheckOptions
 
     options = CheckOptions(
-        bench=config.getoption("--hilbench-bench", None),
-        targets=tuple(target_choice(text) for text in config.getoption("--hilbench-target", None) or ()),
-        seed=config.getoption("--hilbench-seed", 0),
-        timeout_scale=config.getoption("--hilbench-timeout-scale", 1.0),
+        bench=config.getoption("--hil-bench", None),
+        targets=tuple(target_choice(text) for text in config.getoption("--hil-target", None) or ()),
+        seed=config.getoption("--hil-seed", 0),
+        timeout_scale=config.getoption("--hil-timeout-scale", 1.0),
     )
     provider = _provider(options)
     config.add_cleanup(provider.close)

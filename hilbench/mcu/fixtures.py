@@ -1,6 +1,6 @@
 """Fixtures for tests of firmware under plain pytest: ``board``, and ``boards`` for benches with several.
 
-The bench is that of ``--hilbench-bench``, or the ``hilbench.toml`` beside the test file, or above it.
+The bench is that of ``--hil-bench``, or the ``hilbench.toml`` beside the test file, or above it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class BoardFixtures:
     """A plugin.
 
     Args:
-        bench: what ``--hilbench-bench`` says; None for a file beside the test.
+        bench: what ``--hil-bench`` says; None for a file beside the test.
         seed: seed of the run.
     """
 

@@ -8,7 +8,7 @@ import random
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hilbench.diff.vcd_file import read_vcd
@@ -53,6 +53,7 @@ def recordings(draw):
 
 
 class TestRoundTrip:
+    @settings(max_examples=40)
     @given(recording=recordings())
     def test_everything_comes_back(self, form, recording):
         write, read = form
@@ -81,6 +82,7 @@ class TestLayout:
         times = [ns // 1_000_000 for ns, _ in laid_out(two_cases.events)]
         assert times == [0, 1, 3, 3, 4, 5, 5, 5, 17, 17, 17]
 
+    @settings(max_examples=40)
     @given(recording=recordings())
     def test_times_never_fall_and_spans_within_a_case_stay(self, recording):
         laid = list(laid_out(recording.events))
@@ -123,6 +125,7 @@ class TestCut:
             assert found.ended == (len(found.events) == len(whole.events))
         assert lost
 
+    @settings(max_examples=40)
     @given(data=st.data(), recording=recordings())
     def test_of_any_recording(self, form, data, recording):
         write, read = form
@@ -132,6 +135,7 @@ class TestCut:
         found = parse_recording(written[:cut], "it")
         assert found.events == whole[: len(found.events)]
 
+    @settings(max_examples=40)
     @given(noise=st.binary(max_size=60), at=st.integers(0, 400))
     def test_bytes_that_are_wrong_end_the_reading_and_no_more(self, form, noise, at, two_cases):
         write, _ = form

@@ -86,19 +86,33 @@ def test_in_every_format_alike(right, tmp_path, write):
 
 FAULTS = {
     "echo1-argument": "S02",
-    "id-class": "S03",
-    "session-at-once": "S04",
     "pulse-echoed": "S39",
-    "out-checksum": "S18",
     "sip-twentieth": "S18",
-    "watchdog-absent": "S36",
     "c-opens-early": "C02",
     "c-no-keepalive": "C22",
-    "c-string-no-length": "C25",
 }
 
 
-@pytest.mark.parametrize(("fault", "clause"), FAULTS.items())
+MORE_FAULTS = {
+    "id-class": "S03",
+    "id-padded": "S03",
+    "session-at-once": "S04",
+    "out-checksum": "S18",
+    "out-noise": "S18",
+    "sip-padded": "S18",
+    "sip-cycle": "S18",
+    "type-moving": "S18",
+    "watchdog-absent": "S36",
+    "watchdog-bit-late": "S36",
+    "c-hasty": "C02",
+    "c-slow-keepalive": "C22",
+    "c-string-no-length": "C25",
+    "c-count-over-200": "C25",
+}
+_EXHAUSTIVE = [pytest.param(*pair, marks=pytest.mark.exhaustive) for pair in MORE_FAULTS.items()]
+
+
+@pytest.mark.parametrize(("fault", "clause"), [*FAULTS.items(), *_EXHAUSTIVE])
 def test_a_run_that_failed_fails_for_the_same_clause(tmp_path, fault, clause):
     (mutant,) = mutants_of(ids=(fault,))
     path = tmp_path / "run.jsonl"

@@ -1,0 +1,85 @@
+"""`pytest --hil-bench`: there wherever hilbench is installed, and nothing to anybody who does not ask for it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+OWN = """
+from hilbench.check import case
+
+@case("S01")
+def test_echo(peer):
+    peer.sync(0)
+"""
+
+
+@pytest.fixture
+def plain_pytest(tmp_path):
+    """Run pytest in a folder of its own, with the entry points of hilbench as an installed distribution has them."""
+    site = tmp_path / "site"
+    about = site / "anybody-1.0.dist-info"
+    about.mkdir(parents=True)
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: anybody\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[pytest11]\nhilbench = hilbench.pytest_options\n")
+    folder = tmp_path / "project"
+    folder.mkdir()
+
+    def run(*words, test=OWN, path=f"{site}{os.pathsep}{ROOT}", **more):
+        (folder / "test_own.py").write_text(test)
+        environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
+        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "error", *words]
+        environment |= {"PYTHONPATH": path, **more}
+        return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120)
+
+    return run
+
+
+@pytest.mark.parametrize("words", [("--hil-bench",), ("-p", "hilbench.pytest_plugin", "--hilbench-bench")])
+def test_a_bench_brings_the_fixtures(plain_pytest, words):
+    done = plain_pytest(*words, "pioneer-plane")
+    assert "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+def test_where_plugins_do_not_load_by_themselves(plain_pytest):
+    words = ("-p", "hilbench.pytest_plugin", "--hil-bench", "pioneer-plane")
+    done = plain_pytest(*words, PYTEST_DISABLE_PLUGIN_AUTOLOAD="1")
+    assert "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+def test_who_does_not_ask_for_it_has_none_of_it(plain_pytest):
+    test = """
+import sys
+
+def test_nothing_is_imported():
+    there = {name for name in sys.modules if name.partition(".")[0] in {"hilbench", "protocols", "targets", "worlds"}}
+    assert there == {"hilbench", "hilbench.pytest_options"}
+
+def test_no_fixture_is_there(request):
+    import pytest
+    with pytest.raises(pytest.FixtureLookupError):
+        request.getfixturevalue("peer")
+
+def test_names_of_ours_are_theirs(world):
+    assert world == "flat"
+
+import pytest
+
+@pytest.fixture
+def world():
+    return "flat"
+"""
+    done = plain_pytest(test=test)
+    assert "3 passed" in done.stdout, done.stdout + done.stderr
+
+
+def test_the_distribution_has_the_entry_point():
+    import tomllib
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert project["entry-points"]["pytest11"] == {"hilbench": "hilbench.pytest_options"}
