@@ -81,6 +81,7 @@ class SignalsModel:
         self._kind = kind
         self._sonar_unit_m = live.get("sonar_unit_mm", 0.0) / 1000
         self._no_echo = live.get("sonar_no_echo", 1 << 16)
+        self._ahead: dict[int, int] = {}
         self._pose: Event | None = None
         self._line: dict[str, Event] = {}
         self._rises: dict[str, tuple[int, int | None]] = {}
@@ -152,16 +153,13 @@ class SignalsModel:
             self._put(of + (name[:-cut] if cut else name).replace("_", " "), unit, ns, *numbers)
 
     def _take_sonars(self, readings: object, ns: int) -> None:
-        """Take the least of what the discs hear that look ahead; nothing where none of them hears anything."""
+        """Take the least of what the discs heard last that look ahead; nothing where none of them hears anything."""
         if not isinstance(readings, list | tuple) or not self._sonar_unit_m:
             return
-        ahead = [
-            reading["range_raw"]
-            for reading in map(_plain, readings)
-            if reading["number"] in _AHEAD and reading["range_raw"] < self._no_echo
-        ]
-        if ahead:
-            self._put("range ahead", "m", ns, min(ahead) * self._sonar_unit_m)
+        self._ahead |= {one["number"]: one["range_raw"] for one in map(_plain, readings) if one["number"] in _AHEAD}
+        heard = [range_raw for range_raw in self._ahead.values() if range_raw < self._no_echo]
+        if heard:
+            self._put("range ahead", "m", ns, min(heard) * self._sonar_unit_m)
 
     # --- pins and lines
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from rich.text import Text
 
 __all__ = ["Canvas"]
@@ -37,7 +39,7 @@ class Canvas:
     def line(self, begin: tuple[float, float], end: tuple[float, float], style: str = "", every: int = 1) -> None:
         """Set the dots between two places, or each so many of them."""
         (x0, y0), (x1, y1) = begin, end
-        steps = min(4 * (self.width + self.height), max(1, int(max(abs(x1 - x0), abs(y1 - y0)))))
+        steps = min(4 * (self.width + self.height), max(1, math.ceil(max(abs(x1 - x0), abs(y1 - y0)))))
         for step in range(0, steps + 1, every):
             self.dot(x0 + (x1 - x0) * step / steps, y0 + (y1 - y0) * step / steps, style)
 

@@ -34,7 +34,8 @@ def checks_view(checks: ChecksModel, width: int, height: int, *, chosen: str = "
     at = next((number for number, row in enumerate(rows) if row.id == (chosen or wanted)), 0)
     room = max(1, height - 1)
     begin = max(0, min(at - room // 2, len(rows) - room))
-    lines = [_row(row, chosen == row.id) for row in rows[begin : begin + room]]
+    breadth = max(len(_word(row)) for row in rows)
+    lines = [_row(row, breadth, chosen == row.id) for row in rows[begin : begin + room]]
     return [fit(line, width) for line in (_head(checks), *lines)]
 
 
@@ -48,14 +49,14 @@ def _head(checks: ChecksModel) -> Text:
     return Text.assemble((progress, HEAD), "  ", (said, BAD if bad else ""))
 
 
-def _row(row: CheckedModel, chosen: bool) -> Text:
+def _row(row: CheckedModel, breadth: int, chosen: bool) -> Text:
     mark, style = _MARKS.get(row.state, ("·", DIM))
     margin = _margin(row.about.get("worst_margin"))
     line = Text.assemble(
         ("▸" if chosen else " ", HEAD),
         (f"{mark} ", style),
         (f"{row.id:<6} ", HEAD),
-        (f"{_WORDS.get(row.state, row.state):<14} ", style),
+        (f"{_word(row):<{breadth}} ", style),
         row.title,
         (f"  {row.cause}" if row.bad and row.cause else f"  {margin}" if margin else "", BAD if row.bad else DIM),
     )
@@ -64,11 +65,15 @@ def _row(row: CheckedModel, chosen: bool) -> Text:
     return line
 
 
+def _word(row: CheckedModel) -> str:
+    return _WORDS.get(row.state, row.state)
+
+
 def clause_view(row: CheckedModel, width: int) -> list[Text]:
     """Return a clause whole: what it asks for, what came of it, and why."""
     about = row.about
     _, style = _MARKS.get(row.state, ("·", DIM))
-    lines = [Text.assemble((f"{row.id} ", HEAD), (f"{row.level} ", DIM), (_WORDS.get(row.state, row.state), style))]
+    lines = [Text.assemble((f"{row.id} ", HEAD), (f"{row.level} ", DIM), (_word(row), style))]
     lines.append(Text(str(about.get("text") or row.title)))
     if about.get("source"):
         lines.append(Text(f"source    {about['source']}", DIM))

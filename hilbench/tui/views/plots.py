@@ -21,7 +21,7 @@ _GUTTER = 9
 _COLOURS = ("cyan", "green", "yellow", "magenta")
 _APART_NS = 1_500_000_000
 """Points further apart than this are not joined: nobody said what was between them (choice)."""
-_BIG, _SMALL = 100.0, 10.0
+_BIG, _SMALL, _SMALLEST = 100.0, 10.0, 0.005
 
 
 def plots_view(
@@ -124,6 +124,8 @@ def _axis(width: int, span_s: int, left_out: int) -> Text:
 def figure(value: float) -> str:
     """Return a value in few letters."""
     size = abs(value)
+    if size < _SMALLEST:
+        return "0.00"
     if size >= _BIG * _BIG * _BIG:
         return f"{value:.1e}"
     if size >= _BIG:

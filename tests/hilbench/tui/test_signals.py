@@ -13,6 +13,7 @@ from hilbench.tui.model.checks import ChecksModel
 from hilbench.tui.views.checks import checks_view, clause_view
 from hilbench.tui.views.console import console_view
 from hilbench.tui.views.plots import figure, plots_view
+from protocols import p2os
 
 S = 1_000_000_000
 MS = 1_000_000
@@ -64,6 +65,16 @@ def test_what_the_far_end_tells_has_its_unit(model_of):
     assert rover.usual()[:2] == ["rpm", "throttles"]
 
 
+def test_what_is_ahead_is_the_nearest_that_was_heard_last():
+    live = {"operator": "client", "protocol": "p2os", "sonar_unit_mm": 1.0, "sonar_no_echo": 5000}
+    model = BenchModel({"live": live})
+    for number, readings in enumerate([[(2, 900), (7, 100)], [(3, 700)], [(2, 1200), (3, 5000)], [(2, 5000)]]):
+        sonars = tuple(p2os.SonarReading(number=disc, range_raw=raw) for disc, raw in readings)
+        data = p2os.encode_packet(p2os.Sip(sonars=sonars)).hex()
+        model.take([{"ns": number * S, "kind": "rx", "source": "client", "data": data}])
+    assert values(model, "range ahead") == pytest.approx([0.9, 0.7, 1.2])
+
+
 def test_a_line_is_told_in_bytes_a_second():
     model = BenchModel({})
     told = {"kind": "link", "source": "host", "up": True, "baud": 9600, "pending": 0}
@@ -83,7 +94,8 @@ def test_any_figures_are_plotted_within_their_room(figures, width):
 
 
 def test_figures_are_few_letters():
-    assert [figure(value) for value in (0, 0.1234, 12.34, 1234.5, 2.5e7)] == ["0.00", "0.12", "12.3", "1234", "2.5e+07"]
+    figures = [figure(value) for value in (0, -1e-9, -0.1234, 12.34, 1234.5, 2.5e7)]
+    assert figures == ["0.00", "0.00", "-0.12", "12.3", "1234", "2.5e+07"]
 
 
 def test_a_gap_is_not_drawn_over(expect):
