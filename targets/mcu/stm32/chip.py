@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from targets.boards import Board
     from targets.boards.board import Straps
 
-__all__ = ["BasicChip"]
+__all__ = ["BasicChip", "Power"]
 
 _PULL_OHMS = 10_000.0  # of resistors on the board; a choice where its schematic says otherwise
 
@@ -37,7 +37,7 @@ class _Edges(Protocol):
         """Say whether an edge from outside could be an event for WFE."""
 
 
-class _Power(_Powered, Protocol):
+class Power(_Powered, Protocol):
     """PWR, which chooses the mode of deep sleep."""
 
     def deep_sleep(self) -> DeepSleep:
@@ -49,6 +49,10 @@ class _Power(_Powered, Protocol):
 
 class _Settings(Protocol):
     """What the option bytes say, as far as every family asks for it."""
+
+    @property
+    def hardware_watchdog(self) -> bool:
+        """The independent watchdog starts by itself."""
 
     @property
     def reset_on_stop(self) -> bool:
@@ -80,7 +84,7 @@ class BasicChip(Chip):
     """
 
     rcc: BasicRcc
-    pwr: _Power
+    pwr: Power
     iwdg: Iwdg
     wwdg: Wwdg
     exti: _Edges
@@ -96,6 +100,18 @@ class BasicChip(Chip):
         self.rcc.connect(gates, self.peripherals, others=(self.core.systick,), backup=backup)
         self.rcc.on_nmi = self.core.set_nmi
         self.exti.on_event = self.core.receive_event
+
+    def _make_iwdg(self, base: int, *, window: bool = False) -> Iwdg:
+        """Return the independent watchdog, which RCC feeds with LSI; see `Iwdg`."""
+        return Iwdg(
+            base,
+            self.services,
+            lsi_hz=self.rcc.lsi_hz,
+            start_lsi=self.rcc.force_lsi,
+            lsi_on=self.rcc.lsi_on,
+            starts_by_itself=lambda: self._flash.settings.hardware_watchdog,
+            window=window,
+        )
 
     def _pull_pins(self, board: Board, straps: Straps) -> None:
         """Put what the resistors on the board do to the pins."""

@@ -19,7 +19,6 @@ from targets.mcu.services import DmaRequest, Services
 from targets.mcu.signals import Signals
 from targets.mcu.stm32 import exti
 from targets.mcu.stm32.chip import BasicChip
-from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
@@ -155,14 +154,7 @@ class Stm32f103(BasicChip):
         size = board.variant.flash_bytes
         self._flash = Flash(0x4002_2000, services, self._tree, size=size, hsi_on=self.rcc.hsi_on)
         self.bkp = Bkp(0x4000_6C00, services, backup_writable=self.pwr.backup_writable)
-        self.iwdg = Iwdg(
-            0x4000_3000,
-            services,
-            lsi_hz=self.rcc.lsi_hz,
-            start_lsi=self.rcc.force_lsi,
-            lsi_on=self.rcc.lsi_on,
-            starts_by_itself=lambda: self._flash.settings.hardware_watchdog,
-        )
+        self.iwdg = self._make_iwdg(0x4000_3000)
         self.wwdg = Wwdg(0x4000_2C00, services)
         self.dbgmcu = Dbgmcu(0xE004_2000, services)
 

@@ -9,32 +9,22 @@ there for DMA, which on silicon takes a clean or an invalidation of the data cac
 
 from __future__ import annotations
 
-from fractions import Fraction
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
-from targets.mcu.bus import Bus
-from targets.mcu.chip import AskReset, Boot, MakeCore, Memory
+from targets.mcu.chip import Boot, Memory
 from targets.mcu.cortexm.kinds import CORTEX_M7
-from targets.mcu.fidelity import Notes
-from targets.mcu.irq_lines import IrqLines
-from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
-from targets.mcu.services import Services
-from targets.mcu.signals import Signals
 from targets.mcu.stm32.backup_sram import BackupSram
-from targets.mcu.stm32.chip import BasicChip
 from targets.mcu.stm32.crc import Crc
-from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.exti import STM32F7, Exti
-from targets.mcu.stm32.gpio import Gpio, thresholds
-from targets.mcu.stm32.iwdg import Iwdg
-from targets.mcu.stm32.pin_functions import PinFunctions
+from targets.mcu.stm32.gpio import Gpio
+from targets.mcu.stm32.m7_chip import ITCM_RAM, M7Chip
 from targets.mcu.stm32.rng import Rng
 from targets.mcu.stm32.rtc import Rtc
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f7.absent import absent_peripherals
-from targets.mcu.stm32f7.af_table import ALTERNATE_FUNCTIONS, PADS
+from targets.mcu.stm32f7.af_table import ALTERNATE_FUNCTIONS
 from targets.mcu.stm32f7.blocks import adcs, dma_controllers, i2cs, timers, usarts
 from targets.mcu.stm32f7.clocks import ClockTree
 from targets.mcu.stm32f7.dbgmcu import Dbgmcu
@@ -45,23 +35,16 @@ from targets.mcu.stm32f7.pwr import WAKE_UP_PINS, Pwr
 from targets.mcu.stm32f7.rcc import Rcc
 from targets.mcu.stm32f7.signature import SYSTEM_MEMORY_BASE, SYSTEM_MEMORY_ITCM, diagnose, system_memory
 from targets.mcu.stm32f7.syscfg import Syscfg
-from targets.mcu.timebase import Timebase
 
 if TYPE_CHECKING:
     from targets.boards import Board
-    from targets.boards.board import Straps
 
 __all__ = ["Stm32f767"]
 
-ITCM_RAM, RAM_BASE, RAM_END, BOOT_END = 0x0000_0000, 0x2000_0000, 0x2008_0000, 0x2005_0000
-# On AHB a byte leaves the other lanes of its word alone; behind the APB bridges it is repeated over the word.
-APB = ((0x4000_0000, 0x8000), (0x4001_0000, 0x7C00))
-TIME_STAMP_PIN = "PC13"  # RTC_TS (DS11532, additional functions)
-
-_US_PER_S = 1_000_000
+BOOT_END = 0x2005_0000
 
 
-class Stm32f767(BasicChip):
+class Stm32f767(M7Chip):
     """The STM32F767; see `targets.mcu.chip.Chip`."""
 
     START_HZ = 16_000_000  # HSI
@@ -75,113 +58,56 @@ class Stm32f767(BasicChip):
         (0xA000_0000, 0x2000),  # FMC and QUADSPI
         (0xE000_0000, 0x10_0000),  # the private peripheral bus
     )
+    FUNCTIONS = ALTERNATE_FUNCTIONS
+    GATES = GATES
+    WAKE_UP_PINS = WAKE_UP_PINS
+    APB = ((0x4000_0000, 0x8000), (0x4001_0000, 0x7C00))
 
     rcc: Rcc
     pwr: Pwr
     dbgmcu: Dbgmcu
     _flash: Flash
+    _tree: ClockTree
 
-    def __init__(
-        self,
-        board: Board,
-        straps: Straps,
-        time: Timebase,
-        notes: Notes,
-        bus: Bus,
-        make_core: MakeCore,
-        ask_reset: AskReset,
-    ) -> None:
-        variant = board.variant
-        self._straps = straps
-        # One block for all RAM, so that whoever asks whether anything has changed sees all of it: the ITCM RAM last.
-        self.ram = bytearray(variant.ram_bytes + variant.itcm_bytes)
-        self._main_bytes = variant.ram_bytes
-        self.pins = Pins(PADS, time, notes, bonded=variant.pins, thresholds=thresholds(3.3))
-        self.signals = Signals(self.pins)
-        self._functions = PinFunctions(ALTERNATE_FUNCTIONS, self.signals, time, notes)
-        self._tree = ClockTree()
-        self._requests = Requests()
-        self._irq_lines = IrqLines(self._irq)
-        self.services = Services(
-            time=time,
-            clocks=self._tree,
-            notes=notes,
-            irq=self._irq_lines.line,
-            dma=self._requests.line,
-            output=self.signals.output,
-            input=self.signals.input,
-            bus=bus,
-            chip_reset=ask_reset,
-        )
-        self.core = make_core(self.services)
-        self._system_memory = system_memory(variant.flash_bytes // 1024, unique_id(board.name))
-        self._make_core_parts(board)
-        self._memories = self._map()
-        self._make_peripherals(board.name)
-        everything = (self.rcc, self._flash, self.pwr, self.iwdg, self.wwdg, self.rtc, self.dbgmcu, *self._others)
-        self.peripherals = {peripheral.name: peripheral for peripheral in everything}
-        for peripheral in self.peripherals.values():
-            behind_bridge = any(start <= peripheral.base < start + size for start, size in APB)
-            bus.add(peripheral, ahb=not behind_bridge)
-        for base, size in APB:
-            bus.add_quiet(base, size)
-        self._tie(GATES, backup=(self.rtc,))
-        self.rcc.on_clock_failure = self._clock_failed
-        self.rcc.on_pll = self.pwr.pll_switched
-        self.pwr.on_supply = self.rcc.supply_changed
-        self._pull_pins(board, straps)
+    def _make_tree(self) -> ClockTree:
+        return ClockTree()
 
-    def _make_core_parts(self, board: Board) -> None:
+    def _make_core_parts(self, board: Board) -> tuple[Peripheral, ...]:
         """Clocks, power, flash, and what depends on them."""
         services = self.services
-        for number, pin in enumerate(WAKE_UP_PINS, 1):
-            self.signals.route(f"WKUP{number}", pin)
         self.pwr = Pwr(0x4000_7000, services)
         self.rcc = Rcc(
             0x4002_3800,
             services,
             self._tree,
-            hse_hz=board.hse_hz,
-            hse_is_clock=board.hse_bypass,
-            hse_start_s=Fraction(board.hse_startup_us, _US_PER_S),
-            lse=board.lse_hz is not None,
-            lse_start_s=Fraction(board.lse_startup_us, _US_PER_S),
-            backup_writable=self.pwr.backup_writable,
             supply=self.pwr.supply,
+            **self._board_clocks(board),
         )
+        self.rcc.on_pll = self.pwr.pll_switched
+        self.pwr.on_supply = self.rcc.supply_changed
         self._flash = Flash(0x4002_3C00, services, self._tree, size=board.variant.flash_bytes)
-        self.iwdg = Iwdg(
-            0x4000_3000,
-            services,
-            lsi_hz=self.rcc.lsi_hz,
-            start_lsi=self.rcc.force_lsi,
-            lsi_on=self.rcc.lsi_on,
-            starts_by_itself=lambda: self._flash.settings.hardware_watchdog,
-            window=True,
-        )
+        self.iwdg = self._make_iwdg(0x4000_3000, window=True)
         self.wwdg = Wwdg(0x4000_2C00, services)
-        self.signals.route("RTC_TS", TIME_STAMP_PIN)
         self.rtc = Rtc(0x4000_2800, services, rtc_hz=self.rcc.rtc_hz, backup_writable=self.pwr.backup_writable)
         self.rcc.on_rtc_clock = self.rtc.clock_changed
         self.rtc.on_wake = self.pwr.wake_by_rtc
         self.dbgmcu = Dbgmcu(0xE004_2000, services)
+        return self.rcc, self._flash, self.pwr, self.iwdg, self.wwdg, self.rtc, self.dbgmcu
 
-    def _map(self) -> tuple[Memory, ...]:
-        flash, system = self._flash, self._system_memory
-        whole = memoryview(self.ram)
-        # A view of a part of it has all that a bytearray is asked for here and in the engine.
-        main, itcm = (cast("bytearray", part) for part in (whole[: self._main_bytes], whole[self._main_bytes :]))
+    def _map(self, board: Board) -> tuple[Memory, ...]:
+        flash, (main, itcm) = self._flash, self._map_ram()
+        system = system_memory(board.variant.flash_bytes // 1024, unique_id(board.name))
         return (
-            Memory(base=ITCM_RAM, data=itcm, writable=True),
+            itcm,
             Memory(base=SYSTEM_MEMORY_ITCM, data=system),
             Memory(base=0x0020_0000, data=flash.memory),
             Memory(base=self.FLASH_BASE, data=flash.memory),
             Memory(base=SYSTEM_MEMORY_BASE, data=system),
             Memory(base=OPTIONS_BASE, data=flash.options),
-            Memory(base=RAM_BASE, data=main, writable=True),
+            main,
         )
 
-    def _make_peripherals(self, board_name: str) -> None:
+    def _make_peripherals(self, board: Board) -> tuple[Peripheral, ...]:
         """Everything else."""
         services = self.services
         ports = [
@@ -192,13 +118,13 @@ class Stm32f767(BasicChip):
         self.usarts = {usart.name: usart for usart in usarts(services, self._tree)}
         self.i2cs = {i2c.name: i2c for i2c in i2cs(services, self._tree)}
         self._timers = {timer.name: timer for timer in timers(services)}
-        self._others: tuple[Peripheral, ...] = (
+        return (
             *ports,
             Syscfg(0x4001_3800, services, self.pins, self.signals, boot_pin=self._straps.boot0),
             self.exti,
             BackupSram(0x4002_4000, services, writable=self.pwr.backup_writable),
             Crc(0x4002_3000, services),
-            Rng(0x5006_0800, services, seed=board_name),
+            Rng(0x5006_0800, services, seed=board.name),
             *self.usarts.values(),
             *self.i2cs.values(),
             *self._timers.values(),
@@ -206,10 +132,6 @@ class Stm32f767(BasicChip):
             adcs(services, self._requests, self.pins, self.rcc.adc_enabled),
             *absent_peripherals(services),
         )
-
-    def _clock_failed(self) -> None:
-        for name in ("TIM1", "TIM8"):
-            self._timers[name].clock_failed()
 
     # --- for the machine
 
@@ -245,15 +167,6 @@ class Stm32f767(BasicChip):
         if self._flash.settings.hardware_window_watchdog:
             text = "the window watchdog would start by itself; it starts by WWDG_CR only"
             self.services.notes.add("unmodelled", "FLASH_OPTCR.WWDG_SW", text)
-
-    def stop_clocks(self) -> None:
-        """Let all but LSE and LSI stand still, and end over-drive."""
-        super().stop_clocks()
-        self.pwr.enter_stop()
-
-    def standby_may_end(self) -> bool:
-        """Say whether a WKUP pin or the RTC may end Standby."""
-        return self.pwr.may_wake()
 
     def diagnose(self, pc: int) -> str | None:
         """Tell of the boot loader that is not there."""

@@ -10,31 +10,21 @@ an invalidation of the data cache, or memory that is not cached.
 
 from __future__ import annotations
 
-from fractions import Fraction
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
-from targets.mcu.bus import Bus
-from targets.mcu.chip import AskReset, Boot, MakeCore, Memory
+from targets.mcu.chip import Boot, Memory
 from targets.mcu.cortexm.kinds import CORTEX_M7_R1P1
-from targets.mcu.fidelity import Notes
-from targets.mcu.irq_lines import IrqLines
-from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
-from targets.mcu.services import Services
-from targets.mcu.signals import Signals
 from targets.mcu.stm32.backup_sram import BackupSram
-from targets.mcu.stm32.chip import BasicChip
 from targets.mcu.stm32.crc import Crc
-from targets.mcu.stm32.dma_requests import Requests
-from targets.mcu.stm32.gpio import ANALOG_RESETS, Gpio, thresholds
-from targets.mcu.stm32.iwdg import Iwdg
-from targets.mcu.stm32.pin_functions import PinFunctions
+from targets.mcu.stm32.gpio import ANALOG_RESETS, Gpio
+from targets.mcu.stm32.m7_chip import M7Chip
 from targets.mcu.stm32.rng import Rng
 from targets.mcu.stm32.rtc import Rtc
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32h7.absent import absent_peripherals
-from targets.mcu.stm32h7.af_table import ALTERNATE_FUNCTIONS, PADS
+from targets.mcu.stm32h7.af_table import ALTERNATE_FUNCTIONS
 from targets.mcu.stm32h7.blocks import adcs, dma_controllers, i2cs, timers, usarts
 from targets.mcu.stm32h7.clocks import HSI_HZ, ClockTree
 from targets.mcu.stm32h7.dbgmcu import Dbgmcu
@@ -46,24 +36,16 @@ from targets.mcu.stm32h7.pwr import WAKE_UP_PINS, Pwr
 from targets.mcu.stm32h7.rcc import Rcc
 from targets.mcu.stm32h7.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory
 from targets.mcu.stm32h7.syscfg import Syscfg
-from targets.mcu.timebase import Timebase
 
 if TYPE_CHECKING:
     from targets.boards import Board
-    from targets.boards.board import Straps
 
 __all__ = ["Stm32h753"]
 
-ITCM_RAM, RAM_BASE = 0x0000_0000, 0x2000_0000
-D2_RAM, D2_RAM_ALIAS = 0x3000_0000, 0x1000_0000
-# On AHB a byte leaves the other lanes of its word alone; behind the APB bridges it is repeated over the word.
-APB = ((0x4000_0000, 0xE000), (0x4001_0000, 0x7800), (0x5000_0000, 0x4000), (0x5800_0000, 0x5800))
-TIME_STAMP_PIN = "PC13"  # RTC_TS (DS12117, additional functions)
-
-_US_PER_S = 1_000_000
+D2_RAM_ALIAS = 0x1000_0000
 
 
-class Stm32h753(BasicChip):
+class Stm32h753(M7Chip):
     """The STM32H743 or H753; see `targets.mcu.chip.Chip`."""
 
     START_HZ = int(HSI_HZ)
@@ -82,78 +64,31 @@ class Stm32h753(BasicChip):
         (0x5C00_1000, 0x400),  # DBGMCU
         (0xE000_0000, 0x10_0000),  # the private peripheral bus
     )
+    FUNCTIONS = ALTERNATE_FUNCTIONS
+    GATES = GATES
+    WAKE_UP_PINS = WAKE_UP_PINS
+    APB = ((0x4000_0000, 0xE000), (0x4001_0000, 0x7800), (0x5000_0000, 0x4000), (0x5800_0000, 0x5800))
 
     rcc: Rcc
     pwr: Pwr
     dbgmcu: Dbgmcu
     exti: Exti
     _flash: Flash
+    _tree: ClockTree
 
-    def __init__(
-        self,
-        board: Board,
-        straps: Straps,
-        time: Timebase,
-        notes: Notes,
-        bus: Bus,
-        make_core: MakeCore,
-        ask_reset: AskReset,
-    ) -> None:
-        variant = board.variant
-        self._straps = straps
-        # One block for all RAM, so that whoever asks whether anything has changed sees all of it: DTCM first.
-        self._parts = ((RAM_BASE, variant.ram_bytes), (ITCM_RAM, variant.itcm_bytes), *variant.more_ram)
-        self.ram = bytearray(sum(size for _, size in self._parts))
-        self.pins = Pins(PADS, time, notes, bonded=variant.pins, thresholds=thresholds(3.3))
-        self.signals = Signals(self.pins)
-        self._functions = PinFunctions(ALTERNATE_FUNCTIONS, self.signals, time, notes)
-        self._tree = ClockTree()
-        self._requests = Requests()
-        self._irq_lines = IrqLines(self._irq)
-        self.services = Services(
-            time=time,
-            clocks=self._tree,
-            notes=notes,
-            irq=self._irq_lines.line,
-            dma=self._requests.line,
-            output=self.signals.output,
-            input=self.signals.input,
-            bus=bus,
-            chip_reset=ask_reset,
-        )
-        self.core = make_core(self.services)
-        self._system_memory = system_memory(variant.flash_bytes // 1024, unique_id(board.name))
-        self._make_core_parts(board)
-        self._memories = self._map()
-        self._make_peripherals(board)
-        everything = (self.rcc, self._flash, self.pwr, self.iwdg, self.wwdg, self.rtc, self.dbgmcu, *self._others)
-        self.peripherals = {peripheral.name: peripheral for peripheral in everything}
-        for peripheral in self.peripherals.values():
-            behind_bridge = any(start <= peripheral.base < start + size for start, size in APB)
-            bus.add(peripheral, ahb=not behind_bridge)
-        for base, size in APB:
-            bus.add_quiet(base, size)
-        self._tie(GATES, backup=(self.rtc,))
-        self.rcc.on_clock_failure = self._clock_failed
-        self._pull_pins(board, straps)
+    def _make_tree(self) -> ClockTree:
+        return ClockTree()
 
-    def _make_core_parts(self, board: Board) -> None:
+    def _make_core_parts(self, board: Board) -> tuple[Peripheral, ...]:
         """Clocks, power, flash, and what depends on them."""
         services = self.services
-        for number, pin in enumerate(WAKE_UP_PINS, 1):
-            self.signals.route(f"WKUP{number}", pin)
         self.pwr = Pwr(0x5802_4800, services)
         self.rcc = Rcc(
             0x5802_4400,
             services,
             self._tree,
-            hse_hz=board.hse_hz,
-            hse_is_clock=board.hse_bypass,
-            hse_start_s=Fraction(board.hse_startup_us, _US_PER_S),
-            lse=board.lse_hz is not None,
-            lse_start_s=Fraction(board.lse_startup_us, _US_PER_S),
-            backup_writable=self.pwr.backup_writable,
             scale=self.pwr.scale,
+            **self._board_clocks(board),
         )
         self.pwr.on_scale = self.rcc.scale_changed
         self._flash = Flash(
@@ -164,17 +99,8 @@ class Stm32h753(BasicChip):
             scale=self.pwr.scale,
             pc=lambda: self.core.pc,
         )
-        self.iwdg = Iwdg(
-            0x5800_4800,
-            services,
-            lsi_hz=self.rcc.lsi_hz,
-            start_lsi=self.rcc.force_lsi,
-            lsi_on=self.rcc.lsi_on,
-            starts_by_itself=lambda: self._flash.settings.hardware_watchdog,
-            window=True,
-        )
+        self.iwdg = self._make_iwdg(0x5800_4800, window=True)
         self.wwdg = Wwdg(0x5000_3000, services, bus="APB3")
-        self.signals.route("RTC_TS", TIME_STAMP_PIN)
         self.rtc = Rtc(
             0x5800_4000,
             services,
@@ -185,23 +111,18 @@ class Stm32h753(BasicChip):
         self.rcc.on_rtc_clock = self.rtc.clock_changed
         self.rtc.on_wake = self.pwr.wake_by_rtc
         self.dbgmcu = Dbgmcu(0x5C00_1000, services)
+        return self.rcc, self._flash, self.pwr, self.iwdg, self.wwdg, self.rtc, self.dbgmcu
 
-    def _map(self) -> tuple[Memory, ...]:
-        whole, offset, ram = memoryview(self.ram), 0, []
-        for base, size in self._parts:
-            # A view of a part of it has all that a bytearray is asked for here and in the engine.
-            part = cast("bytearray", whole[offset : offset + size])
-            ram.append(Memory(base=base, data=part, writable=True))
-            if base == D2_RAM:
-                ram.append(Memory(base=D2_RAM_ALIAS, data=part, writable=True))
-            offset += size
+    def _map(self, board: Board) -> tuple[Memory, ...]:
+        dtcm, itcm, axi, d2, d3 = self._map_ram()
+        system = system_memory(board.variant.flash_bytes // 1024, unique_id(board.name))
         return (
-            *ram,
+            *(dtcm, itcm, axi, d2, Memory(base=D2_RAM_ALIAS, data=d2.data, writable=True), d3),
             Memory(base=self.FLASH_BASE, data=self._flash.memory),
-            Memory(base=SYSTEM_MEMORY_BASE, data=self._system_memory),
+            Memory(base=SYSTEM_MEMORY_BASE, data=system),
         )
 
-    def _make_peripherals(self, board: Board) -> None:
+    def _make_peripherals(self, board: Board) -> tuple[Peripheral, ...]:
         """Everything else."""
         services = self.services
         ports = [
@@ -214,7 +135,7 @@ class Stm32h753(BasicChip):
         self.usarts = {usart.name: usart for usart in usarts(services, self._tree.kernel_hz)}
         self.i2cs = {i2c.name: i2c for i2c in i2cs(services, self._tree.kernel_hz)}
         self._timers = {timer.name: timer for timer in timers(services)}
-        self._others: tuple[Peripheral, ...] = (
+        return (
             *ports,
             syscfg,
             self.exti,
@@ -229,10 +150,6 @@ class Stm32h753(BasicChip):
             *self.i2cs.values(),
             *absent_peripherals(services, crypto=board.variant.name.startswith("STM32H753")),
         )
-
-    def _clock_failed(self) -> None:
-        for name in ("TIM1", "TIM8"):
-            self._timers[name].clock_failed()
 
     # --- for the machine
 
@@ -254,15 +171,6 @@ class Stm32h753(BasicChip):
             what = f"BOOT_ADD{pin} chooses system memory (0x{table:08X}), whose boot loader is not modelled"
             return Boot(table=table, refusal=what)
         return Boot(table=image_table if table == self.FLASH_BASE else table)
-
-    def stop_clocks(self) -> None:
-        """Let all but LSE and LSI stand still."""
-        super().stop_clocks()
-        self.pwr.enter_stop()
-
-    def standby_may_end(self) -> bool:
-        """Say whether a WKUP pin or the RTC may end Standby."""
-        return self.pwr.may_wake()
 
     def diagnose(self, pc: int) -> str | None:
         """Tell of the boot loader that is not there."""
