@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import select
 
 import pytest
@@ -287,3 +288,26 @@ def test_a_dashboard_that_is_too_slow_passes_over_what_is_old_and_says_so(proces
         assert f"{app.passed_over / 1e6:.1f} MB passed over" in app._headline()
 
     on_screen(process, scenario)
+
+
+def test_a_port_that_goes_is_shown_as_down_and_one_that_came_back_as_up_again(
+    process_of, on_screen, rows, journal_file, settle
+):
+    def link(ns, up):
+        counters = {"sent": ns, "received": ns, "lost": 0}
+        about = {"port": "/dev/ttyACM0", "up": up, "baud": 115_200, "pending": 0}
+        return {"ns": ns * 10**9, "kind": "link", "source": "host", **about, **counters}
+
+    process = process_of("rover")
+    process.journal = journal_file([link(1, True), link(2, False)])
+
+    async def scenario(app, pilot):
+        assert "DOWN" in "\n".join(rows(app))
+        with process.journal.open("a") as journal:
+            journal.write(json.dumps(link(5, True)) + "\n")
+        await settle(app, pilot)
+        seen = "\n".join(rows(app))
+        assert "DOWN" not in seen
+        assert "went down 1 times" in seen
+
+    on_screen(process, scenario, (200, 60))
