@@ -126,8 +126,8 @@ def _tries(model: BenchModel | None, actions: Collection[str], recorded: bool) -
     if "drive" in actions:
         yield "Hold [b]w[/b], then let go: the log tells when the dead man stops it."
     if "simulator" in actions:
-        yield "[b]l[/b] pauses the simulator: STATUS missed counts to ten, then EMERGENCY. [b]l[/b] again: MANUAL."
-        yield "[b]k[/b] pauses the driving stack: COMMAND missed counts to ten, then MANUAL."
+        yield "[b]l[/b] pauses the simulator: after ten missed statuses EMERGENCY. [b]l[/b] again: MANUAL."
+        yield "[b]k[/b] pauses the driving stack: after ten missed commands MANUAL. Watchdogs shows it come."
     if "inject" in actions:
         yield "[b]i ctrl+s[/b]: noise towards the target. Counters tell what is rejected, Watchdogs what is left."
         yield "[b]i[/b], drop, 60 percent: how long does the session live? States shows which way it ends."

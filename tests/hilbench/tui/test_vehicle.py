@@ -13,6 +13,7 @@ from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.views.above import world_view
 from hilbench.tui.views.cockpit import cockpit_view
 from hilbench.tui.views.frames import frame_view
+from hilbench.tui.views.help import help_text
 from hilbench.tui.views.status import counters_view, link_view, timers_view
 from protocols import autoware, carla
 
@@ -210,3 +211,15 @@ def test_what_is_commanded_is_another_signal_than_what_is_true(model_of):
     assert {"speed", "AUTOWARE speed"} <= signals.keys()
     assert max(value for _, value in signals["speed"].parts[0]) < 9.0
     assert max(value for _, value in signals["AUTOWARE speed"].parts[0]) == 10.0
+
+
+# --- help
+
+
+def test_help_knows_who_is_at_both_lines(model_of):
+    text = help_text(model_of("vehicle"), ACTIONS, [], recorded=False)
+    assert "None of our clients speaks to it" not in text
+    assert "at its two lines" in text
+    assert "Of a vehicle interface" in text
+    assert "pauses the simulator" in text
+    assert "Of a vehicle interface" not in help_text(model_of("pioneer"), ("drive",), [], recorded=False)
