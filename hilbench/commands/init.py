@@ -5,50 +5,91 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hilbench import interruption
-from hilbench.parser import Parser
+from hilbench import arguments, interruption
+from hilbench.errors import UsageError
+from hilbench.parser import Parser, typed
 
 _EXAMPLES = """
 hilbench init --board bluepill --image build/firmware.elf
 hilbench init --board ./my-board.toml --image firmware.hex --dir tests
+hilbench init --protocol p2os                           for the robot that is plugged in
+hilbench init --protocol pkt --port /dev/ttyACM0        or at this port
 """
 
 _NOTES = """
-Writes hilbench.toml, test_firmware.py and conftest.py, and overwrites nothing. Then: 'pytest' runs the test,
-'hilbench run --follow' shows what the firmware does, 'hilbench serve hilbench.toml' puts its serial ports on ptys.
+For firmware on an emulated board it writes hilbench.toml, test_firmware.py and conftest.py. Then: 'pytest' runs the
+test, 'hilbench run --follow' shows what the firmware does, 'hilbench serve hilbench.toml' puts its serial ports on
+ptys.
+For a board at a serial port it writes test_board.py, and a pytest.ini that says which board: by its USB identity, so
+that it is found again under another name. Nothing is opened, nothing is overwritten.
 """
 
 
 def parser() -> Parser:
     """Return the parser of this command."""
-    made = Parser("hilbench init", "Write a bench file and a test for firmware of your own.", _EXAMPLES, _NOTES)
+    made = Parser(
+        "hilbench init",
+        "Write a first test, for firmware of your own or a board that is plugged in.",
+        _EXAMPLES,
+        _NOTES,
+    )
     add = made.add_argument
-    add(
-        "--board",
-        metavar="BOARD",
-        required=True,
-        help="built-in board (bluepill, nucleo-f767zi, nucleo-h753zi), or a file of yours (.toml)",
-    )
-    add(
-        "--image", metavar="IMAGE", required=True, type=Path, help="what would be flashed: ELF, Intel HEX or raw binary"
-    )
+    add("--board", metavar="BOARD",
+        help="built-in board (bluepill, nucleo-f767zi, nucleo-h753zi), or a file of yours (.toml)")  # fmt: skip
+    add("--image", metavar="IMAGE", type=Path, help="what would be flashed: ELF, Intel HEX or raw binary")
+    add("--protocol", metavar="PROTOCOL", choices=("p2os", "pkt"),
+        help="for a board at a serial port: what it speaks, p2os or pkt")  # fmt: skip
+    add("--port", metavar="PORT", default="",
+        help="with --protocol: its path, or serial=NUMBER, usb=VENDOR:PRODUCT (default: the only one)")  # fmt: skip
+    add("--baud", metavar="B", type=typed(arguments.baud),
+        help="with --protocol: rate of the line (default: 9600 for p2os, 115200 for pkt)")  # fmt: skip
     add("--dir", metavar="DIR", default=Path(), type=Path, help="where to write (default: the working folder)")
     return made
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Run the command; see `hilbench.mcu.init.init`."""
+    """Run the command; see `hilbench.mcu.init.init` and `hilbench.port_init.init_port`.
+
+    Raises:
+        UsageError: it is not said for what, or for both.
+    """
     from hilbench.console import Console
     from hilbench.exit_codes import ExitCode
-    from hilbench.mcu.init import init
 
     console = Console()
+    _check(parsed)
     interruption.raise_once()
-    written = init(parsed.board, parsed.image, parsed.dir)
+    if parsed.protocol is not None:
+        from hilbench.port_init import init_port
+
+        written = init_port(parsed.protocol, parsed.port, parsed.baud, parsed.dir)
+        then = "pytest"
+    else:
+        from hilbench.mcu.init import init
+
+        written = init(parsed.board, parsed.image, parsed.dir)
+        then = "pytest; hilbench run --follow --for 1s; hilbench serve hilbench.toml"
     for file in written.files:
         console.data(f"wrote {file}")
     for note in written.notes:
         console.narrate(f"note: {note}")
     there = "" if parsed.dir == Path() else f"cd {parsed.dir}; "
-    console.narrate(f"try: {there}pytest; hilbench run --follow --for 1s; hilbench serve hilbench.toml")
+    console.narrate(f"try: {there}{then}")
     return ExitCode.OK
+
+
+def _check(parsed: argparse.Namespace) -> None:
+    of_port = {"--port": parsed.port, "--baud": parsed.baud}
+    of_board = {"--board": parsed.board, "--image": parsed.image}
+    if parsed.protocol is not None:
+        for option, value in of_board.items():
+            if value is not None:
+                raise UsageError("is for an emulated board", where=option, hint="leave it or --protocol away")
+        return
+    for option, value in of_port.items():
+        if value:
+            raise UsageError("is for a board at a port", where=option, hint="say what it speaks with --protocol")
+    missing = ", ".join(option for option, value in of_board.items() if value is None)
+    if missing:
+        what = f"{missing} is missing" if missing in of_board else f"{missing} are missing"
+        raise UsageError(what, where="init", hint="see 'hilbench init --help'")

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import os
-from dataclasses import dataclass
 from pathlib import Path
 
 from hilbench.bench_file import EmulatedBoard
 from hilbench.board_files import is_board_file, open_board
-from hilbench.errors import UsageError
-from hilbench.files import check_writable, write_atomically
 from hilbench.mcu.images import load
 from hilbench.names import as_utf8, escaped
+from hilbench.new_files import Written, quoted, write_new
 
-__all__ = ["BENCH_NAME", "CONFTEST_NAME", "TEST_NAME", "Written", "init"]
+__all__ = ["BENCH_NAME", "CONFTEST_NAME", "TEST_NAME", "init"]
 
 BENCH_NAME = "hilbench.toml"
 TEST_NAME = "test_firmware.py"
@@ -53,19 +50,6 @@ _CONFTEST_IS_THERE = """\
 {file} is there already and stays as it is; it needs this line: pytest_plugins = ["hilbench.pytest_plugin"]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Written:
-    """What was written.
-
-    Attributes:
-        files: the files.
-        notes: what the image is like and what else there is to do, for the user to know.
-    """
-
-    files: tuple[Path, ...]
-    notes: tuple[str, ...]
-
-
 def init(board: str, image: Path, folder: Path) -> Written:
     """Write a bench file and a test, and have pytest know hilbench.
 
@@ -84,8 +68,8 @@ def init(board: str, image: Path, folder: Path) -> Written:
         folder / BENCH_NAME: _BENCH.format(
             image=escaped(image.name),
             board_name=opened.name,
-            board=_quoted(_seen_from(folder, board) if is_board_file(board) else board),
-            firmware=_quoted(_seen_from(folder, str(image))),
+            board=quoted(_seen_from(folder, board) if is_board_file(board) else board),
+            firmware=quoted(_seen_from(folder, str(image))),
         ),
         folder / TEST_NAME: _TEST.format(image=escaped(image.name).replace('"', "'"), board_name=opened.name),
     }
@@ -95,19 +79,8 @@ def init(board: str, image: Path, folder: Path) -> Written:
         texts[conftest] = _CONFTEST
     elif PLUGIN not in conftest.read_text(encoding="utf-8", errors="replace"):
         notes.append(_CONFTEST_IS_THERE.format(file=conftest))
-    for file in texts:
-        if file.exists() or file.is_symlink():
-            raise UsageError("is there already", where=str(file), hint="remove it, or choose another folder with --dir")
-        check_writable(file, "--dir")
-    for file, text in texts.items():
-        write_atomically(file, text)
-    return Written(files=tuple(texts), notes=tuple(notes))
+    return Written(files=write_new(texts), notes=tuple(notes))
 
 
 def _seen_from(folder: Path, file: str) -> str:
     return as_utf8(os.path.relpath(Path(file).resolve(), folder.resolve()))
-
-
-def _quoted(text: str) -> str:
-    """Return a TOML string; the escapes of JSON are those of TOML."""
-    return json.dumps(text, ensure_ascii=False)
