@@ -1,12 +1,14 @@
 """Finds the files of suites: the shipped ones by name, a user's own by path.
 
-A shipped suite is a file, or a folder of files where it is too long for one. A name that begins with ``_`` is of no
+A shipped suite is a file, or a folder of files where it is too long for one; ``ORDER`` in the folder's package names
+these files as they are to run, and what it does not name follows by its name. A name that begins with ``_`` is of no
 case: what several suites, or several files of one, have in common.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 
 from hilbench.errors import UsageError
@@ -14,6 +16,7 @@ from hilbench.names import escaped
 from hilbench.nearest import did_you_mean
 
 SHIPPED_FOLDER = Path(__file__).parent.parent / "suites"
+_PACKAGE = "hilbench.suites"
 
 
 def shipped_suites(folder: Path = SHIPPED_FOLDER) -> dict[str, Path]:
@@ -51,7 +54,11 @@ def find_suites(wanted: Sequence[str]) -> list[Path]:
 
 
 def _files_of(path: Path) -> list[Path]:
-    return sorted(path.glob("[!_]*.py")) if is_shipped(path) and path.is_dir() else [path]
+    if not (is_shipped(path) and path.is_dir()):
+        return [path]
+    order: Sequence[str] = getattr(import_module(f"{_PACKAGE}.{path.name}"), "ORDER", ())
+    places = {name: place for place, name in enumerate(order)}
+    return sorted(path.glob("[!_]*.py"), key=lambda file: (places.get(file.stem, len(places)), file.stem))
 
 
 def _find(name: str, shipped: dict[str, Path]) -> Path:

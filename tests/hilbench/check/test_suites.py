@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import pytest
 
 from hilbench.check.suites import SHIPPED_FOLDER, find_suites, is_shipped, shipped_suites, suite_name
@@ -15,6 +17,13 @@ def test_a_shipped_suite_is_a_file_or_a_folder_of_files(name, path):
     assert {suite_name(file) for file in files} == {name} == {suite_name(path)}
     assert all(map(is_shipped, files))
     assert (len(files) > 1) is path.is_dir()
+
+
+@pytest.mark.parametrize("name", [name for name, path in shipped_suites().items() if path.is_dir()])
+def test_the_files_of_a_folder_run_as_its_order_says(name):
+    order = getattr(import_module(f"hilbench.suites.{shipped_suites()[name].name}"), "ORDER", None)
+    stems = [file.stem for file in find_suites([name])]
+    assert stems == (sorted(stems) if order is None else list(order)), "a file is not named, or a name is of no file"
 
 
 def test_all_shipped_suites_are_found_where_none_is_named():

@@ -1,0 +1,54 @@
+"""The stream of SIPs, and how a session begins."""
+
+from __future__ import annotations
+
+from hilbench.check import Violation, case
+from hilbench.clock import NS_PER_S
+from hilbench.peer import Peer
+from hilbench.suites._requirements import require_plain_sip, require_rate, require_standing
+from hilbench.suites._session import Session
+from protocols.p2os import CommandNumber
+
+_C = CommandNumber
+
+
+@case("S18", bench_time_s=10.3)
+def test_sips_come_at_their_rate(peer: Peer) -> None:
+    """Listens and says nothing. The robot stands, so the watchdog may run out."""
+    session = Session(peer)
+    mark, dropped = peer.mark(), len(peer.dropped)
+    seen, doubts_s = [session.next()], []
+    end_ns = session.now_ns + 10 * NS_PER_S
+    while session.now_ns < end_ns:
+        seen.append(session.next())
+        doubts_s.append(session.uncertainty_s(seen[-2].start_ns))
+    if len(peer.dropped) > dropped:
+        raise Violation("bytes came that are no sound packet", peer.evidence(mark))
+    for one in seen:
+        require_plain_sip(one)
+    require_rate([s.start_ns for s in seen], doubts_s, session)
+    session.leave()
+
+
+@case("S19", bench_time_s=0.2)
+def test_a_session_begins_with_motors_off_and_sonar_on(peer: Peer) -> None:
+    flags = Session(peer).first.sip.flags
+    assert not flags & 1, f"flags {flags:04X}: the motors are on"
+    assert flags & 2, f"flags {flags:04X}: the sonar is off"
+
+
+@case("S20", bench_time_s=1.2)
+def test_velocity_with_motors_off_moves_nothing(peer: Peer) -> None:
+    session = Session(peer)
+    session.send(_C.VEL, 200)
+    require_standing(session.watch(1.0), session, "the motors are off")
+    session.leave()
+
+
+@case("S21", bench_time_s=0.4)
+def test_enable_switches_the_motors_on(peer: Peer) -> None:
+    session = Session(peer)
+    arrived_ns = session.send(_C.ENABLE, 1)
+    flags = [session.next_after(arrived_ns).sip.flags for _ in range(2)]
+    assert flags[1] & 1, f"the motors are off in the second SIP after ENABLE 1 (flags {flags[1]:04X})"
+    session.leave()
