@@ -116,8 +116,12 @@ class Actions:
         towards_target = request.get("towards", "target") == "target"
         direction = Direction.A_TO_B if towards_target else Direction.B_TO_A
         taps[line].inject(Fault(kind=kind, direction=direction, **given))
+        if "probability" in given:  # the others strike once; these until they are taken back
+            towards = "target" if towards_target else "operator"
+            self._bench.record("armed", line, fault=kind.value, towards=towards, probability=given["probability"])
 
     def _clear(self) -> None:
+        self._bench.record("disarmed", "line")
         for tap in self._rig.taps.values():
             tap.clear()
 

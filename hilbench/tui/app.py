@@ -357,6 +357,15 @@ class Dashboard(VehicleActions, Asking):
             "svg", self.export_screenshot(title=f"hilbench {self.model.name if self.model else ''}"), "the screen"
         )
 
+    def action_keep(self) -> None:
+        """Copy the recording so far into the working folder; 'hilbench replay' opens it."""
+        try:
+            data = self.process.journal.read_bytes()
+        except OSError as error:
+            self.notify(f"{self.process.journal}: {error.strerror}", severity="error")
+        else:
+            self._save("journal.jsonl", data.decode(errors="replace"), "the recording")
+
     def action_export(self) -> None:
         """Ask what is to be written to a file, and write it."""
         choices = [(f"{what} {form}", about) for what, (about, _, forms) in EXPORTS.items() for form in forms]

@@ -32,6 +32,7 @@ KEYS: list[BindingType] = [
     Binding("u", "clear_faults", "No faults", show=False),
     Binding("m", "mark", "Mark", show=False),
     Binding("g", "picture", "SVG", show=False),
+    Binding("R", "keep", "Keep", show=False),
     Binding("X", "export", "Export", show=False),
     Binding("slash", "filter", "Filter"),
     Binding("t", "check", "Check"),
@@ -83,6 +84,7 @@ BY_NAME: dict[str, tuple[str, tuple[object, ...]]] = {
     "Mark this moment": ("mark", ()),
     "Filter frames": ("filter", ()),
     "Save the screen as SVG": ("picture", ()),
+    "Keep the recording so far": ("keep", ()),
     "Export as CSV, JSON or hex": ("export", ()),
     "Run a suite on a fresh bench": ("check", ()),
     "Stop the suite": ("stop_check", ()),
@@ -117,5 +119,13 @@ NEEDS = {
 }  # fmt: skip
 """What an action of ours asks of the bench; one that the bench does not have is not offered."""
 
-OF_RECORDINGS = {"play": True, "go": True, "event": True, "error": True, "check": False, "stop_check": False}
+OF_RECORDINGS = {
+    "play": True,
+    "go": True,
+    "event": True,
+    "error": True,
+    "check": False,
+    "stop_check": False,
+    "keep": False,
+}
 """Actions that there are of recordings alone, or of benches alone."""

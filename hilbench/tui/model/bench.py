@@ -71,6 +71,8 @@ class BenchModel:
     Attributes:
         ns: the latest bench time that was told.
         ended: whether the journal was closed in good order.
+        faults: how often each struck.
+        armed: those that go on striking until they are taken back, in words.
         vehicle: what is seen in a car and at the board in it; empty where there is none.
     """
 
@@ -89,6 +91,7 @@ class BenchModel:
         self.checks = ChecksModel()
         self.log = LogModel()
         self.faults: Counter[str] = Counter()
+        self.armed: list[str] = []
         self.pace: Event = {}
         self.driver = DriverModel()
         self.vehicle: Event = {}
@@ -153,6 +156,11 @@ class BenchModel:
                 self.console.take(event)
             case "case" | "verdict":
                 self.checks.take(event)
+            case "armed":
+                about = f"{event['fault']} {event['probability']:.2g} towards {event['towards']}"
+                self.armed.append(about if len(self.lines) < 2 else f"{about} on {event['source']}")
+            case "disarmed":
+                self.armed.clear()
 
     def _take_reported(self, event: Event) -> None:
         name, source = event["name"], event["source"]

@@ -42,7 +42,7 @@ _KEYS = (
     ("p n", "pause or go on; 0.1 s further"),
     ("+ - f", "twice, half as fast; as fast as it can, and real time again"),
     ("i u", "put a fault on the line; take all back"),
-    ("m", "mark this moment in the journal"),
+    ("m R", "mark this moment in the journal; keep the recording so far, in the working folder"),
     ("/", "filter frames: words that must be there, -word must not, > or <, ! what is not sound"),
     ("L < >", "which signals are plotted; over a shorter, a longer time"),
     ("t b", "run a suite on a fresh bench; open another bench"),

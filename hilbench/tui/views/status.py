@@ -43,6 +43,8 @@ def link_view(model: BenchModel, width: int) -> list[Text]:
         lines.append(Text("no line to watch", DIM))
     lines += _pace(model)
     lines.append(_driver(model))
+    if model.armed:
+        lines.append(Text("faults armed   " + ", ".join(model.armed)))
     if model.faults:
         lines.append(Text("faults struck  " + ", ".join(f"{n} {name}" for name, n in model.faults.items()), BAD))
     return [fit(line, width) for line in lines]

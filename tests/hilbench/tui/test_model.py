@@ -99,6 +99,12 @@ def test_a_line_that_goes_down_is_an_outage():
     assert model.lines["host"].outages == 2
 
 
+def test_faults_stay_armed_until_they_are_taken_back(model_of):
+    armed = ["noise 0.05 towards target"]
+    assert (model_of("rover", 4.4).armed, model_of("rover", 3.1).armed) == (armed, armed)
+    assert (model_of("rover", 2.9).armed, model_of("rover").armed) == ([], [])
+
+
 def test_what_a_console_says_is_read_across_nothing():
     model = BenchModel({})
     model.take([{"ns": 1, "kind": "console", "source": "brain.itm0", "data": b"hello\n".hex()}])

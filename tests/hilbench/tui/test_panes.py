@@ -224,3 +224,16 @@ def test_the_palette_has_every_action_that_a_key_has(process_of, on_screen):
         assert app.zoomed == "plots"
 
     on_screen(process_of("pioneer"), scenario)
+
+
+def test_the_recording_so_far_is_kept_and_can_be_replayed(process_of, on_screen, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    process = process_of("rover")
+
+    async def scenario(app, pilot):
+        await pilot.press("R")
+        await pilot.pause()
+
+    on_screen(process, scenario)
+    (kept,) = tmp_path.glob("hilbench-rover-model-*-journal.jsonl")
+    assert kept.read_bytes() == process.journal.read_bytes()
