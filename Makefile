@@ -62,6 +62,10 @@ deadlines: dev    ## how exactly a vehicle-interface board keeps its deadlines (
 resync: dev       ## what stray bytes cost a vehicle-interface board (docs/carla/resync.md)
 	$(BIN)/python -m tests.resync
 
+.PHONY: doors
+doors: dev        ## suites on boards in memory and through each door (docs/doors-verdicts.md); an hour, in real time, on an idle host
+	$(BIN)/python -m tests.doors
+
 campaign: dev     ## the dodger in twenty rooms, in three ways (docs/campaign.md); half an hour
 	$(BIN)/python -m tests.campaign
 

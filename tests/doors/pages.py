@@ -1,0 +1,116 @@
+"""The page of the doors, made from its record."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from tests.doors.benches import DOORS
+
+__all__ = ["compared", "page"]
+
+Row = Mapping[str, Any]
+
+_HEAD = """\
+# The same verdicts through each door
+
+Made by `make doors` (`python -m tests.doors`); the data is in [doors-verdicts.json](doors-verdicts.json). Do not edit.
+
+Each suite runs on a board in memory, in virtual time, and then on the same board that `hilbench serve` has behind a
+door, in real time: a pty, a TCP port, RFC 2217, and a pty with `hilbench proxy` in between.
+
+| Column | Cases |
+|---|---|
+| As in memory | have the same verdict |
+| Inconclusive | have a limit within what the bench could measure |
+| Board late | have another verdict, of a board that did not keep real time |
+| Other | have another verdict |
+
+The board behind a door is a process of its own on the same host. What it is late by, the checker cannot see: a board
+that stands still for 0.3 s is, for its clauses, a board that answers 0.3 s too late. So the figures of both stand here:
+lateness p50, p99 and max in ms, then slips; for the board its speed as a part of real time before them. Where the board
+has slipped, the row says little of the door, and is to be made again on an idle host.
+
+A board behind a door runs one program: cases of other programs do not apply there. The column *Cases* says which were
+run. Suites that look at pins, wheels or the world run in memory alone.
+
+"""
+
+
+def compared(row: Row, memory: Row) -> Counter[str]:
+    """Return how many cases have the same verdict as in memory, are inconclusive, differ, or do not apply."""
+    return Counter(_relations(row, memory).values())
+
+
+def _relations(row: Row, memory: Row) -> Mapping[str, str]:
+    """Return how each case's verdict relates to that in memory."""
+    late = row["served"] is not None and row["served"]["slips"] > 0
+    found = {case: _relation(verdict, memory["verdicts"].get(case)) for case, verdict in row["verdicts"].items()}
+    return {case: "late" if late and relation == "other" else relation for case, relation in found.items()}
+
+
+def _relation(verdict: str, in_memory: str | None) -> str:
+    if in_memory is None or verdict in {"n/a", "not-applicable"}:
+        return "n/a"
+    if verdict == in_memory:
+        return "same"
+    return "inconclusive" if verdict == "inconclusive" else "other"
+
+
+def page(record: Sequence[Row]) -> str:
+    """Return the page."""
+    by_key = {(row["bench"], row["suite"], row["door"]): row for row in record}
+    lines = [
+        "| Bench | Suite | Cases | Door | As in memory | Inconclusive | Board late | Other | Checker | Board |",
+        "|---|---|---|---|--:|--:|--:|--:|--:|--:|",
+    ]
+    others: list[str] = []
+    for bench, suite in dict.fromkeys((row["bench"], row["suite"]) for row in record):
+        memory = by_key.get((bench, suite, "memory"))
+        if memory is None:
+            continue
+        for door in DOORS:
+            row = by_key.get((bench, suite, door))
+            if row is not None:
+                lines.append(_line(row, memory))
+                others += _others(row, memory)
+    slipped = sum(1 for row in record if row["served"] is not None and row["served"]["slips"])
+    if slipped:
+        lines.append(f"\nThe host was busy with other work: the board slipped in {slipped} of these rows.")
+    text = _HEAD + "\n".join(lines) + "\n"
+    if others:
+        text += "\n## Verdicts that are not as in memory\n\n" + "\n".join(others) + "\n"
+    return text
+
+
+def _line(row: Row, memory: Row) -> str:
+    count = compared(row, memory)
+    select = f'`-k "{row["select"]}"`' if row["select"] else "all"
+    counts = (count[relation] for relation in ("same", "inconclusive", "late", "other"))
+    cells = (row["bench"], row["suite"], select, row["door"], *counts, _checker(row["pace"]), _board(row["served"]))
+    return "| " + " | ".join(map(str, cells)) + " |"
+
+
+def _checker(pace: Mapping[str, float] | None) -> str:
+    if pace is None:
+        return "virtual time"
+    figures = (pace[f"lateness_{name}_s"] * 1000 for name in ("p50", "p99", "max"))
+    return ", ".join(f"{value:.2f}" for value in figures) + f"; {pace['slips']}"
+
+
+def _board(served: Mapping[str, float] | None) -> str:
+    if served is None:
+        return "-"
+    figures = ", ".join(f"{served[name]:.2f}" for name in ("p50", "p99", "max"))
+    return f"{served['factor']:.3f}; {figures}; {served['slips']:.0f}"
+
+
+def _others(row: Row, memory: Row) -> list[str]:
+    here, there, causes = row["verdicts"], memory["verdicts"], row["causes"]
+    return [
+        f"- {row['bench']}, {row['door']}{', board late' if relation == 'late' else ''}: `{case}` {here[case]}, in "
+        f"memory {there[case]}: {' '.join(causes.get(case, '').split())}"
+        for case, relation in _relations(row, memory).items()
+        if relation in {"late", "other"}
+    ]
