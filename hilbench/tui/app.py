@@ -6,13 +6,11 @@ import asyncio
 import signal
 from collections.abc import Callable, Iterable
 from functools import partial
-from pathlib import Path
 
 from textual.app import ComposeResult, SystemCommand
 from textual.screen import Screen
 from textual.widgets import Footer, Static
 
-from hilbench.tui.asking import Asking
 from hilbench.tui.bench_process import BenchProcess, Phase
 from hilbench.tui.body import Body
 from hilbench.tui.check_run import CheckRun
@@ -29,12 +27,12 @@ from hilbench.tui.dialogs import (
 from hilbench.tui.keys import BY_NAME, KEYS
 from hilbench.tui.memory import Memory
 from hilbench.tui.model.arrangement import ARRANGED, Arrangement
-from hilbench.tui.model.export import EXPORTS, Selection, exported
 from hilbench.tui.model.replay import Replay
 from hilbench.tui.pad_hand import PadHand
 from hilbench.tui.pads import Pads
 from hilbench.tui.panes import PANES, FramesPane, Pane, PlotsPane, Strip
 from hilbench.tui.recorded import RecordedBench
+from hilbench.tui.saving import Saving
 from hilbench.tui.timeline import Timeline
 from hilbench.tui.vehicle_keys import VehicleActions
 from hilbench.tui.views.help import help_text
@@ -50,7 +48,7 @@ _SPECIAL: dict[str, Callable[[], Pane]] = {"frames": FramesPane, "plots": PlotsP
 OpenBench = Callable[[str], BenchProcess]
 
 
-class Dashboard(VehicleActions, Asking):
+class Dashboard(VehicleActions, Saving):
     """See the module.
 
     Args:
@@ -350,56 +348,6 @@ class Dashboard(VehicleActions, Asking):
                 frames.filter(pattern)
 
         self.push_screen(WordScreen("Frames with (words, -word, > < !):", frames.pattern), filter_by)
-
-    def action_picture(self) -> None:
-        """Save the screen."""
-        self._save(
-            "svg", self.export_screenshot(title=f"hilbench {self.model.name if self.model else ''}"), "the screen"
-        )
-
-    def action_keep(self) -> None:
-        """Copy the recording so far into the working folder; 'hilbench replay' opens it."""
-        try:
-            data = self.process.journal.read_bytes()
-        except OSError as error:
-            self.notify(f"{self.process.journal}: {error.strerror}", severity="error")
-        else:
-            self._save("journal.jsonl", data.decode(errors="replace"), "the recording")
-
-    def action_export(self) -> None:
-        """Ask what is to be written to a file, and write it."""
-        choices = [(f"{what} {form}", about) for what, (about, _, forms) in EXPORTS.items() for form in forms]
-
-        def write(choice: str | None) -> None:
-            if choice and self.model is not None:
-                what, _, form = choice.partition(" ")
-                text, count = exported(what, form, self._selection())
-                self._save(f"{what}.{form}", text, f"{count} rows")
-
-        self.push_screen(PickScreen("Export what? Into the working folder.", choices), write)
-
-    def _selection(self) -> Selection:
-        assert self.model is not None
-        plots = self.query_one(PlotsPane)
-        return Selection(
-            model=self.model,
-            frames=self.query_one(FramesPane).selected(),
-            signals=plots.plotted,
-            span_s=plots.span_s,
-            checks=self.query_one(ChecksPane).checks_of(self.model),
-        )
-
-    def _save(self, ending: str, text: str, what: str) -> None:
-        name = self.model.name.replace("/", "-") if self.model else "bench"
-        at_ms = (self.model.ns if self.model else 0) // 1_000_000
-        dot = "." if ending == "svg" else "-"
-        path = Path.cwd() / f"hilbench-{name}-{at_ms}ms{dot}{ending}"
-        try:
-            path.write_text(text)
-        except OSError as error:
-            self.notify(f"{path}: {error.strerror}", severity="error")
-        else:
-            self.notify(f"{what} saved: {path}")
 
     def action_help(self) -> None:
         """Explain what is seen here, what to try, and the keys."""

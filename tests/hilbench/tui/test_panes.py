@@ -173,7 +173,7 @@ def test_a_folder_that_cannot_be_written_is_said(process_of, on_screen, rows, tm
     folder.mkdir()
     monkeypatch.chdir(folder)
     folder.rmdir()
-    monkeypatch.setattr("hilbench.tui.app.Path.cwd", lambda: folder)
+    monkeypatch.setattr("hilbench.tui.saving.Path.cwd", lambda: folder)
 
     async def scenario(app, pilot):
         await pilot.press("X", "enter")
