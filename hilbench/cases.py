@@ -11,6 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 from hilbench.bench import Bench
@@ -23,7 +24,7 @@ from hilbench.journal import Journal
 from hilbench.line_faults import LineFaults
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.live.about import about_sonars, about_world
-from hilbench.live.teller import Observed
+from hilbench.live.teller import Observed, Senses
 from hilbench.live.watch import Watch
 from hilbench.p2os_client import P2osClient
 from hilbench.peer import Peer
@@ -60,6 +61,9 @@ class CaseBase(ABC):
         case: what is known of it.
         faults: what goes wrong on its line, if anything does.
     """
+
+    _senses: Senses = MappingProxyType({})
+    """What the ends of timers mean, for a view."""
 
     def __init__(self, bench: Bench, case: CaseInfo, faults: LineFaults | None = None) -> None:
         self.bench = bench
@@ -102,7 +106,7 @@ class CaseBase(ABC):
 
     def watch(self) -> None:
         """Keep from now on what a view of the case needs."""
-        self._watch = Watch(self.bench, self._machines_seen, self._lines_seen)
+        self._watch = Watch(self.bench, self._machines_seen, self._lines_seen, self._senses)
 
     def view(self) -> CaseView:
         """Return what there is to be seen now."""

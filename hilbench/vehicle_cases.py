@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile
@@ -14,6 +15,8 @@ from hilbench.check.provider import CaseInfo
 from hilbench.devices import LinesActor
 from hilbench.line_faults import LineFaults, plan_for
 from hilbench.links import Line, MemoryLink, Port
+from hilbench.live.board_views import BOARD_SENSES, BoardLink, BoardModes, ControlTask
+from hilbench.live.teller import Observed, Senses
 from hilbench.shared import Shared
 from hilbench.stack_peer import StackPeer
 from hilbench.vehicle_hands import ModelHands, VehicleHands
@@ -103,6 +106,8 @@ class VirtualVehicleCase(VehicleCase):
         board: the board.
     """
 
+    _senses: Senses = MappingProxyType({"board": BOARD_SENSES})
+
     def __init__(
         self,
         bench: Bench,
@@ -127,6 +132,10 @@ class VirtualVehicleCase(VehicleCase):
         # A break is a frame without its stop bit: what the board's UART calls a framing error.
         to_simulator.b.on_break = lambda at_ns: actor.transmit(self.board.line_error(at_ns))
         self.hands = ModelHands(bench, self.board, actor)
+
+    def _machines_seen(self) -> Mapping[str, Observed]:
+        board = self.board
+        return {"board": BoardModes(board), "board link": BoardLink(board), "task": ControlTask(board)}
 
 
 class AttachedVehicleCase(VehicleCase):

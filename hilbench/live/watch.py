@@ -6,13 +6,13 @@ It is the listener of the journal and puts nothing into it, so that a case that 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from hilbench.bench import Bench
 from hilbench.check.provider import CaseView
 from hilbench.links import Port
-from hilbench.live.teller import TELL_EVERY_NS, Observed, Watched, describe_line, describe_machine
+from hilbench.live.teller import TELL_EVERY_NS, Observed, Senses, Watched, describe_line, describe_machine
 
 __all__ = ["Watch"]
 
@@ -28,6 +28,7 @@ class Watch:
         machines: says which state machines there are, by their source in the journal; asked again and again, since a
             case builds only what it uses.
         lines: likewise of the checker's ends of the lines.
+        senses: what the ends of timers mean.
     """
 
     def __init__(
@@ -35,13 +36,16 @@ class Watch:
         bench: Bench,
         machines: Callable[[], Mapping[str, Observed]],
         lines: Callable[[], Mapping[str, Port]],
+        senses: Senses,
     ) -> None:
         self._bench = bench
         self._machines = machines
         self._lines = lines
+        self._senses = senses
         self._events: deque[Mapping[str, Any]] = deque(maxlen=KEPT_EVENTS)
         self._watched: dict[str, Watched] = {}
         self._tell_at_ns = bench.now_ns
+        self._events.extend(_since_the_case_began(bench.journal.recent))
         bench.journal.on_event = self._take
 
     def _take(self, event: Mapping[str, Any]) -> None:
@@ -49,7 +53,7 @@ class Watch:
         self._events.append(event)
         for name, observed in self._machines().items():
             if name not in self._watched:
-                self._watched[name] = Watched(observed)
+                self._watched[name] = Watched(observed, self._senses.get(name, {}))
             self._watched[name].look(now_ns)
         if now_ns >= self._tell_at_ns:
             self._tell_at_ns = now_ns + TELL_EVERY_NS
@@ -76,3 +80,10 @@ class Watch:
         for name, port in self._lines().items():
             event = {"ns": now_ns, "kind": "link", "source": name, **describe_line(port)}
             self._events.append(event)
+
+
+def _since_the_case_began(events: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
+    """Return what building the bench of the case has recorded already."""
+    latest = list(events)
+    begun = [at for at, event in enumerate(latest) if event["kind"] == "case"]
+    return latest[begun[-1] :] if begun else []

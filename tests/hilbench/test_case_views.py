@@ -43,12 +43,20 @@ def wait(case):
     case.bench.run_for(0.5)
 
 
+BOARD = {"board", "board link", "task"}
 KINDS = {
     "robot": ("pioneer-plane", ("server",), drive, {"robot"}, {"host"}, ("checker", "p2os")),
     "client": ("pioneer-plane", ("client",), call, {"client"}, {"host"}, ("server", "p2os")),
     "rover": ("rover-model", ("PKT!", "server"), ask, {"rover"}, {"host"}, ("checker", "pkt")),
     "rover's host": ("rover-model", ("PKT!", "client"), wait, set(), {"host"}, ("rover", "pkt")),
-    "vehicle": ("vehicle-model", ("CARLA", "board"), wait, set(), {"usart2", "usart3"}, (None, None)),
+    "vehicle": (
+        "vehicle-model",
+        ("CARLA", "board"),
+        wait,
+        {"board", "board link", "task"},
+        {"usart2", "usart3"},
+        (None, None),
+    ),
 }
 
 
@@ -63,7 +71,7 @@ def test_a_view_has_what_there_is_and_leaves_no_trace(kind):
     assert (view.about.get("operator"), view.about.get("protocol")) == spoken
     told = {(event["kind"], event["source"]) for event in view.events}
     assert {("machine", name) for name in machines} | {("link", name) for name in lines} <= told
-    assert view.events[-1]["kind"] == "link"
+    assert (view.events[0]["kind"], view.events[-1]["kind"]) == ("case", "link")
     assert [event["verdict"] for event in view.events if event["kind"] == "verdict"] == ["fail"]
 
 
