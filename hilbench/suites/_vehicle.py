@@ -12,7 +12,7 @@ from typing import TypeVar, cast
 
 from hilbench.bench import Bench
 from hilbench.carla_peer import STATUS_HZ
-from hilbench.check import CaseSetup, Inconclusive, Violation, case, near
+from hilbench.check import CaseSetup, Inconclusive, Violation, case, near, within
 from hilbench.check.provider import CaseBench
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError
@@ -288,6 +288,11 @@ class Vehicle:
                 unclear.append(outcome)
         if unclear:
             raise unclear[0]
+
+    def require_gap(self, first: Frame, second: Frame, least_s: float, most_s: float, what: str) -> None:
+        """Require how far apart two frames begin, as far as the bench can tell."""
+        gap_s, doubt_s = (second.start_ns - first.start_ns) / NS_PER_S, self.uncertainty_s(first.start_ns)
+        within(gap_s, least_s, most_s, unit="s", what=what, uncertainty=doubt_s)
 
     def require_count(
         self, found: int, wanted: int, tolerance: float, *, what: str, since_ns: int, rate_hz: float

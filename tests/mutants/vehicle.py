@@ -29,6 +29,8 @@ from protocols.autoware import (
     ControlModeRequest,
     ControlModeResponse,
     FrameReader,
+    HazardLights,
+    HazardLightsCommand,
     SteeringReport,
     Time,
     VelocityReport,
@@ -46,18 +48,25 @@ from protocols.carla import (
     Action,
     Axis,
     CommandFrame,
+    DeadlineMissed,
     Dropped,
+    DropReason,
+    FrameDropped,
     Mode,
     ModeAnswered,
+    ModeChanged,
     ModeTable,
     ModeTransition,
     ModeTrigger,
+    StatusReported,
     Step,
     StreamReader,
     Table,
     Transition,
     Trigger,
+    Waited,
     decode_command,
+    decode_status,
     encode_command,
 )
 from protocols.carla.clauses import BOARD_CLAUSES
@@ -402,6 +411,96 @@ class _OnePressEver(VehicleInterface):
         if self.simulator.counters.presses:
             return []
         return super().press(now_ns)
+
+
+class _ReversesOn(_Sends):
+    """Without a command it stops a car that drives forwards, and no other."""
+
+    _last = CommandFrame()
+
+    def changed(self, data):
+        frame = decode_command(data)
+        if frame.mode == Mode.AUTOWARE and frame.speed == 0.0 and self._last.speed < 0.0:
+            return encode_command(self._last)
+        self._last = frame
+        return data
+
+
+class _ImpatientBehindEmergency(VehicleInterface):
+    """Behind an emergency goes on with a count of eight missed statuses."""
+
+    def _from_simulator(self, events, now_ns):
+        events = list(events)
+        if any(isinstance(event, ModeChanged) and event.old is Mode.EMERGENCY for event in events):
+            self.simulator._machine._status_misses = 8
+        return super()._from_simulator(events, now_ns)
+
+
+class _RemembersRefused(VehicleInterface):
+    """Obeys a request for AUTOWARE that it refused, as soon as the emergency is over."""
+
+    _refused = False
+
+    def _from_simulator(self, events, now_ns):
+        events = list(events)
+        for event in events:
+            if isinstance(event, ModeAnswered) and event.mode == Mode.AUTOWARE and not event.success:
+                self._refused = True
+            elif isinstance(event, ModeChanged) and event.old is Mode.EMERGENCY and self._refused:
+                self.simulator._machine.stack.remember(Mode.AUTOWARE)
+        return super()._from_simulator(events, now_ns)
+
+
+class _StaleInManual(VehicleInterface):
+    """In MANUAL reports the old status at a missed one."""
+
+    _last = None
+
+    def _told(self, event):
+        if isinstance(event, StatusReported):
+            self._last = event
+        missed = isinstance(event, DeadlineMissed) and event.what is Waited.STATUS
+        if missed and self.simulator.mode is Mode.MANUAL and self._last is not None:
+            event = self._last
+        return super()._told(event)
+
+
+class _Mends(VehicleInterface):
+    """Reports a status that cannot be with a 0 for what cannot be in it."""
+
+    def _told(self, event):
+        if isinstance(event, FrameDropped) and event.reason in (DropReason.NOT_FINITE, DropReason.IMPLAUSIBLE):
+            status = decode_status(event.data)
+            figures = {name: getattr(status, name) for name in status.__dataclass_fields__}
+            possible = {name: value if abs(value) <= 2.0 else 0.0 for name, value in figures.items()}
+            event = StatusReported(status=replace(status, **possible), fresh=True)
+        return super()._told(event)
+
+
+class _HazardForEver(VehicleInterface):
+    def _obey(self, message, now_ns):
+        ends = isinstance(message, HazardLightsCommand) and message.command == HazardLights.DISABLE
+        return [] if ends else super()._obey(message, now_ns)
+
+
+class _HazardEndsByNothing(VehicleInterface):
+    def _obey(self, message, now_ns):
+        if isinstance(message, HazardLightsCommand) and message.command == HazardLights.NO_COMMAND:
+            message = replace(message, command=HazardLights.DISABLE)
+        return super()._obey(message, now_ns)
+
+
+class _WatchedInAutoware(VehicleInterface):
+    """Has a watchdog that sleeps in MANUAL."""
+
+    def hang(self, now_ns):
+        if self.simulator.mode is Mode.MANUAL:
+            self.behaviour = replace(self.behaviour, body=replace(self.behaviour.body, watchdog_s=None))
+        return super().hang(now_ns)
+
+
+def _limited(**limits: float) -> dict[str, Any]:
+    return {"status_limits": replace(BEHAVIOURS["hardened"].board.status_limits, **limits)}  # type: ignore[type-var]
 
 
 def _without(step: Step, trigger: Trigger, action: Action) -> dict[tuple[Step, Trigger], Transition]:
@@ -761,6 +860,58 @@ BY_HAND = (
     ),
     VehicleMutant(id="splits-at-hash", what="each # begins a frame", about=("VB24",), kind=_SplitsAtHash),
     VehicleMutant(id="takes-hashes", what="22 times # is a status", about=("VB28",), kind=_TakesHashes),
+    VehicleMutant(
+        id="reverses-on",
+        what="without a command a car in reverse is not stopped",
+        about=("VB05H",),
+        kind=_ReversesOn,
+    ),
+    VehicleMutant(
+        id="impatient-behind-emergency",
+        what="behind an emergency two missed statuses are another",
+        about=("VB45",),
+        kind=_ImpatientBehindEmergency,
+    ),
+    VehicleMutant(
+        id="remembers-refused",
+        what="a request that was refused in EMERGENCY is obeyed behind it",
+        about=("VB11H",),
+        kind=_RemembersRefused,
+    ),
+    VehicleMutant(
+        id="stale-in-manual", what="in MANUAL an old status is reported", about=("VB32H",), kind=_StaleInManual
+    ),
+    VehicleMutant(
+        id="mends-statuses",
+        what="what cannot be in a status is reported as 0",
+        about=("VB29H", "VB35H"),
+        kind=_Mends,
+    ),
+    VehicleMutant(
+        id="wide-limits",
+        what="a status of 1000 m/s is believed",
+        about=("VB35H",),
+        board=_limited(speed_m_s=1000.0),
+    ),
+    VehicleMutant(
+        id="narrow-limits",
+        what="a status of more than 100 m/s is dropped",
+        about=("VB35H",),
+        board=_limited(speed_m_s=100.0),
+    ),
+    VehicleMutant(id="hazard-for-ever", what="hazard lights cannot be put out", about=("VB43",), kind=_HazardForEver),
+    VehicleMutant(
+        id="hazard-ends-by-nothing",
+        what="NO_COMMAND puts hazard lights out",
+        about=("VB43",),
+        kind=_HazardEndsByNothing,
+    ),
+    VehicleMutant(
+        id="watched-in-autoware",
+        what="the watchdog sleeps in MANUAL",
+        about=("VB56H",),
+        kind=_WatchedInAutoware,
+    ),
 )
 
 

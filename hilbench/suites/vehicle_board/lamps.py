@@ -37,7 +37,7 @@ def _require_light(vehicle: Vehicle, wanted: str) -> None:
     assert vehicle.light == wanted, f"lit is {vehicle.light}, required {wanted}"
 
 
-@on_board("VB43", lasts_s=14.0)
+@on_board("VB43", lasts_s=18.0)
 def test_turn_indicators_and_hazard_lights(vehicle: Vehicle) -> None:
     vehicle.autoware()
     off = TurnIndicators.DISABLE
@@ -47,7 +47,10 @@ def test_turn_indicators_and_hazard_lights(vehicle: Vehicle) -> None:
     _require_lamps(vehicle, TurnIndicatorsCommand(command=TurnIndicators.ENABLE_RIGHT), (False, True))
     _require_lamps(vehicle, TurnIndicatorsCommand(command=off), (False, False))
     _require_lamps(vehicle, HazardLightsCommand(command=HazardLights.ENABLE), (True, True))
+    _require_lamps(vehicle, HazardLightsCommand(command=HazardLights.NO_COMMAND), (True, True))
     _require_told(vehicle, off, HazardLights.ENABLE)
+    _require_lamps(vehicle, HazardLightsCommand(command=HazardLights.DISABLE), (False, False))
+    _require_told(vehicle, off, HazardLights.DISABLE)
 
 
 def _require_lamps(

@@ -7,10 +7,11 @@ from itertools import pairwise
 
 from hilbench.check import Violation, at_least, at_most, near
 from hilbench.clock import NS_PER_S
-from hilbench.suites._vehicle import MISSES, STATUS_HZ, STATUS_MISS_S, TICK_S, Frame, Vehicle, on_board, shown
+from hilbench.suites._vehicle import MISSES, STATUS, STATUS_HZ, STATUS_MISS_S, TICK_S, Frame, Vehicle, on_board, shown
 from hilbench.suites.vehicle_board._moves import (
     MANUAL_MISS_S,
     MANUAL_S,
+    nine_misses,
     nine_misses_around_a_status,
     require_emergency,
     require_newest,
@@ -19,12 +20,17 @@ from hilbench.suites.vehicle_board._moves import (
 from protocols.carla import FULL_SCALE, Mode
 
 
-@on_board("VB45", lasts_s=6.0)
+@on_board("VB45", lasts_s=10.5)
 def test_any_status_begins_the_count_again_in_manual(vehicle: Vehicle) -> None:
     vehicle.manual()
     vehicle.simulator.statuses.stop()
     vehicle.run(3 * MANUAL_MISS_S)
     nine_misses_around_a_status(vehicle, Mode.MANUAL, MANUAL_MISS_S)
+    vehicle.emergency()
+    vehicle.run(0.15)
+    mark = vehicle.mark()
+    vehicle.say(STATUS)
+    nine_misses(vehicle, mark, Mode.MANUAL, MISSES, MANUAL_MISS_S)
 
 
 @on_board("VB19", lasts_s=6.0)

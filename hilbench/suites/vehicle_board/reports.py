@@ -145,6 +145,12 @@ def test_an_old_status_is_reported_as_new(vehicle: Vehicle) -> None:
     at_least(len(_reports_without_statuses(vehicle)), 6, unit="reports", what="of a status that was long ago")
 
 
-@on_board("VB32H", lasts_s=2.0)
+@on_board("VB32H", lasts_s=4.0)
 def test_no_status_no_report(vehicle: Vehicle) -> None:
     at_most(len(_reports_without_statuses(vehicle)), 0, unit="reports", what="without a status")
+    vehicle.manual()
+    vehicle.simulator.statuses.stop()
+    vehicle.run(3 * STATUS_MISS_S)
+    mark = vehicle.stack.mark()
+    vehicle.run(1.0)
+    at_most(len(vehicle.reports(mark, VelocityReport)), 0, unit="reports", what="without a status in MANUAL")

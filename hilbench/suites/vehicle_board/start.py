@@ -107,13 +107,22 @@ def test_the_first_second_is_blind(vehicle: Vehicle) -> None:
 
 @on_board("VB56", lasts_s=6.5)
 def test_a_program_that_hangs_is_gone(vehicle: Vehicle) -> None:
+    vehicle.autoware()
     mark = _hangs(vehicle)
     vehicle.run(5.0)
     assert not vehicle.frames(mark), "frames come again"
 
 
-@on_board("VB56H", lasts_s=3.0)
+@on_board("VB56H", lasts_s=5.0)
 def test_a_program_that_hangs_starts_again(vehicle: Vehicle) -> None:
+    vehicle.autoware()
+    _require_start(vehicle)
+    vehicle.manual()
+    _require_start(vehicle)
+
+
+def _require_start(vehicle: Vehicle) -> None:
+    """Have the program hang; require that it drives again."""
     mark, hung_ns = _hangs(vehicle), vehicle.bench.now_ns
     first = vehicle.wait_for(Mode.AUTOWARE, BACK_S + 0.5, mark)
     at_most(vehicle.since_s(hung_ns, first), BACK_S, unit="s", what="a frame came again after")
@@ -121,8 +130,7 @@ def test_a_program_that_hangs_starts_again(vehicle: Vehicle) -> None:
 
 
 def _hangs(vehicle: Vehicle) -> int:
-    """In AUTOWARE, just behind a frame, have the program hang; return a mark in the frames from then on."""
-    vehicle.autoware()
+    """Just behind a frame, have the program hang; return a mark in the frames from then on."""
     mark = vehicle.mark()
     vehicle.bench.run_until(lambda: vehicle.mark() > mark, 0.2)
     vehicle.run(0.005)

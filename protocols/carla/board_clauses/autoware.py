@@ -52,7 +52,8 @@ CLAUSES: tuple[Clause, ...] = (
         text=(
             "Commands stop, statuses go on: nine frames of mode 1, 110 ms apart, with the steering of the last command "
             "and rate, speed, acceleration and jerk 0; at the tenth miss in a row mode 4, 1.1 s after the wait began. "
-            "No frame later than 110 ms after the last command has a speed."
+            "No frame later than 110 ms after the last command has a speed, forwards or in reverse; and so a second "
+            "time."
         ),
         sources=(f"{HEADER} TIMEOUT_GET_CONTROL_ACTION, MAX_OF_LOST_MESSAGES", CHOICE),
         profiles=HARDENED,

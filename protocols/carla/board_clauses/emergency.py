@@ -71,7 +71,10 @@ CLAUSES: tuple[Clause, ...] = (
         suite=SUITE,
         level="must",
         title="Nobody orders anything in EMERGENCY",
-        text="In EMERGENCY AUTOWARE is asked for, and MANUAL: both are refused, F3 goes on.",
+        text=(
+            "In EMERGENCY AUTOWARE is asked for, and MANUAL: both are refused, F3 goes on; nor is it remembered: a "
+            "status leads to MANUAL and it stays so."
+        ),
         sources=(f"{REPORT}, diagram of the modes: EMERGENCY ends by a status alone", CHOICE),
         profiles=HARDENED,
         needs=STACK,

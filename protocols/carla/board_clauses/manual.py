@@ -61,7 +61,10 @@ CLAUSES: tuple[Clause, ...] = (
         suite=SUITE,
         level="must",
         title="Any status begins the count again in MANUAL",
-        text="In MANUAL nine statuses missed, one status, nine missed, one status: the mode stays MANUAL.",
+        text=(
+            "In MANUAL nine statuses missed, one status, nine missed, one status: the mode stays MANUAL. Behind an "
+            "emergency, too: one status, nine missed."
+        ),
         sources=(f"{V0}, taksControle.c",),
         profiles=NOT_V1,
         needs=STACK,

@@ -94,7 +94,7 @@ CLAUSES: tuple[Clause, ...] = (
         title="A program that hangs starts again",
         text=(
             "In AUTOWARE, with commands and statuses, the program hangs, as in an endless loop with interrupts off: "
-            "within 1 s frames of mode 1 come again."
+            "within 1 s frames of mode 1 come again; so from MANUAL."
         ),
         sources=(CHOICE,),
         profiles=HARDENED,

@@ -121,8 +121,11 @@ CLAUSES: tuple[Clause, ...] = (
         suite=SUITE,
         level="must",
         title="What cannot be is dropped",
-        text="A status with 1e30 or -1e30 in any field is dropped: nothing of it is reported.",
-        sources=(CHOICE + ": 150 m/s is the limit of the speeds",),
+        text=(
+            "A status with 1e30 or -1e30 in any field, or 151 m/s, is dropped: nothing of it is reported. One of 149 "
+            "m/s, -149 m/s, 19 rad/s and 1.9 rad is reported."
+        ),
+        sources=(CHOICE + ": the limits are 150 m/s, 20 rad/s, 2 rad",),
         profiles=HARDENED,
         needs=STACK,
     ),

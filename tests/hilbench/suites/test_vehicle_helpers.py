@@ -41,3 +41,13 @@ def test_what_is_wrong_goes_before_what_cannot_be_told():
 def test_one_step_is_no_sum():
     judge([0.1], 0.0)
     judge([], 0.0)
+
+
+@pytest.mark.parametrize(("doubt_s", "outcome"), [(0.0, Violation), (0.002, Inconclusive)])
+def test_a_gap_is_judged_as_far_as_the_bench_can_tell(doubt_s, outcome):
+    """107.9 ms where 108.9 are required: wrong, or nobody knows."""
+    vehicle = object.__new__(Vehicle)
+    vehicle.bench = SimpleNamespace(uncertainty_s=lambda _since_ns: doubt_s)
+    first, second = (SimpleNamespace(start_ns=ns) for ns in (0, 107_881_000))
+    with pytest.raises(outcome):
+        vehicle.require_gap(first, second, 0.1089, 0.1611, "the gap")
