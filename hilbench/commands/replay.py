@@ -22,8 +22,8 @@ hilbench replay check.jsonl --case p2os-server/vel_drives --into serial:/dev/tty
 """
 
 _NOTES = """
-In the dashboard: p plays; left and right go a second back and on, with shift ten; , and . go event by event; e finds
-the next error.
+In the dashboard: p plays; left and right go a second back and on, with shift ten; , and . go event by event; e and E find
+the next error and the one before; a click on the line of time goes there.
 --into says once more what the host said, at the same times: in virtual time to a bench of ours, a fresh one for each
 case, and in real time to a port. Its frames are held against those of the recording, not their times; for these there
 is 'hilbench diff --events'. A robot that has stood elsewhere says so: a real one hardly ever answers the same.
@@ -71,11 +71,13 @@ def _look(path: Path) -> int:
     require_terminal("'hilbench decode' does without")
     from hilbench.recordings.reading import read_recording
     from hilbench.tui.app import Dashboard
+    from hilbench.tui.memory import Memory, state_file
     from hilbench.tui.model.replay import Replay
     from hilbench.tui.recorded import RecordedBench
 
     recording = read_recording(path)
-    Dashboard(RecordedBench(path, recording.problem), Replay(recording.header, recording.events)).run()
+    process = RecordedBench(path, recording.problem)
+    Dashboard(process, Replay(recording.header, recording.events), memory=Memory(state_file())).run()
     return ExitCode.OK
 
 

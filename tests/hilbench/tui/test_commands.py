@@ -29,7 +29,8 @@ class Terminal:
     def __init__(self, words, folder):
         self.descriptor, inside = pty.openpty()
         fcntl.ioctl(inside, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
-        environment = {**os.environ, "TERM": "xterm-256color", "XDG_RUNTIME_DIR": str(folder)}
+        environment = {**os.environ, "TERM": "xterm-256color"}
+        environment |= {"XDG_RUNTIME_DIR": str(folder), "XDG_STATE_HOME": str(folder / "state")}
         self.process = subprocess.Popen(
             [sys.executable, "-m", "hilbench", *words],
             stdin=inside, stdout=inside, stderr=inside, cwd=folder, env=environment, start_new_session=True,
@@ -133,6 +134,15 @@ def test_a_recording_is_opened(terminal, journals):
     shown.wait_for("recorded")
     shown.press("q")
     assert shown.end() == 0
+
+
+def test_what_is_arranged_in_a_recording_is_remembered(terminal, journals, tmp_path):
+    shown = terminal("replay", str(journals["rover"]))
+    shown.wait_for("recorded")
+    shown.press("T")
+    shown.press("q")
+    assert shown.end() == 0
+    assert '"textual-light"' in (tmp_path / "state" / "hilbench" / "dashboard.json").read_text()
 
 
 def test_a_bench_file_that_is_wrong_is_refused_before_anything_is_drawn(terminal, tmp_path):

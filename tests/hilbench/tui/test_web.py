@@ -25,7 +25,7 @@ HILBENCH = [sys.executable, "-m", "hilbench"]
 
 @pytest.fixture
 def environment(tmp_path):
-    return {**os.environ, "XDG_RUNTIME_DIR": str(tmp_path)}
+    return {**os.environ, "XDG_RUNTIME_DIR": str(tmp_path), "XDG_STATE_HOME": str(tmp_path / "state")}
 
 
 @pytest.fixture
