@@ -22,8 +22,8 @@ hilbench replay check.jsonl --case p2os-server/vel_drives --into serial:/dev/tty
 """
 
 _NOTES = """
-In the dashboard: p plays; left and right go a second back and on, with shift ten; , and . go event by event; e and E find
-the next error and the one before; a click on the line of time goes there.
+In the dashboard: p plays; left and right go a second back and on, with shift ten; , and . go event by event; e and E
+find the next error and the one before; a click on the line of time goes there.
 --into says once more what the host said, at the same times: in virtual time to a bench of ours, a fresh one for each
 case, and in real time to a port. Its frames are held against those of the recording, not their times; for these there
 is 'hilbench diff --events'. A robot that has stood elsewhere says so: a real one hardly ever answers the same.
