@@ -32,9 +32,9 @@ from protocols.pkt import (
 )
 from protocols.pkt.clauses import BOARD_CLAUSES
 
-__all__ = ["Counts", "Rover", "on_rover", "rover_bench"]
+__all__ = ["Counts", "Rover", "at_power_up", "on_rover", "rover_bench"]
 
-FunctionT = TypeVar("FunctionT", bound=Callable[..., object])
+GivenT = TypeVar("GivenT")
 ReportT = TypeVar("ReportT")
 
 _PROFILES = {clause.id: clause.profiles for clause in BOARD_CLAUSES}
@@ -52,10 +52,32 @@ REPORT_S = 0.3
 """How long a case waits for a report that comes four times a second."""
 
 
-def on_rover(clause_id: str, *, lasts_s: float) -> Callable[[FunctionT], FunctionT]:
-    """Declare the case of a clause, in each of its profiles."""
+def on_rover(clause_id: str, *, lasts_s: float) -> Callable[[Callable[[Rover], None]], Callable[[CaseBench], None]]:
+    """Declare the case of a clause, in each of its profiles; it gets the rover, which answers."""
+    return _declared(clause_id, lasts_s, Rover)
+
+
+def at_power_up(
+    clause_id: str, *, lasts_s: float
+) -> Callable[[Callable[[RoverBench], None]], Callable[[CaseBench], None]]:
+    """Declare the case of a clause, in each of its profiles; it gets the bench of the rover, power just on."""
+    return _declared(clause_id, lasts_s, lambda there: there)
+
+
+def _declared(
+    clause_id: str, lasts_s: float, give: Callable[[RoverBench], GivenT]
+) -> Callable[[Callable[[GivenT], None]], Callable[[CaseBench], None]]:
     setups = {profile: CaseSetup(program=profile) for profile in _PROFILES[clause_id]}
-    return case(clause_id, bench_time_s=lasts_s, setups=setups)
+
+    def declared(function: Callable[[GivenT], None]) -> Callable[[CaseBench], None]:
+        def judged(bench: CaseBench) -> None:
+            function(give(rover_bench(bench)))
+
+        # Not functools.wraps: pytest would follow it, and ask for what the function inside wants.
+        judged.__name__, judged.__module__, judged.__doc__ = function.__name__, function.__module__, function.__doc__
+        return case(clause_id, bench_time_s=lasts_s, setups=setups)(judged)
+
+    return declared
 
 
 def rover_bench(bench: CaseBench) -> RoverBench:

@@ -1,0 +1,124 @@
+"""What the rover says of its sensors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+from hilbench.check import Inconclusive, Violation, near, within
+from hilbench.rover_hands import RoverBench
+from hilbench.suites._rover import Rover, at_power_up, on_rover
+from protocols.pkt import EulerImuReport, GpsReport, ImuReport, MotionReport
+
+FIX_WITHIN_S = 60.0
+"""How long a GPS receiver may take (u-blox NEO-6 data sheet: 27 s from a cold start)."""
+
+POSITION_DEG = 0.001
+"""110 m along a meridian: enough to tell latitude from longitude, and much more than a receiver's error. A choice."""
+
+
+@on_rover("P39", lasts_s=3.5)
+def test_stale_byte_of_the_position(rover: Rover) -> None:
+    for before, byte in _bytes_of_position(rover):
+        assert byte == before, f"byte 1 of 0x84 is {byte:02X}, that of the report before it {before:02X}"
+
+
+@on_rover("P39D", lasts_s=3.5)
+def test_byte_of_the_position(rover: Rover) -> None:
+    pairs = _bytes_of_position(rover)
+    if all(byte == before for before, byte in pairs):
+        if pairs[0][1] in (0, 1):
+            raise Inconclusive("it is the byte of the report before, and could be its own")
+        raise Violation(f"byte 1 of 0x84 is {pairs[0][1]:02X}, always that of the report before", rover.peer.evidence())
+
+
+def _bytes_of_position(rover: Rover) -> Sequence[tuple[int, int]]:
+    """Return byte 1 of some 0x84, each with that of the report before it."""
+    mark = rover.mark()
+    rover.peer.run(3.2)
+    received = rover.peer.received[mark:]
+    at = 5  # behind sync word and length: the id; byte 1 follows
+    pairs = [
+        (before.raw[at + 1], got.raw[at + 1]) for before, got in pairwise(received) if isinstance(got.packet, GpsReport)
+    ]
+    if not pairs:
+        raise Violation("no 0x84 came in 3.2 s", rover.peer.evidence(mark))
+    return pairs
+
+
+@on_rover("P40", lasts_s=5.0)
+def test_no_position(rover: Rover) -> None:
+    """The receiver has its fix after a second or two."""
+    rover.peer.run(3.0)
+    report = rover.next(GpsReport, 1.2)
+    found = (report.first_deg, report.second_deg)
+    assert found == (0.0, 0.0), f"0x84 has {found[0]} and {found[1]}"
+
+
+@on_rover("P40D", lasts_s=4.0)
+def test_position(rover: Rover) -> None:
+    """The first 0x84 with numbers in it counts: a receiver needs a while for its fix."""
+    rover.peer.bench.run_until(lambda: any(r.first_deg for _, r in rover.peer.since(0, GpsReport)), FIX_WITHIN_S)
+    report, true = rover.next(GpsReport, 2.0), rover.hands.position()
+    near(report.first_deg, true.latitude_deg, POSITION_DEG, unit="deg", what="bytes 4 to 7 of 0x84, the latitude")
+    near(report.second_deg, true.longitude_deg, POSITION_DEG, unit="deg", what="bytes 8 to 11 of 0x84, the longitude")
+
+
+def _magnitude(report: ImuReport | EulerImuReport) -> float:
+    return math.hypot(*report.acceleration)
+
+
+@on_rover("P41", lasts_s=2.0)
+def test_acceleration_as_shipped(rover: Rover) -> None:
+    rover.next(ImuReport, 1.2)
+    near(_magnitude(rover.next(ImuReport, 1.2)), 1.0, 0.1, unit="g", what="acceleration at rest")
+
+
+@on_rover("P41D", lasts_s=2.0)
+def test_acceleration(rover: Rover) -> None:
+    rover.next(ImuReport, 1.2)
+    near(_magnitude(rover.next(ImuReport, 1.2)), 9.8, 1.0, unit="m/s^2", what="acceleration at rest")
+
+
+@on_rover("P42", lasts_s=2.0)
+def test_quaternion_as_shipped(rover: Rover) -> None:
+    _require_scalar(rover, 0)
+
+
+@on_rover("P42D", lasts_s=2.0)
+def test_quaternion(rover: Rover) -> None:
+    _require_scalar(rover, 3)
+
+
+SCALAR = 0.98
+"""How near to 1 the scalar is at least where the others are near to 0: 23 degrees off. A choice."""
+
+
+def _require_scalar(rover: Rover, index: int) -> None:
+    rover.next(ImuReport, 1.2)
+    quaternion = rover.next(ImuReport, 1.2).quaternion
+    if any(map(math.isnan, quaternion)):
+        raise Violation("the quaternion is no number", rover.peer.evidence())
+    within(abs(quaternion[index]), SCALAR, 1.001, unit="", what=f"size of component {index + 1}, the scalar")
+
+
+def _motions_from_power_up(there: RoverBench, duration_s: float) -> Sequence[MotionReport]:
+    peer = there.peer
+    peer.run(duration_s)
+    reports = [report for _, report in peer.since(0, MotionReport)]
+    if not reports:
+        raise Violation(f"no 0x83 within {duration_s:g} s of power-up", peer.evidence())
+    return reports
+
+
+@at_power_up("P43", lasts_s=3.0)
+def test_wheels_at_power_up_as_shipped(there: RoverBench) -> None:
+    first = _motions_from_power_up(there, 3.0)[0]
+    assert first.rpm == (1.0, 1.0, 1.0, 1.0), f"the first 0x83 shows {first.rpm} rpm"
+
+
+@at_power_up("P43D", lasts_s=3.0)
+def test_wheels_at_power_up(there: RoverBench) -> None:
+    for report in _motions_from_power_up(there, 3.0):
+        assert report.rpm == (0.0, 0.0, 0.0, 0.0), f"a 0x83 shows {report.rpm} rpm"

@@ -1,0 +1,140 @@
+"""Time: half a frame, a lost link, eleven bytes at once, and reports that come by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hilbench.check import Inconclusive, Violation, at_least, near, within
+from hilbench.clock import NS_PER_S
+from hilbench.suites._rover import DONE_S, Counts, Rover, on_rover
+from hilbench.suites.pkt_board._frames import LED_OFF, LED_ON, SUCCESS
+from protocols.pkt import GeneralReport, GpsReport, ImuReport, MotionReport, Report, SpeedSetpoints
+
+FRAME_S, IN_TIME_S, TOO_LATE_S = 1.0, 0.9, 1.1
+"""The time of a frame (G2 config.h, PACKET_TIMEOUT_IN_MS), and how near to it both sides are looked at. Choices."""
+
+
+def _cut_led_on(rover: Rover, pause_s: float) -> None:
+    rover.write(LED_ON[:6])
+    rover.peer.run(pause_s)
+    rover.write(LED_ON[6:])
+
+
+@on_rover("P23", lasts_s=31.0)
+def test_half_a_frame_waits_for_ever(rover: Rover) -> None:
+    _cut_led_on(rover, 30.0)
+    rover.require(1, 0, 1, SUCCESS)
+
+
+@on_rover("P23D", lasts_s=39.5)
+def test_half_a_frame_is_forgotten(rover: Rover) -> None:
+    """The frame that is in time is sent at several times: no beat of the rover's own may cut it short."""
+    for pause_s in (30.0, TOO_LATE_S):
+        _cut_led_on(rover, pause_s)
+        rover.require(0, 0, None, None)
+    for count, wait_s in enumerate((0.1, 0.25, 0.4, 0.55, 0.7), start=1):
+        rover.peer.run(wait_s)
+        start_ns = rover.peer.bench.now_ns
+        _cut_led_on(rover, IN_TIME_S)
+        if rover.peer.uncertainty_s(start_ns) > FRAME_S - IN_TIME_S:
+            raise Inconclusive("the bench was too late to say whether the frame was in time")
+        rover.require(count, 0, 1, SUCCESS)
+
+
+@on_rover("P61", lasts_s=10.5)
+def test_half_a_frame_is_forgotten_anywhere(rover: Rover) -> None:
+    for size in range(1, len(LED_ON)):
+        rover.write(LED_ON[:size])
+        rover.peer.run(1.2)
+        rover.write(LED_OFF)
+        rover.require(size, 0, 2, SUCCESS)
+
+
+@on_rover("P24", lasts_s=11.0)
+def test_a_lost_link_changes_nothing(rover: Rover) -> None:
+    rover.drive(0.5, -0.25)
+    rover.peer.run(10.0)
+    rover.require_throttles(rover.next(MotionReport, 0.6), 0.5, -0.25)
+
+
+@on_rover("P24D", lasts_s=9.0)
+def test_a_lost_link_stops_the_motors(rover: Rover) -> None:
+    rover.drive(0.5, -0.25)
+    rover.keep_alive(3.0)
+    if not all(rover.duties):
+        raise Violation(f"the motors stand though the link is kept up: {rover.duties}", rover.peer.evidence())
+    rover.drive(0.5, -0.25)
+    sent_ns = rover.peer.bench.now_ns - round(DONE_S * NS_PER_S)
+    rover.stop_s(sent_ns, 1.1)
+    rover.keep_alive(2.0)
+    if rover.duties != (0.0, 0.0):
+        raise Violation("the motors run again though nothing has commanded them", rover.peer.evidence())
+    rover.drive(0.5, -0.25)
+    if not all(rover.duties):
+        raise Violation("the motors do not obey any more", rover.peer.evidence())
+
+
+@on_rover("P62", lasts_s=7.0)
+def test_a_lost_link_ends_speed_control(rover: Rover) -> None:
+    rover.hands.hold_wheels(True)
+    rover.send(SpeedSetpoints(a_rpm=60.0, b_rpm=-60.0))
+    rover.keep_alive(2.0)
+    if not all(rover.duties):
+        raise Violation(f"the motors stand though the link is kept up: {rover.duties}", rover.peer.evidence())
+    rover.send(SpeedSetpoints(a_rpm=60.0, b_rpm=-60.0))
+    sent_ns = rover.peer.bench.now_ns - round(DONE_S * NS_PER_S)
+    rover.stop_s(sent_ns, 1.1)
+    rover.keep_alive(1.0)
+    if rover.duties != (0.0, 0.0):
+        raise Violation("the motors run again though nothing has commanded them", rover.peer.evidence())
+    report = rover.motion()
+    rover.require_throttles(report, 0.0, 0.0)
+    rover.require_setpoints(report, 0.0, 0.0)
+    rover.send(SpeedSetpoints(a_rpm=60.0, b_rpm=60.0, flags=1))
+    left, right = rover.duties
+    at_least(left, 0.3, unit="of full", what="duty A after a setpoint for A alone")
+    near(right, 0.0, 0.1, unit="of full", what="duty B after a setpoint for A alone")
+
+
+def _eleven_bytes(rover: Rover, times: int) -> Counts:
+    """Send a frame of eleven bytes several times, each at another time of a receiver that looks every 10 ms."""
+    frame = rover.peer.frame(bytes.fromhex("010000"))
+    for count in range(times):
+        rover.write(frame)
+        rover.peer.run(0.0213 * (count % 4))
+    return rover.counts
+
+
+@on_rover("P25", lasts_s=1.2)
+def test_eleven_bytes_are_lost(rover: Rover) -> None:
+    """A line can cut the eleven bytes in two looks; most of the times it does not."""
+    found = _eleven_bytes(rover, 8)
+    if rover.peer.line_s(11) > 0.005:
+        raise Inconclusive("the line is too slow for eleven bytes in one look of 10 ms")
+    if found.accepted > 4 or found.rejected:
+        raise Violation(f"the state is {found} after eight frames, most of which have to be lost without a count")
+
+
+@on_rover("P25D", lasts_s=1.2)
+def test_eleven_bytes_are_a_frame(rover: Rover) -> None:
+    found = _eleven_bytes(rover, 8)
+    if (found.accepted, found.rejected, found.opcode, found.error) != (8, 0, 1, SUCCESS):
+        raise Violation(f"the state is {found}, required 8/0/1/0 after eight frames", rover.peer.evidence())
+
+
+@on_rover("P30", lasts_s=11.0)
+def test_periodic_reports(rover: Rover) -> None:
+    """Where the bench was late, as many reports are uncertain as come in that time."""
+    mark, start_ns = rover.mark(), rover.peer.bench.now_ns
+    rover.peer.run(10.0)
+    uncertainty_s = rover.peer.uncertainty_s(start_ns)
+    wanted: Sequence[tuple[int, type[Report], int, int]] = (
+        (0x80, GeneralReport, 30, 31),
+        (0x83, MotionReport, 40, 41),
+        (0x82, ImuReport, 10, 11),
+        (0x84, GpsReport, 10, 11),
+    )
+    for number, kind, least, most in wanted:
+        count = len(rover.peer.since(mark, kind))
+        uncertain = round(most / 10 * uncertainty_s)
+        within(count, least, most, unit="reports", what=f"0x{number:02X} in 10 s", uncertainty=uncertain)

@@ -1,0 +1,75 @@
+"""Speed control, with the wheels in somebody's hand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hilbench.check import Inconclusive, near
+from hilbench.suites._rover import Rover, on_rover
+from hilbench.suites.pkt_board._frames import SUCCESS, held_throttle
+from protocols.pkt import PidGains, SpeedSetpoints
+
+
+@on_rover("P26", lasts_s=1.2)
+def test_speed_controller(rover: Rover) -> None:
+    report = held_throttle(rover)
+    for name, throttle, setpoint in zip("AB", report.throttles, report.setpoints_rpm, strict=True):
+        near(throttle, 0.3008, 0.001, unit="of full", what=f"throttle {name} after 0.25 s")
+        near(setpoint, 30.0, 1e-3, unit="rpm", what=f"setpoint {name}")
+
+
+@on_rover("P63", lasts_s=3.2)
+def test_setpoints_and_flags(rover: Rover) -> None:
+    rover.hands.hold_wheels(True)
+    rover.send(SpeedSetpoints(a_rpm=30.0, b_rpm=-20.0))
+    report = rover.motion()
+    rover.require_setpoints(report, 30.0, -20.0)
+    rover.require_throttles(report, 0.3, -0.2, 0.05)
+    steps = ((10.0, 10.0, 1, (10.0, -20.0)), (50.0, 50.0, 0, (10.0, -20.0)), (40.0, 15.0, 2, (10.0, 15.0)))
+    for count, (a_rpm, b_rpm, flags, (left_rpm, right_rpm)) in enumerate(steps, start=2):
+        rover.send(SpeedSetpoints(a_rpm=a_rpm, b_rpm=b_rpm, flags=flags))
+        rover.require(count, 0, 4, SUCCESS)
+        report = rover.motion()
+        rover.require_setpoints(report, left_rpm, right_rpm)
+        rover.require_throttles(report, left_rpm / 100, right_rpm / 100, 0.05)
+
+
+@on_rover("P38", lasts_s=1.4)
+def test_gains_as_shipped(rover: Rover) -> None:
+    rover.write(rover.peer.frame(b"\x01" + bytes(20)))
+    rover.send(PidGains(kp=0.0, kd=0.01, ki=0.0))
+    for name, throttle in zip("AB", held_throttle(rover).throttles, strict=True):
+        near(throttle, 0.3, 0.001, unit="of full", what=f"throttle {name} after 0.25 s")
+
+
+@on_rover("P38D", lasts_s=1.4)
+def test_gains(rover: Rover) -> None:
+    rover.send(PidGains(kp=0.02, kd=0.0, ki=0.0))
+    for name, throttle in zip("AB", held_throttle(rover).throttles, strict=True):
+        near(throttle, 0.6, 0.001, unit="of full", what=f"throttle {name} after 0.25 s")
+
+
+FAST_RPM = 155.0
+"""A wheel that turns faster is beyond what the published firmware shows, for certain."""
+
+
+def _fast_wheels(rover: Rover) -> Iterator[tuple[int, float, float]]:
+    """Drive the wheels fast; yield the number of each, its true speed in rpm, and the one that 0x83 shows."""
+    rover.drive(0.8, 0.8)
+    rover.keep_alive(2.0)
+    report, true_rpm = rover.motion(), rover.hands.wheels_rpm()
+    if min(true_rpm) < FAST_RPM:
+        raise Inconclusive(f"the wheels turn at {min(true_rpm):.0f} rpm only, required {FAST_RPM:.0f}")
+    yield from zip(range(1, 5), true_rpm, report.rpm, strict=True)
+
+
+@on_rover("P29", lasts_s=3.0)
+def test_a_fast_wheel_as_shipped(rover: Rover) -> None:
+    for number, true_rpm, shown_rpm in _fast_wheels(rover):
+        near(shown_rpm, 0.0, 1e-6, unit="rpm", what=f"wheel {number} at {true_rpm:.0f} rpm")
+
+
+@on_rover("P29D", lasts_s=3.0)
+def test_a_fast_wheel(rover: Rover) -> None:
+    for number, true_rpm, shown_rpm in _fast_wheels(rover):
+        near(shown_rpm, true_rpm, 0.05 * true_rpm, unit="rpm", what=f"wheel {number} at {true_rpm:.0f} rpm")
