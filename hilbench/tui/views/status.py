@@ -115,7 +115,7 @@ def timers_view(model: BenchModel, width: int) -> list[Text]:
     lines: list[Text] = []
     machines = [machine for machine in model.machines.values() if machine.timers or machine.misses]
     names = [name for machine in machines for name in (*machine.timers, *map(_missed, machine.misses))]
-    column = max(11, *map(len, names), 0) if names else 0
+    column = max(11, *(len(name) + 1 for name in names), 0)
     for machine in machines:
         lines.append(fit(Text(machine.title, HEAD), width))
         lines += [fit(_timer(name, timer, model.ns, width, column), width) for name, timer in machine.timers.items()]
