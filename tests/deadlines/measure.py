@@ -98,7 +98,8 @@ EVENTS = {
         counted="from the first frame that no status answers, 10 × (100 + 60) ms",
         seen_least_s=_MANUAL_S + PAUSE.value_s,
         seen_most_s=_MANUAL_S + 2 * PAUSE.value_s,
-        seen="10 × 160 ms, and before that: the last status waits up to 60 ms for the next frame, and a pause follows",
+        seen="10 × 160 ms, and before that: the last status waits up to 60 ms for the next frame, and a pause follows. "
+        "While both run, frames each 60 ms meet statuses each 50 ms at phases 10 ms apart, whatever was drawn",
     ),
 }
 """By the names of what `measure` gives."""
