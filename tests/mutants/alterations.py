@@ -8,7 +8,7 @@ from dataclasses import replace
 from hilbench.bench_file import TerminalEnd
 from hilbench.config import BenchFile
 
-__all__ = ["setting", "swapped"]
+__all__ = ["Alteration", "setting", "swapped"]
 
 Alteration = Callable[[BenchFile], BenchFile]
 

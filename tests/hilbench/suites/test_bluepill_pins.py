@@ -7,39 +7,23 @@ from dataclasses import replace
 import pytest
 
 from hilbench.bench_file import Net, PinEnd, TerminalEnd
-from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from hilbench.cli import main
-from hilbench.config import open_bench
 from hilbench.exit_codes import ExitCode
-from hilbench.journal import Journal
-from hilbench.mcu.board_provider import BoardProvider
-from hilbench.options import TargetChoice
-from hilbench.shared import Shared
 from hilbench.suites._bluepill_clauses import CLAUSES
 from targets.firmware import image_path
 from targets.parts.p2os_adapter.link import RobotLink
 from tests.mutants.alterations import setting, swapped
+from tests.mutants.altered_bench import AlteredBench
 
 pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
 
 MINE = {clause.id for clause in CLAUSES} - {"G13"}
-SUITE = ("bluepill-pins",)
+BENCH = AlteredBench(bench="bluepill", board="bluepill", suite="bluepill-pins", clause_ids=MINE)
 SHORT = (
     "each_sensor_on_wheels or all_sensors_on_wheels or threshold_of_the_simulation or threshold_as_on_the_robot or "
     "reaction_on_wheels or pins_of_the_encoders or bit_order_of_the_encoders or bit_order_as_on_the_adapter or "
     "the_first_second or majority or turning_on_wheels or no_sensors or wires_that_were_left_inputs"
 )
-
-
-def check(select="", *, alter=lambda bench_file: bench_file, images=None, seed=0, act=run_suites):
-    """Run the suite on benches with a mistake in each; `images` are programs to run instead of others."""
-    choices = [
-        TargetChoice(name=f"brain.{name}", spec=f"bluepill:{image_path(image)}")
-        for name, image in (images or {}).items()
-    ]
-    shared = Shared(bench_file=open_bench("bluepill"), timeout_scale=1.0, journal=Journal())
-    options = CheckOptions(bench="bluepill", suites=SUITE, select=select, seed=seed)
-    return act(options, BoardProvider(shared, choices, alter=alter))
 
 
 def motor(**settings):
@@ -158,33 +142,19 @@ LONG_MUTANTS = [
 ]
 
 
-def failures(report):
-    return {case.id.partition("/")[2]: case.cause for case in report.cases if case.verdict is not Verdict.PASS}
-
-
-def require_found(clause, select, alter, images):
-    report = check(f"{clause} and {select}", alter=alter or (lambda bench_file: bench_file), images=images)
-    assert report.exit_code == ExitCode.VIOLATION, failures(report)
-    assert {case.verdict for case in report.cases} <= {Verdict.PASS, Verdict.FAIL}
-    assert clause in {one.id for one in report.clauses if one.verdict is Verdict.FAIL}
-
-
 def test_what_is_right_passes():
-    report = check(SHORT)
-    assert failures(report) == {}
-    assert report.exit_code == ExitCode.OK
-    assert report.run_hash
+    BENCH.require_right(SHORT)
 
 
 @pytest.mark.parametrize(("clause", "select", "alter", "images"), MUTANTS)
 def test_what_is_wrong_is_found(clause, select, alter, images):
-    require_found(clause, select, alter, images)
+    BENCH.require_found(clause, select, alter, images)
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(("clause", "select", "alter", "images"), LONG_MUTANTS)
 def test_what_is_wrong_is_found_in_longer_cases(clause, select, alter, images):
-    require_found(clause, select, alter, images)
+    BENCH.require_found(clause, select, alter, images)
 
 
 def test_an_image_with_the_wrong_order_of_bits_is_found_from_the_command_line(capsys):
@@ -197,14 +167,11 @@ def test_an_image_with_the_wrong_order_of_bits_is_found_from_the_command_line(ca
 def test_an_adapter_that_never_lets_the_robot_go_is_found(monkeypatch):
     want = RobotLink.want
     monkeypatch.setattr(RobotLink, "want", lambda link, wanted, now_ns: want(link, True, now_ns) if wanted else None)
-    require_found("G15", "robot_is_let_go", None, {})
+    BENCH.require_found("G15", "robot_is_let_go", None, {})
 
 
 def test_every_clause_has_a_case_and_something_wrong_that_fails_it():
-    cases = check(act=list_cases)
-    assert {clause.id for case in cases for clause in case.clauses} == MINE
-    assert {mutant[0] for mutant in (*MUTANTS, *LONG_MUTANTS)} == MINE
-    assert not [case.id for case in cases if case.missing]
+    BENCH.require_complete(mutant[0] for mutant in (*MUTANTS, *LONG_MUTANTS))
 
 
 def test_on_another_bench_it_does_not_apply(capsys):
@@ -214,20 +181,16 @@ def test_on_another_bench_it_does_not_apply(capsys):
 
 @pytest.fixture(scope="module")
 def report():
-    return check()
+    return BENCH.check()
 
 
 @pytest.mark.thorough
 class TestAll:
     def test_every_clause_passes(self, report):
-        assert failures(report) == {}
-        assert report.exit_code == ExitCode.OK
-        assert {clause.id for clause in report.clauses} == MINE
+        BENCH.require_all_right(report)
 
     def test_it_takes_as_long_as_it_says(self, report, require_declared_times):
-        require_declared_times(report, check(act=list_cases))
+        require_declared_times(report, BENCH.cases())
 
     def test_equal_runs_have_equal_hashes(self, report):
-        again = check("G05 or G08 or G14 or G22")
-        hashes = {case.id: case.case_hash for case in report.cases}
-        assert {case.id: case.case_hash for case in again.cases}.items() <= hashes.items()
+        BENCH.require_same_hashes(report, "G05 or G08 or G14 or G22")

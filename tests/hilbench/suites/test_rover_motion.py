@@ -7,31 +7,18 @@ from dataclasses import replace
 import msgspec
 import pytest
 
-from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
+from hilbench.check import Verdict
 from hilbench.cli import main
-from hilbench.config import open_bench
 from hilbench.exit_codes import ExitCode
-from hilbench.journal import Journal
-from hilbench.mcu.board_provider import BoardProvider
-from hilbench.options import TargetChoice
-from hilbench.shared import Shared
 from hilbench.suites._rover_motion_clauses import CLAUSES
-from targets.firmware import image_path
 from tests.mutants.alterations import setting, swapped
+from tests.mutants.altered_bench import AlteredBench
 
 pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
 
 IDS = {clause.id for clause in CLAUSES}
+BENCH = AlteredBench(bench="rover", board="nucleo-f767zi", suite="rover-motion", clause_ids=IDS)
 SHORT = "flags or unequal_throttles or inertial_sensor_at_rest or an_empty_battery"
-
-
-def check(select="", *, alter=lambda bench_file: bench_file, image="", seed=0, act=run_suites):
-    """Run the suite on benches with a mistake in each; `image` is a program to run instead of the documented one."""
-    name = "brain.documented"
-    choices = [TargetChoice(name=name, spec=f"nucleo-f767zi:{image_path(image)}")] if image else []
-    shared = Shared(bench_file=open_bench("rover"), timeout_scale=1.0, journal=Journal())
-    options = CheckOptions(bench="rover", suites=("rover-motion",), select=select, seed=seed)
-    return act(options, BoardProvider(shared, choices, alter=alter))
 
 
 def motor(**settings):
@@ -125,48 +112,32 @@ LONG_MUTANTS = [
 ]
 
 
-def failures(report):
-    return {case.id.partition("/")[2]: case.cause for case in report.cases if case.verdict is not Verdict.PASS}
-
-
-def require_found(clause, select, alter, image):
-    report = check(f"{clause} and {select}", alter=alter or (lambda bench_file: bench_file), image=image)
-    assert {case.verdict for case in report.cases} <= {Verdict.PASS, Verdict.FAIL}, failures(report)
-    assert clause in {one.id for one in report.clauses if one.verdict is Verdict.FAIL}
-
-
 def test_what_is_right_passes():
-    report = check(SHORT)
-    assert failures(report) == {}
-    assert report.exit_code == ExitCode.OK
-    assert report.run_hash
+    BENCH.require_right(SHORT)
 
 
 @pytest.mark.parametrize(("clause", "select", "alter", "image"), MUTANTS)
 def test_what_is_wrong_is_found(clause, select, alter, image):
-    require_found(clause, select, alter, image)
+    BENCH.require_found(clause, select, alter, {"documented": image} if image else {})
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(("clause", "select", "alter", "image"), LONG_MUTANTS)
 def test_what_is_wrong_is_found_in_longer_cases(clause, select, alter, image):
-    require_found(clause, select, alter, image)
+    BENCH.require_found(clause, select, alter, {"documented": image} if image else {})
 
 
 @pytest.mark.thorough
 def test_the_last_published_firmware_fails_what_it_never_did():
     """Gains, speeds above 150 rpm, units, orders, position, STATUS, lost link; it drives as well as any other."""
-    report = check(image="rover-g2")
+    report = BENCH.check(images={"documented": "rover-g2"})
     failed = {one.id for one in report.clauses if one.verdict is Verdict.FAIL}
     assert failed == {"R07", "R08", "R09", "R14", *(f"R{number}" for number in range(16, 25)), "R27"}
     assert {one.verdict for one in report.clauses} == {Verdict.PASS, Verdict.FAIL}
 
 
 def test_every_clause_has_a_case_and_something_wrong_that_fails_it():
-    cases = check(act=list_cases)
-    assert {clause.id for case in cases for clause in case.clauses} == IDS
-    assert {mutant[0] for mutant in (*MUTANTS, *LONG_MUTANTS)} == IDS
-    assert not [case.id for case in cases if case.missing]
+    BENCH.require_complete(mutant[0] for mutant in (*MUTANTS, *LONG_MUTANTS))
 
 
 def test_on_another_bench_it_does_not_apply(capsys):
@@ -176,20 +147,16 @@ def test_on_another_bench_it_does_not_apply(capsys):
 
 @pytest.fixture(scope="module")
 def report():
-    return check()
+    return BENCH.check()
 
 
 @pytest.mark.thorough
 class TestAll:
     def test_every_clause_passes(self, report):
-        assert failures(report) == {}
-        assert report.exit_code == ExitCode.OK
-        assert {clause.id for clause in report.clauses} == IDS
+        BENCH.require_all_right(report)
 
     def test_it_takes_as_long_as_it_says(self, report, require_declared_times):
-        require_declared_times(report, check(act=list_cases))
+        require_declared_times(report, BENCH.cases())
 
     def test_equal_runs_have_equal_hashes(self, report):
-        again = check("R05 or R14 or R24")
-        hashes = {case.id: case.case_hash for case in report.cases}
-        assert {case.id: case.case_hash for case in again.cases}.items() <= hashes.items()
+        BENCH.require_same_hashes(report, "R05 or R14 or R24")

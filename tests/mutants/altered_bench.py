@@ -1,0 +1,123 @@
+"""A suite on a bench with a board: as it is, and with a mistake soldered in or another program on the board.
+
+What is right has to pass, every clause has to have a mistake that fails it, and nothing else may come of a mistake than
+a clause that fails.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass
+from typing import TypeVar
+
+from hilbench.bench_file import BenchFile
+from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
+from hilbench.check.collector import PlannedCase
+from hilbench.check.provider import BenchProvider
+from hilbench.check.results import Report
+from hilbench.config import open_bench
+from hilbench.exit_codes import ExitCode
+from hilbench.journal import Journal
+from hilbench.mcu.board_provider import BoardProvider
+from hilbench.options import TargetChoice
+from hilbench.shared import Shared
+from targets.firmware import image_path
+from tests.mutants.alterations import Alteration
+
+AnyResult = TypeVar("AnyResult")
+
+
+def unaltered(bench_file: BenchFile) -> BenchFile:
+    """Leave a bench as it is."""
+    return bench_file
+
+
+def failures(report: Report) -> dict[str, str]:
+    """Return why each case did not pass that did not, by its name without the suite's."""
+    return {case.id.partition("/")[2]: case.cause for case in report.cases if case.verdict is not Verdict.PASS}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AlteredBench:
+    """A suite, and the bench that it runs on.
+
+    Attributes:
+        bench: a built-in bench whose board is called ``brain``.
+        board: what this board is.
+        suite: the suite.
+        clause_ids: the clauses that the suite checks.
+    """
+
+    bench: str
+    board: str
+    suite: str
+    clause_ids: Collection[str]
+
+    def check(
+        self, select: str = "", *, alter: Alteration | None = None, images: Mapping[str, str] | None = None
+    ) -> Report:
+        """Run the suite on benches with a mistake in each; ``images`` run instead of the programs they stand for."""
+        return self._act(run_suites, select, alter or unaltered, images or {})
+
+    def cases(self) -> list[PlannedCase]:
+        """Return all cases of the suite."""
+        return self._act(list_cases, "", unaltered, {})
+
+    def _act(
+        self,
+        act: Callable[[CheckOptions, BenchProvider], AnyResult],
+        select: str,
+        alter: Alteration,
+        images: Mapping[str, str],
+    ) -> AnyResult:
+        choices = [
+            TargetChoice(name=f"brain.{name}", spec=f"{self.board}:{image_path(image)}")
+            for name, image in images.items()
+        ]
+        shared = Shared(bench_file=open_bench(self.bench), timeout_scale=1.0, journal=Journal())
+        options = CheckOptions(bench=self.bench, suites=(self.suite,), select=select)
+        return act(options, BoardProvider(shared, choices, alter=alter))
+
+    # --- what tests require of it
+
+    def require_right(self, select: str) -> None:
+        """Require that cases pass on the bench as it is."""
+        report = self.check(select)
+        assert failures(report) == {}, failures(report)
+        assert report.exit_code == ExitCode.OK, report.exit_code
+        assert report.run_hash, report.no_run_hash
+
+    def require_found(
+        self, clause_id: str, select: str, alter: Alteration | None, images: Mapping[str, str] | None = None
+    ) -> None:
+        """Require that a mistake fails its clause, and that whatever fails does so by a verdict."""
+        report = self.check(f"{clause_id} and {select}", alter=alter, images=images)
+        assert {case.verdict for case in report.cases} <= {Verdict.PASS, Verdict.FAIL}, failures(report)
+        failed = {clause.id: clause for clause in report.clauses if clause.verdict is Verdict.FAIL}
+        assert clause_id in failed, f"found by {[*failed]}, not by {clause_id}"
+        violation = any(clause.counts for clause in failed.values())
+        assert report.exit_code == (ExitCode.VIOLATION if violation else ExitCode.OK), report.exit_code
+
+    def require_complete(self, found_clause_ids: Iterable[str]) -> None:
+        """Require that every clause has a case that can run here, and a mistake that it finds."""
+        cases, wanted = self.cases(), set(self.clause_ids)
+        cited = {clause.id for case in cases for clause in case.clauses}
+        assert cited == wanted, f"cases for other clauses than there are: {cited ^ wanted}"
+        found = set(found_clause_ids)
+        assert found == wanted, f"mistakes for other clauses than there are: {found ^ wanted}"
+        missing = [case.id for case in cases if case.missing]
+        assert not missing, missing
+
+    def require_all_right(self, report: Report) -> None:
+        """Require that a report of the whole suite has a pass for every clause."""
+        assert failures(report) == {}, failures(report)
+        assert report.exit_code == ExitCode.OK, report.exit_code
+        reported = {clause.id for clause in report.clauses}
+        assert reported == set(self.clause_ids), reported ^ set(self.clause_ids)
+
+    def require_same_hashes(self, report: Report, select: str) -> None:
+        """Require that cases run once more have the hashes that they have in a report."""
+        hashes = {case.id: case.case_hash for case in report.cases}
+        again = {case.id: case.case_hash for case in self.check(select).cases}
+        assert again, f"nothing is selected by {select}"
+        assert again.items() <= hashes.items(), again.items() - hashes.items()
