@@ -22,6 +22,8 @@ DEFAULT_FILE = Path("hilbench.toml")
 DEFAULT_BENCH = "pioneer"
 """As of `hilbench.config`, which takes its time."""
 _WORDS = 56
+_NICE = 10
+"""A tenth of the share that a bench gets where they compete (Linux, sched(7); choice)."""
 _LOOPBACK = "127.0.0.1"
 _HIGHEST_PORT = 65_535
 
@@ -98,13 +100,16 @@ def run(parsed: argparse.Namespace) -> int:
 
 def show(process: BenchProcess) -> ExitCode:
     """Show a bench until the person leaves it."""
+    _give_way()
     try:
         from hilbench.tui.app import Dashboard
         from hilbench.tui.bench_process import BenchProcess
         from hilbench.tui.memory import Memory, state_file
 
         def open_bench(name: str) -> BenchProcess:
-            return BenchProcess.start([name], name=name)
+            opened = BenchProcess.start([name], name=name)
+            _give_way()
+            return opened
 
         dashboard = Dashboard(process, benches=_benches(), open_bench=open_bench, memory=Memory(state_file()))
         dashboard.run()
@@ -118,6 +123,11 @@ def show(process: BenchProcess) -> ExitCode:
         dashboard.process.stop()
         return ExitCode.DEFECT
     return ExitCode.OK
+
+
+def _give_way() -> None:
+    """Let a bench that has begun go before what draws it, where there is not processor enough for both."""
+    os.nice(_NICE)
 
 
 def require_terminal(hint: str) -> None:

@@ -99,6 +99,9 @@ def test_a_bench_is_opened_left_found_again_and_stopped(terminal, tmp_path):
 def test_a_dashboard_that_is_killed_leaves_the_bench_and_its_recording_whole(terminal, tmp_path):
     opened = terminal("rover-model", "--journal", "kept.jsonl")
     opened.wait_for("station")
+    (about,) = tmp_path.glob("hilbench/*/about.json")
+    bench = json.loads(about.read_text())["pid"]
+    assert os.getpriority(os.PRIO_PROCESS, opened.process.pid) > os.getpriority(os.PRIO_PROCESS, bench)
     opened.process.kill()
     opened.process.wait()
     before = (tmp_path / "kept.jsonl").stat().st_size
