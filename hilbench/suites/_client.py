@@ -23,6 +23,9 @@ CONNECT_WITHIN_S = 20.0
 """How long a client may take from its first byte to OPEN, whatever it meets, in seconds. A choice: ARIA gives up after
 11 unanswered SYNCs, Player after some 14 s."""
 
+WORKING_PERIOD_S = 2.0
+"""How long a session is watched for ill effects of what went before."""
+
 CONFIG_WITHIN_S = 5.0
 """How long a client may wait for a CONFIG packet, in seconds. No source gives a limit; ARIA waits 1 s."""
 
