@@ -43,7 +43,7 @@ def test_the_models_keep_their_deadlines(profile):
         ({"status_deadline_s": 0.105}, {"status", "manual"}),
         ({"manual_pause_s": 0.064}, {"manual"}),
     ],
-    ids=str,
+    ids=["command_deadline_s", "status_deadline_s", "manual_pause_s"],
 )
 def test_a_deadline_that_is_wrong_by_a_few_milliseconds_is_found(changes, expected):
     assert off(run(**changes)) == expected
