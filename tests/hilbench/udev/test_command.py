@@ -5,6 +5,8 @@ import dataclasses
 import importlib
 import json
 import os
+import tempfile
+from pathlib import Path
 
 import pytest
 
@@ -42,18 +44,23 @@ class Machine:
 
 
 @pytest.fixture
-def machine(tmp_path, monkeypatch):
-    return Machine(tmp_path / "machine", monkeypatch)
+def folder():
+    """Return a folder where everybody may look: pytest keeps its own for whoever runs it."""
+    with tempfile.TemporaryDirectory() as name:
+        Path(name).chmod(0o755)
+        yield Path(name)
 
 
 @pytest.fixture
-def nobody(tmp_path):
+def machine(folder, monkeypatch):
+    return Machine(folder / "machine", monkeypatch)
+
+
+@pytest.fixture
+def nobody(folder):
     """Go on as somebody who may do nothing; who is not root is that already."""
     for name in ("hilbench.commands.udev", "hilbench.udev_explained", "hilbench.console", "hilbench.siblings"):
         importlib.import_module(name)
-    tmp_path.chmod(0o755)
-    for folder in list(tmp_path.parents)[:2]:
-        folder.chmod(0o755)
     before = os.geteuid()
     if before == 0:
         os.seteuid(NOBODY)
@@ -116,8 +123,8 @@ def test_a_file_that_was_there_is_kept(machine, capsys):
     assert (machine.rules / f"{NAME}.old").read_text() == "# mine\n"
 
 
-def test_not_as_root_they_go_where_one_may_write(machine, tmp_path, nobody, capsys):
-    own = tmp_path / "own"
+def test_not_as_root_they_go_where_one_may_write(machine, folder, nobody, capsys):
+    own = folder / "own"
     if os.geteuid() == NOBODY:
         os.seteuid(0)
         own.mkdir()
