@@ -6,6 +6,7 @@ Printed, not asserted: a busy host says nothing about the proxy.
 from __future__ import annotations
 
 import os
+import random
 import select
 import statistics
 import sys
@@ -120,15 +121,18 @@ def test_how_soon_a_port_is_back(say):
         SerialTarget(url=boards[0].name, baud=115_200),
         ports=lambda: [PortInfo(device=board.name, usb=BOARD) for board in boards],
     )
-    up = threading.Event()
-    port.on_line = lambda is_up, at_ns: up.set() if is_up else up.clear()
+    up, down = threading.Event(), threading.Event()
+    port.on_line = lambda is_up, at_ns: (up if is_up else down).set()
     running.start()
-    times = []
+    times, phase_s = [], random.Random(0)
     for _ in range(REPLUGS):
         following = Echo()
         gone = boards.pop()
+        up.clear()
         gone.close()
-        time.sleep(0.3)
+        assert down.wait(30)
+        down.clear()
+        time.sleep(phase_s.uniform(0, 0.25))  # at any moment between two looks, or each would take as long
         began = time.perf_counter()
         boards.append(following)
         assert up.wait(30)
