@@ -29,6 +29,10 @@ _TCSETS2 = 0x402C542B
 _BAUD_BITS = 0o010017  # CBAUD
 _BAUD_IN_SPEED_FIELDS = 0o010000  # BOTHER
 _UNPACED_BAUD = 115_200  # what the slave says on a line without pace; some rate it must have
+# While a process is within open(2) or close(2). Choices: many times what it takes on a busy machine, and a delay of the
+# bench that is only met when notices were merged, by several clients at one port.
+_CHANGE_TAKES_AT_MOST_MS = 20
+_NOTICES_OF_ONE_CHANGE = 4
 _PTS = re.compile(r"/dev/pts/\d+")
 
 
@@ -115,12 +119,12 @@ class PtyDoor(Door):
                 self._read(at_ns, everything=False)
             return
         # Notices may have been merged: the count is only a guess, but whether anybody is there can be found out.
-        somebody, heir = self._who_is_there()
+        somebody, heir = self._who_is_there(nobody_counted=self._clients <= leaving)
         read = self._held is None or leaving > 0
         chunks = self._chunks(everything=leaving > 0 or not somebody) if read else []
         if chunks and not somebody:
             # They may come from a client whose opening was taken for our own: then it is still there.
-            somebody = heir = self._who_is_there()[0]
+            somebody = heir = self._who_is_there(nobody_counted=False)[0]
         if heir:
             self._count(self._clients - leaving, at_ns)
             self._count(self._clients + 1, at_ns)
@@ -173,8 +177,11 @@ class PtyDoor(Door):
 
     # --- clients
 
-    def _who_is_there(self) -> tuple[bool, bool]:
+    def _who_is_there(self, *, nobody_counted: bool) -> tuple[bool, bool]:
         """Let go of our own slave descriptor for a moment: the master hangs up only if no other is left.
+
+        The kernel tells of a closing before it is done, and of an opening after it is. Where that may be why somebody
+        seems to be there though the notices know of nobody, the one who is at it is given the time to get through.
 
         Returns:
             Whether a client is there, and whether one has come since the notices were last read: a client that opens
@@ -184,8 +191,15 @@ class PtyDoor(Door):
         poll.register(self._master, 0)
         happened = self._watch.read()
         os.close(self._slave)
-        hung_up = any(events & select.POLLHUP for _, events in poll.poll(0))
+        hung_up = bool(poll.poll(0))
         happened += self._watch.read()  # with our own closing, and before our own opening can be merged with another
+        if nobody_counted:
+            poll.register(self._watch.fileno(), select.POLLIN)
+            for _ in range(_NOTICES_OF_ONE_CHANGE):
+                if hung_up or True in happened:
+                    break
+                hung_up = any(descriptor == self._master for descriptor, _ in poll.poll(_CHANGE_TAKES_AT_MOST_MS))
+                happened += self._watch.read()
         self._slave = os.open(self.slave_name, os.O_RDWR | os.O_NOCTTY)
         self._watch.read()  # our own opening
         return not hung_up, True in happened

@@ -3,6 +3,7 @@ from __future__ import annotations
 import os
 import select
 import termios
+import threading
 
 import pytest
 
@@ -137,6 +138,58 @@ def test_a_client_that_comes_while_the_bench_learns_that_another_left(locked, ma
         return happened
 
     door._watch.read = read_and_let_in
+    first.close()
+    until(locked, lambda: log.data == b"firstheir")
+    assert log.lines == [True, False, True]
+    door._watch.read = notices
+    heirs[0].close()
+    until(locked, lambda: not door.line_is_up)
+    assert log.lines == [True, False, True, False]
+
+
+def test_a_client_whose_closing_is_told_before_it_is_done(locked, make_door):
+    """The kernel tells of a closing before it hangs the line up: between the two it seems that somebody is there."""
+    door = make_door()
+    log = Log(door)
+    client = Client(door)
+    client.write(b"bye")
+    until(locked, lambda: log.data == b"bye")
+    notices, reads, closing = door._watch.read, [], threading.Thread(target=client.close)
+
+    def read_early():
+        notices()
+        reads.append(1)
+        if len(reads) == 3:  # it was told, the bench has let go of the line and looked at it
+            closing.start()
+        return [False] if len(reads) == 1 else []
+
+    door._watch.read = read_early
+    door._look(locked.now_ns)
+    closing.join()
+    until(locked, lambda: not door.line_is_up)
+    assert log.lines == [True, False]
+
+
+def test_a_client_whose_opening_is_told_after_it_is_done(locked, make_door):
+    """The kernel tells of an opening when the line is no longer hung up: a hang-up has been in between all the same."""
+    door = make_door()
+    log = Log(door)
+    first = Client(door)
+    first.write(b"first")
+    until(locked, lambda: log.data == b"first")
+    notices, heirs = door._watch.read, []
+    says = iter(([False], [], [], [True]))  # told; before the bench lets go; after it has looked; and at last
+
+    def read_late():
+        if not heirs and not notices():
+            return []
+        if not heirs:
+            heirs.append(Client(door))
+            heirs[0].write(b"heir")
+        notices()
+        return next(says, [])
+
+    door._watch.read = read_late
     first.close()
     until(locked, lambda: log.data == b"firstheir")
     assert log.lines == [True, False, True]
