@@ -50,8 +50,8 @@ def in_scene(bench_file: BenchFile, scene: str | None) -> BenchFile:
 def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.live.session.run_live`."""
     from hilbench.live.folders import Session
+    from hilbench.live.scenes import scene_for
     from hilbench.live.session import LiveOptions, run_live
-    from hilbench.live.vehicle_benches import track_for
     from hilbench.mcu.command_line import open_target
 
     options = LiveOptions(
@@ -62,6 +62,6 @@ def run(parsed: argparse.Namespace) -> int:
         target=parsed.target,
     )
     bench_file = open_target(parsed.what)
-    bench_file = in_scene(bench_file, track_for(bench_file) if parsed.scene is None else parsed.scene)
+    bench_file = in_scene(bench_file, scene_for(bench_file) if parsed.scene is None else parsed.scene)
     interruption.raise_once()
     return run_live(bench_file, options)

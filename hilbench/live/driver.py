@@ -124,7 +124,8 @@ class Driver:
         if room_m is not None and room_m < _NEAR_M:
             self._operator.drive(0.0, 0.6 * way)
         else:
-            self._operator.drive(0.6, 0.3 * way)
+            forward, turn = self._operator.circle
+            self._operator.drive(forward, turn * way)
 
     def _leave(self) -> None:
         self.stop()

@@ -39,6 +39,10 @@ class Operator(Protocol):
     def pad_turn(self) -> float:
         """What a game pad's full stick is, as a multiple of the usual full turn."""
 
+    @property
+    def circle(self) -> tuple[float, float]:
+        """The shares, forward and counter-clockwise, by which the demo driver has it go round."""
+
     def connect(self) -> None:
         """Begin to connect; nothing if it does so already."""
 

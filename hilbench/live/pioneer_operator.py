@@ -35,6 +35,7 @@ class PioneerOperator:
 
     name = "client"
     pad_turn = PAD_TURN_DEG_S / TURN_DEG_S
+    circle = (0.6, 0.3)
 
     def __init__(self, bench: Bench, client: P2osClient) -> None:
         self._bench = bench

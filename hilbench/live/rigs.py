@@ -17,9 +17,9 @@ from hilbench.live.about import about_boards, about_line, about_pkt, about_sonar
 from hilbench.live.driver import Drives
 from hilbench.live.operators import Operator
 from hilbench.live.resuming import resume_sessions
+from hilbench.live.scenes import on_board
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, Senses, describe_machine
-from hilbench.live.vehicle_benches import on_board
 from targets.robots.pioneer import RobotSettings
 from worlds.errors import WorldError
 

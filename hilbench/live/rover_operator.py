@@ -28,6 +28,8 @@ class RoverOperator:
 
     name = "station"
     pad_turn = 1.0
+    circle = (0.6, 0.9)
+    """The inner wheels go back: on a floor of dry friction it goes straight otherwise (docs/rover-vehicle.md)."""
     room_ahead_m: float | None = None
 
     def __init__(self, bench: Bench, station: GroundStation) -> None:

@@ -18,9 +18,9 @@ from hilbench.links import Line, MemoryLink, Port
 from hilbench.live.about import about_world
 from hilbench.live.board_views import BOARD_SENSES, BoardFromOutside, BoardLink, BoardModes, ControlTask
 from hilbench.live.car_driver import CarCrew, CarDriver
+from hilbench.live.scenes import TRACK
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, Sense, Senses, describe_machine
-from hilbench.live.vehicle_benches import TRACK
 from hilbench.vehicle_cases import line_baud
 from hilbench.vehicle_hands import ModelHands, VehicleHands
 from hilbench.wiring.vehicle import BareVehicle

@@ -13,6 +13,7 @@ from hilbench.live.actions import Actions
 from hilbench.live.control import RequestError
 from hilbench.live.driver import DEAD_MAN_NS, DEMO
 from hilbench.live.folders import Session
+from hilbench.live.scenes import ROVER_ROOM, TRACK, scene_for
 from hilbench.live.session import LiveBench, LiveOptions
 from hilbench.mcu.command_line import open_target
 from hilbench.testing import FakeHostClock
@@ -97,6 +98,27 @@ def test_the_demo_driver_turns_before_a_wall(live):
     one = live("pioneer", scene="corridor")
     one.bench.run_for(25.0)
     assert not [event for event in told(one, "event") if event["name"] in {"Stalled", "BumpStopped"}]
+
+
+@pytest.mark.needs_bullet
+def test_the_rover_is_shown_on_a_floor_and_the_demo_driver_goes_round_on_it(live):
+    one = live("rover", scene=scene_for(open_target("rover")))
+    assert one.bench.journal.header["live"]["scene"]["name"] == ROVER_ROOM
+    one.bench.run_for(4.0)
+    turned = [after["yaw_rad"] - before["yaw_rad"] for before, after in itertools.pairwise(told(one, "pose"))]
+    assert sum(turn > 0 for turn in turned) > 0.8 * len(turned)
+    assert max(abs(pose["x_m"]) for pose in told(one, "pose")) < 500_000
+
+
+def test_a_stand_in_a_file_of_ones_own_is_meant(tmp_path):
+    own = tmp_path / "own.toml"
+    ours = open_target("rover")
+    own.write_text(ours.path.read_text().replace("../../targets", str(ours.path.parents[2] / "targets")))
+    assert (scene_for(ours), scene_for(open_target(str(own)))) == (ROVER_ROOM, None)
+    assert scene_for(open_target("vehicle")) == TRACK
+    assert [scene_for(open_target(name)) for name in ("pioneer", "rover-model", "vehicle-model", "bluepill")] == [
+        None
+    ] * 4
 
 
 def test_a_scene_needs_a_world():

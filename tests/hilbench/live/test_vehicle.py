@@ -12,8 +12,8 @@ from hilbench.live.car_driver import DEMO
 from hilbench.live.control import RequestError
 from hilbench.live.driver import DEAD_MAN_NS
 from hilbench.live.folders import Session
+from hilbench.live.scenes import TRACK, scene_for
 from hilbench.live.session import LiveBench, LiveOptions
-from hilbench.live.vehicle_benches import TRACK, track_for
 from hilbench.mcu.command_line import open_target
 from hilbench.testing import FakeHostClock
 
@@ -24,7 +24,7 @@ class Live:
     def __init__(self, folder, bench, *, demo=True):
         folder.mkdir()
         bench_file = open_target(bench)
-        bench_file = in_scene(bench_file, track_for(bench_file))
+        bench_file = in_scene(bench_file, scene_for(bench_file))
         self.path = folder / "journal.jsonl"
         self.live = LiveBench(bench_file, LiveOptions(session=Session(folder), demo=demo))
         self.live.bench.scheduler.lock(FakeHostClock())
@@ -270,8 +270,7 @@ def test_the_header_says_who_speaks_what_where_and_what_the_machines_are(vehicle
 @pytest.mark.needs_bullet
 @pytest.mark.thorough
 def test_firmware_on_a_board_is_seen_from_outside_and_driven(vehicle):
-    assert track_for(open_target("vehicle")) == TRACK
-    assert track_for(open_target("rover")) is None
+    assert scene_for(open_target("vehicle")) == TRACK
     one = vehicle("vehicle")
     assert one.about["scene"]["name"] == TRACK
     assert one.about["machines"]["board"]["seen"] == "from its frames"
