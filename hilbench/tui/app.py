@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
-import signal
 from collections.abc import Callable, Iterable
 from functools import partial
 
 from textual.app import ComposeResult, SystemCommand
+from textual.driver import Driver
 from textual.screen import Screen
 from textual.widgets import Footer, Static
 
@@ -33,6 +32,7 @@ from hilbench.tui.pads import Pads
 from hilbench.tui.panes import PANES, FramesPane, Pane, PlotsPane, Strip
 from hilbench.tui.recorded import RecordedBench
 from hilbench.tui.saving import Saving
+from hilbench.tui.terminal import Terminal, end_by_signals, terminal_driver
 from hilbench.tui.timeline import Timeline
 from hilbench.tui.vehicle_keys import VehicleActions
 from hilbench.tui.views.help import help_text
@@ -104,9 +104,8 @@ class Dashboard(VehicleActions, Saving):
     def on_mount(self) -> None:
         """Begin to look. A signal that ends the process gives the terminal back first."""
         if self._ticking:
-            self.set_interval(1 / FRAMES_PER_S, self.look)
-            for number in (signal.SIGTERM, signal.SIGHUP):
-                asyncio.get_running_loop().add_signal_handler(number, self.exit)
+            self.set_interval(1 / FRAMES_PER_S, self._look_again)
+            end_by_signals(self.exit)
         self.look()
 
     def on_unmount(self) -> None:
@@ -114,6 +113,17 @@ class Dashboard(VehicleActions, Saving):
         self._pad.close()
         if self.run_of_suite is not None:
             self.run_of_suite.stop()
+
+    def get_driver_class(self) -> type[Driver]:
+        """Return what drives the terminal."""
+        return terminal_driver(super().get_driver_class())
+
+    def _look_again(self) -> None:
+        """Look, unless the terminal is gone: then nobody will see anything, and the bench is left to itself."""
+        if isinstance(self._driver, Terminal) and self._driver.is_lost:
+            self.exit()
+        else:
+            self.look()
 
     # --- what is seen
 
