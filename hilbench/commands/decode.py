@@ -51,7 +51,7 @@ def run(parsed: argparse.Namespace) -> int:
     import os
 
     from hilbench.console import Console
-    from hilbench.decode.decoders import DecodeOptions
+    from hilbench.decode.reading import DecodeOptions
     from hilbench.decode.run import Totals, decode
     from hilbench.decode.sources import read_chunks
     from protocols.pkt import Framing, Schema

@@ -63,8 +63,8 @@ def run(parsed: argparse.Namespace) -> ExitCode:
     if parsed.protocol is None:
         return proxy(options, console.mention)
 
-    from hilbench.decode.decoders import DecodeOptions
     from hilbench.decode.live import LiveDecoder
+    from hilbench.decode.reading import DecodeOptions
     from protocols.pkt import Framing, Schema
 
     how = DecodeOptions(framing=Framing[parsed.framing.upper()], schema=Schema[parsed.schema.upper()])

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hilbench.decode.decoders import DecodeOptions, Speaker, fields_of
 from hilbench.decode.items import Item, Kind
+from hilbench.decode.reading import DecodeOptions, Speaker, fields_of
 from protocols import autoware
 
 __all__ = ["AutowareDecoder"]

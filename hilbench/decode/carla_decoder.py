@@ -9,7 +9,7 @@ from hilbench.decode.items import Item, Kind
 from protocols import carla
 
 if TYPE_CHECKING:
-    from hilbench.decode.decoders import DecodeOptions, Speaker
+    from hilbench.decode.reading import DecodeOptions, Speaker
 
 __all__ = ["CarlaDecoder"]
 

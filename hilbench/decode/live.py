@@ -6,9 +6,9 @@ import threading
 from queue import Empty, Full, Queue
 
 from hilbench.console import Console
-from hilbench.decode.decoders import DecodeOptions
+from hilbench.decode.chunks import Chunk
+from hilbench.decode.reading import DecodeOptions
 from hilbench.decode.run import Totals, decode
-from hilbench.decode.sources import Chunk
 from hilbench.errors import HilbenchError
 
 __all__ = ["LiveDecoder"]

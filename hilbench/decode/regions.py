@@ -11,8 +11,8 @@ from dataclasses import dataclass, fields
 from itertools import groupby
 from typing import Any
 
-from hilbench.decode.decoders import DecodeOptions
 from hilbench.decode.pkt_decoder import pkt_format
+from hilbench.decode.reading import DecodeOptions
 from protocols import autoware, carla, p2os, pkt
 
 __all__ = ["Region", "regions"]

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from hilbench.decode.decoders import DECODERS, DecodeOptions, Decoder, Speaker
+from hilbench.decode.chunks import Chunk
+from hilbench.decode.decoders import DECODERS
 from hilbench.decode.items import Item, Kind
 from hilbench.decode.lines import json_line, text_line
-from hilbench.decode.sources import Chunk
+from hilbench.decode.reading import DecodeOptions, Decoder, Speaker
 from hilbench.errors import UsageError
 
 __all__ = ["Totals", "decode"]

@@ -12,13 +12,12 @@ import json
 import os
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
-from hilbench.decode.decoders import Speaker
+from hilbench.decode.chunks import Chunk, chunk_of
 from hilbench.errors import UnavailableError
 
-__all__ = ["FORMS", "Chunk", "chunk_of", "read_chunks", "speaker_of"]
+__all__ = ["FORMS", "read_chunks"]
 
 FORMS = ("auto", "raw", "hex", "journal", "capture")
 
@@ -38,25 +37,6 @@ _DUMPS = (
 )
 """What stands before the bytes of a line, and behind."""
 _PAIRS = re.compile(r"^(?:[0-9A-Fa-f]{2}[\s,]*)*$")
-_SPEAKERS = {"robot": "target", "server": "target", "rover": "target", "checker": "host", "client": "host"}
-_OTHER = {"host": "target", "target": "host", "": ""}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Chunk:
-    """Some bytes of one stream.
-
-    Attributes:
-        data: the bytes.
-        stream: which of several; empty where there is one.
-        speaker: who sends it, as far as that is known.
-        ns: bench time, in ns; None where the source has no times.
-    """
-
-    data: bytes
-    stream: str = ""
-    speaker: Speaker = ""
-    ns: int | None = None
 
 
 def read_chunks(descriptor: int, where: str, form: str = "auto") -> Iterator[Chunk]:
@@ -209,27 +189,3 @@ def _capture(pieces: Iterator[bytes], where: str) -> Iterator[Chunk]:
             raise UnavailableError(f"has an event that cannot be read: {event}", where=where) from None
         if chunk is not None:
             yield chunk
-
-
-def chunk_of(event: Any) -> Chunk | None:
-    """Return the bytes of an event of a journal; None if it is about something else.
-
-    Raises:
-        ValueError, TypeError, KeyError: it is no event.
-    """
-    kind = event["kind"]
-    if kind not in {"tx", "rx", "dropped"} or "data" not in event:
-        return None
-    source, sent = str(event["source"]), kind == "tx"
-    speaker = speaker_of(source)
-    return Chunk(
-        data=bytes.fromhex(event["data"]),
-        stream=f"{source} {'tx' if sent else 'rx'}",
-        speaker=speaker if sent else _OTHER[speaker],
-        ns=int(event["ns"]),
-    )
-
-
-def speaker_of(source: str) -> Speaker:
-    """Return who speaks at a source of a journal; what a USART of a board sends is taken for what a host sends."""
-    return _SPEAKERS.get(source, "host" if ".usart" in source else "")

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from hilbench.decode.decoders import DECODERS, DecodeOptions, Decoder
+from hilbench.decode.chunks import chunk_of
+from hilbench.decode.decoders import DECODERS
 from hilbench.decode.items import Item, Kind
-from hilbench.decode.sources import chunk_of
+from hilbench.decode.reading import DecodeOptions, Decoder
 from hilbench.recordings.layout import Event
 
 __all__ = ["Framed", "framed", "spoken"]

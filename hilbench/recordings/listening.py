@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from hilbench.clock import NS_PER_S
+from hilbench.decode.chunks import speaker_of
 from hilbench.decode.items import Item, Kind
-from hilbench.decode.sources import speaker_of
 from hilbench.journal import Recording
 from hilbench.recordings.frames import framed
 from hilbench.recordings.layout import Event, data_of

@@ -12,9 +12,10 @@ from itertools import zip_longest
 
 from hilbench.check.provider import BenchProvider, CaseInfo, case_seed
 from hilbench.clock import NS_PER_S
-from hilbench.decode.decoders import DECODERS, DecodeOptions
+from hilbench.decode.decoders import DECODERS
 from hilbench.decode.items import Item
 from hilbench.decode.lines import said
+from hilbench.decode.reading import DecodeOptions
 from hilbench.errors import UsageError
 from hilbench.journal import Journal, Recording
 from hilbench.recordings.listening import HOST, TARGET, Talk, talks

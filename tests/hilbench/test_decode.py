@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.cli import main
-from hilbench.decode.decoders import DECODERS, DecodeOptions
+from hilbench.decode.decoders import DECODERS
+from hilbench.decode.reading import DecodeOptions
 from hilbench.decode.sources import read_chunks
 from hilbench.journal import Journal
 from protocols import autoware, carla, p2os, pkt

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from hilbench.decode.decoders import DECODERS, DecodeOptions, Decoder
+from hilbench.decode.decoders import DECODERS
 from hilbench.decode.items import Item, Kind
 from hilbench.decode.lines import said
+from hilbench.decode.reading import DecodeOptions, Decoder
 
 __all__ = ["KEPT_FRAMES", "FrameModel", "FramesModel"]
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from hilbench.decode.decoders import DecodeOptions
 from hilbench.decode.lines import value_text
+from hilbench.decode.reading import DecodeOptions
 from hilbench.tui.model.frames import FrameModel
 from hilbench.tui.views.words import BAD, DIM, HEAD, LIT, fit, seconds
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.decode.decoders import DecodeOptions
+from hilbench.decode.reading import DecodeOptions
 from hilbench.decode.regions import regions
 from hilbench.tui.dialogs import InjectScreen
 from hilbench.tui.model.bench import BenchModel

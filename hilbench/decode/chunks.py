@@ -1,0 +1,54 @@
+"""Some bytes of one stream, and those that an event of a journal holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from hilbench.decode.reading import Speaker
+
+__all__ = ["Chunk", "chunk_of", "speaker_of"]
+
+_SPEAKERS = {"robot": "target", "server": "target", "rover": "target", "checker": "host", "client": "host"}
+_OTHER = {"host": "target", "target": "host", "": ""}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chunk:
+    """Some bytes of one stream.
+
+    Attributes:
+        data: the bytes.
+        stream: which of several; empty where there is one.
+        speaker: who sends it, as far as that is known.
+        ns: bench time, in ns; None where the source has no times.
+    """
+
+    data: bytes
+    stream: str = ""
+    speaker: Speaker = ""
+    ns: int | None = None
+
+
+def chunk_of(event: Any) -> Chunk | None:
+    """Return the bytes of an event of a journal; None if it is about something else.
+
+    Raises:
+        ValueError, TypeError, KeyError: it is no event.
+    """
+    kind = event["kind"]
+    if kind not in {"tx", "rx", "dropped"} or "data" not in event:
+        return None
+    source, sent = str(event["source"]), kind == "tx"
+    speaker = speaker_of(source)
+    return Chunk(
+        data=bytes.fromhex(event["data"]),
+        stream=f"{source} {'tx' if sent else 'rx'}",
+        speaker=speaker if sent else _OTHER[speaker],
+        ns=int(event["ns"]),
+    )
+
+
+def speaker_of(source: str) -> Speaker:
+    """Return who speaks at a source of a journal; what a USART of a board sends is taken for what a host sends."""
+    return _SPEAKERS.get(source, "host" if ".usart" in source else "")
