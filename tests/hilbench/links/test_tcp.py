@@ -117,14 +117,16 @@ def test_what_was_meant_for_a_client_that_left_does_not_reach_the_next(locked, m
     first = connect(door)
     until(locked, lambda: door.line_is_up)
     door.write(bytes(100))
-    first.close()
+    first.shutdown(socket.SHUT_WR)
     second = connect(door)
     until(locked, lambda: not door.line_is_up)
     until(locked, lambda: door.line_is_up)
     door.write(b"hello")
     locked.run_for(S // 5)
     assert receive(second) == b"hello"
-    assert door.counters.lost == 100
+    # On a busy host the first may get a byte or two before its leaving is seen.
+    assert door.counters.lost + len(receive(first) or b"") == 100
+    first.close()
     second.close()
 
 
