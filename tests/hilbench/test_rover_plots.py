@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hilbench.suites.rover_motion import ORIGINAL_RPM
+from hilbench.suites.rover_motion.throttles import ORIGINAL_RPM
 from tests.rover_plots.drives import STEPS, course
 from tests.rover_plots.pages import page
 

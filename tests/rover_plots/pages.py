@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from hilbench.suites.rover_motion import KI, KP, ORIGINAL_RPM
+from hilbench.suites.rover_motion.set_points import KI, KP
+from hilbench.suites.rover_motion.throttles import ORIGINAL_RPM
 
 _HEAD = """\
 # How the rover's wheels follow throttles and set points

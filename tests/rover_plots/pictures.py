@@ -6,7 +6,7 @@ import io
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from hilbench.suites.rover_motion import ORIGINAL_RPM
+from hilbench.suites.rover_motion.throttles import ORIGINAL_RPM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

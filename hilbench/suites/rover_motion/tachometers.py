@@ -1,0 +1,36 @@
+"""What tachometers count, and the speeds they show."""
+
+from __future__ import annotations
+
+from hilbench.check import near
+from hilbench.clock import NS_PER_S
+from hilbench.suites._rover_motion import NAMES, Ride, on_bench
+from hilbench.suites.rover_motion._judged import LOOK_S, ride
+
+__all__ = ["ride"]
+
+SLOT = 1.5
+"""How far a count may be from the angle: where the disc stood at first, and what passes while 0x83 goes out."""
+
+RPM = 0.04
+"""Tolerance of a speed in 0x83, as a share: speeds swing with the pulses. A choice."""
+
+
+@on_bench("R09", lasts_s=2.8)
+def test_tachometers(ride: Ride) -> None:
+    """Each wheel has its own way behind it: one of a side after the other is held."""
+    ride.hold("lb")
+    ride.drive(0.35, -0.8, 0.8)
+    ride.hold("lb", held=False)
+    ride.hold("rb")
+    ride.go(0.4)
+    ride.hold("rb", held=False)
+    ride.go(1.2)
+    at_ns, report = ride.motion()
+    slots = ride.slots_at(at_ns)
+    rpm = ride.at(at_ns).rpm_since(ride.at(at_ns - round(LOOK_S * NS_PER_S)))
+    for place, name in enumerate(NAMES):
+        ticks = report.ticks[place]
+        near(ticks, abs(slots[place]), SLOT, unit="slots", what=f"ticks of the {name} wheel beside its true angle")
+        speed_rpm = abs(rpm[place])
+        near(report.rpm[place], speed_rpm, RPM * speed_rpm, unit="rpm", what=f"speed of the {name} wheel in 0x83")
