@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hilbench.bench import Bench
-from hilbench.clock import NS_PER_MS, EventClass
+from hilbench.clock import NS_PER_MS, Entry, EventClass
 
 __all__ = ["ByteLog"]
 
@@ -26,17 +26,21 @@ class ByteLog:
         self._source = source
         self._data = bytearray()
         self._from_ns = 0
+        self._due: Entry | None = None
 
     def add(self, data: bytes, at_ns: int) -> None:
         """Take bytes that were complete at `at_ns`, now or in the time of a chip that is ahead."""
         if not self._data:
             self._from_ns = at_ns
             when_ns = max(at_ns + CHUNK_NS, self._bench.now_ns)
-            self._bench.scheduler.at(when_ns, self.flush, order=EventClass.CHECK, source=self._source)
+            self._due = self._bench.scheduler.at(when_ns, self.flush, order=EventClass.CHECK, source=self._source)
         self._data += data
 
     def flush(self) -> None:
-        """Write what was collected."""
+        """Write what was collected; the next chunk has its whole time again."""
+        if self._due is not None:
+            self._bench.scheduler.cancel(self._due)
+            self._due = None
         if self._data:
             data, self._data = bytes(self._data), bytearray()
             self._bench.record(self._kind, self._source, data=data, from_ns=self._from_ns)
