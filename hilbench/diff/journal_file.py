@@ -10,14 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from hilbench.diff.capture import Capture, Track, Value
-from hilbench.diff.journal_event import BYTES, check_events
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.journal import Journal, Recording
 from hilbench.mcu.pin_log import WINDOW_NS
 from hilbench.nearest import did_you_mean
+from hilbench.recordings.event_form import wrong_with
 
 __all__ = ["read_journal"]
 
+_BYTES = frozenset({"tx", "rx", "console"})
+"""Kinds of events that carry bytes of a line."""
 _WORDS = ("code", "word")
 _MARKS = {"reset": "reason", "end": "reason"}
 _SHOWN_CASES = 12
@@ -42,7 +44,7 @@ def read_journal(path: Path, case: str = "") -> Capture:
         raise UnavailableError(error.message, where=error.where) from error
     if not recording.header:
         raise UnavailableError(f"no journal can be read from it: {recording.problem}", where=str(path))
-    check_events(path, recording)
+    _check(path, recording)
     case, begin_ns, end_ns, events = _chosen(path, recording, case)
     gathered = _Gathered(begin_ns)
     for event in events:
@@ -58,6 +60,14 @@ def read_journal(path: Path, case: str = "") -> Capture:
         complete=recording.ended and recording.problem is None,
         remarks=tuple(_remarks(recording)),
     )
+
+
+def _check(path: Path, recording: Recording) -> None:
+    if not isinstance(recording.header.get("images", {}), dict):
+        raise UnavailableError("'images' is no table of boards", where=f"{path}:1")
+    for number, event in enumerate(recording.events, 2):  # an event is a line, and the first line is the header
+        if wrong := wrong_with(event):
+            raise UnavailableError(wrong, where=f"{path}:{number}")
 
 
 def _remarks(recording: Recording) -> Iterable[str]:
@@ -103,7 +113,7 @@ class _Gathered:
             self._without_frames.add(f"{source}.{event['pin']}")
         elif kind == "pwm":
             self._summary(source, ns, event)
-        elif kind in BYTES:
+        elif kind in _BYTES:
             self._bytes(f"{source} {kind}", event.get("from_ns", event["ns"]) - self._begin_ns, event.get("data", ""))
         elif kind in _MARKS:
             self._add(f"{source} {kind}", ns, str(event.get(_MARKS[kind], "")))

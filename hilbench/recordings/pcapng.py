@@ -92,7 +92,8 @@ def _block(kind: int, body: bytes) -> bytes:
 
 
 def _options(options: list[tuple[int, bytes]]) -> bytes:
-    packed = b"".join(struct.pack("<HH", code, len(value)) + _padded(value) for code, value in options)
+    fitting = [(code, value[:_LONGEST_OPTION]) for code, value in options]
+    packed = b"".join(struct.pack("<HH", code, len(value)) + _padded(value) for code, value in fitting)
     return packed + struct.pack("<HH", _END, 0) if packed else b""
 
 
@@ -141,7 +142,7 @@ class _Reader:
             kind, body, at = block
             try:
                 self._take(kind, body)
-            except (struct.error, IndexError, ValueError, msgspec.DecodeError):
+            except (struct.error, LookupError, TypeError, ValueError, msgspec.DecodeError):
                 return f"block {number} cannot be read"
         return None if number else "the file is empty"
 

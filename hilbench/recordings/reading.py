@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.journal import Journal, Recording
 from hilbench.recordings import csv_file, mcap_file, pcapng
+from hilbench.recordings.event_form import wrong_with
 
 __all__ = ["FORMATS", "format_of", "parse_recording", "read_recording"]
 
@@ -29,7 +31,7 @@ def format_of(data: bytes) -> str:
 
 
 def parse_recording(data: bytes, where: str) -> Recording:
-    """Read the bytes of a file, up to where it was cut.
+    """Read the bytes of a file, up to where it was cut or is damaged.
 
     Raises:
         UnavailableError: they are no recording.
@@ -41,9 +43,18 @@ def parse_recording(data: bytes, where: str) -> Recording:
         hint = "a journal, pcapng, MCAP, or the table of 'hilbench export --csv'"
         raise UnavailableError("is no recording", where=where, hint=hint)
     try:
-        return FORMATS[name][1](data)
+        return _up_to_damage(FORMATS[name][1](data))
     except UsageError as error:
         raise UnavailableError(error.message, where=where, hint=error.hint) from error
+
+
+def _up_to_damage(recording: Recording) -> Recording:
+    """Return a recording up to the first event that its readers could not take."""
+    for number, event in enumerate(recording.events):
+        if wrong := wrong_with(event):
+            problem = f"event {number + 1} is damaged: {wrong}"
+            return replace(recording, events=recording.events[:number], problem=problem, ended=False)
+    return recording
 
 
 def read_recording(path: Path) -> Recording:

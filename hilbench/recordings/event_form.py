@@ -1,39 +1,26 @@
-"""Whether the events of a journal have what a comparison reads of them.
+"""Whether an event of a recording has what its readers take for granted.
 
-A journal is a file like any other: cut, edited or written by another program. What is wrong is said with its line.
+A recording is a file like any other: cut, edited, damaged or written by another program. What is wrong is said.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Iterator
 
-from hilbench.errors import UnavailableError
-from hilbench.journal import Recording
+from hilbench.recordings.layout import BYTE_KINDS, Event
 
-__all__ = ["BYTES", "check_events"]
+__all__ = ["wrong_with"]
 
-BYTES = frozenset({"tx", "rx", "console"})
-"""Kinds of events that carry bytes of a line."""
+_END_NS = 2**62
+"""Times are before it: some 146 years, and room for several cases in formats whose times have 64 bits."""
 
-Event = Mapping[str, Any]
 Rule = tuple[str, Callable[[object], str]]
 """A field, and what says what its value is instead of what it should be: nothing if all is well."""
 
 
-def check_events(path: Path, recording: Recording) -> None:
-    """Make sure that the header and the events of a journal can be compared.
-
-    Raises:
-        UnavailableError: a field is missing, or has no such value; the line is named.
-    """
-    if not isinstance(recording.header.get("images", {}), dict):
-        raise UnavailableError("'images' is no table of boards", where=f"{path}:1")
-    for number, event in enumerate(recording.events, 2):  # an event is a line, and the first line is the header
-        wrong = next(filter(None, _found(event)), None)
-        if wrong is not None:
-            raise UnavailableError(wrong, where=f"{path}:{number}")
+def wrong_with(event: Event) -> str:
+    """Say what is wrong with an event, without a full stop; nothing if all is well."""
+    return next(filter(None, _found(event)), "")
 
 
 def _found(event: Event) -> Iterator[str]:
@@ -43,8 +30,7 @@ def _found(event: Event) -> Iterator[str]:
     yield from (_wrong(event, name, check) for name, check in _NEEDED.get(kind, ()))
     if kind == "pwm" and "period_ns" in event:
         yield from (_wrong(event, name, _whole) for name in ("period_ns", "high_ns"))
-    if kind in BYTES:
-        yield from (_wrong(event, name, check) for name, check in _OF_BYTES if name in event)
+    yield from (_wrong(event, name, check) for name, check in _MAY_HAVE.get(kind, ()) if name in event)
     value = event.get("value")
     if kind == "event" and isinstance(value, dict) and "at_ns" in value:
         yield _wrong(value, "at_ns", _whole)
@@ -61,16 +47,33 @@ def _whole(value: object) -> str:
     return "" if type(value) is int else "no whole number"
 
 
+def _time(value: object) -> str:
+    return _whole(value) or ("" if isinstance(value, int) and 0 <= value < _END_NS else "no time of a bench")
+
+
 def _text(value: object) -> str:
     return "" if isinstance(value, str) else "no text"
+
+
+def _hex(value: object) -> str:
+    if not isinstance(value, str):
+        return _text(value)
+    try:
+        bytes.fromhex(value)
+    except ValueError:
+        return "no bytes in hex"
+    return ""
 
 
 def _level(value: object) -> str:
     return "" if value is None or isinstance(value, bool) else "no level: true, false or null"
 
 
-_ALL: tuple[Rule, ...] = (("kind", _text), ("ns", _whole), ("source", _text))
-_OF_BYTES: tuple[Rule, ...] = (("data", _text), ("from_ns", _whole))
+_ALL: tuple[Rule, ...] = (("kind", _text), ("ns", _time), ("source", _text))
+_MAY_HAVE: dict[str, tuple[Rule, ...]] = {
+    **dict.fromkeys(BYTE_KINDS, (("data", _hex), ("from_ns", _time))),
+    "console": (("data", _text), ("from_ns", _time)),
+}
 _NEEDED: dict[str, tuple[Rule, ...]] = {
     "pin": (("level", _level),),
     "frames": (("pin", _text),),

@@ -1,0 +1,77 @@
+"""Recordings that are whole, with events in them that are not as hilbench writes them."""
+
+from __future__ import annotations
+
+import io
+import json
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hilbench.diff.events import EventOptions, as_text, compare_events
+from hilbench.recordings.csv_file import write_csv
+from hilbench.recordings.frames import spoken
+from hilbench.recordings.layout import laid_out
+from hilbench.recordings.listening import stretches, talks
+from hilbench.recordings.mcap_file import write_mcap
+from hilbench.recordings.pcapng import write_pcapng
+from hilbench.recordings.reading import parse_recording
+from hilbench.recordings.vcd_file import write_vcd
+
+_ODD = (None, True, -5, 2**62, 2**70, 1.5, "", "zz", "ff", [], {}, {"a": 1})
+
+
+def _lines(header, events):
+    return b"".join(json.dumps(line).encode() + b"\n" for line in (header, *events))
+
+
+@pytest.mark.parametrize(
+    ("event", "said"),
+    [
+        ({"kind": "tx", "source": "checker", "data": "55"}, "'ns' is missing"),
+        ({"ns": -1, "kind": "tx", "source": "checker", "data": "55"}, "'ns' is no time of a bench"),
+        ({"ns": 2**62, "kind": "tx", "source": "checker", "data": "55"}, "'ns' is no time of a bench"),
+        ({"ns": 1, "kind": "rx", "source": "checker", "data": "5"}, "'data' is no bytes in hex"),
+        ({"ns": 1, "kind": "dropped", "source": "checker", "data": 5}, "'data' is no text"),
+        ({"ns": 1, "kind": ["tx"], "source": "checker"}, "'kind' is no text"),
+        ({"ns": 1, "kind": "tx", "data": "55"}, "'source' is missing"),
+        ({"ns": 1, "kind": "pin", "source": "brain.PB7", "level": "high"}, "'level' is no level: true, false or null"),
+    ],
+)
+def test_one_that_is_damaged_ends_the_reading_and_is_named(two_cases, event, said):
+    events = (*two_cases.events[:4], event, *two_cases.events[4:])
+    found = parse_recording(_lines(two_cases.header, events), "it")
+    assert found.events == two_cases.events[:4]
+    assert found.problem == f"event 5 is damaged: {said}"
+    assert not found.ended
+
+
+@pytest.mark.parametrize("write", [write_csv, write_mcap, write_pcapng])
+def test_in_any_format(write, two_cases):
+    file = io.BytesIO()
+    write(two_cases, file)
+    # A case without its name, which every reader of cases asks for.
+    damaged = (
+        file.getvalue().replace(b'case"":""a/two', b'cASE"":""a/two').replace(b'"case":"a/two"', b'"cASE":"a/two"')
+    )
+    found = parse_recording(damaged, "it")
+    assert found.events == two_cases.events[:7]
+    assert found.problem == "event 8 is damaged: 'case' is missing"
+
+
+@settings(max_examples=80)
+@given(at=st.integers(0, 10), field=st.sampled_from(["ns", "kind", "source", "data", "case", "from_ns"]), odd=st.data())
+def test_whoever_reads_a_recording_gets_events_that_can_be_read(at, field, odd, two_cases, tmp_path_factory):
+    events = [dict(event) for event in two_cases.events]
+    events[at][field] = odd.draw(st.sampled_from(_ODD))
+    if odd.draw(st.booleans()):
+        del events[at][field]
+    found = parse_recording(_lines(two_cases.header, events), "it")
+    for write in (write_csv, write_mcap, write_pcapng):
+        write(found, io.BytesIO())
+    write_vcd(found, tmp_path_factory.getbasetemp() / "damaged.vcd")
+    spoken(laid_out(found.events))
+    stretches(found, "p2os")
+    talks(found)
+    as_text(compare_events(found, two_cases, EventOptions()), "a", "b")
