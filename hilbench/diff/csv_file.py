@@ -47,8 +47,11 @@ def read_csv(path: Path) -> Capture:
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is no text"
         raise UnavailableError(f"cannot be read: {reason}", where=str(path)) from error
-    head, rows = _table(path, lines)
-    tracks, end_ns = _tracks(path, head, rows)
+    try:
+        head, rows = _table(path, lines)
+        tracks, end_ns = _tracks(path, head, rows)
+    except csv.Error as error:
+        raise UnavailableError(f"is no table: {error}", where=str(path)) from error
     return Capture(
         label=str(path),
         kind="table of samples",

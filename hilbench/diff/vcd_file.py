@@ -93,7 +93,7 @@ class _Reader:
 
         actions = {
             TokenKind.SCOPE: lambda data: self._scopes.append(cast("ScopeDecl", data).ident),
-            TokenKind.UPSCOPE: lambda _data: self._scopes.pop(),
+            TokenKind.UPSCOPE: lambda _data: self._leave_scope(),
             TokenKind.TIMESCALE: self._timescale,
             TokenKind.VAR: self._declare,
             TokenKind.CHANGE_TIME: self._time,
@@ -120,6 +120,11 @@ class _Reader:
                 initial=wire.initial,
                 initial_known=wire.known,
             )
+
+    def _leave_scope(self) -> None:
+        if not self._scopes:
+            raise ValueError("a scope ends that has not begun")
+        self._scopes.pop()
 
     def _timescale(self, data: object) -> None:
         scale = cast("Timescale", data)

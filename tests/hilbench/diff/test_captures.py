@@ -166,6 +166,8 @@ def test_a_journal_and_the_waveforms_of_the_same_run_are_equal(tmp_path, data, c
         ("b.jsonl", '{"kind":"other"}\n', "b.jsonl: is not a hilbench journal"),
         ("b.jsonl", '{"kind":"journal","images":3}\n', "b.jsonl:1: 'images' is no table of boards"),
         ("b.jsonl", '{"kind":"journal"', "b.jsonl: no journal can be read from it: cut in line 1"),
+        ("b.csv", f"Time,PB7\n0,0\n1,{'1' * 140_000}\n", "b.csv: is no table: field larger than field limit"),
+        ("b.vcd", WAVES.replace("$upscope $end", "$upscope $end $upscope $end", 1), "b.vcd: is no value change dump: "),
     ],
 )
 def test_what_cannot_be_read_is_one_line_and_3(write, pins, diff, name, text, said, tmp_path):

@@ -245,3 +245,16 @@ def test_compressed_chunks_of_other_programs(compression, two_cases):
     middle = data.index(b"zstd" if compression == "ZSTD" else b"lz4") + 30
     broken = data[:middle] + bytes(20) + data[middle + 20 :]
     assert parse_recording(broken, "it").problem is not None
+
+
+def test_a_chunk_of_any_size_comes_back(form, recording_of):
+    write, _ = form
+    big = recording_of([{"ns": 1, "kind": "tx", "source": "checker", "data": bytes(200_000).hex()}])
+    found = parse_recording(write(big), "it")
+    assert (found.events, found.problem) == (big.events, None)
+
+
+def test_bytes_that_are_none_come_back_beside_what_only_speaks_of_data(form, recording_of):
+    write, _ = form
+    event = {"ns": 1, "kind": "dropped", "source": "checker", "data": "", "reason": "no data"}
+    assert parse_recording(write(recording_of([event])), "it").events == (event,)
