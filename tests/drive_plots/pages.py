@@ -11,7 +11,7 @@ from statistics import fmean
 from hilbench.suites._vehicle_drive import Drive, Moment
 from tests.drive_plots.chart import Panel, chart
 from tests.drive_plots.drives import SLOW_FROM_M_S, SLOW_S
-from tests.mutants.vehicle import DRIVEN
+from tests.mutants.vehicle.driven import DRIVEN
 from tests.top_view import COLOURS, Sheet, top_view
 from worlds.car_parameters import DEFAULTS as CAR
 from worlds.scenes import find_scene

@@ -8,7 +8,10 @@ from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from protocols.carla.clauses import BOARD_CLAUSES
 from targets.robots.vehicle_interface import DEFECTS
-from tests.mutants.vehicle import BY_HAND, CURES, all_mutants, killers, on_the_page, run, to_run
+from tests.mutants.vehicle.page import on_the_page
+from tests.mutants.vehicle.published import CURES
+from tests.mutants.vehicle.runs import killers, run, to_run
+from tests.mutants.vehicle.tables import BY_HAND, all_mutants
 
 OPTIONS = CheckOptions(bench="vehicle-model", suites=("vehicle-board",))
 FOUND = on_the_page()

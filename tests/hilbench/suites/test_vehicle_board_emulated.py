@@ -10,7 +10,8 @@ from hilbench.options import TargetChoice
 from hilbench.vehicle_provider import AttachedVehicleProvider
 from targets.firmware import image_names
 from targets.robots.vehicle_interface import DEFECTS
-from tests.mutants.vehicle import firmware_on_the_page, image_of, killers, run_image
+from tests.mutants.vehicle.page import firmware_on_the_page
+from tests.mutants.vehicle.runs import image_of, killers, run_image
 
 pytestmark = pytest.mark.slow
 

@@ -26,7 +26,7 @@ from protocols.carla import VECTORS, Axis, Mode, decode_command
 from targets.robots import car_host
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 from targets.robots.vehicle_interface.board import behaviour_of
-from tests.mutants.vehicle import DRIVEN
+from tests.mutants.vehicle.driven import DRIVEN
 
 pytestmark = pytest.mark.needs_bullet
 

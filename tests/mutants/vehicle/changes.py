@@ -1,0 +1,58 @@
+"""What faulty boards have in common: who changes what a board says, and tables with an edge of another kind."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from protocols.carla import (
+    MODE_TABLE,
+    STEP_TABLE,
+    Action,
+    Mode,
+    ModeTable,
+    ModeTransition,
+    ModeTrigger,
+    Step,
+    Transition,
+    Trigger,
+)
+from targets.robots.vehicle_interface import BEHAVIOURS, SIMULATOR_LINE, VehicleInterface
+
+
+class Tells(VehicleInterface):
+    """Changes what it tells the driving stack."""
+
+    def _told(self, event):
+        return [other for message in super()._told(event) for other in self.instead(message)]
+
+    def instead(self, message):
+        return [message]
+
+
+class Sends(VehicleInterface):
+    """Changes what it puts on the simulator's line."""
+
+    def _from_simulator(self, events, now_ns):
+        sent = super()._from_simulator(events, now_ns)
+        return [(line, self.changed(data) if line == SIMULATOR_LINE else data) for line, data in sent]
+
+    def changed(self, data):
+        return data
+
+
+def limited(**limits: float) -> dict[str, Any]:
+    return {"status_limits": replace(BEHAVIOURS["hardened"].board.status_limits, **limits)}  # type: ignore[type-var]
+
+
+def without(step: Step, trigger: Trigger, action: Action) -> dict[tuple[Step, Trigger], Transition]:
+    edge = STEP_TABLE[step, trigger]
+    return {(step, trigger): replace(edge, actions=tuple(one for one in edge.actions if one is not action))}
+
+
+def modes_with(mode: Mode, trigger: ModeTrigger, next_mode: Mode) -> ModeTable:
+    return {**MODE_TABLE, (mode, trigger): ModeTransition(next_mode)}
+
+
+def modes_without(mode: Mode, trigger: ModeTrigger) -> ModeTable:
+    return {at: edge for at, edge in MODE_TABLE.items() if at != (mode, trigger)}

@@ -1,0 +1,55 @@
+"""Runs the suite ``vehicle-board`` against a faulty board, or a faulty image on the emulated one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from hilbench.check import CheckOptions, Verdict, run_suites
+from hilbench.check.results import Report
+from hilbench.config import open_bench
+from hilbench.journal import Journal
+from hilbench.mcu.board_provider import BoardProvider
+from hilbench.options import TargetChoice
+from hilbench.shared import Shared
+from hilbench.vehicle_provider import VehicleProvider
+from targets.firmware import image_path
+from tests.mutants.vehicle.mutant import SLOW, VehicleMutant
+
+SHOWN = 1
+"""So many of the clauses that find a defect in the model are run on the emulated board."""
+
+
+def run(mutant: VehicleMutant | None, select: str = "") -> Report:
+    """Run the cases of a mutant's profile against it; those of all profiles against the right board for None."""
+    shared = Shared(bench_file=open_bench("vehicle-model"), timeout_scale=1.0, journal=Journal())
+    provider = VehicleProvider(shared, make_vehicle=mutant.make) if mutant is not None else VehicleProvider(shared)
+    words = [word for word in (f"[{mutant.profile}]" if mutant is not None else "", select) if word]
+    if mutant is not None and not select:
+        words.append(f"({' or '.join(mutant.about)})" if mutant.about else f"not ({' or '.join(SLOW)})")
+    options = CheckOptions(bench="vehicle-model", suites=("vehicle-board",), select=" and ".join(words))
+    return run_suites(options, provider)
+
+
+def image_of(defect: str) -> Path:
+    """Our firmware with a defect; there need not be one."""
+    return image_path(f"vehicle-{'flag-clash' if defect == 'V1' else defect.lower()}")
+
+
+def run_image(defect: str, clauses: Sequence[str]) -> Report:
+    """Run some clauses of `hardened` on the emulated board, with the image that has this defect."""
+    shared = Shared(bench_file=open_bench("vehicle"), timeout_scale=1.0, journal=Journal())
+    choice = TargetChoice(name="brain.hardened", spec=f"nucleo-h753zi:{image_of(defect)}")
+    select = f"[hardened] and ({' or '.join(clauses)})"
+    options = CheckOptions(bench="vehicle", suites=("vehicle-board",), select=select)
+    return run_suites(options, BoardProvider(shared, [choice]))
+
+
+def to_run(clauses: Iterable[str]) -> tuple[str, ...]:
+    """Which of the clauses that find a defect in the model are run on the emulated board."""
+    return tuple(sorted(clauses, key=lambda clause: (clause in SLOW, clause)))[:SHOWN]
+
+
+def killers(report: Report) -> tuple[str, ...]:
+    """The clauses that fail."""
+    return tuple(sorted({case.clause_ids[0] for case in report.cases if case.verdict is Verdict.FAIL}))
