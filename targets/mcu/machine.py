@@ -154,6 +154,7 @@ class Machine:
         if ns < self._horizon_ns:
             self._horizon_ns = ns
             self.engine.stop_by(self.time.cycle_at_ns(ns))
+            self.time.halted = True
 
     def at_ns(self, ns: int, action: Callable[[], None]) -> None:
         """Have `action` happen at the first cycle that does not fall before bench time `ns`, or now if that passed.
@@ -169,6 +170,7 @@ class Machine:
     def hang(self) -> None:
         """Have the program do nothing until a reset, as in an endless loop with interrupts off; the rest goes on."""
         self._hangs = True
+        self._cut()
 
     # --- for people
 
@@ -283,38 +285,14 @@ class Machine:
     def _doze(self, limit: int) -> None:
         """Let time pass from event to event while the CPU sleeps on: what `_step` after `_step` would do, in less time.
 
-        It is back for whatever may need another step than that.
+        Whatever may need another step than that has said so by `_cut`.
         """
         time, engine = self.time, self.engine
-        while True:
-            due = time.next_cycle()
-            if due is None or due >= limit:
-                engine.add_cycles(max(0, limit - engine.cycle))
-                return
-            engine.add_cycles(max(0, due - engine.cycle))
-            time.run_due(engine.cycle)
+        reached = time.run_until(limit)
+        if reached is not None:
             self._idle.restart()
-            if self.ended is not None or self._rouses():
-                return
-            # What has happened may have brought the end of the run nearer, or changed the clock.
-            limit = max(time.cycle_at_ns(self._horizon_ns), time.now)
-            if engine.cycle >= limit:
-                return
-
-    def _rouses(self) -> bool:
-        """Say whether a CPU that sleeps may wake, or the machine has something else to do than to let time pass."""
-        core = self.core
-        return (
-            not core.sleeping
-            or core.wakes()
-            or self._hangs
-            or self._reset_cause is not None
-            or core.locked_up is not None
-            or self._watch.hopeless is not None
-            or self._look_at_fault
-            or self._stalled_until > self.engine.cycle
-            or core.deep
-        )
+        end = reached if reached is not None and time.halted else limit
+        engine.add_cycles(max(0, end - engine.cycle))
 
     def _enter_deep_sleep(self) -> None:
         chip, mode = self.chip, self.chip.deep_sleep()
@@ -405,6 +383,7 @@ class Machine:
 
     def _ask_for_look(self) -> None:
         self._look_at_fault = self.core.running in _FAULTS and not self.chip.watchdog_runs()
+        self._cut()
 
     def _look(self, target: int) -> Stop:
         """End the run if the handler of a fault waits for ever."""
@@ -466,6 +445,7 @@ class Machine:
         now = self.time.now if cycle is None else cycle
         place = self.place(pc) if self.image.function_at(pc) or self.image.line_at(pc) else ""
         self.ended = Ended(kind=kind, status=status, cause=cause, pc=pc, place=place, cycle=now, ns=self.time.ns(now))
+        self.time.halted = True
 
     # --- what the parts call
 
@@ -476,9 +456,14 @@ class Machine:
     def _pc_in_flight(self) -> int | None:
         return self.engine.get(Reg.PC) if self.engine.running else None
 
+    def _cut(self) -> None:
+        """Have `_step` look anew at what there is to do: nothing more is executed, nor slept over, until then."""
+        self.engine.stop_by(0)
+        self.time.halted = True
+
     def _ask_reset(self, cause: str) -> None:
         self._reset_cause = cause
-        self.engine.stop_by(0)
+        self._cut()
 
     def _exit(self, ending: Exit) -> None:
         self._end("exit", "the program ended by semihosting", status=ending.status)
@@ -496,11 +481,11 @@ class Machine:
 
     def _stall(self, cycle: int) -> None:
         self._stalled_until = cycle
-        self.engine.stop_by(0)
+        self._cut()
 
     def _latency(self, wait_states: int) -> None:
         self.engine.set_wait_states(wait_states)
-        self.engine.stop_by(0)
+        self._cut()
 
     # --- putting it together
 
@@ -538,7 +523,7 @@ class Machine:
         """Tie the callbacks of the parts together."""
         self.time.read_cycle = self.engine.read_cycle
         self.time.on_earlier = self.engine.stop_by
-        self.core.on_change = lambda: self.engine.stop_by(0)
+        self.core.on_change = self._cut
         self.core.on_fault = self._fault
         self.core.on_monitor_clear = self.engine.clear_exclusive
         self.core.itm.on_stimulus = self._stimulus

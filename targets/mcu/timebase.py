@@ -53,6 +53,7 @@ class Timebase:
         read_cycle: what `now` asks while the CPU runs: the cycle at which the instruction in flight began. The machine
             sets it; while an event happens, `now` is the cycle of that event.
         on_earlier: called with the cycle of an entry that is made while the CPU runs, so that the slice can be cut.
+        halted: whether `run_until` was told to go no further.
     """
 
     def __init__(self, hclk_hz: int | Fraction) -> None:
@@ -64,6 +65,7 @@ class Timebase:
         self._fixed: int | None = 0
         self.read_cycle: Callable[[], int] = lambda: 0
         self.on_earlier: Callable[[int], None] = lambda _cycle: None
+        self.halted = False
         self._set_ratio()
 
     # --- cycles and seconds
@@ -107,6 +109,7 @@ class Timebase:
                 event.cycle = max(now, self.cycle_at(event.time_s))
                 self._push(event)
         self.on_earlier(now)  # a limit in bench time is another cycle now
+        self.halted = True
 
     def _set_ratio(self) -> None:
         # ns(c) = floor(epoch_ns + (c - epoch) * 1e9 / hclk), over the common denominator `_ns_scale`
@@ -120,8 +123,15 @@ class Timebase:
 
     def at(self, cycle: int, action: Callable[[], None], *, order: int = 0) -> Event:
         """Have `action` happen at `cycle` (now or later); in the order of `order`, then of making."""
-        event = Event(max(cycle, self.now), order, action, None)
-        self._push(event)
+        # Every byte on every line comes by here several times, so nothing is called that need not be.
+        fixed = self._fixed
+        now = self.read_cycle() if fixed is None else fixed
+        if cycle < now:
+            cycle = now
+        event = Event(cycle, order, action, None)
+        heapq.heappush(self._heap, (cycle, order, next(self._sequence), event))
+        if fixed is None:
+            self.on_earlier(cycle)
         return event
 
     def after(self, cycles: int, action: Callable[[], None], *, order: int = 0) -> Event:
@@ -141,7 +151,8 @@ class Timebase:
 
     def _push(self, event: Event) -> None:
         heapq.heappush(self._heap, (event.cycle, event.order, next(self._sequence), event))
-        self.on_earlier(event.cycle)
+        if self._fixed is None:
+            self.on_earlier(event.cycle)
 
     def next_cycle(self) -> int | None:
         """Return the cycle of the next event, or None."""
@@ -165,6 +176,29 @@ class Timebase:
                 heap = self._heap  # a change of the clock makes a new one
         self._fixed = cycle
         return happened
+
+    def run_until(self, limit: int) -> int | None:
+        """Let everything happen that is due before `limit`, each at its own cycle; return the cycle of the last.
+
+        After a cycle at which `halted` was set, by whoever has made something that is not for this queue alone, nothing
+        more happens. None: nothing was due.
+        """
+        self.halted = False
+        reached = None
+        heap = self._heap
+        while heap and not self.halted:
+            due, _order, _number, event = heap[0]
+            action = event.action
+            if action is not None and due >= limit:
+                return reached
+            heapq.heappop(heap)
+            if action is not None:
+                event.action = None
+                self._fixed = reached = due
+                action()
+        if reached is not None and self.halted:
+            self.run_due(reached)
+        return reached
 
     # --- the machine's side
 
