@@ -28,7 +28,7 @@ def write_atomically(path: Path, text: str) -> None:
         if path.exists() and not path.is_file():
             path.write_text(text, encoding="utf-8")
         else:
-            _replace(path.resolve(), text)
+            _replace(Path(os.path.realpath(path)), text)
     except OSError as error:
         raise UnavailableError(f"cannot be written: {error.strerror or error}", where=str(path)) from error
 
@@ -43,8 +43,10 @@ def check_writable(path: Path, option: str) -> None:
     Raises:
         UsageError: it cannot.
     """
-    folder = path.resolve().parent
-    where = f"{option} {path}"
+    real = Path(os.path.realpath(path))
+    folder, where = real.parent, f"{option} {path}"
+    if real.is_symlink():
+        raise UsageError("is a link that leads to itself", where=where)
     if path.is_dir():
         raise UsageError("is a folder", where=where)
     if not folder.is_dir():

@@ -12,7 +12,7 @@ from typing import Any
 
 from hilbench.errors import UsageError
 
-__all__ = ["as_utf8", "escaped", "escaped_all", "file_name", "json_text"]
+__all__ = ["as_utf8", "escaped", "escaped_all", "file_name", "json_text", "printable"]
 
 
 def escaped(text: str) -> str:
@@ -32,6 +32,11 @@ def escaped_all(value: Any) -> Any:
     if isinstance(value, dict):
         return {escaped(name): escaped_all(item) for name, item in value.items()}
     return [escaped_all(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def printable(text: str) -> str:
+    """Return a text of somebody else's, such as what a device calls itself, that cannot move a terminal."""
+    return text if text.isprintable() else "".join(one if one.isprintable() else "\ufffd" for one in text)
 
 
 def json_text(value: object) -> str:

@@ -14,12 +14,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hilbench.host import Host
+from hilbench.names import printable
 
 __all__ = ["Holder", "Holders", "holders_of"]
 
 _LOCK_FOLDERS = ("/run/lock", "/var/lock")
 # A line of /proc/locks: number, kind, mode, access, process, device and inode in hex and decimal, range.
 _LOCK = re.compile(r"\d+:\s+FLOCK\s+\S+\s+\S+\s+(?P<process>-?\d+)\s+(?P<major>\w+):(?P<minor>\w+):(?P<inode>\d+)\s")
+_PROCESS = re.compile(r"\s*(?P<number>[0-9]{1,9})(\s|$)")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, order=True)
@@ -117,12 +119,12 @@ def _lock_files(host: Host, device: str) -> Iterator[tuple[str, int | None]]:
     for folder in _LOCK_FOLDERS:
         path = f"{folder}/LCK..{Path(device).name}"
         text = host.text(path)
-        real = host.path(path).resolve()
+        real = os.path.realpath(host.path(path))
         if text is not None and real not in seen:
             seen.add(real)
-            number = text.split()[0] if text.split() else ""
-            yield path, int(number) if number.isdigit() else None
+            number = _PROCESS.match(text)
+            yield path, int(number["number"]) if number else None
 
 
 def _name(host: Host, process: int) -> str:
-    return (host.text(f"/proc/{process}/comm") or "").strip()
+    return printable((host.text(f"/proc/{process}/comm") or "").strip())

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from hilbench.host import Host
 from hilbench.port_holders import Holders, holders_of
@@ -74,7 +77,7 @@ def port_states(host: Host, ports: Sequence[PortInfo]) -> list[PortState]:
 
 def state_at(host: Host, path: str, ports: Sequence[PortInfo]) -> PortState:
     """Return how the port stands that a path or a link leads to, whether it is one of those there are or not."""
-    real, root = host.path(path).resolve(), host.root.resolve()
+    real, root = Path(os.path.realpath(host.path(path))), host.root.resolve()
     device = f"/{real.relative_to(root)}" if real.is_relative_to(root) else str(real)
     port = next((one for one in ports if one.device == device), PortInfo(device=device))
     return _state(host, port, ports)
@@ -93,7 +96,7 @@ def as_text(states: Sequence[PortState]) -> str:
 def _state(host: Host, port: PortInfo, ports: Sequence[PortInfo]) -> PortState:
     node = host.path(port.device)
     owner, permitted = "", False
-    if node.exists():
+    with contextlib.suppress(OSError):  # there is none
         facts = node.stat()
         owner = f"{host.group_name(facts.st_gid)} {facts.st_mode & 0o7777:04o}"
         permitted = host.may_use(node)

@@ -11,10 +11,13 @@ Whoever needs the ports takes a `PortEnumerator`, so that tests can hand in port
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
+
+from hilbench.names import printable
 
 __all__ = ["LINK_FOLDERS", "PortEnumerator", "PortInfo", "SysfsPorts", "UsbIdentity", "find_again", "list_ports"]
 
@@ -136,7 +139,7 @@ class SysfsPorts:
     def _port(self, entry: Path, links: dict[str, list[str]]) -> PortInfo | None:
         if _line(entry / "type") == _NO_CHIP:
             return None
-        folder = (entry / "device").resolve()
+        folder = _end_of(entry / "device")
         if not folder.exists():  # it has gone meanwhile
             return None
         path = f"/dev/{entry.name}"
@@ -160,21 +163,21 @@ class SysfsPorts:
                 continue
             for link in entries:
                 if link.is_symlink():
-                    found.setdefault(f"/dev/{link.resolve().name}", []).append(f"/{name}/{link.name}")
+                    found.setdefault(f"/dev/{_end_of(link).name}", []).append(f"/{name}/{link.name}")
         return found
 
 
 def _usb_identity(folder: Path) -> UsbIdentity | None:
-    """Read the device above a port's folder; None if there is none, or it goes while it is read."""
-    interface = 0
+    """Read the device above a port's folder; None if there is none, it cannot be read, or goes while it is read."""
+    interface: int | None = 0
     for place in (folder, *folder.parents):
-        if (number := _line(place / "bInterfaceNumber")) is not None:
-            interface = int(number, 16)
-        vendor, product = _line(place / "idVendor"), _line(place / "idProduct")
-        if vendor and product:
+        if (text := _line(place / "bInterfaceNumber")) is not None:
+            interface = _hex(text, 2)
+        vendor, product = (_hex(_line(place / name), 4) for name in ("idVendor", "idProduct"))
+        if vendor is not None and product is not None and interface is not None:
             return UsbIdentity(
-                vendor_id=int(vendor, 16),
-                product_id=int(product, 16),
+                vendor_id=vendor,
+                product_id=product,
                 serial_number=_line(place / "serial") or None,
                 location=place.name,
                 interface=interface,
@@ -187,24 +190,34 @@ def _usb_identity(folder: Path) -> UsbIdentity | None:
 def _driver(folder: Path) -> str | None:
     """Return the driver of a port; one that is soldered in hangs below two places of the kernel's."""
     for place in (folder, *folder.parents):
-        if (place / "subsystem").resolve().name != "serial-base":
+        if _end_of(place / "subsystem").name != "serial-base":
             link = place / "driver"
-            return link.resolve().name if link.exists() else None
+            return _end_of(link).name if link.exists() else None
     return None
 
 
+def _end_of(link: Path) -> Path:
+    """Return where a link leads; itself if that is a circle."""
+    return Path(os.path.realpath(link))
+
+
 def _line(path: Path) -> str | None:
-    """Return the first line of an attribute; None if it cannot be read."""
+    """Return the first line of an attribute, without what would move a terminal; None if it cannot be read."""
     try:
         with path.open(encoding="utf-8", errors="replace") as file:
-            return file.readline().strip()
+            return printable(file.readline().strip())
     except OSError:
         return None
 
 
+def _hex(text: str | None, digits: int) -> int | None:
+    """Return a number of so many hex digits, as the kernel writes ids; None if it is none."""
+    return int(text, 16) if text is not None and re.fullmatch(f"[0-9a-fA-F]{{{digits}}}", text) else None
+
+
 def _number(path: Path) -> int | None:
     text = _line(path)
-    return int(text) if text is not None and text.isdigit() else None
+    return int(text) if text is not None and re.fullmatch("[0-9]{1,9}", text) else None
 
 
 def _by_number(name: str) -> tuple[str, int]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
+import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -95,19 +97,24 @@ def _programs(facts: Facts) -> set[str]:
 
 def _stale_links(facts: Facts) -> Iterator[Finding]:
     """Find names of ports that lead nowhere: of devices that have gone, and of ptys whose bench has ended."""
-    stale = [link for name in LINK_FOLDERS for link in _links(facts.host.path(name)) if not link.exists()]
-    here = _links(facts.working_folder)
-    stale += [link for link in here if _PTS.fullmatch(os.readlink(link)) and not link.exists()]  # noqa: PTH115
-    for link in stale:
-        what = f"{link} leads to {link.readlink()}, which is gone"
-        yield cross("stale name", what, f"rm {link}, and plug the board in or start the bench again")
+    of_devices = [link for name in LINK_FOLDERS for link in _stale(facts.host.path(name))]
+    here = [(link, end) for link, end in _stale(facts.working_folder) if _PTS.fullmatch(end)]
+    for how, links in (("sudo rm", of_devices), ("rm", here)):
+        for link, end in links:
+            fix = f"{how} {shlex.quote(str(link))}, and plug the board in or start the bench again"
+            yield cross("stale name", f"{link} leads to {end}, which is gone", fix)
 
 
-def _links(folder: Path) -> list[Path]:
-    try:
-        return sorted(entry for entry in folder.iterdir() if entry.is_symlink())
-    except OSError:
-        return []
+def _stale(folder: Path) -> list[tuple[Path, str]]:
+    """Return the links in a folder that lead nowhere, and where that was."""
+    found = []
+    with contextlib.suppress(OSError):
+        for link in sorted(folder.iterdir()):
+            with contextlib.suppress(OSError):  # it goes meanwhile, or is no link
+                end = str(link.readlink())
+                if not os.path.exists(link):  # noqa: PTH110 - False where one may not look
+                    found.append((link, end))
+    return found
 
 
 def _ports(facts: Facts, ports: Sequence[PortInfo]) -> Iterator[Finding]:

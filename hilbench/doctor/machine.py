@@ -94,4 +94,4 @@ def _folders(facts: Facts) -> Iterator[Finding]:
 
 def _number(facts: Facts, path: str) -> int | None:
     text = (facts.host.text(path) or "").strip()
-    return int(text) if text.isdigit() else None
+    return int(text) if text.isdecimal() else None

@@ -8,9 +8,9 @@ udev has not set its permissions, is tried again at the next poll.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
 from hilbench.errors import UnavailableError
@@ -213,6 +213,6 @@ class ReconnectingPort(PortBase):
 
 def identity_of(path: str, ports: Sequence[PortInfo]) -> UsbIdentity | None:
     """Return what is known of the USB device at a path, by whatever name it is called; None if it is none."""
-    device = str(Path(path).resolve())
+    device = os.path.realpath(path)
     found = (port.usb for port in ports if path in (port.device, *port.links) or device == port.device)
     return next(found, None)

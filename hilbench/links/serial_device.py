@@ -13,6 +13,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import fcntl
+import os
 import struct
 import termios
 import warnings
@@ -121,7 +122,7 @@ def _keep_lines(descriptor: int, target: SerialTarget) -> None:
         termios.tcsetattr(descriptor, termios.TCSANOW, attributes)
     # flock, which pyserial uses, keeps out those who ask; this keeps out the others but root. A pseudo-terminal's own
     # server has to be able to open it.
-    if not str(Path(target.url).resolve()).startswith(_PSEUDO):
+    if not os.path.realpath(target.url).startswith(_PSEUDO):
         with contextlib.suppress(OSError):
             fcntl.ioctl(descriptor, termios.TIOCEXCL)
     with contextlib.suppress(OSError):
@@ -189,7 +190,7 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
         return UnavailableError("another program uses the port", where=where, hint=_who_to_stop(where))
     if isinstance(error, ValueError):
         return UsageError(f"pyserial does not know it: {error}", where=where)
-    return UnavailableError(f"cannot be opened: {error}", where=where)
+    return UnavailableError(f"cannot be opened: {os.strerror(number) if number else error}", where=where)
 
 
 def _how_to_get_access(path: str) -> str:
