@@ -133,7 +133,7 @@ class Actions:
     def _step(self, request: Request) -> None:
         seconds = _number(request, "seconds", 1e-6, 10)
         self.paused = True
-        self.step_ns = round(seconds * NS_PER_S)
+        self.step_ns += round(seconds * NS_PER_S)
 
     def _set_speed(self, request: Request) -> None:
         self.speed = _number(request, "factor", _LEAST_SPEED, MOST_SPEED)

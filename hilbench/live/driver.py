@@ -19,10 +19,13 @@ __all__ = ["DEAD_MAN_NS", "DEMO", "Driver", "Drives"]
 DEAD_MAN_NS = 700 * NS_PER_MS
 """Longer than the first delay of usual keyboards before a key repeats, 0.25 to 0.66 s (choice)."""
 DEMO = "figure-of-eight"
-"""The demo driver: forward in circles, one way and then the other; on the spot where something is near."""
+"""The demo driver: in circles, one way and then the other; on the spot where something is near."""
 _STEP_NS = 50 * NS_PER_MS
 _CIRCLE_NS = 20 * NS_PER_S
 _NEAR_M = 0.7
+_ROUNDS = ((1, 1), (1, -1))
+_BLIND_ROUNDS = ((1, 1), (-1, -1), (1, -1), (-1, 1))
+"""The signs of forward and turn, circle after circle. Who sees nothing ahead goes back each way that he came."""
 _CONNECT_AGAIN_NS = 3 * NS_PER_S
 _TIDY_EVERY_NS = 5 * NS_PER_S
 
@@ -120,12 +123,13 @@ class Driver:
             self._next_try_ns = now_ns + _CONNECT_AGAIN_NS
             self._operator.connect()
         room_m = self._operator.room_ahead_m
-        way = 1.0 if now_ns // _CIRCLE_NS % 2 == 0 else -1.0
+        rounds = _BLIND_ROUNDS if room_m is None else _ROUNDS
+        ahead, way = rounds[now_ns // _CIRCLE_NS % len(rounds)]
         if room_m is not None and room_m < _NEAR_M:
             self._operator.drive(0.0, 0.6 * way)
         else:
             forward, turn = self._operator.circle
-            self._operator.drive(forward, turn * way)
+            self._operator.drive(forward * ahead, turn * way)
 
     def _leave(self) -> None:
         self.stop()

@@ -65,6 +65,7 @@ class LiveBench:
 
     def __init__(self, bench_file: BenchFile, options: LiveOptions) -> None:
         self._undo = contextlib.ExitStack()
+        self._told: tuple[bool, float] | None = None
         with contextlib.ExitStack() as undo:
             self.bench = Bench(Scheduler(), Journal())
             if options.target is None:
@@ -97,12 +98,22 @@ class LiveBench:
         try:
             while not self._over():
                 if self.actions.paused and not self.actions.step_ns:
-                    self.bench.journal.flush_step()
-                    self.control.wait()
+                    self._stand_still()
                 else:
                     self._run_locked(host)
         finally:
             host.close()
+
+    def _stand_still(self) -> None:
+        """Wait until something is asked for; a speed that is asked for meanwhile is told at once."""
+        self._tell_clock(paused=True)
+        self.bench.journal.flush_step()
+        self.control.wait()
+
+    def _tell_clock(self, *, paused: bool) -> None:
+        if (paused, self.actions.speed) != self._told:
+            self._told = paused, self.actions.speed
+            self.bench.record("clock", "bench", paused=paused, speed=self.actions.speed)
 
     def _run_locked(self, host: MonotonicHostClock) -> None:
         """Let bench time pass until it is to stand still, or to pass at another speed."""
@@ -115,13 +126,11 @@ class LiveBench:
             return (actions.paused and not step_ns) or actions.speed != speed or self._over()
 
         scheduler.lock(host if speed == 1 else ScaledHostClock(host, speed))
-        self.bench.record("clock", "bench", paused=False, speed=speed)
+        self._tell_clock(paused=False)
         try:
             scheduler.run_until(is_over, deadline_ns)
         finally:
             scheduler.unlock()
-        if actions.paused:
-            self.bench.record("clock", "bench", paused=True, speed=speed)
 
     def _over(self) -> bool:
         control = self.control

@@ -13,6 +13,7 @@ import pytest
 from hilbench.live.folders import Session
 
 PATIENCE_S = 30
+LOOKS_PER_S = 20
 
 
 class Live:
@@ -57,14 +58,15 @@ class Live:
     def wait_for(self, condition):
         """Read the journal until an event is there; give it back."""
         looked_at = 0
-        while True:
+        for _ in range(PATIENCE_S * LOOKS_PER_S):
             events = self.events()
             for event in events[looked_at:]:
                 if condition(event):
                     return event
             looked_at = len(events)
             assert self.process.poll() is None, self.session.talk.read_text()
-            select.select((self.process.pid_fd,), (), (), 0.05)
+            select.select((self.process.pid_fd,), (), (), 1 / LOOKS_PER_S)
+        raise AssertionError(f"not told in {PATIENCE_S} s; the last: {self.seen[-1]}")
 
     def leave(self):
         self.answers.close()

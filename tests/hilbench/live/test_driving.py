@@ -7,11 +7,14 @@ import math
 
 import pytest
 
+from hilbench.bench import Bench
+from hilbench.clock import Scheduler
 from hilbench.commands.live import in_scene
 from hilbench.errors import UnavailableError, UsageError
+from hilbench.journal import Journal
 from hilbench.live.actions import Actions
 from hilbench.live.control import RequestError
-from hilbench.live.driver import DEAD_MAN_NS, DEMO
+from hilbench.live.driver import DEAD_MAN_NS, DEMO, Driver
 from hilbench.live.folders import Session
 from hilbench.live.scenes import ROVER_ROOM, TRACK, scene_for
 from hilbench.live.session import LiveBench, LiveOptions
@@ -52,6 +55,37 @@ def test_the_demo_driver_connects_enables_and_drives(live):
     one.bench.run_for(2.5)
     assert [event["who"] for event in told(one, "driver")] == [DEMO]
     assert speeds(one)[-1] > 5_000
+
+
+class Driven:
+    """An operator that keeps the ways that it is driven, each once."""
+
+    idle, in_session, pad_turn, circle = False, True, 1.0, (0.5, 1.0)
+
+    def __init__(self, room_ahead_m):
+        self.room_ahead_m, self.ways = room_ahead_m, []
+
+    def drive(self, forward, turn):
+        if [(forward, turn)] != self.ways[-1:]:
+            self.ways.append((forward, turn))
+
+    def tidy(self):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("room_ahead_m", "ways"),
+    [
+        (3.0, [(0.5, 1.0), (0.5, -1.0), (0.5, 1.0), (0.5, -1.0)]),
+        (0.5, [(0.0, 0.6), (0.0, -0.6), (0.0, 0.6), (0.0, -0.6)]),
+        (None, [(0.5, 1.0), (-0.5, -1.0), (0.5, -1.0), (-0.5, 1.0)]),  # each way and back: it sees no walls
+    ],
+)
+def test_the_ways_of_the_demo_driver(room_ahead_m, ways):
+    bench, operator = Bench(Scheduler(), Journal()), Driven(room_ahead_m)
+    Driver(bench, operator, demo=True)
+    bench.run_for(79.0)
+    assert operator.ways == ways
 
 
 def test_nobody_drives_where_no_demo_is_wanted(live):
@@ -116,9 +150,8 @@ def test_a_stand_in_a_file_of_ones_own_is_meant(tmp_path):
     own.write_text(ours.path.read_text().replace("../../targets", str(ours.path.parents[2] / "targets")))
     assert (scene_for(ours), scene_for(open_target(str(own)))) == (ROVER_ROOM, None)
     assert scene_for(open_target("vehicle")) == TRACK
-    assert [scene_for(open_target(name)) for name in ("pioneer", "rover-model", "vehicle-model", "bluepill")] == [
-        None
-    ] * 4
+    others = ("pioneer", "rover-model", "vehicle-model", "bluepill")
+    assert {scene_for(open_target(name)) for name in others} == {None}
 
 
 def test_a_scene_needs_a_world():

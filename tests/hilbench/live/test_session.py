@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import stat
@@ -46,9 +47,12 @@ def test_bench_time_stands_still_goes_a_step_and_goes_on(live):
     for _ in range(20):
         bench.do("hello")
     assert bench.events()[-1]["ns"] == stood_ns
-    bench.do("step", seconds=0.25)
+    steps = [{"id": 1, "do": "step", "seconds": seconds} for seconds in (0.1, 0.1, 0.05)]
+    bench.client.sendall(b"".join(json.dumps(step).encode() + b"\n" for step in steps))
+    assert [json.loads(bench.answers.readline()) for _ in steps] == [{"id": 1, "ok": True}] * len(steps)
     bench.wait_for(lambda event: event["kind"] == "clock" and event["paused"] and event["ns"] == stood_ns + 250_000_000)
     bench.do("speed", factor=4)
+    bench.wait_for(is_event("clock", paused=True, speed=4.0))
     bench.do("resume")
     bench.wait_for(is_event("clock", paused=False, speed=4.0))
     bench.wait_for(lambda event: event["kind"] == "host-pace" and event["ns"] > stood_ns + 1_000_000_000)
