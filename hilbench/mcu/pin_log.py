@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from hilbench.bench import Bench
-from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass
+from hilbench.clock import NS_PER_MS, EventClass
 from hilbench.mcu.group import MachineGroup
 from targets.mcu.pins import Edge, Pin, Pins
 from targets.mcu.serial_line import SerialFrame
@@ -121,9 +121,8 @@ class PinLog:
         if watched is not None:
             if not watched.pin.recording:
                 watched.frames.clear()
-            begin_s, end_s = frame.start_s, frame.end_s
-            begin_ns = begin_s.numerator * NS_PER_S // begin_s.denominator
-            watched.frames.append((begin_ns, end_s.numerator * NS_PER_S // end_s.denominator))
+            begin_ns = frame.start_ns
+            watched.frames.append((begin_ns, frame.end_ns))
             if not watched.carries:
                 watched.carries = True
                 tell = partial(self._bench.record, "frames", self._name, pin=pin)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_S
@@ -87,6 +88,7 @@ class UsartPort(PortBase):
         self.chip_time = ChipTime(bench, machine)
         self._breaks: deque[int] = deque()
         self._baud = baud or _usual(usart.baud_hz)
+        self._bit_s = Fraction(1, self._baud)
         self._transmitter = Transmitter(
             self.chip_time, name, Line(baud=self._baud), self.begin, on_break=self._begin_break, at_start=True
         )
@@ -122,6 +124,7 @@ class UsartPort(PortBase):
 
     def _follow(self) -> None:
         self._baud = self._own_baud or _usual(self._usart.baud_hz)
+        self._bit_s = Fraction(1, self._baud)
         self._transmitter.bits_per_byte = self.bits_per_byte
         self._transmitter.baud = self._baud
         self._receiver = self._judged_bit_s = None
@@ -145,7 +148,7 @@ class UsartPort(PortBase):
 
     def begin(self, data: bytes, at_ns: int) -> None:
         """Put one byte on the RX line whose start bit begins at `at_ns`, now in the time of the chip."""
-        self._hear(self.line_format.frame(data[0], Fraction(at_ns, NS_PER_S), Fraction(1, self._baud)))
+        self._hear(self.line_format.frame(data[0], Fraction(at_ns, NS_PER_S), self._bit_s))
 
     def send_break(self, duration_ns: int) -> None:
         """Hold the RX line low for `duration_ns`, after the bytes written so far."""
@@ -170,10 +173,10 @@ class UsartPort(PortBase):
 
     def hear(self, frame: SerialFrame) -> None:
         """Put a frame on the RX line as soon as the chip has reached its start."""
-        self._machine.at_ns(_ns(frame.start_s), lambda: self._hear(frame))
+        self._machine.at_ns(frame.start_ns, lambda: self._hear(frame))
 
     def _begin_break(self, at_ns: int) -> None:
-        bit_s = Fraction(1, self._baud)
+        bit_s = self._bit_s
         # The line is high for a moment before anything else is sent.
         bits = max(_BREAK_BITS, int(Fraction(self._breaks.popleft(), NS_PER_S) / bit_s) - 3)
         self._hear(SerialFrame(start_s=Fraction(at_ns, NS_PER_S), bit_s=bit_s, bits=0, bit_count=bits))
@@ -191,10 +194,10 @@ class UsartPort(PortBase):
         for port in self.joined:
             port.hear(frame)
         if frame.is_break:
-            self._output(frame.end_s, self._take_break)
+            self._output(frame.end_ns, self._take_break)
         elif self._receiver is None and self._fits(frame):
-            form = self.line_format
-            self._output(frame.end_s, lambda: self._take(form.value(frame.bits), wrong=form.parity_wrong(frame.bits)))
+            form, bits = self.line_format, frame.bits
+            self._output(frame.end_ns, partial(self._take, form.value(bits), wrong=form.parity_wrong(bits)))
         else:
             self._misread(frame)
 
@@ -219,7 +222,7 @@ class UsartPort(PortBase):
     def _await_word(self, receiver: LineReceiver) -> None:
         done_s = receiver.next_s()
         if done_s is not None:
-            self._output(done_s, lambda: self._take_words(receiver, done_s))
+            self._output(_ns(done_s), lambda: self._take_words(receiver, done_s))
 
     def _take_words(self, receiver: LineReceiver, done_s: Fraction) -> None:
         for word in receiver.advance(done_s):
@@ -240,8 +243,8 @@ class UsartPort(PortBase):
             self.counters.breaks += 1
             self.on_break(self._bench.now_ns)
 
-    def _output(self, time_s: Fraction, action: Callable[[], None]) -> None:
-        self._group.output(_ns(time_s), action, source=self.name, reacts=self.reacts)
+    def _output(self, ns: int, action: Callable[[], None]) -> None:
+        self._group.output(ns, action, source=self.name, reacts=self.reacts)
 
 
 def _ns(time_s: Fraction) -> int:

@@ -16,7 +16,6 @@ machine has not reached.
 from __future__ import annotations
 
 from collections.abc import Callable
-from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -34,7 +33,7 @@ from targets.mcu.engine.unicorn_engine import UnicornEngine
 from targets.mcu.fault_watch import FaultWatch
 from targets.mcu.fidelity import Notes
 from targets.mcu.image import Image
-from targets.mcu.timebase import NS_PER_S, Timebase
+from targets.mcu.timebase import Timebase
 
 if TYPE_CHECKING:
     from targets.boards import Board
@@ -161,7 +160,7 @@ class Machine:
 
         Whatever the chip does by itself at that cycle comes first.
         """
-        self.time.at_time(Fraction(ns, NS_PER_S), action, order=_OUTSIDE)
+        self.time.at_ns(ns, action, order=_OUTSIDE)
 
     def reset(self, cause: str = "PIN") -> None:
         """Reset the chip at the next instruction boundary: ``PIN`` (the button), ``POR`` (power off and on)."""

@@ -32,8 +32,12 @@ __all__ = [
     "SerialFormat",
     "SerialFrame",
     "StartBit",
+    "clean",
     "sampling_plan",
 ]
+
+
+_NS_PER_S = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,19 +74,38 @@ class SerialFrame:
             start_s.numerator * denominator + halves * start_s.denominator, start_s.denominator * denominator
         )
 
-    def edge_bits(self) -> list[tuple[int, bool]]:
+    @property
+    def start_ns(self) -> int:
+        """`start_s` in nanoseconds, rounded down."""
+        return self.start_s.numerator * _NS_PER_S // self.start_s.denominator
+
+    @property
+    def end_ns(self) -> int:
+        """`end_s` in nanoseconds, rounded down; no fraction is made for it."""
+        start_s, bit_s = self.start_s, self.bit_s
+        halves = bit_s.numerator * (2 * (1 + self.bit_count) + self.stop_half_bits)
+        denominator, start_denominator = 2 * bit_s.denominator, start_s.denominator
+        whole = start_s.numerator * denominator + halves * start_denominator
+        return whole * _NS_PER_S // (start_denominator * denominator)
+
+    def edge_bits(self) -> Sequence[tuple[int, bool]]:
         """Return each change of level as (bits after the start, new level); it begins with ``(0, False)``."""
-        edges = []
-        high = True
-        for index, level in enumerate([False, *(bool(self.bits >> n & 1) for n in range(self.bit_count)), True]):
-            if level is not high:
-                edges.append((index, level))
-                high = level
-        return edges
+        return _edge_bits(self.bits, self.bit_count)
 
     def edges(self) -> list[tuple[Fraction, bool]]:
         """Return each change of level as (bench time in seconds, new level); it begins with the start bit."""
         return [(self.start_s + index * self.bit_s, level) for index, level in self.edge_bits()]
+
+
+@lru_cache(maxsize=1024)
+def _edge_bits(bits: int, bit_count: int) -> tuple[tuple[int, bool], ...]:
+    edges = []
+    high = True
+    for index, level in enumerate([False, *(bool(bits >> n & 1) for n in range(bit_count)), True]):
+        if level is not high:
+            edges.append((index, level))
+            high = level
+    return tuple(edges)
 
 
 _FORMAT = re.compile(r"([5-9])([NEO])(1\.5|0\.5|1|2)", re.IGNORECASE)
@@ -194,6 +217,12 @@ class Sampled:
     word: int
     noise: bool
     framing_error: bool
+
+
+@lru_cache(maxsize=512)
+def clean(word: int) -> Sampled:
+    """Return a word of whose samples all agreed; most are like that."""
+    return Sampled(word=word, noise=False, framing_error=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,15 +26,24 @@ class Event:
     Attributes:
         cycle: when, in HCLK cycles.
         time_s: the exact bench time it belongs to, if it was entered by time; it is then re-timed in every new epoch.
+        time_ns: likewise, if that is a whole number of nanoseconds.
     """
 
-    __slots__ = ("action", "cycle", "order", "time_s")
+    __slots__ = ("action", "cycle", "order", "time_ns", "time_s")
 
-    def __init__(self, cycle: int, order: int, action: Callable[[], None], time_s: Fraction | None) -> None:
+    def __init__(
+        self,
+        cycle: int,
+        order: int,
+        action: Callable[[], None],
+        time_s: Fraction | None = None,
+        time_ns: int | None = None,
+    ) -> None:
         self.cycle = cycle
         self.order = order
         self.action: Callable[[], None] | None = action
         self.time_s = time_s
+        self.time_ns = time_ns
 
     @property
     def pending(self) -> bool:
@@ -100,16 +109,22 @@ class Timebase:
         self._epoch_cycle = now
         self.hclk_hz = hclk_hz
         self._set_ratio()
-        timed = [item[3] for item in self._heap if item[3].time_s is not None and item[3].pending]
+        timed = [item[3] for item in self._heap if item[3].pending and _is_timed(item[3])]
         if timed:
-            self._heap = [item for item in self._heap if item[3].time_s is None]
+            self._heap = [item for item in self._heap if not _is_timed(item[3])]
             heapq.heapify(self._heap)
             for event in timed:
-                assert event.time_s is not None
-                event.cycle = max(now, self.cycle_at(event.time_s))
+                event.cycle = max(now, self._cycle_of(event))
                 self._push(event)
         self.on_earlier(now)  # a limit in bench time is another cycle now
         self.halted = True
+
+    def _cycle_of(self, event: Event) -> int:
+        """Return the cycle of an event that was entered by time."""
+        if event.time_s is not None:
+            return self.cycle_at(event.time_s)
+        assert event.time_ns is not None
+        return self.cycle_at_ns(event.time_ns)
 
     def _set_ratio(self) -> None:
         # ns(c) = floor(epoch_ns + (c - epoch) * 1e9 / hclk), over the common denominator `_ns_scale`
@@ -128,7 +143,7 @@ class Timebase:
         now = self.read_cycle() if fixed is None else fixed
         if cycle < now:
             cycle = now
-        event = Event(cycle, order, action, None)
+        event = Event(cycle, order, action)
         heapq.heappush(self._heap, (cycle, order, next(self._sequence), event))
         if fixed is None:
             self.on_earlier(cycle)
@@ -141,6 +156,12 @@ class Timebase:
     def at_time(self, time_s: Fraction, action: Callable[[], None], *, order: int = 0) -> Event:
         """Have `action` happen at the first cycle that does not fall before bench time `time_s`."""
         event = Event(max(self.cycle_at(time_s), self.now), order, action, time_s)
+        self._push(event)
+        return event
+
+    def at_ns(self, time_ns: int, action: Callable[[], None], *, order: int = 0) -> Event:
+        """Do as `at_time` does, for a time in whole nanoseconds: fractions cost more than all the rest of it."""
+        event = Event(max(self.cycle_at_ns(time_ns), self.now), order, action, time_ns=time_ns)
         self._push(event)
         return event
 
@@ -209,3 +230,7 @@ class Timebase:
     def follow_cpu(self) -> None:
         """Make `now` ask the CPU from here on: it executes."""
         self._fixed = None
+
+
+def _is_timed(event: Event) -> bool:
+    return event.time_s is not None or event.time_ns is not None

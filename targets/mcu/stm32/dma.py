@@ -58,6 +58,7 @@ class _Slot:
         reload: NDTR as it was written last.
         selected: the requests that it listens to since it was enabled last.
         stream: what runs; None while it is disabled, or has nothing to do.
+        in_access: an access of it is being made: what it wants then is asked after that.
     """
 
     def __init__(self, number: int, controller: Dma, irq: IrqLine) -> None:
@@ -67,6 +68,7 @@ class _Slot:
         self.reload = 0
         self.selected: Sequence[Request] = ()
         self.stream: Stream | None = None
+        self.in_access = False
         self._controller = controller
         self._irq = irq
         self._irq_level = False
@@ -90,7 +92,8 @@ class _Slot:
 
     def request_changed(self) -> None:
         """See `dma_requests.Listener`."""
-        if self.stream is not None:
+        # Most requests change because of the access that serves them.
+        if self.stream is not None and not self.in_access:
             self._controller.look(self)
 
     def request_ended(self) -> None:
@@ -149,7 +152,7 @@ class Dma(Peripheral):
             self._connect(slot)
 
     def _port(self, cycles: int, serve: Callable[[int], int]) -> Port:
-        return Port(self.time, lambda: self.services.clocks.pclk("AHB"), cycles, self._priority, serve)
+        return Port(self.time, partial(self.services.clocks.pclk, "AHB"), cycles, self._priority, serve)
 
     def _connect(self, slot: _Slot) -> None:
         self._sources.connect(slot.number, slot)
@@ -369,11 +372,14 @@ class Dma(Peripheral):
     def _serve(self, slot: _Slot, *, memory: bool) -> int:
         stream = slot.stream
         assert stream is not None
+        slot.in_access = True
         try:
             beats = stream.access_memory() if memory else stream.access_peripheral()
         except BusFault:
             self._fail(slot)
             return 1
+        finally:
+            slot.in_access = False
         self._advance(slot)
         return beats
 

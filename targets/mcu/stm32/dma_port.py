@@ -50,23 +50,26 @@ class Port:
 
     def ask(self, stream: int, wants: bool) -> None:
         """A stream wants an access, or does not any more."""
+        since = self._since
         if not wants:
-            self._since.pop(stream, None)
-        elif stream not in self._since:
-            self._since[stream] = self._time.now
+            if stream in since:
+                del since[stream]
+        elif stream not in since:
+            since[stream] = self._time.now
             self._proceed()
 
     def _proceed(self) -> None:
         if self._event is None and not self._serving and self._since:
-            self._begun = self._time.now
-            self._event = self._time.after(self._cycles * (self._bus_cycle() or 1), self._finish)
+            now = self._begun = self._time.now
+            self._event = self._time.at(now + self._cycles * (self._bus_cycle() or 1), self._finish)
 
     def _finish(self) -> None:
-        asking = [stream for stream, since in self._since.items() if since <= self._begun]
+        since, begun = self._since, self._begun
+        asking = [stream for stream, asked in since.items() if asked <= begun]
         beats = 1
         if asking:
             best = asking[0] if len(asking) == 1 else max(asking, key=self._priority)
-            del self._since[best]
+            del since[best]
             self._serving = True
             beats = self._serve(best)
             self._serving = False

@@ -124,6 +124,7 @@ class Stream:
     def __init__(self, bus: BusMaster, setting: Setting, *, count: int, peripheral: int, memory: int) -> None:
         self.setting = setting
         self.incoming = setting.direction is not Direction.TO_PERIPHERAL
+        self._between = setting.direction is Direction.MEMORY_TO_MEMORY
         self.closing = False
         self.flags = 0
         self._bus = bus
@@ -160,13 +161,14 @@ class Stream:
 
     def wants_peripheral(self, asked: bool) -> bool:
         """Say whether an access of the peripheral port can be made, if a peripheral asks; memory need not."""
-        if self.closing or not self.left or not (asked or self.setting.direction is Direction.MEMORY_TO_MEMORY):
+        if not (asked or self._between) or not self.left or self.closing:
             return False
         needed = self._peripheral_beats() * self.setting.peripheral_size
-        return self.level + needed <= _FIFO_BYTES if self.incoming else self.level >= needed
+        return len(self._fifo) + needed <= _FIFO_BYTES if self.incoming else len(self._fifo) >= needed
 
     def _peripheral_beats(self) -> int:
-        return self.setting.peripheral_beats if self.left >= self.setting.peripheral_beats else 1
+        beats = self.setting.peripheral_beats
+        return beats if self.left >= beats else 1
 
     @property
     def ends_with_next(self) -> bool:
@@ -175,19 +177,19 @@ class Stream:
 
     def access_peripheral(self) -> int:
         """Make the access, and return how many beats it had. Raises `BusFault`."""
-        setting = self.setting
-        if self.incoming and not setting.fifo and self.level and not setting.memory_step:
+        setting, fifo = self.setting, self._fifo
+        size = setting.peripheral_size
+        if self.incoming and not setting.fifo and fifo and not setting.memory_step:
             self.flags |= DMEIF
         beats = self._peripheral_beats()
         for _ in range(beats):
             if self.incoming:
-                value = self._bus.read(self._peripheral, setting.peripheral_size)
-                self._fifo += value.to_bytes(setting.peripheral_size, "little")
+                fifo += self._bus.read(self._peripheral, size).to_bytes(size, "little")
             else:
-                value = int.from_bytes(self._fifo[: setting.peripheral_size], "little")
-                del self._fifo[: setting.peripheral_size]
-                self._bus.write(self._peripheral, setting.peripheral_size, value)
-                self._arrive(setting.peripheral_size)
+                value = int.from_bytes(fifo[:size], "little")
+                del fifo[:size]
+                self._bus.write(self._peripheral, size, value)
+                self._arrive(size)
             self._peripheral = self._peripheral + setting.peripheral_step & 0xFFFF_FFFF
             self.left -= 1
         if setting.fifo:
@@ -202,7 +204,7 @@ class Stream:
         if self.incoming:
             if self.closing or not self.left or not setting.fifo:
                 return bool(self._fifo)
-            return self._moves and self.level >= setting.memory_size * setting.memory_beats
+            return self._moves and len(self._fifo) >= setting.memory_size * setting.memory_beats
         if self.closing or self._to_fetch <= 0:
             return False
         if not setting.fifo:
@@ -211,21 +213,22 @@ class Stream:
 
     def access_memory(self) -> int:
         """Make the access, and return how many beats it had. Raises `BusFault`."""
-        size = self.setting.memory_size
-        available = self.level if self.incoming else self._to_fetch
-        beats = self.setting.memory_beats if available >= size * self.setting.memory_beats else 1
+        setting, fifo = self.setting, self._fifo
+        size = setting.memory_size
+        available = len(fifo) if self.incoming else self._to_fetch
+        beats = setting.memory_beats if available >= size * setting.memory_beats else 1
         for _ in range(beats):
             if self.incoming:
-                data = bytes(self._fifo[:size])
-                del self._fifo[:size]
-                self._bus.write(self._memory, size, int.from_bytes(data, "little"))
-                self._arrive(len(data))
+                stored = fifo[:size]
+                del fifo[:size]
+                self._bus.write(self._memory, size, int.from_bytes(stored, "little"))
+                self._arrive(len(stored))
             else:
-                data = self._bus.read(self._memory, size).to_bytes(size, "little")[: self._to_fetch]
-                self._fifo += data
-                self._to_fetch -= len(data)
-            self._memory = self._memory + self.setting.memory_step & 0xFFFF_FFFF
-        if self.setting.fifo:
+                fetched = self._bus.read(self._memory, size).to_bytes(size, "little")[: self._to_fetch]
+                fifo += fetched
+                self._to_fetch -= len(fetched)
+            self._memory = self._memory + setting.memory_step & 0xFFFF_FFFF
+        if setting.fifo:
             self._watch_threshold()
         return beats
 

@@ -149,6 +149,8 @@ class Usart(UsartBase):
     ) -> None:
         super().__init__(name, base, services, irq=irq)
         self._kernel_hz = kernel_hz
+        self._enables = (0, 0, 0)
+        self._interrupting = 0  # flags of ISR, by these values of CR1, CR2 and CR3
         self._outputs = (self._line_tx, services.output(f"{name}_RX"))
 
     def _make_receiver(self) -> Receiver:
@@ -437,23 +439,27 @@ class Usart(UsartBase):
     def _update(self) -> None:
         """Drive interrupt, DMA requests and RTS from flags and enables."""
         values = self._values
-        isr, cr1, cr3 = values[ISR], values[CR1], values[CR3]
+        isr, cr3 = values[ISR], values[CR3]
+        enables = (values[CR1], values[CR2], cr3)
+        if enables != self._enables:
+            self._enables, self._interrupting = enables, self._flags_that_interrupt(*enables)
         self._line_rts.set((self._is_full() or not self._rx.running) if cr3 & RTSE else None)
         refused = cr3 & DDRE and isr & (PE | FE | NF | ORE)
         self._drive_lines(
-            bool(isr & cr1 & _SAME_BIT) or self._irq_of_others(isr, cr1, cr3),
+            bool(isr & self._interrupting),
             bool(cr3 & DMAT and isr & TXE),
             bool(cr3 & DMAR and isr & RXNE and not refused),
         )
 
-    def _irq_of_others(self, isr: int, cr1: int, cr3: int) -> bool:
-        wanted = (
-            (ORE if cr1 & RXNEIE else 0)
+    def _flags_that_interrupt(self, cr1: int, cr2: int, cr3: int) -> int:
+        """Return the flags of ISR that ask for an interrupt while the control registers are these."""
+        return (
+            cr1 & _SAME_BIT
+            | (ORE if cr1 & RXNEIE else 0)
             | (PE if cr1 & PEIE else 0)
             | (FE | NF | ORE if cr3 & EIE else 0)
             | (CTSIF if cr3 & CTSIE else 0)
-            | (LBDF if self[CR2] & LBDIE else 0)
+            | (LBDF if cr2 & LBDIE else 0)
             | (RTOF if cr1 & RTOIE else 0)
             | (CMF if cr1 & CMIE else 0)
         )
-        return bool(isr & wanted)

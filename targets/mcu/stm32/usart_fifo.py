@@ -122,7 +122,7 @@ class FifoUsart(Usart):
 
     @property
     def _has_fifos(self) -> bool:
-        return bool(self[CR1] & FIFOEN)
+        return bool(self._values[CR1] & FIFOEN)
 
     # --- configuration
 
@@ -243,14 +243,14 @@ class FifoUsart(Usart):
             | (TXFT if self[CR1] & UE and empty >= _threshold(control >> 29) else 0)
         )
 
-    def _irq_of_others(self, isr: int, cr1: int, cr3: int) -> bool:
-        wanted = (
-            (TXFE if cr1 & TXFEIE else 0)
+    def _flags_that_interrupt(self, cr1: int, cr2: int, cr3: int) -> int:
+        return (
+            super()._flags_that_interrupt(cr1, cr2, cr3)
+            | (TXFE if cr1 & TXFEIE else 0)
             | (RXFF if cr1 & RXFFIE else 0)
             | (RXFT if cr3 & RXFTIE else 0)
             | (TXFT if cr3 & TXFTIE else 0)
         )
-        return bool(isr & wanted) or super()._irq_of_others(isr, cr1, cr3)
 
 
 def _threshold(field: int) -> int:

@@ -19,7 +19,7 @@ from bisect import bisect_right
 from collections.abc import Callable
 from fractions import Fraction
 
-from targets.mcu.serial_line import LineHistory, Sampled, SamplingPlan, SerialFrame, sampling_plan
+from targets.mcu.serial_line import LineHistory, Sampled, SamplingPlan, SerialFrame, clean, sampling_plan
 from targets.mcu.stm32.bit_clock import BitClock
 from targets.mcu.stm32.quiet_line import QuietLine
 from targets.mcu.timebase import Event, Timebase
@@ -150,7 +150,7 @@ class Receiver:
             self._line.forget(self._now_s())
         elif alone and self._edge_s is None and self._takes_as_sent(frame):
             self._begin(frame.start_s, min(self._time.now, self._time.cycle_at(frame.start_s)))
-            self._known = Sampled(word=frame.bits, noise=False, framing_error=False)
+            self._known = clean(frame.bits)
         else:
             self._look_again()
 

@@ -235,13 +235,16 @@ class Transmitter:
         if self._frame is not None:
             self._edges = [(16 * bit, level) for bit, level in self._frame.edge_bits()]
             self._frame = None
+        elif not self._edges:
+            return
         now = self._time.now
         while self._edges and (cycle := self._clock.cycle(self._edges[0][0])) <= now:
             self._output.set_at(cycle, self._edges.pop(0)[1] is not self.inverted)
 
     def _follow_edges(self) -> None:
-        self._time.cancel(self._edge_event)
-        if (self._frame or self._edges) and self._output.watch() is Watch.LIVE:
+        if self._edge_event is not None:
+            self._time.cancel(self._edge_event)
+        if self._output.watch() is Watch.LIVE and (self._frame or self._edges):
             self.refresh()
             if self._edges:
                 self._edge_event = self._time.at(self._clock.cycle(self._edges[0][0]), self._follow_edges)

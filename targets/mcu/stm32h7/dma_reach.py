@@ -54,8 +54,8 @@ class DmaReach:
         self._bus.write_words(address, words)
 
     def _check(self, address: int) -> None:
-        memory = "ITCM" if address < _ITCM_END else "DTCM" if _DTCM <= address < _DTCM_END else ""
-        if memory:
+        if address < _ITCM_END or _DTCM <= address < _DTCM_END:
+            memory = "ITCM" if address < _ITCM_END else "DTCM"
             text = f"DMA1 and DMA2 do not reach it (0x{address:08X}): the stream stops with a transfer error"
             self._note("misuse", memory, text)
             raise BusFault(address)
