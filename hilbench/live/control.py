@@ -33,11 +33,16 @@ class RequestError(Exception):
 
 @dataclass(slots=True, eq=False)
 class _Client:
-    """A connection."""
+    """A connection.
+
+    Attributes:
+        farewell: whether it has said that it leaves; None of one that has said nothing at all.
+    """
 
     control: Control
     socket: socket.socket
     data: bytes = b""
+    farewell: bool | None = None
 
     def fileno(self) -> int:
         return self.socket.fileno()
@@ -56,7 +61,8 @@ class Control:
         obey: does what a request says; what it raises as `RequestError` or `HilbenchError` is the answer.
 
     Attributes:
-        farewell: whether the last client said that it leaves; one that says nothing has died.
+        farewell: whether the client that left last said so; one that says nothing has died. Who asks for nothing, and is
+            gone again, is no client.
         left_ns: the bench time at which the last client left, or 0 before the first; None while there is one.
     """
 
@@ -135,15 +141,15 @@ class Control:
             self._do(client, line)
 
     def _do(self, client: _Client, line: bytes) -> None:
-        self.farewell = False
         answer: dict[str, Any] = {"id": None, "ok": True}
         try:
             request = _read(line)
             answer["id"] = request.get("id")
-            if request.get("do") == "farewell":
-                self.farewell = True
-            else:
+            client.farewell = request.get("do") == "farewell"
+            if not client.farewell:
                 self.obey(request)
+        except RecursionError:  # brackets without end
+            answer |= {"ok": False, "error": "a request is a plain object"}
         except (RequestError, HilbenchError, ValueError, TypeError, KeyError) as error:
             answer |= {"ok": False, "error": str(error)}
         self._answer(client, answer)
@@ -162,6 +168,8 @@ class Control:
             self._clients.remove(client)
             self.scheduler.remove_source(client)
             client.socket.close()
+            if client.farewell is not None:
+                self.farewell = client.farewell
             if not self._clients:
                 self.left_ns = self.scheduler.now_ns
 
