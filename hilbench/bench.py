@@ -11,11 +11,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hilbench.clock import NS_PER_S, SLIP_THRESHOLD_NS, Scheduler
+from hilbench.far_life import FarBench, FarLife
 from hilbench.journal import Journal
+from hilbench.lateness import IN_TIME, Lateness
 
 LOCKED_FLOOR_S = 0.002
-"""The least uncertainty of a time on a locked bench, in seconds: a pty passes a byte on within some 0.02 to 0.6 ms
-(99 % of the time, measured on Linux), a USB adapter within 1 to 16 ms. A choice; see `hilbench.calibration`."""
+"""The least uncertainty of a time at a port of which nothing is known, in seconds: a USB adapter passes a byte on
+within 1 to 16 ms. A choice; see `hilbench.calibration`."""
+
+LOCAL_PORT_S = 0.0003
+"""What a port adds to every time that no adapter is behind, in seconds: a pseudo-terminal, a socket of this host. A
+choice: through either, a byte and its echo by another process take 0.02 to 0.4 ms (99 % of the time, measured on
+Linux), of which the way there is half; that a process wakes up late is measured as lateness besides."""
 
 
 def to_ns(seconds: float) -> int:
@@ -33,7 +40,9 @@ class Bench:
             judged.
 
     Attributes:
-        port_uncertainty_s: what a real port was measured to add to every time, in seconds; 0 without a calibration.
+        port_uncertainty_s: what the ports add to every time, as far as it is known or was measured, in seconds.
+        port_floor_s: what the uncertainty of a time is at least, in seconds: more than 0 where a port is not known.
+        far: benches of ours behind the ports, which tell how they keep up.
     """
 
     def __init__(self, scheduler: Scheduler, journal: Journal, *, timeout_scale: float = 1.0) -> None:
@@ -41,6 +50,9 @@ class Bench:
         self.journal = journal
         self.timeout_scale = timeout_scale
         self.port_uncertainty_s = 0.0
+        self.port_floor_s = LOCKED_FLOOR_S
+        self.far: list[FarBench] = []
+        self._far_life = FarLife(scheduler, self.far)
 
     @property
     def now_ns(self) -> int:
@@ -53,34 +65,54 @@ class Bench:
         return self.scheduler.now_ns / NS_PER_S
 
     def run_for(self, duration_s: float) -> None:
-        """Let ``duration_s`` seconds of bench time pass."""
-        self.scheduler.run_until(None, self.now_ns + to_ns(duration_s))
-        self.journal.flush_step()
+        """Let ``duration_s`` seconds of bench time pass, and as much for a far bench of ours that is slow or late."""
+        self._run(None, to_ns(duration_s))
 
     def run_until(self, condition: Callable[[], bool], within_s: float) -> bool:
         """Let time pass until ``condition`` holds, or ``within_s`` seconds times the timeout scale are over.
 
+        They are over when so much has passed for a far bench of ours, too.
+
         Returns:
             Whether the condition holds.
         """
-        wait_ns = to_ns(within_s * self.timeout_scale)
-        holds = self.scheduler.run_until(condition, self.now_ns + wait_ns)
+        return self._run(condition, to_ns(within_s * self.timeout_scale))
+
+    def _run(self, condition: Callable[[], bool] | None, wait_ns: int) -> bool:
+        holds = self._far_life.wait(condition, wait_ns)
         self.journal.flush_step()
         return holds
+
+    def own_lateness(self, since_ns: int) -> Lateness:
+        """Return how late the host was for this bench since bench time ``since_ns``."""
+        late_ns = min(self.scheduler.lateness_max_ns(since_ns), SLIP_THRESHOLD_NS)
+        return Lateness(late_ns=late_ns, lost_ns=self.scheduler.slipped_since_ns(since_ns))
+
+    def far_lateness(self, since_ns: int) -> Lateness:
+        """Return how late the latest of the far benches was since bench time ``since_ns`` of this one."""
+        if not self.far:
+            return IN_TIME
+        begin_ns, now_ns = self.scheduler.host_ns(since_ns)
+        begin_ns -= self.own_lateness(since_ns).late_ns  # what is stamped now may have come before
+        return max((far.lateness(begin_ns, now_ns) for far in self.far), key=lambda one: one.whole_ns)
+
+    def far_lived(self, since_ns: int) -> bool:
+        """Say whether as much time passed for the far benches in each wait since ``since_ns`` as was waited."""
+        return self._far_life.starved_ns < since_ns
 
     def uncertainty_s(self, since_ns: int) -> float:
         """Return how far off a time measured since ``since_ns`` may be, in seconds.
 
-        Zero on a free-running bench. On a locked one it is the sum of two things. First the worst lateness of the host
-        in that span and what its port was measured to add, but at least `LOCKED_FLOOR_S`: what the bench itself cannot
-        see, such as the way of a byte through the kernel. Then every moment that slipped, for while bench time stood
-        still what is real went on.
+        Zero on a free-running bench. On a locked one it is the sum of three things. First the worst lateness of the
+        host in that span and what its ports add, but at least `port_floor_s`: what the bench itself cannot see. Then
+        every moment that slipped, for while bench time stood still what is real went on. Then what a far bench of ours
+        was late by and stood still for.
         """
         if not self.scheduler.locked:
             return 0.0
-        late_ns = min(self.scheduler.lateness_max_ns(since_ns), SLIP_THRESHOLD_NS)
-        seen_s = late_ns / NS_PER_S + self.port_uncertainty_s
-        return max(LOCKED_FLOOR_S, seen_s) + self.scheduler.slipped_since_ns(since_ns) / NS_PER_S
+        own, far = self.own_lateness(since_ns), self.far_lateness(since_ns)
+        seen_s = max(self.port_floor_s, own.late_ns / NS_PER_S + self.port_uncertainty_s)
+        return seen_s + (own.lost_ns + far.whole_ns) / NS_PER_S
 
     def record(self, kind: str, source: str, **fields: object) -> None:
         """Write an event that happens now into the journal."""

@@ -200,16 +200,20 @@ def wall_time_iso() -> str:
 
 
 class LatenessMeter:
-    """How late the host was, in buckets of an eighth of an octave (an answer is never low, and high by at most 1/8)."""
+    """How late the host was, in buckets of an eighth of an octave (an answer is never low, and high by at most 1/8).
+
+    Args:
+        last_ns: `BUCKETS` numbers to keep the times in, which others may look at; its own by default.
+    """
 
     __slots__ = ("_counts", "_last_ns", "count", "max_ns")
 
     _STEPS_BITS = 3
+    BUCKETS = 64 << _STEPS_BITS
 
-    def __init__(self) -> None:
-        buckets = 64 << self._STEPS_BITS
-        self._counts = [0] * buckets
-        self._last_ns = [-1] * buckets
+    def __init__(self, last_ns: list[int] | memoryview[int] | None = None) -> None:
+        self._counts = [0] * self.BUCKETS
+        self._last_ns = [-1] * self.BUCKETS if last_ns is None else last_ns
         self.count = 0
         self.max_ns = 0
 
@@ -262,12 +266,26 @@ class Entry:
         return self.action is not None
 
 
+class PaceListener(Protocol):
+    """Whoever is told how a bench keeps up with the host's clock; all times are the host's, in ns."""
+
+    def due(self, host_ns: int) -> None:
+        """Learn when the next entry is due: until it has run, the bench is no further than that."""
+
+    def ran(self, late_ns: int, host_ns: int) -> None:
+        """Learn how late an entry runs now."""
+
+    def slipped(self, slip_ns: int, host_ns: int) -> None:
+        """Learn that bench time stood still for so long until now."""
+
+
 class _Pace:
     """The tie between bench time and a host clock: epoch, slips, lateness."""
 
-    def __init__(self, host: HostClock, now_ns: int, slip_threshold_ns: int) -> None:
+    def __init__(self, host: HostClock, now_ns: int, slip_threshold_ns: int, listener: PaceListener | None) -> None:
         self.host = host
         self.lateness = LatenessMeter()
+        self._listener = listener
         self.slips = 0
         self.slipped_ns = 0
         self._slip_log: deque[tuple[int, int]] = deque(maxlen=_SLIPS_KEPT)  # (bench time, slipped before it)
@@ -276,6 +294,21 @@ class _Pace:
         self._start_host_ns = host.monotonic_ns()
         self._last_look_ns = self._start_host_ns
         self._epoch_ns = self._start_host_ns - now_ns
+
+    def aim(self, due_ns: int | None) -> None:
+        """Learn which entry is the next."""
+        if self._listener is not None and due_ns is not None:
+            self._listener.due(due_ns + self._epoch_ns)
+
+    def ran(self, late_ns: int, due_ns: int) -> None:
+        """Take down how late an entry runs that was due at bench time `due_ns`."""
+        self.lateness.record(late_ns, due_ns)
+        if self._listener is not None:
+            self._listener.ran(late_ns, due_ns + self._epoch_ns + late_ns)
+
+    def host_ns(self, bench_ns: int) -> int:
+        """Return the host's time at bench time `bench_ns`, which has passed; never too late a time."""
+        return bench_ns + self._epoch_ns - self.slipped_since_ns(bench_ns)
 
     def look(self, due_ns: int | None) -> int:
         """Return the bench time the host has reached, slipping first if it is far beyond `due_ns`."""
@@ -300,6 +333,8 @@ class _Pace:
         self.slips += 1
         self.slipped_ns += slip_ns
         self._epoch_ns += slip_ns
+        if self._listener is not None:
+            self._listener.slipped(slip_ns, at_ns + self._epoch_ns)
 
     def slipped_since_ns(self, since_ns: int) -> int:
         """Return the host time that slips since bench time `since_ns` took; never understated."""
@@ -484,6 +519,7 @@ class Scheduler:
 
     def _took_input(self, pace: _Pace, target_ns: int | None) -> bool:
         """Wait until bench time `target_ns`; True if inputs came first, so that the queue must be looked at again."""
+        pace.aim(target_ns)
         reached_ns = pace.look(target_ns)
         late = target_ns is not None and reached_ns >= target_ns
         ready: Sequence[InputSource] = ()
@@ -499,7 +535,7 @@ class Scheduler:
                 source.on_readable(self._last_input_ns)
             return True
         if target_ns is not None:
-            pace.lateness.record(max(0, reached_ns - target_ns), target_ns)
+            pace.ran(max(0, reached_ns - target_ns), target_ns)
         return False
 
     def _wait(self, pace: _Pace, until_ns: int | None) -> Sequence[InputSource]:
@@ -529,6 +565,7 @@ class Scheduler:
         *,
         slip_threshold_ns: int = SLIP_THRESHOLD_NS,
         heartbeat_ns: int | None = HEARTBEAT_NS,
+        listener: PaceListener | None = None,
     ) -> None:
         """Pace bench time to `host` from now on.
 
@@ -537,10 +574,11 @@ class Scheduler:
             slip_threshold_ns: Lateness up to this is caught up; beyond it bench time slips.
             heartbeat_ns: Period of an entry that does nothing but measure lateness while nothing else is due; None
                 for no such entry.
+            listener: Told how bench time keeps up.
         """
         if self._pace is not None:
             raise InternalError("bench time is locked to a host clock already")
-        self._pace = _Pace(host, self.now_ns, slip_threshold_ns)
+        self._pace = _Pace(host, self.now_ns, slip_threshold_ns, listener)
         for source in self._sources:
             host.watch(source)
         self._heartbeat_ns = heartbeat_ns
@@ -607,6 +645,16 @@ class Scheduler:
         A span of bench time is that much shorter than what something real went through meanwhile.
         """
         return self._pace.slipped_since_ns(since_ns) if self._pace else 0
+
+    def host_ns(self, since_ns: int) -> tuple[int, int]:
+        """Return the host's monotonic time at bench time `since_ns`, never too late a time, and now; on a locked bench.
+
+        Raises:
+            InternalError: the bench is not locked.
+        """
+        if self._pace is None:
+            raise InternalError("bench time is not locked to a host clock")
+        return self._pace.host_ns(since_ns), self._pace.host.monotonic_ns()
 
     @property
     def real_time_factor(self) -> float | None:

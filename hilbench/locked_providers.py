@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ipaddress
 import shlex
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
-from hilbench.bench import Bench
+from hilbench.bench import LOCAL_PORT_S, LOCKED_FLOOR_S, Bench
 from hilbench.calibration import Calibration, calibration_of
 from hilbench.cases import AttachedCase, CaseBase, ForeignClientCase
 from hilbench.check.observations import Observations
@@ -25,6 +26,7 @@ from hilbench.client_under_test import (
 from hilbench.clock import NS_PER_S, MonotonicHostClock, Scheduler
 from hilbench.config import BenchFile
 from hilbench.errors import UnavailableError, UsageError
+from hilbench.far_pace import FarPace, ends_of, place_of
 from hilbench.line_faults import LineFaults
 from hilbench.line_hooks import run_hook
 from hilbench.line_peer import LinePeer
@@ -70,6 +72,7 @@ class LockedProvider:
         self._bench = shared.bench(self._scheduler)
         self._locked = False
         self._ports: list[Port] = []
+        self._known: set[str] = set()
         self._calibrations: dict[str, Calibration] = {}
         self._returns = True
 
@@ -97,11 +100,30 @@ class LockedProvider:
         """Open a real port that may be unplugged and come back."""
         port = ReconnectingPort(self._scheduler, target, record=self._bench.record)
         self._ports.append(port)
-        calibration = calibration_of(located(target).url, list_ports())
-        if calibration is not None:
-            self._calibrations[calibration.key] = calibration
-            self._bench.port_uncertainty_s = max(one.uncertainty_s for one in self._calibrations.values())
+        self._learn(located(target).url)
         return port
+
+    def _learn(self, where: str) -> None:
+        """Learn what a port adds to every time, and which bench of ours is behind it, by its path or URL."""
+        if where in self._known:
+            return
+        if not self._known:
+            self._bench.port_floor_s = 0.0
+        self._known.add(where)
+        if place_of(where) is not None:
+            self._bench.far.append(FarPace(where))
+        for end in ends_of(where):
+            calibration = calibration_of(end, list_ports())
+            if calibration is not None:
+                self._calibrations[calibration.key] = calibration
+                self._adds(max(calibration.uncertainty_s, LOCAL_PORT_S))
+            elif place_of(end) is not None:
+                self._adds(LOCAL_PORT_S)
+            else:
+                self._bench.port_floor_s = LOCKED_FLOOR_S
+
+    def _adds(self, uncertainty_s: float) -> None:
+        self._bench.port_uncertainty_s = max(self._bench.port_uncertainty_s, uncertainty_s)
 
     def _await_return(self, peers: Sequence[LinePeer[Any]]) -> None:
         """Wait for what has been unplugged, between two cases: the next one begins with a line that is up.
@@ -274,8 +296,9 @@ class _ClientProvider(LockedProvider, ABC):
         """Put a fresh scripted server behind the door, and take care of the client."""
         self._lock()
         if self._port is None:
-            self._port = self._open_door()
+            self._port, where = self._open_door()
             self._ports.append(self._port)
+            self._learn(where)
         faults = self._shared.line_faults(self._bench, case, near_is_client=False)
         faulty = None if faults is None else faults.on(self._port)
         server: Script = self._far_end.serve(self._bench, faulty or self._port)
@@ -296,8 +319,8 @@ class _ClientProvider(LockedProvider, ABC):
         super().close()
 
     @abstractmethod
-    def _open_door(self) -> Port:
-        """Open the door the client is to come through."""
+    def _open_door(self) -> tuple[Port, str]:
+        """Open the door the client is to come through; return it, and its path or URL."""
 
     @abstractmethod
     def _client(self) -> ClientUnderTest:
@@ -315,11 +338,13 @@ class ListenProvider(_ClientProvider):
                 "not a door", where=f"--target listen:{spec}", hint="write listen:pty:PATH or listen:tcp:[HOST:]PORT"
             )
 
-    def _open_door(self) -> Port:
+    def _open_door(self) -> tuple[Port, str]:
         line = Line(baud=_baud_of(self._shared.bench_file))
         if self._kind == "pty":
-            return PtyDoor(self._scheduler, self._where, line)
-        return TcpDoor(self._scheduler, self._where, line)
+            pty = PtyDoor(self._scheduler, self._where, line)
+            return pty, pty.slave_name
+        tcp = TcpDoor(self._scheduler, self._where, line)
+        return tcp, _url_of(tcp)
 
     def _client(self) -> ClientUnderTest:
         assert self._port is not None
@@ -342,15 +367,15 @@ class ExecProvider(_ClientProvider):
                 "does not say where to connect", where=f"--target exec:{command}", hint="put {pty} or {port} into it"
             )
 
-    def _open_door(self) -> Port:
+    def _open_door(self) -> tuple[Port, str]:
         line = Line(baud=_baud_of(self._shared.bench_file))
         if "{pty}" in self._command:
             pty = PtyDoor(self._scheduler, None, line)
             self._names = {"pty": pty.slave_name}
-            return pty
+            return pty, pty.slave_name
         tcp = TcpDoor(self._scheduler, "127.0.0.1:0", line)
         self._names = {"port": str(tcp.port)}
-        return tcp
+        return tcp, _url_of(tcp)
 
     def _client(self) -> ClientUnderTest:
         return ExecClient(self._command, self._names)
@@ -358,6 +383,12 @@ class ExecProvider(_ClientProvider):
 
 def _is_up(port: Port) -> bool:
     return port.line_is_up
+
+
+def _url_of(door: TcpDoor) -> str:
+    """Return the URL of a door; whoever comes by one that is not for this host alone may come from anywhere."""
+    host = door.host if ipaddress.ip_address(door.host).is_loopback else "0.0.0.0"  # noqa: S104 - nothing is bound
+    return f"socket://[{host}]:{door.port}"
 
 
 def _baud_of(bench_file: BenchFile) -> int:

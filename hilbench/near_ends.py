@@ -22,12 +22,14 @@ class NearEnd:
     Attributes:
         name: the line.
         port: our end of it.
+        step_ns: how far the target runs ahead of the bench, and takes what comes late, in ns.
         ended: says why the target will never go on; empty while it does.
         close: ends the target.
     """
 
     name: str
     port: Port
+    step_ns: int = 0
     ended: Callable[[], str] = lambda: ""
     close: Callable[[], None] = lambda: None
 
@@ -74,6 +76,7 @@ def _board(bench: Bench, bench_file: BenchFile, line: str, baud: int | None, see
     return NearEnd(
         name=name,
         port=port,
+        step_ns=step_ns,
         ended=lambda: "" if emulated.end is None else str(emulated.end),
         close=emulated.close,
     )

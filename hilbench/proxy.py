@@ -27,7 +27,7 @@ from hilbench.links import Line, Port, ReconnectingPort, is_serial_target, parse
 from hilbench.near_ends import open_near_end
 from hilbench.options import DoorWish
 from hilbench.relay import CLIENT, SERVER, A, B, Heard, Relay
-from hilbench.serving import Say, open_door, place, run_until_stopped, signals_held
+from hilbench.serving import Notice, Say, open_door, place, run_until_stopped, signals_held
 from hilbench.strict import Strict
 from hilbench.toml_file import TomlFile
 
@@ -71,10 +71,11 @@ class _FaultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _End:
-    """One end: our port, where it is in words, how it is closed, and why it will never go on."""
+    """One end: our port, where it is in words, what is told of it, how it is closed, why it will never go on."""
 
     port: Port
     where: str
+    notice: Notice
     close: Callable[[], None]
     ended: Callable[[], str] = lambda: ""
 
@@ -116,7 +117,8 @@ def proxy(options: ProxyOptions, say: Say, heard: Heard | None = None) -> ExitCo
             _announce(bench, ends[name].port, who, say)
         if faults:
             say(f"faults on the way: {describe_faults(faults)}")
-        run_until_stopped(bench.scheduler, say, lambda: any(end.ended() for end in ends.values()))
+        notice = ends[A].notice + ends[B].notice
+        run_until_stopped(bench.scheduler, say, lambda: any(end.ended() for end in ends.values()), notice=notice)
         for name, who in ((A, CLIENT), (B, SERVER)):
             say(_traffic(ends[name].port, who) + (f"; {ended}" if (ended := ends[name].ended()) else ""))
         for line in relay.faults.evidence() if relay.faults is not None else ():
@@ -159,11 +161,13 @@ def _open(bench: Bench, what: str, seed: int) -> _End:
     if is_serial_target(what):
         target = parse_serial_target(what, USUAL_BAUD)
         port = ReconnectingPort(bench.scheduler, target, record=bench.record)
-        return _End(port=port, where=f"{port.device}, {port.baud} baud", close=port.close)
+        notice = Notice(behind=(port.device if "://" in port.device else str(Path(port.device).absolute()),))
+        return _End(port=port, where=f"{port.device}, {port.baud} baud", notice=notice, close=port.close)
     from hilbench.mcu.command_line import open_target
 
     near = open_near_end(bench, open_target(what), seed=seed, real_time=True)
-    return _End(port=near.port, where=f"{what}, line {near.name}", close=near.close, ended=near.ended)
+    where, notice = f"{what}, line {near.name}", Notice(step_ns=near.step_ns)
+    return _End(port=near.port, where=where, notice=notice, close=near.close, ended=near.ended)
 
 
 def _door(bench: Bench, kind: str, rest: str, what: str) -> _End:
@@ -174,7 +178,7 @@ def _door(bench: Bench, kind: str, rest: str, what: str) -> _End:
     if wish.link:
         raise UsageError("a door of a proxy leads to its other end", where=what, hint=f"leave out {wish.link}=")
     door = open_door(wish, bench.scheduler, Line(baud=0), any_baud=True)
-    return _End(port=door, where=place(door), close=door.close)
+    return _End(port=door, where=place(door), notice=Notice(doors=(door,)), close=door.close)
 
 
 def _write_on(bench: Bench) -> None:

@@ -19,7 +19,17 @@ from hilbench.links import Line, MemoryLink, Port, PtyDoor
 from hilbench.nearest import did_you_mean
 from hilbench.options import DoorWish, ServeOptions
 from hilbench.served_targets import served_target
-from hilbench.serving import AnyDoor, Say, door_option, open_door, place, run_until_stopped, signals_held, traffic
+from hilbench.serving import (
+    AnyDoor,
+    Notice,
+    Say,
+    door_option,
+    open_door,
+    place,
+    run_until_stopped,
+    signals_held,
+    traffic,
+)
 from hilbench.vehicle_cases import fault_link
 
 
@@ -65,8 +75,9 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         if bench_file.faults:
             lines = "lines" if len(doors) > 1 else "line"
             say(f"faults on the {lines}: {describe_faults(bench_file.faults)}")
-        run_until_stopped(scheduler, say)
-        for door in itertools.chain.from_iterable(doors.values()):
+        opened = [*itertools.chain.from_iterable(doors.values())]
+        run_until_stopped(scheduler, say, notice=Notice(doors=opened))
+        for door in opened:
             say(traffic(door))
     return ExitCode.OK
 

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import contextlib
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 from hilbench.clock import MonotonicHostClock, Scheduler, deferred_interrupts
+from hilbench.errors import UnavailableError
+from hilbench.far_pace import place_of, tcp_place
 from hilbench.links import Line, PtyDoor, Rfc2217Door, TcpDoor
 from hilbench.links.uart import Timeline
 from hilbench.options import DoorWish
 from hilbench.options import PtyDoor as PtyWish
 from hilbench.options import Rfc2217Door as Rfc2217Wish
+from hilbench.pace_notice import PaceNotice
 
 __all__ = [
     "STOP_SIGNALS",
     "AnyDoor",
+    "Notice",
     "Say",
     "door_option",
     "open_door",
@@ -45,27 +50,72 @@ def signals_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def run_until_stopped(scheduler: Scheduler, say: Say, condition: Callable[[], bool] | None = None) -> None:
-    """Run in real time until a signal comes, or `condition` holds; then say how well the host kept up."""
-    host = MonotonicHostClock()
-    scheduler.lock(host)
-    say("stop with Ctrl-C")
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Notice:
+    """What whoever checks at a door of ours has to know of the bench behind it; see `hilbench.pace_notice`.
+
+    Attributes:
+        doors: the doors that lead to it.
+        behind: paths and URLs of the ports that it has opened itself, to hand on what passes.
+        step_ns: how far it runs ahead of the host's clock.
+    """
+
+    doors: Sequence[AnyDoor] = ()
+    behind: Sequence[str] = ()
+    step_ns: int = 0
+
+    def __add__(self, other: Notice) -> Notice:
+        """Return that of a bench that has the doors and ports of both."""
+        doors, behind = (*self.doors, *other.doors), (*self.behind, *other.behind)
+        return Notice(doors=doors, behind=behind, step_ns=max(self.step_ns, other.step_ns))
+
+
+def run_until_stopped(
+    scheduler: Scheduler, say: Say, condition: Callable[[], bool] | None = None, *, notice: Notice = Notice()
+) -> None:
+    """Run in real time until a signal comes, or `condition` holds; then say how well the host kept up.
+
+    Meanwhile `notice` is where others find it, with how well the host keeps up.
+    """
+    with contextlib.ExitStack() as stack:
+        host = MonotonicHostClock()
+        stack.callback(host.close)
+        scheduler.lock(host, listener=_told(notice, host.monotonic_ns(), say, stack))
+        stack.callback(scheduler.unlock)
+        _run_until_stopped(scheduler, say, condition)
+
+
+def _told(notice: Notice, now_ns: int, say: Say, stack: contextlib.ExitStack) -> PaceNotice | None:
+    """Return the file that tells others; None if there is no place for it."""
+    places = [_place_of(door) for door in notice.doors]
     try:
-        with deferred_interrupts(scheduler, STOP_SIGNALS), contextlib.suppress(KeyboardInterrupt):
-            try:
-                signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
-                scheduler.run_until(condition, None)
-            finally:
-                signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
-        late = scheduler.lateness
-        say(
-            f"stopped after {scheduler.now_ns / 1e9:.1f} s at {scheduler.real_time_factor or 0:.3f} x real time; "
-            f"lateness p50 {late.quantile_ns(0.5) / 1e6:.2f} ms, p99 {late.quantile_ns(0.99) / 1e6:.2f} ms, "
-            f"max {late.max_ns / 1e6:.2f} ms, {scheduler.slips} slips"
-        )
-    finally:
-        scheduler.unlock()
-        host.close()
+        return stack.enter_context(PaceNotice(now_ns, places, behind=notice.behind, step_ns=notice.step_ns))
+    except (OSError, UnavailableError) as error:
+        say(f"a check at these doors is not told how late this bench is: {error}")
+        return None
+
+
+def _place_of(door: AnyDoor) -> str:
+    """Return the place of a door, as whoever opens it finds it."""
+    place = place_of(door.slave_name) if isinstance(door, PtyDoor) else tcp_place(door.port)
+    assert place is not None
+    return place
+
+
+def _run_until_stopped(scheduler: Scheduler, say: Say, condition: Callable[[], bool] | None) -> None:
+    say("stop with Ctrl-C")
+    with deferred_interrupts(scheduler, STOP_SIGNALS), contextlib.suppress(KeyboardInterrupt):
+        try:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+            scheduler.run_until(condition, None)
+        finally:
+            signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
+    late = scheduler.lateness
+    say(
+        f"stopped after {scheduler.now_ns / 1e9:.1f} s at {scheduler.real_time_factor or 0:.3f} x real time; "
+        f"lateness p50 {late.quantile_ns(0.5) / 1e6:.2f} ms, p99 {late.quantile_ns(0.99) / 1e6:.2f} ms, "
+        f"max {late.max_ns / 1e6:.2f} ms, {scheduler.slips} slips"
+    )
 
 
 def door_option(wish: DoorWish) -> str:

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import shutil
-import stat
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,6 +15,7 @@ from pathlib import Path
 
 from hilbench.errors import UnavailableError
 from hilbench.live.local_socket import connect_to
+from hilbench.runtime_folder import made_private, runtime_folder
 
 __all__ = ["Session", "new_session", "sessions"]
 
@@ -85,10 +84,9 @@ def new_session(name: str) -> Session:
     Raises:
         UnavailableError: there is no place for it.
     """
-    home = _home()
+    home = runtime_folder()
     try:
-        home.mkdir(mode=0o700, parents=True, exist_ok=True)
-        _check_private(home)
+        made_private(home)
         word = "".join(letter if letter.isalnum() else "-" for letter in name)[:24]
         return Session(Path(tempfile.mkdtemp(prefix=f"{_PREFIX}{word}-", dir=home)))
     except OSError as error:
@@ -98,19 +96,5 @@ def new_session(name: str) -> Session:
 def sessions() -> Iterator[Session]:
     """Return the benches that answer, the latest first."""
     with contextlib.suppress(OSError):
-        found = sorted(_home().glob(f"{_PREFIX}*"), key=lambda folder: folder.stat().st_mtime, reverse=True)
+        found = sorted(runtime_folder().glob(f"{_PREFIX}*"), key=lambda folder: folder.stat().st_mtime, reverse=True)
         yield from (session for folder in found if (session := Session(folder)).alive())
-
-
-def _home() -> Path:
-    runtime = os.environ.get("XDG_RUNTIME_DIR")
-    if runtime and Path(runtime).is_dir():
-        return Path(runtime) / "hilbench"
-    return Path(tempfile.gettempdir()) / f"hilbench-{os.getuid()}"
-
-
-def _check_private(home: Path) -> None:
-    """Make sure that nobody else put the folder there, or can look into it."""
-    status = home.lstat()
-    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid() or status.st_mode & 0o077:
-        raise UnavailableError("is not a private folder of yours", where=str(home), hint="remove it")

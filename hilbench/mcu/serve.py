@@ -15,7 +15,7 @@ from hilbench.mcu.doors import assign, connect, open_doors
 from hilbench.mcu.emulated import EmulatedBench, MachineFactory, make_machine
 from hilbench.mcu.group import LOCKED_STEP_NS
 from hilbench.options import ServeOptions
-from hilbench.serving import AnyDoor, Say, place, run_until_stopped, signals_held, traffic
+from hilbench.serving import AnyDoor, Notice, Say, place, run_until_stopped, signals_held, traffic
 
 __all__ = ["free_usarts", "serve_boards", "usual_usarts"]
 
@@ -58,7 +58,8 @@ def serve_boards(
             served += doors
         if options.journal is not None:
             emulated.write_journal(options.journal, options.journal_max)
-        run_until_stopped(emulated.bench.scheduler, say, lambda: emulated.end is not None)
+        notice = Notice(doors=served, step_ns=LOCKED_STEP_NS)
+        run_until_stopped(emulated.bench.scheduler, say, lambda: emulated.end is not None, notice=notice)
         for door in served:
             say(traffic(door))
         if emulated.end is not None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import pty
+import socket
+from contextlib import closing
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.bench import LOCKED_FLOOR_S, Bench
+from hilbench.bench import LOCAL_PORT_S, LOCKED_FLOOR_S, Bench
 from hilbench.bench_provider import make_provider
 from hilbench.calibration import Calibration, keep, key_of
 from hilbench.check.judge import at_most
@@ -88,10 +90,52 @@ def test_a_check_at_a_port_takes_what_is_kept_of_it_and_says_so(tmp_path, monkey
     try:
         with provider.open_case(CaseInfo(id="x", clause_ids=(), seed=0)) as bench:
             bench.finish("pass", "")
-        assert provider._bench.port_uncertainty_s == (0.0161 if calibrated else 0.0)
+        assert provider._bench.port_uncertainty_s == (0.0161 if calibrated else LOCAL_PORT_S)
+        assert provider._bench.port_floor_s == 0
         said = provider.describe().get("calibration")
         assert said == (f"16.10 ms at {key}" if calibrated else None)
     finally:
         provider.close()
         os.close(master)
         os.close(slave)
+
+
+@given(st.integers(0, 40), st.floats(0, 0.1))
+def test_where_nothing_is_unknown_of_the_port_there_is_no_least_uncertainty(late_ms, port_s):
+    bench = locked_bench(late_ms)
+    bench.port_floor_s, bench.port_uncertainty_s = 0.0, port_s
+    late_s = bench.scheduler.lateness_max_ns(0) / 1e9
+    assert bench.uncertainty_s(0) == pytest.approx(late_s + port_s)
+
+
+class Door:
+    """A foreign port, as pyserial opens it, which nobody reads."""
+
+    def __init__(self, monkeypatch):
+        self.server, self.client = socket.socketpair()
+        monkeypatch.setattr("hilbench.links.serialport.open_serial", lambda *_: self)
+        monkeypatch.setattr("hilbench.links.serialport.close_serial", lambda _: None)
+
+    def fileno(self):
+        return self.client.fileno()
+
+    def close(self):
+        self.server.close()
+        self.client.close()
+
+
+@pytest.mark.parametrize(
+    ("target", "floor_s", "port_s"),
+    [
+        ("socket://127.0.0.1:8101", 0.0, LOCAL_PORT_S),
+        ("rfc2217://localhost:4000", 0.0, LOCAL_PORT_S),
+        ("socket://192.0.2.1:8101", LOCKED_FLOOR_S, 0.0),
+        ("serial:/dev/ttyUSB0", LOCKED_FLOOR_S, 0.0),
+        ("serial:/dev/null", LOCKED_FLOOR_S, 0.0),
+    ],
+)
+def test_what_a_port_adds_follows_from_where_it_leads(monkeypatch, target, floor_s, port_s):
+    monkeypatch.setattr("hilbench.locked_providers.list_ports", list)
+    provider = make_provider(CheckOptions(targets=(TargetChoice(spec=target),)))
+    with closing(Door(monkeypatch)), closing(provider), provider.open_case(CaseInfo(id="x", clause_ids=(), seed=0)):
+        assert (provider._bench.port_floor_s, provider._bench.port_uncertainty_s) == (floor_s, port_s)
