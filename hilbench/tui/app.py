@@ -29,7 +29,7 @@ from hilbench.tui.model.arrangement import ARRANGED, Arrangement
 from hilbench.tui.model.replay import Replay
 from hilbench.tui.pad_hand import PadHand
 from hilbench.tui.pads import Pads
-from hilbench.tui.panes import PANES, FramesPane, Pane, PlotsPane, Strip
+from hilbench.tui.panes import PANES, FramesPane, Head, Pane, PlotsPane, Strip
 from hilbench.tui.recorded import RecordedBench
 from hilbench.tui.saving import Saving
 from hilbench.tui.terminal import Terminal, end_by_signals, terminal_driver
@@ -89,12 +89,14 @@ class Dashboard(VehicleActions, Saving):
         self._memory = memory or Memory()
         self._ticking = ticking
         self._plots_of = ""
+        self._known: tuple[object, ...] = ()
+        self._said_of_end = ""
         if self._memory.theme in self.available_themes:
             self.theme = self._memory.theme
 
     def compose(self) -> ComposeResult:
         """Put all panes into the body; it says where each is."""
-        yield Static(id="head")
+        yield Head()
         yield Static(id="ended")
         yield Body(*(_SPECIAL.get(name, partial(Pane, name))() for name in PANES), arrangement=ARRANGED["robot"][0])
         yield Strip()
@@ -145,21 +147,35 @@ class Dashboard(VehicleActions, Saving):
         self._look_at_pad()
         self._look_at_suite()
         self._arrange()
-        for pane in self.query(Pane):
-            pane.model = self.model
-            if pane.display:
-                pane.refresh()
-        strip = self.query_one(Strip)
-        strip.model = self.model
-        strip.refresh()
+        self._look_at_model()
         if self.replay is not None:
-            self.query_one(Timeline).refresh()
-        head = f"{self._headline()}  {self._pad.text}" if self._pad.text else self._headline()
-        self.query_one("#head", Static).update(head.replace("[", "\\["))
-        ended = self.query_one("#ended", Static)
-        ended.display = self.process.phase is Phase.ENDED
-        if ended.display:
-            ended.update(self._epitaph().replace("[", "\\["))
+            self.query_one(Timeline).look()
+        head = self.query_one(Head)
+        head.text = f"{self._headline()}  {self._pad.text}" if self._pad.text else self._headline()
+        head.look()
+        ended, said = self.query_one("#ended", Static), ""
+        if self.process.phase is Phase.ENDED:
+            said = self._epitaph().replace("[", "\\[")
+        if said != self._said_of_end:
+            self._said_of_end = said
+            ended.update(said)
+        ended.display = bool(said)
+
+    def _look_at_model(self) -> None:
+        """Have all panes look at what is known, if it is more than they have seen."""
+        model, run = self.model, self.run_of_suite
+        known = (model, model.taken if model is not None else 0, run, run.code if run is not None else 0)
+        if known == self._known and (run is None or run.code is not None):
+            return
+        self._known = known
+        for pane in self.query(Pane):
+            pane.model = model
+            if pane.display:
+                pane.look()
+        strip = self.query_one(Strip)
+        strip.model = model
+        if strip.display:
+            strip.look()
 
     def _look_at_pad(self) -> None:
         if self.replay is None and self.process.phase is Phase.LIVE:
@@ -170,6 +186,7 @@ class Dashboard(VehicleActions, Saving):
         if self.model is not None:
             for problem in self._memory.problems:
                 self.model.log.say(self.model.ns, "screen", problem)
+                self._known = ()
             self._memory.problems.clear()
 
     # --- arrangement

@@ -9,8 +9,8 @@ from rich.text import Text
 from textual import events
 from textual.binding import Binding
 from textual.message import Message
-from textual.widget import Widget
 
+from hilbench.tui.lines import Lines
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.frames import KEPT_FRAMES, FrameModel
 from hilbench.tui.views.above import world_view
@@ -24,7 +24,7 @@ from hilbench.tui.views.plots import SPANS_S, plots_view
 from hilbench.tui.views.states import machine_view
 from hilbench.tui.views.status import counters_view, link_view, strip_view, timers_view
 
-__all__ = ["PANES", "FramesPane", "Pane", "PaneSpec", "PlotsPane", "Strip", "pane_names"]
+__all__ = ["PANES", "FramesPane", "Head", "Pane", "PaneSpec", "PlotsPane", "Strip", "pane_names"]
 
 _FEW_STATES = 3
 View = Callable[[BenchModel, int, int], Sequence[Text]]
@@ -123,7 +123,7 @@ def pane_names() -> tuple[str, ...]:
     return tuple(PANES)
 
 
-class Pane(Widget, can_focus=True):
+class Pane(Lines, can_focus=True):
     """A pane.
 
     Args:
@@ -138,17 +138,14 @@ class Pane(Widget, can_focus=True):
             super().__init__()
 
     def __init__(self, name: str) -> None:
-        super().__init__(id=name)
+        super().__init__(name)
         self._view = PANES[name].view
         self.border_title = f"{PANES[name].key} {PANES[name].title}"
         self.model: BenchModel | None = None
 
-    def render(self) -> Text:
+    def lines_for(self, width: int, height: int) -> Sequence[Text]:
         """Return the lines that fit."""
-        width, height = self.content_size
-        if self.model is None or width < 1 or height < 1:
-            return Text("waits for the bench", "dim")
-        return Text("\n").join(self.lines(self.model, width, height)[:height])
+        return [Text("waits for the bench", "dim")] if self.model is None else self.lines(self.model, width, height)
 
     def lines(self, model: BenchModel, width: int, height: int) -> Sequence[Text]:
         """Return what is shown of a model."""
@@ -303,13 +300,31 @@ class PlotsPane(Pane):
         return SPANS_S[max(0, min(len(SPANS_S) - 1, at + by))]
 
 
-class Strip(Widget):
+class Strip(Lines):
     """The most important of all panes in one line."""
 
     def __init__(self) -> None:
-        super().__init__(id="strip")
+        super().__init__("strip")
         self.model: BenchModel | None = None
 
-    def render(self) -> Text:
+    def lines_for(self, width: int, height: int) -> Sequence[Text]:
         """Return the line."""
-        return Text("") if self.model is None else strip_view(self.model, self.content_size.width)
+        del height
+        return [] if self.model is None else [strip_view(self.model, width)]
+
+
+class Head(Lines):
+    """The first line: which bench it is, and its time.
+
+    Attributes:
+        text: what it says.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("head")
+        self.text = ""
+
+    def lines_for(self, width: int, height: int) -> Sequence[Text]:
+        """Return the line."""
+        del width, height
+        return [Text(self.text)]

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rich.text import Text
 from textual import events
 from textual.message import Message
-from textual.widget import Widget
 
+from hilbench.tui.lines import Lines
 from hilbench.tui.model.replay import Replay
 from hilbench.tui.views.timeline import time_at, timeline_view
 
 __all__ = ["Timeline"]
 
 
-class Timeline(Widget):
+class Timeline(Lines):
     """See the module.
 
     Attributes:
@@ -28,16 +30,15 @@ class Timeline(Widget):
             super().__init__()
 
     def __init__(self, replay: Replay | None) -> None:
-        super().__init__(id="timeline")
+        super().__init__("timeline")
         self.replay = replay
         self._held = False
 
-    def render(self) -> Text:
+    def lines_for(self, width: int, height: int) -> Sequence[Text]:
         """Return the line."""
+        del height
         replay = self.replay
-        if replay is None:
-            return Text("")
-        return timeline_view(replay.length_ns, replay.now_ns, replay.marks, self.content_size.width)
+        return [] if replay is None else [timeline_view(replay.length_ns, replay.now_ns, replay.marks, width)]
 
     def on_mouse_down(self, event: events.MouseDown) -> None:
         """Go there, and follow the mouse from now on."""

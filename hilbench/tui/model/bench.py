@@ -70,6 +70,7 @@ class BenchModel:
 
     Attributes:
         ns: the latest bench time that was told.
+        taken: how many events were.
         ended: whether the journal was closed in good order.
         faults: how often each struck.
         armed: those that go on striking until they are taken back, in words.
@@ -80,6 +81,7 @@ class BenchModel:
         self.header = header
         live = self.live = header.get("live", {})
         self.ns = 0
+        self.taken = 0
         self.ended = False
         self.machines = {name: MachineModel(name, table) for name, table in live.get("machines", {}).items()}
         self.lines: dict[str, LineModel] = {}
@@ -112,6 +114,7 @@ class BenchModel:
     def take(self, events: Iterable[Event]) -> None:
         """Take events in the order of the journal; one that is not understood is none."""
         for event in events:
+            self.taken += 1
             self.ns = max(self.ns, event["ns"])
             try:
                 self._take(event)
