@@ -99,6 +99,8 @@ def _do(bench: Bench, port: Port, step: Step, where: str) -> None:
         _run(step.command, where)
     elif step.wait_ns:
         bench.run_for(step.wait_ns / NS_PER_S)
+    elif not port.line_is_up:
+        raise UnavailableError("the port is gone", where=where)
     elif step.break_ns:
         port.send_break(step.break_ns)
         bench.run_for(step.break_ns / NS_PER_S)
@@ -112,10 +114,12 @@ def _do(bench: Bench, port: Port, step: Step, where: str) -> None:
 def _run(command: Sequence[str], where: str) -> None:
     try:
         done = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, timeout=COMMAND_LIMIT_S, check=False, text=True
-        )
-    except OSError as error:
-        raise UnavailableError(f"{command[0]} cannot be run: {error.strerror}", where=where) from error
+            command, stdin=subprocess.DEVNULL, capture_output=True, timeout=COMMAND_LIMIT_S, check=False, text=True,
+            errors="replace",
+        )  # fmt: skip
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise UnavailableError(f"{command[0]} cannot be run: {reason}", where=where) from error
     except subprocess.TimeoutExpired as error:
         raise UnavailableError(f"{command[0]} did not end within {COMMAND_LIMIT_S:g} s", where=where) from error
     if done.returncode:

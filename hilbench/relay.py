@@ -11,6 +11,7 @@ from functools import partial
 
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS
+from hilbench.errors import UnavailableError
 from hilbench.fault_entries import FaultEntry
 from hilbench.line_faults import LineFaults
 from hilbench.links import Port
@@ -65,6 +66,7 @@ class Relay:
         self._bench = bench
         self._heard = heard
         self._a, self._b, far = a, b, b
+        self._refused_baud = 0
         self.faults: LineFaults | None = None
         if faults:
             self.faults = LineFaults(bench, faults, seed=seed, near_is_client=True, is_client_end=A.__eq__)
@@ -109,11 +111,20 @@ class Relay:
         onward(data)
 
     def _follow(self) -> None:
-        """Let the server's line have the rate that the client has set at its door."""
-        if not isinstance(self._a, Door) or not self._b.baud or self._a.client_baud in (0, self._b.baud):
+        """Let the server's line have the rate that the client has set at its door, if it can."""
+        if not isinstance(self._a, Door) or not self._b.baud:
             return
-        self._b.baud = self._a.client_baud
-        self._bench.record("baud", CLIENT, baud=self._b.baud)
+        wanted = self._a.client_baud
+        if wanted in (0, self._b.baud, self._refused_baud):
+            return
+        try:
+            self._b.baud = wanted
+        except UnavailableError as error:
+            self._refused_baud = wanted
+            self._bench.record("baud-refused", CLIENT, baud=wanted, text=str(error))
+        else:
+            self._refused_baud = 0
+            self._bench.record("baud", CLIENT, baud=wanted)
 
     def _line_changed(self, who: str, up: bool, _at_ns: int) -> None:
         self._bench.record("line", who, up=up)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
-from hilbench.errors import UnavailableError
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.links.port import Port, PortBase
 from hilbench.links.serial_target import SerialTarget, located
 from hilbench.links.serialport import SerialPort
@@ -135,9 +135,7 @@ class ReconnectingPort(PortBase):
     # --- there
 
     def _open(self, url: str) -> None:
-        port = self._open_port(self._scheduler, replace(self._target, url=url))
-        if port.baud != self._baud:
-            port.baud = self._baud
+        port = self._open_port(self._scheduler, replace(self._target, url=url, baud=self._baud))
         port.counters = self.counters  # what it counts, it counts for its owner
         port.on_receive = self._received
         port.on_sent = self._sent
@@ -189,7 +187,7 @@ class ReconnectingPort(PortBase):
             return
         try:
             self._open(url)
-        except UnavailableError as error:
+        except (UnavailableError, UsageError) as error:  # the latter: it went while its rate was set
             if str(error) != self._refusal:
                 self._refusal = str(error)
                 self._record("port-refused", self.name, device=url, text=self._refusal)

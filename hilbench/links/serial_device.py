@@ -100,7 +100,7 @@ def open_serial(target: SerialTarget, write_timeout_s: float) -> Any:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # pyserial 3.5 starts threads in an outdated way
             port.open()
-    except (OSError, ValueError, NotImplementedError) as error:
+    except (OSError, ValueError, OverflowError, NotImplementedError, termios.error) as error:
         raise _cannot_open(target, error) from error
     if hasattr(port, "fd"):
         _keep_lines(port.fd, target)
@@ -181,7 +181,8 @@ def line_errors(descriptor: int) -> LineErrors | None:
 
 def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
     where = target.url
-    number = getattr(error, "errno", None)
+    # The exception of termios has no errno of its own.
+    number = error.args[0] if isinstance(error, termios.error) else getattr(error, "errno", None)
     if number == errno.ENOENT:
         return UnavailableError("there is no such port", where=where, hint="'hilbench ports' shows what is there")
     if number in (errno.EACCES, errno.EPERM):

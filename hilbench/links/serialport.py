@@ -71,6 +71,7 @@ class SerialPort(PortBase):
         self._waiting = bytearray()
         self._taken_ns = 0
         self._writing = False
+        self._breaking = False
         self._native = hasattr(self._serial, "fd")
         self._stream: ThreadedStream | None = None
         self._descriptor = self._own_descriptor()
@@ -103,7 +104,7 @@ class SerialPort(PortBase):
             return  # a far port is asked over the network, and the bench would wait for its answer
         try:
             self._serial.baudrate = baud
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, OverflowError, termios.error) as error:
             raise UnavailableError(f"cannot be set to {baud} baud: {error}", where=self.name) from error
         self._baud = baud
 
@@ -140,6 +141,8 @@ class SerialPort(PortBase):
         """Give the port back; a second call does nothing."""
         if self.closed:
             return
+        if self._breaking:
+            self._set_break(False)  # nobody else would: it outlives whoever asked for it
         self.closed = True
         self.line_is_up = False
         # What was written goes out as far as the system takes it; this end does not wait for it.
@@ -217,6 +220,7 @@ class SerialPort(PortBase):
     def _set_break(self, on: bool) -> None:
         with contextlib.suppress(OSError, termios.error, NotImplementedError):
             if not self.closed:
+                self._breaking = on
                 self._serial.break_condition = on
 
     # --- in

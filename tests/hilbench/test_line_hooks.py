@@ -90,6 +90,8 @@ def test_nothing_to_do_is_not_recorded():
     [
         ("/nonexistent/relay", "cannot be run"),
         (f"{sys.executable} -c 'import sys; sys.exit(\"no probe\")'", "ended with status 1: no probe"),
+        (f"{sys.executable} -c 'import os; os.write(2, bytes([255, 10])); os._exit(3)'", "ended with status 3: \ufffd"),
+        ("a\0b", "cannot be run"),
     ],
 )
 def test_a_command_that_fails_is_said_in_one_line(command, message):
@@ -103,6 +105,15 @@ def test_a_line_without_these_lines():
     del board.port.set_lines
     with pytest.raises(UnavailableError, match="no DTR and RTS"):
         board.run("dtr on")
+
+
+@pytest.mark.parametrize("step", ["dtr on", "break 2ms"])
+def test_a_step_at_a_port_that_is_gone_is_not_passed_over(step):
+    board = Board()
+    board.port.line_is_up = False
+    with pytest.raises(UnavailableError, match="the port is gone"):
+        board.run("wait 1ms", step)
+    assert board.done == []
 
 
 def bench_file(tmp_path, port):

@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS, NS_PER_S, Scheduler
 from hilbench.config import open_bench
+from hilbench.errors import UnavailableError
 from hilbench.fault_entries import FaultEntry
 from hilbench.ground_station import GroundStation
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
+from hilbench.links.door import Door
 from hilbench.near_ends import open_near_end
 from hilbench.relay import CLIENT, SERVER, Relay
 from hilbench.testing import LinkUnderTest, check_link
@@ -155,3 +157,38 @@ def test_a_station_and_a_rover_notice_nothing(bench_name):
     assert passed[SERVER] == got
     assert len(got) > 200
     near.close()
+
+
+def test_a_rate_that_the_server_does_not_take_is_recorded_once_and_the_bytes_pass():
+    bench = Bench(Scheduler(), Journal())
+    line, far = MemoryLink(bench.scheduler, Line(baud=9600)), MemoryLink(bench.scheduler, Line(baud=0))
+
+    class Client(type(line.b), Door):
+        client_baud = 2**32 - 1
+
+    class Server(type(far.a)):
+        @property
+        def baud(self):
+            return 9600
+
+        @baud.setter
+        def baud(self, baud):
+            if baud != 19_200:
+                raise UnavailableError(f"cannot be set to {baud} baud", where="it")
+            taken.append(baud)
+
+    taken, got = [], bytearray()
+    client, server = line.b, far.a
+    client.__class__, server.__class__ = Client, Server
+    Client.__abstractmethods__ = frozenset()
+    far.b.on_receive = lambda data, at_ns: got.extend(data)
+    Relay(bench, client, server)
+    for _ in range(3):
+        line.a.write(b"x")
+        bench.run_for(0.1)
+    client.client_baud = 19_200
+    line.a.write(b"y")
+    bench.run_for(0.1)
+    assert (bytes(got), taken) == (b"xxxy", [19_200])
+    rates = [(e["kind"], e["baud"]) for e in bench.journal.recent if e["kind"].startswith("baud")]
+    assert rates == [("baud-refused", 2**32 - 1), ("baud", 19_200)]

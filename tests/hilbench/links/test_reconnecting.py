@@ -15,7 +15,7 @@ import pytest
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS, NS_PER_S, MonotonicHostClock, Scheduler
 from hilbench.devices import DeviceActor
-from hilbench.errors import PortClosedError, UnavailableError
+from hilbench.errors import PortClosedError, UnavailableError, UsageError
 from hilbench.ground_station import GroundStation
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink, ReconnectingPort, SerialPort, SerialTarget
@@ -311,3 +311,34 @@ def test_a_line_without_an_identity_is_looked_for_where_it_was(tmp_path):
     port.close()
     board.pull_out()
     host.close()
+
+
+def test_it_is_opened_again_with_the_rate_that_was_set_last(bench, bay, port):
+    """In one step: a port that is open and whose rate cannot be set any more would be left open."""
+    opened = []
+
+    def opens(scheduler, target):
+        opened.append(target.baud)
+        return bay.open(scheduler, target)
+
+    port.baud = 57_600
+    bay.pull_out()
+    bench.run_for(0.1)
+    port._open_port = opens
+    bay.plug_in()
+    assert bench.run_until(lambda: port.line_is_up, 2)
+    assert opened == [57_600]
+
+
+@pytest.mark.parametrize("error", [UsageError, UnavailableError])
+def test_whatever_is_wrong_while_it_is_opened_again_it_is_tried_again(bench, bay, port, error):
+    def refuses(_scheduler, _target):
+        raise error("pyserial does not know it: the rate cannot be set", where="usb")
+
+    bay.pull_out()
+    bay.plug_in()
+    port._open_port = refuses
+    bench.run_for(1)
+    assert len(recorded(bench, "port-refused")) == 1
+    port._open_port = bay.open
+    assert bench.run_until(lambda: port.line_is_up, 1)

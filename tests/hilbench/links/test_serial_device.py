@@ -17,6 +17,7 @@ from hilbench.ports import PortInfo, UsbIdentity
 
 MS = 10**6
 TIOCGICOUNT = 0x545D
+TIOCSBRK, TIOCCBRK = 0x5427, 0x5428
 
 
 class Uart:
@@ -155,3 +156,46 @@ def test_errors_and_breaks_are_counted_from_the_opening_on(locked, uart, pty):
     assert len(breaks) == 2
     port.close()
     locked.run_for(150 * MS)
+
+
+@pytest.mark.parametrize("baud", [2**31, 2**32 - 1, 10**20])
+def test_a_rate_beyond_what_a_driver_can_be_told_is_refused(locked, pty, baud):
+    with pytest.raises(UnavailableError, match="cannot be opened"):
+        SerialPort(locked, f"{pty}@{baud}")
+    port = SerialPort(locked, f"{pty}@9600")
+    with pytest.raises(UnavailableError, match=f"cannot be set to {baud} baud"):
+        port.baud = baud
+    assert port.baud == 9600
+    port.baud = 19_200
+    port.close()
+
+
+def test_a_device_that_goes_while_it_is_opened_cannot_be_opened(locked, pty, monkeypatch):
+    def gone(_descriptor, _queue):
+        raise termios.error(5, "Input/output error")
+
+    before = len(os.listdir("/proc/self/fd"))
+    monkeypatch.setattr(termios, "tcflush", gone)
+    with pytest.raises(UnavailableError, match="cannot be opened: Input/output error"):
+        SerialPort(locked, pty)
+    assert len(os.listdir("/proc/self/fd")) == before
+
+
+def test_a_break_ends_at_the_latest_when_the_port_is_closed(locked, uart, pty, monkeypatch):
+    held = []
+    answer = device_module.fcntl.ioctl
+
+    def ioctl(descriptor, request, argument=0):
+        if request in (TIOCSBRK, TIOCCBRK):
+            held.append(request == TIOCSBRK)
+            return 0
+        return answer(descriptor, request, argument)
+
+    monkeypatch.setattr(device_module.fcntl, "ioctl", ioctl)
+    port = SerialPort(locked, pty)
+    port.send_break(20 * MS)
+    locked.run_for(40 * MS)
+    assert held == [True, False]
+    port.send_break(10**12)
+    port.close()
+    assert held == [True, False, True, False]
