@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -44,6 +45,7 @@ class Actions:
         self._bench = bench
         self._rig = rig
         self._driver = driver
+        self._armed: list[dict[str, Any]] = []
         self._all: Mapping[str, Callable[[Request], None]] = {
             "pause": lambda _: self._pause(paused=True),
             "resume": lambda _: self._pause(paused=False),
@@ -76,6 +78,17 @@ class Actions:
             about = {key: value for key, value in request.items() if key not in {"id", "do"}}
             self._bench.record("action", "user", do=name, **{"with": about} if about else {})
         action(request)
+
+    def standing(self) -> Mapping[str, object]:
+        """Return what was told once and still stands; see `hilbench.live.teller.Teller`."""
+        struck = sum((tap.struck for tap in self._rig.taps.values()), Counter[tuple[str, str]]())
+        return {
+            "paused": self.paused,
+            "speed": self.speed,
+            "driver": None if self._driver is None else self._driver.who,
+            "armed": list(self._armed),
+            "struck": [[fault, towards, count] for (fault, towards), count in struck.items()],
+        }
 
     # --- who drives
 
@@ -118,10 +131,13 @@ class Actions:
         taps[line].inject(Fault(kind=kind, direction=direction, **given))
         if "probability" in given:  # the others strike once; these until they are taken back
             towards = "target" if towards_target else "operator"
-            self._bench.record("armed", line, fault=kind.value, towards=towards, probability=given["probability"])
+            about = {"fault": kind.value, "towards": towards, "probability": given["probability"]}
+            self._armed.append({"source": line, **about})
+            self._bench.record("armed", line, **about)
 
     def _clear(self) -> None:
         self._bench.record("disarmed", "line")
+        self._armed.clear()
         for tap in self._rig.taps.values():
             tap.clear()
 

@@ -94,7 +94,7 @@ class CarDriver:
         self._stick = (0.0, 0.0)
         self._stack_on = self._simulator_on = True
         self._let_go = "nobody"
-        self._who: tuple[str, float, float] | None = None
+        self.who = ("", 0.0, 0.0)
         self._pressed_ns: int | None = None
         self._manual_since_ns = 0
         self._opened_ns = bench.now_ns
@@ -212,8 +212,8 @@ class CarDriver:
             self._crew.hands.set_joystick(stick_code(X_AXIS, -right), stick_code(Y_AXIS, forward))
 
     def _say(self, who: str, forward: float = 0.0, turn: float = 0.0) -> None:
-        if (who, forward, turn) != self._who:
-            self._who = (who, forward, turn)
+        if (who, forward, turn) != self.who:
+            self.who = (who, forward, turn)
             self._bench.record("driver", "drive", who=who, forward=forward, turn=turn)
 
     # --- what is asked for

@@ -61,8 +61,8 @@ class Control:
         obey: does what a request says; what it raises as `RequestError` or `HilbenchError` is the answer.
 
     Attributes:
-        farewell: whether the client that left last said so; one that says nothing has died. Who asks for nothing, and is
-            gone again, is no client.
+        farewell: whether the client that left last said so; one that says nothing has died. Who asks for nothing is no
+            client.
         left_ns: the bench time at which the last client left, or 0 before the first; None while there is one.
     """
 

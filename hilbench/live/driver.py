@@ -34,6 +34,8 @@ class Drives(Protocol):
     """Whoever drives, or has somebody drive."""
 
     demo: bool
+    who: tuple[str, float, float]
+    """Who drives, and with which shares, as told last."""
 
     @property
     def commands(self) -> Mapping[str, Callable[[Request], None]]:
@@ -72,7 +74,7 @@ class Driver:
         self._stopped = True
         self._next_try_ns = 0
         self._next_tidy_ns = 0
-        self._who: tuple[str, float, float] | None = None
+        self.who = ("", 0.0, 0.0)
         self.demo = demo
         self._say(DEMO if demo else "nobody")
         self._step()
@@ -143,6 +145,6 @@ class Driver:
 
     def _say(self, who: str) -> None:
         forward, turn = self._wanted
-        if (who, forward, turn) != self._who:
-            self._who = (who, forward, turn)
+        if (who, forward, turn) != self.who:
+            self.who = (who, forward, turn)
             self._bench.record("driver", "drive", who=who, forward=forward, turn=turn)

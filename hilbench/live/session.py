@@ -79,6 +79,7 @@ class LiveBench:
             self.driver = _driver(self.bench, rig, demo=options.demo and rig.demo)
             self.actions = Actions(self.bench, rig, self.driver)
             self.teller = Teller(self.bench, rig.machines, rig.taps, senses=rig.senses, views=rig.views)
+            self.teller.standing = self.actions.standing
             self.teller.after += [tap.flush for tap in rig.taps.values()]
             self.control = Control(self.bench.scheduler, options.session.socket, self.actions.obey)
             undo.callback(self.control.close)

@@ -6,6 +6,7 @@ costs time.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from functools import partial
 
@@ -52,6 +53,9 @@ class Tap(PortBase):
         source: who receives, for the journal.
         seed: decides what chance decides in faults.
         far: what is at the other end, for the journal.
+
+    Attributes:
+        struck: how often each fault struck, by its kind and whom it was on the way to.
     """
 
     def __init__(self, bench: Bench, port: Port, source: str, *, seed: int, far: str = "target") -> None:
@@ -65,6 +69,7 @@ class Tap(PortBase):
         self._plan: _GrowingPlan | None = None
         self._heard = ByteLog(bench, "rx", source)
         self._strikes = 0
+        self.struck: Counter[tuple[str, str]] = Counter()
         self._take(port)
         self.counters = port.counters
 
@@ -155,5 +160,6 @@ class Tap(PortBase):
 
     def _struck(self, on_struck: Callable[[], None], fault: Fault, direction: Direction, at_ns: int) -> None:
         towards = self._far if direction is Direction.A_TO_B else self._source
+        self.struck[fault.kind.value, towards] += 1
         self._bench.journal.record("fault", "line", max(at_ns, 0), fault=fault.kind.value, towards=towards)
         on_struck()

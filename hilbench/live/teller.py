@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import Any, Protocol, runtime_checkable
 
 from hilbench.bench import Bench
-from hilbench.clock import NS_PER_MS, EventClass
+from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass
 from hilbench.links import Port
 
 __all__ = [
@@ -31,6 +31,8 @@ __all__ = [
 ]
 
 TELL_EVERY_NS = 100 * NS_PER_MS
+_PACE_NS = 2 * NS_PER_S
+"""The bench time over which the present pace is counted (choice)."""
 _WHOLE_EVERY = 50
 """How often, in turns, everything is written and not what has changed alone: a journal that is rotated stays readable
 (choice: 5 s)."""
@@ -133,13 +135,18 @@ class Watched:
     misses: dict[str, list[int]] = field(default_factory=dict)
     told_misses: dict[str, list[int]] = field(default_factory=dict)
     state: str = ""
+    at: object = None
+    since_ns: int = 0
     counts: CountsMisses | None = field(init=False)
 
     def __post_init__(self) -> None:
         self.counts = self.observed if isinstance(self.observed, CountsMisses) else None
 
     def look(self, now_ns: int) -> None:
-        """Look at its timers; whoever looks often enough knows when each of them was set anew."""
+        """Look at state and timers; whoever looks often enough knows when it came there, and when each was set anew."""
+        at = self.observed.state
+        if at is not self.at:
+            self.at, self.since_ns = at, now_ns
         deadlines = {timer.name: deadline_ns for timer, deadline_ns in self.observed.deadlines.items()}
         for name in self.timers.keys() | deadlines.keys():
             timer = self.timers.setdefault(name, _Timer())
@@ -157,7 +164,8 @@ class Watched:
             self.told_misses = {}
         told: dict[str, object] = {}
         if self.observed.state.name != self.state:
-            told["state"] = self.state = self.observed.state.name
+            told |= {"state": self.observed.state.name, "since_ns": self.since_ns}
+            self.state = self.observed.state.name
         visits = self._visits()
         if visits:
             self.visits |= visits
@@ -190,6 +198,11 @@ class Teller:
         lines: the operator's ends of the lines, likewise.
         senses: what the ends of timers mean.
         views: what else is looked at, by the kind of the event that tells it; nothing is told where nothing changed.
+
+    Attributes:
+        after: called after each turn.
+        standing: what events have told once and what still stands; told again and again for those who come late, or had
+            to pass over some of the journal.
     """
 
     def __init__(
@@ -209,6 +222,7 @@ class Teller:
         self._told_lines: dict[str, dict[str, Any]] = {}
         self._turn = 0
         self.after: list[Callable[[], None]] = []
+        self.standing: Callable[[], Mapping[str, object]] | None = None
         bench.journal.on_event = self._look
         self._tell()
 
@@ -231,11 +245,19 @@ class Teller:
             if whole or seen != self._told_views.get(kind):
                 self._told_views[kind] = seen
                 self._bench.record(kind, "bench", **seen)
+        if whole and self.standing is not None:
+            self._bench.record("standing", "bench", **self.standing())
         self._tell_pace()
         for act in self.after:
             act()
         self._bench.journal.flush_step()
         self._bench.scheduler.after(TELL_EVERY_NS, self._tell, order=EventClass.CHECK, source="~teller")
+
+    def _recent_factor(self) -> float:
+        """Return bench time in host time of late: what is lost is what bench time stood still."""
+        scheduler = self._bench.scheduler
+        span_ns = min(_PACE_NS, scheduler.now_ns)
+        return span_ns / (span_ns + scheduler.slipped_since_ns(scheduler.now_ns - span_ns)) if span_ns else 1.0
 
     def _tell_line(self, name: str, port: Port, *, whole: bool) -> None:
         about = describe_line(port)
@@ -253,6 +275,7 @@ class Teller:
             "host-pace",
             "bench",
             factor=round(factor, 4),
+            recent=round(self._recent_factor(), 4),
             p50_ns=late.quantile_ns(0.5),
             p99_ns=late.quantile_ns(0.99),
             max_ns=late.max_ns,

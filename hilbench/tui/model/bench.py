@@ -160,10 +160,24 @@ class BenchModel:
             case "case" | "verdict":
                 self.checks.take(event)
             case "armed":
-                about = f"{event['fault']} {event['probability']:.2g} towards {event['towards']}"
-                self.armed.append(about if len(self.lines) < 2 else f"{about} on {event['source']}")
+                self.armed.append(self._armed(event))
             case "disarmed":
                 self.armed.clear()
+            case "standing":
+                self._take_standing(event)
+
+    def _take_standing(self, event: Event) -> None:
+        """Take what was told before this journal begins, or where it was passed over."""
+        self.paused, self.speed = event["paused"], event["speed"]
+        if event["driver"] is not None:
+            who, forward, turn = event["driver"]
+            self.driver = DriverModel(who=who, forward=forward, turn=turn)
+        self.armed = [self._armed(one) for one in event["armed"]]
+        self.faults = Counter({f"{fault} towards {towards}": count for fault, towards, count in event["struck"]})
+
+    def _armed(self, event: Event) -> str:
+        about = f"{event['fault']} {event['probability']:.2g} towards {event['towards']}"
+        return about if len(self.lines) < 2 else f"{about} on {event['source']}"
 
     def _take_reported(self, event: Event) -> None:
         name, source = event["name"], event["source"]

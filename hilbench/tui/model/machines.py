@@ -85,7 +85,8 @@ class MachineModel:
         """Take what a teller says of it."""
         ns = event["ns"]
         if "state" in event and event["state"] != self.state:
-            self.state, self.since_ns, self.came_from, self.trigger = event["state"], ns, "", ""
+            self.state, self.since_ns = event["state"], event.get("since_ns", ns)
+            self.came_from, self.trigger = "", ""
         for state, trigger, count in event.get("visits", ()):
             self.visits[state, trigger] = count
         for name, about in event.get("timers", {}).items():

@@ -20,6 +20,7 @@ from hilbench.live.scenes import ROVER_ROOM, TRACK, scene_for
 from hilbench.live.session import LiveBench, LiveOptions
 from hilbench.mcu.command_line import open_target
 from hilbench.testing import FakeHostClock
+from hilbench.tui.model.bench import BenchModel
 
 
 @pytest.fixture
@@ -204,3 +205,41 @@ def test_a_game_pad_turns_as_fast_as_the_one_of_the_original(live):
         before, after = told(one, "pose")[-2:]
         turned = math.remainder((after["yaw_rad"] - before["yaw_rad"]) / 1e6, math.tau)
         assert turned * 1e4 == pytest.approx(mrad_s, abs=60)
+
+
+def test_who_comes_late_is_told_what_stands(live):
+    one = live("rover-model")
+    one.bench.run_for(2.0)
+    one.actions.obey({"do": "inject", "kind": "noise", "probability": 0.5, "count": 2})
+    one.actions.obey({"do": "speed", "factor": 2.0})
+    one.actions.obey({"do": "stop"})
+    one.bench.run_for(2.9)  # just before everything is told again
+    begins_ns = one.bench.now_ns
+    one.bench.run_for(0.5)
+    header = one.bench.journal.header
+    events = list(one.bench.journal.recent)
+    early, late = BenchModel(header), BenchModel(header)
+    early.take([*events, {"ns": begins_ns, "kind": "clock", "source": "bench", "paused": False, "speed": 2.0}])
+    late.take(event for event in events if event["ns"] > begins_ns)
+    assert early.faults
+    assert early.armed == ["noise 0.5 towards target"]
+    for what in ("driver", "faults", "armed", "paused", "speed"):
+        assert getattr(late, what) == getattr(early, what), what
+    assert {name: (machine.state, machine.since_ns) for name, machine in late.machines.items()} == {
+        name: (machine.state, machine.since_ns) for name, machine in early.machines.items()
+    }
+
+
+def test_the_present_pace_is_told_beside_that_of_the_whole_run(live):
+    one = live("rover-model")
+    one.bench.run_for(20.0)
+    one.bench.scheduler.unlock()
+    one.bench.scheduler.lock(host := FakeHostClock())
+    one.bench.run_for(10.0)
+    host.advance(2_000_000_000)
+    one.bench.run_for(0.2)
+    pace = told(one, "host-pace")[-1]
+    assert pace["factor"] == pytest.approx(10.2 / 12.2, abs=0.01)
+    assert pace["recent"] == pytest.approx(2.0 / 4.0, abs=0.03)
+    one.bench.run_for(3.0)
+    assert told(one, "host-pace")[-1]["recent"] == 1.0
