@@ -10,6 +10,7 @@ from typing import Any
 from hilbench.tui.app import Dashboard
 from hilbench.tui.model.replay import Replay
 from hilbench.tui.recorded import RecordedBench
+from hilbench.tui.svg import in_cells
 
 __all__ = ["PICTURE_SIZE", "draw"]
 
@@ -44,4 +45,4 @@ async def _draw(still: _Still) -> str:
         await pilot.pause()
         still.look()  # the panes have their sizes by now
         await pilot.pause()
-        return still.export_screenshot(title=f"hilbench {still.model.name if still.model else ''}")
+        return in_cells(still.export_screenshot(title=f"hilbench {still.model.name if still.model else ''}"))

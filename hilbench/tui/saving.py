@@ -9,6 +9,7 @@ from hilbench.tui.checks_pane import ChecksPane
 from hilbench.tui.dialogs import PickScreen
 from hilbench.tui.model.export import EXPORTS, Selection, exported
 from hilbench.tui.panes import FramesPane, PlotsPane
+from hilbench.tui.svg import in_cells
 
 __all__ = ["Saving"]
 
@@ -18,9 +19,8 @@ class Saving(Asking):
 
     def action_picture(self) -> None:
         """Save the screen."""
-        self._save(
-            "svg", self.export_screenshot(title=f"hilbench {self.model.name if self.model else ''}"), "the screen"
-        )
+        picture = self.export_screenshot(title=f"hilbench {self.model.name if self.model else ''}")
+        self._save("svg", in_cells(picture), "the screen")
 
     def action_keep(self) -> None:
         """Copy the recording so far into the working folder; 'hilbench replay' opens it."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from itertools import groupby
+from operator import itemgetter
 
-from rich.text import Text
+from rich.text import Span, Text
 
 __all__ = ["Canvas"]
 
@@ -52,11 +54,19 @@ class Canvas:
 
     def lines(self) -> list[Text]:
         """Return the rows."""
-        found = []
-        for row in range(self.rows):
-            text = Text()
-            for cell in range(row * self.columns, (row + 1) * self.columns):
-                letter = self._letters.get(cell) or (chr(_BLANK + self._bits[cell]) if self._bits[cell] else " ")
-                text.append(letter, self._styles[cell] or None)
-            found.append(text)
-        return found
+        marks = [chr(_BLANK + bits) if bits else " " for bits in self._bits]
+        for cell, letter in self._letters.items():
+            marks[cell] = letter
+        return [self._line(marks, row * self.columns) for row in range(self.rows)]
+
+    def _line(self, marks: list[str], begin: int) -> Text:
+        """Return a row; cells of one style side by side are one piece."""
+        end = begin + self.columns
+        text = Text("".join(marks[begin:end]))
+        if any(self._styles[begin:end]):
+            cells = enumerate(self._styles[begin:end])
+            for style, run in groupby(cells, key=itemgetter(1)):
+                if style:
+                    places = [place for place, _ in run]
+                    text.spans.append(Span(places[0], places[-1] + 1, style))
+        return text
