@@ -1,7 +1,7 @@
 """A screen as SVG whose letters stand in their cells, also where a viewer stretches no text.
 
-A run of letters has its length in `textLength`, which librsvg and others pass over, as they do spaces before it. Letters
-of another font than the rest, dots and blocks above all, would then end up where something else stands.
+A run of letters has its length in `textLength`, which librsvg and others pass over, as they do spaces before it.
+Letters of another font than the rest, dots and blocks above all, would then end up where something else stands.
 """
 
 from __future__ import annotations
