@@ -10,6 +10,7 @@ from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.follower import Follower
 from hilbench.tui.model.replay import NS_PER_S, Replay
 from hilbench.tui.recorded import RecordedBench
+from hilbench.tui.views.status import clock_words
 from hilbench.tui.views.words import seconds
 
 __all__ = ["Watching"]
@@ -115,10 +116,9 @@ class Watching(App[None]):
         if self.replay is not None:
             how = "plays" if self.replay.playing else "recorded"
             return f" hilbench  {model.name}  {seconds(model.ns)} of {seconds(self.replay.length_ns)}  {how}"
-        clock = "PAUSED" if model.paused else "" if model.speed == 1 else f"{model.speed:g} x"
         state = "" if self.process.phase is Phase.LIVE else f"  [{self.process.phase.value}]"
         passed = f"  {self.passed_over / 1e6:.1f} MB passed over" if self.passed_over else ""
-        return f" hilbench  {model.name}  {seconds(model.ns)}  {clock}{state}{passed}"
+        return f" hilbench  {model.name}  {seconds(model.ns)}  {clock_words(model)}{state}{passed}"
 
     def _epitaph(self) -> str:
         """Return why the bench has ended and where its journal is; of one that ended well it goes with its folder."""

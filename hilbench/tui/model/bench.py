@@ -17,9 +17,12 @@ from hilbench.tui.model.places import WorldModel
 from hilbench.tui.model.rates import Counted
 from hilbench.tui.model.signals import SignalsModel
 
-__all__ = ["BenchModel", "DriverModel", "LineModel"]
+__all__ = ["SLOW_FACTOR", "BenchModel", "DriverModel", "LineModel"]
 
 Event = Mapping[str, Any]
+
+SLOW_FACTOR = 0.98
+"""A bench that is slower than this is shown to be (choice)."""
 
 _KINDS = {"p2os": "robot", "pkt": "rover", "pioneer-2dx": "board", "rover-4wd": "rover"}
 """By the protocol that our client speaks; else by what drives: a Pioneer that none of them speaks to has a board of its
@@ -110,6 +113,16 @@ class BenchModel:
         """What sort of bench it is, for what matters on it: robot, rover, vehicle or board."""
         told = self.live.get("protocol") or self.live.get("vehicle", "")
         return _KINDS.get(str(told), "vehicle" if told else "board")
+
+    @property
+    def factor(self) -> float | None:
+        """Bench seconds in a second of what is wanted, at present; None before that was told."""
+        return self.pace.get("recent", self.pace["factor"]) if self.pace else None
+
+    @property
+    def slow(self) -> bool:
+        """Whether the host does not keep up at present."""
+        return self.factor is not None and self.factor < SLOW_FACTOR and not self.paused
 
     def take(self, events: Iterable[Event]) -> None:
         """Take events in the order of the journal; one that is not understood is none."""

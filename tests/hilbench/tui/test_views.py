@@ -14,7 +14,7 @@ from hilbench.tui.views.above import world_view
 from hilbench.tui.views.canvas import Canvas
 from hilbench.tui.views.frames import frame_view
 from hilbench.tui.views.pins import pins_view
-from hilbench.tui.views.status import strip_view
+from hilbench.tui.views.status import clock_words, link_view, strip_view
 from hilbench.tui.views.words import bar, bytes_words, ns_words, rate_words, seconds
 from protocols import p2os, pkt
 
@@ -29,6 +29,29 @@ def test_every_pane_of_every_bench_looks_as_it_did(model_of, expect, bench, pane
     width, height = SIZES[size]
     lines = PANES[pane][1](model_of(bench), width, height)
     expect(f"{bench}-{pane}-{size}", [line.plain for line in lines[:height]])
+
+
+@pytest.mark.parametrize(
+    ("recent", "speed", "words", "pace"),
+    [
+        (1.0, 1.0, "", "pace     1.00 x real time, 0.90 in all"),
+        (0.25, 1.0, "SLOW: 0.25 x real time", "pace     0.25 x real time, 0.90 in all"),
+        (1.0, 4.0, "4 x", "pace     4.00 of 4 x real time, 3.60 in all"),
+        (0.25, 4.0, "1.00 of 4 x", "pace     1.00 of 4 x real time, 3.60 in all"),
+        (0.9, 1.0, "SLOW: 0.90 x real time", "pace     0.90 x real time"),
+    ],
+)
+def test_a_bench_that_the_host_does_not_keep_up_with_is_shown_as_such(recent, speed, words, pace):
+    model = BenchModel({})
+    late = {"p50_ns": 0, "p99_ns": 0, "max_ns": 0, "slips": 0, "slipped_ns": 0}
+    told = {"kind": "host-pace", "source": "bench", "factor": 0.9, "recent": recent, **late}
+    clock = {"kind": "clock", "source": "bench", "speed": speed}
+    model.take([{**clock, "ns": 0, "paused": False}, {**told, "ns": 1}])
+    assert clock_words(model) == words
+    assert pace in [line.plain for line in link_view(model, 80)]
+    assert f"{recent * speed:.2f} x" in strip_view(model, 80).plain
+    model.take([{**clock, "ns": 2, "paused": True}])
+    assert clock_words(model) == "PAUSED"
 
 
 @pytest.mark.parametrize("until_s", [0.0, 0.05, 0.3, 4.5])
