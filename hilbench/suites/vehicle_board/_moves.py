@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from hilbench.check import Violation
 from hilbench.clock import NS_PER_S
 from hilbench.suites._vehicle import MISSES, MODE_WITHIN_S, STATUS, STATUS_HZ, Frame, Vehicle, shown
-from protocols.autoware import VelocityReport
-from protocols.carla import VECTORS, Mode, decode_command
+from protocols.autoware import AckermannControlCommand, VelocityReport
+from protocols.carla import VECTORS, CommandFrame, Mode, decode_command
 
 __all__ = [
     "AGENT_WAIT_S",
@@ -18,6 +18,8 @@ __all__ = [
     "IMPOSSIBLE_M_S",
     "MANUAL_MISS_S",
     "MANUAL_S",
+    "OTHER_WAY",
+    "OTHER_WAY_FRAME",
     "REPORT_WITHIN_S",
     "behind",
     "between_lines_s",
@@ -33,6 +35,15 @@ __all__ = [
 F1 = decode_command(VECTORS["F1"].data)
 
 F3 = decode_command(VECTORS["F3"].data)
+
+OTHER_WAY = AckermannControlCommand(
+    steering_tire_angle=-0.4, steering_tire_rotation_rate=0.25, speed=-2.0, acceleration=-3.0, jerk=-0.5
+)
+"""To the right, in reverse and braking: each sign that F1 does not have."""
+
+OTHER_WAY_FRAME = CommandFrame(
+    steering=-0.48, steering_rate=0.3, speed=-2.0, acceleration=-3.0, jerk=-0.5, mode=Mode.AUTOWARE
+)
 
 MANUAL_S, MANUAL_MISS_S = 0.060, 0.160
 

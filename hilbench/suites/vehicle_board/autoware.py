@@ -17,18 +17,23 @@ from hilbench.suites._vehicle import (
     Vehicle,
     on_board,
 )
-from hilbench.suites.vehicle_board._moves import EXACTLY, F1, IMPOSSIBLE_M_S, nine_misses, nine_misses_around_a_status
-from protocols.autoware import AckermannControlCommand
+from hilbench.suites.vehicle_board._moves import (
+    EXACTLY,
+    F1,
+    IMPOSSIBLE_M_S,
+    OTHER_WAY,
+    OTHER_WAY_FRAME,
+    nine_misses,
+    nine_misses_around_a_status,
+)
 from protocols.carla import CommandFrame, Mode
 
-OTHER_WAY = AckermannControlCommand(
-    steering_tire_angle=-0.4, steering_tire_rotation_rate=0.25, speed=-2.0, acceleration=-3.0, jerk=-0.5
-)
-"""To the right, in reverse and braking: each sign that F1 does not have."""
+_MOST = {"steering_tire_angle": 2.5 / 1.2, "steering_tire_rotation_rate": 50.0 / 1.2}
+_MOST |= {"speed": 150.0, "acceleration": 100.0, "jerk": 1000.0}
+"""What a command can be meant with, rad, rad/s, m/s, m/s^2 and m/s^3; the angle and its rate before the factor."""
 
-OTHER_WAY_FRAME = CommandFrame(
-    steering=-0.48, steering_rate=0.3, speed=-2.0, acceleration=-3.0, jerk=-0.5, mode=Mode.AUTOWARE
-)
+INSIDE, OUTSIDE = 0.99, 1.01
+"""Shares of a limit that are just within it and just beyond."""
 
 
 @on_board("VB01", lasts_s=1.0)
@@ -173,19 +178,49 @@ def test_a_command_without_meaning_is_none(vehicle: Vehicle) -> None:
         speeds = {frame.speed for _, frame in vehicle.simulator.since(mark, CommandFrame)}
         assert speeds <= {COMMAND.speed, 0.0}, f"speeds that were sent: {sorted(speeds)}"
     _require_no_bad_field(vehicle)
+    for sign in (1, -1):
+        _require_the_most(vehicle, sign)
 
 
 def _require_no_bad_field(vehicle: Vehicle) -> None:
     """Between sound commands, command what cannot be in each field; require that none of it is sent."""
     vehicle.stack.command = COMMAND
     vehicle.autoware(command_hz=10.0)
-    mark, commands = vehicle.mark(), vehicle.stack.commands
-    for name in ("steering_tire_angle", "steering_tire_rotation_rate", "speed", "acceleration", "jerk"):
-        for value in (math.nan, math.inf, IMPOSSIBLE_M_S, -IMPOSSIBLE_M_S):
-            said = commands.said
-            vehicle.bench.run_until(lambda said=said: commands.said > said, 0.2)  # type: ignore[misc]
-            vehicle.run(0.06)  # the status behind the command has come: the next one is waited for
+    mark = vehicle.mark()
+    for name, most in _MOST.items():
+        for value in (math.nan, math.inf, OUTSIDE * most, -OUTSIDE * most):
+            _between_commands(vehicle)
             vehicle.stack.send(replace(COMMAND, **{name: value}))  # type: ignore[arg-type]
     vehicle.run(0.1)
     for got in vehicle.frames(mark):
         vehicle.require_frame(got, F1 if _is(got, F1) else _stop(), "a frame between commands without meaning")
+
+
+def _between_commands(vehicle: Vehicle) -> None:
+    """Go on to where the status behind the next command has come, and another command is waited for."""
+    commands = vehicle.stack.commands
+    said = commands.said
+    vehicle.bench.run_until(lambda: commands.said > said, 0.2)
+    vehicle.run(0.06)
+
+
+def _require_the_most(vehicle: Vehicle, sign: int) -> None:
+    """Between sound commands, command just what can be meant; require that it is sent."""
+    figures = {name: sign * INSIDE * most for name, most in _MOST.items()}
+    angle, rate, *others = figures.values()
+    _between_commands(vehicle)
+    mark = vehicle.mark()
+    vehicle.stack.send(replace(COMMAND, **figures))  # type: ignore[arg-type]
+    vehicle.run(0.02)
+    frames = vehicle.frames(mark)
+    assert frames, f"a command of {sign * INSIDE:g} of each limit is not sent"
+    speed, acceleration, jerk = others
+    wanted = CommandFrame(
+        steering=1.2 * angle,
+        steering_rate=1.2 * rate,
+        speed=speed,
+        acceleration=acceleration,
+        jerk=jerk,
+        mode=Mode.AUTOWARE,
+    )
+    vehicle.require_frame(frames[0], wanted, "the frame of a command just within the limits")

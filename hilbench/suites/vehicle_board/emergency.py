@@ -19,7 +19,7 @@ from hilbench.suites._vehicle import (
 )
 from hilbench.suites.vehicle_board._moves import EXACTLY, behind, require_emergency, status_returns
 from protocols.autoware import ControlMode
-from protocols.carla import Mode
+from protocols.carla import X_AXIS, Y_AXIS, CommandFrame, Mode
 
 
 @on_board("VB07", lasts_s=3.5)
@@ -45,8 +45,13 @@ def test_ten_statuses_missed_are_an_emergency(vehicle: Vehicle) -> None:
     vehicle.require_steps(after, STATUS_MISS_S, "between frames of the emergency")
 
 
+BRAKE = CommandFrame(acceleration=1.0, mode=Mode.MANUAL)
+"""The joystick pulled back as far as it goes."""
+
+
 @on_board("VB08", lasts_s=3.0)
 def test_a_status_ends_the_emergency_in_manual(vehicle: Vehicle) -> None:
+    vehicle.hands.set_joystick(X_AXIS.zero, Y_AXIS.least)
     vehicle.emergency()
     vehicle.run(0.15)
     mark, told = vehicle.mark(), vehicle.stack.mark()
@@ -55,6 +60,7 @@ def test_a_status_ends_the_emergency_in_manual(vehicle: Vehicle) -> None:
     modes = [got.packet.mode for got in frames if got.packet is not None]
     if modes[:1] != [Mode.MANUAL] or Mode.AUTOWARE in modes:
         raise Violation(f"the modes behind the status are {modes}, required MANUAL next", shown(frames))
+    vehicle.require_frame(frames[0], BRAKE, "the first frame of MANUAL")
     vehicle.simulator.statuses.start(STATUS_HZ)
     vehicle.run(0.2)
     assert vehicle.modes_told(told)[-1:] == [Mode.MANUAL], "the control-mode report does not say 4"

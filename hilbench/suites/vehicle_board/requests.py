@@ -7,7 +7,14 @@ from itertools import pairwise
 from hilbench.check import Violation, at_least, near
 from hilbench.clock import NS_PER_S
 from hilbench.suites._vehicle import COMMAND_MISS_S, MISSES, MODE_WITHIN_S, TICK_S, Frame, Vehicle, on_board, shown
-from hilbench.suites.vehicle_board._moves import AGENT_WAIT_S, F1, MANUAL_S, behind, status_returns
+from hilbench.suites.vehicle_board._moves import (
+    AGENT_WAIT_S,
+    MANUAL_S,
+    OTHER_WAY,
+    OTHER_WAY_FRAME,
+    behind,
+    status_returns,
+)
 from protocols.autoware import ControlMode, ControlModeRequest, ControlModeResponse
 from protocols.carla import CommandFrame, Mode
 
@@ -60,12 +67,12 @@ def test_two_presses_within_a_second_are_one(vehicle: Vehicle) -> None:
             raise Violation(f"{pause_s:g} s behind a press the mode is {found}, required {mode.value}")
 
 
-@on_board("VB51", lasts_s=4.0)
+@on_board("VB51", lasts_s=5.0)
 def test_the_switch_acts_when_it_is_let_go_of(vehicle: Vehicle) -> None:
     mark = vehicle.autoware()
     vehicle.run(1.2)
     vehicle.hands.hold()
-    vehicle.run(0.4)
+    vehicle.run(1.5)
     vehicle.require_modes(vehicle.frames(mark), Mode.AUTOWARE)
     mark = vehicle.mark()
     vehicle.hands.let_go()
@@ -136,9 +143,13 @@ def _pressed_without_agent(vehicle: Vehicle) -> int:
 
 
 def _first_behind_amber(vehicle: Vehicle) -> Frame:
-    """From EMERGENCY by a status and a press to AUTOWARE; return the first frame behind the amber light."""
+    """From EMERGENCY by a status and a press to AUTOWARE; return the first frame behind the amber light.
+
+    What is commanded changes in MANUAL.
+    """
     vehicle.hands.set_joystick(65_535, 65_535)
     status_returns(vehicle)
+    vehicle.stack.command = OTHER_WAY
     vehicle.run(0.3)
     vehicle.hands.press()
     amber = vehicle.bench.run_until(lambda: vehicle.light == "amber", MODE_WITHIN_S)
@@ -157,7 +168,7 @@ def test_the_joystick_s_values_as_a_command(vehicle: Vehicle) -> None:
 
 @on_board("VB38H", lasts_s=4.0)
 def test_autoware_begins_with_a_command(vehicle: Vehicle) -> None:
-    vehicle.require_frame(_first_behind_amber(vehicle), F1, "the first in AUTOWARE")
+    vehicle.require_frame(_first_behind_amber(vehicle), OTHER_WAY_FRAME, "the first in AUTOWARE")
 
 
 def _asked_in_manual(vehicle: Vehicle) -> int:

@@ -16,6 +16,12 @@ BACK_S = 1.0
 
 LATE_S = 25.0
 
+STILL_WAITS_S = 15.0
+"""Well within the 20 s, so that a board's own count of them may be off."""
+
+PING_S = 1.0
+"""How often a board asks whether somebody is there."""
+
 
 @on_board("VB03", lasts_s=21.0)
 def test_without_an_agent_manual(vehicle: Vehicle) -> None:
@@ -56,6 +62,19 @@ def test_nothing_before_there_is_something_to_say(vehicle: Vehicle) -> None:
     first = vehicle.simulator.bursts[0]
     if first.start_ns < manual.start_ns:
         raise Violation(f"{len(first.data)} bytes came {first.start_ns / NS_PER_S:.3f} s after power-on")
+
+
+@on_board("VB58", lasts_s=16.5)
+def test_an_agent_is_waited_for(vehicle: Vehicle) -> None:
+    vehicle.stack.online = False
+    vehicle.feed(command_hz=None)
+    vehicle.run(STILL_WAITS_S)
+    assert not vehicle.simulator.bursts, "something is sent before the driving stack is there"
+    vehicle.stack.go_online()
+    vehicle.feed()
+    first = vehicle.wait_for(Mode.AUTOWARE, PING_S + MODE_WITHIN_S, 0)
+    vehicle.require_frame(first, F1, "the frame of the command")
+    assert vehicle.reports(0, ControlModeReport), "the mode is not reported"
 
 
 @on_board("VB42", lasts_s=28.0)

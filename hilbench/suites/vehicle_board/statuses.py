@@ -6,8 +6,20 @@ import math
 from dataclasses import replace
 
 from hilbench.check import Violation
-from hilbench.suites._vehicle import MISSES, STATUS, STATUS_HZ, STATUS_MISS_S, Vehicle, on_board
-from hilbench.suites.vehicle_board._moves import IMPOSSIBLE_M_S, quiet
+from hilbench.suites._vehicle import (
+    COMMAND,
+    COMMAND_MISS_S,
+    MISSES,
+    MODE_WITHIN_S,
+    STATUS,
+    STATUS_HZ,
+    STATUS_MISS_S,
+    Frame,
+    Vehicle,
+    on_board,
+    shown,
+)
+from hilbench.suites.vehicle_board._moves import F1, IMPOSSIBLE_M_S, quiet
 from protocols.autoware import SteeringReport, VelocityReport
 from protocols.carla import STATUS_BYTES, VECTORS, Mode, StatusFrame, decode_status, encode_status
 
@@ -16,10 +28,11 @@ F6 = decode_status(VECTORS["F6"].data)
 BESIDE = StatusFrame(lon_speed_m_s=6.0, lat_speed_m_s=0.3, heading_rate_rad_s=-0.15, steering_rad=0.25)
 """What a damaged status says where it is sound: nothing that another one says."""
 
-FASTEST = StatusFrame(lon_speed_m_s=149.0, lat_speed_m_s=-149.0, heading_rate_rad_s=19.0, steering_rad=1.9)
-"""Just within what a status can be true with."""
+MOST = {"lon_speed_m_s": 150.0, "lat_speed_m_s": 150.0, "heading_rate_rad_s": 20.0, "steering_rad": 2.0}
+"""What a status can be true with."""
 
-STATUS_FIELDS = ("lon_speed_m_s", "lat_speed_m_s", "heading_rate_rad_s", "steering_rad")
+INSIDE, OUTSIDE = 0.99, 1.01
+"""Shares of a limit that are just within it and just beyond."""
 
 
 @on_board("VB24", lasts_s=1.5)
@@ -156,7 +169,7 @@ def test_a_nan_is_handed_on(vehicle: Vehicle) -> None:
 
 @on_board("VB29H", lasts_s=10.0)
 def test_a_nan_is_no_figure(vehicle: Vehicle) -> None:
-    for name in STATUS_FIELDS:
+    for name in MOST:
         for value in (math.nan, math.inf):
             _require_dropped(vehicle, replace(BESIDE, **{name: value}))
 
@@ -180,21 +193,27 @@ def test_damaged_figures_are_believed(vehicle: Vehicle) -> None:
 
 @on_board("VB35H", lasts_s=12.0)
 def test_what_cannot_be_is_dropped(vehicle: Vehicle) -> None:
-    for name in STATUS_FIELDS:
-        for value in (IMPOSSIBLE_M_S, -IMPOSSIBLE_M_S):
+    for name, most in MOST.items():
+        for value in (OUTSIDE * most, -OUTSIDE * most):
             _require_dropped(vehicle, replace(BESIDE, **{name: value}))
-    _require_dropped(vehicle, replace(BESIDE, lon_speed_m_s=151.0))
-    mark = quiet(vehicle)
-    vehicle.say(FASTEST)
-    vehicle.require_reported(FASTEST, mark, 1 / STATUS_HZ + 0.03)
+    for sign in (1, -1):
+        fastest = StatusFrame(**{name: sign * INSIDE * most for name, most in MOST.items()})
+        mark = quiet(vehicle)
+        vehicle.say(fastest)
+        vehicle.require_reported(fastest, mark, 1 / STATUS_HZ + 0.03)
 
 
 def _after_line_error(vehicle: Vehicle) -> int:
     """Make a framing error between two statuses; return a mark in the reports of what follows."""
     quiet(vehicle)
+    return _line_error(vehicle, 3.0)
+
+
+def _line_error(vehicle: Vehicle, speed_m_s: float) -> int:
+    """Make a framing error, and let statuses come with another speed; return a mark in the reports from then on."""
     vehicle.simulator.port.send_break(200_000)
     vehicle.run(0.01)
-    return _go_on(vehicle, 3.0)
+    return _go_on(vehicle, speed_m_s)
 
 
 @on_board("VB39", lasts_s=5.0)
@@ -206,7 +225,66 @@ def test_a_line_error_ends_reception(vehicle: Vehicle) -> None:
     vehicle.require_modes(vehicle.frames()[-10:], Mode.EMERGENCY)
 
 
-@on_board("VB39H", lasts_s=2.0)
+@on_board("VB39H", lasts_s=3.5)
 def test_a_line_error_costs_a_status(vehicle: Vehicle) -> None:
     told = _after_line_error(vehicle)
     vehicle.require_reported(vehicle.simulator.status, told, 1 / STATUS_HZ + 0.03)
+    vehicle.manual()
+    vehicle.simulator.statuses.stop()
+    vehicle.run(0.02)
+    told = _line_error(vehicle, 5.0)
+    vehicle.require_reported(vehicle.simulator.status, told)
+    vehicle.emergency()
+    mark = vehicle.mark()
+    _line_error(vehicle, 6.0)
+    vehicle.wait_for(Mode.MANUAL, MODE_WITHIN_S, mark)
+
+
+OLD_M_S = 7.0
+
+OLD_S = 0.105
+"""Between the 100 ms for which a status is waited for, and the next missed command."""
+
+
+def _command_behind_a_status(vehicle: Vehicle, after_s: float) -> tuple[Frame, Frame, int]:
+    """Just behind a missed command, say a status, and some time later command.
+
+    Returns:
+        The frames of the missed command and of the other, and a mark in the reports since the latter.
+
+    Raises:
+        Violation: no frame comes of one of them.
+    """
+    vehicle.autoware()
+    vehicle.feed(status_hz=None, command_hz=None)
+    vehicle.run(3 * COMMAND_MISS_S)
+    mark = vehicle.mark()
+    vehicle.bench.run_until(lambda: vehicle.mark() > mark, 2 * COMMAND_MISS_S)
+    vehicle.say(vehicle.other_status(OLD_M_S))
+    vehicle.run(after_s)
+    behind, told = vehicle.mark(), vehicle.stack.mark()
+    vehicle.stack.send(COMMAND)
+    vehicle.run(0.02)
+    frames = [*vehicle.frames(mark)[:1], *vehicle.frames(behind)[:1]]
+    if len(frames) < 2:
+        raise Violation("no frame of a missed command and of a command came", shown(vehicle.frames()[-6:]))
+    missed, command = frames
+    vehicle.require_frame(command, F1, "the frame of the command")
+    return missed, command, told
+
+
+@on_board("VB57", lasts_s=2.0, noisy=True)
+def test_an_old_status_is_an_answer(vehicle: Vehicle) -> None:
+    _, _, told = _command_behind_a_status(vehicle, 0.5)
+    vehicle.run(0.03)
+    assert OLD_M_S in vehicle.speeds(told), "the status is not reported within 50 ms"
+
+
+@on_board("VB57H", lasts_s=1.5)
+def test_an_old_status_is_no_answer(vehicle: Vehicle) -> None:
+    missed, command, told = _command_behind_a_status(vehicle, OLD_S)
+    vehicle.require_gap(missed, command, STATUS_MISS_S, COMMAND_MISS_S, "the frame of the command came after")
+    vehicle.run(0.03)
+    assert OLD_M_S not in vehicle.speeds(told), f"a status that waited for {OLD_S:g} s is reported"
+    vehicle.say(vehicle.other_status(4.0))
+    vehicle.require_reported(vehicle.simulator.status, told, 0.03)

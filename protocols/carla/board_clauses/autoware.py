@@ -108,10 +108,10 @@ CLAUSES: tuple[Clause, ...] = (
         title="A command without meaning is none",
         text=(
             "Commands with a NaN as their speed, or with 1e30 m/s, at 30 Hz: none of them is sent, and MANUAL follows "
-            "as without commands. Nor is one of them between sound commands that has a NaN, an infinity, 1e30 or "
-            "-1e30 in any field."
+            "as without commands. Nor is one of them between sound commands that has a NaN, an infinity, or 101 % of "
+            "the limit, + or -, in any field; one that has 99 % of it in each is sent."
         ),
-        sources=(CHOICE,),
+        sources=(CHOICE + ": the limits are 150 m/s, 100 m/s^2, 1000 m/s^3, and times 1.2, 2.5 rad and 50 rad/s",),
         profiles=HARDENED,
         needs=STACK,
     ),

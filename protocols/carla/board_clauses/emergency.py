@@ -25,12 +25,12 @@ CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="A status ends the emergency in MANUAL",
         text=(
-            "In EMERGENCY one status comes: the next frame has mode 4, the control-mode report says 4, the green lamp "
-            "is lit; never AUTOWARE at once."
+            "In EMERGENCY, with the joystick at 33970 and 1062, one status comes: the next frame has mode 4, V 0 and "
+            "A 1, the control-mode report says 4, the green lamp is lit; never AUTOWARE at once."
         ),
         sources=(TASK,),
         profiles=ALL,
-        needs=("board", "stack", "lamps"),
+        needs=(*STICK, "lamps"),
     ),
     Clause(
         id="VB09",

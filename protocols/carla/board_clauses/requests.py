@@ -103,8 +103,9 @@ CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="AUTOWARE begins with a command",
         text=(
-            "AUTOWARE, statuses stop until EMERGENCY and come back, a press in MANUAL: the first frame behind "
-            "the amber lamp has mode 1 and the values of a command that came after the press."
+            "AUTOWARE, statuses stop until EMERGENCY and come back, in MANUAL the driving stack commands something "
+            "else, a press: the first frame behind the amber lamp has mode 1 and the values of a command that came "
+            "after the press."
         ),
         sources=(CHOICE,),
         profiles=HARDENED,
@@ -137,7 +138,7 @@ CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="The switch acts when it is let go of",
         text=(
-            "In AUTOWARE the switch is closed by a wire, which does not bounce: nothing changes for 0.4 s; as it "
+            "In AUTOWARE the switch is closed by a wire, which does not bounce: nothing changes for 1.5 s; as it "
             "opens, MANUAL."
         ),
         sources=(f"{EXTI}: the rising edge, with a pull-up",),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from protocols.carla.board_clauses._common import ALL, HARDENED, SHIPPED, STACK, SUITE
-from protocols.carla.clause import CHOICE, HAL, ISR, LINE, MICRO_ROS, Clause
+from protocols.carla.clause import CHOICE, HAL, ISR, LINE, MICRO_ROS, TASK, Clause
 
 CLAUSES: tuple[Clause, ...] = (
     Clause(
@@ -122,8 +122,8 @@ CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="What cannot be is dropped",
         text=(
-            "A status with 1e30 or -1e30 in any field, or 151 m/s, is dropped: nothing of it is reported. One of 149 "
-            "m/s, -149 m/s, 19 rad/s and 1.9 rad is reported."
+            "A status with 101 % of the limit, + or -, in any field is dropped: nothing of it is reported. One that "
+            "has 99 % of it in each is reported."
         ),
         sources=(CHOICE + ": the limits are 150 m/s, 20 rad/s, 2 rad",),
         profiles=HARDENED,
@@ -145,10 +145,40 @@ CLAUSES: tuple[Clause, ...] = (
         suite=SUITE,
         level="must",
         title="A line error costs a status",
-        text="One framing error, then sound statuses: the second of them is accepted at the latest.",
+        text=(
+            "One framing error, then sound statuses: the second of them is accepted at the latest, in AUTOWARE and in "
+            "MANUAL; in EMERGENCY they lead to MANUAL within 0.5 s."
+        ),
         sources=(CHOICE,),
         profiles=HARDENED,
         needs=("board", "stack", "line errors"),
+    ),
+    Clause(
+        id="VB57",
+        suite=SUITE,
+        level="must",
+        title="An old status is an answer",
+        text=(
+            "In AUTOWARE statuses and commands stop; behind a missed command comes one status, and 0.5 s later one "
+            "command: the status is taken for the answer to it, and reported within 50 ms."
+        ),
+        sources=(f"{TASK}: a flag has no age",),
+        profiles=SHIPPED,
+        twin="VB57H",
+        needs=STACK,
+    ),
+    Clause(
+        id="VB57H",
+        suite=SUITE,
+        level="must",
+        title="An old status is no answer",
+        text=(
+            "The same with the command 105 ms behind the status: the command is sent, the status is not reported, as "
+            "it waited for longer than the 100 ms for which one is waited for; one that comes 50 ms later is."
+        ),
+        sources=(CHOICE,),
+        profiles=HARDENED,
+        needs=STACK,
     ),
     Clause(
         id="VB47",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -18,6 +19,7 @@ from protocols.carla import (
     Trigger,
 )
 from targets.robots.vehicle_interface import BEHAVIOURS, SIMULATOR_LINE, VehicleInterface
+from tests.mutants.vehicle.mutant import VehicleMutant
 
 
 class Tells(VehicleInterface):
@@ -43,6 +45,27 @@ class Sends(VehicleInterface):
 
 def limited(**limits: float) -> dict[str, Any]:
     return {"status_limits": replace(BEHAVIOURS["hardened"].board.status_limits, **limits)}  # type: ignore[type-var]
+
+
+def a_little_off(of: str, limits: Mapping[str, str], clause: str) -> Iterator[VehicleMutant]:
+    """Boards with one limit that is a twentieth too wide or too narrow.
+
+    Args:
+        of: what is limited, ``"status"`` or ``"command"``.
+        limits: the names of its limits, by what they are of.
+        clause: what has to find them.
+    """
+    option = f"{of}_limits"
+    right = getattr(BEHAVIOURS["hardened"].board, option)
+    for name, limit in limits.items():
+        for word, factor in (("wide", 1.05), ("narrow", 0.95)):
+            figure = getattr(right, limit) * factor
+            yield VehicleMutant(
+                id=f"{word}-{of}-{name.replace(' ', '-')}",
+                what=f"the {name} of a {of} is too large from {figure:g} on",
+                about=(clause,),
+                board={option: replace(right, **{limit: figure})},
+            )
 
 
 def without(step: Step, trigger: Trigger, action: Action) -> dict[tuple[Step, Trigger], Transition]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from protocols.autoware import AckermannControlCommand
 from protocols.carla import Action, CommandFrame, Mode, Step, Transition, Trigger, decode_command, encode_command
 from targets.robots.vehicle_interface import VehicleInterface
-from tests.mutants.vehicle.changes import Sends, without
+from tests.mutants.vehicle.changes import Sends, a_little_off, without
 from tests.mutants.vehicle.mutant import VehicleMutant
 
 
@@ -52,6 +52,30 @@ class _ReversesOn(Sends):
         self._last = frame
         return data
 
+
+class _KeepsCommand(VehicleInterface):
+    """A command that waits outlives the mode: it is sent as soon as AUTOWARE is back, however old it is."""
+
+    def _begin(self, now_ns):
+        super()._begin(now_ns)
+        machine = self.simulator._machine
+        change = machine._change_mode
+
+        def keeping(trigger):
+            waits = machine._command_waits
+            change(trigger)
+            machine._command_waits = waits
+
+        machine._change_mode = keeping
+
+
+_LIMITS = {
+    "tyre angle": "steering_rad",
+    "tyre rate": "steering_rate_rad_s",
+    "speed": "speed_m_s",
+    "acceleration": "acceleration_m_s2",
+    "jerk": "jerk_m_s3",
+}
 
 FAULTS = (
     VehicleMutant(
@@ -118,4 +142,11 @@ FAULTS = (
         about=("VB05H",),
         kind=_ReversesOn,
     ),
+    VehicleMutant(
+        id="old-command",
+        what="a command that waited before an emergency is sent behind it",
+        about=("VB38H",),
+        kind=_KeepsCommand,
+    ),
+    *a_little_off("command", _LIMITS, "VB41H"),
 )

@@ -56,6 +56,17 @@ class _ImpatientBehindEmergency(VehicleInterface):
         return super()._from_simulator(events, now_ns)
 
 
+class _StartsOff(Sends):
+    """The first frame of MANUAL behind an emergency has full throttle."""
+
+    _before = Mode.AUTOWARE
+
+    def changed(self, data):
+        before, self._before = self._before, decode_command(data).mode
+        begins = before == Mode.EMERGENCY and self._before == Mode.MANUAL
+        return encode_command(replace(decode_command(data), speed=1.0)) if begins else data
+
+
 FAULTS = (
     VehicleMutant(
         id="long-pause",
@@ -87,6 +98,12 @@ FAULTS = (
         what="EMERGENCY has the values of the joystick",
         about=("VB21",),
         kind=_KeepsThrottle,
+    ),
+    VehicleMutant(
+        id="starts-off",
+        what="the first frame of MANUAL behind an emergency has full throttle",
+        about=("VB08",),
+        kind=_StartsOff,
     ),
     VehicleMutant(
         id="one-more-stop",

@@ -64,6 +64,22 @@ class _RemembersRefused(VehicleInterface):
         return super()._from_simulator(events, now_ns)
 
 
+class _WantsShortPresses(VehicleInterface):
+    """A switch that was closed for more than half a second does nothing."""
+
+    _closed_ns = 0
+
+    def hold(self, now_ns):
+        self._closed_ns = now_ns
+        return super().hold(now_ns)
+
+    def press(self, now_ns):
+        closed_ns, self._closed_ns = self._closed_ns, 0
+        if closed_ns and now_ns - closed_ns > 500_000_000:
+            return self.advance(now_ns)
+        return super().press(now_ns)
+
+
 FAULTS = (
     VehicleMutant(
         id="no-debounce",
@@ -76,6 +92,12 @@ FAULTS = (
     ),
     VehicleMutant(id="grants-more", what="all modes but 2 are taken for MANUAL", about=("VB12",), kind=_GrantsMore),
     VehicleMutant(id="answers-twice", what="each request is answered twice", about=("VB12",), kind=_AnswersTwice),
+    VehicleMutant(
+        id="wants-short-presses",
+        what="a press of more than 0.5 s does nothing",
+        about=("VB51",),
+        kind=_WantsShortPresses,
+    ),
     VehicleMutant(id="acts-on-press", what="the switch acts as it closes", about=("VB51",), kind=_ActsOnPress),
     VehicleMutant(
         id="late-debounce", what="presses 1.01 s apart are one", about=("VB13", "VB14"), board={"debounce_s": 1.02}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from protocols.carla import Mode
-from targets.robots.vehicle_interface import VehicleInterface
+from targets.robots.vehicle_interface import STACK_LINE, VehicleInterface
 from tests.mutants.vehicle.mutant import VehicleMutant
 
 
@@ -18,7 +18,26 @@ class _WatchedInAutoware(VehicleInterface):
         return super().hang(now_ns)
 
 
+class _HearsNobodyAfterTwoSeconds(VehicleInterface):
+    """Takes a driving stack that is there within 2 s of the start, or after 20 s, and none between."""
+
+    _heard = False
+
+    def receive(self, line, data, now_ns):
+        since_s = (now_ns - self._epoch_ns) / 1e9
+        if line == STACK_LINE and not self._heard and 2.0 < since_s < 20.0:
+            return self.advance(now_ns)
+        self._heard = self._heard or line == STACK_LINE
+        return super().receive(line, data, now_ns)
+
+
 FAULTS = (
+    VehicleMutant(
+        id="agent-2s",
+        what="an agent that comes from 2 to 20 s after the first ping is not heard",
+        about=("VB58",),
+        kind=_HearsNobodyAfterTwoSeconds,
+    ),
     VehicleMutant(
         id="agent-10s", what="an agent is waited for for 10 s", about=("VB03",), board={"agent_wait_s": 10.0}
     ),

@@ -11,12 +11,13 @@ from protocols.carla import (
     Dropped,
     DropReason,
     FrameDropped,
+    Mode,
     StatusReported,
     StreamReader,
     decode_status,
 )
 from targets.robots.vehicle_interface import BEHAVIOURS, SIMULATOR_LINE, VehicleInterface
-from tests.mutants.vehicle.changes import limited
+from tests.mutants.vehicle.changes import a_little_off, limited
 from tests.mutants.vehicle.mutant import VehicleMutant
 
 
@@ -74,6 +75,27 @@ class _Mends(VehicleInterface):
         return super()._told(event)
 
 
+class _DiesIn(VehicleInterface):
+    """A line error in one mode ends reception."""
+
+    fatal: Mode
+
+    def line_error(self, now_ns):
+        if self.simulator.mode is self.fatal:
+            self.simulator._machine._dead = True
+        return super().line_error(now_ns)
+
+
+class _DiesInManual(_DiesIn):
+    fatal = Mode.MANUAL
+
+
+class _DiesInEmergency(_DiesIn):
+    fatal = Mode.EMERGENCY
+
+
+_LIMITS = {"speed": "speed_m_s", "heading rate": "heading_rate_rad_s", "tyre angle": "steering_rad"}
+
 FAULTS = (
     VehicleMutant(
         id="hasty-reader",
@@ -119,4 +141,23 @@ FAULTS = (
         about=("VB35H",),
         board=limited(speed_m_s=100.0),
     ),
+    VehicleMutant(
+        id="any-age",
+        what="a status that waited for longer than a status is waited for is an answer",
+        about=("VB57H",),
+        board={"fresh_only": False},
+    ),
+    VehicleMutant(
+        id="dies-in-manual",
+        what="a framing error in MANUAL ends reception",
+        about=("VB39H",),
+        kind=_DiesInManual,
+    ),
+    VehicleMutant(
+        id="dies-in-emergency",
+        what="a framing error in EMERGENCY ends reception",
+        about=("VB39H",),
+        kind=_DiesInEmergency,
+    ),
+    *a_little_off("status", _LIMITS, "VB35H"),
 )
