@@ -17,6 +17,10 @@ from typing import TextIO
 from hilbench.errors import UnavailableError
 
 _DEFAULT_WIDTH = 100
+_LOOK_S = 0.05
+"""How long room for more is waited for at a time (choice)."""
+_PIECE = select.PIPE_BUF // 4
+"""Characters, of four bytes at most, that a pipe takes at once where it says that it has room."""
 
 
 class Console:
@@ -41,8 +45,35 @@ class Console:
         Raises:
             UnavailableError: they cannot be written. What follows is dropped.
         """
+        self._put_data(f"{text}\n")
+
+    def data_as_read(self, text: str, give_up: Callable[[float], bool]) -> bool:
+        """Print lines of data as fast as their reader takes them.
+
+        Args:
+            text: the lines.
+            give_up: asked with the seconds that the reader has taken nothing whether to print no more.
+
+        Returns:
+            Whether they were printed, as `data` prints them; otherwise the reader may have a part of them.
+
+        Raises:
+            UnavailableError: they cannot be written. What follows is dropped.
+        """
+        rest = f"{text}\n"
+        while rest and not self.reader_gone:
+            waited_s = 0.0
+            while not _has_room(self._out):
+                waited_s += _LOOK_S
+                if give_up(waited_s):
+                    return False
+            self._put_data(rest[:_PIECE])
+            rest = rest[_PIECE:]
+        return True
+
+    def _put_data(self, text: str) -> None:
         try:
-            self.reader_gone = not _put(self._out, f"{text}\n") or self.reader_gone
+            self.reader_gone = not _put(self._out, text) or self.reader_gone
         except (OSError, ValueError) as error:
             raise _lost(error) from error
 
@@ -134,6 +165,16 @@ def _put(stream: TextIO | None, text: str) -> bool:
         _point_nowhere(stream)
         raise
     return True
+
+
+def _has_room(stream: TextIO) -> bool:
+    """Say whether a stream takes something now, or soon; one without a descriptor always does."""
+    poll = select.poll()
+    try:
+        poll.register(stream.fileno(), select.POLLOUT)
+    except (OSError, ValueError):
+        return True
+    return bool(poll.poll(_LOOK_S * 1000))
 
 
 def _nowhere() -> TextIO:

@@ -73,5 +73,7 @@ def run(parsed: argparse.Namespace) -> ExitCode:
         code = proxy(options, console.mention, decoder.take)
     finally:
         decoder.close()
-    console.mention(str(decoder.totals) + (f"; {decoder.skipped} bytes not shown" if decoder.skipped else ""))
+    skipped = f"; {decoder.skipped} bytes not shown" if decoder.skipped else ""
+    unread = "; the last lines found no reader" if decoder.unread else ""
+    console.mention(f"{decoder.totals}{skipped}{unread}")
     return code

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from queue import Empty, Full, Queue
 
@@ -15,6 +16,8 @@ __all__ = ["LiveDecoder"]
 
 _CHUNKS = 10_000
 """What may wait to be printed (choice); what is more is not shown, and counted."""
+_PATIENCE_S = 1.0
+"""How long a reader who takes nothing is waited for at the end (choice)."""
 _SPEAKERS = {"client": "host", "server": "target"}
 
 
@@ -26,16 +29,29 @@ class LiveDecoder:
         options: how bytes are read.
         console: where lines go.
         as_json: as JSON instead of for people.
+        patience_s: how long a reader who takes nothing is waited for at the end, in seconds of the host.
 
     Attributes:
         totals: what the bytes came to.
         skipped: bytes that were not shown because nobody read fast enough.
+        unread: whether the last lines were not printed because their reader took nothing.
     """
 
-    def __init__(self, protocol: str, options: DecodeOptions, console: Console, *, as_json: bool) -> None:
+    def __init__(
+        self,
+        protocol: str,
+        options: DecodeOptions,
+        console: Console,
+        *,
+        as_json: bool,
+        patience_s: float = _PATIENCE_S,
+    ) -> None:
         self.totals = Totals()
         self.skipped = 0
+        self.unread = False
         self._console = console
+        self._patience_s = patience_s
+        self._ending = False
         self._queue: Queue[Chunk | None] = Queue(_CHUNKS)
         self._failure: HilbenchError | None = None
         self._lines = decode(
@@ -58,20 +74,25 @@ class LiveDecoder:
             self.skipped += len(data)
 
     def close(self) -> None:
-        """Print what is left.
+        """Print what is left, as long as somebody reads it.
 
         Raises:
             UnavailableError: the lines could not be written.
         """
-        while self._thread.is_alive():
-            try:
-                self._queue.put(None, timeout=0.1)
-                break
-            except Full:
-                self._make_room()
+        self._ending = True
+        self._end_queue()
         self._thread.join()
+        while not self._queue.empty():
+            self._make_room()
         if self._failure is not None:
             raise self._failure
+
+    def _end_queue(self) -> None:
+        while self._thread.is_alive():
+            with contextlib.suppress(Full):
+                self._queue.put(None, timeout=0.1)
+                return
+            self._make_room()
 
     def _make_room(self) -> None:
         try:
@@ -83,8 +104,11 @@ class LiveDecoder:
     def _print(self) -> None:
         try:
             for lines in self._lines:
-                self._console.data(lines)
-                if self._console.reader_gone:
+                self.unread = not self._console.data_as_read(lines, self._tired)
+                if self.unread or self._console.reader_gone:
                     return
         except HilbenchError as error:
             self._failure = error
+
+    def _tired(self, waited_s: float) -> bool:
+        return self._ending and waited_s >= self._patience_s
