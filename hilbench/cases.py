@@ -15,9 +15,10 @@ from types import MappingProxyType
 from typing import Any
 
 from hilbench.bench import Bench
+from hilbench.check.doubt import Doubt
 from hilbench.check.provider import CaseInfo, CaseView
 from hilbench.client_under_test import ClientUnderTest, OwnClient
-from hilbench.clock import Scheduler
+from hilbench.clock import NS_PER_S, Scheduler
 from hilbench.errors import InternalError
 from hilbench.fault_entries import FaultEntry
 from hilbench.journal import Journal
@@ -87,10 +88,23 @@ class CaseBase(ABC):
     def finish(self, verdict: str, cause: str) -> None:
         """Take the verdict into the journal and close the case's part of it."""
         if self.bench.scheduler.locked:
-            doubt_s = self.bench.uncertainty_s(self._began_ns)
-            self.bench.record("host-lateness", "checker", uncertainty_s=doubt_s)
+            self.bench.record("host-lateness", "checker", uncertainty_s=self.uncertainty_s())
         self.bench.record("verdict", "checker", verdict=verdict, cause=cause)
         self._hash = self.bench.journal.end_case(self.bench.now_ns)
+
+    def uncertainty_s(self) -> float:
+        """Return how far off any time of the case may be, until now, in seconds."""
+        return self.bench.uncertainty_s(self._began_ns)
+
+    def doubt(self) -> Doubt:
+        """Return how late this bench and a served one were in the case, until now."""
+        since_ns = self._began_ns
+        late = {"this bench": self.bench.own_lateness(since_ns), "the served bench": self.bench.far_lateness(since_ns)}
+        most_ns = max(one.whole_ns for one in late.values())
+        # What is small beside the other is no cause.
+        cause = " and ".join(f"{name} {one}" for name, one in late.items() if 4 * one.whole_ns >= most_ns)
+        whole_ns = sum(one.whole_ns for one in late.values())
+        return Doubt(lateness_s=whole_ns / NS_PER_S, cause=cause, lived=self.bench.far_lived(since_ns))
 
     def case_hash(self) -> str:
         """Return the hash over the canonical events of this case; empty in real time, where it would mean nothing."""

@@ -2,15 +2,18 @@
 
 A figure is an interval: value minus to value plus uncertainty. Wholly inside the limits it passes, wholly outside it is
 a violation, across a limit it is inconclusive. So a bench that is late or coarse never accuses a good target and never
-acquits a bad one. Every figure is recorded with its margin, also when it passes.
+acquits a bad one. Every figure is recorded with its margin, also when it passes. A time for which no uncertainty is
+given has that of any time of the running case.
 """
 
 from __future__ import annotations
 
 import math
 
-from hilbench.check.recorder import record_measure
+from hilbench.check.recorder import record_measure, uncertainty_of_times_s
 from hilbench.check.verdicts import Inconclusive, Measure, Violation
+
+_PER_S = {"s": 1, "ms": 1000}
 
 
 def at_most(value: float, limit: float, *, unit: str, what: str, uncertainty: float = 0.0, clause: str = "") -> Measure:
@@ -21,7 +24,8 @@ def at_most(value: float, limit: float, *, unit: str, what: str, uncertainty: fl
         limit: the highest value allowed.
         unit: the unit of all three figures.
         what: what was measured, to begin a sentence with.
-        uncertainty: half the width of the interval in which the true value lies; not negative.
+        uncertainty: half the width of the interval in which the true value lies; not negative. 0 for what is certain,
+            or a time (in ``s`` or ``ms``) that is as uncertain as any of the case.
         clause: the clause this is about, where a case cites several.
 
     Raises:
@@ -75,12 +79,13 @@ def _judge(
 ) -> Measure:
     if math.isnan(value) or math.isnan(uncertainty) or uncertainty < 0:
         raise ValueError(f"{what}: {value} ± {uncertainty} {unit} is not a measurement")
+    uncertainty = uncertainty or _PER_S.get(unit, 0) * uncertainty_of_times_s()
     measure = record_measure(what, value, unit, low=low, high=high, uncertainty=uncertainty, clause=clause)
     seen = _sentence(measure)
     if _outside(value, low, high, uncertainty):
-        raise Violation(seen, clause=clause)
+        raise Violation(seen, clause=clause, measure=measure)
     if not _inside(value, low, high, uncertainty):
-        raise Inconclusive(f"{seen}: {_why_unclear(low, high, uncertainty, unit)}", clause=clause)
+        raise Inconclusive(f"{seen}: {_why_unclear(low, high, uncertainty, unit)}", clause=clause, measure=measure)
     return measure
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
-from hilbench.check.verdicts import CaseOutcome, Inconclusive, NotApplicable, Verdict, Violation
+from hilbench.check.verdicts import CaseOutcome, Inconclusive, Measure, NotApplicable, Verdict, Violation
 from hilbench.errors import AwayError, UnavailableError
 
 _TRACEBACK_LINES = 12
@@ -31,6 +31,7 @@ class Outcome:
         clause: the one clause it is about, if the case told.
         defect: whether an error is ours.
         lost: whether the bench or the target is gone, so that nothing further can run.
+        measure: the figure that it is about, if it is about one.
     """
 
     verdict: Verdict
@@ -39,6 +40,7 @@ class Outcome:
     clause: str = ""
     defect: bool = False
     lost: bool = False
+    measure: Measure | None = None
 
 
 PASSED = Outcome(verdict=Verdict.PASS)
@@ -50,7 +52,13 @@ def outcome_of(error: BaseException | None) -> Outcome:
         return PASSED
     if isinstance(error, CaseOutcome):
         verdict = next(_VERDICTS[kind] for kind in type(error).__mro__ if kind in _VERDICTS)
-        return Outcome(verdict=verdict, cause=_one_line(str(error)), evidence=error.evidence, clause=error.clause)
+        return Outcome(
+            verdict=verdict,
+            cause=_one_line(str(error)),
+            evidence=error.evidence,
+            clause=error.clause,
+            measure=error.measure,
+        )
     if isinstance(error, AssertionError):
         return _of_assertion(error)
     if isinstance(error, UnavailableError):

@@ -8,16 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from hilbench.check.cases import spec_of
 from hilbench.check.collector import Collector, PlannedCase
+from hilbench.check.doubt import doubted
 from hilbench.check.outcome import PASSED, Outcome, outcome_of, printable
 from hilbench.check.planning import plan_case, refuse_conflicts
-from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo, CaseView, Preparing, Viewable
-from hilbench.check.recorder import recording
+from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo, CaseView, Doubtful, Preparing, Viewable
+from hilbench.check.recorder import recording, uncertain
 from hilbench.check.results import CaseResult
 from hilbench.check.screens import SHOWN_VERDICTS, Screens
 from hilbench.check.selection import Candidate, compile_selection
@@ -54,6 +56,11 @@ class _CaseRun:
         if self.screens is not None and isinstance(bench, Viewable):
             bench.watch()
 
+    def uncertainty_s(self) -> float:
+        """Return how far off times of the case may be, in seconds."""
+        bench: object = self.bench
+        return bench.uncertainty_s() if isinstance(bench, Doubtful) else 0.0
+
     def judge(self, outcome: Outcome) -> None:
         """Take the outcome of the case proper, and what the bench says of it while it is still open."""
         self.judged = True
@@ -67,6 +74,8 @@ class _CaseRun:
 
     def _ask(self, bench: CaseBench) -> None:
         self.bench_time_s = (bench.now_ns - self.began_ns) / NS_PER_S
+        if isinstance(bench, Doubtful):
+            self.outcome = doubted(self.outcome, bench.doubt())
         if self.outcome.verdict is not Verdict.PASS:
             self.outcome = _with_evidence(self.outcome, tuple(bench.evidence()))
         bench.finish(self.outcome.verdict.value, self.outcome.cause)
@@ -116,14 +125,7 @@ class _CaseRun:
 
 
 def _with_evidence(outcome: Outcome, more: tuple[str, ...]) -> Outcome:
-    return Outcome(
-        verdict=outcome.verdict,
-        cause=outcome.cause,
-        evidence=(*outcome.evidence, *more),
-        clause=outcome.clause,
-        defect=outcome.defect,
-        lost=outcome.lost,
-    )
+    return replace(outcome, evidence=(*outcome.evidence, *more))
 
 
 class CheckPlugin:
@@ -292,7 +294,7 @@ class CheckPlugin:
         if self._on_case is not None:
             self._on_case(planned, self._started, self._to_run)
         run = item.stash[_RUN] = _CaseRun(planned, self._screens)
-        with recording() as run.measures:
+        with recording() as run.measures, uncertain(run.uncertainty_s):
             handled = yield
         del item.stash[_RUN]  # or every bench of the run, megabytes each, would be kept to its end
         self.collector.enter(run.result())

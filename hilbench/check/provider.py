@@ -12,6 +12,8 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
+from hilbench.check.doubt import Doubt
+
 RECORDING = "recording"
 """The capability of a bench that is only listened to. A case that needs it sends nothing."""
 
@@ -143,6 +145,17 @@ class Preparing(Protocol):
         Raises:
             UnavailableError: something is not there. Nothing is then run.
         """
+
+
+@runtime_checkable
+class Doubtful(Protocol):
+    """What the bench of a case may have besides: how far its times can be trusted; where time is virtual, wholly."""
+
+    def uncertainty_s(self) -> float:
+        """Return how far off any time of the case may be, until now, in seconds."""
+
+    def doubt(self) -> Doubt:
+        """Return how late things were in the case; called once, before `CaseBench.finish`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

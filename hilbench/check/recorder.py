@@ -5,13 +5,15 @@ The judge and the suites call `record_measure`; the plugin hangs a list under it
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
 from hilbench.check.verdicts import Measure
 
 _measures: ContextVar[list[Measure] | None] = ContextVar("measures of the running case", default=None)
+_certain: Callable[[], float] = float
+_uncertainty_s: ContextVar[Callable[[], float]] = ContextVar("uncertainty of its times", default=_certain)
 
 
 @contextmanager
@@ -23,6 +25,21 @@ def recording() -> Iterator[list[Measure]]:
         yield measures
     finally:
         _measures.reset(token)
+
+
+@contextmanager
+def uncertain(uncertainty_s: Callable[[], float]) -> Iterator[None]:
+    """Say how far off times of the running case may be, in seconds, asked for whenever one is judged."""
+    token = _uncertainty_s.set(uncertainty_s)
+    try:
+        yield
+    finally:
+        _uncertainty_s.reset(token)
+
+
+def uncertainty_of_times_s() -> float:
+    """Return how far off times of the running case may be, in seconds; 0 outside a case."""
+    return _uncertainty_s.get()()
 
 
 @contextmanager

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from hilbench.check import CheckOptions, run_suites
+from hilbench.check.doubt import Doubt
 from hilbench.check.provider import CaseView
 
 
@@ -52,6 +53,23 @@ class WatchedBench(FakeBench):
 
     def view(self):
         return CaseView(about={"x": 1}, events=tuple(self.seen))
+
+
+class LateBench(FakeBench):
+    """A bench in real time, whose host was late."""
+
+    late_s = 0.0
+    lived = True
+
+    def uncertainty_s(self):
+        return self.late_s
+
+    def doubt(self):
+        return Doubt(lateness_s=self.late_s, cause=f"the served bench was up to {self.late_s * 1000:.1f} ms late",
+                     lived=self.lived)  # fmt: skip
+
+    def is_late(self, late_s):
+        self.late_s = late_s
 
 
 class FakeProvider:
@@ -106,6 +124,11 @@ def make_provider():
 @pytest.fixture
 def watched():
     return FakeProvider(bench=WatchedBench)
+
+
+@pytest.fixture
+def late():
+    return FakeProvider(bench=LateBench)
 
 
 @pytest.fixture

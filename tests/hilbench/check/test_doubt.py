@@ -1,0 +1,128 @@
+"""What a verdict is worth on a bench that was late."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hilbench.check import Inconclusive, Verdict, Violation, at_least, at_most, near
+from hilbench.check.doubt import BORNE_S, Doubt, doubted
+from hilbench.check.outcome import outcome_of
+from hilbench.check.recorder import uncertain
+
+CAUSE = "the served bench was up to 27.3 ms late"
+
+
+def ended(error, lateness_s, *, lived=True):
+    """Return the outcome of a case that ended with this exception, on benches that were so late together."""
+    return doubted(outcome_of(error), Doubt(lateness_s=lateness_s, cause=CAUSE, lived=lived))
+
+
+def error_of(judge, *args, **more):
+    with pytest.raises((Violation, Inconclusive)) as raised:
+        judge(*args, unit="s", what="stop", **more)
+    return raised.value
+
+
+@pytest.mark.parametrize("error", [Violation("no answer"), AssertionError("no answer")])
+@given(lateness_s=st.floats(0, 1))
+def test_what_is_no_figure_is_held_against_a_target_in_time_alone(error, lateness_s):
+    outcome = ended(error, lateness_s)
+    if lateness_s <= BORNE_S:
+        assert (outcome.verdict, outcome.cause) == (Verdict.FAIL, "no answer")
+    else:
+        assert outcome.verdict is Verdict.INCONCLUSIVE
+        assert outcome.cause == f"no answer: not held against the target, for {CAUSE}"
+
+
+def test_a_number_of_things_is_no_figure_of_time():
+    with pytest.raises(Violation) as raised:
+        at_least(3, 6, unit="reports", what="of a status")
+    assert ended(raised.value, 0.017).verdict is Verdict.INCONCLUSIVE
+    assert ended(raised.value, 0.016).verdict is Verdict.FAIL
+
+
+@given(st.floats(0, 10))
+def test_a_figure_that_is_wrong_by_more_than_it_is_uncertain_stays_wrong(lateness_s):
+    error = error_of(at_most, 0.4, 0.2, uncertainty=0.1)
+    assert ended(error, lateness_s) == outcome_of(error)
+
+
+def test_a_figure_that_cannot_be_told_says_who_was_late():
+    error = error_of(at_most, 0.21, 0.2, uncertainty=0.03)
+    assert ended(error, 0.03).cause == f"{error}; {CAUSE}"
+    assert ended(error, 0.0009).cause == str(error)
+
+
+@given(st.floats(0, 10))
+def test_a_pass_stays_one_unless_the_target_had_less_time_than_the_case(lateness_s):
+    assert ended(None, lateness_s).verdict is Verdict.PASS
+    outcome = ended(None, lateness_s, lived=False)
+    assert outcome.verdict is Verdict.INCONCLUSIVE
+    assert outcome.cause == f"less time passed for the target than the case waited: {CAUSE}"
+
+
+@pytest.mark.parametrize("error", [Inconclusive("who knows"), RuntimeError("defect")])
+def test_other_verdicts_stay(error):
+    assert ended(error, 1.0) == outcome_of(error)
+
+
+def verdict_of(value, limit, unit="s", **more):
+    return outcome_of(raised_by(lambda: at_most(value, limit, unit=unit, what="stop", **more))).verdict
+
+
+def raised_by(action):
+    try:
+        action()
+    except (Violation, Inconclusive) as error:
+        return error
+    return None
+
+
+@given(st.floats(0, 1), st.floats(-3, 3), st.floats(0.001, 1))
+def test_a_time_without_an_uncertainty_has_that_of_the_case(value_s, share, doubt_s):
+    limit_s = value_s + share * doubt_s
+    expected = verdict_of(value_s, limit_s, uncertainty=doubt_s)
+    with uncertain(lambda: doubt_s):
+        assert verdict_of(value_s, limit_s) is expected
+        assert verdict_of(value_s, limit_s, uncertainty=1e-9) is verdict_of(value_s, limit_s, uncertainty=1e-9)
+        assert at_most(3, 3, unit="frames", what="count").uncertainty == 0
+        assert near(3, 3, 5000, unit="ms", what="time").uncertainty == pytest.approx(doubt_s * 1000)
+    assert near(3, 3, 5, unit="s", what="time").uncertainty == 0
+
+
+def test_a_case_is_judged_by_what_its_bench_was_late_by(check, late):
+    report = check(
+        """
+        @my("A1")
+        def test_in_time(bench):
+            assert False, "no answer"
+
+        @my("A2")
+        def test_late(bench):
+            bench.is_late(0.0273)
+            assert False, "no answer"
+
+        @my("A3")
+        def test_time(bench):
+            bench.is_late(0.001)
+            at_most(0.0995, 0.1, unit="s", what="the answer took")
+
+        @my("A4")
+        def test_certain(bench):
+            bench.is_late(0.001)
+            at_most(0.0985, 0.1, unit="s", what="the answer took")
+
+        @my("A5")
+        def test_slow(bench):
+            bench.lived = False
+        """,
+        provider=late,
+    )
+    verdicts = [clause.verdict.value for clause in report.clauses]
+    assert verdicts == ["fail", "inconclusive", "inconclusive", "pass", "inconclusive"]
+    assert report.clauses[1].cause.endswith("the served bench was up to 27.3 ms late")
+    assert report.cases[2].measures[0].uncertainty == 0.001
+    told = [bench.verdicts[0][0] for bench in late.opened]
+    assert told == verdicts  # the journal has the same
