@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import struct
-from pathlib import Path
+from functools import partial
 
 import pytest
 
@@ -13,47 +12,19 @@ from targets.boards import Straps, built_in_board
 from targets.mcu.engine.api import Reg
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Fidelity
-from targets.mcu.image import Image, Segment
 from targets.mcu.machine import Machine
 from targets.mcu.stm32f7.gates import GATES
 from targets.mcu.stm32f7.options import FACTORY_OPTCR, Options, encode
-from targets.mcu.symbols import NO_SYMBOLS
 from targets.mcu.testing import peek, poke
+from tests.targets.mcu.stm32.small_programs import FLASH, HANG, STACK, image, program, start
 
-FLASH, ITCM_FLASH, SYSTEM, OPTIONS = 0x0800_0000, 0x0020_0000, 0x1FF0_0000, 0x1FFF_0000
-HANG = b"\xfe\xe7"
+ITCM_FLASH, OPTIONS = 0x0020_0000, 0x1FFF_0000
 BOARD = built_in_board("nucleo-f767zi")
-
-
-def image(*segments, table=FLASH):
-    parts = [Segment(address, data) for address, data in segments]
-    return Image(
-        path=Path("image"),
-        format="bin",
-        digest="",
-        segments=tuple(parts),
-        table=table,
-        stack_pointer=0x2008_0000,
-        reset_vector=table + 0x41,
-        flash_bytes=0,
-        ram_bytes=0,
-        symbols=NO_SYMBOLS,
-        notes=(),
-    )
-
-
-def program(code=HANG, base=FLASH, stack=0x2008_0000):
-    return struct.pack("<II", stack, base + 0x41).ljust(0x40, b"\0") + code
 
 
 @pytest.fixture
 def nucleo():
-    def start(*segments, straps=None, table=FLASH, run_ns=10_000):
-        machine = Machine(BOARD, image(*(segments or ((FLASH, program()),)), table=table), straps=straps)
-        machine.run_to(run_ns)
-        return machine
-
-    return start
+    return partial(start, BOARD)
 
 
 # --- memory
@@ -79,7 +50,7 @@ def test_nothing_is_there(nucleo, address):
 
 def test_the_flash_is_seen_at_two_addresses_and_none_of_them_is_0(nucleo):
     machine = nucleo()
-    assert machine.bus.read(FLASH, 4) == machine.bus.read(ITCM_FLASH, 4) == 0x2008_0000
+    assert machine.bus.read(FLASH, 4) == machine.bus.read(ITCM_FLASH, 4) == STACK
     assert machine.bus.read(0, 4) == 0
     assert machine.chip.in_flash(FLASH + (2 << 20) - 1)
     assert machine.chip.in_flash(ITCM_FLASH)
@@ -101,17 +72,6 @@ def test_no_word_stands_for_a_bit(nucleo):
         nucleo().bus.read(0x2200_0000, 4)
 
 
-def test_a_byte_to_ahb_leaves_the_other_lanes_alone_and_one_to_apb_does_not(nucleo):
-    machine = nucleo()
-    poke(machine.chip.rcc, "AHB1ENR", 1)
-    poke(machine.chip.rcc, "APB1ENR", 1)
-    machine.bus.write(0x4002_0014, 4, 0xFFFF)  # GPIOA_ODR
-    machine.bus.write(0x4002_0014, 1, 0)
-    assert machine.bus.read(0x4002_0014, 4) == 0xFF00
-    machine.bus.write(0x4000_0028, 1, 0x12)  # TIM2_PSC
-    assert machine.bus.read(0x4000_0028, 4) == 0x1212
-
-
 # --- booting
 
 
@@ -119,15 +79,8 @@ def test_it_starts_by_itcm_from_the_beginning_of_the_flash(nucleo):
     machine = nucleo()
     assert machine.core.scb.vector_table == ITCM_FLASH
     assert machine.engine.get(Reg.PC) == FLASH + 0x40
-    assert machine.engine.get(Reg.SP) == 0x2008_0000
+    assert machine.engine.get(Reg.SP) == STACK
     assert machine.time.hclk_hz == 16_000_000
-
-
-def test_behind_a_boot_loader_it_starts_where_the_image_begins(nucleo):
-    base = FLASH + 0x8000
-    machine = nucleo((base, program(base=base)), table=base)
-    assert machine.core.scb.vector_table == base
-    assert machine.engine.get(Reg.PC) == base + 0x40
 
 
 def optioned(boot_add0, boot_add1=0x0040):
@@ -170,20 +123,6 @@ def test_the_hardware_watchdog_runs_from_the_reset_on(nucleo):
     assert machine.chip.watchdog_runs()
 
 
-@pytest.mark.parametrize("variable", [0x100, 0x2000_0100, 0x2007_F000])
-def test_loops_that_count_in_memory_are_passed_over_rightly(variable):
-    # ldr r1, =variable; ldr r3, =50000; movs r0, #0; str r0, [r1]; ldr r2, [r1]; adds r0, #1; cmp r2, r3; bne; b .
-    code = bytes.fromhex("0449 054b 0020 0860 0a68 0130 9a42 fad1 fee7 00bf")
-    code += struct.pack("<II", variable, 50_000)
-    found = []
-    for skip in (True, False):
-        machine = Machine(BOARD, image((FLASH, program(code))), skip_idle=skip)
-        machine.run_to(40_000_000)
-        found.append((machine.engine.fingerprint(), machine.engine.instructions, bytes(machine.ram)))
-        assert machine.bus.read(variable, 4) == 50_000
-    assert found[0] == found[1]
-
-
 def test_code_in_the_ram_of_the_core(nucleo):
     # ldr r0, =0x101; bx r0: into ITCM, where an image has put its code
     code = bytes.fromhex("00480047 01010000".replace(" ", ""))
@@ -201,13 +140,6 @@ def test_a_jump_into_erased_flash_is_said_whatever_the_address(nucleo):
         machine = nucleo((FLASH, program(code)), run_ns=1_000_000)
         assert machine.ended is not None
         assert "the flash is erased there" in machine.ended.cause
-
-
-def test_a_jump_into_the_boot_loader_is_said(nucleo):
-    code = bytes.fromhex("00480047") + struct.pack("<I", SYSTEM + 0x21)
-    machine = nucleo((FLASH, program(code)), run_ns=1_000_000)
-    assert machine.ended is not None
-    assert "boot loader in system memory, which is not modelled" in machine.ended.cause
 
 
 def test_an_erased_vector_table(nucleo):
@@ -232,15 +164,6 @@ def test_every_gate_has_a_peripheral_and_opens_it(nucleo):
         assert not peripheral.clocked, name
         poke(chip.rcc, register, peek(chip.rcc, register) | 1 << bit)
         assert peripheral.clocked, name
-
-
-def test_peripherals_do_not_overlap_and_lie_in_windows(nucleo):
-    chip = nucleo().chip
-    places = sorted((one.base, one.base + one.size, one.name) for one in chip.peripherals.values())
-    for (_, end, name), (start, _, other) in itertools.pairwise(places):
-        assert end <= start, f"{name} and {other}"
-    for start, end, name in places:
-        assert any(base <= start and end <= base + size for base, size in chip.REGISTER_WINDOWS), name
 
 
 def test_what_is_absent_says_so_at_the_first_touch(nucleo):

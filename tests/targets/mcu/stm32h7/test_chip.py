@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import struct
-from pathlib import Path
+from functools import partial
 
 import pytest
 
@@ -13,47 +12,17 @@ from targets.boards import Straps, built_in_board
 from targets.mcu.engine.api import Reg
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Fidelity
-from targets.mcu.image import Image, Segment
-from targets.mcu.machine import Machine
 from targets.mcu.stm32h7.gates import GATES
-from targets.mcu.symbols import NO_SYMBOLS
 from targets.mcu.testing import peek, poke
+from tests.targets.mcu.stm32.small_programs import FLASH, HANG, STACK, program, start
 
-FLASH, BANK_2, SYSTEM = 0x0800_0000, 0x0810_0000, 0x1FF0_0000
-STACK = 0x2002_0000
-HANG = b"\xfe\xe7"
+BANK_2 = 0x0810_0000
 BOARD = built_in_board("nucleo-h753zi")
-
-
-def image(*segments, table=FLASH):
-    parts = [Segment(address, data) for address, data in segments]
-    return Image(
-        path=Path("image"),
-        format="bin",
-        digest="",
-        segments=tuple(parts),
-        table=table,
-        stack_pointer=STACK,
-        reset_vector=table + 0x41,
-        flash_bytes=0,
-        ram_bytes=0,
-        symbols=NO_SYMBOLS,
-        notes=(),
-    )
-
-
-def program(code=HANG, base=FLASH, stack=STACK):
-    return struct.pack("<II", stack, base + 0x41).ljust(0x40, b"\0") + code
 
 
 @pytest.fixture
 def nucleo():
-    def start(*segments, straps=None, table=FLASH, run_ns=10_000, board=BOARD):
-        machine = Machine(board, image(*(segments or ((FLASH, program()),)), table=table), straps=straps)
-        machine.run_to(run_ns)
-        return machine
-
-    return start
+    return partial(start, BOARD)
 
 
 # --- memory
@@ -115,17 +84,6 @@ def test_the_core(nucleo):
     assert bus.read(0xE000_E110, 4) == 1 << 21, "there is no interrupt 150"
 
 
-def test_a_byte_to_ahb_leaves_the_other_lanes_alone_and_one_to_apb_does_not(nucleo):
-    machine = nucleo()
-    poke(machine.chip.rcc, "AHB4ENR", 1)
-    poke(machine.chip.rcc, "APB1LENR", 1)
-    machine.bus.write(0x5802_0014, 4, 0xFFFF)  # GPIOA_ODR
-    machine.bus.write(0x5802_0014, 1, 0)
-    assert machine.bus.read(0x5802_0014, 4) == 0xFF00
-    machine.bus.write(0x4000_0028, 1, 0x12)  # TIM2_PSC
-    assert machine.bus.read(0x4000_0028, 4) == 0x1212
-
-
 # --- booting
 
 
@@ -136,13 +94,6 @@ def test_it_starts_from_the_beginning_of_the_flash_at_64_mhz(nucleo):
     assert machine.engine.get(Reg.SP) == STACK
     assert machine.time.hclk_hz == 64_000_000
     assert not machine.notes.all
-
-
-def test_behind_a_boot_loader_it_starts_where_the_image_begins(nucleo):
-    base = FLASH + 0x2_0000
-    machine = nucleo((base, program(base=base)), table=base)
-    assert machine.core.scb.vector_table == base
-    assert machine.engine.get(Reg.PC) == base + 0x40
 
 
 def test_the_boot_pin_chooses_the_boot_loader_which_is_not_there(nucleo):
@@ -183,33 +134,12 @@ def test_the_hardware_watchdog_runs_from_the_reset_on(nucleo):
     assert machine.chip.watchdog_runs()
 
 
-@pytest.mark.parametrize("variable", [0x100, 0x2000_0100, 0x2400_0100, 0x3000_0100, 0x1000_0100])
-def test_loops_that_count_in_memory_are_passed_over_rightly(variable):
-    # ldr r1, =variable; ldr r3, =50000; movs r0, #0; str r0, [r1]; ldr r2, [r1]; adds r0, #1; cmp r2, r3; bne; b .
-    code = bytes.fromhex("0449 054b 0020 0860 0a68 0130 9a42 fad1 fee7 00bf")
-    code += struct.pack("<II", variable, 50_000)
-    found = []
-    for skip in (True, False):
-        machine = Machine(BOARD, image((FLASH, program(code))), skip_idle=skip)
-        machine.run_to(10_000_000)
-        found.append((machine.engine.fingerprint(), machine.engine.instructions, bytes(machine.ram)))
-        assert machine.bus.read(variable, 4) == 50_000
-    assert found[0] == found[1]
-
-
 @pytest.mark.parametrize("place", [0x100, 0x2000_0100, 0x2400_0100, 0x3800_0100])
 def test_code_in_any_ram(nucleo, place):
     code = bytes.fromhex("00480047") + struct.pack("<I", place | 1)  # ldr r0, =place; bx r0
     machine = nucleo((FLASH, program(code)), (place, HANG))
     assert machine.engine.get(Reg.PC) == place
     assert machine.waits_in is not None
-
-
-def test_a_jump_into_the_boot_loader_is_said(nucleo):
-    code = bytes.fromhex("00480047") + struct.pack("<I", SYSTEM + 0x21)
-    machine = nucleo((FLASH, program(code)), run_ns=1_000_000)
-    assert machine.ended is not None
-    assert "boot loader in system memory, which is not modelled" in machine.ended.cause
 
 
 # --- how it is tied together
@@ -227,15 +157,6 @@ def test_every_gate_has_a_peripheral_and_opens_it(nucleo):
         assert peek(chip.rcc, register) >> bit & 1
 
 
-def test_peripherals_do_not_overlap_and_lie_in_windows(nucleo):
-    chip = nucleo().chip
-    places = sorted((one.base, one.base + one.size, one.name) for one in chip.peripherals.values())
-    for (_, end, name), (start, _, other) in itertools.pairwise(places):
-        assert end <= start, f"{name} and {other}"
-    for start, end, name in places:
-        assert any(base <= start and end <= base + size for base, size in chip.REGISTER_WINDOWS), name
-
-
 ABSENT = ("SPI1", "FDCAN1", "ETH", "USB1_OTG_HS", "LTDC", "QUADSPI", "MDMA", "BDMA", "HRTIM", "SAI4", "CRYP")
 
 
@@ -251,7 +172,7 @@ def test_what_is_absent_says_so_at_the_first_touch(nucleo):
 
 def test_only_the_h753_has_the_cryptographic_processor(nucleo):
     board = dataclasses.replace(BOARD, chip="STM32H743ZI")
-    assert not {"CRYP", "HASH"} & set(nucleo(board=board).chip.peripherals)
+    assert not {"CRYP", "HASH"} & set(start(board).chip.peripherals)
 
 
 def test_every_interrupt_has_its_number_once_or_is_shared_by_design(nucleo):
