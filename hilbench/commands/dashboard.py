@@ -32,6 +32,7 @@ hilbench                         ./hilbench.toml if there is one, else the virtu
 hilbench pioneer --scene room-with-boxes
 hilbench rover                   a built-in bench, a bench file, or BOARD:IMAGE
 hilbench rover --target serial:/dev/ttyACM0@115200      a real one; nobody drives it unasked
+hilbench vehicle --target simulator=serial:/dev/ttyUSB0 --target stack=serial:/dev/ttyACM0
 hilbench my-bench.toml --seed 7 --journal session.jsonl
 hilbench rover --web             in a browser: prints the address, with a token that nobody else knows
 """
@@ -46,7 +47,8 @@ def parser() -> Parser:
     """Return the parser of this command."""
     made = Parser("hilbench", "Open a bench, see it live and act on it.", _EXAMPLES, _NOTES)
     made.add_argument("what", metavar="TARGET|BENCH", nargs="?", help="as of 'hilbench serve'")
-    made.add_argument("--target", metavar="T", help="what somebody else runs: serial:/dev/ttyUSB0@9600, a pyserial URL")
+    made.add_argument("--target", metavar="[NAME=]T", action="append", default=[], type=typed(_target),
+        help="what somebody else runs: serial:/dev/ttyUSB0@9600, a pyserial URL; NAME: which line")  # fmt: skip
     made.add_argument(
         "--scene", metavar="S", help="scene to stand in: a built-in name or a file, as of 'hilbench serve'"
     )
@@ -76,15 +78,11 @@ def run(parsed: argparse.Namespace) -> int:
     from hilbench.tui.bench_process import BenchProcess
 
     name = parsed.what or ("" if DEFAULT_FILE.is_file() else DEFAULT_BENCH)
-    if name not in dict(_built_in()) or parsed.scene is not None:
-        from hilbench.commands.live import in_scene
-        from hilbench.mcu.command_line import open_target
-
-        # What is wrong in a file is said here, not on the dashboard.
-        name = in_scene(open_target(parsed.what), parsed.scene).name
+    if name not in dict(_built_in()) or parsed.scene is not None or parsed.target:
+        name = _bench_named(parsed)
     # The bench starts while this process loads what draws it.
     words = [word for word in (parsed.what,) if word]
-    words += ["--target", parsed.target] if parsed.target is not None else []
+    words += [word for target in parsed.target for word in ("--target", target)]
     words += ["--scene", parsed.scene] if parsed.scene is not None else []
     words += ["--seed", str(parsed.seed)]
     words += ["--journal", str(parsed.journal.absolute())] if parsed.journal is not None else []
@@ -96,6 +94,19 @@ def run(parsed: argparse.Namespace) -> int:
     with contextlib.suppress(KeyboardInterrupt):
         serve_web(lambda: BenchProcess.start(words, name=name), parsed.web_host or _LOOPBACK, parsed.web)
     return ExitCode.OK
+
+
+def _bench_named(parsed: argparse.Namespace) -> str:
+    """Return the name of the bench; what is wrong in a file or with a target is said here, not on the dashboard."""
+    from hilbench.commands.live import in_scene
+    from hilbench.mcu.command_line import open_target
+
+    bench_file = in_scene(open_target(parsed.what), parsed.scene)
+    if parsed.target:
+        from hilbench.live.rigs import ports_asked
+
+        ports_asked(bench_file, [arguments.target_choice(target) for target in parsed.target])
+    return bench_file.name
 
 
 def show(process: BenchProcess) -> ExitCode:
@@ -161,6 +172,11 @@ def _port(text: str) -> int:
     if not text.isascii() or not text.isdigit() or int(text) > _HIGHEST_PORT:
         raise ValueError(f"'{text}' is no TCP port; a bench stands before it: hilbench BENCH --web PORT")
     return int(text)
+
+
+def _target(text: str) -> str:
+    arguments.target_choice(text)
+    return text
 
 
 def _benches() -> list[tuple[str, str]]:

@@ -20,7 +20,8 @@ def parser() -> Parser:
     made.add_argument("what", metavar="TARGET|BENCH", nargs="?", help="as of 'hilbench serve'")
     made.add_argument("--folder", metavar="FOLDER", required=True, help="private folder for journal and socket")
     made.add_argument("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run")
-    made.add_argument("--target", metavar="T", help="a serial port or pyserial URL instead of the bench file's target")
+    made.add_argument("--target", metavar="[NAME=]T", action="append", default=[], type=typed(arguments.target_choice),
+        help="a serial port or pyserial URL instead of the bench file's target")  # fmt: skip
     made.add_argument("--scene", metavar="S", help="scene to stand in instead of that of the bench file")
     made.add_argument("--journal", metavar="FILE", type=typed(arguments.output_file), help="another place for it")
     made.add_argument("--no-demo", action="store_true", help="nobody drives at first")
@@ -59,7 +60,7 @@ def run(parsed: argparse.Namespace) -> int:
         seed=parsed.seed,
         demo=not parsed.no_demo,
         journal=parsed.journal,
-        target=parsed.target,
+        targets=tuple(parsed.target),
     )
     bench_file = open_target(parsed.what)
     bench_file = in_scene(bench_file, scene_for(bench_file) if parsed.scene is None else parsed.scene)

@@ -97,13 +97,16 @@ class Actions:
         if driver is None:
             return {}
         return {
-            "drive": lambda request: driver.take(
-                _number(request, "forward", -1, 1), _number(request, "turn", -1, 1), pad=request.get("pad") is True
-            ),
+            **({"drive": self._drive} if driver.by_hand else {}),
             "stop": lambda _: driver.stop(),
             **({"demo": lambda _: driver.begin_demo()} if self._rig.demo else {}),
             **driver.commands,
         }
+
+    def _drive(self, request: Request) -> None:
+        assert self._driver is not None
+        forward, turn = _number(request, "forward", -1, 1), _number(request, "turn", -1, 1)
+        self._driver.take(forward, turn, pad=request.get("pad") is True)
 
     # --- the line
 

@@ -57,14 +57,14 @@ class CarCrew:
         car: the simulator's side, with the car.
         stack: the driving stack.
         path: who follows the path.
-        hands: who stands beside the board.
+        hands: who stands beside the board for us; None where a person does, whose joystick and lights nobody here sees.
         start: where the car began.
     """
 
     car: DrivenCar
     stack: DrivingStack
     path: PathDriver
-    hands: VehicleHands
+    hands: VehicleHands | None
     start: Start
 
 
@@ -105,11 +105,16 @@ class CarDriver:
     # --- as every driver
 
     @property
+    def by_hand(self) -> bool:
+        """Whether there is a joystick that we can move."""
+        return self._crew.hands is not None
+
+    @property
     def commands(self) -> Mapping[str, Callable[[Request], None]]:
         """What can be asked of the crew beside driving, by the names of actions."""
         return {
             "mode": self._request,
-            "press": lambda _: self._press(),
+            **({"press": lambda _: self._press()} if self.by_hand else {}),
             "stack": lambda request: self._set_stack(on=_is_on(request)),
             "simulator": lambda request: self._set_simulator(on=_is_on(request)),
             "lamps": self._set_lamps,
@@ -147,14 +152,15 @@ class CarDriver:
         command = car.simulator.host.wish
         pose = dynamics.pose
         place = path.path.place(pose.x_m, pose.y_m)
+        hands = self._crew.hands
         return {
             "reported": "" if mode is None else ControlMode(mode).name if mode in set(ControlMode) else str(mode),
             "stack_on": self._stack_on,
             "simulator_on": self._simulator_on,
-            "stick": [round(share, 3) for share in self._stick],
+            "stick": None if hands is None else [round(share, 3) for share in self._stick],
             "pressed": self._pressed_ns is not None and now_ns - self._pressed_ns < NS_PER_S // 2,
-            "lights": sorted(self._crew.hands.lights()),
-            "lamps": list(self._crew.hands.lamps()),
+            "lights": None if hands is None else sorted(hands.lights()),
+            "lamps": None if hands is None else list(hands.lamps()),
             "speed_m_s": round(dynamics.lon_speed_m_s, 3),
             "tyre_rad": round(dynamics.steering_rad, 4),
             "offset_m": round(place.offset_m, 3),
@@ -207,7 +213,7 @@ class CarDriver:
         return replace(command, speed=0.0, acceleration=0.0, jerk=0.0)  # 0: as fast as the car can
 
     def _move_stick(self, right: float, forward: float) -> None:
-        if (right, forward) != self._stick:
+        if self._crew.hands is not None and (right, forward) != self._stick:
             self._stick = (right, forward)
             self._crew.hands.set_joystick(stick_code(X_AXIS, -right), stick_code(Y_AXIS, forward))
 
@@ -226,7 +232,8 @@ class CarDriver:
             raise RequestError("the driving stack is paused, and it is the one who asks")
         self._held_until_ns = None
         self._let_go = "nobody"
-        self.demo = self._follows = name == "AUTOWARE"
+        self._follows = name == "AUTOWARE"
+        self.demo = self._follows and self.by_hand  # a person at the board is not asked twice
         self._ask(name)
 
     def _ask(self, name: str) -> None:
@@ -240,7 +247,8 @@ class CarDriver:
     def _press(self) -> None:
         self.demo = False
         self._pressed_ns = self._bench.now_ns
-        self._crew.hands.press()
+        if self._crew.hands is not None:
+            self._crew.hands.press()
 
     def _set_stack(self, *, on: bool) -> None:
         if on == self._stack_on:

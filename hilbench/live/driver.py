@@ -38,6 +38,10 @@ class Drives(Protocol):
     """Who drives, and with which shares, as told last."""
 
     @property
+    def by_hand(self) -> bool:
+        """Whether somebody here may take over."""
+
+    @property
     def commands(self) -> Mapping[str, Callable[[Request], None]]:
         """What else it can be asked for, by the names of actions."""
 
@@ -65,6 +69,8 @@ class Driver:
         operator: who speaks to the target.
         demo: whether the demo driver begins.
     """
+
+    by_hand = True
 
     def __init__(self, bench: Bench, operator: Operator, *, demo: bool) -> None:
         self._bench = bench

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ from hilbench.live.resuming import resume_sessions
 from hilbench.live.scenes import on_board
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, Senses, describe_machine
+from hilbench.options import TargetChoice
 from targets.robots.pioneer import RobotSettings
 from worlds.errors import WorldError
 
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from hilbench.live.vehicle_rigs import LiveVehicle
     from hilbench.mcu.emulated import EmulatedBench
 
-__all__ = ["Rig", "open_attached", "open_rig"]
+__all__ = ["Rig", "open_attached", "open_rig", "ports_asked"]
 
 
 _ROVER_BAUD = 115_200
@@ -85,26 +86,24 @@ def open_rig(bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
     return _pioneer(bench, bench_file, seed)
 
 
-def open_attached(bench: Bench, bench_file: BenchFile, target: str, *, seed: int) -> Rig:
-    """Attach to what somebody else runs at a serial port or behind a pyserial URL; nobody drives it unasked.
+def open_attached(bench: Bench, bench_file: BenchFile, targets: Sequence[TargetChoice], *, seed: int) -> Rig:
+    """Attach to what somebody else runs at serial ports or behind pyserial URLs; nobody drives it unasked.
 
     Args:
         bench: whose time passes.
-        bench_file: says which protocol is spoken.
-        target: as ``serial:/dev/ttyACM0@115200``.
+        bench_file: says which protocol is spoken, and on which lines.
+        targets: as ``serial:/dev/ttyACM0@115200``; one for each line, by its name where there are several.
         seed: decides what chance decides in faults.
 
     Raises:
-        UsageError: the target is no serial port, or the bench has no line that a client of ours could speak on.
-        UnavailableError: the port cannot be opened.
+        UsageError: a target is no serial port, a line has none, or the bench has no line that a client of ours could
+            speak on.
+        UnavailableError: a port cannot be opened.
     """
-    if not is_serial_target(target):
-        hint = "write serial:/dev/ttyUSB0@115200 or a pyserial URL"
-        raise UsageError("is no serial port", where=f"--target {target}", hint=hint)
-    if bench_file.vehicle is not None or on_board(bench_file):
-        hint = f"try 'hilbench check {bench_file.name} --target simulator=PORT --target stack=PORT'"
-        what = "is one port, and a vehicle interface has two lines: the dashboard cannot attach to it yet"
-        raise UsageError(what, where=f"--target {target}", hint=hint)
+    ports = ports_asked(bench_file, targets)
+    if len(ports) > 1:
+        return _attached_vehicle(bench, bench_file, ports, seed)
+    target = ports[""]
     operator: Operator
     if bench_file.rover is not None or "pkt-board" in bench_file.suites:
         port = _at(bench, bench_file, target, _ROVER_BAUD)
@@ -125,6 +124,46 @@ def open_attached(bench: Bench, bench_file: BenchFile, target: str, *, seed: int
         demo=False,
         close=port.close,
     )
+
+
+def ports_asked(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mapping[str, str]:
+    """Return what is asked for at the far end of each line of ours, by its name; of a line without one, by nothing.
+
+    Raises:
+        UsageError: a target is no serial port, a line has none, or two.
+    """
+    for choice in targets:
+        if not is_serial_target(choice.spec):
+            hint = "write serial:/dev/ttyUSB0@115200 or a pyserial URL"
+            raise UsageError("is no serial port", where=f"--target {choice.spec}", hint=hint)
+    if bench_file.vehicle is not None or on_board(bench_file):
+        from hilbench.checker_lines import ports_of_lines
+        from hilbench.live.vehicle_rigs import SIMULATOR, STACK
+        from hilbench.vehicle_provider import vehicle_lines
+
+        lines = vehicle_lines(bench_file)
+        specs = ports_of_lines(lines, targets)
+        return {name: specs[line] for name, line in zip((SIMULATOR, STACK), lines, strict=True)}
+    first, *more = targets
+    if more or first.name:
+        where = " ".join(f"--target {f'{choice.name}=' if choice.name else ''}{choice.spec}" for choice in targets)
+        raise UsageError("this bench has one line, without a name", where=where, hint=f"write --target {first.spec}")
+    return {"": first.spec}
+
+
+def _attached_vehicle(bench: Bench, bench_file: BenchFile, specs: Mapping[str, str], seed: int) -> Rig:
+    from hilbench.live.vehicle_rigs import attached_vehicle
+    from protocols.carla import BAUD
+
+    with contextlib.ExitStack() as undo:
+        ports: dict[str, Port] = {}
+        for name, spec in specs.items():
+            ports[name] = _at(bench, bench_file, spec, BAUD)
+            undo.callback(ports[name].close)
+        vehicle, world = attached_vehicle(bench, ports, seed=seed)
+        undo.callback(world.close)
+        close = undo.pop_all().close
+    return _vehicle(vehicle, demo=False, close=close)
 
 
 def _at(bench: Bench, bench_file: BenchFile, target: str, usual_baud: int) -> ReconnectingPort:

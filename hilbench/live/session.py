@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import signal
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from hilbench.live.driver import Driver, Drives
 from hilbench.live.folders import Session
 from hilbench.live.rigs import Rig, open_attached, open_rig
 from hilbench.live.teller import Teller
+from hilbench.options import TargetChoice
 from hilbench.serving import STOP_SIGNALS, signals_held
 
 __all__ = ["JOURNAL_BYTES", "LINGER_NS", "LiveBench", "LiveOptions", "run_live"]
@@ -41,14 +43,14 @@ class LiveOptions:
         seed: of everything random.
         demo: whether the demo driver begins.
         journal: where the journal is written instead of the folder of the session.
-        target: a serial port or pyserial URL in the place of the target of the bench file; None for that.
+        targets: serial ports or pyserial URLs in the place of the target of the bench file; none for that.
     """
 
     session: Session
     seed: int = 0
     demo: bool = True
     journal: Path | None = None
-    target: str | None = None
+    targets: Sequence[TargetChoice] = ()
 
 
 class LiveBench:
@@ -68,10 +70,10 @@ class LiveBench:
         self._told: tuple[bool, float] | None = None
         with contextlib.ExitStack() as undo:
             self.bench = Bench(Scheduler(), Journal())
-            if options.target is None:
-                rig = open_rig(self.bench, bench_file, seed=options.seed)
+            if options.targets:
+                rig = open_attached(self.bench, bench_file, options.targets, seed=options.seed)
             else:
-                rig = open_attached(self.bench, bench_file, options.target, seed=options.seed)
+                rig = open_rig(self.bench, bench_file, seed=options.seed)
             undo.callback(rig.close)
             self.rig: Rig = rig
             self._write_journal(bench_file, options)
@@ -187,7 +189,7 @@ def _describe(bench_file: BenchFile, options: LiveOptions, live: LiveBench) -> N
         "journal": str(options.journal or options.session.journal),
         "actions": live.actions.names,
         "file": str(bench_file.path.absolute()) if bench_file.path is not None else "",
-        "suites": bench_file.suites if options.target is None and bench_file.path is not None else (),
+        "suites": bench_file.suites if not options.targets and bench_file.path is not None else (),
     }
     beside = options.session.about.with_suffix(".new")
     try:

@@ -1,11 +1,12 @@
 """What stands on a live bench of a vehicle interface: the board, a car at one line of it, a driving stack at the other.
 
-The model has no world of its own, so its car drives on a plane along the line of the test track, where nothing stands.
+The model has no world of its own, nor has a board at two ports: their car drives on a plane along the line of the test
+track, where nothing stands.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from hilbench.bench import Bench
@@ -34,7 +35,7 @@ from worlds.vehicles.car import CarBody
 if TYPE_CHECKING:
     from hilbench.mcu.emulated import EmulatedBench
 
-__all__ = ["LiveVehicle", "board_vehicle", "model_vehicle"]
+__all__ = ["SIMULATOR", "STACK", "LiveVehicle", "attached_vehicle", "board_vehicle", "model_vehicle"]
 
 _LINK_SENSES = {LinkTimer.PING.name: Sense.REST}
 _POINT_EVERY_M = 2.0
@@ -50,7 +51,7 @@ class LiveVehicle:
         ports: the far ends of the board's lines, by `SIMULATOR` and `STACK`.
         body: the car.
         runner: who moves its world.
-        hands: who stands beside the board.
+        hands: who stands beside the board; None where that is a person.
         board: the behavioural board; None where firmware runs, which nobody looks into.
         seed: decides what chance decides in faults.
 
@@ -67,7 +68,7 @@ class LiveVehicle:
         ports: Mapping[str, Port],
         body: CarBody,
         runner: WorldRunner,
-        hands: VehicleHands,
+        hands: VehicleHands | None,
         board: VehicleInterface | None,
         *,
         seed: int,
@@ -106,7 +107,7 @@ class LiveVehicle:
 
     def drive(self, demo: bool) -> CarDriver:
         """Let the crew begin."""
-        on_command = self._outside.command_sent if self._outside is not None else _nothing
+        on_command = _nothing if self._outside is None else self._reaching(STACK, self._outside.command_sent)
         self.driver = CarDriver(self._bench, self.crew, demo=demo, on_command=on_command)
         return self.driver
 
@@ -118,8 +119,14 @@ class LiveVehicle:
         """Return what is known of a board that nobody looks into, and have it told what its peers hear and send."""
         outside = self._outside = BoardFromOutside(self._bench)
         self.crew.car.simulator.on_published = lambda one: outside.frame(one.mode)
-        self.taps[SIMULATOR].on_sent = lambda _data, _at_ns: outside.status_sent()
+        sent = self._reaching(SIMULATOR, outside.status_sent)
+        self.taps[SIMULATOR].on_sent = lambda _data, _at_ns: sent()
         return outside
+
+    def _reaching(self, line: str, told: Callable[[], None]) -> Callable[[], None]:
+        """Have something told as long as a line is up: what is sent on one that is down reaches nobody."""
+        tap = self.taps[line]
+        return lambda: told() if tap.line_is_up else None
 
 
 def board_vehicle(emulated: EmulatedBench, *, seed: int) -> LiveVehicle:
@@ -137,11 +144,22 @@ def board_vehicle(emulated: EmulatedBench, *, seed: int) -> LiveVehicle:
     return LiveVehicle(emulated.bench, ports, body, runner, vehicle.hands, None, seed=seed)
 
 
+def attached_vehicle(bench: Bench, ports: Mapping[str, Port], *, seed: int) -> tuple[LiveVehicle, BareVehicle]:
+    """Put a car and a driving stack to the lines of a board that somebody else runs; he has joystick and lights."""
+    world = _car_on_plane(bench, seed)
+    assert isinstance(world.body, CarBody)
+    return LiveVehicle(bench, ports, world.body, world.runner, None, None, seed=seed), world
+
+
+def _car_on_plane(bench: Bench, seed: int) -> BareVehicle:
+    return BareVehicle(bench, WorldEntry(scene="empty", vehicle="car", physics="plane"), seed=seed)
+
+
 def model_vehicle(bench: Bench, bench_file: BenchFile, *, seed: int) -> tuple[LiveVehicle, ModelHands, BareVehicle]:
     """Build the behavioural board of a bench file, and a car for it on a plane."""
     settings = bench_file.vehicle
     assert settings is not None
-    world = BareVehicle(bench, WorldEntry(scene="empty", vehicle="car", physics="plane"), seed=seed)
+    world = _car_on_plane(bench, seed)
     assert isinstance(world.body, CarBody)
     names = {SIMULATOR: SIMULATOR_LINE, STACK: STACK_LINE}
     links = {

@@ -25,7 +25,11 @@ def cockpit_view(seen: Mapping[str, Any], width: int) -> list[Text]:
     """
     if not seen:
         return []
-    beside = [_lights(seen), _lamps(seen), _reported(seen), _who(seen), _car(seen)]
+    reached = [_reported(seen), _who(seen), _car(seen)]
+    if seen["stick"] is None:  # of a board at two ports
+        at_board = Text("joystick, lights and lamps are at the board, where nobody here sees them", DIM)
+        return [fit(line, width) for line in (at_board, *reached)]
+    beside = [_lights(seen), _lamps(seen), *reached]
     right, forward = seen["stick"]
     return [
         fit(Text.assemble((" stick  ", HEAD), f"{right:+.2f} right  {forward:+.2f} ahead"), width),

@@ -7,6 +7,7 @@ import math
 
 import pytest
 
+from hilbench import arguments
 from hilbench.bench import Bench
 from hilbench.clock import Scheduler
 from hilbench.commands.live import in_scene
@@ -177,11 +178,18 @@ def test_what_cannot_be_done_is_refused(live, request_, why):
 
 
 def test_only_serial_ports_are_attached_to(tmp_path):
-    options = LiveOptions(session=Session(tmp_path), target="pioneer")
+    def attach(bench, *targets):
+        choices = [arguments.target_choice(target) for target in targets]
+        LiveBench(open_target(bench), LiveOptions(session=Session(tmp_path), targets=choices))
+
     with pytest.raises(UsageError, match="--target pioneer: is no serial port"):
-        LiveBench(open_target("pioneer-plane"), options)
+        attach("pioneer-plane", "pioneer")
     with pytest.raises(UnavailableError, match="none"):
-        LiveBench(open_target("rover-model"), LiveOptions(session=Session(tmp_path), target=f"serial:{tmp_path}/none"))
+        attach("rover-model", f"serial:{tmp_path}/none")
+    with pytest.raises(UsageError, match=r"one line, without a name.*write --target serial:a"):
+        attach("rover-model", "serial:a", "serial:b")
+    with pytest.raises(UsageError, match=r"one line, without a name.*write --target serial:a"):
+        attach("pioneer-plane", "client=serial:a")
 
 
 @pytest.mark.needs_bullet

@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import msgspec
 import pytest
 
+from hilbench import arguments
+from hilbench.bench import Bench
+from hilbench.clock import Scheduler
 from hilbench.commands.live import in_scene
+from hilbench.devices import LinesActor
 from hilbench.errors import UsageError
+from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink
+from hilbench.links.faults import Fault, FaultKind
+from hilbench.live.actions import Actions
 from hilbench.live.board_views import BoardFromOutside, Sight
 from hilbench.live.car_driver import DEMO
 from hilbench.live.control import RequestError
 from hilbench.live.driver import DEAD_MAN_NS
 from hilbench.live.folders import Session
+from hilbench.live.rigs import Rig, ports_asked
 from hilbench.live.scenes import TRACK, scene_for
 from hilbench.live.session import LiveBench, LiveOptions
+from hilbench.live.vehicle_rigs import SIMULATOR, STACK, attached_vehicle
 from hilbench.mcu.command_line import open_target
 from hilbench.testing import FakeHostClock
+from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 
 
 class Live:
@@ -224,11 +237,71 @@ def test_what_cannot_be_done_is_refused(vehicle):
         actions.obey({"do": "simulator", "on": 1})
 
 
-def test_one_port_is_too_few_for_two_lines(tmp_path):
-    options = LiveOptions(session=Session(tmp_path), target="serial:/dev/ttyUSB0")
-    for bench in ("vehicle", "vehicle-model"):
-        with pytest.raises(UsageError, match="is one port, and a vehicle interface has two lines"):
-            LiveBench(open_target(bench), options)
+@pytest.mark.parametrize("bench", ["vehicle", "vehicle-model"])
+@pytest.mark.parametrize(
+    ("targets", "why"),
+    [
+        (["serial:/dev/ttyUSB0"], r"does not say which line.*write --target simulator=... --target stack=..."),
+        (["stack=serial:/dev/ttyUSB0"], "nothing at the line 'simulator'"),
+        (["stack=serial:/dev/ttyUSB0", "simulator=serial:/dev/ttyUSB0"], "two lines at one port"),
+    ],
+)
+def test_each_of_two_lines_has_a_port(bench, targets, why):
+    with pytest.raises(UsageError, match=why):
+        ports_asked(open_target(bench), [arguments.target_choice(target) for target in targets])
+
+
+@pytest.fixture
+def at_ports():
+    """A board that somebody else runs at the far ends of two lines, and what attaches to it."""
+    bench = Bench(Scheduler(), Journal())
+    links = {name: MemoryLink(bench.scheduler, Line(baud=921_600), name=name) for name in (SIMULATOR, STACK)}
+    board = VehicleInterface(VehicleSettings())
+    LinesActor(bench, board, {SIMULATOR_LINE: links[SIMULATOR].b, STACK_LINE: links[STACK].b}, name="foreign")
+    vehicle, world = attached_vehicle(bench, {name: link.a for name, link in links.items()}, seed=0)
+    driver = vehicle.drive(False)
+    yield bench, board, vehicle, driver
+    world.close()
+
+
+def test_a_board_at_two_ports_is_driven_by_the_stack_once_it_is_asked_for(at_ports):
+    bench, board, vehicle, driver = at_ports
+    bench.run_for(1.5)
+    assert vehicle.machines["board"].state is Sight.AUTOWARE
+    assert vehicle.look()["speed_m_s"] == 0.0  # nobody drives unasked
+    driver.commands["mode"]({"mode": "AUTOWARE"})
+    bench.run_for(2.0)
+    seen = vehicle.look()
+    assert seen["speed_m_s"] > 1.0
+    assert (seen["lights"], seen["lamps"], seen["stick"]) == (None, None, None)
+    board.press(bench.now_ns)  # by whoever stands beside it
+    bench.run_for(5.0)
+    assert vehicle.machines["board"].state is Sight.MANUAL  # and he is not asked again
+    driver.commands["mode"]({"mode": "AUTOWARE"})
+    bench.run_for(1.0)
+    driver.stop()
+    bench.run_for(2.0)
+    assert vehicle.look()["speed_m_s"] == 0.0
+
+
+def test_what_is_sent_on_a_line_that_is_down_feeds_no_watchdog(at_ports):
+    bench, _, vehicle, driver = at_ports
+    driver.commands["mode"]({"mode": "AUTOWARE"})
+    bench.run_for(1.0)
+    before = dataclasses.replace(vehicle.machines["board"].counters)
+    for tap in vehicle.taps.values():
+        tap.inject(Fault(kind=FaultKind.DISCONNECT, at_s=0.0, duration_s=5.0))
+    bench.run_for(2.0)
+    board = vehicle.machines["board"]
+    assert board.counters == before
+    assert max(board.deadlines.values()) < bench.now_ns
+
+
+def test_a_joystick_in_somebody_elses_hand_is_not_offered(at_ports):
+    bench, _, vehicle, driver = at_ports
+    actions = Actions(bench, Rig(taps=vehicle.taps, operator=None, machines={}, demo=False), driver)
+    assert {"drive", "press", "demo"}.isdisjoint(actions.names)
+    assert {"stop", "mode", "stack", "simulator", "lamps", "restart", "inject"} <= set(actions.names)
 
 
 def test_nobody_drives_where_no_demo_is_wanted(vehicle):

@@ -128,6 +128,10 @@ def test_deadlines_that_come_fast_show_their_margin_and_misses_grow():
 def test_the_cockpit(expect):
     expect("cockpit", [line.plain for line in cockpit_view(SEEN, 60)])
     assert cockpit_view({}, 60) == []
+    elsewhere = [line.plain for line in cockpit_view({**SEEN, "stick": None, "lights": None, "lamps": None}, 70)]
+    assert elsewhere[0].startswith("joystick, lights and lamps are at the board")
+    assert len(elsewhere) == 4
+    assert not any(word in line for line in elsewhere[1:] for word in ("lights", "lamps", "stick"))
 
 
 @given(st.floats(-1, 1), st.floats(-1, 1), st.integers(20, 80))
