@@ -9,6 +9,9 @@ from outside in real time is taken when the chip's present has been reached alre
 Several chips that wires or lines join advance in turns of `MachineGroup.turn_ns`: what one tells another arrives at its
 exact time if the other has not been there yet, and else late, by less than a turn. A frame on a serial line is sampled
 at its exact time all the same, if it arrives before its stop bit; so turns are shorter than the frames.
+
+In real time a span may take the host longer than it lasts, as one with bursts of bytes at 921600 baud does. What the
+chips have put out by then is not kept until they are through with it: the run ends there, too (`MachineGroup.breathe`).
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ import itertools
 from collections.abc import Callable
 
 from hilbench.bench import Bench
-from hilbench.clock import NS_PER_MS, EventClass
+from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass, Stopwatch
 from hilbench.mcu.seams import Ending, Machine, first_ending
 
 __all__ = ["FREE_STEP_NS", "LOCKED_STEP_NS", "ChipTime", "MachineGroup"]
@@ -41,12 +44,14 @@ class MachineGroup:
         turn_ns: how far one runs before the others follow; it may be changed at any time. Not beyond `step_ns` anyway.
         after_round: called after each round, with the bench time that all chips have reached.
         on_ended: called once, at the bench time of it, with name and ending of the first chip that does not run on.
+        stopwatch: measures how long a round takes the host.
     """
 
     def __init__(self, bench: Bench, machines: dict[str, Machine], *, step_ns: int) -> None:
         self.turn_ns = step_ns
         self.after_round: list[Callable[[int], None]] = []
         self.on_ended: Callable[[str, Ending], None] = lambda _name, _ending: None
+        self.stopwatch: Callable[[], Stopwatch] = Stopwatch
         self._bench = bench
         self._scheduler = bench.scheduler
         self._machines = machines
@@ -55,6 +60,7 @@ class MachineGroup:
         self._outputs: list[tuple[int, int, EventClass, str, Callable[[], None]]] = []
         self._sequence = itertools.count()
         self._stopped = False
+        self._round_watch: Stopwatch | None = None  # of a round in real time
         self._book(bench.now_ns)
 
     @property
@@ -87,6 +93,21 @@ class MachineGroup:
             for machine in self._machines.values():
                 machine.horizon(ns)
 
+    def breathe(self, ns: int) -> bool:
+        """End a round in real time at `ns` if it has taken the host longer than a step lasts; called while one runs.
+
+        Args:
+            ns: the chip's present, in ns of bench time.
+
+        Returns:
+            Whether it ends.
+        """
+        watch = self._round_watch
+        ends = watch is not None and watch.elapsed_s() * NS_PER_S > self._step_ns
+        if ends:
+            self.limit(ns)
+        return ends
+
     def stop(self) -> None:
         """Let no chip run any more."""
         self._stopped = True
@@ -99,6 +120,7 @@ class MachineGroup:
         if self._stopped:
             return
         now_ns = reached_ns = self._scheduler.now_ns
+        self._round_watch = self.stopwatch() if self._scheduler.locked else None
         self._limit_ns = now_ns + self._step_ns
         for bound_ns in (self._scheduler.next_ns(), self._scheduler.deadline_ns):
             if bound_ns is not None:

@@ -2,6 +2,8 @@
 
 What is written here stands on the USART's RX line frame by frame, at the rate of this end; what the USART sends is read
 as a receiver at this end would read it. An end without a rate of its own follows that of the USART, and its format too.
+
+In real time, where nobody here answers at once, bytes that end within `REAL_TIME_GROUP_NS` are told of together.
 """
 
 from __future__ import annotations
@@ -10,9 +12,11 @@ from collections import deque
 from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
+from typing import NamedTuple
 
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_S
+from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.links.port import Line, PortBase
 from hilbench.links.uart import Transmitter
 from hilbench.mcu.group import ChipTime, MachineGroup
@@ -31,6 +35,16 @@ _USUAL_BAUDS = (
 _NEAR = Fraction(2, 100)
 """A receiver 2 % off reads everything right, whatever its first sample (RM0008 section 27.3.5: 3.4 % and more)."""
 _BREAK_BITS = 14
+_BYTES = tuple(bytes((value,)) for value in range(256))
+
+
+class _Byte(NamedTuple):
+    """A byte that the USART has sent, as this end reads it."""
+
+    start_ns: int
+    end_ns: int
+    value: int
+    wrong: bool
 
 
 class UsartPort(PortBase):
@@ -50,7 +64,8 @@ class UsartPort(PortBase):
         on_follow: called when the USART's rate or format have changed, or this end's rate.
         on_heard: called with each frame that is put on the RX line.
         frame_taps: called with each frame that the USART sends, when its start bit begins.
-        taps: called with each byte that this end reads and the bench time of it, before `on_receive`.
+        taps: called with the bytes that this end reads and the bench time of them, before `on_receive`: with each byte,
+            but for a bench in real time.
         heard_taps: called with each byte that is put on the RX line, and the bench time at which it begins.
         joined: the far ends that are USARTs themselves; see `join`.
         chip_time: the time of the chip.
@@ -87,6 +102,8 @@ class UsartPort(PortBase):
         self._is_near = False
         self.chip_time = ChipTime(bench, machine)
         self._breaks: deque[int] = deque()
+        self._together: list[_Byte] = []  # read by this end, in real time, and not told of yet
+        group.after_round.append(self._tell_together)
         self._baud = baud or _usual(usart.baud_hz)
         self._bit_s = Fraction(1, self._baud)
         self._transmitter = Transmitter(
@@ -193,13 +210,36 @@ class UsartPort(PortBase):
             tap(frame)
         for port in self.joined:
             port.hear(frame)
+        if not frame.is_break and self._receiver is None and self._fits(frame):
+            self._read(frame)
+            return
+        self._tell_together(frame.start_ns)
         if frame.is_break:
             self._output(frame.end_ns, self._take_break)
-        elif self._receiver is None and self._fits(frame):
-            form, bits = self.line_format, frame.bits
-            self._output(frame.end_ns, partial(self._take, form.value(bits), wrong=form.parity_wrong(bits)))
         else:
             self._misread(frame)
+
+    def _read(self, frame: SerialFrame) -> None:
+        """Read a frame as it was meant."""
+        form, bits, end_ns = self.line_format, frame.bits, frame.end_ns
+        value, wrong = form.value(bits) & 0xFF, form.parity_wrong(bits)
+        if self.reacts or not self._bench.scheduler.locked:
+            self._tell_together(frame.start_ns)
+            self._output(end_ns, partial(self._take, _BYTES[value], wrong))
+            return
+        ends = self._group.breathe(frame.start_ns)
+        if ends or (self._together and end_ns - self._together[0].start_ns > REAL_TIME_GROUP_NS):
+            self._tell_together(frame.start_ns)
+        self._together.append(_Byte(frame.start_ns, end_ns, value, wrong))
+
+    def _tell_together(self, reached_ns: int) -> None:
+        """Tell of all that was complete by `reached_ns`."""
+        complete = [byte for byte in self._together if byte.end_ns <= reached_ns]
+        if complete:
+            del self._together[: len(complete)]
+            data = bytes(byte.value for byte in complete)
+            wrong = sum(byte.wrong for byte in complete)
+            self._output(complete[-1].end_ns, partial(self._take, data, wrong))
 
     def _fits(self, frame: SerialFrame) -> bool:
         """Say whether this end reads a frame as it was meant."""
@@ -226,14 +266,14 @@ class UsartPort(PortBase):
 
     def _take_words(self, receiver: LineReceiver, done_s: Fraction) -> None:
         for word in receiver.advance(done_s):
-            self._take(word.value, wrong=word.framing_error or word.parity_error)
+            self._take(_BYTES[word.value & 0xFF], word.framing_error or word.parity_error)
         self._await_word(receiver)
 
-    def _take(self, value: int, *, wrong: bool) -> None:
+    def _take(self, data: bytes, wrong: int) -> None:
         if self.closed:
             return
         self.counters.framing_errors += wrong
-        data, now_ns = bytes((value & 0xFF,)), self._bench.now_ns
+        now_ns = self._bench.now_ns
         for tap in self.taps:
             tap(data, now_ns)
         self._deliver(data, now_ns)

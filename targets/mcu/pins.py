@@ -101,6 +101,8 @@ class Pin:
         inputs: signals that listen to the pad.
         bank: the word in which the port reads the pin, and
         mask: its bit in there.
+        alternate: True if the pad is configured to carry its alternate-function output.
+        lazy: True if level and record must be asked for: a peripheral does not tell of each edge.
     """
 
     __slots__ = (
@@ -118,9 +120,11 @@ class Pin:
         "_sent",
         "_sources",
         "_strong",
+        "alternate",
         "bank",
         "bonded",
         "inputs",
+        "lazy",
         "mask",
         "name",
         "nets",
@@ -137,6 +141,8 @@ class Pin:
         self.inputs: tuple[PinInput, ...] = ()
         self.bank = Bank()
         self.mask = 1
+        self.alternate = False
+        self.lazy = False
         self._pins = pins
         self._mode = PadMode.INPUT
         self._digital = True
@@ -212,11 +218,6 @@ class Pin:
         self.update_watch()
 
     # --- for the port and the signals
-
-    @property
-    def alternate(self) -> bool:
-        """True if the pad is configured to carry its alternate-function output."""
-        return self._claim is None and self._mode in _ALTERNATE
 
     @property
     def open_drain(self) -> bool:
@@ -334,7 +335,8 @@ class Pin:
         """Find out anew whether the level must be asked for before it is right."""
         lazy = any(output.refresh is not None and output.watch() is not Watch.LIVE for output in self.outputs)
         others = tuple(pin for pin in self.bank.lazy if pin is not self)
-        self.bank.lazy = (*others, self) if lazy and self.alternate else others
+        self.lazy = lazy and self.alternate
+        self.bank.lazy = (*others, self) if self.lazy else others
 
     def update(self, cycle: int | None = None) -> None:
         """Work out the level after something has changed, at present or (unwatched) at an earlier `cycle`."""
@@ -360,6 +362,7 @@ class Pin:
             net.spread(self, "outside", source)
 
     def _reconfigured(self) -> None:
+        self.alternate = self._claim is None and self._mode in _ALTERNATE
         self._digital = not self._claim.analog if self._claim else self._mode is not PadMode.ANALOG
         self.refresh()
         self.update_watch()
@@ -520,7 +523,7 @@ class Pins:
         They come in no particular order, but in the same one whenever the same happens.
         """
         for pin in self.with_outputs:
-            if pin.recording:
+            if pin.lazy and pin.recording:
                 pin.refresh()
         pins = [pin for pin in self.with_edges if pin.recording]
         self.with_edges = [pin for pin in self.with_edges if not pin.recording]

@@ -64,7 +64,10 @@ class PinOutput:
 
     def at_pin(self) -> bool:
         """Say whether a pin is configured to carry the signal."""
-        return any(pin.alternate for pin in self.pins)
+        for pin in self.pins:  # asked for with every frame of every USART: a generator takes longer than the rest
+            if pin.alternate:
+                return True
+        return False
 
     def open_drain(self) -> bool:
         """Say whether those pins only pull low."""

@@ -55,6 +55,10 @@ class Request:
         """Have `listener` told of changes."""
         self._listeners.append(listener)
 
+    def ignore(self, listener: Listener) -> None:
+        """Undo `listen`."""
+        self._listeners.remove(listener)
+
     def _tell(self) -> None:
         for listener in self._listeners:
             listener.request_changed()

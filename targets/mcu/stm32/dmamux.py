@@ -25,23 +25,6 @@ _SYNCHRONIZED = "requests pass at once: synchronization and the events of channe
 _GENERATED = "the request generators are not modelled: they never ask"
 
 
-class _Inlet:
-    """What comes in from a request: it is told to the channels that have chosen it."""
-
-    def __init__(self) -> None:
-        self.listeners: list[Listener] = []
-
-    def request_changed(self) -> None:
-        """See `dma_requests.Listener`."""
-        for listener in self.listeners:
-            listener.request_changed()
-
-    def request_ended(self) -> None:
-        """See `dma_requests.Listener`."""
-        for listener in self.listeners:
-            listener.request_ended()
-
-
 class DmaMux(Peripheral):
     """A multiplexer.
 
@@ -67,12 +50,9 @@ class DmaMux(Peripheral):
         self._count = channels
         super().__init__(name, base, services)
         self._lines = {number: requests.line(of_number) for number, of_number in names.items()}
-        self._inlets = {number: _Inlet() for number in names}
-        for number, line in self._lines.items():
-            line.listen(self._inlets[number])
         self._outlets: list[list[Request]] = [[] for _ in range(channels)]
         self._listeners: list[Listener | None] = [None] * channels
-        self._hears: list[_Inlet | None] = [None] * channels
+        self._hears: list[Request | None] = [None] * channels
         for channel in range(channels):
             self._writers[4 * channel] = partial(self._write_control, channel)
 
@@ -130,15 +110,15 @@ class DmaMux(Peripheral):
 
     def _lead(self, channel: int, number: int) -> None:
         listener, before = self._listeners[channel], self._hears[channel]
-        now = self._inlets.get(number)
-        self._outlets[channel][:] = [self._lines[number]] if now is not None else []
+        now = self._lines.get(number)
+        self._outlets[channel][:] = [now] if now is not None else []
         self._hears[channel] = now
         if listener is None:
             return
         if before is not None:
-            before.listeners.remove(listener)
+            before.ignore(listener)
         if now is not None:
-            now.listeners.append(listener)
+            now.listen(listener)
         listener.request_changed()
 
 
