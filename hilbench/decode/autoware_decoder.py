@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from hilbench.decode.items import Item, Kind
 from hilbench.decode.reading import DecodeOptions, Speaker, fields_of
@@ -20,13 +20,22 @@ class AutowareDecoder:
 
     def feed(self, data: bytes) -> Iterator[Item]:
         """See `Decoder`."""
-        return map(self._item, self._reader.receive(data))
+        return map(self.read, self.find(data))
+
+    def find(self, data: bytes) -> Sequence[autoware.Frame | autoware.Dropped]:
+        """See `Decoder`."""
+        return self._reader.receive(data)
+
+    def sort(self, found: autoware.Frame | autoware.Dropped) -> bytes | None:
+        """See `Decoder`."""
+        return None if isinstance(found, autoware.Dropped) else found.payload[:1]
 
     def finish(self) -> Iterator[Item]:
         """See `Decoder`."""
-        return map(self._item, self._reader.reset())
+        return map(self.read, self._reader.reset())
 
-    def _item(self, found: autoware.Frame | autoware.Dropped) -> Item:
+    def read(self, found: autoware.Frame | autoware.Dropped) -> Item:
+        """See `Decoder`."""
         if isinstance(found, autoware.Dropped):
             return Item(kind=Kind.DROPPED, name=found.reason.value, raw=found.data)
         try:

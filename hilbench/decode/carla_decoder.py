@@ -31,6 +31,18 @@ class CarlaDecoder:
         self._untold += data
         return self._tell(self._reader.receive(data, 0))
 
+    def find(self, data: bytes) -> list[Item]:
+        """See `Decoder`: what a frame says is known with its end."""
+        return self.feed(data)
+
+    def sort(self, found: Item) -> str | None:
+        """See `Decoder`."""
+        return found.name if found.kind is Kind.FRAME else None
+
+    def read(self, found: Item) -> Item:
+        """See `Decoder`."""
+        return found
+
     def finish(self) -> list[Item]:
         """See `Decoder`."""
         told = self._tell(self._reader.reset())

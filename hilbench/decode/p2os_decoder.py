@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from hilbench.decode.items import Item, Kind
 from hilbench.decode.reading import DecodeOptions, Speaker, fields_of
@@ -21,13 +21,22 @@ class P2osDecoder:
 
     def feed(self, data: bytes) -> Iterator[Item]:
         """See `Decoder`."""
-        return map(self._item, self._reader.receive(data, 0))
+        return map(self.read, self.find(data))
+
+    def find(self, data: bytes) -> Sequence[p2os.Frame | p2os.Dropped]:
+        """See `Decoder`."""
+        return self._reader.receive(data, 0)
+
+    def sort(self, found: p2os.Frame | p2os.Dropped) -> bytes | None:
+        """See `Decoder`."""
+        return None if isinstance(found, p2os.Dropped) else found.body[:1]
 
     def finish(self) -> Iterator[Item]:
         """See `Decoder`."""
-        return map(self._item, self._reader.reset())
+        return map(self.read, self._reader.reset())
 
-    def _item(self, found: p2os.Frame | p2os.Dropped) -> Item:
+    def read(self, found: p2os.Frame | p2os.Dropped) -> Item:
+        """See `Decoder`."""
         if isinstance(found, p2os.Dropped):
             return Item(kind=Kind.DROPPED, name=found.reason.value, raw=found.data)
         try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from hilbench.decode.items import Item, Kind
 from hilbench.decode.reading import DecodeOptions, Speaker, fields_of
@@ -32,13 +32,22 @@ class PktDecoder:
 
     def feed(self, data: bytes) -> Iterator[Item]:
         """See `Decoder`."""
-        return map(self._item, self._reader.receive(data, 0))
+        return map(self.read, self.find(data))
+
+    def find(self, data: bytes) -> Sequence[pkt.Frame | pkt.Dropped]:
+        """See `Decoder`."""
+        return self._reader.receive(data, 0)
+
+    def sort(self, found: pkt.Frame | pkt.Dropped) -> bytes | None:
+        """See `Decoder`."""
+        return None if isinstance(found, pkt.Dropped) else found.payload[:1]
 
     def finish(self) -> Iterator[Item]:
         """See `Decoder`."""
-        return map(self._item, self._reader.reset())
+        return map(self.read, self._reader.reset())
 
-    def _item(self, found: pkt.Frame | pkt.Dropped) -> Item:
+    def read(self, found: pkt.Frame | pkt.Dropped) -> Item:
+        """See `Decoder`."""
         if isinstance(found, pkt.Dropped):
             return Item(kind=Kind.DROPPED, name=found.reason.value, raw=found.data)
         is_report = found.payload[0] >= pkt.ReportId.GENERAL

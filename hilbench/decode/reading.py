@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -31,7 +31,16 @@ class DecodeOptions:
 
 
 class Decoder(Protocol):
-    """Reads one stream."""
+    """Reads one stream. Whoever looks at few of many frames finds them all, and reads those."""
+
+    def find(self, data: bytes) -> Sequence[Any]:
+        """Take bytes; return what they complete, not read yet."""
+
+    def sort(self, found: Any) -> Hashable:
+        """Return what tells a frame that was found from those of other messages; None of bytes that are no frame."""
+
+    def read(self, found: Any) -> Item:
+        """Read what was found."""
 
     def feed(self, data: bytes) -> Iterable[Item]:
         """Take bytes; return what they complete."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,32 +12,49 @@ from hilbench.decode.items import Item, Kind
 from hilbench.decode.lines import said
 from hilbench.decode.reading import DecodeOptions, Decoder
 
-__all__ = ["KEPT_FRAMES", "FrameModel", "FramesModel"]
+__all__ = ["KEPT_FRAMES", "LEAST_STEP_NS", "FrameModel", "FramesModel"]
 
 KEPT_FRAMES = 2000
+LEAST_STEP_NS = 50_000_000
+"""Figures that come faster are thinned to this (choice)."""
 
 Event = Mapping[str, Any]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class FrameModel:
-    """A frame, or bytes that are none.
+    """A frame, or bytes that are none; read when somebody looks at it.
+
+    Args:
+        number: counted from 1, since the journal began.
+        ns: bench time at which it was handed over, or complete, in ns.
+        sent: whether our end sent it.
+        end: whose line it was on.
+        found: what was found of it.
+        read: reads that.
 
     Attributes:
-        number: counted from 1, since the journal began.
-        ns: bench time at which it was handed over, or complete.
-        sent: whether our end sent it.
-        item: what it says.
         protocol: how it is read.
         line: on which of several lines; empty if there is but one.
     """
 
-    number: int
-    ns: int
-    sent: bool
-    item: Item
-    protocol: str = ""
-    line: str = ""
+    __slots__ = ("_found", "_item", "_read", "line", "ns", "number", "protocol", "sent")
+
+    def __init__(self, number: int, ns: int, sent: bool, end: _End, found: Any, read: Callable[[Any], Item]) -> None:
+        self.number = number
+        self.ns = ns
+        self.sent = sent
+        self.protocol = end.protocol
+        self.line = end.line
+        self._found = found
+        self._read = read
+        self._item: Item | None = None
+
+    @property
+    def item(self) -> Item:
+        """What it says."""
+        if self._item is None:
+            self._item = self._read(self._found)
+        return self._item
 
     @property
     def good(self) -> bool:
@@ -76,6 +93,7 @@ class FramesModel:
         self.options = _options(live)
         self._count = 0
         self._ends = {who: about for who, about in _speakers(live).items() if about.protocol in DECODERS}
+        self._seen: dict[str, dict[Hashable, int]] = {who: {} for who in self._ends}
         self._decoders: dict[tuple[str, bool], Decoder] = {}
         for who, about in self._ends.items():
             make = DECODERS[about.protocol]
@@ -88,21 +106,32 @@ class FramesModel:
         return self._count
 
     def take(self, event: Event) -> list[FrameModel]:
-        """Take bytes that an end of ours sent or heard; return the frames that they complete."""
-        end = self._ends.get(event.get("source", ""))
+        """Take bytes that an end of ours sent or heard; return what they bring anew.
+
+        That are the frames that were heard, but of each message at most one in each `LEAST_STEP_NS`: a full line has
+        thousands in a second, and nobody reads them all.
+        """
+        source, ns = event.get("source", ""), event["ns"]
+        end = self._ends.get(source)
         if end is None:
             return []
         sent = event["kind"] == "tx"
-        found = []
-        for item in self._decoders[event["source"], sent].feed(bytes.fromhex(event["data"])):
-            self._count += 1
-            found.append(
-                FrameModel(
-                    number=self._count, ns=event["ns"], sent=sent, item=item, protocol=end.protocol, line=end.line
-                )
-            )
-        self.frames.extend(found)
-        return found
+        decoder = self._decoders[source, sent]
+        found = decoder.find(bytes.fromhex(event["data"]))
+        read, count = decoder.read, self._count + 1
+        frames = [FrameModel(number, ns, sent, end, one, read) for number, one in enumerate(found, count)]
+        self._count += len(frames)
+        self.frames.extend(frames)
+        return [] if sent else list(self._news(source, ns, map(decoder.sort, found), frames))
+
+    def _news(
+        self, source: str, ns: int, sorts: Iterable[Hashable], frames: Sequence[FrameModel]
+    ) -> Iterator[FrameModel]:
+        seen = self._seen[source]
+        for sort, frame in zip(sorts, frames, strict=True):
+            if sort is not None and ns - seen.get(sort, -LEAST_STEP_NS) >= LEAST_STEP_NS:
+                seen[sort] = ns
+                yield frame
 
     def matching(self, pattern: str, count: int) -> list[FrameModel]:
         """Return the latest frames that a filter lets pass, oldest first.

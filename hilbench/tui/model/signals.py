@@ -9,14 +9,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from hilbench.tui.model.frames import FrameModel
+from hilbench.tui.model.frames import LEAST_STEP_NS, FrameModel
 
 __all__ = ["LEAST_STEP_NS", "Signal", "SignalsModel"]
 
 Event = Mapping[str, Any]
 NS_PER_S = 1_000_000_000
-LEAST_STEP_NS = 50_000_000
-"""What comes faster is thinned to this (choice)."""
 _KEPT = 6000
 """Points: five minutes at the least step."""
 _SLOWEST_PWM_NS = 100_000_000

@@ -1,14 +1,16 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.journal import Journal
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.follower import Follower
-from hilbench.tui.model.frames import FramesModel
+from hilbench.tui.model.frames import LEAST_STEP_NS, FramesModel
 from hilbench.tui.model.pins import PinModel
 from hilbench.tui.model.rates import Counted
 from hilbench.tui.model.stick import HOLD_S, Stick
@@ -243,9 +245,26 @@ def test_lines_that_are_no_events_are_left_out(tmp_path):
 def test_frames_of_a_checker_that_is_the_server_are_read_from_its_side():
     frames = FramesModel({"operator": "server", "protocol": "p2os", "side": "target"})
     pulse = {"ns": 1, "source": "server", "data": "fafb03000000"}
-    (heard,) = frames.take({"kind": "rx", **pulse})
-    (sent,) = frames.take({"kind": "tx", **pulse})
+    for way in ("rx", "tx"):
+        frames.take({"kind": way, **pulse})
+    heard, sent = frames.frames
     assert (heard.item.name, sent.item.name) == ("PULSE", "SyncEcho")
+
+
+@pytest.mark.parametrize("bench", ["pioneer", "rover", "vehicle"])
+def test_of_a_line_each_message_is_read_for_its_figures_once_in_a_while(recordings, bench):
+    header, events = recordings[bench]
+    frames = FramesModel(header["live"])
+    names, times = set(), {}
+    for event in events:
+        if event["kind"] in {"tx", "rx"}:
+            for frame in frames.take(event):
+                assert not frame.sent
+                names.add((frame.line, frame.item.name))
+                sort = frames._decoders[event["source"], False].sort(frame._found)
+                times.setdefault((frame.line, sort), []).append(frame.ns)
+    assert names == {(frame.line, frame.item.name) for frame in frames.frames if not frame.sent and frame.good}
+    assert all(later - earlier >= LEAST_STEP_NS for told in times.values() for earlier, later in pairwise(told))
 
 
 def test_a_follower_passes_over_what_is_old_and_reads_whole_events_behind_it(tmp_path):
