@@ -9,20 +9,20 @@ Choices: at a channel that leads nowhere, or at a pin that floats, stands 0 V; w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
 from targets.mcu.fidelity import Fidelity
-from targets.mcu.registers import Peripheral, Register
+from targets.mcu.registers import Register
 from targets.mcu.services import Services
 from targets.mcu.stm32.adc_unit import CR2, REGISTERS, SR, Unit
+from targets.mcu.stm32.converters import UNIT_SIZE, Converters
 from targets.mcu.stm32.dma_requests import Requests
 
 __all__ = ["Adc", "Internal"]
 
 CSR, CCR, CDR = 0x300, 0x304, 0x308
-UNIT_SIZE = 0x100
 MULTI, MULTI_DMA = 0x1F, 0xEF00
 VBATE, TSVREFE = 1 << 22, 1 << 23
 _PRESCALERS = (2, 4, 6, 8)
@@ -63,7 +63,7 @@ class Internal:
         return self.at_25_volts + (temperature_c - 25.0) * self.volts_per_c
 
 
-class Adc(Peripheral):
+class Adc(Converters[Unit]):
     """The converters and what they share.
 
     Args:
@@ -98,24 +98,24 @@ class Adc(Peripheral):
         injected_triggers: Mapping[int, str],
         enabled: Callable[[int], bool],
     ) -> None:
-        super().__init__("ADC", base, services)
+        super().__init__("ADC", base, services, irq=irq)
         self.internal = Internal()
         self._volts = volts
         self._bus = bus
         self._most_hz = most_hz
         self._enabled = enabled
-        self._irq = services.irq(irq)
-        self._irq_level = False
-        self._units: Sequence[Unit] = [
+        self._units = [
             Unit(
                 name,
                 self.time,
-                volts=partial(self._volts_at, name),
-                reference_volts=reference_volts,
-                request=requests.line(name),
-                triggers={number: services.input(signal) for number, signal in triggers.items()},
-                injected_triggers={number: services.input(signal) for number, signal in injected_triggers.items()},
-                note=partial(self._note_of, name),
+                self._ends(
+                    name,
+                    volts=self._volts_at,
+                    requests=requests,
+                    reference_volts=reference_volts,
+                    triggers=triggers,
+                    injected_triggers=injected_triggers,
+                ),
             )
             for name in ("ADC1", "ADC2", "ADC3")
         ]
@@ -146,21 +146,7 @@ class Adc(Peripheral):
     def clocked(self, clocked: bool) -> None:
         pass
 
-    def note(self, kind: str, where: str, text: str) -> None:
-        """Note something; registers of a converter have its name already."""
-        self.services.notes.add(kind, where if where.startswith("ADC") else f"ADC_{where}", text)
-
-    def _note_of(self, unit: str, kind: str, where: str, text: str) -> None:
-        self.note(kind, f"{unit}_{where}", text)
-
     # --- what the chip calls
-
-    def reset(self) -> None:
-        """Go to the state after reset."""
-        super().reset()
-        for unit in self._units:
-            unit.reset()
-        self.after_clock_change()
 
     def after_clock_change(self) -> None:
         """Go on at the new rate."""
@@ -207,7 +193,7 @@ class Adc(Peripheral):
         self[CCR] = value
         self.after_clock_change()
 
-    # --- voltages and lines
+    # --- voltages
 
     def _volts_at(self, unit: str, channel: int) -> float:
         if channel > 15:
@@ -220,9 +206,3 @@ class Adc(Peripheral):
             self.note("misuse", f"{unit}.IN{channel}", "nothing drives this channel, or it leads nowhere: it reads 0 V")
             return 0.0
         return volts
-
-    def _drive_irq(self) -> None:
-        level = any(unit.interrupt for unit in self._units)
-        if level is not self._irq_level:
-            self._irq_level = level
-            self._irq.set(level)

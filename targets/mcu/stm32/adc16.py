@@ -17,16 +17,16 @@ from fractions import Fraction
 from functools import partial
 
 from targets.mcu.fidelity import Fidelity
-from targets.mcu.registers import Peripheral, Register
+from targets.mcu.registers import Register
 from targets.mcu.services import Services
 from targets.mcu.stm32.adc16_registers import BOOST, CR, ISR, PCSEL, REGISTERS
 from targets.mcu.stm32.adc16_unit import Unit
+from targets.mcu.stm32.converters import UNIT_SIZE, Converters
 from targets.mcu.stm32.dma_requests import Requests
 
 __all__ = ["Adc16", "Inside"]
 
 CSR, CCR, CDR, CDR2 = 0x300, 0x308, 0x30C, 0x310
-UNIT_SIZE = 0x100
 DUAL, DUAL_SETTINGS = 0x1F, 0xCF00
 VREFEN, TSEN, VBATEN = 1 << 22, 1 << 23, 1 << 24
 PRESCALERS = (1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256)
@@ -70,7 +70,7 @@ class Inside:
         return self.at_30_volts + (temperature_c - 30.0) * self.volts_per_c
 
 
-class Adc16(Peripheral):
+class Adc16(Converters[Unit]):
     """Converters and what they share.
 
     Args:
@@ -108,24 +108,24 @@ class Adc16(Peripheral):
         injected_triggers: Mapping[int, str],
     ) -> None:
         self._names = units
-        super().__init__(name, base, services)
+        super().__init__(name, base, services, irq=irq)
         self.internal = Inside()
         self._kernel_hz = kernel_hz
         self._volts = volts
         self._inside = inside
-        self._irq = services.irq(irq)
-        self._irq_level = False
         self._clock_hz = Fraction(0)
         self._units = [
             Unit(
                 unit,
                 self.time,
-                volts=partial(self._volts_at, unit),
-                reference_volts=reference_volts,
-                request=requests.line(unit),
-                triggers={number: services.input(signal) for number, signal in triggers.items()},
-                injected_triggers={number: services.input(signal) for number, signal in injected_triggers.items()},
-                note=partial(self._note_of, unit),
+                self._ends(
+                    unit,
+                    volts=self._volts_at,
+                    requests=requests,
+                    reference_volts=reference_volts,
+                    triggers=triggers,
+                    injected_triggers=injected_triggers,
+                ),
             )
             for unit in units
         ]
@@ -148,21 +148,7 @@ class Adc16(Peripheral):
         yield Register("CDR", CDR, 0, 0, fidelity=Fidelity.ABSENT, note=_DUAL_NOTE)
         yield Register("CDR2", CDR2, 0, 0, fidelity=Fidelity.ABSENT, note=_DUAL_NOTE)
 
-    def note(self, kind: str, where: str, text: str) -> None:
-        """Note something; registers of a converter have its name already."""
-        self.services.notes.add(kind, where if where.startswith("ADC") else f"{self.name}_{where}", text)
-
-    def _note_of(self, unit: str, kind: str, where: str, text: str) -> None:
-        self.note(kind, f"{unit}_{where}", text)
-
     # --- what the chip calls
-
-    def reset(self) -> None:
-        """Go to the state after reset."""
-        super().reset()
-        for unit in self._units:
-            unit.reset()
-        self.after_clock_change()
 
     def after_clock_change(self) -> None:
         """Go on at the new rate."""
@@ -203,7 +189,7 @@ class Adc16(Peripheral):
         self[CCR] = value
         self.after_clock_change()
 
-    # --- voltages and lines
+    # --- voltages
 
     def _volts_at(self, unit: str, channel: int) -> float:
         if source := self._inside.get(unit, {}).get(channel):
@@ -217,9 +203,3 @@ class Adc16(Peripheral):
             self.note("misuse", f"{unit}.INP{channel}", "nothing drives this channel, or it leads nowhere: 0 V")
             return 0.0
         return volts
-
-    def _drive_irq(self) -> None:
-        level = any(unit.interrupt for unit in self._units)
-        if level is not self._irq_level:
-            self._irq_level = level
-            self._irq.set(level)

@@ -28,6 +28,7 @@ from targets.mcu.stm32.adc16_registers import (
     LINCALRDYW,
 )
 from targets.mcu.stm32.clocked_wait import ClockedWait
+from targets.mcu.stm32.converters import Note
 from targets.mcu.timebase import Event, Timebase
 
 __all__ = ["CALIBRATION_CLOCKS", "LINEARITY_CLOCKS", "REGULATOR_S", "STABILISATION_CLOCKS", "Power"]
@@ -43,8 +44,6 @@ STABILISATION_CLOCKS = 10
 
 _WORDS = 6  # of the linearity factor
 _FIRST_WORD = 22  # the bit LINCALRDYW1 of CR
-
-Note = Callable[[str, str, str], None]
 
 
 class Power:

@@ -14,12 +14,11 @@ counts as it is at the end of the sampling time. Choices where the manual is sil
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from fractions import Fraction
 
-from targets.mcu.services import InputSignal
 from targets.mcu.stm32.adc16_data import code, conversion_clocks, result
-from targets.mcu.stm32.adc16_power import Note, Power
+from targets.mcu.stm32.adc16_power import Power
 from targets.mcu.stm32.adc16_registers import (
     ADCAL,
     ADCALDIF,
@@ -79,7 +78,7 @@ from targets.mcu.stm32.adc16_settings import (
 )
 from targets.mcu.stm32.adc_sequences import Group
 from targets.mcu.stm32.clocked_wait import ClockedWait
-from targets.mcu.stm32.dma_requests import Request
+from targets.mcu.stm32.converters import Ends
 from targets.mcu.timebase import Timebase
 
 __all__ = ["Unit"]
@@ -97,12 +96,7 @@ class Unit:
     Args:
         name: ``ADC1``.
         time: the chip's cycles and events.
-        volts: returns the voltage at a channel.
-        reference_volts: VREF+.
-        request: the DMA request.
-        triggers: listeners to the regular triggers, by EXTSEL,
-        injected_triggers: and to those of the injected group, by JEXTSEL.
-        note: notes something about a register.
+        ends: what it is tied to.
 
     Attributes:
         values: of the registers, by offset.
@@ -111,37 +105,22 @@ class Unit:
         power: what wakes it up.
     """
 
-    def __init__(
-        self,
-        name: str,
-        time: Timebase,
-        *,
-        volts: Callable[[int], float],
-        reference_volts: float,
-        request: Request,
-        triggers: Mapping[int, InputSignal],
-        injected_triggers: Mapping[int, InputSignal],
-        note: Note,
-    ) -> None:
+    def __init__(self, name: str, time: Timebase, ends: Ends) -> None:
         self.name = name
         self.on_flags: Callable[[], None] = lambda: None
         self.on_enable: Callable[[], None] = lambda: None
         self.values = {register.offset: register.reset for register in REGISTERS}
-        self.power = Power(time, self.values, note)
+        self.power = Power(time, self.values, ends.note)
         self.power.on_flags = self._update
-        self._volts = volts
-        self._reference_volts = reference_volts
-        self._request = request
-        self._triggers = triggers
-        self._injected_triggers = injected_triggers
-        self._note = note
+        self._ends = ends
+        self._note = ends.note
         self._wait = ClockedWait(time)
         self._regular, self._injected = Group(), Group()
         self._converting: Group | None = None
         self._sampled = 0
         self._sum, self._summed = 0, 0
         self._dma_over = False
-        request.on_last = self._last_transfer
+        ends.request.on_last = self._last_transfer
 
     # --- what the controller calls
 
@@ -276,10 +255,16 @@ class Unit:
     def _listen(self) -> None:
         cfgr, jsqr, running = self.values[CFGR], self.values[JSQR], self.values[CR]
         for name, signals, hear, wanted, number in (
-            ("CFGR.EXTSEL", self._triggers, self._regular_edge, running & ADSTART and cfgr >> 10 & 3, cfgr >> 5 & 0x1F),
+            (
+                "CFGR.EXTSEL",
+                self._ends.triggers,
+                self._regular_edge,
+                running & ADSTART and cfgr >> 10 & 3,
+                cfgr >> 5 & 0x1F,
+            ),
             (
                 "JSQR.JEXTSEL",
-                self._injected_triggers,
+                self._ends.injected_triggers,
                 self._injected_edge,
                 running & JADSTART and jsqr >> 7 & 3,
                 jsqr >> 2 & 0x1F,
@@ -337,7 +322,7 @@ class Unit:
         group = self._converting
         assert group is not None
         bits = resolution(self.values)
-        self._sampled = code(self._volts(group.channel), self._reference_volts, bits)
+        self._sampled = code(self._ends.volts(group.channel), self._ends.reference_volts, bits)
         if group is self._regular:
             self.values[ISR] |= EOSMP
             self._update()
@@ -417,8 +402,8 @@ class Unit:
     def _update(self) -> None:
         mode = self.values[CFGR] & DMNGT
         wanted = mode not in (0, _DFSDM) and self.values[ISR] & (EOC | OVR) == EOC and not self._dma_over
-        if wanted is not self._request.level:
-            self._request.set(wanted)
+        if wanted is not self._ends.request.level:
+            self._ends.request.set(wanted)
         self.on_flags()
 
 

@@ -14,14 +14,13 @@ of the sampling time. Choices where the manual is silent, besides those of `adc_
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from fractions import Fraction
 
 from targets.mcu.registers import Register
-from targets.mcu.services import InputSignal
 from targets.mcu.stm32.adc_format import BITS, aligned, code, injected, outside
 from targets.mcu.stm32.adc_sequences import Group
-from targets.mcu.stm32.dma_requests import Request
+from targets.mcu.stm32.converters import Ends
 from targets.mcu.timebase import Event, Timebase
 
 __all__ = ["REGISTERS", "Unit"]
@@ -60,8 +59,6 @@ REGISTERS = (
     Register("DR", DR, 0, 0),
 )
 
-Note = Callable[[str, str, str], None]
-
 
 class Unit:
     """See the module.
@@ -69,12 +66,7 @@ class Unit:
     Args:
         name: ``ADC1``.
         time: the chip's cycles and events.
-        volts: returns the voltage at a channel.
-        reference_volts: VREF+.
-        request: the DMA request.
-        triggers: listeners to the regular triggers, by EXTSEL,
-        injected_triggers: and to those of the injected group, by JEXTSEL.
-        note: notes something about a register.
+        ends: what it is tied to.
 
     Attributes:
         values: of the registers, by offset.
@@ -82,29 +74,14 @@ class Unit:
         clock_cycles: HCLK cycles of a clock of the converter; 0 while it stands still. Set it by `set_clock`.
     """
 
-    def __init__(
-        self,
-        name: str,
-        time: Timebase,
-        *,
-        volts: Callable[[int], float],
-        reference_volts: float,
-        request: Request,
-        triggers: Mapping[int, InputSignal],
-        injected_triggers: Mapping[int, InputSignal],
-        note: Note,
-    ) -> None:
+    def __init__(self, name: str, time: Timebase, ends: Ends) -> None:
         self.name = name
         self.on_flags: Callable[[], None] = lambda: None
         self.clock_cycles = 0
         self.values = {register.offset: register.reset for register in REGISTERS}
         self._time = time
-        self._volts = volts
-        self._reference_volts = reference_volts
-        self._request = request
-        self._triggers = triggers
-        self._injected_triggers = injected_triggers
-        self._note = note
+        self._ends = ends
+        self._note = ends.note
         self._regular, self._injected = Group(), Group()
         self._converting: Group | None = None
         self._event: Event | None = None
@@ -114,7 +91,7 @@ class Unit:
         self._unread = False
         self._dma_over = False
         self._on_since = Fraction(0)
-        request.on_last = self._last_transfer
+        ends.request.on_last = self._last_transfer
 
     # --- what the controller calls
 
@@ -197,8 +174,8 @@ class Unit:
     def _listen(self) -> None:
         control = self.values[CR2]
         for shift, signals, hear in (
-            (24, self._triggers, self._regular_edge),
-            (16, self._injected_triggers, self._edge),
+            (24, self._ends.triggers, self._regular_edge),
+            (16, self._ends.injected_triggers, self._edge),
         ):
             wanted = control & ADON and control >> shift + 4 & 3
             for number, signal in signals.items():
@@ -284,7 +261,7 @@ class Unit:
     def _sample(self) -> None:
         assert self._converting is not None
         bits = self._bits
-        self._sampled = code(self._volts(self._converting.channel), self._reference_volts, bits)
+        self._sampled = code(self._ends.volts(self._converting.channel), self._ends.reference_volts, bits)
         self._after(bits, self._converted)
 
     def _converted(self) -> None:
@@ -347,6 +324,6 @@ class Unit:
     def _update(self) -> None:
         control = self.values[CR2]
         wanted = self._unread and control & DMA and not self._dma_over and not self.values[SR] & OVR
-        if bool(wanted) is not self._request.level:
-            self._request.set(bool(wanted))
+        if bool(wanted) is not self._ends.request.level:
+            self._ends.request.set(bool(wanted))
         self.on_flags()

@@ -7,6 +7,7 @@ import pytest
 from targets.mcu.stm32.adc import Adc, Internal
 from targets.mcu.stm32.adc_sequences import Group
 from targets.mcu.stm32.adc_unit import Unit
+from targets.mcu.stm32.converters import Converters
 from targets.mcu.stm32.dma import Dma, _Slot
 from targets.mcu.stm32.dma_stream import Setting, Stream
 from targets.mcu.stm32.i2c import I2c
@@ -63,7 +64,7 @@ DEFECTS = [
     Defect("no trigger", "adc", Unit, "_regular_edge", "self._start_regular()", "pass"),
     Defect("the battery is not divided", "adc", Internal, "volts", "self.vbat_volts / 4", "self.vbat_volts"),
     Defect("no common flags", "adc", Adc, "read_CSR", "unit.values[SR]", "0"),
-    Defect("no interrupt", "adc", Adc, "_drive_irq", "any(unit.interrupt for unit in self._units)", "False"),
+    Defect("no interrupt", "adc", Converters, "_drive_irq", "any(unit.interrupt for unit in self._units)", "False"),
 ]
 
 
