@@ -15,7 +15,7 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.nearest import did_you_mean
 from hilbench.ports import PortInfo, UsbIdentity
 
-__all__ = ["PortChoice", "choose_port", "in_a_word", "parse_port_choice"]
+__all__ = ["PortChoice", "choose_port", "in_a_word", "parse_port_choice", "tells_apart"]
 
 _LOOKS_LIKE_ONE = re.compile(r"(?P<key>[a-z][a-z-]*)=.*", re.DOTALL | re.IGNORECASE)
 # A serial number may hold commas; what follows one is a condition only if it begins like one.
@@ -33,6 +33,8 @@ _SHOWN: Mapping[str, Callable[[UsbIdentity], str | None]] = {
     "location": lambda usb: usb.location,
     "interface": lambda usb: str(usb.interface),
 }
+# What can stand in a target; bridges leave the factory with 0001.
+_OF_ITS_OWN = re.compile(r"(?!0001$)[\w.:-]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +89,11 @@ def choose_port(choice: PortChoice, ports: Sequence[PortInfo]) -> PortInfo:
         f"there are {_listed(with_usb)}" if with_usb else "no USB port is there; plug it in, then see 'hilbench ports'"
     )
     raise UnavailableError("no port is that", where=str(choice), hint=hint)
+
+
+def tells_apart(serial_number: str | None) -> bool:
+    """Say whether a serial number tells a device from others, and can be written where a port is chosen."""
+    return serial_number is not None and _OF_ITS_OWN.fullmatch(serial_number) is not None
 
 
 def in_a_word(port: PortInfo) -> str:

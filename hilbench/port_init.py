@@ -10,7 +10,7 @@ from pathlib import Path
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.names import escaped
 from hilbench.new_files import Written, write_new
-from hilbench.port_choice import PortChoice, choose_port, parse_port_choice
+from hilbench.port_choice import PortChoice, choose_port, parse_port_choice, tells_apart
 from hilbench.ports import PortEnumerator, PortInfo, list_ports
 
 __all__ = ["PROTOCOLS", "init_port"]
@@ -87,7 +87,7 @@ def init_port(
 
     Raises:
         UsageError: several ports are meant, or a file is there already; nothing is written.
-        UnavailableError: there is no such port.
+        UnavailableError: nothing is plugged in, or nothing that is what was asked for.
     """
     wanted = PROTOCOLS[protocol]
     found = _find(port, ports())
@@ -125,8 +125,8 @@ def _named(port: PortInfo, there: Sequence[PortInfo]) -> str:
     usb = port.usb
     if usb is None:
         return port.device
-    words = [("usb", usb.ids)]
-    words.append(("serial", usb.serial_number) if usb.serial_number else ("location", usb.location))
+    number = usb.serial_number
+    words = [("usb", usb.ids), ("serial", number) if number and tells_apart(number) else ("location", usb.location)]
     for more in (None, ("interface", str(usb.interface)), ("location", usb.location)):
         words += [more] if more is not None and more not in words else []
         choice = PortChoice(tuple(words))
@@ -138,6 +138,7 @@ def _named(port: PortInfo, there: Sequence[PortInfo]) -> str:
 def _about(port: PortInfo) -> str:
     usb = port.usb
     if usb is None:
-        return f"at {port.device}, which is no USB port: it is known by this name alone"
+        what = "no USB port" if Path(port.device).exists() else "not there now"
+        return f"at {port.device}, which is {what}: it is known by this name alone"
     name = " ".join(part for part in (usb.manufacturer, usb.product) if part) or usb.ids
     return f"{escaped(name)}, at {port.device} now"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import os
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hilbench.host import Host
+from hilbench.port_choice import tells_apart
 from hilbench.port_holders import Holders, holders_of
 from hilbench.ports import PortInfo
 from hilbench.udev import INSTALL_BY, installed_rules, port_group
@@ -27,8 +27,6 @@ __all__ = [
 ]
 
 BEST_LATENCY_MS = 1
-# A serial number that tells a device from others and can stand in a target; bridges leave the factory with 0001.
-_OF_ITS_OWN = re.compile(r"(?!0001$)[\w.:-]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +150,7 @@ def _target(port: PortInfo, ports: Sequence[PortInfo]) -> str:
     if usb is None:
         return f"serial:{port.device}"
     identities = [other.usb for other in ports if other.usb is not None]
-    if usb.serial_number and _OF_ITS_OWN.fullmatch(usb.serial_number):
+    if tells_apart(usb.serial_number):
         with_number = [other for other in identities if other.serial_number == usb.serial_number]
         if len(with_number) == 1:
             return f"serial:serial={usb.serial_number}"

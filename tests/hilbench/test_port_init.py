@@ -36,7 +36,7 @@ def target_in(folder):
 _ports = st.lists(
     st.builds(
         lambda serial, ids, location, interface: (serial, ids, location, interface),
-        st.sampled_from([None, "A1", "0001"]),
+        st.sampled_from([None, "A1", "0001", "B,location=1-1", "x@9", " "]),
         st.sampled_from([(0x0403, 0x6001), (0x10C4, 0xEA60)]),
         st.sampled_from(["1-1", "1-2.4"]),
         st.integers(0, 1),
@@ -88,8 +88,19 @@ def test_which_board_is_never_guessed(tmp_path, name, there, error, said):
 
 
 def test_a_port_without_identity_is_known_by_its_name(tmp_path):
-    init_port("p2os", "/dev/pts/7", 57600, tmp_path, ports=lambda: [SOLDERED])
-    assert target_in(tmp_path) == "serial:/dev/pts/7@57600"
+    written = init_port("p2os", "/dev/null", 57600, tmp_path, ports=lambda: [SOLDERED])
+    assert target_in(tmp_path) == "serial:/dev/null@57600"
+    assert written.notes == ("the board is at /dev/null, which is no USB port: it is known by this name alone",)
+
+
+def test_a_port_that_is_not_there_is_said_to_be_so(tmp_path):
+    written = init_port("p2os", "/dev/ttyNONE", None, tmp_path, ports=lambda: [SOLDERED])
+    assert written.notes == ("the board is at /dev/ttyNONE, which is not there now: it is known by this name alone",)
+
+
+def test_the_number_that_bridges_leave_the_factory_with_tells_none_apart(tmp_path):
+    init_port("p2os", "", None, tmp_path, ports=lambda: [port(0, serial="0001")])
+    assert target_in(tmp_path) == "serial:usb=0403:6001,location=1-1@9600"
 
 
 def test_an_ini_of_the_user_stays(tmp_path):
