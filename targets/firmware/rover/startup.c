@@ -3,7 +3,7 @@
 // From reset to main: the vector table (RM0410, table 46), the floating-point unit, and memory as C expects to find it.
 
 #include "chip/core.h"
-#include "rover/chip/core_m7.h"
+#include "chip/core_m7.h"
 #include "rover/chip/irq.h"
 
 extern uint32_t ld_stack_top[], ld_data_load[], ld_data_start[], ld_data_end[], ld_bss_start[], ld_bss_end[];

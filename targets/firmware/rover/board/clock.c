@@ -3,8 +3,8 @@
 #include "rover/board/clock.h"
 
 #include "chip/core.h"
+#include "chip/core_m7.h"
 #include "chip/cpu.h"
-#include "rover/chip/core_m7.h"
 #include "rover/chip/power.h"
 #include "rover/chip/rcc.h"
 

@@ -3,8 +3,8 @@
 #include "vehicle_interface/board/clock.h"
 
 #include "chip/core.h"
+#include "chip/core_m7.h"
 #include "chip/cpu.h"
-#include "vehicle_interface/chip/core_m7.h"
 #include "vehicle_interface/chip/power.h"
 #include "vehicle_interface/chip/rcc.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What the Cortex-M7 has beyond the M3's registers in common/chip/core.h (ARM DDI 0403, B3.2.20 and B2.2; DDI 0489).
+// What the Cortex-M7 has beyond the M3's registers in core.h (ARM DDI 0403, B3.2.20 and B2.2; DDI 0489).
 
 #pragma once
 
