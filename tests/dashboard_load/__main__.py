@@ -1,7 +1,9 @@
 """``python -m tests.dashboard_load``: what a dashboard costs a bench whose line is full both ways.
 
-Pairs of runs without and with a dashboard, interleaved; then, with ``--memory``, a bench of one's choice for so many
-seconds of bench time, as fast as it goes, with a dashboard that looks at it each second of that time.
+Pairs of runs without and with a dashboard, interleaved; or, with ``--memory``, a bench of one's choice for so many
+seconds of bench time, as fast as it goes, with a dashboard that looks at it each second of that time; or, with
+``--pictures``, the processor time of each picture of such a bench, with a recorded feed, which a busy machine hardly
+changes.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from pathlib import Path
 
 from tests.dashboard_load.measure import Figures, measure
 from tests.dashboard_load.memory import watch_memory
+from tests.dashboard_load.pictures import cost
 from tests.dashboard_load.rig import BAUD, serve
 from tests.dashboard_load.screen import attach
 
@@ -33,6 +36,8 @@ def main(words: Sequence[str]) -> int:
     )
     parser.add_argument("--memory", metavar="BENCH", help="watch the memory instead: 'full', or any bench")
     parser.add_argument("--bench-time", type=float, default=3600.0, help="for --memory: seconds (default: 3600)")
+    parser.add_argument("--pictures", metavar="BENCH", help="count the cost of pictures instead: 'full', or any bench")
+    parser.add_argument("--profile", action="store_true", help="for --pictures: where it goes")
     chosen = parser.parse_args(words)
     if chosen.role == "bench":
         return serve(Path(chosen.of))
@@ -40,6 +45,9 @@ def main(words: Sequence[str]) -> int:
         return attach(chosen.of, chosen.fps)
     if chosen.memory:
         watch_memory(chosen.memory, chosen.bench_time)
+        return 0
+    if chosen.pictures:
+        _say(cost(chosen.pictures, chosen.span, chosen.fps, profiled=chosen.profile))
         return 0
     compare(chosen.pairs, chosen.span, chosen.fps)
     return 0
