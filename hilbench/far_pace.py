@@ -31,11 +31,11 @@ def place_of(where: str) -> str | None:
     url = where.removeprefix("spy://")
     if "://" not in url:
         return _pseudo_terminal(url.partition("?")[0] if url != where else url)
-    parts = urlsplit(url)
     try:
+        parts = urlsplit(url)
         local = parts.scheme.lower() in _NETWORK and parts.port is not None and is_local(parts.hostname or "")
         return tcp_place(parts.port or 0) if local else None
-    except ValueError:  # no number
+    except ValueError:  # no number, or no address
         return None
 
 

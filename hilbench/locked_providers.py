@@ -387,8 +387,10 @@ def _is_up(port: Port) -> bool:
 
 def _url_of(door: TcpDoor) -> str:
     """Return the URL of a door; whoever comes by one that is not for this host alone may come from anywhere."""
-    host = door.host if ipaddress.ip_address(door.host).is_loopback else "0.0.0.0"  # noqa: S104 - nothing is bound
-    return f"socket://[{host}]:{door.port}"
+    host = ipaddress.ip_address(door.host)
+    if not host.is_loopback:
+        return f"socket://0.0.0.0:{door.port}"
+    return f"socket://{f'[{host}]' if host.version == 6 else host}:{door.port}"
 
 
 def _baud_of(bench_file: BenchFile) -> int:

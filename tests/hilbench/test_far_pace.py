@@ -70,7 +70,7 @@ class TestPlaces:
     @pytest.mark.parametrize(
         "where",
         ["/dev/null", "/dev/gone", __file__, "socket://192.0.2.1:8101", "socket://0.0.0.0:8101", "socket://127.0.0.1",
-         "socket://127.0.0.1:x", "loop://", "hwgrep://0403"],
+         "socket://127.0.0.1:x", "socket://[127.0.0.1]:1", "loop://", "hwgrep://0403"],
     )  # fmt: skip
     def test_nothing_else_is(self, where):
         assert place_of(where) is None

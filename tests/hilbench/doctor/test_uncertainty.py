@@ -139,3 +139,14 @@ def test_what_a_port_adds_follows_from_where_it_leads(monkeypatch, target, floor
     provider = make_provider(CheckOptions(targets=(TargetChoice(spec=target),)))
     with closing(Door(monkeypatch)), closing(provider), provider.open_case(CaseInfo(id="x", clause_ids=(), seed=0)):
         assert (provider._bench.port_floor_s, provider._bench.port_uncertainty_s) == (floor_s, port_s)
+
+
+@pytest.mark.parametrize(
+    ("door", "floor_s"),
+    [("pty:{}/door", 0), ("tcp:0", 0), ("tcp:[::1]:0", 0), ("tcp:0.0.0.0:0", LOCKED_FLOOR_S)],
+)
+def test_a_client_comes_from_this_host_or_from_anywhere(tmp_path, door, floor_s):
+    spec = f"listen:{door.format(tmp_path)}"
+    provider = make_provider(CheckOptions(suites=("p2os-client",), targets=(TargetChoice(spec=spec),)))
+    with closing(provider), provider.open_case(CaseInfo(id="x", clause_ids=(), seed=0)):
+        assert provider._bench.port_floor_s == floor_s
