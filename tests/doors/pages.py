@@ -23,14 +23,13 @@ door, in real time: a pty, a TCP port, RFC 2217, and a pty with `hilbench proxy`
 | Column | Cases |
 |---|---|
 | As in memory | have the same verdict |
-| Inconclusive | have a limit within what the bench could measure |
-| Board late | have another verdict, of a board that did not keep real time |
-| Other | have another verdict |
+| Inconclusive | have a limit within what the bench could measure, or failed for no figure while it was late |
+| Other | have another verdict: a defect |
 
-The board behind a door is a process of its own on the same host. What it is late by, the checker cannot see: a board
-that stands still for 0.3 s is, for its clauses, a board that answers 0.3 s too late. So the figures of both stand here:
-lateness p50, p99 and max in ms, then slips; for the board its speed as a part of real time before them. Where the board
-has slipped, the row says little of the door, and is to be made again on an idle host.
+The board behind a door is a process of its own on the same host. It tells the checker what it is late by
+([doors.md](doors.md#a-bench-that-is-late)), so a board that stands still for 0.3 s makes a case inconclusive, and no
+fail. How late both were stands in the last columns: lateness p50, p99 and max in ms, then slips; for the board its
+speed as a part of real time before them. On an idle host fewer cases are inconclusive.
 
 A board behind a door runs one program: cases of other programs do not apply there. The column *Cases* says which were
 run. Suites that look at pins, wheels or the world run in memory alone.
@@ -45,9 +44,7 @@ def compared(row: Row, memory: Row) -> Counter[str]:
 
 def _relations(row: Row, memory: Row) -> Mapping[str, str]:
     """Return how each case's verdict relates to that in memory."""
-    late = row["served"] is not None and row["served"]["slips"] > 0
-    found = {case: _relation(verdict, memory["verdicts"].get(case)) for case, verdict in row["verdicts"].items()}
-    return {case: "late" if late and relation == "other" else relation for case, relation in found.items()}
+    return {case: _relation(verdict, memory["verdicts"].get(case)) for case, verdict in row["verdicts"].items()}
 
 
 def _relation(verdict: str, in_memory: str | None) -> str:
@@ -62,10 +59,11 @@ def page(record: Sequence[Row]) -> str:
     """Return the page."""
     by_key = {(row["bench"], row["suite"], row["door"]): row for row in record}
     lines = [
-        "| Bench | Suite | Cases | Door | As in memory | Inconclusive | Board late | Other | Checker | Board |",
-        "|---|---|---|---|--:|--:|--:|--:|--:|--:|",
+        "| Bench | Suite | Cases | Door | As in memory | Inconclusive | Other | Checker | Board |",
+        "|---|---|---|---|--:|--:|--:|--:|--:|",
     ]
     others: list[str] = []
+    open_ones: list[str] = []
     for bench, suite in dict.fromkeys((row["bench"], row["suite"]) for row in record):
         memory = by_key.get((bench, suite, "memory"))
         if memory is None:
@@ -74,20 +72,22 @@ def page(record: Sequence[Row]) -> str:
             row = by_key.get((bench, suite, door))
             if row is not None:
                 lines.append(_line(row, memory))
-                others += _others(row, memory)
+                others += _cases(row, memory, "other")
+                open_ones += _cases(row, memory, "inconclusive")
     slipped = sum(1 for row in record if row["served"] is not None and row["served"]["slips"])
     if slipped:
         lines.append(f"\nThe host was busy with other work: the board slipped in {slipped} of these rows.")
     text = _HEAD + "\n".join(lines) + "\n"
-    if others:
-        text += "\n## Verdicts that are not as in memory\n\n" + "\n".join(others) + "\n"
+    for heading, cases in (("Other verdicts than in memory", others), ("Inconclusive", open_ones)):
+        if cases:
+            text += f"\n## {heading}\n\n" + "\n".join(cases) + "\n"
     return text
 
 
 def _line(row: Row, memory: Row) -> str:
     count = compared(row, memory)
     select = f'`-k "{row["select"]}"`' if row["select"] else "all"
-    counts = (count[relation] for relation in ("same", "inconclusive", "late", "other"))
+    counts = (count[relation] for relation in ("same", "inconclusive", "other"))
     cells = (row["bench"], row["suite"], select, row["door"], *counts, _checker(row["pace"]), _board(row["served"]))
     return "| " + " | ".join(map(str, cells)) + " |"
 
@@ -106,11 +106,12 @@ def _board(served: Mapping[str, float] | None) -> str:
     return f"{served['factor']:.3f}; {figures}; {served['slips']:.0f}"
 
 
-def _others(row: Row, memory: Row) -> list[str]:
+def _cases(row: Row, memory: Row, wanted: str) -> list[str]:
+    """Return a line for each case whose verdict relates so to that in memory."""
     here, there, causes = row["verdicts"], memory["verdicts"], row["causes"]
     return [
-        f"- {row['bench']}, {row['door']}{', board late' if relation == 'late' else ''}: `{case}` {here[case]}, in "
-        f"memory {there[case]}: {' '.join(causes.get(case, '').split())}"
+        f"- {row['bench']}, {row['door']}: `{case}` {here[case]}, in memory {there[case]}: "
+        f"{' '.join(causes.get(case, '').split())}"
         for case, relation in _relations(row, memory).items()
-        if relation in {"late", "other"}
+        if relation == wanted
     ]

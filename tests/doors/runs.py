@@ -25,7 +25,8 @@ _PACE = re.compile(
 """What `hilbench serve` says of its own host at its end."""
 BOOT_S = 3
 """How long firmware has for its start before it is checked, as a board on the desk has had."""
-_TCP = re.compile(r"127\.0\.0\.1:(\d+)")
+_TCP = re.compile(r"serving (?:(\S+) )?at \w+ 127\.0\.0\.1:(\d+)")
+"""A line, where there are several, and the port that leads to it."""
 _END_S = 30
 
 
@@ -73,9 +74,9 @@ def _targets(door: str, served: Served, folder: Path, last_words: list[str]) -> 
         words += [option, f"{line}={where}" if line else where]
     with contextlib.ExitStack() as stack:
         said = stack.enter_context(_running(words, last_words, BOOT_S))
-        ports = iter(_TCP.findall(said))
+        ports = dict(_TCP.findall(said))
         targets = []
-        for number, name in enumerate(served.lines):
+        for number, (name, line) in enumerate(served.lines.items()):
             place = f"serial:{folder}/line{number}"
             if door == "proxy":
                 proxied = f"pty:{folder}/proxied{number}"
@@ -83,7 +84,7 @@ def _targets(door: str, served: Served, folder: Path, last_words: list[str]) -> 
                 stack.enter_context(_running(command, last_words, 0))
                 place = f"serial:{folder}/proxied{number}"
             elif door != "pty":
-                place = f"{'socket' if door == 'tcp' else 'rfc2217'}://127.0.0.1:{next(ports)}"
+                place = f"{'socket' if door == 'tcp' else 'rfc2217'}://127.0.0.1:{ports[line]}"
             targets.append(f"{name}={place}@{served.baud}" if name else f"{place}@{served.baud}")
         yield targets
 
