@@ -6,6 +6,7 @@ Without faults a chunk is handed on as it came, in the same entry of the schedul
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -26,7 +27,7 @@ CLIENT, SERVER = "client", "server"
 """Who is at end A and at end B, as the journal names them."""
 
 _BREAK_NS = NS_PER_MS
-"""How long a break is held that is handed on; how long it was is not known (choice)."""
+"""How long a break is held that is handed on where it is not known how long it was (choice)."""
 
 Heard = Callable[[str, bytes, int], None]
 """Takes who has said something, the bytes, and the bench time in ns."""
@@ -82,8 +83,10 @@ class Relay:
             spoil = b.on_receive
             b.on_receive = partial(self._pass, SERVER, log("tx", SERVER), lambda data: spoil(data, bench.now_ns))
             far.on_receive = lambda data, _at_ns: a.write(data)
-        a.on_break = lambda _at_ns: far.send_break(_BREAK_NS)
-        far.on_break = lambda _at_ns: a.send_break(_BREAK_NS)
+        a.on_break = partial(self._broke, CLIENT, a, far.send_break)
+        far.on_break = partial(self._broke, SERVER, far, a.send_break)
+        if isinstance(a, Door):
+            a.on_lines = self._lines_set
         a.on_line = partial(self._line_changed, CLIENT)
         far.on_line = partial(self._line_changed, SERVER)
 
@@ -125,6 +128,21 @@ class Relay:
         else:
             self._refused_baud = 0
             self._bench.record("baud", CLIENT, baud=wanted)
+
+    def _broke(self, who: str, end: Port, onward: Callable[[int], None], _at_ns: int) -> None:
+        known_ns = end.break_ns if isinstance(end, Door) else 0
+        self._bench.record("break", who, duration_ns=known_ns or None)
+        onward(known_ns or _BREAK_NS)
+
+    def _lines_set(self, dtr: bool | None, rts: bool | None, _at_ns: int) -> None:
+        """Let the server's line have the levels that the client has set, if it has such lines."""
+        taken = False
+        set_lines = getattr(self._b, "set_lines", None)
+        if set_lines is not None:
+            with contextlib.suppress(UnavailableError):  # a pseudo-terminal, or gone
+                set_lines(dtr=dtr, rts=rts)
+                taken = True
+        self._bench.record("lines", CLIENT, dtr=dtr, rts=rts, taken=taken)
 
     def _line_changed(self, who: str, up: bool, _at_ns: int) -> None:
         self._bench.record("line", who, up=up)

@@ -2,8 +2,8 @@
 
 A client that agrees on the option sets the rate of a far serial port, its lines and breaks. The line behind it here is
 8N1 without flow control: another form of a byte, or flow control, is answered with what holds, which is how the option
-refuses (section 3). DTR and RTS are kept and answered, and lead nowhere. CTS, DSR and carrier are told to be asserted,
-as on a cable that joins them at its own end (choice).
+refuses (section 3). DTR and RTS are kept, answered, and told to whoever is behind the door. CTS, DSR and carrier are
+told to be asserted, as on a cable that joins them at its own end (choice).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ __all__ = [
     "ComPortEvent",
     "ComPortServer",
     "HeldBack",
+    "LinesSet",
     "Purged",
     "RateSet",
 ]
@@ -67,6 +68,14 @@ class BreakSet:
     on: bool
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinesSet:
+    """The client sets DTR or RTS, True for asserted; None for the one that is left as it is."""
+
+    dtr: bool | None = None
+    rts: bool | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class Purged:
     """What the client has sent and is not on the line yet is to be forgotten."""
@@ -79,7 +88,7 @@ class HeldBack:
     on: bool
 
 
-ComPortEvent = Bytes | RateSet | BreakSet | Purged | HeldBack
+ComPortEvent = Bytes | RateSet | BreakSet | LinesSet | Purged | HeldBack
 
 
 class _Option(enum.Enum):
@@ -206,7 +215,7 @@ class ComPortServer:
         elif value in (_ASK_BREAK, _BREAK_ON, _BREAK_OFF):
             value = self._break(value, wanted)
         elif value in (_ASK_DTR, _DTR_ON, _DTR_OFF, _ASK_RTS, _RTS_ON, _RTS_OFF):
-            value = self._lines(value)
+            value = self._lines(value, wanted)
         else:
             return []
         self._answer(_SET_CONTROL, bytes((value,)))
@@ -218,11 +227,13 @@ class ComPortServer:
             wanted.append(BreakSet(self._breaking))
         return _BREAK_ON if self._breaking else _BREAK_OFF
 
-    def _lines(self, value: int) -> int:
+    def _lines(self, value: int, wanted: list[ComPortEvent]) -> int:
         if value in (_DTR_ON, _DTR_OFF):
             self.dtr = value == _DTR_ON
+            wanted.append(LinesSet(dtr=self.dtr))
         elif value in (_RTS_ON, _RTS_OFF):
             self.rts = value == _RTS_ON
+            wanted.append(LinesSet(rts=self.rts))
         if value in (_ASK_DTR, _DTR_ON, _DTR_OFF):
             return _DTR_ON if self.dtr else _DTR_OFF
         return _RTS_ON if self.rts else _RTS_OFF

@@ -56,6 +56,9 @@ class Door(PortBase, ABC):
     Attributes:
         on_garbled: Called with the client's rate in bit/s, once for each client, when it first sends at another rate
             than the line's.
+        on_lines: Called with the levels of DTR and RTS that the client sets, True for asserted and None for one that
+            is left, and the bench time in ns; of the doors, that of RFC 2217 alone knows.
+        break_ns: How long the client's last break was, in ns; 0 where that is not known.
     """
 
     def __init__(
@@ -70,6 +73,8 @@ class Door(PortBase, ABC):
         super().__init__(name)
         self.any_baud = any_baud
         self.on_garbled: Callable[[int], None] = _ignore
+        self.on_lines: Callable[[bool | None, bool | None, int], None] = _ignore_lines
+        self.break_ns = 0
         self._garbled = False
         self._scheduler = scheduler
         self._hung_up = False
@@ -243,6 +248,10 @@ class Door(PortBase, ABC):
         self.counters.lost += self._outgoing.clear()  # the next client must not get the rest of it
         self._set_line(False, self._scheduler.now_ns)
         self._client_gone()
+
+
+def _ignore_lines(_dtr: bool | None, _rts: bool | None, _at_ns: int) -> None:
+    """Stand in for a callback that nobody has set."""
 
 
 def _ignore(_baud: int) -> None:

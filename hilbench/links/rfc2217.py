@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import partial
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
-from hilbench.links.com_port import BreakSet, Bytes, ComPortEvent, ComPortServer, HeldBack, Purged, RateSet
+from hilbench.links.com_port import BreakSet, Bytes, ComPortEvent, ComPortServer, HeldBack, LinesSet, Purged, RateSet
 from hilbench.links.door import Input
 from hilbench.links.port import Line
 from hilbench.links.tcp import TcpDoor
@@ -56,6 +56,7 @@ class Rfc2217Door(TcpDoor):
         self._owed = bytearray()  # what stands before all else: it must not be torn
         self._kept: bytearray | None = None
         self._flushing = False
+        self._broken_ns = 0
 
     @property
     def client_baud(self) -> int:
@@ -86,15 +87,20 @@ class Rfc2217Door(TcpDoor):
                 self._hear(source, data, at_ns)
             case RateSet(baud=baud):
                 self._client_rate = baud
-            case BreakSet(on=on) if not on:
-                self._in_order(at_ns, partial(self._client_broke, at_ns))
+            case BreakSet(on=True):
+                self._broken_ns = at_ns
+            case BreakSet():
+                self._in_order(at_ns, partial(self._client_broke, at_ns - self._broken_ns, at_ns))
+            case LinesSet(dtr=dtr, rts=rts):
+                self._in_order(at_ns, lambda: self.on_lines(dtr, rts, at_ns))
             case Purged():
                 self._in_order(at_ns, self._purge)
             case HeldBack(on=on):
                 self._hold_back(on)
 
-    def _client_broke(self, at_ns: int) -> None:
+    def _client_broke(self, duration_ns: int, at_ns: int) -> None:
         self.counters.breaks += 1
+        self.break_ns = duration_ns
         self.on_break(at_ns)
 
     def _purge(self) -> None:

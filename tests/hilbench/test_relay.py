@@ -117,7 +117,7 @@ def test_the_journal_has_what_was_said_and_what_was_got():
     assert {event["towards"] for event in between.bench.journal.recent if event["kind"] == "fault"} >= {"a", "b"}
 
 
-def test_breaks_are_handed_on_and_nothing_is_recorded_unasked():
+def test_breaks_are_handed_on_and_no_bytes_are_recorded_unasked():
     between = Between(record=False)
     breaks = []
     between.client.on_break = lambda at_ns: breaks.append("client")
@@ -128,7 +128,10 @@ def test_breaks_are_handed_on_and_nothing_is_recorded_unasked():
     between.run()
     assert sorted(breaks) == ["client", "server"]
     assert between.got[SERVER] == b"x"
-    assert not between.bench.journal.recent
+    assert [(event["kind"], event["source"]) for event in between.bench.journal.recent] == [
+        ("break", CLIENT),
+        ("break", SERVER),
+    ]
 
 
 @pytest.mark.parametrize("bench_name", ["rover-model", pytest.param("rover", marks=pytest.mark.thorough)])
@@ -192,3 +195,45 @@ def test_a_rate_that_the_server_does_not_take_is_recorded_once_and_the_bytes_pas
     assert (bytes(got), taken) == (b"xxxy", [19_200])
     rates = [(e["kind"], e["baud"]) for e in bench.journal.recent if e["kind"].startswith("baud")]
     assert rates == [("baud-refused", 2**32 - 1), ("baud", 19_200)]
+
+
+@pytest.mark.parametrize("has_lines", [True, False])
+def test_lines_and_breaks_of_a_client_reach_a_server_that_has_such(has_lines):
+    bench = Bench(Scheduler(), Journal())
+    line, far = MemoryLink(bench.scheduler, Line(baud=0)), MemoryLink(bench.scheduler, Line(baud=0))
+
+    class Client(type(line.b), Door):
+        client_baud = 0
+
+    Client.__abstractmethods__ = frozenset()
+    client, server, done = line.b, far.a, []
+    client.__class__ = Client
+    server.send_break = done.append
+    if has_lines:
+        server.set_lines = lambda **levels: done.append(levels)
+    Relay(bench, client, server)
+    client.on_lines(None, False, 0)
+    client.break_ns = 250 * NS_PER_MS
+    client.on_break(0)
+    client.break_ns = 0
+    client.on_break(0)
+    levels = [{"dtr": None, "rts": False}] if has_lines else []
+    assert done == [*levels, 250 * NS_PER_MS, NS_PER_MS]
+    assert [{**event} for event in bench.journal.recent] == [
+        {"ns": 0, "kind": "lines", "source": CLIENT, "dtr": None, "rts": False, "taken": has_lines},
+        {"ns": 0, "kind": "break", "source": CLIENT, "duration_ns": 250 * NS_PER_MS},
+        {"ns": 0, "kind": "break", "source": CLIENT, "duration_ns": None},
+    ]
+
+
+def test_lines_of_a_server_that_is_gone_are_not_taken_and_no_more():
+    bench = Bench(Scheduler(), Journal())
+    line, far = MemoryLink(bench.scheduler, Line(baud=0)), MemoryLink(bench.scheduler, Line(baud=0))
+
+    def gone(**_levels):
+        raise UnavailableError("it is gone", where="it")
+
+    far.a.set_lines = gone
+    relay = Relay(bench, line.b, far.a)
+    relay._lines_set(True, None, 0)
+    assert [event["taken"] for event in bench.journal.recent] == [False]

@@ -127,14 +127,17 @@ def test_the_rate_has_to_be_that_of_the_line(locked, door, client):
 
 
 def test_lines_and_breaks(locked, door, client):
-    breaks = []
-    door.on_break = breaks.append
+    breaks, levels = [], []
+    door.on_break = lambda at_ns: breaks.append((door.break_ns, at_ns))
+    door.on_lines = lambda dtr, rts, at_ns: levels.append((dtr, rts))
     do(locked, lambda: setattr(client, "dtr", False))
+    until(locked, lambda: levels == [(False, None)])
     assert (door._session.dtr, door._session.rts) == (False, True)
     assert do(locked, lambda: (client.cts, client.dsr, client.cd, client.ri)) == (True, True, True, False)
     do(locked, lambda: client.send_break(0.01))
     until(locked, lambda: len(breaks) == 1)
     assert door.counters.breaks == 1
+    assert 10 * NS_PER_MS <= breaks[0][0] < breaks[0][1]
 
 
 def test_another_form_of_a_byte_is_refused(locked, client):

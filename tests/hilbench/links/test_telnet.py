@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.links.com_port import COM_PORT, BreakSet, Bytes, ComPortServer, HeldBack, Purged, RateSet
+from hilbench.links.com_port import COM_PORT, BreakSet, Bytes, ComPortServer, HeldBack, LinesSet, Purged, RateSet
 from hilbench.links.telnet import (
     LONGEST_SUBNEGOTIATION,
     Data,
@@ -164,8 +164,11 @@ def test_two_servers_that_hear_each_other_fall_silent(talk):
         ((5, 5), [BreakSet(on=True)], [b"\x69\x05"]),
         ((5, 6), [], [b"\x69\x06"]),
         ((5, 7), [], [b"\x69\x08"]),
-        ((5, 9), [], [b"\x69\x09"]),
-        ((5, 12), [], [b"\x69\x0c"]),
+        ((5, 8), [LinesSet(dtr=True)], [b"\x69\x08"]),
+        ((5, 9), [LinesSet(dtr=False)], [b"\x69\x09"]),
+        ((5, 10), [], [b"\x69\x0b"]),
+        ((5, 11), [LinesSet(rts=True)], [b"\x69\x0b"]),
+        ((5, 12), [LinesSet(rts=False)], [b"\x69\x0c"]),
         ((5, 99), [], []),
         ((8,), [HeldBack(on=True)], []),
         ((9,), [HeldBack(on=False)], []),
