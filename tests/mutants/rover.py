@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from unittest.mock import patch
 
-from hilbench.check import CheckOptions, Verdict, run_suites
+from hilbench.check import CheckOptions, run_suites
 from hilbench.check.results import Report
 from hilbench.clock import NS_PER_S
 from hilbench.config import open_bench
@@ -49,16 +48,12 @@ from protocols.pkt.server import ServerMachine
 from targets.firmware import image_path
 from targets.robots.rover import BEHAVIOURS, DEFECTS, Behaviour, RoverRobot, RoverSettings, behaviour_of
 from targets.robots.rover.control import Motors
-
-_ROW = re.compile(r"^\| `(?P<name>[^`]+)` \|.*\| (?P<clauses>[^|]*) \|$", re.MULTILINE)
-_FIRMWARE = re.compile(r"^\| `(?P<name>[^`]+)` \|[^|]*\|[^|]*\| (?P<clauses>[^|]*) \| [^|]* \|$", re.MULTILINE)
-
-_LEVELS = {clause.id: clause.level for clause in BOARD_CLAUSES}
+from tests.mutants.defects_page import DefectsPage, Found, by_clauses, killers
 
 SHOWN = 3
 """So many of the clauses that find a defect in the model are run on the emulated board."""
 
-PAGE = Path(__file__).parents[2] / "docs" / "rover-defects.md"
+PAGE = DefectsPage(path=Path(__file__).parents[2] / "docs" / "rover-defects.md", clauses=BOARD_CLAUSES)
 
 FrameEdges = Mapping[tuple[FrameState, FrameTrigger], FrameTransition]
 Edges = Mapping[tuple[ServerState, ServerTrigger], Transition]
@@ -387,14 +382,9 @@ def has_image(name: str) -> bool:
     return image_path(f"rover-{name}").is_file()
 
 
-def killers(report: Report) -> tuple[str, ...]:
-    """The clauses that fail."""
-    return tuple(sorted({case.clause_ids[0] for case in report.cases if case.verdict is Verdict.FAIL}))
-
-
-def page(found: Mapping[str, Sequence[str]], firmware: Mapping[str, Sequence[str]]) -> str:
+def page(found: Found, firmware: Found) -> str:
     """The page of the table, from the clauses that find each mutant, as a model and in the firmware."""
-    return "\n".join([*_head(), *_table(found, firmware), *_clauses(found)]) + "\n"
+    return "\n".join([*_head(), *_table(found, firmware), *PAGE.by_clause(found)]) + "\n"
 
 
 def _head() -> Iterator[str]:
@@ -409,62 +399,26 @@ def _head() -> Iterator[str]:
     yield "`--strict` alone.\n"
 
 
-def _table(found: Mapping[str, Sequence[str]], firmware: Mapping[str, Sequence[str]]) -> Iterator[str]:
-    yield "| Defect | What it does | Where it was published | Found in the firmware by | Found in the model by |"
-    yield "|---|---|---|---|---|"
-    for defect in DEFECTS.values():
-        emulated = _shown(firmware.get(defect.name, ("no image",)))
-        yield f"| `{defect.name}` | {defect.text} | {defect.source} | {emulated} | {_shown(found[defect.name])} |"
+def _table(found: Found, firmware: Found) -> Iterator[str]:
+    yield from PAGE.published(DEFECTS.values(), found, firmware)
     yield "\n## In the firmware alone\n"
     yield "| Defect | What it does | Where it was published | Found by |"
     yield "|---|---|---|---|"
     for name, text, source, finders in FIRMWARE_ALONE:
         yield f"| `{name}` | {text} | {source} | {finders} |"
     yield "\n## Other faults\n"
-    yield "| Fault | What it does | Profile | Clauses that find it |"
-    yield "|---|---|---|---|"
-    for mutant in BY_HAND:
-        yield f"| `{mutant.id}` | {mutant.what} | `{mutant.profile}` | {_shown(found[mutant.id])} |"
+    yield from PAGE.faults(BY_HAND, found)
 
 
-def _shown(clauses: Sequence[str]) -> str:
-    """Clauses, those that say *should* with a star."""
-    return ", ".join(f"{clause}*" if _LEVELS.get(clause) == "should" else clause for clause in clauses)
-
-
-def _clauses(found: Mapping[str, Sequence[str]]) -> Iterator[str]:
-    yield "\n## Clauses\n"
-    yield "| Clause | Faults it finds |"
-    yield "|---|---|"
-    for clause in BOARD_CLAUSES:
-        names = [f"`{name}`" for name, clauses in found.items() if clause.id in clauses]
-        yield f"| {clause.id} {clause.title} | {', '.join(names) or 'none'} |"
-
-
-def on_the_page(row: re.Pattern[str] = _ROW) -> dict[str, tuple[str, ...]]:
+def on_the_page() -> dict[str, tuple[str, ...]]:
     """What the page says already: by fault, the clauses that find it in the model."""
     alone = {name for name, *_ in FIRMWARE_ALONE}
-    rows = row.finditer(PAGE.read_text(encoding="utf-8"))
-    return {row["name"]: tuple(row["clauses"].replace("*", "").split(", ")) for row in rows if row["name"] not in alone}
+    return {name: clauses for name, clauses in PAGE.said().items() if name not in alone}
 
 
-def firmware_on_the_page() -> dict[str, tuple[str, ...]]:
-    """As `on_the_page`, in the firmware."""
-    return on_the_page(_FIRMWARE)
-
-
-def by_clauses(chosen: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """What the page says, with these clauses run anew; all clauses for a fault that is not there."""
-    page_found = on_the_page()
-
-    def of(mutant: RoverMutant) -> tuple[str, ...]:
-        if mutant.id not in page_found:
-            return killers(run(mutant))
-        anew = [clause.id for clause in BOARD_CLAUSES if clause.id in chosen and mutant.profile in clause.profiles]
-        found_anew = killers(run(mutant, f"({' or '.join(anew)})")) if anew else ()
-        return tuple(sorted({*page_found[mutant.id], *found_anew} - ({*chosen} - {*found_anew})))
-
-    return {mutant.id: of(mutant) for mutant in all_mutants()}
+def asked(mutant: RoverMutant) -> set[str]:
+    """The clauses that a rover is run against."""
+    return {clause.id for clause in BOARD_CLAUSES if mutant.profile in clause.profiles}
 
 
 def main(words: Sequence[str]) -> int:
@@ -474,11 +428,12 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("--clauses", nargs="+", help="run these on the model alone; the rest is as on the page")
     chosen = parser.parse_args(words)
     if chosen.clauses:
-        found, firmware = by_clauses(chosen.clauses), firmware_on_the_page()
+        found = by_clauses(on_the_page(), all_mutants(), chosen.clauses, asked=asked, run=run)
+        firmware: Found = PAGE.said_of_firmware()
     else:
         found = on_the_page() if chosen.firmware else {mutant.id: killers(run(mutant)) for mutant in all_mutants()}
         firmware = {name: killers(run_image(name, found[name][:SHOWN])) for name in DEFECTS if has_image(name)}
-    PAGE.write_text(page(found, firmware), encoding="utf-8")
+    PAGE.path.write_text(page(found, firmware), encoding="utf-8")
     survivors = [name for name, clauses in (*found.items(), *firmware.items()) if not clauses]
     sys.stderr.write("".join(f"{name} survives\n" for name in survivors))
     return 1 if survivors else 0

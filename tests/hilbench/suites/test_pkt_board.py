@@ -13,7 +13,8 @@ from hilbench.links import Line, PtyDoor
 from hilbench.options import TargetChoice
 from protocols.pkt.clauses import BOARD_CLAUSES
 from targets.robots.rover import DEFECTS, RoverRobot, RoverSettings
-from tests.mutants.rover import BY_HAND, all_mutants, killers, on_the_page, run
+from tests.mutants.defects_page import killers
+from tests.mutants.rover import BY_HAND, all_mutants, on_the_page, run
 
 OPTIONS = CheckOptions(bench="rover-model", suites=("pkt-board",))
 FOUND = on_the_page()

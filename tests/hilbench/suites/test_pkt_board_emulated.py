@@ -9,11 +9,12 @@ from hilbench.check import CheckOptions, Verdict, run_suites
 from hilbench.options import TargetChoice
 from hilbench.rover_provider import AttachedRoverProvider
 from targets.robots.rover import DEFECTS
-from tests.mutants.rover import firmware_on_the_page, has_image, killers, run_image
+from tests.mutants.defects_page import killers
+from tests.mutants.rover import PAGE, has_image, run_image
 
 pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
 
-FOUND = firmware_on_the_page()
+FOUND = PAGE.said_of_firmware()
 QUICK = ("no-0x81", "no-resync", "throttle-unchecked", "led-shared")
 
 

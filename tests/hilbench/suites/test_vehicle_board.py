@@ -8,13 +8,14 @@ from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from protocols.carla.clauses import BOARD_CLAUSES
 from targets.robots.vehicle_interface import DEFECTS
-from tests.mutants.vehicle.page import on_the_page
+from tests.mutants.defects_page import killers
+from tests.mutants.vehicle.page import PAGE
 from tests.mutants.vehicle.published import CURES
-from tests.mutants.vehicle.runs import killers, run, to_run
+from tests.mutants.vehicle.runs import run, to_run
 from tests.mutants.vehicle.tables import BY_HAND, all_mutants
 
 OPTIONS = CheckOptions(bench="vehicle-model", suites=("vehicle-board",))
-FOUND = on_the_page()
+FOUND = PAGE.said()
 
 
 @pytest.fixture(scope="module")

@@ -10,12 +10,13 @@ from hilbench.options import TargetChoice
 from hilbench.vehicle_provider import AttachedVehicleProvider
 from targets.firmware import image_names
 from targets.robots.vehicle_interface import DEFECTS
-from tests.mutants.vehicle.page import firmware_on_the_page
-from tests.mutants.vehicle.runs import image_of, killers, run_image
+from tests.mutants.defects_page import killers
+from tests.mutants.vehicle.page import PAGE
+from tests.mutants.vehicle.runs import image_of, run_image
 
 pytestmark = pytest.mark.slow
 
-FOUND = firmware_on_the_page()
+FOUND = PAGE.said_of_firmware()
 QUICK = ("H2", "H7", "V1", "axes-swapped")
 
 

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from targets.robots.vehicle_interface import DEFECTS
-from tests.mutants.vehicle.page import PAGE, firmware_on_the_page, on_the_page, page
-from tests.mutants.vehicle.runs import image_of, killers, run, run_image, to_run
+from tests.mutants.defects_page import Found, by_clauses, killers
+from tests.mutants.vehicle.page import PAGE, page
+from tests.mutants.vehicle.runs import asked, image_of, run, run_image, to_run
 from tests.mutants.vehicle.tables import all_mutants
-
-
-def _renewed(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """What the page says, with some faults run again."""
-    said = on_the_page()
-    return {mutant.id: killers(run(mutant)) if mutant.id in names else said[mutant.id] for mutant in all_mutants()}
 
 
 def main(words: Sequence[str]) -> int:
@@ -23,17 +18,20 @@ def main(words: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.mutants.vehicle", description=__doc__)
     parser.add_argument("--firmware", action="store_true", help="run the images alone; the model is as on the page")
     parser.add_argument("--model", action="store_true", help="run the model alone; the firmware is as on the page")
+    parser.add_argument("--clauses", nargs="+", help="run these on the model alone; the rest is as on the page")
     parser.add_argument("--only", nargs="+", metavar="FAULT", help="run these in the model; all else is as on the page")
     chosen = parser.parse_args(words)
-    if chosen.only:
-        PAGE.write_text(page(_renewed(chosen.only), firmware_on_the_page()), encoding="utf-8")
+    if chosen.only or chosen.clauses:
+        said = {name: clauses for name, clauses in PAGE.said().items() if name not in (chosen.only or ())}
+        found = by_clauses(said, all_mutants(), chosen.clauses or (), asked=asked, run=run)
+        PAGE.path.write_text(page(found, PAGE.said_of_firmware()), encoding="utf-8")
         return 0
-    found = on_the_page() if chosen.firmware else {mutant.id: killers(run(mutant)) for mutant in all_mutants()}
-    firmware: Mapping[str, Sequence[str]] = firmware_on_the_page() if chosen.model and PAGE.is_file() else {}
+    found = PAGE.said() if chosen.firmware else {mutant.id: killers(run(mutant)) for mutant in all_mutants()}
+    firmware: Found = PAGE.said_of_firmware() if chosen.model and PAGE.path.is_file() else {}
     if not chosen.model:
         images = [name for name in DEFECTS if image_of(name).is_file() and found[name]]
         firmware = {name: killers(run_image(name, to_run(found[name]))) for name in images}
-    PAGE.write_text(page(found, firmware), encoding="utf-8")
+    PAGE.path.write_text(page(found, firmware), encoding="utf-8")
     survivors = [name for name, clauses in (*found.items(), *firmware.items()) if not clauses]
     sys.stderr.write("".join(f"{name} survives\n" for name in survivors))
     return 1 if survivors else 0

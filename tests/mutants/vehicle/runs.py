@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from hilbench.check import CheckOptions, Verdict, run_suites
+from hilbench.check import CheckOptions, run_suites
 from hilbench.check.results import Report
 from hilbench.config import open_bench
 from hilbench.journal import Journal
@@ -13,6 +13,7 @@ from hilbench.mcu.board_provider import BoardProvider
 from hilbench.options import TargetChoice
 from hilbench.shared import Shared
 from hilbench.vehicle_provider import VehicleProvider
+from protocols.carla.clauses import BOARD_CLAUSES
 from targets.firmware import image_path
 from tests.mutants.vehicle.mutant import SLOW, VehicleMutant
 
@@ -50,6 +51,7 @@ def to_run(clauses: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted(clauses, key=lambda clause: (clause in SLOW, clause)))[:SHOWN]
 
 
-def killers(report: Report) -> tuple[str, ...]:
-    """The clauses that fail."""
-    return tuple(sorted({case.clause_ids[0] for case in report.cases if case.verdict is Verdict.FAIL}))
+def asked(mutant: VehicleMutant) -> set[str]:
+    """The clauses that a board is run against."""
+    held = {clause.id for clause in BOARD_CLAUSES if mutant.profile in clause.profiles}
+    return held & {*mutant.about} if mutant.about else held - {*SLOW}
