@@ -2,38 +2,33 @@
 
 from __future__ import annotations
 
-import dataclasses
 from types import SimpleNamespace
 
 import pytest
 
 from targets.mcu.stm32.adc import Adc
-from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32f7.adc_inputs import INJECTED_TRIGGERS, REGULAR_TRIGGERS
-from targets.mcu.testing import FakeChip, FakeInput, peek, poke
+from tests.targets.mcu.stm32.adc_rig import ConvertersRig
 
 CYCLES = 8
 FLAGS = ("AWD", "EOC", "JEOC", "JSTRT", "STRT", "OVR")
 
 
-class Rig:
-    """The converters, with 100 mV at channel 1, 200 mV at channel 2 and so on, unless a test sets something else."""
+class Rig(ConvertersRig):
+    """The converters; see `ConvertersRig` for what stands at their channels."""
 
     def __init__(self):
-        self.chip = FakeChip(216_000_000, {"APB1": 4, "APB2": 2})
-        self.requests = Requests()
-        self.volts = {channel: channel / 10 for channel in range(16)}
+        super().__init__(216_000_000, {"APB1": 4, "APB2": 2})
         self.enabled = {0, 1, 2}
-        self.listeners = {}
         self.adc = self.chip.add(
             Adc(
                 0x4001_2000,
-                dataclasses.replace(self.chip.services, input=self._listener),
+                self.services,
                 requests=self.requests,
                 irq=18,
                 bus="APB2",
                 most_hz=36_000_000,
-                volts=lambda _unit, channel: self.volts.get(channel),
+                volts=self.volts_at,
                 reference_volts=3.3,
                 triggers=REGULAR_TRIGGERS,
                 injected_triggers=INJECTED_TRIGGERS,
@@ -42,25 +37,6 @@ class Rig:
         )
         self.adc.reset()
         self.poke("CCR", 1 << 16)
-        self.irq = self.chip.irq(18)
-
-    def _listener(self, name):
-        """Each listener to a signal is one of its own, as in a chip."""
-        self.listeners.setdefault(name, []).append(FakeInput())
-        return self.listeners[name][-1]
-
-    def trigger(self, name, level):
-        for listener in self.listeners[name]:
-            listener.drive(level)
-
-    def _full(self, register):
-        return register if register in ("CSR", "CCR", "CDR") or register.startswith("ADC") else f"ADC1_{register}"
-
-    def peek(self, register):
-        return peek(self.adc, self._full(register))
-
-    def poke(self, register, value):
-        poke(self.adc, self._full(register), value)
 
     def flags(self, unit=1):
         word = self.peek(f"ADC{unit}_SR")

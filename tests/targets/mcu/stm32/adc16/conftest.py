@@ -5,15 +5,13 @@ With PRESC at its reset value a clock of the converter takes 16 cycles: 480 MHz 
 
 from __future__ import annotations
 
-import dataclasses
 from fractions import Fraction
 from types import SimpleNamespace
 
 import pytest
 
 from targets.mcu.stm32.adc16 import Adc16
-from targets.mcu.stm32.dma_requests import Requests
-from targets.mcu.testing import FakeChip, FakeInput, peek, poke
+from tests.targets.mcu.stm32.adc_rig import ConvertersRig
 
 CYCLES = 16
 FLAGS = ["ADRDY", "EOSMP", "EOC", "EOS", "OVR", "JEOC", "JEOS", "AWD1", "AWD2", "AWD3", "JQOVF", "-", "LDORDY"]
@@ -22,25 +20,22 @@ RESOLUTIONS = {16: 0, 14: 5, 12: 6, 10: 3, 8: 7}
 OVRMOD, CONT = 1 << 12, 1 << 13
 
 
-class Rig:
-    """The converters, with 100 mV at channel 1, 200 mV at channel 2 and so on, unless a test sets something else."""
+class Rig(ConvertersRig):
+    """The converters; see `ConvertersRig` for what stands at their channels."""
 
     def __init__(self, kernel_hz=60_000_000, hclk_hz=480_000_000):
-        self.chip = FakeChip(hclk_hz, {"AHB": 2, "APB1": 4, "APB2": 4})
-        self.requests = Requests()
-        self.volts = {channel: channel / 10 for channel in range(16)}
+        super().__init__(hclk_hz, {"AHB": 2, "APB1": 4, "APB2": 4})
         self.kernel_hz = Fraction(kernel_hz)
-        self.listeners = {}
         self.adc = self.chip.add(
             Adc16(
                 "ADC12",
                 0x4002_2000,
-                dataclasses.replace(self.chip.services, input=self._listener),
+                self.services,
                 units=("ADC1", "ADC2"),
                 requests=self.requests,
                 irq=18,
                 kernel_hz=lambda: self.kernel_hz,
-                volts=lambda _unit, channel: self.volts.get(channel),
+                volts=self.volts_at,
                 inside={"ADC2": {17: "VBAT", 18: "SENSE", 19: "VREFINT"}},
                 reference_volts=3.3,
                 triggers={9: "TIM1_TRGO", 13: "TIM6_TRGO"},
@@ -48,25 +43,6 @@ class Rig:
             )
         )
         self.adc.reset()
-        self.irq = self.chip.irq(18)
-
-    def _listener(self, name):
-        """Each listener to a signal is one of its own, as in a chip."""
-        self.listeners.setdefault(name, []).append(FakeInput())
-        return self.listeners[name][-1]
-
-    def trigger(self, name, level):
-        for listener in self.listeners[name]:
-            listener.drive(level)
-
-    def _full(self, register):
-        return register if register in ("CSR", "CCR", "CDR") or register.startswith("ADC") else f"ADC1_{register}"
-
-    def peek(self, register):
-        return peek(self.adc, self._full(register))
-
-    def poke(self, register, value):
-        poke(self.adc, self._full(register), value)
 
     def set(self, register, bits):
         self.poke(register, self.peek(register) | bits)
