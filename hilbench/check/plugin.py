@@ -48,6 +48,7 @@ class _CaseRun:
         self.bench_time_s = 0.0
         self.case_hash = ""
         self.judged = False
+        self.in_doubt = False
         self.view: CaseView | None = None
 
     def opened(self, bench: CaseBench) -> None:
@@ -75,7 +76,8 @@ class _CaseRun:
     def _ask(self, bench: CaseBench) -> None:
         self.bench_time_s = (bench.now_ns - self.began_ns) / NS_PER_S
         if isinstance(bench, Doubtful):
-            self.outcome = doubted(self.outcome, bench.doubt())
+            told, self.outcome = self.outcome, doubted(self.outcome, bench.doubt())
+            self.in_doubt = self.outcome.verdict is not told.verdict
         if self.outcome.verdict is not Verdict.PASS:
             self.outcome = _with_evidence(self.outcome, tuple(bench.evidence()))
         bench.finish(self.outcome.verdict.value, self.outcome.cause)
@@ -316,7 +318,11 @@ class CheckPlugin:
                 run.worsen(outcome)
             elif call.when == "call" or outcome is not PASSED:
                 run.judge(outcome)
-        return (yield)
+        report = yield
+        if run is not None and call.when == "call" and run.in_doubt:
+            report.outcome = "failed"
+            report.longrepr = f"inconclusive: {run.outcome.cause}"
+        return report
 
     def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
         """Tell an interruption from our own stopping."""

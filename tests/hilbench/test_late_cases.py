@@ -21,6 +21,7 @@ from hilbench.clock import NS_PER_MS, Scheduler
 from hilbench.journal import Journal
 from hilbench.lateness import IN_TIME, Lateness
 from hilbench.options import CheckOptions, TargetChoice
+from hilbench.serving import Notice, run_until_stopped
 from hilbench.testing import FakeHostClock
 
 INFO = CaseInfo(id="suite/x", clause_ids=(), seed=0)
@@ -140,6 +141,16 @@ def test_a_process_that_is_stopped_is_found_late_by_a_check_at_its_door_and_behi
         assert doubted(outcome_of(Violation("no answer")), case.doubt()).verdict is Verdict.INCONCLUSIVE
         assert len([*(tmp_path / "hilbench" / "pace").iterdir()]) == doors
     assert not [*(tmp_path / "hilbench" / "pace").iterdir()]
+
+
+def test_who_has_no_place_to_tell_it_serves_all_the_same(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    (tmp_path / "hilbench").mkdir(mode=0o755)
+    said = []
+    run_until_stopped(Scheduler(), said.append, lambda: True, notice=Notice())
+    assert said[0].startswith("a check at these doors is not told how late this bench is: ")
+    assert said[0].endswith("is not a private folder of yours; remove it")
+    assert said[-1].startswith("stopped after 0.0 s")
 
 
 @contextmanager

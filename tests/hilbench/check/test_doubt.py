@@ -7,8 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.check import Inconclusive, Verdict, Violation, at_least, at_most, near
+from hilbench.check.collector import Collector
 from hilbench.check.doubt import BORNE_S, Doubt, doubted
 from hilbench.check.outcome import outcome_of
+from hilbench.check.plugin import CheckPlugin
+from hilbench.check.pytest_run import run_pytest
 from hilbench.check.recorder import uncertain
 
 CAUSE = "the served bench was up to 27.3 ms late"
@@ -126,3 +129,33 @@ def test_a_case_is_judged_by_what_its_bench_was_late_by(check, late):
     assert report.cases[2].measures[0].uncertainty == 0.001
     told = [bench.verdicts[0][0] for bench in late.opened]
     assert told == verdicts  # the journal has the same
+
+
+def test_under_plain_pytest_too_what_is_in_doubt_is_neither_a_pass_nor_a_violation(write_suite, late):
+    file = write_suite(
+        """
+        @my("A1")
+        def test_pass(bench):
+            bench.is_late(0.0273)
+
+        @my("A2")
+        def test_slow(bench):
+            bench.lived = False
+
+        @my("A3")
+        def test_late(bench):
+            bench.is_late(0.0273)
+            assert False, "no answer"
+        """
+    )
+    reports = []
+
+    class Listening(CheckPlugin):
+        def pytest_runtest_logreport(self, report):
+            reports.append(report)
+
+    run_pytest([file], Listening(Collector(), late, seed=0, only_cases=False))
+    passed, slow, unanswered = (report for report in reports if report.when == "call")
+    assert (passed.outcome, slow.outcome, unanswered.outcome) == ("passed", "failed", "failed")
+    assert str(slow.longrepr).startswith("inconclusive: less time passed")
+    assert str(unanswered.longrepr) == "inconclusive: no answer: not held against the target, for " + CAUSE
