@@ -21,8 +21,8 @@ __all__ = ["FORMS", "read_chunks"]
 
 FORMS = ("auto", "raw", "hex", "journal", "capture")
 
-_CAPTURES = (b"\n\r\r\n", b"\x89MCAP0\r\n", b"time_s,ns,kind,")
-"""What pcapng, MCAP and the table of ``hilbench export`` begin with."""
+_CAPTURES = (b"\n\r\r\n", b"\x89MCAP0\r\n", b"time_s,ns,kind,", b"\xd4\xc3\xb2\xa1", b"\xa1\xb2\xc3\xd4")
+"""What pcapng, MCAP, the table of ``hilbench export`` and an older pcap begin with; the last is refused there."""
 _READ_BYTES = 65536
 _ENOUGH = 4
 _TEXT = re.compile(rb"[\t\r -~]*")

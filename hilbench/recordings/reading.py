@@ -11,7 +11,7 @@ from hilbench.journal import Journal, Recording
 from hilbench.recordings import csv_file, mcap_file, pcapng
 from hilbench.recordings.event_form import wrong_with
 
-__all__ = ["FORMATS", "format_of", "parse_recording", "read_recording"]
+__all__ = ["FORMATS", "OLDER", "format_of", "parse_recording", "read_recording"]
 
 FORMATS: Mapping[str, tuple[bytes, Callable[[bytes], Recording]]] = {
     "journal": (b'{"kind":"journal"', Journal.parse),
@@ -20,6 +20,9 @@ FORMATS: Mapping[str, tuple[bytes, Callable[[bytes], Recording]]] = {
     "csv": (csv_file.MAGIC, csv_file.read_csv_events),
 }
 """What a file begins with, and who reads it, by the name of its format."""
+
+OLDER = (b"\xd4\xc3\xb2\xa1", b"\xa1\xb2\xc3\xd4", b"\x4d\x3c\xb2\xa1", b"\xa1\xb2\x3c\x4d")
+"""What a capture file of libpcap begins with (draft-ietf-opsawg-pcap), in both byte orders; it has no directions."""
 
 
 def format_of(data: bytes) -> str:
@@ -41,6 +44,8 @@ def parse_recording(data: bytes, where: str) -> Recording:
     name = format_of(data)
     if not name:
         hint = "a journal, pcapng, MCAP, or the table of 'hilbench export --csv'"
+        if data.startswith(OLDER):
+            hint = "it is an older pcap, which does not say who sent what: capture into pcapng"
         raise UnavailableError("is no recording", where=where, hint=hint)
     try:
         return _up_to_damage(FORMATS[name][1](data))

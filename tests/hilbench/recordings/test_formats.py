@@ -214,6 +214,16 @@ class TestForeignCaptures:
         assert "is no recording" in capfd.readouterr().err
 
 
+@pytest.mark.parametrize("words", [["export", "--csv", "c.csv"], ["decode", "p2os"], ["diff", "--events", "old.pcap"]])
+def test_an_older_pcap_is_refused_and_not_taken_for_bytes_of_a_line(capfd, tmp_path, monkeypatch, words):
+    from hilbench.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "old.pcap").write_bytes(b"\xd4\xc3\xb2\xa1\x02\x00\x04\x00" + bytes(8) + b"\0\0\4\0\x93\0\0\0")
+    assert main([*words, "old.pcap"]) == 3
+    assert "it is an older pcap" in capfd.readouterr().err
+
+
 @pytest.mark.parametrize("compression", ["LZ4", "ZSTD"])
 def test_compressed_chunks_of_other_programs(compression, two_cases):
     """What `mcap compress` makes of our files; of a chunk that is damaged or cut nothing is read."""
