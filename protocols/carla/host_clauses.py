@@ -483,10 +483,11 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="What cannot be meant is dropped",
         text=(
-            "F1 with NaN, an infinity of either sign or 1e30 as its S, W, V, A or J, or with 151 m/s, or F2 with one "
-            "of these as its S, V or A: nothing is handed on. With 149 m/s F1 is."
+            "F1 with NaN, an infinity or 101 % of the limit, + or -, as its S, W, V, A or J, or F2 with one of these "
+            "as its S, V or A: nothing is handed on. With 99 % of it in each both are, F2 as far as steer, throttle "
+            "and brake go."
         ),
-        sources=(CHOICE + ": 150 m/s is the limit",),
+        sources=(CHOICE + ": the limits are 2.5 rad, 50 rad/s, 150 m/s, 100 m/s^2, 1000 m/s^3, and 10 for each of F2",),
         profiles=_HARDENED,
         needs=_CAR,
     ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import ClassVar
 
 from protocols.carla import (
@@ -172,17 +172,14 @@ class _Patient(_Optional):
     line: ClassVar = {"frame_timeout_s": None}
 
 
-class _BelievesTooMuch(_Optional):
-    """Believes 1000 m/s."""
+def _off(name: str, factor: float) -> type[CarHost]:
+    """Make a simulator's side one of whose limits is that many times as far out."""
+    limits = CommandLimits()
+    line = {"limits": replace(limits, **{name: getattr(limits, name) * factor})}
+    return type(f"_Off_{name}_{factor}", (_Optional,), {"line": line})
 
-    line: ClassVar = {"limits": CommandLimits(speed_m_s=1000.0)}
 
-
-class _BelievesTooLittle(_Optional):
-    """Drops whatever is faster than 100 m/s."""
-
-    line: ClassVar = {"limits": CommandLimits(speed_m_s=100.0)}
-
+_OFF_LIMITS = tuple(_off(one.name, factor) for one in fields(CommandLimits) for factor in (1.05, 0.95))
 
 FAULTY_HOSTS: tuple[tuple[type[CarHost], tuple[str, ...]], ...] = (
     (_KeepsSteering, ("VS14",)),
@@ -198,7 +195,6 @@ FAULTY_HOSTS: tuple[tuple[type[CarHost], tuple[str, ...]], ...] = (
     (_TrustsTheJoystick, ("VS27H",)),
     (_LooksAtOneByte, ("VS07H",)),
     (_Patient, ("VS06H",)),
-    (_BelievesTooMuch, ("VS27H",)),
-    (_BelievesTooLittle, ("VS27H",)),
+    *((kind, ("VS27H",)) for kind in _OFF_LIMITS),
 )
 """Each is found by the clauses behind it; a simulator's side of the profile `hardened` otherwise."""

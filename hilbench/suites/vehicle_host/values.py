@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from hilbench.suites.vehicle_host._host import ACKERMANN, COMMAND, F2, Host, host, on_host
+from hilbench.suites.vehicle_host._host import COMMAND, F2, Host, host, on_host
 from protocols.carla import AckermannCommand, CommandFrame, ManualCommand, Mode, decode_command, encode_command
 
 __all__ = ["host"]
@@ -31,16 +31,39 @@ def test_a_nan_is_handed_on(host: Host) -> None:
     assert any(map(math.isnan, speeds)), "the NaN is not handed on"
 
 
-_FIELDS = ("steering", "steering_rate", "speed", "acceleration", "jerk")
+_MOST = {"steering": 2.5, "steering_rate": 50.0, "speed": 150.0, "acceleration": 100.0, "jerk": 1000.0}
+_MOST_MANUAL = dict.fromkeys(("steering", "speed", "acceleration"), 10.0)
+"""What a frame can be meant with, in mode 1: rad, rad/s, m/s, m/s^2, m/s^3; in mode 4."""
+
+INSIDE, OUTSIDE = 0.99, 1.01
+"""Shares of a limit that are just within it and just beyond."""
 
 
-@on_host("VS27H", lasts_s=3.7)
+@on_host("VS27H", lasts_s=4.6)
 def test_what_cannot_be_meant_is_dropped(host: Host) -> None:
-    for sound, names in ((COMMAND, _FIELDS), (decode_command(F2), ("steering", "speed", "acceleration"))):
-        for name in names:
-            for value in (math.nan, math.inf, -math.inf, 1e30):
+    for sound, limits in ((COMMAND, _MOST), (decode_command(F2), _MOST_MANUAL)):
+        for name, most in limits.items():
+            for value in (math.nan, math.inf, -math.inf, OUTSIDE * most, -OUTSIDE * most):
                 host.say(encode_command(replace(sound, **{name: value})))  # type: ignore[arg-type]
-    host.say(encode_command(replace(COMMAND, speed=151.0)))
     host.require()
-    host.say(encode_command(replace(COMMAND, speed=149.0)))
-    host.require(replace(ACKERMANN, speed_m_s=149.0))
+    for sign in (1, -1):
+        for mode, limits in ((Mode.AUTOWARE, _MOST), (Mode.MANUAL, _MOST_MANUAL)):
+            figures = {name: sign * INSIDE * most for name, most in limits.items()}
+            host.say(encode_command(CommandFrame(mode=mode, **figures)))
+    host.require(
+        _the_most(1),
+        ManualCommand(steer=1.0, throttle=1.0, brake=1.0),
+        _the_most(-1),
+        ManualCommand(steer=-1.0),
+    )
+
+
+def _the_most(sign: int) -> AckermannCommand:
+    angle, rate, speed, acceleration, jerk = (sign * INSIDE * most for most in _MOST.values())
+    return AckermannCommand(
+        steering_rad=angle,
+        steering_rate_rad_s=rate,
+        speed_m_s=speed,
+        acceleration_m_s2=acceleration,
+        jerk_m_s3=jerk,
+    )
