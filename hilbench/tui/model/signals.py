@@ -187,9 +187,10 @@ class SignalsModel:
         if before is None:
             return
         span_s = (event["ns"] - before["ns"]) / NS_PER_S
+        of = f"{event['source']} " if len(self._line) > 1 else ""
         for counter, word in (("sent", "sent"), ("received", "heard")):
             if counter in event and counter in before:
-                self._put(word, "B/s", event["ns"], (event[counter] - before[counter]) / span_s)
+                self._put(of + word, "B/s", event["ns"], (event[counter] - before[counter]) / span_s)
 
     def _put(self, name: str, unit: str, ns: int, *values: float) -> None:
         signal = self.signals.get(name)

@@ -82,6 +82,16 @@ def test_a_line_is_told_in_bytes_a_second():
     assert (values(model, "sent"), values(model, "heard")) == ([100.0] * 3, [7.0] * 3)
 
 
+def test_of_several_lines_each_has_its_own_rates():
+    model = BenchModel({})
+    for n in range(4):
+        for line, share in (("simulator", 1), ("stack", 3)):
+            told = {"kind": "link", "source": line, "up": True, "ns": n * S, "sent": 100 * n * share}
+            model.take([{**told, "received": 7 * n * share}])
+    assert [values(model, name) for name in ("simulator sent", "stack sent")] == [[100.0] * 3, [300.0] * 3]
+    assert [values(model, name) for name in ("simulator heard", "stack heard")] == [[7.0] * 3, [21.0] * 3]
+
+
 @given(st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=1, max_size=20), st.integers(12, 90))
 def test_any_figures_are_plotted_within_their_room(figures, width):
     model = BenchModel({})
