@@ -146,6 +146,8 @@ class Control:
             request = _read(line)
             answer["id"] = request.get("id")
             client.farewell = request.get("do") == "farewell"
+            if client not in self._clients:  # it was gone before its last words were due
+                self.farewell = client.farewell
             if not client.farewell:
                 self.obey(request)
         except RecursionError:  # brackets without end

@@ -9,6 +9,7 @@ import pytest
 from hilbench.clock import Scheduler
 from hilbench.live.control import Control
 from hilbench.live.local_socket import connect_to
+from hilbench.testing import FakeHostClock
 
 
 class There:
@@ -66,6 +67,18 @@ def test_a_farewell_stands_whatever_others_do_before_and_after(there):
     there.leave(second)
     assert there.control.farewell
     there.leave(there.join())  # somebody who asks who is there, as 'hilbench attach --list' does
+    assert there.control.farewell
+
+
+def test_a_farewell_counts_that_is_read_together_with_the_end_of_who_said_it(there):
+    client = there.join()
+    there.do(client, "hello")
+    there.control.scheduler.lock(FakeHostClock())  # what is said while time passes is done in its turn
+    client.sendall(b'{"do": "farewell"}\n')
+    there.control.wait()
+    there.leave(client)
+    assert there.control.left_ns == 0
+    there.control.scheduler.run_until(lambda: False, 1_000_000)
     assert there.control.farewell
 
 
