@@ -35,6 +35,8 @@ COMMANDS = {
     "validate": "read a bench file and say whether it is right",
 }
 
+_OF_DASHBOARD = frozenset({"--journal", "--scene", "--seed", "--target", "--web", "--web-host"})
+"""Options of the dashboard, which need no bench before them."""
 _OWN = frozenset({"live"})
 """Commands that hilbench itself gives to processes of its own."""
 
@@ -105,7 +107,7 @@ def _answered(words: list[str]) -> int:
 
 
 def _dispatch(words: list[str]) -> int:
-    if not words or words[0] in {"--target", "--web"} or _is_bench(words[0]):
+    if not words or words[0].partition("=")[0] in _OF_DASHBOARD or _is_bench(words[0]):
         return _run("dashboard", words)
     first = words[0]
     if first in {"-h", "--help", "help"}:

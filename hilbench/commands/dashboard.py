@@ -13,6 +13,7 @@ import hilbench
 from hilbench import arguments, interruption
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
+from hilbench.files import check_writable
 from hilbench.parser import Parser, typed
 
 if TYPE_CHECKING:
@@ -75,6 +76,8 @@ def run(parsed: argparse.Namespace) -> int:
         raise UsageError("goes with --web", where="--web-host", hint="try 'hilbench --web'")
     else:
         require_terminal("try 'hilbench check' or 'hilbench --help'")
+    if parsed.journal is not None:
+        check_writable(parsed.journal, "--journal")
     from hilbench.tui.bench_process import BenchProcess
 
     name = parsed.what or ("" if DEFAULT_FILE.is_file() else DEFAULT_BENCH)

@@ -16,7 +16,10 @@ from itertools import pairwise
 
 import pytest
 
+from hilbench.cli import main
+from hilbench.commands import dashboard
 from hilbench.journal import Journal
+from hilbench.tui.bench_process import BenchProcess
 
 pytestmark = pytest.mark.slow
 
@@ -160,3 +163,26 @@ def test_a_port_that_is_not_there_is_said_on_the_screen(terminal, tmp_path):
     shown.wait_for("exit code 3")
     shown.press("q")
     assert shown.end() == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["--seed", "x"], "--seed: 'x' is not a whole number"),
+        (["--scene=nosuch"], "--scene: no scene 'nosuch'"),
+        (["--target=pioneer"], "--target pioneer: is no serial port"),
+        (
+            ["--target", "a=serial:x", "--target", "serial:y"],
+            "--target a=serial:x --target serial:y: this bench has one line",
+        ),
+        (["vehicle", "--target", "stack=serial:x"], "--target: nothing at the line 'simulator'"),
+        (["--web-host", "127.0.0.1"], "--web-host: goes with --web"),
+        (["--journal", "none/session.jsonl"], "--journal none/session.jsonl: "),
+    ],
+)
+def test_what_is_wrong_on_the_command_line_is_said_there(words, why, capfd, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(dashboard, "require_terminal", lambda _hint: None)
+    monkeypatch.setattr(BenchProcess, "start", lambda *_words, **_more: pytest.fail("a bench was begun"))
+    assert main(words) == 2
+    assert capfd.readouterr().err.startswith(f"hilbench: {why}")
