@@ -95,6 +95,8 @@ def new_session(name: str) -> Session:
 
 def sessions() -> Iterator[Session]:
     """Return the benches that answer, the latest first."""
-    with contextlib.suppress(OSError):
-        found = sorted(runtime_folder().glob(f"{_PREFIX}*"), key=lambda folder: folder.stat().st_mtime, reverse=True)
-        yield from (session for folder in found if (session := Session(folder)).alive())
+    found = []
+    for folder in runtime_folder().glob(f"{_PREFIX}*"):
+        with contextlib.suppress(OSError):  # one that ends takes its folder along
+            found.append((folder.stat().st_mtime, folder))
+    yield from (session for _, folder in sorted(found, reverse=True) if (session := Session(folder)).alive())

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import select
 import signal
 import socket
 import subprocess
@@ -26,6 +27,8 @@ __all__ = ["BenchProcess", "Phase"]
 _READ_BYTES = 65536
 _LAST_WORDS = 400
 _PATIENCE_S = 5.0
+_END_MARK, _END_BYTES = b'"kind":"host-end"', 200
+"""How a journal ends that was closed in good order."""
 
 
 class Phase(Enum):
@@ -201,8 +204,11 @@ class BenchProcess:
 
     def stop(self) -> None:
         """End the bench in good order, and forget its folder where all went well."""
+        found = None if self._process is not None or self._socket is None else _opened(self.about.get("pid"))
         self.send("quit")
         self._hang_up()
+        if found is not None:
+            self._await_found(found)
         if self._process is None:
             return
         if self.phase is Phase.STARTING:
@@ -217,7 +223,27 @@ class BenchProcess:
         if code == ExitCode.OK:
             self.session.remove()
 
+    def _await_found(self, process: int) -> None:
+        """Forget the folder of a bench that was found running, once it has ended in good order."""
+        try:
+            ended, _, _ = select.select((process,), (), (), _PATIENCE_S)
+        finally:
+            os.close(process)
+        with contextlib.suppress(OSError):
+            if ended and _END_MARK in self.journal.read_bytes()[-_END_BYTES:]:
+                self.session.remove()
+
     def _hang_up(self) -> None:
         if self._socket is not None:
             self._socket.close()
             self._socket = None
+
+
+def _opened(pid: object) -> int | None:
+    """Return a descriptor that is readable once a process has ended; None if there is none to be had."""
+    if not isinstance(pid, int) or not hasattr(os, "pidfd_open"):
+        return None
+    try:
+        return os.pidfd_open(pid)
+    except OSError:
+        return None

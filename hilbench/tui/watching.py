@@ -123,7 +123,7 @@ class Watching(App[None]):
     def _epitaph(self) -> str:
         """Return why the bench has ended and where its journal is; of one that ended well it goes with its folder."""
         process = self.process
-        where = "" if process.ended_well else f" Journal: {process.journal}."
+        where = "" if process.ended_well or not process.journal.exists() else f" Journal: {process.journal}."
         return f"{process.cause}.{where} What was told stays here; b opens a bench, q leaves."
 
     # --- recordings

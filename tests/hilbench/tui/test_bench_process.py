@@ -78,6 +78,7 @@ def test_a_bench_that_was_left_is_found_again(start):
     again = BenchProcess(session)
     poll_until(again, Phase.LIVE)
     again.stop()
+    assert not session.folder.exists()
 
 
 def test_a_folder_that_others_can_look_into_is_refused(tmp_path, monkeypatch, start):
