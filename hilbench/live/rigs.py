@@ -19,7 +19,7 @@ from hilbench.live.operators import Operator
 from hilbench.live.resuming import resume_sessions
 from hilbench.live.scenes import on_board
 from hilbench.live.tap import Tap
-from hilbench.live.teller import Observed, Senses, describe_machine
+from hilbench.live.teller import Observed, Sense, Senses, describe_machine
 from hilbench.options import TargetChoice
 from targets.robots.pioneer import RobotSettings
 from worlds.errors import WorldError
@@ -35,6 +35,10 @@ __all__ = ["Rig", "open_attached", "open_rig", "ports_asked"]
 
 _ROVER_BAUD = 115_200
 """As `hilbench.rover_provider.AttachedRoverProvider.USUAL_BAUD`."""
+
+
+_SENSES = {"KEEPALIVE": Sense.REST}
+"""Our clients speak when this one runs out, which is what it is for."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -120,6 +124,7 @@ def open_attached(bench: Bench, bench_file: BenchFile, targets: Sequence[TargetC
         operator=operator,
         taps=_host(tap),
         machines={operator.name: operator.observed},
+        senses={operator.name: _SENSES},
         about=about,
         demo=False,
         close=port.close,
@@ -185,7 +190,14 @@ def _pioneer(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
     about = (
         about_line(operator.name, "p2os", machines) | about_sonars(plan.settings.subclass) | about_world(pioneer.world)
     )
-    return Rig(operator=operator, taps=_host(tap), machines=machines, about=about, close=pioneer.close)
+    return Rig(
+        operator=operator,
+        taps=_host(tap),
+        machines=machines,
+        senses={operator.name: _SENSES},
+        about=about,
+        close=pioneer.close,
+    )
 
 
 def _rover_model(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
@@ -204,6 +216,7 @@ def _rover_model(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
         operator=operator,
         taps=_host(tap),
         machines=machines,
+        senses={operator.name: _SENSES},
         about=about_pkt(operator.name, machines, settings.profile),
     )
 
@@ -235,6 +248,7 @@ def _boards(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
         operator=operator,
         taps=_host(tap),
         machines=machines,
+        senses={} if operator is None else {operator.name: _SENSES},
         about=about,
         reset=lambda: _reset(emulated),
         ended=lambda: "" if emulated.end is None else str(emulated.end),

@@ -94,12 +94,14 @@ class _Timer:
         span_ns: how long it was set for.
         margin_ns: how much was left when it was set anew the last time, or what it waited for came; None before.
         worst_ns: the least that was ever left; 0 once it has run out.
+        rest: whether nothing is wrong when it runs out.
     """
 
     deadline_ns: int | None = None
     span_ns: int = 0
     margin_ns: int | None = None
     worst_ns: int | None = None
+    rest: bool = False
 
     def look(self, deadline_ns: int | None, now_ns: int, sense: Sense) -> bool:
         """Take its deadline; say whether it is another one."""
@@ -149,8 +151,8 @@ class Watched:
             self.at, self.since_ns = at, now_ns
         deadlines = {timer.name: deadline_ns for timer, deadline_ns in self.observed.deadlines.items()}
         for name in self.timers.keys() | deadlines.keys():
-            timer = self.timers.setdefault(name, _Timer())
             sense = self.senses.get(name, Sense.WATCHDOG)
+            timer = self.timers.setdefault(name, _Timer(rest=sense is Sense.REST))
             self.timers_moved = timer.look(deadlines.get(name), now_ns, sense) or self.timers_moved
         if self.counts is not None:
             for kind, (count, most) in self.counts.misses.items():

@@ -33,12 +33,14 @@ class TimerModel:
         span_ns: how long it was set for.
         margin_ns: what was left when it was set anew the last time; None before.
         worst_ns: the least that was ever left; None before.
+        rest: whether nothing is wrong when it runs out.
     """
 
     deadline_ns: int | None
     span_ns: int
     margin_ns: int | None
     worst_ns: int | None
+    rest: bool = False
 
     @property
     def is_fast(self) -> bool:

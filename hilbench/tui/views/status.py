@@ -249,7 +249,7 @@ def _tightest(model: BenchModel) -> tuple[str, int, float] | None:
         (name, left_ns, timer.span_ns)
         for machine in model.machines.values()
         for name, timer in machine.timers.items()
-        if timer.deadline_ns is not None and (left_ns := timer.left_ns(model.ns)) is not None
+        if timer.deadline_ns is not None and not timer.rest and (left_ns := timer.left_ns(model.ns)) is not None
     ]
     if not running:
         return None

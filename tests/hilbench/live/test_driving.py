@@ -22,6 +22,7 @@ from hilbench.live.session import LiveBench, LiveOptions
 from hilbench.mcu.command_line import open_target
 from hilbench.testing import FakeHostClock
 from hilbench.tui.model.bench import BenchModel
+from hilbench.tui.views.status import strip_view
 
 
 @pytest.fixture
@@ -251,3 +252,20 @@ def test_the_present_pace_is_told_beside_that_of_the_whole_run(live):
     assert pace["recent"] == pytest.approx(2.0 / 4.0, abs=0.03)
     one.bench.run_for(3.0)
     assert told(one, "host-pace")[-1]["recent"] == 1.0
+
+
+@pytest.mark.parametrize(("bench", "who"), [("pioneer-plane", "client"), ("rover-model", "station")])
+def test_a_client_that_speaks_when_it_is_time_has_missed_nothing(live, bench, who):
+    one = live(bench)
+    one.bench.run_for(5.0)
+    timers = {}
+    for event in told(one, "machine"):
+        if event["source"] == who:
+            timers |= event.get("timers", {})
+    assert timers["KEEPALIVE"]["deadline_ns"] is not None
+    assert (timers["KEEPALIVE"]["worst_ns"], timers["KEEPALIVE"]["margin_ns"]) == (None, None)
+    heard = timers["SIP" if who == "client" else "REPORTS"]
+    assert heard["worst_ns"] > 0
+    model = BenchModel(one.bench.journal.header)
+    model.take(one.bench.journal.recent)
+    assert "KEEPALIVE" not in strip_view(model, 200).plain  # the tightest of those that matter
