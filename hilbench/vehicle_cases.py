@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
+from typing import Any
 
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile
@@ -15,6 +16,7 @@ from hilbench.check.provider import CaseInfo
 from hilbench.devices import LinesActor
 from hilbench.line_faults import LineFaults, plan_for
 from hilbench.links import Line, MemoryLink, Port
+from hilbench.live.about import about_vehicle_lines
 from hilbench.live.board_views import BOARD_SENSES, BoardLink, BoardModes, ControlTask
 from hilbench.live.teller import Observed, Senses
 from hilbench.shared import Shared
@@ -82,6 +84,9 @@ class VehicleCase(CaseBase):
 
     def _lines_seen(self) -> Mapping[str, Port]:
         return {SIMULATOR_LINE: self.simulator.port, STACK_LINE: self.stack.port}
+
+    def _about_view(self) -> Mapping[str, Any]:
+        return about_vehicle_lines({SIMULATOR_LINE: SIMULATOR_LINE, STACK_LINE: STACK_LINE})
 
     def _packets(self) -> Sequence[str]:
         return [

@@ -9,7 +9,7 @@ from hilbench.bench_file import EmulatedBoard
 from hilbench.live.teller import Observed, describe_machine
 from worlds.world import World
 
-__all__ = ["about_boards", "about_line", "about_pkt", "about_sonars", "about_world"]
+__all__ = ["about_boards", "about_line", "about_pkt", "about_sonars", "about_vehicle_lines", "about_world"]
 
 
 def about_line(operator: str, protocol: str, machines: Mapping[str, Observed]) -> dict[str, Any]:
@@ -28,6 +28,19 @@ def about_pkt(operator: str, machines: Mapping[str, Observed], profile: str) -> 
     server = PROFILES[profile].server
     about = about_line(operator, "pkt", machines)
     return about | {"framing": server.frames.framing.name, "schema": server.schema.name, "profile": profile}
+
+
+def about_vehicle_lines(lines: Mapping[str, str]) -> dict[str, Any]:
+    """Return which sources speak what at a vehicle interface.
+
+    Args:
+        lines: the board's end of each line, by its source in the journal.
+    """
+    from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE
+
+    spoken = {SIMULATOR_LINE: ("carla", "simulator"), STACK_LINE: ("autoware", "stack")}
+    ends = {source: spoken[end] for source, end in lines.items() if end in spoken}
+    return {"speakers": {source: {"protocol": protocol, "line": line} for source, (protocol, line) in ends.items()}}
 
 
 def about_sonars(subclass: str) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from hilbench.cases import CaseBase
 from hilbench.check.provider import CaseInfo, CaseSetup
 from hilbench.errors import InternalError
 from hilbench.links import Port
-from hilbench.live.about import about_boards, about_pkt, about_world
+from hilbench.live.about import about_boards, about_pkt, about_vehicle_lines, about_world
 from hilbench.live.teller import Observed
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.under_test import BoardUnderTest, boards_under_test
@@ -117,6 +117,9 @@ class BoardCase(CaseBase, BoardBench):
     def _about_view(self) -> Mapping[str, Any]:
         bench_file = self.emulated.bench_file
         about = {"boards": about_boards(bench_file.boards), **about_world(self.emulated.surroundings.world)}
+        if "CARLA" in self.case.needs:
+            ends = {name or "host": end.rpartition(".")[2] for name, end in bench_file.checker_lines.items()}
+            return about | about_vehicle_lines(ends)
         if "PKT!" not in self.case.needs:
             return about
         program = self.case.setup.program

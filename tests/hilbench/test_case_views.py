@@ -7,6 +7,8 @@ import pytest
 from hilbench.bench_provider import make_provider
 from hilbench.check.provider import CaseInfo, CaseView
 from hilbench.options import CheckOptions
+from hilbench.tui.model.frames import FramesModel
+from protocols import carla
 
 
 def look(bench, needs, scenario, *, watch=True):
@@ -82,3 +84,24 @@ def test_a_timer_of_a_view_has_the_margins_of_the_whole_case():
     (timer,) = last["timers"].values()
     assert timer["span_ns"] == 2_000_000_000
     assert timer["deadline_ns"] - last["ns"] < timer["span_ns"]
+
+
+def talk(case):
+    case.simulator.write(b"no frame at all")
+    case.stack.write(bytes.fromhex("7e0000010081c060"))
+    for _ in range(3):
+        case.simulator.write(carla.encode_status(carla.StatusFrame()))
+        case.bench.run_for(0.1)
+
+
+def test_of_two_lines_each_has_the_frames_that_were_on_it():
+    _, view = look("vehicle-model", ("CARLA", "board", "stack"), talk)
+    frames = FramesModel(view.about)
+    for event in view.events:
+        if event["kind"] in {"tx", "rx"}:
+            frames.take(event)
+    said = {(frame.line, frame.sent, frame.item.name) for frame in frames.frames}
+    assert {("stack", True, "AgentPing"), ("simulator", True, "Status"), ("stack", False, "ControlModeReport")} <= said
+    assert {name for line, sent, name in said if line == "simulator" and not sent} <= {"AUTOWARE", "MANUAL"}
+    unsound = [(frame.line, frame.sent, frame.item.raw) for frame in frames.frames if not frame.good]
+    assert unsound == [("simulator", True, b"no frame at all")]
