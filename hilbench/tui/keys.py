@@ -127,5 +127,6 @@ OF_RECORDINGS = {
     "check": False,
     "stop_check": False,
     "keep": False,
+    "pick": False,
 }
 """Actions that there are of recordings alone, or of benches alone."""

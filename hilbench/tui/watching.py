@@ -124,7 +124,8 @@ class Watching(App[None]):
         """Return why the bench has ended and where its journal is; of one that ended well it goes with its folder."""
         process = self.process
         where = "" if process.ended_well or not process.journal.exists() else f" Journal: {process.journal}."
-        return f"{process.cause}.{where} What was told stays here; b opens a bench, q leaves."
+        ways = "q leaves" if self.replay is not None else "b opens a bench, q leaves"
+        return f"{process.cause}.{where} What was told stays here; {ways}."
 
     # --- recordings
 

@@ -83,7 +83,8 @@ def test_keys_move_in_a_recording_and_ask_nobody(recordings, journals, on_screen
         await pilot.pause()
         assert "8.000 s of 8.000 s  recorded" in rows(app)[0]
         assert "cut in line 7" in rows(app)[1]
-        await pilot.press("t", "w")
+        assert "b opens" not in rows(app)[1] + rows(app)[2]
+        await pilot.press("t", "w", "b")
         assert len(app.screen_stack) == 1
 
     on_screen(RecordedBench(journals["pioneer"], "cut in line 7"), scenario, (200, 60), replay=replay)
