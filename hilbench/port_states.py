@@ -121,8 +121,21 @@ def advice_on_access(host: Host, state: PortState) -> Advice:
         return Advice("no access yet", f"you came into the group {group} after you logged in; log out and in again")
     if _rules_know(state.port) and installed_rules(host, "") is None:
         return Advice("no access", f"{INSTALL_BY}, then plug it in again")
+    return Advice("no access", _by_group(host, state))
+
+
+def _by_group(host: Host, state: PortState) -> str:
+    """Return how a port gets a group that may use it, and its user into that group; that of root is for root."""
+    device, (group, mode) = state.port.device, state.owner.split()
     wanted = group if group != "root" else port_group(host)
-    return Advice("no access", f'sudo usermod -aG {wanted} "$USER", then log out and in again')
+    steps = []
+    if wanted not in host.groups:
+        steps.append(f'sudo usermod -aG {wanted} "$USER", then log out and in again')
+    if wanted != group:
+        steps.append(f"sudo chgrp {wanted} {device}")
+    if int(mode, 8) & 0o060 != 0o060:
+        steps.append(f"sudo chmod g+rw {device}")
+    return "; ".join(steps) or f"something beside group and mode keeps you out: getfacl {device}"
 
 
 def _on_locks(state: PortState) -> list[Advice]:

@@ -145,6 +145,29 @@ def test_without_access_it_says_what_to_do(machine, host, device, account, rules
     assert str(state.advice[0]).startswith(said)
 
 
+@pytest.mark.parametrize(
+    ("group", "mode", "member", "said"),
+    [
+        ("dialout", 0o660, False, 'sudo usermod -aG dialout "$USER", then log out and in again'),
+        ("dialout", 0o640, True, "sudo chmod g+rw /dev/ttyUSB0"),
+        ("root", 0o600, False,
+         ('sudo usermod -aG dialout "$USER", then log out and in again; '
+          "sudo chgrp dialout /dev/ttyUSB0; sudo chmod g+rw /dev/ttyUSB0")),
+        ("root", 0o660, True, "sudo chgrp dialout /dev/ttyUSB0"),
+        ("dialout", 0o660, True, "something beside group and mode keeps you out: getfacl /dev/ttyUSB0"),
+    ],
+)  # fmt: skip
+def test_what_to_do_without_access_helps(machine, host, group, mode, member, said):
+    """Whoever is in the group already is not sent there, and the group is one that owns the port then."""
+    machine.plug("ttyUSB0", ids="1234:0001", driver="option")
+    (machine.root / "dev/ttyUSB0").chmod(mode)
+    number = os.stat(machine.root / "dev/ttyUSB0").st_gid
+    (machine.root / "etc/group").write_text(f"{group}:x:{number}:\ndialout:x:99999:\n")
+    groups = frozenset({"dialout"} if member else ())
+    (state,) = states(dataclasses.replace(host, groups=groups, groups_of_account=groups))
+    assert [(advice.what, advice.fix) for advice in state.advice] == [("no access", said)]
+
+
 def test_a_port_without_a_node_is_that_of_a_container(machine, host):
     machine.plug("ttyACM0")
     (machine.root / "dev/ttyACM0").unlink()
