@@ -129,10 +129,32 @@ def test_opening_touches_no_line_that_nobody_asked_for(locked, uart, pty):
 
 
 def test_the_lines_stay_when_a_port_is_closed(locked, pty):
+    descriptor = os.open(pty, os.O_RDWR | os.O_NOCTTY)
+    attributes = termios.tcgetattr(descriptor)
+    attributes[2] |= termios.HUPCL
+    termios.tcsetattr(descriptor, termios.TCSANOW, attributes)
+    assert termios.tcgetattr(descriptor)[2] & termios.HUPCL
+    os.close(descriptor)
     port = SerialPort(locked, pty)
     attributes = termios.tcgetattr(port._serial.fd)
     assert not attributes[2] & termios.HUPCL
     port.close()
+
+
+def test_others_are_kept_out_of_a_device_and_let_in_when_it_is_closed(locked, uart, pty, monkeypatch):
+    monkeypatch.setattr(device_module, "_PSEUDO", "/nowhere/")  # a pseudo-terminal's own server opens it, too
+    asked = []
+    answer = device_module.fcntl.ioctl
+
+    def ioctl(descriptor, request, argument=0):
+        asked.append(request)
+        return answer(descriptor, request, argument)
+
+    monkeypatch.setattr(device_module.fcntl, "ioctl", ioctl)
+    port = SerialPort(locked, pty)
+    assert (termios.TIOCEXCL in asked, termios.TIOCNXCL in asked) == (True, False)
+    port.close()
+    assert termios.TIOCNXCL in asked
 
 
 def test_parity_and_stop_bits_reach_the_driver(locked, pty):

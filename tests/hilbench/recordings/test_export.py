@@ -9,6 +9,7 @@ import pytest
 from hilbench.cli import main
 from hilbench.journal import Journal
 from hilbench.recordings.reading import read_recording
+from hilbench.recordings.vcd_file import summarised
 
 
 @pytest.fixture
@@ -99,3 +100,12 @@ def test_no_such_file(export, tmp_path):
     code, _, err = export(tmp_path / "no.jsonl", "--csv", tmp_path / "x.csv")
     assert code == 3
     assert "No such file" in err
+
+
+def test_pins_of_which_a_journal_has_no_edges_are_named(recording_of):
+    events = [
+        {"ns": 1, "kind": "pwm", "source": "brain.PA8", "edges": 40, "in_ns": 10**8},
+        {"ns": 2, "kind": "frames", "source": "brain", "pin": "PA9"},
+        {"ns": 3, "kind": "pin", "source": "brain.PB7", "level": True},
+    ]
+    assert summarised(recording_of(events)) == ["brain.PA8", "brain.PA9"]

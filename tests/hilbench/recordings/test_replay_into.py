@@ -50,6 +50,19 @@ def _until(events, ends):
     return kept
 
 
+def test_what_comes_behind_the_end_of_a_recording_is_no_difference(recorded, replay, tmp_path):
+    """A recording that was stopped a while before the robot's last SIPs."""
+    lines = recorded.read_text().splitlines()
+    answers = [number for number, line in enumerate(lines) if '"rx","source":"checker"' in line]
+    case = next(number for number, line in enumerate(lines) if number > answers[12] and '"kind":"case-end"' in line)
+    path = tmp_path / "short.jsonl"
+    gone = {number for number in answers if answers[12] < number < case}
+    path.write_text("\n".join(line for number, line in enumerate(lines) if number not in gone) + "\n")
+    code, out, _ = replay(path, "--into", "pioneer-plane", "--json")
+    assert (code, json.loads(out)["equal"]) == (0, True)
+    assert any(case["answered"] > case["recorded"] for case in json.loads(out)["cases"])
+
+
 def test_another_answer_is_named_with_its_frame(recorded, replay, tmp_path):
     lines = recorded.read_text().splitlines()
     at = [number for number, line in enumerate(lines) if '"rx","source":"checker"' in line][1]

@@ -11,6 +11,7 @@ import serial
 import hilbench.urlhandler  # noqa: F401 - what it is imported for
 from hilbench.errors import UsageError
 from hilbench.urlhandler.bench_url import BenchUrl, parse_bench_url
+from hilbench.urlhandler.runner import FastRunner, RealTimeRunner
 from protocols.pkt import PROFILES, RequestTelemetry, encode_command, encode_frame
 
 IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
@@ -129,6 +130,30 @@ def test_a_read_that_waits_can_be_cancelled_and_a_closed_port_says_so(opened):
     for action in (port.read, lambda: port.in_waiting, lambda: port.cts, lambda: port.ri, lambda: port.write(b"x")):
         with pytest.raises(serial.PortNotOpenError):
             action()
+
+
+def test_a_read_is_cancelled_once():
+    runner = RealTimeRunner(parse_bench_url("hilbench://rover-model").bench_file(), line="", baud=115_200, seed=0)
+    runner.cancel()
+    runner.read(10**6, 60)
+    runner.write(REQUEST)
+    assert len(runner.read(14, 60)) == 14  # the one before it was cancelled, and this one waits
+    runner.close()
+
+
+@pytest.mark.parametrize("how", [RealTimeRunner, FastRunner])
+def test_what_came_before_the_end_is_read_before_the_end_is_told(opened, how):
+    port = opened("hilbench://rover-model" if how is RealTimeRunner else "hilbench://rover-model?fast", timeout=60)
+    port.write(REQUEST)
+    assert isinstance(port._runner, how)
+    port.read(1)
+    port._runner._came[:] = b"last"
+    port._runner.failure = "the firmware has ended"
+    assert port.read(4) == b"last"
+    with pytest.raises(serial.SerialException, match="the firmware has ended"):
+        port.read(1)
+    with pytest.raises(serial.SerialException, match="the firmware has ended"):
+        port.write(b"x")
 
 
 def test_an_open_port_is_not_opened_again(opened):
