@@ -24,6 +24,10 @@ LOCAL_PORT_S = 0.0003
 choice: through either, a byte and its echo by another process take 0.02 to 0.4 ms (99 % of the time, measured on
 Linux), of which the way there is half; that a process wakes up late is measured as lateness besides."""
 
+_LATELY_NS = NS_PER_S
+"""How late a host wakes up for a byte is not measured, but for an entry that is due meanwhile; so how late it was in
+the second before (choice) counts as well, as far as `LOCKED_FLOOR_S`."""
+
 
 def to_ns(seconds: float) -> int:
     """Return a span of bench time in whole nanoseconds, rounded to the nearest."""
@@ -103,16 +107,20 @@ class Bench:
     def uncertainty_s(self, since_ns: int) -> float:
         """Return how far off a time measured since ``since_ns`` may be, in seconds.
 
-        Zero on a free-running bench. On a locked one it is the sum of three things. First the worst lateness of the
-        host in that span and what its ports add, but at least `port_floor_s`: what the bench itself cannot see. Then
-        every moment that slipped, for while bench time stood still what is real went on. Then what a far bench of ours
-        was late by and stood still for.
+        Zero on a free-running bench. On a locked one it is the sum of two things. First the worst lateness of the host
+        in that span, for this bench and for a far one of ours, and what its ports add; but at least `port_floor_s`, or
+        as late as the host was shortly before: what the bench itself cannot see. Then every moment that slipped, for
+        while bench time stood still what is real went on.
         """
         if not self.scheduler.locked:
             return 0.0
-        own, far = self.own_lateness(since_ns), self.far_lateness(since_ns)
-        seen_s = max(self.port_floor_s, own.late_ns / NS_PER_S + self.port_uncertainty_s)
-        return seen_s + (own.lost_ns + far.whole_ns) / NS_PER_S
+        late = self.own_lateness(since_ns) + self.far_lateness(since_ns)
+        floor_s = self.port_floor_s or min(LOCKED_FLOOR_S, self._seen_s(max(0, since_ns - _LATELY_NS)))
+        return max(floor_s, self._seen_s(since_ns)) + late.lost_ns / NS_PER_S
+
+    def _seen_s(self, since_ns: int) -> float:
+        late = self.own_lateness(since_ns) + self.far_lateness(since_ns)
+        return late.late_ns / NS_PER_S + self.port_uncertainty_s
 
     def record(self, kind: str, source: str, **fields: object) -> None:
         """Write an event that happens now into the journal."""

@@ -31,7 +31,7 @@ def locked_bench(late_ms=0):
     scheduler.lock(clock)
     bench = Bench(scheduler, Journal(None))
     if late_ms:
-        clock.stall(clock.monotonic_ns() + NS_PER_MS, late_ms * NS_PER_MS)
+        clock.stall(clock.monotonic_ns() + NS_PER_MS, round(late_ms * NS_PER_MS))
     bench.run_for(0.1)
     return bench
 
@@ -106,6 +106,16 @@ def test_where_nothing_is_unknown_of_the_port_there_is_no_least_uncertainty(late
     bench.port_floor_s, bench.port_uncertainty_s = 0.0, port_s
     late_s = bench.scheduler.lateness_max_ns(0) / 1e9
     assert bench.uncertainty_s(0) == pytest.approx(late_s + port_s)
+
+
+@pytest.mark.parametrize(("late_us", "lately_s"), [(1000, 0.001), (40_000, LOCKED_FLOOR_S)])
+def test_how_late_the_host_was_just_before_counts_as_well_up_to_the_usual_least(late_us, lately_s):
+    bench = locked_bench(late_us / 1000)
+    bench.port_floor_s, bench.port_uncertainty_s = 0.0, LOCAL_PORT_S
+    expected_s = min(LOCKED_FLOOR_S, lately_s + LOCAL_PORT_S)
+    assert bench.uncertainty_s(bench.now_ns) == pytest.approx(expected_s, rel=0.13)
+    bench.run_for(1.0)
+    assert bench.uncertainty_s(bench.now_ns) == LOCAL_PORT_S
 
 
 class Door:
