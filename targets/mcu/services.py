@@ -29,7 +29,13 @@ class DmaRequest(Protocol):
     """A request of a peripheral to a DMA controller: a level. The controller answers by reading or writing registers.
 
     `set(True)` and `pulse` may move a byte at once, before they return.
+
+    Attributes:
+        private: serving the request raises no interrupt and changes nothing that anybody but the peripheral and the
+            controller has to see at that very cycle. The peripheral says so; see `targets.mcu.stm32.dma_shortcut`.
     """
+
+    private: bool
 
     def set(self, level: bool) -> None:
         """Drive the request."""

@@ -64,7 +64,7 @@ class PinOutput:
 
     def at_pin(self) -> bool:
         """Say whether a pin is configured to carry the signal."""
-        for pin in self.pins:  # asked for with every frame of every USART: a generator takes longer than the rest
+        for pin in self.pins:  # noqa: SIM110 - every frame of every USART asks: a generator takes longer than the rest
             if pin.alternate:
                 return True
         return False

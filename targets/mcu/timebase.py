@@ -75,6 +75,7 @@ class Timebase:
         self.read_cycle: Callable[[], int] = lambda: 0
         self.on_earlier: Callable[[int], None] = lambda _cycle: None
         self.halted = False
+        self._alone_until = 0  # while `run_until` runs: its limit
         self._set_ratio()
 
     # --- cycles and seconds
@@ -205,6 +206,14 @@ class Timebase:
         more happens. None: nothing was due.
         """
         self.halted = False
+        self._alone_until = limit
+        reached = self._run_alone(limit)
+        self._alone_until = 0
+        if reached is not None and self.halted:
+            self.run_due(reached)
+        return reached
+
+    def _run_alone(self, limit: int) -> int | None:
         reached = None
         heap = self._heap
         while heap and not self.halted:
@@ -217,9 +226,17 @@ class Timebase:
                 event.action = None
                 self._fixed = reached = due
                 action()
-        if reached is not None and self.halted:
-            self.run_due(reached)
         return reached
+
+    def nobody_looks_until(self, cycle: int) -> bool:
+        """Say whether nothing happens after the present event up to and with `cycle`, and no program runs meanwhile.
+
+        What would be entered for then may then be done at once, with `hold`: nobody can tell.
+        """
+        if cycle >= self._alone_until or self.halted:
+            return False
+        following = self.next_cycle()
+        return following is None or following > cycle
 
     # --- the machine's side
 

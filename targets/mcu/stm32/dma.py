@@ -19,9 +19,25 @@ from functools import partial
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Peripheral, Register
-from targets.mcu.services import BusMaster, IrqLine, Services
+from targets.mcu.services import BusMaster, Services
 from targets.mcu.stm32.dma_port import Port
-from targets.mcu.stm32.dma_requests import Request, Sources
+from targets.mcu.stm32.dma_requests import Sources
+from targets.mcu.stm32.dma_shortcut import pass_unseen
+from targets.mcu.stm32.dma_slot import (
+    CR,
+    ENABLES,
+    FCR,
+    FEIE,
+    FEIF,
+    M0AR,
+    M1AR,
+    NDTR,
+    PAR,
+    STREAM_SIZE,
+    TCIF,
+    TEIF,
+    Slot,
+)
 from targets.mcu.stm32.dma_stream import Direction, Setting, Stream
 
 __all__ = ["MEMORY_CYCLES", "PERIPHERAL_CYCLES", "Dma"]
@@ -31,87 +47,16 @@ MEMORY_CYCLES = 4
 STREAMS = 8
 
 LISR, HISR, LIFCR, HIFCR = range(0x00, 0x10, 4)
-_CR, _NDTR, _PAR, _M0AR, _M1AR, _FCR = range(0x10, 0x28, 4)
-_STREAM_SIZE = 0x18
 _SHIFTS = (0, 6, 16, 22)
 _FLAGS = 0x3D
 _ALL_FLAGS = 0x0F7D_0F7D
 
-FEIF, DMEIF, TEIF, HTIF, TCIF = (1 << bit for bit in (0, 2, 3, 4, 5))
-
 EN = 1 << 0
-_ENABLES = 0x1E  # DMEIE, TEIE, HTIE, TCIE: each one bit below its flag
 PFCTRL, CIRC = 1 << 5, 1 << 8
 _PSIZE, _MSIZE, _PL, _CHSEL = 11, 13, 16, 25
 DBM, CT = 1 << 18, 1 << 19
 _BURSTS = 0xF << 21
-DMDIS, FEIE = 1 << 2, 1 << 7
-
-
-class _Slot:
-    """The place of a stream.
-
-    Attributes:
-        number: 0 to 7.
-        base: offset of its CR.
-        flags: as in LISR for stream 0.
-        reload: NDTR as it was written last.
-        selected: the requests that it listens to since it was enabled last.
-        stream: what runs; None while it is disabled, or has nothing to do.
-        in_access: an access of it is being made: what it wants then is asked after that.
-    """
-
-    def __init__(self, number: int, controller: Dma, irq: IrqLine) -> None:
-        self.number = number
-        self.base = _CR + _STREAM_SIZE * number
-        self.flags = 0
-        self.reload = 0
-        self.selected: Sequence[Request] = ()
-        self.stream: Stream | None = None
-        self.in_access = False
-        self._controller = controller
-        self._irq = irq
-        self._irq_level = False
-
-    @property
-    def control(self) -> int:
-        """CR."""
-        return self._controller[self.base]
-
-    @property
-    def fcr(self) -> int:
-        """FCR, without FS."""
-        return self._controller[self.base + _FCR - _CR]
-
-    def clear(self) -> None:
-        """Go to the state after reset."""
-        self.flags = 0
-        self.reload = 0
-        self.stream = None
-        self.drive_irq()
-
-    def request_changed(self) -> None:
-        """See `dma_requests.Listener`."""
-        # Most requests change because of the access that serves them.
-        if self.stream is not None and not self.in_access:
-            self._controller.look(self)
-
-    def request_ended(self) -> None:
-        """See `dma_requests.Listener`."""
-        if self.stream is not None and self.stream.setting.by_peripheral:
-            self._controller.close(self)
-
-    def flag(self, flags: int) -> None:
-        """Set flags."""
-        self.flags |= flags
-        self.drive_irq()
-
-    def drive_irq(self) -> None:
-        """Drive the interrupt from flags and enables."""
-        level = bool(self.flags & (self.control & _ENABLES) << 1 or (self.flags & FEIF and self.fcr & FEIE))
-        if level is not self._irq_level:
-            self._irq_level = level
-            self._irq.set(level)
+DMDIS = 1 << 2
 
 
 class Dma(Peripheral):
@@ -145,16 +90,17 @@ class Dma(Peripheral):
         self._bus = services.bus if memory is None else memory
         self._sources = sources
         self._between_memories = between_memories
-        self._slots = [_Slot(number, self, services.irq(irqs[number])) for number in range(STREAMS)]
+        self._slots = [Slot(number, self, services.irq(irqs[number])) for number in range(STREAMS)]
         self._peripheral_port = self._port(PERIPHERAL_CYCLES, self._serve_peripheral)
         self._memory_port = self._port(MEMORY_CYCLES, self._serve_memory)
+        self._ports = (self._peripheral_port, self._memory_port)
         for slot in self._slots:
             self._connect(slot)
 
     def _port(self, cycles: int, serve: Callable[[int], int]) -> Port:
         return Port(self.time, partial(self.services.clocks.pclk, "AHB"), cycles, self._priority, serve)
 
-    def _connect(self, slot: _Slot) -> None:
+    def _connect(self, slot: Slot) -> None:
         self._sources.connect(slot.number, slot)
         self._writers[slot.base] = partial(self._write_control, slot)
         self._readers[slot.base + 0x04] = partial(self._read_count, slot)
@@ -172,13 +118,13 @@ class Dma(Peripheral):
         yield Register("HIFCR", HIFCR, 0, _ALL_FLAGS)
         timing = "the CPU is not slowed down, and no overrun or underrun of the FIFO is flagged"
         for number in range(STREAMS):
-            base = _STREAM_SIZE * number
-            yield Register(f"S{number}CR", base + _CR, 0, self._control_bits, fidelity=Fidelity.PARTLY, note=timing)
-            yield Register(f"S{number}NDTR", base + _NDTR, 0, 0xFFFF)
-            yield Register(f"S{number}PAR", base + _PAR)
-            yield Register(f"S{number}M0AR", base + _M0AR)
-            yield Register(f"S{number}M1AR", base + _M1AR)
-            yield Register(f"S{number}FCR", base + _FCR, 0x21, 0x87)
+            base = STREAM_SIZE * number
+            yield Register(f"S{number}CR", base + CR, 0, self._control_bits, fidelity=Fidelity.PARTLY, note=timing)
+            yield Register(f"S{number}NDTR", base + NDTR, 0, 0xFFFF)
+            yield Register(f"S{number}PAR", base + PAR)
+            yield Register(f"S{number}M0AR", base + M0AR)
+            yield Register(f"S{number}M1AR", base + M1AR)
+            yield Register(f"S{number}FCR", base + FCR, 0x21, 0x87)
 
     def reset(self) -> None:
         """Go to the state after reset."""
@@ -224,31 +170,31 @@ class Dma(Peripheral):
 
     # --- registers of a stream
 
-    def _write_control(self, slot: _Slot, value: int) -> None:
+    def _write_control(self, slot: Slot, value: int) -> None:
         before = self[slot.base]
         if not before & EN:
             self[slot.base] = value
             if value & EN:
                 self._start(slot)
         else:
-            protected = ~(_ENABLES | EN)
+            protected = ~(ENABLES | EN)
             if (before ^ value) & protected & ~CT and value & EN:
                 self._note_protected(slot, "CR")
-            self[slot.base] = before & ~_ENABLES | value & _ENABLES
+            self[slot.base] = before & ~ENABLES | value & ENABLES
             if not value & EN:
                 self.close(slot)
         slot.drive_irq()
 
-    def _read_count(self, slot: _Slot) -> int:
+    def _read_count(self, slot: Slot) -> int:
         return self[slot.base + 0x04] if slot.stream is None else slot.stream.left
 
-    def _write_count(self, slot: _Slot, value: int) -> None:
+    def _write_count(self, slot: Slot, value: int) -> None:
         if slot.control & EN:
             self._note_protected(slot, "NDTR")
         else:
             self[slot.base + 0x04] = slot.reload = value
 
-    def _write_address(self, slot: _Slot, offset: int, value: int) -> None:
+    def _write_address(self, slot: Slot, offset: int, value: int) -> None:
         """PAR, M0AR and M1AR; in double-buffer mode that of the buffer that is not in use may change at any time."""
         control = slot.control
         if control & EN:
@@ -257,16 +203,16 @@ class Dma(Peripheral):
                 self._note_protected(slot, {0x08: "PAR", 0x0C: "M0AR", 0x10: "M1AR"}[offset])
                 return
             if offset == in_use:
-                self._fail(slot)
+                self.fail(slot)
                 return
         self[slot.base + offset] = value
 
-    def _read_fifo(self, slot: _Slot) -> int:
+    def _read_fifo(self, slot: Slot) -> int:
         level = 0 if slot.stream is None else slot.stream.level
         status = 4 if level == 0 else 5 if level == 16 else level // 4
         return slot.fcr & ~0x38 | status << 3
 
-    def _write_fifo(self, slot: _Slot, value: int) -> None:
+    def _write_fifo(self, slot: Slot, value: int) -> None:
         before = slot.fcr
         if slot.control & EN and (before ^ value) & (DMDIS | 3):
             self._note_protected(slot, "FCR")
@@ -274,13 +220,13 @@ class Dma(Peripheral):
         self[slot.base + 0x14] = value
         slot.drive_irq()
 
-    def _note_protected(self, slot: _Slot, register: str) -> None:
+    def _note_protected(self, slot: Slot, register: str) -> None:
         text = f"written while stream {slot.number} is enabled: what is protected keeps its value"
         self.note("misuse", f"S{slot.number}{register}", text)
 
     # --- from EN to the end
 
-    def _start(self, slot: _Slot) -> None:
+    def _start(self, slot: Slot) -> None:
         self[slot.base] = control = _forced(slot.control, slot.fcr)
         setting = Setting.of(control, slot.fcr)
         between = setting.direction is Direction.MEMORY_TO_MEMORY
@@ -288,14 +234,14 @@ class Dma(Peripheral):
             self[slot.base + 0x14] |= DMDIS
         self._check(slot, setting)
         if not setting.burst_fits:
-            self._fail(slot, FEIF)
+            self.fail(slot, FEIF)
         elif between and not self._between_memories:
             self.note("misuse", f"S{slot.number}CR.DIR", f"{self.name} cannot go from memory to memory")
-            self._fail(slot)
+            self.fail(slot)
         else:
             self._run(slot, setting)
 
-    def _run(self, slot: _Slot, setting: Setting) -> None:
+    def _run(self, slot: Slot, setting: Setting) -> None:
         count = self[slot.base + 0x04] or slot.reload
         if count or setting.by_peripheral:
             slot.selected = self._sources.selected(slot.number, slot.control >> _CHSEL & 0xF)
@@ -303,7 +249,7 @@ class Dma(Peripheral):
             slot.stream = Stream(self._bus, setting, count=count, peripheral=peripheral, memory=memory)
             self.look(slot)
 
-    def _check(self, slot: _Slot, setting: Setting) -> None:
+    def _check(self, slot: Slot, setting: Setting) -> None:
         if slot.flags:
             text = "flags of the stream are still set: clear them before EN"
             self.note("misuse", f"S{slot.number}CR.EN", text)
@@ -313,11 +259,11 @@ class Dma(Peripheral):
                 text = f"not a multiple of {size} bytes: the lowest bits are ignored"
                 self.note("misuse", f"S{slot.number}{register}", text)
 
-    def _memory_of(self, slot: _Slot) -> int:
+    def _memory_of(self, slot: Slot) -> int:
         second = slot.control & DBM and slot.control & CT
         return self[slot.base + (0x10 if second else 0x0C)]
 
-    def close(self, slot: _Slot) -> None:
+    def close(self, slot: Slot) -> None:
         """End a stream that is enabled: what is in its FIFO is stored first, if it comes from the peripheral."""
         if slot.stream is None:
             self[slot.base] &= ~EN
@@ -325,11 +271,12 @@ class Dma(Peripheral):
         slot.stream.closing = True
         self._advance(slot)
 
-    def _fail(self, slot: _Slot, flag: int = TEIF) -> None:
+    def fail(self, slot: Slot, flag: int = TEIF) -> None:
+        """End a stream with an error."""
         self._stop(slot)
         slot.flag(flag)
 
-    def _stop(self, slot: _Slot) -> None:
+    def _stop(self, slot: Slot) -> None:
         if slot.stream is not None:
             self[slot.base + 0x04] = slot.stream.left
             slot.stream = None
@@ -338,7 +285,7 @@ class Dma(Peripheral):
 
     # --- accesses
 
-    def look(self, slot: _Slot) -> None:
+    def look(self, slot: Slot) -> None:
         """See what the stream wants, after anything has changed."""
         stream = slot.stream if self.clocked else None
         if stream is None:
@@ -348,8 +295,17 @@ class Dma(Peripheral):
         asked = False
         for request in slot.selected:
             asked = asked or request.level or request.once
+        if asked and self._pass_unseen(slot, stream):
+            return
         self._peripheral_port.ask(slot.number, stream.wants_peripheral(asked))
         self._memory_port.ask(slot.number, stream.wants_memory())
+
+    def _pass_unseen(self, slot: Slot, stream: Stream) -> bool:
+        slot.in_access = True
+        try:
+            return pass_unseen(self.time, self._ports, slot.selected, stream, fail=slot.fail_access, look=slot.look)
+        finally:
+            slot.in_access = False
 
     def _priority(self, number: int) -> tuple[int, int]:
         return self._slots[number].control >> _PL & 3, -number
@@ -369,21 +325,21 @@ class Dma(Peripheral):
     def _serve_memory(self, number: int) -> int:
         return self._serve(self._slots[number], memory=True)
 
-    def _serve(self, slot: _Slot, *, memory: bool) -> int:
+    def _serve(self, slot: Slot, *, memory: bool) -> int:
         stream = slot.stream
         assert stream is not None
         slot.in_access = True
         try:
             beats = stream.access_memory() if memory else stream.access_peripheral()
         except BusFault:
-            self._fail(slot)
+            self.fail(slot)
             return 1
         finally:
             slot.in_access = False
         self._advance(slot)
         return beats
 
-    def _advance(self, slot: _Slot) -> None:
+    def _advance(self, slot: Slot) -> None:
         """Take over what the stream has done, and begin or end a round."""
         stream = slot.stream
         assert stream is not None

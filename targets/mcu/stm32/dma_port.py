@@ -41,12 +41,27 @@ class Port:
         self._event: Event | None = None
         self._begun = 0
         self._serving = False
+        self._held_until = 0
 
     def reset(self) -> None:
         """Forget everything."""
         self._time.cancel(self._event)
         self._event = None
+        self._held_until = 0
         self._since.clear()
+
+    def idle_at(self, now: int) -> bool:
+        """Say whether at the present cycle no stream asks and no access is under way."""
+        return not self._since and self._event is None and not self._serving and self._held_until <= now
+
+    @property
+    def access_cycles(self) -> int:
+        """How long an access of one beat takes, in cycles of `time`."""
+        return self._cycles * (self._bus_cycle() or 1)
+
+    def hold(self, until: int) -> None:
+        """Begin no access before cycle `until`: one that ends then was made already."""
+        self._held_until = until
 
     def ask(self, stream: int, wants: bool) -> None:
         """A stream wants an access, or does not any more."""
@@ -61,7 +76,10 @@ class Port:
     def _proceed(self) -> None:
         if self._event is None and not self._serving and self._since:
             now = self._begun = self._time.now
-            self._event = self._time.at(now + self._cycles * (self._bus_cycle() or 1), self._finish)
+            if now < self._held_until:
+                self._event = self._time.at(self._held_until, self._free)
+            else:
+                self._event = self._time.at(now + self.access_cycles, self._finish)
 
     def _finish(self) -> None:
         since, begun = self._since, self._begun

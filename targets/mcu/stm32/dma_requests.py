@@ -25,13 +25,15 @@ class Request:
         level: as last set.
         once: one transfer was asked for, and not made yet.
         on_last: called after the last transfer of the count that a stream was given; the peripheral's.
+        private: as the peripheral says.
     """
 
-    __slots__ = ("_listeners", "level", "on_last", "once")
+    __slots__ = ("_listeners", "level", "on_last", "once", "private")
 
     def __init__(self) -> None:
         self.level = False
         self.once = False
+        self.private = False
         self.on_last: Callable[[], None] | None = None
         self._listeners: list[Listener] = []
 

@@ -196,6 +196,14 @@ class Stream:
             self._watch_threshold()
         return beats
 
+    @property
+    def plain(self) -> bool:
+        """Whether the next item goes through direct mode and sets no flag on its way, at neither port."""
+        setting, size = self.setting, self.setting.peripheral_size
+        if setting.fifo or self.left < 2 or self.closing or self._arrived < self._half <= self._arrived + size:
+            return False
+        return not self._fifo if self.incoming else len(self._fifo) == size and self._to_fetch > 0
+
     # --- the memory port
 
     def wants_memory(self) -> bool:

@@ -443,6 +443,7 @@ class Usart(UsartBase):
         enables = (values[CR1], values[CR2], cr3)
         if enables != self._enables:
             self._enables, self._interrupting = enables, self._flags_that_interrupt(*enables)
+            self._dma_tx.private = self._dma_rx.private = self._serves_unseen(enables[0], cr3)
         self._line_rts.set((self._is_full() or not self._rx.running) if cr3 & RTSE else None)
         refused = cr3 & DDRE and isr & (PE | FE | NF | ORE)
         self._drive_lines(
@@ -450,6 +451,10 @@ class Usart(UsartBase):
             bool(cr3 & DMAT and isr & TXE),
             bool(cr3 & DMAR and isr & RXNE and not refused),
         )
+
+    def _serves_unseen(self, cr1: int, cr3: int) -> bool:
+        """Say whether an access to TDR or RDR can raise no interrupt, nor be seen at a pin before a frame is."""
+        return not (cr1 & TXEIE or cr3 & RTSE)
 
     def _flags_that_interrupt(self, cr1: int, cr2: int, cr3: int) -> int:
         """Return the flags of ISR that ask for an interrupt while the control registers are these."""

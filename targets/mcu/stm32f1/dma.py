@@ -62,9 +62,10 @@ class Request:
         channel: whom it asks; None if the chip does not connect it.
     """
 
-    __slots__ = ("_channel", "level", "once")
+    __slots__ = ("_channel", "level", "once", "private")
 
     def __init__(self, channel: _Channel | None) -> None:
+        self.private = False
         self._channel = channel
         self.level = False
         self.once = False

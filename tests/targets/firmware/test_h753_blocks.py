@@ -51,8 +51,8 @@ DEFECTS = [
     Defect("seventeen wait", FIFO, FifoUsart, "_levels_of_fifos", "TX_WORDS - self._waiting", "17 - self._waiting"),
     Defect("a threshold is one off", FIFO, FifoUsart, "_levels_of_fifos", "received >=", "received >"),
     Defect("TXFT before its time", FIFO, FifoUsart, "_levels_of_fifos", "empty >=", "1 + empty >="),
-    Defect("RXFTIE asks nobody", FIFO, FifoUsart, "_irq_of_others", "(RXFT if cr3 & RXFTIE else 0)", "0"),
-    Defect("TXFTIE asks nobody", FIFO, FifoUsart, "_irq_of_others", "(TXFT if cr3 & TXFTIE else 0)", "0"),
+    Defect("RXFTIE asks nobody", FIFO, FifoUsart, "_flags_that_interrupt", "(RXFT if cr3 & RXFTIE else 0)", "0"),
+    Defect("TXFTIE asks nobody", FIFO, FifoUsart, "_flags_that_interrupt", "(TXFT if cr3 & TXFTIE else 0)", "0"),
     Defect("TXFE stays", FIFO, FifoUsart, "write_TDR", "self[ISR] &= ~TXFE", "pass"),
     Defect("RXFRQ leaves the FIFO", FIFO, FifoUsart, "write_RQR", "self._received.clear()", "pass"),
     Defect("OVRDIS does not pass it by", FIFO, FifoUsart, "_keep", " or self[CR3] & OVRDIS", ""),
@@ -62,8 +62,15 @@ DEFECTS = [
     Defect("PRESC is not locked", FIFO, FifoUsart, "write_PRESC", "self._permitted(PRESC, value)", "value"),
     Defect("no TXFE after a reset", FIFO, FifoUsart, "write_CR1", "(TXFE if self._has_fifos else 0)", "0"),
     # --- DMA
-    Defect("every request is heard", MUX, DmaMux, "_lead", "before.listeners.remove(listener)", "return"),
-    Defect("DTCM is within reach", MUX, DmaReach, "_check", "if memory:", "if False:"),
+    Defect("every request is heard", MUX, DmaMux, "_lead", "before.ignore(listener)", "return"),
+    Defect(
+        "DTCM is within reach",
+        MUX,
+        DmaReach,
+        "_check",
+        "if address < _ITCM_END or _DTCM <= address < _DTCM_END:",
+        "if False:",
+    ),
     Defect("the controllers share a channel", MUX, DmaMux, "outlet", "[channel]", "[channel % 8]"),
     Defect("only one goes between memories", MUX, Dma, "_start", "not self._between_memories", "self.name == 'DMA1'"),
     # --- ADC

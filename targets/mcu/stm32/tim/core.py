@@ -373,6 +373,8 @@ class TimerCore(Peripheral, abc.ABC):
 class _NoRequest:
     """A request to DMA of a timer that has none."""
 
+    private = False
+
     def set(self, level: bool) -> None:
         """Do nothing."""
 
