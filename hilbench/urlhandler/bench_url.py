@@ -50,7 +50,10 @@ def parse_bench_url(url: str) -> BenchUrl:
     Raises:
         UsageError: it names no bench, or a key or value is wrong.
     """
-    parts = urlsplit(url)
+    try:
+        parts = urlsplit(url)
+    except ValueError as error:
+        raise UsageError(f"is no URL: {error}", where=url) from error
     what = unquote(parts.netloc + parts.path)
     if parts.scheme.lower() != "hilbench" or not what:
         raise UsageError("names no bench", where=url, hint="write hilbench://pioneer or hilbench://bluepill?image=FILE")

@@ -50,7 +50,14 @@ def test_urls(url, means):
 
 @pytest.mark.parametrize(
     "url",
-    ["hilbench://", "socket://x", "hilbench://pioneer?sped=1", "hilbench://pioneer?seed=x", "hilbench://p?fast=2"],
+    [
+        "hilbench://",
+        "socket://x",
+        "hilbench://pioneer?sped=1",
+        "hilbench://pioneer?seed=x",
+        "hilbench://p?fast=2",
+        "hilbench://[",
+    ],
 )
 def test_wrong_urls(url):
     with pytest.raises(UsageError):
