@@ -139,7 +139,8 @@ class BenchProcess:
         self.send("hello")
 
     def _read_answers(self) -> list[str]:
-        assert self._socket is not None
+        if self._socket is None:
+            return []  # it has hung up, and is about to end
         try:
             data = self._socket.recv(_READ_BYTES)
         except BlockingIOError:
@@ -149,8 +150,9 @@ class BenchProcess:
         if not data:
             self._socket.close()
             self._socket = None
-            self._end(self._cause_of(self._process.poll() if self._process is not None else None))
-            return []
+            if self._process is None:
+                self._end(self._cause_of(None))
+            return []  # how one of ours has ended is known once its process has
         *lines, self._data = (self._data + data).split(b"\n")
         return [refusal for line in lines if (refusal := self._refusal(line))]
 

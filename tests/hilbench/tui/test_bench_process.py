@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import select
 import signal
+import socket
 
 import pytest
 
 from hilbench.journal import Journal
-from hilbench.live.folders import sessions
+from hilbench.live.folders import Session, sessions
 from hilbench.tui.bench_process import BenchProcess, Phase
 
 pytestmark = pytest.mark.slow
@@ -86,3 +87,32 @@ def test_a_folder_that_others_can_look_into_is_refused(tmp_path, monkeypatch, st
     (tmp_path / "hilbench").chmod(0o755)
     with pytest.raises(Exception, match="not a private folder"):
         start()
+
+
+class Ending:
+    """A process that hangs up a moment before it has ended."""
+
+    stdout = returncode = None
+
+    def poll(self):
+        return self.returncode
+
+    def wait(self, _patience_s):
+        return self.returncode
+
+
+def test_how_a_bench_has_ended_is_asked_of_its_process_and_not_of_its_socket(tmp_path):
+    session = Session(tmp_path)
+    session.talk.write_text("hilbench: journal.jsonl: the journal cannot be written\n")
+    process = BenchProcess(session, Ending())
+    ours, its = socket.socketpair()
+    ours.setblocking(False)
+    process._socket, process.phase = ours, Phase.LIVE
+    its.close()
+    assert process.poll() == []
+    process.send("drive")  # a moment too late
+    assert process.poll() == []
+    process._process.returncode = 3
+    process.poll()
+    assert process.phase is Phase.ENDED
+    assert process.cause == "the bench ended with exit code 3: journal.jsonl: the journal cannot be written"
