@@ -51,6 +51,7 @@ class Relay:
 
     Attributes:
         faults: those in force; None without any.
+        on_refused: Called with the reason when the server's line cannot have the rate that the client has set.
     """
 
     def __init__(
@@ -68,6 +69,7 @@ class Relay:
         self._heard = heard
         self._a, self._b, far = a, b, b
         self._refused_baud = 0
+        self.on_refused: Callable[[str], None] = _say_nothing
         self.faults: LineFaults | None = None
         if faults:
             self.faults = LineFaults(bench, faults, seed=seed, near_is_client=True, is_client_end=A.__eq__)
@@ -125,6 +127,7 @@ class Relay:
         except UnavailableError as error:
             self._refused_baud = wanted
             self._bench.record("baud-refused", CLIENT, baud=wanted, text=str(error))
+            self.on_refused(str(error))
         else:
             self._refused_baud = 0
             self._bench.record("baud", CLIENT, baud=wanted)
@@ -146,6 +149,10 @@ class Relay:
 
     def _line_changed(self, who: str, up: bool, _at_ns: int) -> None:
         self._bench.record("line", who, up=up)
+
+
+def _say_nothing(_text: str) -> None:
+    """Stand in for somebody who tells a person."""
 
 
 def _ignore(_data: bytes, _at_ns: int) -> None:

@@ -185,7 +185,8 @@ def test_a_rate_that_the_server_does_not_take_is_recorded_once_and_the_bytes_pas
     client.__class__, server.__class__ = Client, Server
     Client.__abstractmethods__ = frozenset()
     far.b.on_receive = lambda data, at_ns: got.extend(data)
-    Relay(bench, client, server)
+    said = []
+    Relay(bench, client, server).on_refused = said.append
     for _ in range(3):
         line.a.write(b"x")
         bench.run_for(0.1)
@@ -195,6 +196,7 @@ def test_a_rate_that_the_server_does_not_take_is_recorded_once_and_the_bytes_pas
     assert (bytes(got), taken) == (b"xxxy", [19_200])
     rates = [(e["kind"], e["baud"]) for e in bench.journal.recent if e["kind"].startswith("baud")]
     assert rates == [("baud-refused", 2**32 - 1), ("baud", 19_200)]
+    assert said == [f"it: cannot be set to {2**32 - 1} baud"]
 
 
 @pytest.mark.parametrize("has_lines", [True, False])
