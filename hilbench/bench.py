@@ -9,11 +9,15 @@ it is locked to the host's monotonic clock.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from hilbench.clock import NS_PER_S, SLIP_THRESHOLD_NS, Scheduler
 from hilbench.far_life import FarBench, FarLife
 from hilbench.journal import Journal
 from hilbench.lateness import IN_TIME, Lateness
+
+if TYPE_CHECKING:
+    from hilbench.links.port import Port
 
 LOCKED_FLOOR_S = 0.002
 """The least uncertainty of a time at a port of which nothing is known, in seconds: a USB adapter passes a byte on
@@ -46,6 +50,7 @@ class Bench:
     Attributes:
         port_uncertainty_s: what the ports add to every time, as far as it is known or was measured, in seconds.
         port_floor_s: what the uncertainty of a time is at least, in seconds: more than 0 where a port is not known.
+        passage: what a port of the checker stands behind; see `near_end`.
         far: benches of ours behind the ports, which tell how they keep up.
     """
 
@@ -55,8 +60,13 @@ class Bench:
         self.timeout_scale = timeout_scale
         self.port_uncertainty_s = 0.0
         self.port_floor_s = LOCKED_FLOOR_S
+        self.passage: Callable[[Port], Port] | None = None
         self.far: list[FarBench] = []
         self._far_life = FarLife(scheduler, self.far)
+
+    def near_end(self, port: Port) -> Port:
+        """Return what the checker has of a line: the port itself, unless its bytes are to pass something else."""
+        return port if self.passage is None else self.passage(port)
 
     @property
     def now_ns(self) -> int:

@@ -23,6 +23,7 @@ from hilbench.files import refuse_overwriting
 from hilbench.inputs import inputs_of, inputs_of_targets
 from hilbench.journal import Journal
 from hilbench.links import Line, is_serial_target
+from hilbench.links.through_pty import PtyPassages
 from hilbench.locked_providers import AttachedProvider, ExecProvider, ListenProvider
 from hilbench.model_kinds import MODEL_KINDS
 from hilbench.nearest import did_you_mean
@@ -78,7 +79,8 @@ def make_provider(options: CheckOptions) -> BenchProvider:
         hint = 'write suites = ["my_suite.py"] into it, or --suite; without clauses: pytest (hilbench init begins one)'
         raise UsageError("names no suite for its boards", where=str(bench_file.path), hint=hint)
     journal = Journal(options.journal, bench_file.header(options.seed), max_bytes=options.journal_max)
-    shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal)
+    passage = PtyPassages() if options.through else None
+    shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal, passage=passage)
     if bench_file.vehicle is not None or _has_lines(bench_file):
         return _vehicle(shared, options)
     if bench_file.boards:
@@ -109,6 +111,8 @@ def _capture(options: CheckOptions, choice: TargetChoice) -> BenchProvider:
         )
     if options.bench is not None:
         raise UsageError("a recording needs no bench", where=options.bench, hint="leave it away")
+    if options.through:
+        raise UsageError("a recording has no lines", where=f"--through {options.through}", hint="leave it away")
     return CaptureProvider(options, Path(path))
 
 

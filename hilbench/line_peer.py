@@ -222,7 +222,7 @@ class LinePeer(ABC, Generic[MessageT]):
 
     def attach(self, port: Port) -> None:
         """Use another port from now on; one that has gone meanwhile is forgiven."""
-        self.port = port
+        self.port = port = self.bench.near_end(port)
         self.line_expected = True
         self._went_away = False
         self._begin_reading()

@@ -37,6 +37,7 @@ class CheckOptions:
         json: where to write the JSON report; ``-`` is standard output.
         journal: where to write the journal.
         journal_max: how large it and the part before it may get together, in bytes; None for no limit.
+        through: ``pty`` for lines that pass a pseudo-terminal of this machine; empty for lines in memory.
         screens: the folder for pictures of the screen of the dashboard at the moment a case fails.
         list_only: list the cases and run nothing.
     """
@@ -52,6 +53,7 @@ class CheckOptions:
     json: str | None = None
     journal: Path | None = None
     journal_max: int | None = None
+    through: str = ""
     screens: Path | None = None
     list_only: bool = False
 

@@ -72,7 +72,7 @@ class ScriptedRover:
 
     def __init__(self, bench: Bench, port: Port, profile: Profile) -> None:
         self.bench = bench
-        self.port = port
+        self.port = port = bench.near_end(port)
         self.profile = profile
         self.received: list[HeardCommand] = []
         self.dropped: list[Dropped] = []

@@ -104,7 +104,7 @@ class ScriptedServer:
 
     def __init__(self, bench: Bench, port: Port) -> None:
         self.bench = bench
-        self.port = port
+        self.port = port = bench.near_end(port)
         self.received: list[Heard] = []
         self.dropped: list[Dropped] = []
         self.in_session = False

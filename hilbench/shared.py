@@ -11,6 +11,7 @@ from hilbench.clock import Scheduler
 from hilbench.config import BenchFile
 from hilbench.journal import Journal
 from hilbench.line_faults import LineFaults, describe_faults
+from hilbench.links import Port
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,11 +22,13 @@ class Shared:
         bench_file: what was asked for.
         timeout_scale: how much longer to wait.
         journal: where everything is recorded.
+        passage: what the checker's ports stand behind; None for nothing.
     """
 
     bench_file: BenchFile
     timeout_scale: float
     journal: Journal
+    passage: Callable[[Port], Port] | None = None
 
     @property
     def suites(self) -> Sequence[str]:
@@ -34,13 +37,16 @@ class Shared:
 
     def bench(self, scheduler: Scheduler) -> Bench:
         """Return a bench on a scheduler."""
-        return Bench(scheduler, self.journal, timeout_scale=self.timeout_scale)
+        bench = Bench(scheduler, self.journal, timeout_scale=self.timeout_scale)
+        bench.passage = self.passage
+        return bench
 
     def describe(self, target: str, physics: str) -> Mapping[str, str]:
         """Name the parts of the bench, and the faults that everything it says is subject to."""
         parts = {"bench": self.bench_file.name, "target": target, "physics": physics}
         faults = describe_faults(self.bench_file.faults)
-        return {**parts, "faults": faults} if faults else parts
+        lines = {"lines": "through pseudo-terminals of this machine"} if self.passage else {}
+        return {**parts, **lines, **({"faults": faults} if faults else {})}
 
     def line_faults(
         self,

@@ -56,6 +56,8 @@ def parser() -> Parser:
     add("--junit", metavar="FILE", type=typed(arguments.output_file), help="write JUnit XML")
     add("--json", metavar="FILE", help="write the report, or with --list the list, as JSON; - is standard output")
     add_journal(made)
+    add("--through", choices=("pty",), default="",
+        help="let each byte of the bench's lines pass a pseudo-terminal of this machine, in virtual time")  # fmt: skip
     add("--screens", metavar="DIR", type=typed(arguments.output_file),
         help="for each case that fails, the screen of the dashboard at that moment: DIR/CASE.svg")  # fmt: skip
     return made
@@ -81,6 +83,7 @@ def run(parsed: argparse.Namespace) -> int:
         json=parsed.json,
         journal=parsed.journal,
         journal_max=parsed.journal_max,
+        through=parsed.through,
         screens=parsed.screens,
         list_only=parsed.list,
     )
