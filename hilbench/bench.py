@@ -12,16 +12,16 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from hilbench.clock import NS_PER_S, SLIP_THRESHOLD_NS, Scheduler
-from hilbench.far_life import FarBench, FarLife
 from hilbench.journal import Journal
-from hilbench.lateness import IN_TIME, Lateness
+from hilbench.pace.far_life import FarBench, FarLife
+from hilbench.pace.lateness import IN_TIME, Lateness
 
 if TYPE_CHECKING:
     from hilbench.links.port import Port
 
 LOCKED_FLOOR_S = 0.002
 """The least uncertainty of a time at a port of which nothing is known, in seconds: a USB adapter passes a byte on
-within 1 to 16 ms. A choice; see `hilbench.calibration`."""
+within 1 to 16 ms. A choice; see `hilbench.ports.calibration`."""
 
 LOCAL_PORT_S = 0.0003
 """What a port adds to every time that no adapter is behind, in seconds: a pseudo-terminal, a socket of this host. A

@@ -29,7 +29,7 @@ from hilbench.model_kinds import MODEL_KINDS
 from hilbench.nearest import did_you_mean
 from hilbench.observing import VirtualObserver
 from hilbench.options import CheckOptions, TargetChoice
-from hilbench.pioneer import PioneerPlan, plan_of
+from hilbench.pioneer.robot import PioneerPlan, plan_of
 from hilbench.shared import Shared
 
 __all__ = ["BULLET_CAPABILITIES", "VIRTUAL_CAPABILITIES", "Shared", "VirtualProvider", "make_provider"]
@@ -125,13 +125,13 @@ def _bench_of(options: CheckOptions) -> str | None:
 
 
 def _rover(shared: Shared) -> BenchProvider:
-    from hilbench.rover_provider import RoverProvider
+    from hilbench.rover.provider import RoverProvider
 
     return RoverProvider(shared)
 
 
 def _rover_at(shared: Shared, spec: str) -> BenchProvider:
-    from hilbench.rover_provider import AttachedRoverProvider, foreign_host
+    from hilbench.rover.provider import AttachedRoverProvider, foreign_host
 
     if spec == "rover-model":
         return _rover(shared)
@@ -152,7 +152,7 @@ def _has_lines(bench_file: BenchFile) -> bool:
 
 
 def _vehicle(shared: Shared, options: CheckOptions) -> BenchProvider:
-    from hilbench.vehicle_provider import MODEL_TARGET, AttachedVehicleProvider, VehicleProvider, foreign_simulator
+    from hilbench.vehicle.provider import MODEL_TARGET, AttachedVehicleProvider, VehicleProvider, foreign_simulator
 
     kinds = {choice.spec.partition(":")[0] for choice in options.targets}
     of_boards = bool(shared.bench_file.boards)

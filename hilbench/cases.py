@@ -27,10 +27,10 @@ from hilbench.links import Line, MemoryLink, Port
 from hilbench.live.about import about_sonars, about_world
 from hilbench.live.teller import Observed, Senses
 from hilbench.live.watch import Watch
-from hilbench.p2os_client import P2osClient
-from hilbench.peer import Peer
-from hilbench.pioneer import PioneerPlan, VirtualPioneer
-from hilbench.scripted_server import ScriptedServer
+from hilbench.pioneer.client import P2osClient
+from hilbench.pioneer.peer import Peer
+from hilbench.pioneer.robot import PioneerPlan, VirtualPioneer
+from hilbench.pioneer.scripted import ScriptedServer
 from protocols.p2os import ClientOptions, Connection
 from worlds.world import World
 

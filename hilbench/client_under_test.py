@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from hilbench.bench import Bench
 from hilbench.errors import UnavailableError
 from hilbench.links import Port
-from hilbench.p2os_client import P2osClient
+from hilbench.pioneer.client import P2osClient
 from hilbench.under_test import OwnUnderTest, UnderTest
 from protocols.p2os import LocalProtocolError
 

@@ -12,7 +12,6 @@ from functools import partial
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from hilbench.bench import LOCAL_PORT_S, LOCKED_FLOOR_S, Bench
-from hilbench.calibration import Calibration, calibration_of
 from hilbench.cases import AttachedCase, CaseBase, ForeignClientCase
 from hilbench.check.observations import Observations
 from hilbench.check.provider import CaseInfo
@@ -26,7 +25,6 @@ from hilbench.client_under_test import (
 from hilbench.clock import NS_PER_S, MonotonicHostClock, Scheduler
 from hilbench.config import BenchFile
 from hilbench.errors import UnavailableError, UsageError
-from hilbench.far_pace import FarPace, ends_of, place_of
 from hilbench.line_faults import LineFaults
 from hilbench.line_hooks import run_hook
 from hilbench.line_peer import LinePeer
@@ -44,9 +42,11 @@ from hilbench.links.faults import FaultyPort
 from hilbench.links.reconnecting import POLL_NS
 from hilbench.links.serial_target import located
 from hilbench.observing import counters_of, pace_of
-from hilbench.peer import Peer
-from hilbench.ports import list_ports
-from hilbench.scripted_server import ScriptedServer
+from hilbench.pace.far_pace import FarPace, ends_of, place_of
+from hilbench.pioneer.peer import Peer
+from hilbench.pioneer.scripted import ScriptedServer
+from hilbench.ports.calibration import Calibration, calibration_of
+from hilbench.ports.listing import list_ports
 from hilbench.shared import Shared
 
 PeerT = TypeVar("PeerT", bound=LinePeer[Any])

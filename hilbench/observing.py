@@ -14,7 +14,7 @@ from hilbench.cases import VirtualCase
 from hilbench.check.observations import Coverage, IgnoredCommand, Ledger, Pace, PortCounters, TouchedFeature
 from hilbench.clock import NS_PER_S, Scheduler
 from hilbench.links import Port
-from hilbench.pioneer import OBEYED, UNKNOWN
+from hilbench.pioneer.robot import OBEYED, UNKNOWN
 from protocols.p2os import CLIENT_TABLE, SERVER_TABLE, Role, Table, command_name
 from protocols.p2os.states import State, Trigger
 from targets.robots.pioneer.ledger import LEDGER, Fidelity, LedgerEntry

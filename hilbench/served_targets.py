@@ -10,9 +10,9 @@ from hilbench.bench_file import BenchFile
 from hilbench.devices import DeviceActor, LinesActor
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Port
-from hilbench.pioneer import PioneerPlan, VirtualPioneer, plan_of
-from hilbench.rover_cases import rover_baud
-from hilbench.vehicle_cases import line_baud
+from hilbench.pioneer.robot import PioneerPlan, VirtualPioneer, plan_of
+from hilbench.rover.cases import rover_baud
+from hilbench.vehicle.cases import line_baud
 from targets.robots.rover import RoverRobot
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface
 from worlds.errors import WorldError

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 from hilbench.clock import MonotonicHostClock, Scheduler, deferred_interrupts
 from hilbench.errors import UnavailableError
-from hilbench.far_pace import place_of, tcp_place
 from hilbench.links import Line, PtyDoor, Rfc2217Door, TcpDoor
 from hilbench.links.uart import Timeline
 from hilbench.options import DoorWish
 from hilbench.options import PtyDoor as PtyWish
 from hilbench.options import Rfc2217Door as Rfc2217Wish
-from hilbench.pace_notice import PaceNotice
+from hilbench.pace.far_pace import place_of, tcp_place
+from hilbench.pace.notice import PaceNotice
 
 __all__ = [
     "STOP_SIGNALS",
@@ -52,7 +52,7 @@ def signals_held() -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Notice:
-    """What whoever checks at a door of ours has to know of the bench behind it; see `hilbench.pace_notice`.
+    """What whoever checks at a door of ours has to know of the bench behind it; see `hilbench.pace.notice`.
 
     Attributes:
         doors: the doors that lead to it.

@@ -48,7 +48,7 @@ def parser() -> Parser:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Run the command; see `hilbench.mcu.init.init` and `hilbench.port_init.init_port`.
+    """Run the command; see `hilbench.mcu.init.init` and `hilbench.ports.first_test.init_port`.
 
     Raises:
         UsageError: it is not said for what, or for both.
@@ -60,7 +60,7 @@ def run(parsed: argparse.Namespace) -> int:
     _check(parsed)
     interruption.raise_once()
     if parsed.protocol is not None:
-        from hilbench.port_init import init_port
+        from hilbench.ports.first_test import init_port
 
         written = init_port(parsed.protocol, parsed.port, parsed.baud, parsed.dir)
         then = "pytest"

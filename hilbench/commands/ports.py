@@ -29,13 +29,13 @@ def parser() -> Parser:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Run the command; see `hilbench.port_states`."""
+    """Run the command; see `hilbench.ports.states`."""
     from hilbench.console import Console
     from hilbench.exit_codes import ExitCode
     from hilbench.host import this_host
     from hilbench.names import json_text
-    from hilbench.port_states import as_data, as_text, port_states
-    from hilbench.ports import list_ports
+    from hilbench.ports.listing import list_ports
+    from hilbench.ports.states import as_data, as_text, port_states
 
     console = Console()
     states = port_states(this_host(), list_ports())

@@ -41,12 +41,12 @@ def parser() -> Parser:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Run the command; see `hilbench.udev`."""
+    """Run the command; see `hilbench.udev.installing`."""
     from hilbench.console import Console
     from hilbench.errors import UsageError
     from hilbench.exit_codes import ExitCode
     from hilbench.host import this_host
-    from hilbench.udev import INSTALL_BY, port_group, rules_text
+    from hilbench.udev.installing import INSTALL_BY, port_group, rules_text
 
     if parsed.directory is not None and not (parsed.install or parsed.check):
         raise UsageError("goes with --install and --check", where="--directory")
@@ -68,7 +68,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 def _install(console: Console, host: Host, text: str, directory: str | None) -> int:
     from hilbench.exit_codes import ExitCode
-    from hilbench.udev import RULES_FOLDER, RULES_NAME, install_rules, reload_rules, verify_rules
+    from hilbench.udev.installing import RULES_FOLDER, RULES_NAME, install_rules, reload_rules, verify_rules
 
     folder = Path(directory) if directory is not None else host.path(RULES_FOLDER)
     kept = install_rules(folder, text)
@@ -86,7 +86,7 @@ def _install(console: Console, host: Host, text: str, directory: str | None) -> 
 def _check(console: Console, host: Host, text: str, parsed: argparse.Namespace) -> int:
     from hilbench.exit_codes import ExitCode
     from hilbench.names import json_text
-    from hilbench.udev import check_rules
+    from hilbench.udev.installing import check_rules
 
     where = str(Path(parsed.directory).absolute()) if parsed.directory is not None else None
     found = check_rules(host, text, where)
@@ -99,8 +99,8 @@ def _check(console: Console, host: Host, text: str, parsed: argparse.Namespace) 
 
 def _explain(console: Console, text: str, *, as_json: bool) -> None:
     from hilbench.names import json_text
-    from hilbench.ports import list_ports
-    from hilbench.udev_explained import as_data, as_text
+    from hilbench.ports.listing import list_ports
+    from hilbench.udev.explained import as_data, as_text
 
     ports = list_ports()
     console.data(json_text(as_data(text, ports)) if as_json else as_text(text, ports))

@@ -9,14 +9,14 @@ import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from hilbench.calibration import Calibration
 from hilbench.doctor.facts import Facts
 from hilbench.doctor.finding import Finding, cross, fine, warning
 from hilbench.errors import HilbenchError
-from hilbench.port_states import PortState, port_states, state_at
-from hilbench.ports import LINK_FOLDERS, PortInfo
-from hilbench.udev import INSTALL_BY, check_rules, port_group, rules_text
-from hilbench.usb_devices import kind_of
+from hilbench.ports.calibration import Calibration
+from hilbench.ports.listing import LINK_FOLDERS, PortInfo
+from hilbench.ports.states import PortState, port_states, state_at
+from hilbench.ports.usb_devices import kind_of
+from hilbench.udev.installing import INSTALL_BY, check_rules, port_group, rules_text
 
 __all__ = ["look_at_access"]
 

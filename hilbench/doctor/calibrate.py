@@ -11,12 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from hilbench.calibration import Calibration, keep, key_of, port_at
 from hilbench.clock import NS_PER_MS, NS_PER_S, HostClock, MonotonicHostClock, Scheduler, wall_time_iso
 from hilbench.errors import UnavailableError
 from hilbench.links import Line, Port, SerialPort
 from hilbench.links.serial_target import SerialTarget, located, parse_serial_target
-from hilbench.ports import PortEnumerator, PortInfo, list_ports
+from hilbench.ports.calibration import Calibration, keep, key_of, port_at
+from hilbench.ports.listing import PortEnumerator, PortInfo, list_ports
 
 __all__ = ["Calibrated", "calibrate", "measure"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import msgspec
 
-from hilbench.calibration import Calibration
 from hilbench.doctor.calibrate import Calibrated
+from hilbench.ports.calibration import Calibration
 
 __all__ = ["as_data", "as_text"]
 

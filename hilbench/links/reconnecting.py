@@ -1,9 +1,9 @@
 """A real port that may be unplugged and come back: to its owner it is one port, whose line goes down and comes up.
 
-What comes back is known by what it is (`hilbench.ports.UsbIdentity`), not by its name: the kernel gives a name to
-whoever comes first. A port without an identity, such as a pty or a socket, is looked for where it was. Both events are
-recorded; what is written in between is lost and counted. A device that is there and cannot be opened yet, as long as
-udev has not set its permissions, is tried again at the next poll.
+What comes back is known by what it is (`hilbench.ports.listing.UsbIdentity`), not by its name: the kernel gives a name
+to whoever comes first. A port without an identity, such as a pty or a socket, is looked for where it was. Both events
+are recorded; what is written in between is lost and counted. A device that is there and cannot be opened yet, as long
+as udev has not set its permissions, is tried again at the next poll.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.links.port import Port, PortBase
 from hilbench.links.serial_target import SerialTarget, located
 from hilbench.links.serialport import SerialPort
-from hilbench.ports import PortEnumerator, PortInfo, UsbIdentity, find_again, list_ports
+from hilbench.ports.listing import PortEnumerator, PortInfo, UsbIdentity, find_again, list_ports
 
 __all__ = ["POLL_NS", "PortOpener", "ReconnectingPort", "Recorder"]
 

@@ -196,8 +196,8 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
 
 def _how_to_get_access(path: str) -> str:
     from hilbench.host import this_host
-    from hilbench.port_states import advice_on_access, state_at
-    from hilbench.ports import list_ports
+    from hilbench.ports.listing import list_ports
+    from hilbench.ports.states import advice_on_access, state_at
 
     host = this_host()
     return advice_on_access(host, state_at(host, path, list_ports())).fix
@@ -205,8 +205,8 @@ def _how_to_get_access(path: str) -> str:
 
 def _who_to_stop(path: str) -> str:
     from hilbench.host import this_host
-    from hilbench.port_states import state_at
-    from hilbench.ports import list_ports
+    from hilbench.ports.listing import list_ports
+    from hilbench.ports.states import state_at
 
     programs = state_at(this_host(), path, list_ports()).holders.programs
     named = " and ".join(str(one) for one in programs)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from hilbench.errors import UsageError
-from hilbench.port_choice import choose_port, parse_port_choice
-from hilbench.ports import PortEnumerator, list_ports
+from hilbench.ports.choice import choose_port, parse_port_choice
+from hilbench.ports.listing import PortEnumerator, list_ports
 
 __all__ = ["DEFAULT_BAUD", "LineSettings", "SerialTarget", "is_serial_target", "located", "parse_serial_target"]
 
@@ -58,7 +58,7 @@ def parse_serial_target(
 ) -> SerialTarget:
     """Return what ``[serial:]PATH-OR-URL[@BAUD[,KEY=VALUE]...]`` names, such as ``serial:/dev/ttyUSB0@115200,dtr=off``.
 
-    Instead of a path there may be a choice of port, such as ``usb=0483:374b`` (`hilbench.port_choice`). Keys: ``dtr``
+    Instead of a path there may be a choice of port, such as ``usb=0483:374b`` (`hilbench.ports.choice`). Keys: ``dtr``
     and ``rts`` (on, off), ``parity`` (N, E, O) and ``stop`` (1, 2).
 
     Args:

@@ -45,7 +45,7 @@ def about_vehicle_lines(lines: Mapping[str, str]) -> dict[str, Any]:
 
 def about_sonars(subclass: str) -> dict[str, Any]:
     """Return where the discs sit, what a raw range means, and from which on nothing was heard."""
-    from hilbench.pioneer import sonar_poses
+    from hilbench.pioneer.robot import sonar_poses
     from protocols.p2os import robot_parameters
     from protocols.p2os.units import NO_ECHO_RAW
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass
-from hilbench.driven_car import DrivenCar
-from hilbench.driving_stack import DrivingStack
 from hilbench.live.control import Request, RequestError
 from hilbench.live.driver import DEAD_MAN_NS
-from hilbench.vehicle_hands import VehicleHands, stick_code
+from hilbench.vehicle.driven_car import DrivenCar
+from hilbench.vehicle.driving_stack import DrivingStack
+from hilbench.vehicle.hands import VehicleHands, stick_code
 from protocols.autoware import (
     AckermannControlCommand,
     AgentState,

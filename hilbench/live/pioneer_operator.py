@@ -7,7 +7,7 @@ import math
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS
 from hilbench.live.teller import Observed
-from hilbench.p2os_client import P2osClient
+from hilbench.pioneer.client import P2osClient
 from protocols.p2os import ClientState as P2osState
 from protocols.p2os import Sip
 

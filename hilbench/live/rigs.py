@@ -34,7 +34,7 @@ __all__ = ["Rig", "open_attached", "open_rig", "ports_asked"]
 
 
 _ROVER_BAUD = 115_200
-"""As `hilbench.rover_provider.AttachedRoverProvider.USUAL_BAUD`."""
+"""As `hilbench.rover.provider.AttachedRoverProvider.USUAL_BAUD`."""
 
 
 _SENSES = {"KEEPALIVE": Sense.REST}
@@ -144,7 +144,7 @@ def ports_asked(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mappi
     if bench_file.vehicle is not None or on_board(bench_file):
         from hilbench.checker_lines import ports_of_lines
         from hilbench.live.vehicle_rigs import SIMULATOR, STACK
-        from hilbench.vehicle_provider import vehicle_lines
+        from hilbench.vehicle.provider import vehicle_lines
 
         lines = vehicle_lines(bench_file)
         specs = ports_of_lines(lines, targets)
@@ -177,7 +177,7 @@ def _at(bench: Bench, bench_file: BenchFile, target: str, usual_baud: int) -> Re
 
 
 def _pioneer(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
-    from hilbench.pioneer import VirtualPioneer, plan_of
+    from hilbench.pioneer.robot import VirtualPioneer, plan_of
 
     plan = plan_of(bench_file)
     link = MemoryLink(bench.scheduler, Line(baud=plan.settings.host_baud), name="host", group_ns=REAL_TIME_GROUP_NS)
@@ -202,7 +202,7 @@ def _pioneer(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
 
 def _rover_model(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
     from hilbench.devices import DeviceActor
-    from hilbench.rover_cases import rover_baud
+    from hilbench.rover.cases import rover_baud
     from targets.robots.rover import RoverRobot
 
     settings = bench_file.rover
@@ -300,15 +300,15 @@ def _host(tap: Tap | None) -> Mapping[str, Tap]:
 
 def _client(bench: Bench, port: Port, seed: int) -> tuple[Tap, PioneerOperator]:
     from hilbench.live.pioneer_operator import PioneerOperator
-    from hilbench.p2os_client import P2osClient
+    from hilbench.pioneer.client import P2osClient
 
     tap = Tap(bench, port, "client", seed=seed)
     return tap, PioneerOperator(bench, P2osClient(bench, tap))
 
 
 def _station(bench: Bench, port: Port, profile: str, seed: int) -> tuple[Tap, RoverOperator]:
-    from hilbench.ground_station import GroundStation
     from hilbench.live.rover_operator import RoverOperator
+    from hilbench.rover.ground_station import GroundStation
     from protocols.pkt import PROFILES
 
     tap = Tap(bench, port, "station", seed=seed)

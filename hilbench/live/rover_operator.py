@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS
-from hilbench.ground_station import GroundStation
 from hilbench.live.teller import Observed
+from hilbench.rover.ground_station import GroundStation
 from protocols.pkt import ClientState as PktState
 
 __all__ = ["RoverOperator"]

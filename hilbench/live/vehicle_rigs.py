@@ -13,8 +13,6 @@ from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile
 from hilbench.bench_model import World as WorldEntry
 from hilbench.devices import LinesActor
-from hilbench.driven_car import DrivenCar
-from hilbench.driving_stack import DrivingStack
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.live.about import about_world
 from hilbench.live.board_views import BOARD_SENSES, BoardFromOutside, BoardLink, BoardModes, ControlTask
@@ -22,8 +20,10 @@ from hilbench.live.car_driver import CarCrew, CarDriver
 from hilbench.live.scenes import TRACK
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, Sense, Senses, describe_machine
-from hilbench.vehicle_cases import line_baud
-from hilbench.vehicle_hands import ModelHands, VehicleHands
+from hilbench.vehicle.cases import line_baud
+from hilbench.vehicle.driven_car import DrivenCar
+from hilbench.vehicle.driving_stack import DrivingStack
+from hilbench.vehicle.hands import ModelHands, VehicleHands
 from hilbench.wiring.vehicle import BareVehicle
 from hilbench.world_runner import WorldRunner
 from protocols.autoware import Timer as LinkTimer
@@ -132,7 +132,7 @@ class LiveVehicle:
 def board_vehicle(emulated: EmulatedBench, *, seed: int) -> LiveVehicle:
     """Put a car and a driving stack to the lines of an emulated board, and somebody beside it."""
     from hilbench.mcu.board_case import BoardBench
-    from hilbench.vehicle_on_board import VehicleOnBoard
+    from hilbench.vehicle.on_board import VehicleOnBoard
 
     there = BoardBench(emulated)
     vehicle = VehicleOnBoard(there)

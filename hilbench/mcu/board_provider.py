@@ -15,7 +15,6 @@ import msgspec
 
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile, EmulatedBoard, PartPlan
-from hilbench.car_simulator import OWN_HOST_CAPABILITIES
 from hilbench.check.provider import CaseInfo, CaseSetup
 from hilbench.clock import Scheduler
 from hilbench.config import read_bench
@@ -26,10 +25,11 @@ from hilbench.mcu.command_line import open_target
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
-from hilbench.rover_hands import hands_on
+from hilbench.rover.hands import hands_on
 from hilbench.shared import Shared
-from hilbench.vehicle_cases import CarHostCase, PairCase, host_settings, open_car_host
-from hilbench.vehicle_on_board import VehicleOnBoard, vehicle_hands_on
+from hilbench.vehicle.car_simulator import OWN_HOST_CAPABILITIES
+from hilbench.vehicle.cases import CarHostCase, PairCase, host_settings, open_car_host
+from hilbench.vehicle.on_board import VehicleOnBoard, vehicle_hands_on
 
 __all__ = ["BoardProvider"]
 

@@ -9,8 +9,8 @@ from hilbench.check import Violation
 from hilbench.client_under_test import ClientUnderTest
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
-from hilbench.p2os_client import P2osClient
-from hilbench.scripted_server import Heard, ScriptedServer
+from hilbench.pioneer.client import P2osClient
+from hilbench.pioneer.scripted import Heard, ScriptedServer
 from protocols.p2os import ClientState, Identification, Sip, SipReading, SyncEcho, encode_packet
 
 LAST_BYTES_S = 0.3

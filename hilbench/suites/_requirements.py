@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from hilbench.check import Inconclusive, Violation, at_most, near
 from hilbench.clock import NS_PER_S
-from hilbench.peer import Peer
+from hilbench.pioneer.peer import Peer
 from hilbench.suites._session import (
     CYCLE_S,
     SIP_WITHIN_S,

@@ -11,15 +11,15 @@ from itertools import pairwise
 from typing import TypeVar, cast
 
 from hilbench.bench import Bench
-from hilbench.carla_peer import STATUS_HZ
 from hilbench.check import CaseSetup, Inconclusive, Violation, case, near, within
 from hilbench.check.provider import CaseBench
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError
 from hilbench.line_peer import Received
 from hilbench.mcu.board_case import BoardCase
-from hilbench.vehicle_hands import VehicleBench, VehicleHands
-from hilbench.vehicle_on_board import VehicleOnBoard
+from hilbench.vehicle.hands import VehicleBench, VehicleHands
+from hilbench.vehicle.on_board import VehicleOnBoard
+from hilbench.vehicle.simulator_peer import STATUS_HZ
 from protocols.autoware import (
     AckermannControlCommand,
     AgentPing,

@@ -11,16 +11,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hilbench.bench import Bench
-from hilbench.car_simulator import Published
 from hilbench.check import Violation
 from hilbench.clock import NS_PER_S
-from hilbench.driven_car import DrivenCar
-from hilbench.driving_stack import COMMAND_HZ, DrivingStack
 from hilbench.errors import InternalError
 from hilbench.links import Port
 from hilbench.mcu.board_case import BoardCase
 from hilbench.suites._vehicle import vehicle_bench
-from hilbench.vehicle_hands import VehicleHands, stick_code
+from hilbench.vehicle.car_simulator import Published
+from hilbench.vehicle.driven_car import DrivenCar
+from hilbench.vehicle.driving_stack import COMMAND_HZ, DrivingStack
+from hilbench.vehicle.hands import VehicleHands, stick_code
 from hilbench.world_runner import WorldRunner
 from protocols.autoware import AckermannControlCommand, ControlMode, SteeringReport, VelocityReport
 from protocols.carla import X_AXIS, Y_AXIS, AckermannCommand, ManualCommand, Mode

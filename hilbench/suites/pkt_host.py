@@ -17,9 +17,9 @@ import pytest
 from hilbench.check import CaseSetup, Violation, at_least, at_most, case, near
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
-from hilbench.ground_station import GroundStation
-from hilbench.rover_cases import HostCase
-from hilbench.scripted_rover import HeardCommand, ScriptedRover
+from hilbench.rover.cases import HostCase
+from hilbench.rover.ground_station import GroundStation
+from hilbench.rover.scripted import HeardCommand, ScriptedRover
 from protocols.pkt import (
     ClientState,
     Command,

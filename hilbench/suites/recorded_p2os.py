@@ -13,7 +13,7 @@ from itertools import pairwise
 from hilbench.capture_provider import CaptureCase
 from hilbench.check import NotApplicable, Violation, near
 from hilbench.clock import NS_PER_S
-from hilbench.peer import REPLY_WITHIN_S
+from hilbench.pioneer.peer import REPLY_WITHIN_S
 from hilbench.recordings.listening import HOST, TARGET, Heard, Stretch
 from hilbench.suites._recorded import Worst, around, judge_answers, on_recording, stretches_of
 from hilbench.suites._recorded_session import Means, Session, Step, sessions_of, steps_of

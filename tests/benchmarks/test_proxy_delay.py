@@ -21,7 +21,7 @@ from hilbench.bench import Bench
 from hilbench.clock import MonotonicHostClock, Scheduler
 from hilbench.journal import Journal
 from hilbench.links import Line, PtyDoor, ReconnectingPort, SerialTarget
-from hilbench.ports import PortInfo, UsbIdentity
+from hilbench.ports.listing import PortInfo, UsbIdentity
 from hilbench.relay import Relay
 
 ROUND_TRIPS = 2000

@@ -16,11 +16,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from hilbench.bench import Bench
-from hilbench.carla_peer import STATUS_HZ, SimulatorPeer
-from hilbench.driving_stack import COMMAND_HZ
 from hilbench.feed import Feed
 from hilbench.line_peer import Received
-from hilbench.stack_peer import StackPeer
+from hilbench.vehicle.driving_stack import COMMAND_HZ
+from hilbench.vehicle.simulator_peer import STATUS_HZ, SimulatorPeer
+from hilbench.vehicle.stack_peer import StackPeer
 from protocols.autoware import AckermannControlCommand, ControlMode, Time, encode_frame, encode_message
 from protocols.carla import CommandFrame, Mode, encode_status
 from protocols.carla.states import DEADLINES

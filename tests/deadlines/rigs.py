@@ -10,14 +10,14 @@ from functools import partial
 from pathlib import Path
 
 from hilbench.bench import Bench
-from hilbench.carla_peer import SimulatorPeer
 from hilbench.clock import Scheduler
 from hilbench.config import read_bench
 from hilbench.devices import LinesActor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.mcu.emulated import EmulatedBench
-from hilbench.stack_peer import StackPeer
+from hilbench.vehicle.simulator_peer import SimulatorPeer
+from hilbench.vehicle.stack_peer import StackPeer
 from targets.robots.vehicle_interface.behaviour import BEHAVIOURS
 from targets.robots.vehicle_interface.board import SIMULATOR_LINE, STACK_LINE, VehicleInterface
 from targets.robots.vehicle_interface.settings import VehicleSettings

@@ -17,8 +17,8 @@ from hilbench.clock import MonotonicHostClock, Scheduler
 from hilbench.host import this_host
 from hilbench.links import ReconnectingPort, SerialPort
 from hilbench.links.serial_target import located, parse_serial_target
-from hilbench.port_states import port_states
-from hilbench.ports import list_ports
+from hilbench.ports.listing import list_ports
+from hilbench.ports.states import port_states
 
 PORT = os.environ.get("HILBENCH_HARDWARE_PORT", "")
 ATTACHED = frozenset(filter(None, os.environ.get("HILBENCH_HARDWARE_WITH", "").split(",")))

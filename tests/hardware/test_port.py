@@ -8,16 +8,16 @@ import sys
 
 import pytest
 
-from hilbench.calibration import key_of
 from hilbench.doctor.calibrate import calibrate
 from hilbench.errors import UnavailableError
 from hilbench.host import this_host
 from hilbench.links.serial_target import located
-from hilbench.port_choice import choose_port, parse_port_choice
-from hilbench.ports import list_ports
-from hilbench.udev import check_rules, port_group, rules_text
-from hilbench.udev_explained import outcome_at
-from hilbench.usb_devices import kind_of
+from hilbench.ports.calibration import key_of
+from hilbench.ports.choice import choose_port, parse_port_choice
+from hilbench.ports.listing import list_ports
+from hilbench.ports.usb_devices import kind_of
+from hilbench.udev.explained import outcome_at
+from hilbench.udev.installing import check_rules, port_group, rules_text
 
 ECHOES = pytest.mark.attached("plug", "modem-plug", "echo")
 SENTENCE = b"The quick brown fox jumps over the lazy dog 0123456789. "

@@ -17,7 +17,7 @@ from hilbench.clock import NS_PER_S, Scheduler
 from hilbench.errors import UnavailableError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
-from hilbench.p2os_client import P2osClient
+from hilbench.pioneer.client import P2osClient
 
 WAIT_S = 20
 """How long a test waits for a program, in seconds; a program that is right needs a fraction of one."""

@@ -19,8 +19,8 @@ from hilbench.check.outcome import outcome_of
 from hilbench.check.provider import CaseInfo
 from hilbench.clock import NS_PER_MS, Scheduler
 from hilbench.journal import Journal
-from hilbench.lateness import IN_TIME, Lateness
 from hilbench.options import CheckOptions, TargetChoice
+from hilbench.pace.lateness import IN_TIME, Lateness
 from hilbench.serving import Notice, run_until_stopped
 from hilbench.testing import FakeHostClock
 

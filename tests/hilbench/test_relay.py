@@ -13,12 +13,12 @@ from hilbench.clock import NS_PER_MS, NS_PER_S, Scheduler
 from hilbench.config import open_bench
 from hilbench.errors import UnavailableError
 from hilbench.fault_entries import FaultEntry
-from hilbench.ground_station import GroundStation
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.links.door import Door
 from hilbench.near_ends import open_near_end
 from hilbench.relay import CLIENT, SERVER, Relay
+from hilbench.rover.ground_station import GroundStation
 from hilbench.testing import LinkUnderTest, check_link
 from protocols.pkt import ClientState
 

@@ -19,8 +19,8 @@ from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.links import Port
 from hilbench.options import CheckOptions
-from hilbench.p2os_client import P2osClient
-from hilbench.pioneer import PioneerPlan, make_robot, plan_of
+from hilbench.pioneer.client import P2osClient
+from hilbench.pioneer.robot import PioneerPlan, make_robot, plan_of
 from protocols.p2os import ClientOptions, Connection, Event, Role, ServerOptions, Table, client_table, server_table
 from protocols.p2os.states import State, Trigger
 from targets.robots.pioneer import Chassis, PioneerRobot, RobotSettings, server_options

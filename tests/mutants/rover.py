@@ -20,7 +20,7 @@ from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.mcu.board_provider import BoardProvider
 from hilbench.options import TargetChoice
-from hilbench.rover_provider import RoverProvider
+from hilbench.rover.provider import RoverProvider
 from hilbench.shared import Shared
 from protocols.pkt import (
     SERVER_TABLE,

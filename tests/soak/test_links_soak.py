@@ -18,11 +18,11 @@ from hilbench.bench import Bench
 from hilbench.clock import Scheduler
 from hilbench.config import open_bench
 from hilbench.doors import SharedDoor
-from hilbench.ground_station import GroundStation
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.near_ends import open_near_end
 from hilbench.relay import CLIENT, SERVER, Relay
+from hilbench.rover.ground_station import GroundStation
 
 BYTES = int(os.environ.get("LINKS_SOAK_BYTES", "1_000_000_000"))
 SEED = int(os.environ.get("LINKS_SOAK_SEED", "1"))

@@ -9,8 +9,8 @@ import pytest
 from hilbench.cases import VirtualCase
 from hilbench.check import at_most, case
 from hilbench.clock import NS_PER_S
-from hilbench.scripted_packets import MOVING
-from hilbench.scripted_server import Heard
+from hilbench.pioneer.scripted import Heard
+from hilbench.pioneer.scripted_packets import MOVING
 from hilbench.suites._client import (
     CONNECT_WITHIN_S,
     WORKING_PERIOD_S,

@@ -6,7 +6,7 @@ import dataclasses
 
 from hilbench.check import case
 from hilbench.clock import NS_PER_S
-from hilbench.scripted_packets import CONFIG
+from hilbench.pioneer.scripted_packets import CONFIG
 from hilbench.suites._client import (
     CONFIG_WITHIN_S,
     CONNECT_WITHIN_S,

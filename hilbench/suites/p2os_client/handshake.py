@@ -9,8 +9,8 @@ import pytest
 from hilbench.cases import VirtualCase
 from hilbench.check import at_least, case
 from hilbench.clock import NS_PER_S
-from hilbench.scripted_packets import IDENTIFICATION, MOVING, STANDING
-from hilbench.scripted_server import HANDSHAKE_NAMES, SIP_CYCLE_S, Pause
+from hilbench.pioneer.scripted import HANDSHAKE_NAMES, SIP_CYCLE_S, Pause
+from hilbench.pioneer.scripted_packets import IDENTIFICATION, MOVING, STANDING
 from hilbench.suites._client import (
     CONNECT_WITHIN_S,
     ECHO0,

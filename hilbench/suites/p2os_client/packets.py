@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import pytest
 
 from hilbench.check import Violation, at_least, case
-from hilbench.scripted_packets import STANDING
-from hilbench.scripted_server import SIP_CYCLE_S
+from hilbench.pioneer.scripted import SIP_CYCLE_S
+from hilbench.pioneer.scripted_packets import STANDING
 from hilbench.suites._client import (
     WORKING_PERIOD_S,
     ClientBench,

@@ -9,7 +9,7 @@ from itertools import pairwise
 import pytest
 
 from hilbench.check import case, near
-from hilbench.scripted_packets import IDENTIFICATION, STANDING
+from hilbench.pioneer.scripted_packets import IDENTIFICATION, STANDING
 from hilbench.suites._client import ClientBench, connect, own_client, understood
 from protocols.p2os import Sip, encode_packet, robot_parameters
 

@@ -6,7 +6,7 @@ import dataclasses
 import math
 
 from hilbench.check import Violation, case, near
-from hilbench.scripted_packets import MOVING
+from hilbench.pioneer.scripted_packets import MOVING
 from hilbench.suites._client import ClientBench, connect, own_client, understood
 from protocols.p2os import encode_packet
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import statistics
 
 from hilbench.check import at_least, case, near
-from hilbench.peer import Peer
+from hilbench.pioneer.peer import Peer
 from hilbench.suites._requirements import SPEED_MM_S, require_slope, require_speeds, require_standing, require_turn_rate
 from hilbench.suites._session import Session
 from protocols.p2os import Command, CommandNumber, encode_command, encode_frame

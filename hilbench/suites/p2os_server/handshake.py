@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hilbench.check import Violation, case
-from hilbench.peer import REPLY_WITHIN_S, Peer
+from hilbench.pioneer.peer import REPLY_WITHIN_S, Peer
 from hilbench.suites._requirements import require_echo, require_sips_begin
 from hilbench.suites._session import SIP_WITHIN_S
 from hilbench.suites.p2os_server._syncs import SYNC0, SYNC1, SYNC2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hilbench.check import Violation, case
-from hilbench.peer import Peer
+from hilbench.pioneer.peer import Peer
 from hilbench.suites._requirements import require_request
 from hilbench.suites._session import CYCLE_S, Session
 from protocols.p2os import CommandNumber, ConfigPacket, EncoderPacket, IoPacket, pack_bytes

@@ -6,7 +6,7 @@ import pytest
 
 from hilbench.check import Violation, at_most, case
 from hilbench.clock import NS_PER_S
-from hilbench.peer import Peer
+from hilbench.pioneer.peer import Peer
 from hilbench.suites._requirements import require_echo, require_fresh, require_moving
 from hilbench.suites._session import CYCLE_S, Session
 from hilbench.suites.p2os_server._syncs import SYNC0, SYNC2

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hilbench.check import NotApplicable, Violation, case, near, within
-from hilbench.peer import Peer
-from hilbench.pioneer import sonar_poses
+from hilbench.pioneer.peer import Peer
+from hilbench.pioneer.robot import sonar_poses
 from hilbench.suites._requirements import require_fresh, require_moving
 from hilbench.suites._session import SIP_WITHIN_S, Session
 from protocols.p2os import CommandNumber, SerAuxPacket, Sip

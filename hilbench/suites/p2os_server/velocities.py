@@ -8,7 +8,7 @@ from itertools import pairwise
 import pytest
 
 from hilbench.check import Violation, at_most, case, near
-from hilbench.peer import Peer
+from hilbench.pioneer.peer import Peer
 from hilbench.suites._requirements import (
     SPEED_MM_S,
     STANDING_UNITS,

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 import pytest
 
 from hilbench.cases import VirtualCase
-from hilbench.peer import Peer
+from hilbench.pioneer.peer import Peer
 from hilbench.suites._session import Session
 from hilbench.suites._truth import Sample, Truth
 from protocols.p2os import CommandNumber

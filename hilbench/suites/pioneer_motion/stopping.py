@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hilbench.check import at_most, case, record_measure
-from hilbench.peer import Peer
+from hilbench.pioneer.peer import Peer
 from hilbench.suites._mechanics import stopping_way
 from hilbench.suites._session import Session
 from hilbench.suites._truth import Sample, Truth

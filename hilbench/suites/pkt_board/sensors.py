@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from hilbench.check import Inconclusive, Violation, near, within
-from hilbench.rover_hands import RoverBench
+from hilbench.rover.hands import RoverBench
 from hilbench.suites._rover import Rover, at_power_up, on_rover
 from protocols.pkt import EulerImuReport, GpsReport, ImuReport, MotionReport
 

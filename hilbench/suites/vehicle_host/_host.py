@@ -7,11 +7,11 @@ from typing import TypeVar
 
 import pytest
 
-from hilbench.car_simulator import CarSimulator, Published
 from hilbench.check import CaseSetup, Violation, case
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
-from hilbench.vehicle_cases import CarHostCase
+from hilbench.vehicle.car_simulator import CarSimulator, Published
+from hilbench.vehicle.cases import CarHostCase
 from protocols.carla import BAUD, VECTORS, AckermannCommand, ManualCommand, decode_command
 from protocols.carla.clauses import HOST_CLAUSES
 from targets.robots.car_host import CarState

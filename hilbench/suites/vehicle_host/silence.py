@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 from dataclasses import replace
 
-from hilbench.car_simulator import Published
 from hilbench.check import at_most, near
 from hilbench.check.recorder import record_measure
 from hilbench.clock import NS_PER_S
@@ -22,6 +21,7 @@ from hilbench.suites.vehicle_host._host import (
     host,
     on_host,
 )
+from hilbench.vehicle.car_simulator import Published
 from protocols.carla import AckermannCommand, encode_command
 
 __all__ = ["host"]

@@ -7,8 +7,8 @@ import pytest
 
 from hilbench.doctor.facts import Facts
 from hilbench.host import Host, Ran
-from hilbench.ports import PortInfo, UsbIdentity
-from hilbench.udev import rules_text
+from hilbench.ports.listing import PortInfo, UsbIdentity
+from hilbench.udev.installing import rules_text
 
 BOARD = UsbIdentity(vendor_id=0x0403, product_id=0x6001, serial_number="A50285BI", location="1-1.2")
 

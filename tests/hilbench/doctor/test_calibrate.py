@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.calibration import Calibration, calibration_of, keep, key_of, port_at, state_folder, stored
 from hilbench.cli import main
 from hilbench.clock import NS_PER_MS, NS_PER_S, Scheduler
 from hilbench.doctor.calibrate import Calibrated, _quantile, calibrate, measure
 from hilbench.doctor.calibrated import as_text
 from hilbench.errors import UnavailableError
-from hilbench.ports import PortInfo, UsbIdentity
+from hilbench.ports.calibration import Calibration, calibration_of, keep, key_of, port_at, state_folder, stored
+from hilbench.ports.listing import PortInfo, UsbIdentity
 from hilbench.testing import FakeHostClock, link_pair
 
 WIRE_S = 10 / 9600

@@ -6,12 +6,12 @@ import errno
 
 import pytest
 
-from hilbench.calibration import Calibration
 from hilbench.doctor.finding import Finding, State, cross, fine, warning
 from hilbench.doctor.report import as_data, as_text, findings_of, is_fit
 from hilbench.errors import UnavailableError
 from hilbench.host import Ran
-from hilbench.udev import INSTALL_BY
+from hilbench.ports.calibration import Calibration
+from hilbench.udev.installing import INSTALL_BY
 
 PROBLEMS = {}
 

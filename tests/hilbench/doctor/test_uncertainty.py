@@ -13,14 +13,14 @@ from hypothesis import strategies as st
 
 from hilbench.bench import LOCAL_PORT_S, LOCKED_FLOOR_S, Bench
 from hilbench.bench_provider import make_provider
-from hilbench.calibration import Calibration, keep, key_of
 from hilbench.check.judge import at_most
 from hilbench.check.provider import CaseInfo
 from hilbench.check.verdicts import Inconclusive
 from hilbench.clock import NS_PER_MS, Scheduler
 from hilbench.journal import Journal
 from hilbench.options import CheckOptions, TargetChoice
-from hilbench.ports import PortInfo, UsbIdentity
+from hilbench.ports.calibration import Calibration, keep, key_of
+from hilbench.ports.listing import PortInfo, UsbIdentity
 from hilbench.testing import FakeHostClock
 
 USB = UsbIdentity(vendor_id=0x0403, product_id=0x6001, serial_number="A1", location="1-1")

@@ -16,14 +16,14 @@ from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS, NS_PER_S, MonotonicHostClock, Scheduler
 from hilbench.devices import DeviceActor
 from hilbench.errors import PortClosedError, UnavailableError, UsageError
-from hilbench.ground_station import GroundStation
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink, ReconnectingPort, SerialPort, SerialTarget
 from hilbench.links.reconnecting import POLL_NS, identity_of
 from hilbench.live.resuming import resume_sessions
 from hilbench.live.rover_operator import RoverOperator
 from hilbench.live.tap import Tap
-from hilbench.ports import PortInfo, UsbIdentity
+from hilbench.ports.listing import PortInfo, UsbIdentity
+from hilbench.rover.ground_station import GroundStation
 from hilbench.testing import FakeHostClock
 from targets.robots.rover import RoverRobot, RoverSettings
 

@@ -13,7 +13,7 @@ from hilbench.links import LineSettings, SerialPort, SerialTarget, parse_serial_
 from hilbench.links import serial_device as device_module
 from hilbench.links.serial_device import LineErrors, ModemLines, line_errors, modem_lines, set_modem_lines
 from hilbench.links.serial_target import located
-from hilbench.ports import PortInfo, UsbIdentity
+from hilbench.ports.listing import PortInfo, UsbIdentity
 
 MS = 10**6
 TIOCGICOUNT = 0x545D

@@ -11,7 +11,7 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.host import this_host
 from hilbench.links import Line, PtyDoor, SerialPort, SerialTarget, parse_serial_target
 from hilbench.links.serial_device import _cannot_open
-from hilbench.udev import port_group
+from hilbench.udev.installing import port_group
 
 S = 10**9
 

@@ -9,8 +9,8 @@ from hilbench.doctor.access import look_at_access
 from hilbench.doctor.facts import Facts
 from hilbench.host import Host
 from hilbench.links.reconnecting import identity_of
-from hilbench.port_states import as_text, port_states, state_at
-from hilbench.ports import SysfsPorts
+from hilbench.ports.listing import SysfsPorts
+from hilbench.ports.states import as_text, port_states, state_at
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from hilbench.arguments import target_choice
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.options import TargetChoice
-from hilbench.port_choice import PortChoice, choose_port, parse_port_choice
-from hilbench.ports import PortInfo, UsbIdentity
+from hilbench.ports.choice import PortChoice, choose_port, parse_port_choice
+from hilbench.ports.listing import PortInfo, UsbIdentity
 
 
 def port(device, ids="0483:374b", **changes):

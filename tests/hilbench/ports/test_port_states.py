@@ -10,10 +10,10 @@ import pytest
 
 from hilbench.cli import main
 from hilbench.host import Host, this_host
-from hilbench.port_holders import Holder, holders_of
-from hilbench.port_states import port_states
-from hilbench.ports import SysfsPorts
-from hilbench.udev import INSTALL_BY
+from hilbench.ports.holders import Holder, holders_of
+from hilbench.ports.listing import SysfsPorts
+from hilbench.ports.states import port_states
+from hilbench.udev.installing import INSTALL_BY
 
 
 @pytest.fixture
@@ -69,7 +69,7 @@ def test_a_port_that_is_free_needs_nothing(machine, host):
     ids=["numbers", "one number twice", "one device, two ports", "without numbers", "factory's", "odd"],
 )  # fmt: skip
 def test_a_port_is_named_by_the_words_that_last(machine, host, devices, targets):
-    from hilbench.port_choice import choose_port, parse_port_choice
+    from hilbench.ports.choice import choose_port, parse_port_choice
 
     for number, device in enumerate(devices):
         machine.plug(f"ttyUSB{number}", driver="ftdi_sio", **{"location": f"1-{number}"} | device)
@@ -206,7 +206,7 @@ def test_the_command_shows_each_port(machine, host, monkeypatch, capsys):
     machine.link("/dev/hilbench/stlink-0668FF-if02", "ttyACM0")
     process(host, 7, opens=["/dev/ttyACM0"])
     monkeypatch.setattr("hilbench.host.this_host", lambda: host)
-    monkeypatch.setattr("hilbench.ports.list_ports", SysfsPorts(machine.root))
+    monkeypatch.setattr("hilbench.ports.listing.list_ports", SysfsPorts(machine.root))
     assert main(["ports"]) == 0
     out = capsys.readouterr().out
     first, second = out.split("\n\n")
@@ -237,7 +237,7 @@ def test_the_command_shows_each_port(machine, host, monkeypatch, capsys):
 
 
 def test_the_command_says_so_where_there_is_none(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("hilbench.ports.list_ports", SysfsPorts(tmp_path))
+    monkeypatch.setattr("hilbench.ports.listing.list_ports", SysfsPorts(tmp_path))
     assert main(["ports"]) == 0
     out, err = capsys.readouterr()
     assert (out, err.startswith("there is no serial port here")) == ("", True)

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 import serial.tools.list_ports
 
-from hilbench.ports import PortInfo, SysfsPorts, UsbIdentity, find_again, list_ports
+from hilbench.ports.listing import PortInfo, SysfsPorts, UsbIdentity, find_again, list_ports
 
 
 def identity(**changes):

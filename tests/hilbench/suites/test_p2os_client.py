@@ -14,7 +14,7 @@ from hilbench.bench_provider import Shared, VirtualProvider
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from hilbench.config import open_bench
 from hilbench.journal import Journal
-from hilbench.p2os_client import P2osClient
+from hilbench.pioneer.client import P2osClient
 from protocols.p2os import (
     CLIENT_TABLE,
     Action,

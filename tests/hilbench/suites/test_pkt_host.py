@@ -12,10 +12,10 @@ import pytest
 from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from hilbench.config import open_bench
-from hilbench.ground_station import GroundStation
 from hilbench.journal import Journal
 from hilbench.options import TargetChoice
-from hilbench.rover_provider import RoverProvider, make_host
+from hilbench.rover.ground_station import GroundStation
+from hilbench.rover.provider import RoverProvider, make_host
 from hilbench.shared import Shared
 from protocols.pkt import (
     CLIENT_TABLE,

@@ -15,7 +15,7 @@ from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.options import TargetChoice
 from hilbench.shared import Shared
-from hilbench.vehicle_provider import VehicleProvider
+from hilbench.vehicle.provider import VehicleProvider
 from protocols.carla import AckermannCommand, Commanded, CommandLimits, ManualCommand, Mode, Signs
 from protocols.carla.clauses import HOST_CLAUSES
 from targets.robots.car_host import BEHAVIOURS, DEFECTS, CarHost

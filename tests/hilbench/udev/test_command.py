@@ -12,8 +12,8 @@ import pytest
 
 from hilbench.cli import main
 from hilbench.host import Host, Ran
-from hilbench.ports import PortInfo, UsbIdentity
-from hilbench.udev import INSTALL_BY, install_rules, rules_text
+from hilbench.ports.listing import PortInfo, UsbIdentity
+from hilbench.udev.installing import INSTALL_BY, install_rules, rules_text
 
 NAME = "70-hilbench.rules"
 NOBODY = 65534
@@ -59,7 +59,7 @@ def machine(folder, monkeypatch):
 @pytest.fixture
 def nobody(folder):
     """Go on as somebody who may do nothing; who is not root is that already."""
-    for name in ("hilbench.commands.udev", "hilbench.udev_explained", "hilbench.console", "hilbench.siblings"):
+    for name in ("hilbench.commands.udev", "hilbench.udev.explained", "hilbench.console", "hilbench.siblings"):
         importlib.import_module(name)
     before = os.geteuid()
     if before == 0:
@@ -219,7 +219,7 @@ def test_they_are_explained(machine, monkeypatch, capsys):
     usb = UsbIdentity(vendor_id=0x0483, product_id=0x374B, serial_number="0668FF", location="1-1", interface=2)
     other = UsbIdentity(vendor_id=0x1234, product_id=1, location="1-2")
     ports = [PortInfo(device="/dev/ttyACM0", usb=usb), PortInfo(device="/dev/ttyACM1", usb=other)]
-    monkeypatch.setattr("hilbench.ports.list_ports", lambda: ports)
+    monkeypatch.setattr("hilbench.ports.listing.list_ports", lambda: ports)
     assert call("--explain") == 0
     out = capsys.readouterr().out
     assert "/dev/ttyACM0: /dev/hilbench/stlink-0668FF-if02\n" in out

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.udev import rules_text
-from hilbench.udev_apply import Device, apply_rules
-from hilbench.udev_rules import Expression, parse_rules, problems_of
-from hilbench.usb_devices import KINDS
+from hilbench.ports.usb_devices import KINDS
+from hilbench.udev.apply import Device, apply_rules
+from hilbench.udev.installing import rules_text
+from hilbench.udev.rules import Expression, parse_rules, problems_of
 
 FILE = Path(__file__).parents[3] / "udev/70-hilbench.rules"
 RULES, _ = parse_rules(FILE.read_text())

@@ -1,0 +1,1 @@
+"""How a bench in real time keeps up, and how those behind its ports do."""

@@ -1,0 +1,118 @@
+"""How well the bench behind a port of this host keeps up with it, as far as it is one of ours and tells.
+
+A port is known by its place: a pseudo-terminal by its device, a TCP port of this host by its number. Behind a place
+stands a bench that `hilbench serve` runs, or `hilbench proxy`, which in turn has opened a port: then what is behind
+that one counts too.
+"""
+
+from __future__ import annotations
+
+import functools
+import ipaddress
+import os
+import socket
+import stat
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from hilbench.pace.lateness import IN_TIME, Lateness
+from hilbench.pace.notice import PaceReader, notices
+
+__all__ = ["FarPace", "ends_of", "place_of"]
+
+_PSEUDO = range(136, 144)
+"""Major numbers of the slaves of pseudo-terminals (Linux, Documentation/admin-guide/devices.txt)."""
+_NETWORK = ("socket", "rfc2217")
+
+
+def place_of(where: str) -> str | None:
+    """Return the place of a port by its path, or its URL as pyserial has it; None if it is not on this host alone."""
+    url = where.removeprefix("spy://")
+    if "://" not in url:
+        return _pseudo_terminal(url.partition("?")[0] if url != where else url)
+    try:
+        parts = urlsplit(url)
+        local = parts.scheme.lower() in _NETWORK and parts.port is not None and is_local(parts.hostname or "")
+        return tcp_place(parts.port or 0) if local else None
+    except ValueError:  # no number, or no address
+        return None
+
+
+def tcp_place(port: int) -> str:
+    """Return the place of a TCP port of this host."""
+    return f"tcp {port}"
+
+
+@functools.cache
+def is_local(host: str) -> bool:
+    """Say whether an address or a name is one of this host: no other can be bound to. All of them together are none."""
+    try:
+        family, kind, number, _, address = socket.getaddrinfo(host, 0, type=socket.SOCK_DGRAM)[0]
+        with socket.socket(family, kind, number) as probe:
+            probe.bind(address)
+    except OSError:
+        return False
+    return not ipaddress.ip_address(address[0]).is_unspecified
+
+
+def ends_of(where: str) -> list[str]:
+    """Return the paths and URLs to which a port leads at last: its own, unless one of our proxies is behind it."""
+    behind = [end for reader in _chain(where, set()) for end in reader.behind]
+    return [end for end in behind if not any(_chain(end, set()))] or [where]
+
+
+class FarPace:
+    """The benches behind a port, one behind the other; none, as long as nobody tells of any.
+
+    Args:
+        where: path or URL of the port.
+    """
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+        self._found: list[PaceReader] = []
+
+    def lateness(self, since_ns: int, now_ns: int) -> Lateness:
+        """Return how late they were between two moments of the host's monotonic time, of which the second is now."""
+        return sum((reader.lateness(since_ns, now_ns) for reader in self._readers()), IN_TIME)
+
+    def life_since(self, begin_ns: int) -> Callable[[int], int]:
+        """Return what tells at a moment how much time has passed for all of them since now, which is `begin_ns`."""
+        began = [(reader, reader.lived_ns(begin_ns)) for reader in self._readers()]
+
+        def lived_ns(now_ns: int) -> int:
+            lived = [reader.lived_ns(now_ns) - at_ns for reader, at_ns in began if not reader.ended]
+            return min([now_ns - begin_ns, *lived])
+
+        return lived_ns
+
+    def _readers(self) -> list[PaceReader]:
+        """Return them; looked for again where there was none, or one of them has ended."""
+        if not self._found or any(reader.ended for reader in self._found):
+            self._found = list(_chain(self._where, set()))
+        return self._found
+
+
+def _chain(where: str, been: set[str]) -> Iterator[PaceReader]:
+    """Return what tells of a bench at the far end of a port, and of those behind it."""
+    place = place_of(where)
+    if place is None or place in been:
+        return
+    been.add(place)
+    for reader in notices():
+        if reader.name not in been and (place in reader.doors or place in map(place_of, reader.behind)):
+            been.add(reader.name)
+            yield reader
+            for behind in reader.behind:
+                yield from _chain(behind, been)
+
+
+def _pseudo_terminal(path: str) -> str | None:
+    try:
+        status = Path(path).stat()
+    except OSError:
+        return None
+    if not stat.S_ISCHR(status.st_mode) or os.major(status.st_rdev) not in _PSEUDO:
+        return None
+    return f"pty {status.st_dev} {status.st_rdev}"

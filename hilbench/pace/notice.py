@@ -1,0 +1,216 @@
+"""How a bench in real time keeps up, told to whoever on this host has a line to it.
+
+Who serves keeps a file in the runtime folder (`hilbench.runtime_folder`) as long as it runs, ``pace/PID-XXXXXX``; who
+checks finds it by the port that it opened (`hilbench.pace.far_pace`), and maps it. All times in it are the host's
+monotonic clock, which all processes of a host share, in ns. It is an array of 64-bit integers in the order of the host:
+
+====================  =================================================================================================
+`_FORMAT`             of this file
+`_BORN`               when the bench began to run; before that nobody was there to answer
+`_DUE`                when the next thing is to happen: the bench has been there, and is no further until it is done
+`_STEP`               how late it may take what comes from outside, for it runs so far ahead
+`_LOST`, `_LOSSES`    how long its time stood still in all, and how often
+`_LATE`               for each bucket of `hilbench.clock.LatenessMeter`, when it was last so late: so the greatest
+                      lateness since any moment can be told, however long ago that was
+`_LOSS`               a ring of the last losses: when, and how much was lost before
+====================  =================================================================================================
+
+Behind it stands, as JSON, which doors lead to it and which ports it has opened itself. Its owner has the file locked
+(flock(2)): a file that can be locked is that of a process which is gone, and is removed by whoever finds it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import mmap
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from types import TracebackType
+
+import msgspec
+
+from hilbench.clock import NS_PER_MS, LatenessMeter
+from hilbench.errors import UnavailableError
+from hilbench.pace.lateness import Lateness
+from hilbench.runtime_folder import check_private, made_private, runtime_folder
+
+__all__ = ["PaceNotice", "PaceReader", "notices"]
+
+_FORMAT, _BORN, _DUE, _STEP, _LOST, _LOSSES, _LATE = range(7)
+_LOSS = _LATE + LatenessMeter.BUCKETS
+_LOSSES_KEPT = 512
+_NUMBERS = _LOSS + 2 * _LOSSES_KEPT
+_BYTES = _NUMBERS * 8
+_THIS_FORMAT = 1
+_NEVER_NS = 1 << 62
+_BEFORE_NS = 10 * NS_PER_MS
+"""What happened so shortly before a stretch of time may still be on its way when that begins (choice)."""
+
+
+class _About(msgspec.Struct, frozen=True, kw_only=True):
+    doors: tuple[str, ...]
+    behind: tuple[str, ...]
+
+
+class PaceNotice:
+    """The file of a bench that runs: a `hilbench.clock.PaceListener`.
+
+    Args:
+        born_ns: the host's monotonic time now, in ns.
+        doors: the places (`hilbench.pace.far_pace.place_of`) of the doors that lead to the bench.
+        behind: paths and URLs of the ports that the bench has opened itself, to hand on what passes.
+        step_ns: how far it runs ahead of the host's clock, and so takes what comes from outside late.
+
+    Raises:
+        OSError: it cannot be written.
+        UnavailableError: the runtime folder is not the user's own.
+    """
+
+    def __init__(self, born_ns: int, doors: Sequence[str], *, behind: Sequence[str] = (), step_ns: int = 0) -> None:
+        made_private(runtime_folder())
+        folder = made_private(_folder())
+        about = msgspec.json.encode(_About(doors=tuple(doors), behind=tuple(behind)))
+        descriptor, new = tempfile.mkstemp(prefix=".", dir=folder)
+        self.path = folder / f"{os.getpid()}-{Path(new).name[1:]}"
+        self._file = os.fdopen(descriptor, "r+b")
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+            self._file.write(bytes(_BYTES) + about)
+            self._file.flush()
+            self._map = mmap.mmap(descriptor, _BYTES)
+            self._numbers = memoryview(self._map).cast("q")
+            self._late = LatenessMeter(self._numbers[_LATE:_LOSS])
+            self._numbers[_FORMAT] = _THIS_FORMAT
+            self._numbers[_BORN] = self._numbers[_DUE] = born_ns
+            self._numbers[_STEP] = step_ns
+            Path(new).rename(self.path)  # only now it can be found
+        except OSError:
+            self._file.close()
+            Path(new).unlink(missing_ok=True)
+            raise
+
+    def due(self, host_ns: int) -> None:
+        """Tell when the next entry is due."""
+        self._numbers[_DUE] = host_ns
+
+    def ran(self, late_ns: int, host_ns: int) -> None:
+        """Tell how late an entry runs."""
+        self._late.record(late_ns, host_ns)
+
+    def slipped(self, slip_ns: int, host_ns: int) -> None:
+        """Tell that bench time stood still."""
+        numbers = self._numbers
+        lost_ns, losses = numbers[_LOST], numbers[_LOSSES]
+        at = _LOSS + 2 * (losses % _LOSSES_KEPT)
+        numbers[at], numbers[at + 1] = host_ns, lost_ns
+        numbers[_LOSSES] = losses + 1
+        numbers[_LOST] = lost_ns + slip_ns
+        numbers[_DUE] = host_ns
+
+    def close(self) -> None:
+        """Take it back: who still looks at it finds nothing late any more."""
+        self.path.unlink(missing_ok=True)
+        self._numbers[_DUE] = _NEVER_NS
+        del self._late
+        self._numbers.release()
+        self._map.close()
+        self._file.close()
+
+    def __enter__(self) -> PaceNotice:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class PaceReader:
+    """What somebody else's file says.
+
+    Args:
+        path: the file.
+
+    Raises:
+        OSError: it is gone, its owner is, or it is none.
+
+    Attributes:
+        name: of the file.
+        doors: the places of the doors that lead to the bench.
+        behind: paths and URLs of the ports that it has opened itself.
+    """
+
+    def __init__(self, path: Path) -> None:
+        with path.open("rb") as file:
+            if _is_left_behind(file.fileno()):
+                path.unlink(missing_ok=True)
+                raise OSError("its owner is gone")
+            text = file.read()[_BYTES:]
+            try:
+                about = msgspec.json.decode(text, type=_About)
+                self._map = mmap.mmap(file.fileno(), _BYTES, access=mmap.ACCESS_READ)
+            except (msgspec.MsgspecError, ValueError) as error:
+                raise OSError("is no notice") from error
+        self._numbers = memoryview(self._map).cast("q")
+        if self._numbers[_FORMAT] != _THIS_FORMAT:
+            raise OSError("is a notice of another release")
+        self.name, self.doors, self.behind = path.name, about.doors, about.behind
+
+    @property
+    def ended(self) -> bool:
+        """Whether the bench runs no more."""
+        return self._numbers[_DUE] == _NEVER_NS
+
+    def lateness(self, since_ns: int, now_ns: int) -> Lateness:
+        """Return how late the bench was between two moments, of which the second is now; never understated.
+
+        What it is late by right now counts, and the time before it began.
+        """
+        missed_ns = max(0, self._numbers[_BORN] - since_ns)
+        since_ns -= _BEFORE_NS
+        meter = LatenessMeter(self._numbers[_LATE:_LOSS])
+        meter.max_ns = _NEVER_NS
+        late_ns = max(meter.max_since_ns(since_ns), now_ns - self._numbers[_DUE])
+        return Lateness(late_ns=late_ns + self._numbers[_STEP], lost_ns=missed_ns + self._lost_since_ns(since_ns))
+
+    def lived_ns(self, now_ns: int) -> int:
+        """Return how far the time of the bench has come at a moment, which is now, from a beginning of its own."""
+        return min(now_ns, self._numbers[_DUE]) - self._numbers[_LOST]
+
+    def _lost_since_ns(self, since_ns: int) -> int:
+        numbers = self._numbers
+        losses, lost_ns = numbers[_LOSSES], numbers[_LOST]
+        before_ns = lost_ns
+        for loss in range(losses - 1, max(0, losses - _LOSSES_KEPT) - 1, -1):
+            at = _LOSS + 2 * (loss % _LOSSES_KEPT)
+            if numbers[at] < since_ns:
+                return lost_ns - before_ns
+            before_ns = numbers[at + 1]
+        return lost_ns  # no loss before that is remembered
+
+
+def notices() -> Iterator[PaceReader]:
+    """Return the files of all benches of this user that tell how they keep up on this host."""
+    folder = _folder()
+    with contextlib.suppress(OSError, UnavailableError):
+        check_private(folder)
+        for path in sorted(folder.iterdir()):
+            if not path.name.startswith("."):
+                with contextlib.suppress(OSError):
+                    yield PaceReader(path)
+
+
+def _folder() -> Path:
+    return runtime_folder() / "pace"
+
+
+def _is_left_behind(descriptor: int) -> bool:
+    """Say whether nobody has the file locked."""
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

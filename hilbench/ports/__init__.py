@@ -1,0 +1,1 @@
+"""The serial ports of this machine: what is plugged in, who has it, how to find it again."""

@@ -1,0 +1,144 @@
+"""`hilbench init --protocol`: a first test for a board at a serial port, which pytest finds again wherever it is."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hilbench.errors import UnavailableError, UsageError
+from hilbench.names import escaped
+from hilbench.new_files import Written, write_new
+from hilbench.ports.choice import PortChoice, choose_port, parse_port_choice, tells_apart
+from hilbench.ports.listing import PortEnumerator, PortInfo, list_ports
+
+__all__ = ["PROTOCOLS", "init_port"]
+
+TEST_NAME = "test_board.py"
+PYTEST_NAME = "pytest.ini"
+
+
+@dataclass(frozen=True, slots=True)
+class _Protocol:
+    """What is written for a board that speaks it: the bench, the usual rate, the test."""
+
+    bench: str
+    baud: int
+    test: str
+
+
+_P2OS = '''\
+"""What the robot at {target} must do. Run it with: pytest"""
+
+from __future__ import annotations
+
+from hilbench.check import case
+from protocols.p2os import Sip
+
+
+@case("S01")  # a clause of the catalogue: hilbench check pioneer --list
+def test_sync0_is_echoed(peer):
+    peer.sync(0)
+
+
+@case("OUR01", text="A session begins with a robot that stands.", level="must", source="our panel, rev. A")
+def test_it_stands(peer):
+    peer.start()
+    peer.expect(Sip, 1.0, where=lambda sip: not sip.moving, what="SIP of a robot that stands")
+'''
+_PKT = '''\
+"""What the rover at {target} must do. Run it with: pytest"""
+
+from __future__ import annotations
+
+from hilbench.check import case
+from protocols.pkt import GeneralReport, RequestTelemetry
+
+
+@case("OUR01", text="A request is answered within 0.5 s.", level="must", source="our board, rev. A")
+def test_a_request_is_answered(peer):
+    peer.write(peer.frame_of(RequestTelemetry()))
+    peer.expect(GeneralReport, 0.5)
+'''
+_INI = """\
+[pytest]
+addopts = {words}
+"""
+
+PROTOCOLS: Mapping[str, _Protocol] = {
+    "p2os": _Protocol(bench="pioneer", baud=9600, test=_P2OS),
+    "pkt": _Protocol(bench="rover-model", baud=115200, test=_PKT),
+}
+"""By what the board speaks."""
+
+
+def init_port(
+    protocol: str, port: str, baud: int | None, folder: Path, *, ports: PortEnumerator = list_ports
+) -> Written:
+    """Write a test, and have pytest know the board.
+
+    Args:
+        protocol: what it speaks, a name in `PROTOCOLS`.
+        port: its path, or what is plugged in there (``serial=...``); empty for the only one with something plugged in.
+        baud: rate of the line, bit/s; None for the usual one of the protocol.
+        folder: where to write; it must exist.
+        ports: says which ports there are.
+
+    Raises:
+        UsageError: several ports are meant, or a file is there already; nothing is written.
+        UnavailableError: nothing is plugged in, or nothing that is what was asked for.
+    """
+    wanted = PROTOCOLS[protocol]
+    found = _find(port, ports())
+    target = f"serial:{_named(found, ports())}@{baud or wanted.baud}"
+    options = ["-p", "hilbench.pytest_plugin", "--hil-bench", wanted.bench, "--hil-target", target]
+    texts = {folder / TEST_NAME: wanted.test.format(target=escaped(target).replace('"', "'"))}
+    ini, notes = folder / PYTEST_NAME, [f"the board is {_about(found)}"]
+    if ini.exists():
+        notes.append(f"{ini} is there already and stays as it is; it needs: addopts = {shlex.join(options)}")
+    else:
+        texts[ini] = _INI.format(words=shlex.join(options))
+    return Written(files=write_new(texts), notes=tuple(notes))
+
+
+def _find(port: str, there: Sequence[PortInfo]) -> PortInfo:
+    choice = parse_port_choice(port)
+    if choice is not None:
+        return choose_port(choice, there)
+    if port:
+        known = next((one for one in there if port in {one.device, *one.links}), None)
+        return known or PortInfo(device=port)
+    plugged = [one for one in there if one.usb is not None]
+    if not plugged:
+        raise UnavailableError(
+            "nothing is plugged in at a serial port", where="init", hint="plug a board in, or name it: --port PATH"
+        )
+    if len(plugged) > 1:
+        names = ", ".join(one.device for one in plugged)
+        raise UsageError(f"several boards are plugged in: {names}", where="init", hint="choose one with --port")
+    return plugged[0]
+
+
+def _named(port: PortInfo, there: Sequence[PortInfo]) -> str:
+    """Return the fewest words that mean this port and no other of those that are there; its path if there are none."""
+    usb = port.usb
+    if usb is None:
+        return port.device
+    number = usb.serial_number
+    words = [("usb", usb.ids), ("serial", number) if number and tells_apart(number) else ("location", usb.location)]
+    for more in (None, ("interface", str(usb.interface)), ("location", usb.location)):
+        words += [more] if more is not None and more not in words else []
+        choice = PortChoice(tuple(words))
+        if sum(choice.fits(one) for one in there) <= 1:
+            return str(choice)
+    return port.device
+
+
+def _about(port: PortInfo) -> str:
+    usb = port.usb
+    if usb is None:
+        what = "no USB port" if Path(port.device).exists() else "not there now"
+        return f"at {port.device}, which is {what}: it is known by this name alone"
+    name = " ".join(part for part in (usb.manufacturer, usb.product) if part) or usb.ids
+    return f"{escaped(name)}, at {port.device} now"

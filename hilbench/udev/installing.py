@@ -1,0 +1,242 @@
+"""The udev rules that come with hilbench: where they are, whether they are installed, how they get there.
+
+There is one file, ``udev/70-hilbench.rules``; a wheel holds a copy of it. It names the group ``dialout``, and what is
+installed names the group that owns serial ports on this machine.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import hilbench
+from hilbench.errors import HilbenchError, UnavailableError, UsageError
+from hilbench.host import Host
+from hilbench.udev.rules import Problem, problems_of
+
+__all__ = [
+    "INSTALL_BY",
+    "RULES_FOLDER",
+    "RULES_NAME",
+    "Checked",
+    "Installed",
+    "Verified",
+    "check_rules",
+    "install_rules",
+    "installed_rules",
+    "port_group",
+    "reload_rules",
+    "rules_text",
+    "verify_rules",
+]
+
+RULES_NAME = "70-hilbench.rules"
+RULES_FOLDER = "/etc/udev/rules.d"
+INSTALL_BY = 'sudo "$(command -v hilbench)" udev --install'
+"""How a person installs them, also where hilbench is in an environment of its own that root does not look into."""
+
+# Where udev looks, the strongest first: udev(7), "Rules files".
+_FOLDERS = (RULES_FOLDER, "/run/udev/rules.d", "/usr/local/lib/udev/rules.d", "/usr/lib/udev/rules.d")
+_SHIPPED_GROUP = "dialout"
+# Who owns serial ports: Debian, Ubuntu and Fedora have dialout, Arch has uucp.
+_GROUPS = (_SHIPPED_GROUP, "uucp")
+_VERIFIES_SINCE = 254
+_GROUP_NAME = re.compile(r"[a-z_][a-z0-9_-]*")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Installed:
+    """Rules of our name where udev looks for them.
+
+    Attributes:
+        path: the file that counts.
+        current: whether it is what this hilbench would install.
+        problems: what is wrong in it.
+    """
+
+    path: Path
+    current: bool
+    problems: tuple[Problem, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verified:
+    """What ``udevadm verify`` said.
+
+    Attributes:
+        right: None if it was not run.
+        what: in words.
+    """
+
+    right: bool | None
+    what: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Checked:
+    """How the rules stand on a machine.
+
+    Attributes:
+        installed: what is installed; None if nothing is.
+        verified: what udev says of it; None if nothing is installed.
+    """
+
+    installed: Installed | None
+    verified: Verified | None
+
+    @property
+    def right(self) -> bool:
+        """Whether they are installed as this hilbench has them, with nothing wrong in them."""
+        found, verified = self.installed, self.verified
+        return (
+            found is not None and found.current and not found.problems and (not verified or verified.right is not False)
+        )
+
+    def as_data(self) -> dict[str, object]:
+        """Return it as plain data."""
+        found, verified = self.installed, self.verified
+        return {
+            "right": self.right,
+            "path": str(found.path) if found else None,
+            "current": found.current if found else None,
+            "problems": [{"line": one.line, "what": one.what} for one in found.problems] if found else [],
+            "udevadm_verify": {"right": verified.right, "what": verified.what} if verified else None,
+        }
+
+    def as_text(self) -> str:
+        """Return it as lines for a person."""
+        found, verified = self.installed, self.verified
+        if found is None:
+            return f"not installed; install them: {INSTALL_BY}"
+        how = "as this hilbench has them" if found.current else "not as this hilbench has them; put right by:"
+        fix = "" if found.current else f" {INSTALL_BY}"
+        lines = [f"{found.path}: installed, {how}{fix}"]
+        lines += [f"{found.path}:{one.line}: {one.what}" for one in found.problems]
+        return "\n".join([*lines, verified.what] if verified else lines)
+
+
+def rules_text(group: str = _SHIPPED_GROUP) -> str:
+    """Return the rules, with the group that gets the ports.
+
+    Raises:
+        UsageError: no group can be called that.
+        UnavailableError: they are not where they should be.
+    """
+    if not _GROUP_NAME.fullmatch(group):
+        raise UsageError(f"'{group}' is no name of a group", where="--group")
+    package = Path(hilbench.__file__).parent
+    # In a wheel beside the code, in a checkout at its top.
+    for path in (package / "data/udev" / RULES_NAME, package.parent / "udev" / RULES_NAME):
+        with contextlib.suppress(OSError):
+            return path.read_text(encoding="utf-8").replace(f'GROUP="{_SHIPPED_GROUP}"', f'GROUP="{group}"')
+    raise UnavailableError("the udev rules are missing", where=str(package), hint="install hilbench again")
+
+
+def port_group(host: Host) -> str:
+    """Return the group that owns serial ports on a machine."""
+    return next((group for group in _GROUPS if host.has_group(group)), _SHIPPED_GROUP)
+
+
+def check_rules(host: Host, text: str, directory: str | None = None) -> Checked:
+    """Return how the rules stand, compared with a text, in one folder or where udev looks."""
+    found = installed_rules(host, text, (directory,) if directory is not None else _FOLDERS)
+    verified = verify_rules(host, host.path(str(found.path))) if found is not None else None
+    return Checked(installed=found, verified=verified)
+
+
+def installed_rules(host: Host, text: str, folders: Sequence[str] = _FOLDERS) -> Installed | None:
+    """Return what is installed, compared with a text; None if nothing is."""
+    for folder in folders:
+        path = f"{folder}/{RULES_NAME}"
+        found = host.text(path)
+        if found is not None:
+            return Installed(path=Path(path), current=found == text, problems=tuple(problems_of(found)))
+    return None
+
+
+def verify_rules(host: Host, path: Path) -> Verified:
+    """Let udev itself look at a file, if it can."""
+    version = _udev_version(host)
+    if version is None:
+        return Verified(right=None, what="udevadm verify: not run, there is no udevadm here")
+    if version < _VERIFIES_SINCE:
+        return Verified(right=None, what=f"udevadm verify: not run, systemd {version} cannot; {_VERIFIES_SINCE} can")
+    ran = host.run(["udevadm", "verify", "--resolve-names=never", "--no-summary", str(path)])
+    if ran is None:
+        return Verified(right=None, what="udevadm verify: could not be run")
+    if ran.code == 0:
+        return Verified(right=True, what=f"udevadm verify of systemd {version}: nothing found")
+    return Verified(right=False, what=" ".join(f"udevadm verify of systemd {version}: {ran.output}".split()))
+
+
+def install_rules(directory: Path, text: str) -> Path | None:
+    """Write the rules into a folder, all or nothing.
+
+    Returns:
+        Where the file that was there is kept, if another was.
+
+    Raises:
+        UnavailableError: they cannot be written.
+    """
+    target = directory / RULES_NAME
+    try:
+        before = target.read_text(encoding="utf-8", errors="replace") if target.exists() else None
+        kept = None
+        if before is not None and before != text:
+            kept = target.with_name(f"{RULES_NAME}.old")
+            os.replace(target, kept)  # noqa: PTH105 - udev reads names that end in .rules
+        _write(target, text)
+    except OSError as error:
+        raise _cannot_install(directory, error) from error
+    return kept
+
+
+def reload_rules(host: Host) -> str:
+    """Have udev read its rules again and look at what is plugged in; return what was done, or is to be done."""
+    commands: Sequence[Sequence[str]] = (
+        ("udevadm", "control", "--reload-rules"),
+        ("udevadm", "trigger", "--subsystem-match=usb", "--subsystem-match=usb-serial", "--subsystem-match=tty"),
+    )
+    if host.which("udevadm"):
+        ran = [host.run(command) for command in commands]
+        if all(one is not None and one.code == 0 for one in ran):
+            return "udev has read them; what is plugged in has its access and its names"
+    words = " && ".join(f"sudo {' '.join(command)}" for command in commands)
+    return f"udev could not be told; run: {words}"
+
+
+def _write(target: Path, text: str) -> None:
+    with tempfile.NamedTemporaryFile(
+        "w", encoding="utf-8", dir=target.parent, prefix=f".{RULES_NAME}-", delete=False
+    ) as file:
+        unfinished = Path(file.name)
+        try:
+            file.write(text)
+            file.flush()
+            os.fchmod(file.fileno(), 0o644)
+            unfinished.replace(target)
+        except OSError:
+            unfinished.unlink(missing_ok=True)
+            raise
+
+
+def _cannot_install(directory: Path, error: OSError) -> HilbenchError:
+    if isinstance(error, FileNotFoundError):
+        return UnavailableError("there is no such folder", where=str(directory), hint=f"sudo mkdir -p {directory}")
+    if isinstance(error, PermissionError):
+        hint = f"hilbench udev | sudo tee {directory / RULES_NAME} >/dev/null && sudo udevadm control --reload-rules"
+        return UnavailableError("only root may write there", where=str(directory), hint=hint)
+    return UnavailableError(f"cannot be written: {error.strerror or error}", where=str(directory))
+
+
+def _udev_version(host: Host) -> int | None:
+    if host.which("udevadm") is None:
+        return None
+    ran = host.run(["udevadm", "--version"])
+    number = re.match(r"\d+", ran.output) if ran else None
+    return int(number[0]) if number else None

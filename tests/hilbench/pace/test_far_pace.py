@@ -1,0 +1,317 @@
+"""How well the bench behind a port keeps up: what is told of it, how it is found, and what waits and times become."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import pty
+import subprocess
+import sys
+from contextlib import ExitStack, closing
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hilbench.bench import Bench
+from hilbench.clock import SLIP_THRESHOLD_NS, Scheduler
+from hilbench.journal import Journal
+from hilbench.pace.far_pace import FarPace, ends_of, is_local, place_of
+from hilbench.pace.lateness import IN_TIME, Lateness
+from hilbench.pace.notice import PaceNotice, notices
+from hilbench.testing import FakeHostClock
+
+MS = 1_000_000
+BORN_NS = 1_000_000 * MS
+
+
+@pytest.fixture(autouse=True)
+def runtime(tmp_path, monkeypatch):
+    """A runtime folder that no other bench tells anything in."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    return tmp_path / "hilbench" / "pace"
+
+
+@pytest.fixture
+def ptys():
+    """As many pseudo-terminals as are asked for, by name."""
+    with ExitStack() as stack:
+
+        def made():
+            master, slave = pty.openpty()
+            stack.callback(os.close, master)
+            stack.callback(os.close, slave)
+            return os.ttyname(slave)
+
+        yield made
+
+
+@pytest.fixture
+def notice():
+    with ExitStack() as stack:
+        yield lambda *doors, **more: stack.enter_context(
+            PaceNotice(BORN_NS, [place_of(door) for door in doors], **more)
+        )
+
+
+class TestPlaces:
+    def test_a_pseudo_terminal_is_one_place_whatever_it_is_called(self, ptys, tmp_path):
+        one, other = ptys(), ptys()
+        (tmp_path / "board").symlink_to(one)
+        assert place_of(str(tmp_path / "board")) == place_of(one) == place_of(f"spy://{one}?file=x") is not None
+        assert place_of(other) not in (None, place_of(one))
+
+    @pytest.mark.parametrize(
+        "where", ["socket://127.0.0.1:8101", "socket://[::1]:8101", "rfc2217://localhost:8101?ign"]
+    )
+    def test_a_tcp_port_of_this_host_is_a_place(self, where):
+        assert place_of(where) == "tcp 8101"
+
+    @pytest.mark.parametrize(
+        "where",
+        ["/dev/null", "/dev/gone", __file__, "socket://192.0.2.1:8101", "socket://0.0.0.0:8101", "socket://127.0.0.1",
+         "socket://127.0.0.1:x", "socket://[127.0.0.1]:1", "loop://", "hwgrep://0403"],
+    )  # fmt: skip
+    def test_nothing_else_is(self, where):
+        assert place_of(where) is None
+
+    def test_a_name_that_nobody_knows_is_not_of_this_host(self):
+        assert not is_local("no-such-host.invalid")
+
+
+class TestNotices:
+    def test_who_tells_nothing_is_not_late(self, ptys):
+        far = FarPace(ptys())
+        assert far.lateness(BORN_NS, BORN_NS + 100 * MS) == IN_TIME
+        assert far.life_since(BORN_NS)(BORN_NS + 7) == 7
+
+    @given(st.lists(st.tuples(st.integers(0, 60 * MS), st.integers(0, 1000)), max_size=20), st.integers(0, 1000))
+    def test_the_latest_since_a_moment_is_never_understated_and_little_overstated(self, ran, since_ms):
+        with PaceNotice(BORN_NS, ["a"]) as told:
+            told.due(BORN_NS + 10_000 * MS)
+            for late_ns, at_ms in sorted(ran, key=lambda one: one[1]):
+                told.ran(late_ns, BORN_NS + at_ms * MS)
+            (reader,) = notices()
+            since_ns = BORN_NS + since_ms * MS
+            found_ns = reader.lateness(since_ns, BORN_NS + 1000 * MS).late_ns
+            # The time at which a lateness was last seen is kept for all that are about as large.
+            assert found_ns >= max((late for late, at_ms in ran if at_ms >= since_ms), default=0)
+            assert found_ns <= max((late for late, at_ms in ran if at_ms >= since_ms - 10), default=0) * 9 / 8 + 1
+
+    @given(st.lists(st.tuples(st.integers(1, 900), st.integers(51, 400)), max_size=30), st.integers(0, 30_000))
+    def test_all_time_that_was_lost_since_a_moment_is_told(self, slips, since_ms):
+        with PaceNotice(BORN_NS, ["a"]) as told:
+            now_ms, lost = 0, []
+            for wait_ms, slip_ms in slips:
+                now_ms += wait_ms + slip_ms
+                told.slipped(slip_ms * MS, BORN_NS + now_ms * MS)
+                lost.append((now_ms, slip_ms))
+            told.due(BORN_NS + 1_000_000 * MS)
+            (reader,) = notices()
+            found = reader.lateness(BORN_NS + since_ms * MS, BORN_NS + 100_000 * MS).lost_ns
+            assert found == sum(ms for at_ms, ms in lost if at_ms >= since_ms - 10) * MS
+
+    def test_more_losses_than_are_remembered_are_all_counted(self):
+        with PaceNotice(BORN_NS, ["a"]) as told:
+            for number in range(600):
+                told.slipped(MS, BORN_NS + number * 1000 * MS)
+            (reader,) = notices()
+            now_ns = BORN_NS + 599 * 1000 * MS
+            assert reader.lateness(now_ns, now_ns).lost_ns == MS
+            assert reader.lateness(BORN_NS + 20_000 * MS, now_ns).lost_ns == 600 * MS
+
+    def test_who_hangs_is_late_by_that_and_lives_no_further(self, ptys, notice):
+        where = ptys()
+        told, far = notice(where), FarPace(where)
+        told.due(BORN_NS + 5 * MS)
+        life = far.life_since(BORN_NS)
+        assert [life(BORN_NS + ms * MS) for ms in (0, 3, 5, 90)] == [0, 3 * MS, 5 * MS, 5 * MS]
+        assert far.lateness(BORN_NS + 10 * MS, BORN_NS + 90 * MS) == Lateness(late_ns=85 * MS)
+
+    def test_lost_time_is_no_life(self, ptys, notice):
+        where = ptys()
+        told, far = notice(where), FarPace(where)
+        told.due(BORN_NS + 5 * MS)
+        life = far.life_since(BORN_NS)
+        told.slipped(300 * MS, BORN_NS + 305 * MS)
+        assert life(BORN_NS + 305 * MS) == 5 * MS
+        told.due(BORN_NS + 310 * MS)
+        assert life(BORN_NS + 310 * MS) == 10 * MS
+
+    def test_before_it_runs_nobody_is_there(self, ptys, notice):
+        where = ptys()
+        notice(where).due(BORN_NS + 1000 * MS)
+        assert FarPace(where).lateness(BORN_NS - 500 * MS, BORN_NS).lost_ns == 500 * MS
+
+    def test_how_far_it_runs_ahead_counts(self, ptys, notice):
+        where = ptys()
+        notice(where, step_ns=MS).due(BORN_NS + 1000 * MS)
+        assert FarPace(where).lateness(BORN_NS + 10 * MS, BORN_NS + 20 * MS) == Lateness(late_ns=MS)
+
+    def test_one_that_has_ended_is_looked_for_again(self, ptys, notice):
+        where, far = ptys(), None
+        with PaceNotice(BORN_NS, [place_of(where)]):
+            far = FarPace(where)
+            life = far.life_since(BORN_NS)
+            assert far.lateness(BORN_NS + 10 * MS, BORN_NS + 50 * MS).late_ns == 50 * MS
+        assert far.lateness(BORN_NS + 10 * MS, BORN_NS + 50 * MS) == IN_TIME
+        assert life(BORN_NS + 50 * MS) == 50 * MS  # nothing is waited for that will not come
+        notice(where)
+        assert far.lateness(BORN_NS + 10 * MS, BORN_NS + 50 * MS).late_ns == 50 * MS
+
+    def test_what_somebody_left_behind_who_was_killed_is_removed(self, ptys, runtime):
+        where = ptys()
+        program = (
+            "import os, sys; from hilbench.pace.notice import PaceNotice; from hilbench.pace.far_pace import place_of;"
+            f"PaceNotice({BORN_NS}, [place_of(sys.argv[1])]); os.kill(os.getpid(), 9)"
+        )
+        assert subprocess.run([sys.executable, "-c", program, where], check=False).returncode == -9
+        assert len([*runtime.iterdir()]) == 1
+        assert FarPace(where).lateness(BORN_NS + 10 * MS, BORN_NS + 50 * MS) == IN_TIME
+        assert not [*runtime.iterdir()]
+
+    def test_what_is_no_notice_is_passed_over(self, ptys, notice, runtime):
+        where = ptys()
+        notice(where)
+        with (runtime / "1-x").open("w") as file:
+            file.write("{}")
+            file.flush()
+            fcntl.flock(file, fcntl.LOCK_EX)
+            assert [reader.doors for reader in notices()] == [(place_of(where),)]
+
+    def test_a_folder_that_others_can_look_into_is_not_believed(self, ptys, notice, runtime):
+        where = ptys()
+        notice(where)
+        runtime.chmod(0o755)
+        assert not [*notices()]
+
+
+class TestChains:
+    def test_a_proxy_hands_on_what_is_behind_it(self, ptys, notice, tmp_path):
+        here, there = ptys(), ptys()
+        (tmp_path / "there").symlink_to(there)
+        for told, late_ms in ((notice(here, behind=[str(tmp_path / "there")]), 3), (notice(there), 20)):
+            told.due(BORN_NS + 1000 * MS)
+            told.ran(late_ms * MS, BORN_NS + 100 * MS)
+        late_ns = FarPace(here).lateness(BORN_NS + 50 * MS, BORN_NS + 200 * MS).late_ns
+        assert 23 * MS <= late_ns <= 26 * MS
+        assert 20 * MS <= FarPace(there).lateness(BORN_NS + 50 * MS, BORN_NS + 200 * MS).late_ns <= 26 * MS
+
+    def test_who_has_opened_our_door_counts_as_well_as_whoever_serves_one(self, ptys, notice):
+        ours, theirs = ptys(), ptys()
+        notice(theirs, behind=[ours])
+        assert FarPace(ours).lateness(BORN_NS + 10 * MS, BORN_NS + 50 * MS).late_ns == 50 * MS
+
+    def test_where_a_port_leads_at_last(self, ptys, notice):
+        here, there, behind = ptys(), ptys(), "/dev/ttyUSB7"
+        assert ends_of(here) == [here]
+        assert ends_of(behind) == [behind]
+        notice(here, behind=[there])
+        notice(there, behind=[behind])
+        assert ends_of(here) == ends_of(there) == [behind]
+
+    def test_a_circle_has_an_end(self, ptys, notice):
+        one, other = ptys(), ptys()
+        notice(one, behind=[other])
+        notice(other, behind=[one])
+        assert FarPace(one).lateness(BORN_NS + 10 * MS, BORN_NS + 50 * MS).late_ns == 100 * MS
+
+
+class Rig:
+    """Two benches with one host clock: the far one tells the near one how it keeps up."""
+
+    def __init__(self, where):
+        self.clock = FakeHostClock()
+        self.near, self.far = Bench(Scheduler(), Journal()), Scheduler()
+        self.notice = PaceNotice(self.clock.monotonic_ns(), [place_of(where)])
+        self.far.lock(self.clock, listener=self.notice)
+        self.near.scheduler.lock(self.clock)
+        self.near.port_floor_s = 0.0
+        self.near.far.append(FarPace(where))
+
+    def close(self):
+        self.notice.close()
+
+
+@pytest.fixture
+def rig(ptys):
+    with closing(Rig(ptys())) as rig:
+        yield rig
+
+
+class TestTimes:
+    def test_a_scheduler_tells_what_its_lateness_is(self, rig):
+        rig.clock.stall(rig.clock.monotonic_ns() + 10 * MS, 27 * MS)
+        rig.far.run_for(100 * MS)
+        assert rig.far.lateness_max_ns(0) <= rig.near.far_lateness(0).late_ns <= 31 * MS
+        assert rig.near.far_lateness(0).lost_ns == 0
+
+    def test_a_scheduler_tells_when_its_time_stood_still(self, rig):
+        rig.clock.stall(rig.clock.monotonic_ns() + 10 * MS, 300 * MS)
+        rig.far.run_for(100 * MS)
+        assert rig.near.far_lateness(0).lost_ns == rig.far.slipped_ns > SLIP_THRESHOLD_NS
+
+    def test_what_the_far_bench_was_late_by_makes_a_time_less_certain(self, rig):
+        rig.near.scheduler.run_for(200 * MS)
+        rig.far.run_for(10 * MS)
+        since_ns = rig.near.now_ns
+        before_s = rig.near.uncertainty_s(since_ns)
+        rig.notice.ran(27 * MS, rig.clock.monotonic_ns())
+        assert 0.027 <= rig.near.uncertainty_s(since_ns) - before_s <= 0.031
+
+    def test_of_several_ports_the_latest_counts(self, rig, ptys, notice):
+        where = ptys()
+        told = notice(where)
+        told.due(rig.clock.monotonic_ns() + 1000 * MS)
+        told.ran(40 * MS, rig.clock.monotonic_ns())
+        rig.near.far.append(FarPace(where))
+        assert 40 * MS <= rig.near.far_lateness(0).late_ns <= 45 * MS
+
+
+class Slow:
+    """A far bench for which only a part of the host's time passes."""
+
+    def __init__(self, share):
+        self.share = share
+
+    def lateness(self, since_ns, now_ns):
+        return Lateness(lost_ns=round((now_ns - since_ns) * (1 - self.share)))
+
+    def life_since(self, begin_ns):
+        return lambda now_ns: round((now_ns - begin_ns) * self.share)
+
+
+def slow_bench(share):
+    bench = Bench(Scheduler(), Journal())
+    bench.scheduler.lock(FakeHostClock())
+    bench.far.append(Slow(share))
+    return bench
+
+
+class TestWaits:
+    @given(st.floats(0.1, 1), st.lists(st.floats(0.01, 1), min_size=1, max_size=8))
+    def test_as_much_time_passes_for_a_slow_bench_as_is_waited(self, share, waits_s):
+        bench = slow_bench(share)
+        for wait_s in waits_s:
+            bench.run_for(wait_s)
+        assert sum(waits_s) - 0.001 <= bench.now_s * share <= sum(waits_s) + 0.001
+        assert bench.far_lived(0)
+
+    def test_it_may_answer_late(self):
+        bench = slow_bench(0.25)
+        assert bench.run_until(lambda: bench.now_s >= 0.7, 0.2)
+        assert not bench.run_until(lambda: False, 0.2)
+        assert bench.now_s == pytest.approx(0.7 + 0.8, abs=0.005)
+
+    def test_one_that_stands_still_is_not_waited_for_for_ever_and_it_is_told(self):
+        bench = slow_bench(0.0)
+        bench.run_for(0.1)
+        assert bench.now_s <= 2.0
+        assert not bench.far_lived(0)
+        assert bench.far_lived(bench.now_ns + 1)
+
+    def test_without_a_far_bench_a_wait_is_as_long_as_asked(self):
+        bench = Bench(Scheduler(), Journal())
+        bench.run_for(0.1)
+        assert not bench.run_until(lambda: False, 0.1)
+        assert (bench.now_s, bench.far_lived(0)) == (0.2, True)
