@@ -17,10 +17,10 @@ from hilbench.bench import Bench
 from hilbench.bench_model import World
 from hilbench.clock import MonotonicHostClock, Scheduler
 from hilbench.devices import LinesActor
-from hilbench.driven_car import DrivenCar
-from hilbench.driving_stack import DrivingStack
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink, Port, SerialPort, parse_serial_target
+from hilbench.vehicle.driven_car import DrivenCar
+from hilbench.vehicle.driving_stack import DrivingStack
 from hilbench.wiring.vehicle import BareVehicle
 from protocols.autoware import ControlMode, ControlModeReport, VelocityReport
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
