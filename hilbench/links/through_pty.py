@@ -12,10 +12,9 @@ import select
 import termios
 import tty
 import weakref
-from collections.abc import Callable
 
 from hilbench.errors import UnavailableError
-from hilbench.links.port import LinkCounters, Port
+from hilbench.links.port import Port, PortBase
 
 __all__ = ["PtyPassages", "ThroughPty"]
 
@@ -70,94 +69,65 @@ def _close(*descriptors: int) -> None:
         os.close(descriptor)
 
 
-class ThroughPty:
-    """A port of whose line a pseudo-terminal is a part; see `Port`."""
+class ThroughPty(PortBase):
+    """A port of whose line a pseudo-terminal is a part.
+
+    Args:
+        port: the port; its callbacks belong to this one from now on.
+        passage: the pseudo-terminal; it stays when the port is closed, for the next one of this name.
+    """
 
     def __init__(self, port: Port, passage: _Passage) -> None:
+        super().__init__(port.name)
         self._port = port
         self._passage = passage
-        self.on_receive: Callable[[bytes, int], None] = lambda _data, _at_ns: None
-        port.on_receive = self._receive
-        self.name = port.name
+        self.counters = port.counters
+        self.line_is_up = port.line_is_up
         self.comes_back = port.comes_back
-        self.counters: LinkCounters = port.counters
+        port.on_receive = self._received
+        port.on_line = self._set_line
+        port.on_break = self._broke
+        port.on_sent = self._handed_over
 
-    def _receive(self, data: bytes, at_ns: int) -> None:
+    def _received(self, data: bytes, at_ns: int) -> None:
         self.on_receive(self._passage.to_near_end(data), at_ns)
 
-    def write(self, data: bytes) -> None:
-        """See `Port`."""
-        self._port.write(self._passage.to_far_end(data))
+    def _broke(self, at_ns: int) -> None:
+        self.on_break(at_ns)
+
+    def _handed_over(self, data: bytes, at_ns: int) -> None:
+        self.on_sent(data, at_ns)
 
     @property
     def baud(self) -> int:
-        """See `Port`."""
+        """The port's own rate, bit/s."""
         return self._port.baud
 
     @baud.setter
     def baud(self, baud: int) -> None:
         self._port.baud = baud
 
-    @property
-    def line_is_up(self) -> bool:
-        """See `Port`."""
-        return self._port.line_is_up
-
-    @line_is_up.setter
-    def line_is_up(self, up: bool) -> None:
-        self._port.line_is_up = up
-
-    @property
-    def closed(self) -> bool:
-        """See `Port`."""
-        return self._port.closed
-
-    @closed.setter
-    def closed(self, closed: bool) -> None:
-        self._port.closed = closed
-
-    @property
-    def on_line(self) -> Callable[[bool, int], None]:
-        """See `Port`."""
-        return self._port.on_line
-
-    @on_line.setter
-    def on_line(self, callback: Callable[[bool, int], None]) -> None:
-        self._port.on_line = callback
-
-    @property
-    def on_break(self) -> Callable[[int], None]:
-        """See `Port`."""
-        return self._port.on_break
-
-    @on_break.setter
-    def on_break(self, callback: Callable[[int], None]) -> None:
-        self._port.on_break = callback
-
-    @property
-    def on_sent(self) -> Callable[[bytes, int], None]:
-        """See `Port`."""
-        return self._port.on_sent
-
-    @on_sent.setter
-    def on_sent(self, callback: Callable[[bytes, int], None]) -> None:
-        self._port.on_sent = callback
+    def write(self, data: bytes) -> None:
+        """Hand bytes to the port, by way of the pseudo-terminal."""
+        self._port.write(self._passage.to_far_end(data))
 
     @property
     def pending(self) -> int:
-        """See `Port`."""
+        """Bytes written that are not out yet."""
         return self._port.pending
 
     def withdraw(self, keep: int) -> None:
-        """See `Port`."""
+        """Take back what is not out yet, but for the next `keep` bytes."""
         self._port.withdraw(keep)
 
     def send_break(self, duration_ns: int) -> None:
-        """See `Port`; a pseudo-terminal knows no break, so it goes past."""
+        """Hold the line low for `duration_ns`; a pseudo-terminal knows no break, so it goes past."""
         self._port.send_break(duration_ns)
 
     def close(self) -> None:
-        """See `Port`; the pseudo-terminal stays, for the next one of this name."""
+        """Close the port."""
+        self.closed = True
+        self.line_is_up = False
         self._port.close()
 
 
