@@ -249,6 +249,7 @@ def _boards(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
         taps=_host(tap),
         machines=machines,
         senses={} if operator is None else {operator.name: _SENSES},
+        views=_analog(emulated),
         about=about,
         reset=lambda: _reset(emulated),
         ended=lambda: "" if emulated.end is None else str(emulated.end),
@@ -275,6 +276,7 @@ def _vehicle_on_board(emulated: EmulatedBench, seed: int) -> LiveVehicle | None:
 def _of_vehicle(vehicle: LiveVehicle, emulated: EmulatedBench) -> Rig:
     return _vehicle(
         vehicle,
+        views=_analog(emulated),
         about={"boards": about_boards(emulated.bench_file.boards)},
         reset=lambda: _reset(emulated),
         ended=lambda: "" if emulated.end is None else str(emulated.end),
@@ -282,12 +284,18 @@ def _of_vehicle(vehicle: LiveVehicle, emulated: EmulatedBench) -> Rig:
     )
 
 
-def _vehicle(vehicle: LiveVehicle, *, about: Mapping[str, Any] = MappingProxyType({}), **more: Any) -> Rig:
+def _vehicle(
+    vehicle: LiveVehicle,
+    *,
+    about: Mapping[str, Any] = MappingProxyType({}),
+    views: Mapping[str, Callable[[], Mapping[str, object]]] = MappingProxyType({}),
+    **more: Any,
+) -> Rig:
     return Rig(
         taps=vehicle.taps,
         machines=vehicle.machines,
         senses=vehicle.senses,
-        views={"vehicle": vehicle.look},
+        views={"vehicle": vehicle.look, **views},
         about={**about, **vehicle.about},
         drive=vehicle.drive,
         **more,
@@ -313,6 +321,17 @@ def _station(bench: Bench, port: Port, profile: str, seed: int) -> tuple[Tap, Ro
 
     tap = Tap(bench, port, "station", seed=seed)
     return tap, RoverOperator(bench, GroundStation(bench, tap, PROFILES[profile]))
+
+
+def _analog(emulated: EmulatedBench) -> Mapping[str, Callable[[], Mapping[str, object]]]:
+    """Return the view of what parts put on analog pins; none where no part does."""
+    parts = emulated.surroundings.parts
+    full_v = {name: machine.chip.pins.vdd_volts for name, machine in emulated.machines.items()}
+
+    def look() -> Mapping[str, object]:
+        return {"pins": {pin: [round(v, 4), full_v[pin.partition(".")[0]]] for pin, v in parts.volts().items()}}
+
+    return {"volts": look} if parts.volts() else {}
 
 
 def _reset(emulated: EmulatedBench) -> None:

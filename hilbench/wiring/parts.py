@@ -177,6 +177,7 @@ class Parts:
         self._inputs: dict[str, dict[str, DigitalInput]] = {name: {} for name in plans}
         self._outputs: dict[str, dict[str, _Driven]] = {name: _open_outputs(plan) for name, plan in plans.items()}
         self._analogs: dict[str, dict[str, AnalogOutput]] = {name: {} for name in plans}
+        self._analog_pins: dict[str, AnalogPinOutput] = {}
         for net in nets:
             self._connect(net, machines)
         self.by_name: dict[str, Part] = {name: self._make(name, plan, seed) for name, plan in plans.items()}
@@ -237,6 +238,11 @@ class Parts:
         """
         return self._outputs[name][terminal].level
 
+    def volts(self) -> dict[str, float]:
+        """Return the voltages that parts put on pins now, by pin: ``brain.PF12``; those that have put one."""
+        now = {pin: output.volts for pin, output in self._analog_pins.items()}
+        return {pin: volts for pin, volts in now.items() if volts is not None}
+
     # --- how they are connected
 
     def _connect(self, net: Net, machines: Mapping[str, Machine]) -> None:
@@ -244,7 +250,9 @@ class Parts:
             kind = part_class(self._plans[end.part].kind)
             terminal = next(one for one in kind.TERMINALS if one.name == end.terminal)
             if terminal.analog:
-                self._analogs[end.part][end.terminal] = AnalogPinOutput(*_pin(net, machines))
+                output = AnalogPinOutput(self._bench, *_pin(net, machines))
+                self._analogs[end.part][end.terminal] = output
+                self._analog_pins |= dict.fromkeys(map(str, net.pins), output)
             elif terminal.direction is Direction.OUT:
                 self._outputs[end.part][end.terminal] = _Driven(PinOutput(*_pin(net, machines)))
             else:

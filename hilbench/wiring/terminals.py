@@ -99,17 +99,30 @@ class AnalogPinOutput:
     """A wire on which a part puts a voltage, at the pin of a chip.
 
     Args:
+        bench: whose time it is asked in.
         machine: the chip.
         pin: the pin.
     """
 
-    def __init__(self, machine: Machine, pin: Pin) -> None:
+    def __init__(self, bench: Bench, machine: Machine, pin: Pin) -> None:
+        self._bench = bench
         self._machine = machine
         self._pin = pin
-        self._volts: float | None = None
+        self._put: deque[tuple[int, float]] = deque()
 
     def put(self, volts: float, at_ns: int) -> None:
         """Put a voltage on the wire from `at_ns` on."""
-        if volts != self._volts:
-            self._volts = volts
+        if not self._put or volts != self._put[-1][1]:
+            self._forget()
+            self._put.append((at_ns, volts))
             self._machine.at_ns(at_ns, partial(self._pin.drive_volts, volts))
+
+    @property
+    def volts(self) -> float | None:
+        """What the part puts on the wire now; None before it has. The chip, which may be ahead, is not asked."""
+        self._forget()
+        return self._put[0][1] if self._put and self._put[0][0] <= self._bench.now_ns else None
+
+    def _forget(self) -> None:
+        while len(self._put) > 1 and self._put[1][0] <= self._bench.now_ns:
+            self._put.popleft()

@@ -149,7 +149,7 @@ class BenchModel:
                 self.lines.setdefault(event["source"], LineModel()).take(event)
             case "pose":
                 self.world.take_pose(event)
-            case "pin" | "pwm":
+            case "pin" | "pwm" | "volts":
                 self.pins.take(event)
             case "fault":
                 self.faults[f"{event['fault']} towards {event['towards']}"] += 1

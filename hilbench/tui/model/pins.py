@@ -1,7 +1,8 @@
-"""What the pins of boards do: levels, edges as a small trace, period and duty."""
+"""What the pins of boards do: levels, edges as a small trace, period and duty; voltages."""
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,6 +12,8 @@ __all__ = ["PinModel", "PinsModel"]
 
 Event = Mapping[str, Any]
 _KEPT_EDGES = 256
+_KEPT_VOLTS = 64
+"""Of two seconds, which the trace shows, there are twenty (choice)."""
 
 
 @dataclass(slots=True)
@@ -25,6 +28,8 @@ class PinModel:
         edges: bench times of its latest edges, each with the level after it.
         edge_count: how many there were.
         pwm: period and time high in ns, of a fast pin; None of a slow one.
+        volts: bench times at which a part put another voltage on it, each with the voltage; none of a digital pin.
+        full_v: the supply of the chip, which is the full scale of its voltages.
     """
 
     board: str
@@ -34,6 +39,12 @@ class PinModel:
     edges: deque[tuple[int, bool | None]] = field(default_factory=lambda: deque(maxlen=_KEPT_EDGES))
     edge_count: int = 0
     pwm: tuple[int, int] | None = None
+    volts: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=_KEPT_VOLTS))
+    full_v: float = 0.0
+
+    def volts_at(self, ns: int) -> float | None:
+        """Return the voltage that was told last up to a bench time; None before."""
+        return next((volts for at_ns, volts in reversed(self.volts) if at_ns <= ns), None)
 
     def wave(self, now_ns: int) -> tuple[int, int] | None:
         """Return the period and the time high, in ns, of a pin that goes to and fro; None of one that has come to rest.
@@ -65,12 +76,11 @@ class PinsModel:
                 self.pins[f"{board}.{pin}"] = PinModel(board=board, pin=pin, light=light)
 
     def take(self, event: Event) -> None:
-        """Take an edge, or what a fast pin does."""
-        source = event["source"]
-        pin = self.pins.get(source)
-        if pin is None:
-            board, _, name = source.partition(".")
-            pin = self.pins[source] = PinModel(board=board, pin=name)
+        """Take an edge, what a fast pin does, or voltages."""
+        if event["kind"] == "volts":
+            self._take_volts(event)
+            return
+        pin = self._pin(event["source"])
         pin.level = event.get("level")
         if event["kind"] == "pin":
             pin.pwm = None
@@ -80,3 +90,16 @@ class PinsModel:
             pin.edge_count += event.get("edges", 0)
             fast = event.get("edges", 0) > 0 and "period_ns" in event
             pin.pwm = (event["period_ns"], event["high_ns"]) if fast else None
+
+    def _take_volts(self, event: Event) -> None:
+        """Take the voltages that parts put on pins; raises ValueError for what is none."""
+        for source, (volts, full_v) in event["pins"].items():
+            if not (math.isfinite(volts) and 0 < full_v < math.inf):
+                raise ValueError(f"{volts} V of {full_v} V is no voltage")
+            pin = self._pin(source)
+            pin.full_v = float(full_v)
+            pin.volts.append((event["ns"], float(volts)))
+
+    def _pin(self, source: str) -> PinModel:
+        board, _, name = source.partition(".")
+        return self.pins.setdefault(source, PinModel(board=board, pin=name))

@@ -24,7 +24,7 @@ _PANES = {
     "world": "from above, true: the way in green, what the sonar hears in red. The odometry may think otherwise",
     "frames": "> sent, < heard. h holds the list, arrows point at a frame, enter shows its bytes field by field",
     "states": "each state of the table: lit is the present one, 3x how often it was come to, arrow the last step",
-    "pins": "lights first; level, the last two seconds, duty and period",
+    "pins": "lights first; level, the last two seconds, duty and period; volts of analog pins",
     "log": "changes of state, faults, what you did, resets, what the models noted",
     "plots": "figures over time, each with its scale and unit; L chooses, < and > change the time",
     "checks": "the clauses of a suite and their verdicts; arrows point, enter shows cause and evidence",

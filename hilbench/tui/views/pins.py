@@ -1,4 +1,4 @@
-"""Pins of boards: level, trace of the last two seconds, duty and period."""
+"""Pins of boards: level, trace of the last two seconds, duty and period; volts of those that a part puts them on."""
 
 from __future__ import annotations
 
@@ -15,30 +15,55 @@ _LEVELS = {True: "high", False: "low", None: "open"}
 
 
 def pins_view(pins: PinsModel, width: int, height: int, now_ns: int) -> list[Text]:
-    """Return the pins, lights first, then by name; those that have done nothing for long are the first to go."""
+    """Return the pins, lights first, then by name; those that have done least are the first to go, not analog ones."""
     if not pins.pins:
         return [Text("no pin has moved yet", DIM)]
     shown = sorted(pins.pins.values(), key=lambda pin: (not pin.light, pin.board, _port(pin.pin)))
     if len(shown) > height:
-        busy = sorted(shown, key=lambda pin: (bool(pin.light), pin.edge_count), reverse=True)[: height - 1]
+        busy = sorted(shown, key=_weight, reverse=True)[: height - 1]
         left_out = len(shown) - len(busy)
         shown = [pin for pin in shown if pin in busy]
         return [*(_row(pin, width, now_ns) for pin in shown), Text(f"and {left_out} more", DIM)]
     return [_row(pin, width, now_ns) for pin in shown]
 
 
+def _weight(pin: PinModel) -> tuple[bool, int]:
+    return bool(pin.light or pin.volts), pin.edge_count
+
+
 def _row(pin: PinModel, width: int, now_ns: int) -> Text:
     name = f"{pin.pin} {pin.light}".strip() if pin.light != pin.pin else pin.pin
+    if pin.volts:
+        return fit(_analog_row(pin, name, width, now_ns), width)
     lit = bool(pin.light) and pin.level
     line = Text.assemble((f"{'●' if lit else ' '} {name:<9}", GOOD if lit else HEAD), f"{_LEVELS[pin.level]:<5}")
-    room = max(8, min(40, width - 40))
-    line.append(_trace(pin, room, now_ns), "cyan")
+    line.append(_trace(pin, _room(width), now_ns), "cyan")
     wave = pin.wave(now_ns)
     if wave is not None:
         line.append(f" {wave[1] / wave[0]:5.1%} of {ns_words(wave[0])}")
     elif pin.edge_count:
         line.append(f" {pin.edge_count} edge{'' if pin.edge_count == 1 else 's'}", DIM)
     return fit(line, width)
+
+
+def _analog_row(pin: PinModel, name: str, width: int, now_ns: int) -> Text:
+    """Return the row of a pin with a voltage; what its digital input would make of it, nobody reads."""
+    line = Text.assemble((f"  {name:<14}", HEAD), (_volts_trace(pin, _room(width), now_ns), "cyan"))
+    return line.append(f" {pin.volts[-1][1]:.2f} V of {pin.full_v:.1f}")
+
+
+def _room(width: int) -> int:
+    return max(8, min(40, width - 40))
+
+
+def _volts_trace(pin: PinModel, room: int, now_ns: int) -> str:
+    """Return the voltage at the end of each part of the last two seconds, on the scale of the chip's supply."""
+    step_ns = TRACE_NS // room
+    letters = []
+    for number in range(room):
+        volts = pin.volts_at(now_ns - (room - number - 1) * step_ns)
+        letters.append(" " if volts is None else _BLOCKS[max(0, min(7, int(8 * volts / pin.full_v)))])
+    return "".join(letters)
 
 
 def _trace(pin: PinModel, room: int, now_ns: int) -> str:

@@ -28,6 +28,7 @@ from hilbench.live.session import LiveBench, LiveOptions
 from hilbench.live.vehicle_rigs import SIMULATOR, STACK, attached_vehicle
 from hilbench.mcu.command_line import open_target
 from hilbench.testing import FakeHostClock
+from targets.parts.joystick import CODES, JoystickSettings
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 
 
@@ -352,6 +353,10 @@ def test_firmware_on_a_board_is_seen_from_outside_and_driven(vehicle):
     assert (one.mode, one.seen["lights"]) == (Sight.AUTOWARE, ["amber"])
     one.drive(0.5, 0.0, 0.4)
     assert (one.mode, one.seen["lights"]) == (Sight.MANUAL, ["green"])
+    wipers = one.told("volts")[-1]["pins"]
+    moved = [event["value"] for event in one.told("event") if event["name"] == "JoystickMoved"][-1]
+    for pin, axis, place in zip(("PF12", "PF11"), JoystickSettings().axes, (moved["x"], moved["y"]), strict=True):
+        assert wipers[f"brain.{pin}"] == [pytest.approx(axis.code(place) / CODES * 3.3, abs=1e-4), 3.3]
     changes = [event["value"] for event in one.told("event") if event["name"] == "ModeSeen"]
     assert [(change["old"], change["new"]) for change in changes] == [("NO_FRAME", "AUTOWARE"), ("AUTOWARE", "MANUAL")]
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import math
 from itertools import pairwise
 
 import pytest
@@ -22,14 +23,18 @@ PLAIN = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(NAMES, inner, max_size=3),
     max_leaves=6,
 )
-KINDS = ["tx", "rx", "machine", "event", "link", "pose", "pin", "pwm", "fault", "host-pace", "driver", "clock", "note"]
-FIELDS = st.sampled_from(
-    ["data", "state", "visits", "timers", "counters", "name", "value", "up", "x_m", "level", "edges", "fault", "who"]
-)
+KINDS = [
+    "tx", "rx", "machine", "event", "link", "pose", "pin", "pwm", "volts", "fault", "host-pace", "driver", "clock",
+    "note",
+]  # fmt: skip
+FIELDS = [
+    "data", "state", "visits", "timers", "counters", "name", "value", "up", "x_m", "level", "edges", "pins", "fault",
+    "who",
+]  # fmt: skip
 EVENTS = st.builds(
     lambda kind, source, more: {**more, "ns": 5, "kind": kind, "source": source},
     st.sampled_from(KINDS), st.sampled_from(["client", "host", "brain.PA0", ""]),
-    st.dictionaries(FIELDS, PLAIN, max_size=5),
+    st.dictionaries(st.sampled_from(FIELDS), PLAIN, max_size=5),
 )  # fmt: skip
 
 
@@ -182,6 +187,22 @@ def test_a_fast_pin_is_what_its_windows_say():
     assert (pin.light, pin.wave(1), pin.edge_count) == ("LD1", (50, 10), 40)
     model.take([{"ns": 2, "kind": "pwm", "source": "brain.PB0", "edges": 0, "in_ns": 100, "level": False}])
     assert (pin.wave(2), pin.level) == (None, False)
+
+
+def test_the_voltage_of_a_pin_is_the_one_that_was_told_last():
+    model = BenchModel({})
+    for ns, volts in ((0, 1.5), (S, 2.25)):
+        model.take([{"ns": ns, "kind": "volts", "source": "bench", "pins": {"brain.PF12": [volts, 3.3]}}])
+    pin = model.pins.pins["brain.PF12"]
+    assert (pin.board, pin.pin, pin.full_v) == ("brain", "PF12", 3.3)
+    assert [pin.volts_at(ns) for ns in (-1, 0, S - 1, S, 9 * S)] == [None, 1.5, 1.5, 2.25, 2.25]
+
+
+@pytest.mark.parametrize("told", [[math.nan, 3.3], [math.inf, 3.3], [1.0, 0.0], [1.0, math.nan], [1.0], "1.0", None])
+def test_what_is_no_voltage_is_not_taken(told):
+    model = BenchModel({})
+    model.take([{"ns": 1, "kind": "volts", "source": "bench", "pins": {"brain.PF12": told}}])
+    assert model.pins.pins == {}
 
 
 # --- following a file

@@ -170,6 +170,18 @@ def test_pins_that_do_most_are_shown_where_not_all_fit(expect):
     expect("pins", [line.plain for line in pins_view(model.pins, 70, 8, 2 * S)])
 
 
+def test_analog_pins_have_volts_a_trace_on_the_scale_of_their_supply_and_a_row_before_busy_ones(expect):
+    model = BenchModel({"live": {"boards": {"brain": {"leds": {"PB0": "LD1"}}}}})
+    for tenth in range(25):
+        ns = tenth * S // 10
+        volts = {"brain.PF12": [1.7106, 3.3], "brain.PF11": [3.3 * tenth / 24, 3.3]}
+        model.take([{"ns": ns, "kind": "volts", "source": "bench", "pins": volts}])
+        model.take([{"ns": ns, "kind": "pin", "source": f"brain.PA{tenth % 3}", "level": tenth % 2 == 0}])
+    model.take([{"ns": 2 * S, "kind": "pin", "source": "brain.PF11", "level": True}])
+    large, small = (pins_view(model.pins, width, height, 5 * S // 2) for width, height in ((70, 8), (38, 4)))
+    expect("pins-analog", [line.plain for line in (*large, *small)])
+
+
 # --- words
 
 

@@ -348,5 +348,19 @@ def test_an_analog_terminal_puts_its_voltage_on_a_pin(bench, machine):
     assert board.chip.pins["PA2"].driven == [False]
 
 
+def test_the_voltages_at_pins_are_told_by_pin_at_each_end_of_their_wires(bench, machine):
+    boards = {"brain": machine(PA0=None, PA1=None, PA2=None), "other": machine(PB0=None)}
+    net = partial(_joystick_net, board="brain")
+    both = Net(pins=(*net("vrx", "PA0").pins, PinEnd(board="other", pin="PB0")), terminals=net("vrx", "PA0").terminals)
+    plans = {"stick": PartPlan(kind="joystick", settings=JoystickSettings())}
+    parts = Parts(bench, plans, boards, [both, net("vry", "PA1"), net("sw", "PA2")], seed=1)
+    assert parts.volts() == {}
+    parts.power_on()
+    x_v, y_v = (pytest.approx(zero / 65536 * 3.3) for zero in (33970, 33580))
+    assert parts.volts() == {"brain.PA0": x_v, "other.PB0": x_v, "brain.PA1": y_v}
+    parts.set("stick", {"x": 1.0})
+    assert parts.volts()["other.PB0"] == pytest.approx(3.3, abs=1e-4)
+
+
 def _joystick_net(terminal, pin, *, board):
     return Net(pins=(PinEnd(board=board, pin=pin),), terminals=(TerminalEnd(part="stick", terminal=terminal),))

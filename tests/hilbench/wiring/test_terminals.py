@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hilbench.bench import Bench
 from hilbench.clock import Scheduler
 from hilbench.journal import Journal
-from hilbench.wiring.terminals import PinInput, PinOutput
+from hilbench.wiring.terminals import AnalogPinOutput, PinInput, PinOutput
 from targets.parts.part import HISTORY_NS
 
 MS = 1_000_000
@@ -144,3 +144,29 @@ def test_changes_lead_from_one_level_to_the_other(pin, edges, one_ns, other_ns):
     assert all(from_ns < ns <= to_ns for ns, _ in changes)
     assert len(changes) == sum(from_ns < ns <= to_ns for ns, _ in edges)
     assert terminal.level_at(to_ns) is ([terminal.level_at(from_ns)] + [level for _, level in changes])[-1]
+
+
+def test_the_voltage_of_a_wire_is_that_of_the_bench_s_present_and_the_chip_is_not_asked(bench, machine):
+    chip = machine(PA4=None)
+    output = AnalogPinOutput(bench, chip, chip.chip.pins["PA4"])
+    assert output.volts is None
+    output.put(1.0, 0)
+    output.put(2.0, 2 * MS)
+    output.put(3.0, 3 * MS)
+    seen = [output.volts]
+    for _ in range(4):
+        bench.run_for(0.001)
+        seen.append(output.volts)
+    assert seen == [1.0, 1.0, 2.0, 3.0, 3.0]
+    assert chip.done == []
+    assert chip.chip.pins["PA4"].volts == []
+
+
+def test_what_was_put_on_a_wire_long_ago_is_forgotten_though_nobody_looks(bench, machine):
+    chip = machine(PA4=None)
+    output = AnalogPinOutput(bench, chip, chip.chip.pins["PA4"])
+    for number in range(1000):
+        bench.run_for(0.001)
+        output.put(number / 1000, bench.now_ns)
+    assert len(output._put) <= 2
+    assert output.volts == 0.999
