@@ -69,15 +69,14 @@ def _look(path: Path) -> int:
     from hilbench.commands.dashboard import require_terminal
 
     require_terminal("'hilbench decode' does without")
-    from hilbench.recordings.reading import read_recording
+    from hilbench.recordings.piecewise import open_pieces
     from hilbench.tui.app import Dashboard
     from hilbench.tui.memory import Memory, state_file
     from hilbench.tui.model.replay import Replay
     from hilbench.tui.recorded import RecordedBench
 
-    recording = read_recording(path)
-    process = RecordedBench(path, recording.problem)
-    Dashboard(process, Replay(recording.header, recording.events), memory=Memory(state_file())).run()
+    replay = Replay(open_pieces(path))
+    Dashboard(RecordedBench(path), replay, memory=Memory(state_file())).run()
     return ExitCode.OK
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from functools import partial
 
@@ -40,6 +41,9 @@ from hilbench.tui.views.help import help_text
 __all__ = ["FRAMES_PER_S", "Dashboard"]
 
 FRAMES_PER_S = 10
+_LOOKS_ON_THE_WAY = 10
+"""While a recording is on its way, all panes are drawn once in so many looks: drawing takes its time (choice)."""
+_BREATH_S = 0.005
 _WIDE = 132
 _ROWS_OF_A_PANE = 11
 """On a screen with one column, a pane for each so many rows; two at least (choice)."""
@@ -88,6 +92,10 @@ class Dashboard(VehicleActions, Saving):
         self._open_bench = open_bench
         self._memory = memory or Memory()
         self._ticking = ticking
+        self._hurries = False
+        self._put_off = 0
+        if not ticking:
+            self._most_s = math.inf
         self._plots_of = ""
         self._known: tuple[object, ...] = ()
         self._said_of_end = ""
@@ -126,6 +134,15 @@ class Dashboard(VehicleActions, Saving):
             self.exit()
         else:
             self.look()
+            if not self._hurries:
+                self._hurry()
+
+    def _hurry(self) -> None:
+        """Have a recording that is not where it is wanted go on between two looks; keys are heard in between."""
+        self._hurries = self.replay is not None and bool(self.replay.progress)
+        if self._hurries and self.replay is not None:
+            self.work(self.replay)
+            self.set_timer(_BREATH_S, self._hurry)
 
     # --- what is seen
 
@@ -167,6 +184,10 @@ class Dashboard(VehicleActions, Saving):
         known = (model, model.taken if model is not None else 0, run, run.code if run is not None else 0)
         if known == self._known and (run is None or run.code is not None):
             return
+        if self._ticking and self.replay is not None and self.replay.progress:
+            self._put_off = (self._put_off + 1) % _LOOKS_ON_THE_WAY
+            if self._put_off != 1:
+                return
         self._known = known
         for pane in self.query(Pane):
             pane.model = model

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from hilbench.recordings.piecewise import Pieces
 from hilbench.tui.app import Dashboard
 from hilbench.tui.model.replay import Replay
 from hilbench.tui.recorded import RecordedBench
@@ -37,7 +38,7 @@ def draw(header: Mapping[str, Any], events: Sequence[Mapping[str, Any]], said: s
         events: the others.
         said: what is said above the panes; nothing if empty.
     """
-    return asyncio.run(_draw(_Still(Replay(header, events), said)))
+    return asyncio.run(_draw(_Still(Replay(Pieces(header, events)), said)))
 
 
 async def _draw(still: _Still) -> str:

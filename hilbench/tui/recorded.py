@@ -24,10 +24,17 @@ class RecordedBench:
     ended_well = True
     about: Mapping[str, Any] = MappingProxyType({})
 
-    def __init__(self, journal: Path, problem: str | None) -> None:
+    def __init__(self, journal: Path, problem: str | None = None) -> None:
         self.journal = journal
-        self.phase = Phase.ENDED if problem else Phase.LIVE
-        self.cause = f"{journal.name}: {problem}" if problem else ""
+        self.phase = Phase.LIVE
+        self.cause = ""
+        if problem:
+            self.break_off(problem)
+
+    def break_off(self, problem: str) -> None:
+        """Say what ended the reading."""
+        self.phase = Phase.ENDED
+        self.cause = f"{self.journal.name}: {problem}"
 
     def poll(self) -> list[str]:
         """Say nothing."""

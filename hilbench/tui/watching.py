@@ -16,7 +16,7 @@ from hilbench.tui.views.words import seconds
 __all__ = ["Watching"]
 
 _MOST_S = 0.06
-"""How long a look reads the journal at most, in seconds of host time: keys are to be heard (choice)."""
+"""How long a look reads a journal or a recording at most, in seconds of host time: keys are to be heard (choice)."""
 _MUCH_BYTES = 2_000_000
 _LOSING_LOOKS = 20
 """Whoever has more than so much to read, and more each time for so many looks, will not catch up (choices)."""
@@ -45,6 +45,7 @@ class Watching(App[None]):
         self._looked_s = 0.0
         self._waiting = 0
         self._losing = 0
+        self._most_s = _MOST_S
         self.passed_over = 0
 
     def on_unmount(self) -> None:
@@ -83,7 +84,15 @@ class Watching(App[None]):
         now_s = self.stopwatch.elapsed_s()
         replay.play(now_s - self._looked_s)
         self._looked_s = now_s
+        self.work(replay)
+        if replay.problem and isinstance(self.process, RecordedBench):
+            self.process.break_off(replay.problem)
         self.model = replay.model
+
+    def work(self, replay: Replay) -> None:
+        """Let a recording read, or go to its place, for as long as nobody minds."""
+        watch = Stopwatch()
+        replay.work(lambda: watch.elapsed_s() >= self._most_s)
 
     def _take(self, follower: Follower) -> None:
         watch = Stopwatch()
@@ -115,6 +124,7 @@ class Watching(App[None]):
             return f" hilbench  {self.process.phase.value} ..."
         if self.replay is not None:
             how = "plays" if self.replay.playing else "recorded"
+            how = f"{how}  [{self.replay.progress}]" if self.replay.progress else how
             return f" hilbench  {model.name}  {seconds(model.ns)} of {seconds(self.replay.length_ns)}  {how}"
         state = "" if self.process.phase is Phase.LIVE else f"  [{self.process.phase.value}]"
         passed = f"  {self.passed_over / 1e6:.1f} MB passed over" if self.passed_over else ""
@@ -151,5 +161,6 @@ class Watching(App[None]):
         """Go to the next error of a recording, or the one before."""
         if self.replay is not None:
             if not self.replay.to_error(way):
-                self.notify("no more errors" if way > 0 else "no error before this")
+                more = "no more errors so far: it is still read" if self.replay.reading else "no more errors"
+                self.notify(more if way > 0 else "no error before this")
             self.look()

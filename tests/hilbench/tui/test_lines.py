@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.text import Span, Text
 
+from hilbench.recordings.piecewise import Pieces
 from hilbench.tui.lines import pieces
 from hilbench.tui.model.replay import NS_PER_S, Replay
 from hilbench.tui.panes import Pane
@@ -42,7 +43,8 @@ def playing(on_screen, recordings, tmp_path):
     """Play a scenario over a recording, at 3 s of it."""
 
     def play(bench, scenario):
-        replay = Replay(*recordings[bench])
+        replay = Replay(Pieces(*recordings[bench]))
+        replay.work()
         replay.go_to(3 * NS_PER_S)
         on_screen(RecordedBench(tmp_path, None), scenario, (200, 60), replay=replay)
 
