@@ -68,21 +68,21 @@ class FarLife:
             begin_ns = self._host_now_ns()
             self._lives = [far.life_since(begin_ns) for far in self._far]
             self._wanted_ns = 0
-        self._wanted_ns += wait_ns
         last_ns = scheduler.now_ns + _LONGEST * wait_ns
         missing_ns = wait_ns
         while not scheduler.run_until(condition, scheduler.now_ns + missing_ns):
-            missing_ns = self._missing_ns()
+            missing_ns = self._missing_ns(wait_ns)
             if missing_ns <= _ENOUGH_NS or scheduler.now_ns + missing_ns > last_ns:
+                self._wanted_ns += wait_ns  # only now: a wait that ends early has not been one for all of it
                 self._ended_ns = scheduler.now_ns
                 if missing_ns > _ENOUGH_NS:
                     self.starved_ns = scheduler.now_ns
                 return False
         return True
 
-    def _missing_ns(self) -> int:
+    def _missing_ns(self, wait_ns: int) -> int:
         now_ns = self._host_now_ns()
-        return self._wanted_ns - min(life(now_ns) for life in self._lives)
+        return self._wanted_ns + wait_ns - min(life(now_ns) for life in self._lives)
 
     def _host_now_ns(self) -> int:
         return self._scheduler.host_ns(self._scheduler.now_ns)[1]

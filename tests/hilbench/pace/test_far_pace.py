@@ -289,11 +289,13 @@ def slow_bench(share):
 
 
 class TestWaits:
-    @given(st.floats(0.1, 1), st.lists(st.floats(0.01, 1), min_size=1, max_size=8))
+    @given(st.floats(0.1, 1), st.lists(st.tuples(st.floats(0.01, 1), st.floats(0, 9)), min_size=1, max_size=8))
     def test_as_much_time_passes_for_a_slow_bench_as_is_waited(self, share, waits_s):
         bench = slow_bench(share)
-        for wait_s in waits_s:
+        for wait_s, limit_s in waits_s:
             bench.run_for(wait_s)
+            assert bench.run_until(lambda: True, limit_s)  # which takes no time
+        waits_s = [wait_s for wait_s, _ in waits_s]
         assert sum(waits_s) - 0.001 <= bench.now_s * share <= sum(waits_s) + 0.001
         assert bench.far_lived(0)
 
