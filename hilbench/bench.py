@@ -112,7 +112,7 @@ class Bench:
 
     def far_lived(self, since_ns: int) -> bool:
         """Say whether as much time passed for the far benches in each wait since ``since_ns`` as was waited."""
-        return self._far_life.starved_ns < since_ns
+        return self._far_life.starved_ns <= since_ns
 
     def uncertainty_s(self, since_ns: int) -> float:
         """Return how far off a time measured since ``since_ns`` may be, in seconds.
