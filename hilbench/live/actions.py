@@ -9,6 +9,7 @@ from typing import Any
 
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_S
+from hilbench.errors import HilbenchError
 from hilbench.links.faults import Direction, Fault, FaultKind
 from hilbench.live.control import Request, RequestError
 from hilbench.live.driver import Drives
@@ -65,7 +66,7 @@ class Actions:
         return tuple(self._all)
 
     def obey(self, request: Request) -> None:
-        """Do what is asked for.
+        """Do what is asked for; the journal has what was asked, and then why it was refused if it was.
 
         Raises:
             RequestError: this bench cannot, or a value is out of range.
@@ -77,7 +78,11 @@ class Actions:
         if name not in {"drive", "hello"}:  # who drives, and how, the driver tells when it changes
             about = {key: value for key, value in request.items() if key not in {"id", "do"}}
             self._bench.record("action", "user", do=name, **{"with": about} if about else {})
-        action(request)
+        try:
+            action(request)
+        except (RequestError, HilbenchError, ValueError, TypeError, KeyError) as error:
+            self._bench.record("refused", "user", do=name, cause=str(error))
+            raise
 
     def standing(self) -> Mapping[str, object]:
         """Return what was told once and still stands; see `hilbench.live.teller.Teller`."""

@@ -130,6 +130,7 @@ _SAID: Mapping[str, Callable[[Event], tuple[str, bool] | None]] = {
     "event": _reported,
     "fault": lambda event: (f"fault: {event['fault']} towards {event['towards']}", True),
     "action": lambda event: (_action(event), False),
+    "refused": lambda event: (f"refused: {event['do']}: {event.get('cause', '')}", True),
     "driver": lambda event: (f"driver: {event['who']}", False),
     "line": lambda event: (f"line {'up' if event['up'] else 'down'}", not event["up"]),
     "baud": lambda event: (f"{event['baud']} baud", False),

@@ -67,6 +67,13 @@ def test_faults_marks_and_strangers(live):
     bench.do("mark", text="here it was")
     assert bench.wait_for(is_event("action", do="mark"))["with"] == {"text": "here it was"}
     assert bench.ask("inject", kind="ghost")["error"].startswith("no fault 'ghost'")
+    bench.do("mark", text="behind it")
+    bench.wait_for(is_event("action", do="mark", **{"with": {"text": "behind it"}}))
+    told = [event for event in bench.events() if event.get("source") == "user"]
+    asked, refused = told[-3:-1]
+    assert (asked["kind"], asked["do"], asked["with"]) == ("action", "inject", {"kind": "ghost"})
+    assert (refused["kind"], refused["do"]) == ("refused", "inject")
+    assert refused["cause"].startswith("no fault 'ghost'")
     bench.client.sendall(b"nonsense\n")
     assert '"ok": false' in bench.answers.readline()
     bench.client.sendall(b"[]\n")
