@@ -83,7 +83,7 @@ def help_text(
         panes: key, name and title of the panes that have something to show.
         recorded: whether it is a recording.
     """
-    parts = ["[b]What you see[/b]", *_seen(model, recorded), ""]
+    parts = ["[b]What you see[/b]", *_seen(model, actions, recorded), ""]
     tries = list(_tries(model, actions, recorded))
     if tries:
         parts += ["[b]Try[/b]", *tries, ""]
@@ -93,7 +93,7 @@ def help_text(
     return "\n".join([*parts, "[b]Keys[/b]", *_table(_KEYS)])
 
 
-def _seen(model: BenchModel | None, recorded: bool) -> Iterator[str]:
+def _seen(model: BenchModel | None, actions: Collection[str], recorded: bool) -> Iterator[str]:
     if recorded:
         yield "A recording: nothing here can be changed, and every moment of it can be looked at."
     else:
@@ -116,7 +116,8 @@ def _seen(model: BenchModel | None, recorded: bool) -> Iterator[str]:
     if model.driver.who == "figure-of-eight" and not recorded:
         yield "The demo driver has the stick: figures of eight. Press w, a, s or d and you have it."
     if model.driver.who == "path-follower":
-        yield "The driving stack follows the track. w, a, s and d press the switch, and you have the stick."
+        by_hand = "w, a, s and d press the switch, and you have the stick."
+        yield f"The driving stack follows the track. {by_hand if 'press' in actions else 'The joystick is not ours.'}"
 
 
 def _tries(model: BenchModel | None, actions: Collection[str], recorded: bool) -> Iterator[str]:

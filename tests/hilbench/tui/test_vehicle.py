@@ -226,4 +226,7 @@ def test_help_knows_who_is_at_both_lines(model_of):
     assert "at its two lines" in text
     assert "Of a vehicle interface" in text
     assert "pauses the simulator" in text
+    driven = model_of("vehicle", 1.0)
+    assert "press the switch, and you have the stick" in help_text(driven, ("drive", "press"), [], recorded=False)
+    assert "press the switch" not in help_text(driven, ("mode", "stack"), [], recorded=False)
     assert "Of a vehicle interface" not in help_text(model_of("pioneer"), ("drive",), [], recorded=False)
