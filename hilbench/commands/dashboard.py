@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -114,6 +114,7 @@ def _bench_named(parsed: argparse.Namespace) -> str:
 
 def show(process: BenchProcess) -> ExitCode:
     """Show a bench until the person leaves it."""
+    start = _ahead_of_us()
     _give_way()
     try:
         from hilbench.tui.app import Dashboard
@@ -121,9 +122,7 @@ def show(process: BenchProcess) -> ExitCode:
         from hilbench.tui.memory import Memory, state_file
 
         def open_bench(name: str) -> BenchProcess:
-            opened = BenchProcess.start([name], name=name)
-            _give_way()
-            return opened
+            return start(lambda: BenchProcess.start([name], name=name))
 
         dashboard = Dashboard(process, benches=_benches(), open_bench=open_bench, memory=Memory(state_file()))
         dashboard.run()
@@ -136,7 +135,20 @@ def show(process: BenchProcess) -> ExitCode:
     if dashboard.return_code:  # its traceback stands on the terminal
         dashboard.process.stop()
         return ExitCode.DEFECT
-    return ExitCode.OK
+    return last.never_began if isinstance(last, BenchProcess) else ExitCode.OK
+
+
+def _ahead_of_us() -> Callable[[Callable[[], BenchProcess]], BenchProcess]:
+    """Return what starts benches with the share of the processor that this process has now.
+
+    On Linux each thread has its own niceness, and what it starts inherits that (setpriority(2)): a thread is kept from
+    before we give way, for nobody gets a lower niceness back.
+    """
+    from concurrent.futures import ThreadPoolExecutor
+
+    kept = ThreadPoolExecutor(1)
+    kept.submit(int).result()  # it has a thread from the first task on
+    return lambda start: kept.submit(start).result()
 
 
 def _give_way() -> None:

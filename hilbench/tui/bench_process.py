@@ -61,6 +61,7 @@ class BenchProcess:
         self._socket: socket.socket | None = None
         self._data = b""
         self._number = 0
+        self._began = False
         self._asked: dict[int, str] = {}
         if process is not None and process.stdout is not None:
             os.set_blocking(process.stdout.fileno(), False)
@@ -91,6 +92,14 @@ class BenchProcess:
     def ended_well(self) -> bool:
         """Whether it ended in good order: nothing of it is kept then but a journal that was asked for."""
         return self._process is not None and self._process.poll() == ExitCode.OK
+
+    @property
+    def never_began(self) -> ExitCode:
+        """The error with which a bench of ours ended by itself before it was there; OK of any other."""
+        if self._process is None or self._began or self.phase is not Phase.ENDED:
+            return ExitCode.OK
+        code = self._process.poll()
+        return next((one for one in ExitCode if one == code), ExitCode.DEFECT)
 
     @property
     def about(self) -> Mapping[str, Any]:
@@ -136,6 +145,7 @@ class BenchProcess:
         client.setblocking(False)
         self._socket = client
         self.phase = Phase.LIVE
+        self._began = True
         self.send("hello")
 
     def _read_answers(self) -> list[str]:

@@ -9,6 +9,7 @@ import socket
 
 import pytest
 
+from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
 from hilbench.live.folders import Session, sessions
 from hilbench.tui.bench_process import BenchProcess, Phase
@@ -61,6 +62,7 @@ def test_a_bench_that_is_killed_is_seen_to_be(start):
     os.kill(int(process.about["pid"]), signal.SIGKILL)
     poll_until(process, Phase.ENDED)
     assert process.cause == "the bench was killed by SIGKILL"
+    assert process.never_began == ExitCode.OK
     assert Journal.read(process.journal).events
 
 
@@ -68,6 +70,7 @@ def test_a_bench_that_cannot_begin_says_why(start):
     process = start("nonsense.toml")
     poll_until(process, Phase.ENDED)
     assert process.cause.startswith("the bench ended with exit code 2: nonsense.toml")
+    assert process.never_began == ExitCode.USAGE
 
 
 def test_a_bench_that_was_left_is_found_again(start):

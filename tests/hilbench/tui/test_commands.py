@@ -12,6 +12,7 @@ import struct
 import subprocess
 import sys
 import termios
+import threading
 from itertools import pairwise
 
 import pytest
@@ -162,7 +163,7 @@ def test_a_port_that_is_not_there_is_said_on_the_screen(terminal, tmp_path):
     shown = terminal("--target", f"serial:{tmp_path / 'none'}")
     shown.wait_for("exit code 3")
     shown.press("q")
-    assert shown.end() == 0
+    assert shown.end() == 3
 
 
 @pytest.mark.parametrize(
@@ -186,3 +187,19 @@ def test_what_is_wrong_on_the_command_line_is_said_there(words, why, capfd, monk
     monkeypatch.setattr(BenchProcess, "start", lambda *_words, **_more: pytest.fail("a bench was begun"))
     assert main(words) == 2
     assert capfd.readouterr().err.startswith(f"hilbench: {why}")
+
+
+def test_every_bench_goes_before_what_draws_it():
+    found = []
+
+    def dashboard_of_three():
+        start = dashboard._ahead_of_us()
+        dashboard._give_way()
+        found.extend(start(lambda: os.getpriority(os.PRIO_PROCESS, 0)) for _ in range(3))
+        found.append(os.getpriority(os.PRIO_PROCESS, 0))
+
+    before = os.getpriority(os.PRIO_PROCESS, 0)
+    thread = threading.Thread(target=dashboard_of_three)  # its niceness ends with it
+    thread.start()
+    thread.join()
+    assert found == [before, before, before, min(19, before + 10)]
