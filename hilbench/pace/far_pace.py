@@ -75,21 +75,21 @@ class FarPace:
 
     def lateness(self, since_ns: int, now_ns: int) -> Lateness:
         """Return how late they were between two moments of the host's monotonic time, of which the second is now."""
-        return sum((reader.lateness(since_ns, now_ns) for reader in self._readers()), IN_TIME)
+        return sum((reader.lateness(since_ns, now_ns) for reader in self._readers(now_ns)), IN_TIME)
 
     def life_since(self, begin_ns: int) -> Callable[[int], int]:
         """Return what tells at a moment how much time has passed for all of them since now, which is `begin_ns`."""
-        began = [(reader, reader.lived_ns(begin_ns)) for reader in self._readers()]
+        began = [(reader, reader.lived_ns(begin_ns)) for reader in self._readers(begin_ns)]
 
         def lived_ns(now_ns: int) -> int:
-            lived = [reader.lived_ns(now_ns) - at_ns for reader, at_ns in began if not reader.ended]
+            lived = [reader.lived_ns(now_ns) - at_ns for reader, at_ns in began if not reader.has_ended(now_ns)]
             return min([now_ns - begin_ns, *lived])
 
         return lived_ns
 
-    def _readers(self) -> list[PaceReader]:
+    def _readers(self, now_ns: int) -> list[PaceReader]:
         """Return them; looked for again where there was none, or one of them has ended."""
-        if not self._found or any(reader.ended for reader in self._found):
+        if not self._found or any(reader.has_ended(now_ns) for reader in self._found):
             self._found = list(_chain(self._where, set()))
         return self._found
 

@@ -26,6 +26,7 @@ import fcntl
 import mmap
 import os
 import tempfile
+import weakref
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -48,6 +49,8 @@ _THIS_FORMAT = 1
 _NEVER_NS = 1 << 62
 _BEFORE_NS = 10 * NS_PER_MS
 """What happened so shortly before a stretch of time may still be on its way when that begins (choice)."""
+_SILENT_NS = 50 * NS_PER_MS
+"""Who is so late may have been killed; before that nobody looks (choice)."""
 
 
 class _About(msgspec.Struct, frozen=True, kw_only=True):
@@ -144,25 +147,26 @@ class PaceReader:
     """
 
     def __init__(self, path: Path) -> None:
-        with path.open("rb") as file:
-            if _is_left_behind(file.fileno()):
-                path.unlink(missing_ok=True)
-                raise OSError("its owner is gone")
-            text = file.read()[_BYTES:]
-            try:
-                about = msgspec.json.decode(text, type=_About)
-                self._map = mmap.mmap(file.fileno(), _BYTES, access=mmap.ACCESS_READ)
-            except (msgspec.MsgspecError, ValueError) as error:
-                raise OSError("is no notice") from error
+        self._descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        weakref.finalize(self, os.close, self._descriptor)
+        if _is_left_behind(self._descriptor):
+            path.unlink(missing_ok=True)
+            raise OSError("its owner is gone")
+        text = os.pread(self._descriptor, os.fstat(self._descriptor).st_size, _BYTES)
+        try:
+            about = msgspec.json.decode(text, type=_About)
+            self._map = mmap.mmap(self._descriptor, _BYTES, access=mmap.ACCESS_READ)
+        except (msgspec.MsgspecError, ValueError) as error:
+            raise OSError("is no notice") from error
         self._numbers = memoryview(self._map).cast("q")
         if self._numbers[_FORMAT] != _THIS_FORMAT:
             raise OSError("is a notice of another release")
         self.name, self.doors, self.behind = path.name, about.doors, about.behind
 
-    @property
-    def ended(self) -> bool:
-        """Whether the bench runs no more."""
-        return self._numbers[_DUE] == _NEVER_NS
+    def has_ended(self, now_ns: int) -> bool:
+        """Say whether the bench runs no more: it took its notice back, or was killed and is found late now."""
+        due_ns = self._numbers[_DUE]
+        return due_ns == _NEVER_NS or (now_ns - due_ns > _SILENT_NS and _is_left_behind(self._descriptor))
 
     def lateness(self, since_ns: int, now_ns: int) -> Lateness:
         """Return how late the bench was between two moments, of which the second is now; never understated.
@@ -213,4 +217,5 @@ def _is_left_behind(descriptor: int) -> bool:
         fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
+    fcntl.flock(descriptor, fcntl.LOCK_UN)
     return True

@@ -159,6 +159,33 @@ class TestNotices:
         notice(where)
         assert far.lateness(BORN_NS + 10 * MS, BORN_NS + 50 * MS).late_ns == 50 * MS
 
+    def test_one_that_is_killed_is_believed_no_longer_and_the_next_is_found(self, ptys, notice):
+        where = ptys()
+        program = (
+            "import sys; from hilbench.pace.notice import PaceNotice; from hilbench.pace.far_pace import place_of;"
+            f"told = PaceNotice({BORN_NS}, [place_of(sys.argv[1])]); print(flush=True); sys.stdin.read()"
+        )
+        command = [sys.executable, "-c", program, where]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as bench:
+            bench.stdout.readline()
+            far = FarPace(where)
+            life = far.life_since(BORN_NS)
+            assert far.lateness(BORN_NS + 10 * MS, BORN_NS + 900 * MS).late_ns == 900 * MS  # it hangs, but is there
+            assert life(BORN_NS + 900 * MS) == 0
+            bench.kill()
+        assert life(BORN_NS + 900 * MS) == 900 * MS  # nothing is waited for that will not come
+        assert far.lateness(BORN_NS + 10 * MS, BORN_NS + 900 * MS) == IN_TIME
+        notice(where).due(BORN_NS + 1000 * MS)
+        assert far.lateness(BORN_NS + 10 * MS, BORN_NS + 900 * MS) == IN_TIME
+        assert far.life_since(BORN_NS + 900 * MS)(BORN_NS + 1200 * MS) == 100 * MS
+
+    def test_what_no_longer_is_looked_at_is_closed(self, notice, ptys):
+        notice(ptys())
+        before = os.listdir("/proc/self/fd")
+        for _ in range(5):
+            assert len([*notices()]) == 1
+        assert len(os.listdir("/proc/self/fd")) == len(before)
+
     def test_what_somebody_left_behind_who_was_killed_is_removed(self, ptys, runtime):
         where = ptys()
         program = (
