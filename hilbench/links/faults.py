@@ -140,6 +140,7 @@ class FaultPlan:
         self.epoch_ns = epoch_ns
         self.on_fault: Callable[[Fault, Direction, int], None] = _ignore
         self._armed: list[Entry] = []
+        self._lasting: list[tuple[Entry, Callable[[], None]]] = []
 
     def injector(self, direction: Direction) -> Injector | None:
         """Return what decides on the bytes of one wire; None if nothing ever happens to them."""
@@ -160,6 +161,19 @@ class FaultPlan:
             scheduler.cancel(entry)
         self._armed.clear()
 
+    def take_back(self, scheduler: Scheduler) -> int:
+        """Take back the faults of the line and return how many of them ended now.
+
+        A break that has begun goes on: the port holds it for as long as it was told to.
+        """
+        self.disarm(scheduler)
+        ended = [(entry, end) for entry, end in self._lasting if entry.pending]
+        self._lasting.clear()
+        for entry, end in ended:
+            scheduler.cancel(entry)
+            end()
+        return len(ended)
+
     def _strike(self, scheduler: Scheduler, line: FaultyLine, fault: Fault) -> None:
         self.on_fault(fault, fault.direction, scheduler.now_ns)
         if fault.kind is FaultKind.BREAK:
@@ -171,7 +185,7 @@ class FaultPlan:
         else:
             line.set_wire_baud(fault.direction, fault.baud)
             end = partial(line.set_wire_baud, fault.direction, None)
-        scheduler.after(fault.duration_ns, end, order=EventClass.INPUT, source="fault")
+        self._lasting.append((scheduler.after(fault.duration_ns, end, order=EventClass.INPUT, source="fault"), end))
 
 
 class _Trigger:

@@ -69,6 +69,7 @@ class Tap(PortBase):
         self._plan: _GrowingPlan | None = None
         self._heard = ByteLog(bench, "rx", source)
         self._strikes = 0
+        self._of_line: list[FaultPlan] = []
         self.struck: Counter[tuple[str, str]] = Counter()
         self._take(port)
         self.counters = port.counters
@@ -142,15 +143,18 @@ class Tap(PortBase):
         if fault.kind in _LINE_KINDS:
             assert isinstance(self._below, FaultyPort)
             single.arm(self._bench.scheduler, self._below)
+            self._of_line.append(single)
         else:
             plan.wires[fault.direction].faults.append(ByteFaults(single, fault.direction, [fault]))
 
     def clear(self) -> int:
-        """Take back the faults that strike bytes; return how many there were."""
+        """Take back all faults but a break that has begun; return how many there were."""
         wires = [] if self._plan is None else list(self._plan.wires.values())
         count = sum(len(wire.faults) for wire in wires)
         for wire in wires:
             wire.faults.clear()
+        count += sum(plan.take_back(self._bench.scheduler) for plan in self._of_line)
+        self._of_line.clear()
         return count
 
     def _arm(self) -> _GrowingPlan:

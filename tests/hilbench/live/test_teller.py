@@ -132,6 +132,26 @@ def test_injected_noise_is_counted_at_the_far_end_and_recorded(rig):
     assert len(rig.told("fault", "line")) == count
 
 
+@pytest.mark.parametrize("more", [{"kind": FaultKind.DISCONNECT}, {"kind": FaultKind.BAUD, "baud": 300}], ids=str)
+def test_faults_of_the_line_are_taken_back_and_do_not_end_a_later_one(rig, more):
+    rig.station.connect()
+    rig.run(1.0)
+    rig.tap.inject(Fault(at_s=0.0, duration_s=4.0, **more))
+    rig.run(0.2)
+    assert rig.tap.clear() == 1
+    assert rig.tap.clear() == 0
+    assert rig.tap.line_is_up
+    assert not rig.tap._below._wire_baud
+    rig.run(3.0)
+    rig.tap.inject(Fault(at_s=0.0, duration_s=4.0, **more))
+    rig.run(1.5)  # the first would have ended by now
+    assert not rig.tap.line_is_up or rig.tap._below._wire_baud
+    rig.run(3.0)
+    assert rig.tap.line_is_up
+    assert not rig.tap._below._wire_baud
+    assert rig.tap.clear() == 0
+
+
 def test_a_fault_that_strikes_once_strikes_once(rig):
     rig.station.connect()
     rig.run(1.0)
