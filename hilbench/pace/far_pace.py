@@ -12,10 +12,11 @@ import ipaddress
 import os
 import socket
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from urllib.parse import urlsplit
 
+from hilbench.clock import NS_PER_S
 from hilbench.pace.lateness import IN_TIME, Lateness
 from hilbench.pace.notice import PaceReader, notices
 
@@ -24,6 +25,8 @@ __all__ = ["FarPace", "ends_of", "place_of"]
 _PSEUDO = range(136, 144)
 """Major numbers of the slaves of pseudo-terminals (Linux, Documentation/admin-guide/devices.txt)."""
 _NETWORK = ("socket", "rfc2217")
+_LOOKED_AT_NS = NS_PER_S
+"""So long it is believed that nobody else has come (choice)."""
 
 
 def place_of(where: str) -> str | None:
@@ -72,6 +75,7 @@ class FarPace:
     def __init__(self, where: str) -> None:
         self._where = where
         self._found: list[PaceReader] = []
+        self._again_ns = 0
 
     def lateness(self, since_ns: int, now_ns: int) -> Lateness:
         """Return how late they were between two moments of the host's monotonic time, of which the second is now."""
@@ -88,9 +92,10 @@ class FarPace:
         return lived_ns
 
     def _readers(self, now_ns: int) -> list[PaceReader]:
-        """Return them; looked for again where there was none, or one of them has ended."""
-        if not self._found or any(reader.has_ended(now_ns) for reader in self._found):
+        """Return them; looked for again now and then, and at once where one was missing or has ended."""
+        if now_ns >= self._again_ns or any(reader.has_ended(now_ns) for reader in self._found):
             self._found = list(_chain(self._where, set()))
+            self._again_ns = now_ns + _LOOKED_AT_NS if _is_whole(self._found) else 0
         return self._found
 
 
@@ -106,6 +111,12 @@ def _chain(where: str, been: set[str]) -> Iterator[PaceReader]:
             yield reader
             for behind in reader.behind:
                 yield from _chain(behind, been)
+
+
+def _is_whole(found: Sequence[PaceReader]) -> bool:
+    """Say whether there are any, and one behind each end that they have opened on this host."""
+    doors = {door for reader in found for door in reader.doors}
+    return bool(found) and {place_of(end) for reader in found for end in reader.behind} <= {None, *doors}
 
 
 def _pseudo_terminal(path: str) -> str | None:

@@ -224,6 +224,25 @@ class TestChains:
         assert 23 * MS <= late_ns <= 26 * MS
         assert 20 * MS <= FarPace(there).lateness(BORN_NS + 50 * MS, BORN_NS + 200 * MS).late_ns <= 26 * MS
 
+    def test_a_bench_that_starts_behind_a_proxy_is_found_and_so_is_the_next(self, ptys, notice):
+        here, there = ptys(), ptys()
+        notice(here, behind=[there, "/dev/ttyUSB7"]).due(BORN_NS + 9000 * MS)
+        far, since_ns = FarPace(here), BORN_NS + 100 * MS
+        assert far.lateness(since_ns, since_ns) == IN_TIME
+        for _ in range(2):
+            with PaceNotice(BORN_NS, [place_of(there)]) as bench:
+                bench.slipped(300 * MS, since_ns)
+                assert far.lateness(since_ns, since_ns).lost_ns == 300 * MS
+            assert far.lateness(since_ns, since_ns) == IN_TIME
+
+    def test_who_comes_to_a_port_that_somebody_stands_behind_is_found_within_a_second(self, ptys, notice):
+        where = ptys()
+        notice(where).due(BORN_NS + 9000 * MS)
+        far, now_ns = FarPace(where), BORN_NS + 100 * MS
+        assert far.lateness(now_ns, now_ns) == IN_TIME
+        notice(ptys(), behind=[where]).due(now_ns)
+        assert far.lateness(now_ns, now_ns + 1000 * MS).late_ns == 1000 * MS
+
     def test_who_has_opened_our_door_counts_as_well_as_whoever_serves_one(self, ptys, notice):
         ours, theirs = ptys(), ptys()
         notice(theirs, behind=[ours])
