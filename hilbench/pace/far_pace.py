@@ -122,7 +122,7 @@ def _is_whole(found: Sequence[PaceReader]) -> bool:
 def _pseudo_terminal(path: str) -> str | None:
     try:
         status = Path(path).stat()
-    except OSError:
+    except (OSError, ValueError):  # a path with a NUL is none
         return None
     if not stat.S_ISCHR(status.st_mode) or os.major(status.st_rdev) not in _PSEUDO:
         return None

@@ -16,7 +16,8 @@ monotonic clock, which all processes of a host share, in ns. It is an array of 6
 ====================  =================================================================================================
 
 Behind it stands, as JSON, which doors lead to it and which ports it has opened itself. Its owner has the file locked
-(flock(2)): a file that can be locked is that of a process which is gone, and is removed by whoever finds it.
+(flock(2)): a file that can be locked is that of a process which is gone, and is removed by whoever finds it. Until all
+is written its name begins with a dot; who was killed meanwhile is cleared away by the next that serves.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ import contextlib
 import fcntl
 import mmap
 import os
+import stat
 import tempfile
 import weakref
 from collections.abc import Iterator, Sequence
@@ -51,6 +53,10 @@ _BEFORE_NS = 10 * NS_PER_MS
 """What happened so shortly before a stretch of time may still be on its way when that begins (choice)."""
 _SILENT_NS = 50 * NS_PER_MS
 """Who is so late may have been killed; before that nobody looks (choice)."""
+_MADE_WITHIN_S = 60
+"""So long a file may be there that is not locked yet (choice)."""
+_MOST_BYTES = _BYTES + 1_000_000
+"""No notice is so large: it names a few ports (choice)."""
 
 
 class _About(msgspec.Struct, frozen=True, kw_only=True):
@@ -90,6 +96,7 @@ class PaceNotice:
             self._numbers[_BORN] = self._numbers[_DUE] = born_ns
             self._numbers[_STEP] = step_ns
             Path(new).rename(self.path)  # only now it can be found
+            _clear_unfinished(folder, os.fstat(descriptor).st_mtime - _MADE_WITHIN_S)
         except OSError:
             self._file.close()
             Path(new).unlink(missing_ok=True)
@@ -147,12 +154,15 @@ class PaceReader:
     """
 
     def __init__(self, path: Path) -> None:
-        self._descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        self._descriptor = _opened(path)
         weakref.finalize(self, os.close, self._descriptor)
+        size = os.fstat(self._descriptor).st_size
         if _is_left_behind(self._descriptor):
             path.unlink(missing_ok=True)
             raise OSError("its owner is gone")
-        text = os.pread(self._descriptor, os.fstat(self._descriptor).st_size, _BYTES)
+        if not _BYTES < size <= _MOST_BYTES:
+            raise OSError("is no notice")
+        text = os.pread(self._descriptor, size, _BYTES)
         try:
             about = msgspec.json.decode(text, type=_About)
             self._map = mmap.mmap(self._descriptor, _BYTES, access=mmap.ACCESS_READ)
@@ -209,6 +219,31 @@ def notices() -> Iterator[PaceReader]:
 
 def _folder() -> Path:
     return runtime_folder() / "pace"
+
+
+def _opened(path: Path) -> int:
+    """Open a file, which may be none: then nothing is waited for, and nothing is followed."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW | os.O_CLOEXEC)
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise OSError("is no file")
+    return descriptor
+
+
+def _clear_unfinished(folder: Path, before_s: float) -> None:
+    """Remove what was last written before a time, in seconds of the file system, by who was killed before it was done.
+
+    That is not done by whoever looks: how old a file is can be told by a newer one alone, for the host's monotonic time
+    is not that of files.
+    """
+    for path in folder.glob(".*"):
+        with contextlib.suppress(OSError):
+            descriptor = _opened(path)
+            try:
+                if os.fstat(descriptor).st_mtime < before_s and _is_left_behind(descriptor):
+                    path.unlink()
+            finally:
+                os.close(descriptor)
 
 
 def _is_left_behind(descriptor: int) -> bool:

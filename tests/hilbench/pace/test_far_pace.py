@@ -70,7 +70,7 @@ class TestPlaces:
     @pytest.mark.parametrize(
         "where",
         ["/dev/null", "/dev/gone", __file__, "socket://192.0.2.1:8101", "socket://0.0.0.0:8101", "socket://127.0.0.1",
-         "socket://127.0.0.1:x", "socket://[127.0.0.1]:1", "loop://", "hwgrep://0403"],
+         "socket://127.0.0.1:x", "/dev/pts/0\0", "socket://[127.0.0.1]:1", "loop://", "hwgrep://0403"],
     )  # fmt: skip
     def test_nothing_else_is(self, where):
         assert place_of(where) is None
@@ -205,6 +205,25 @@ class TestNotices:
             file.flush()
             fcntl.flock(file, fcntl.LOCK_EX)
             assert [reader.doors for reader in notices()] == [(place_of(where),)]
+
+    def test_what_is_no_file_is_passed_over_and_not_waited_for(self, ptys, notice, runtime):
+        where = ptys()
+        told = notice(where)
+        (runtime / "1-link").symlink_to(told.path)
+        (runtime / "1-folder").mkdir()
+        os.mkfifo(runtime / "1-pipe")
+        with os.fdopen(os.open(runtime / "1-pipe", os.O_RDWR)):  # who opens it to read waits for nobody
+            assert [reader.name for reader in notices()] == [told.path.name]
+
+    def test_what_was_never_finished_is_removed_once_it_is_old_and_nobody_has_it(self, ptys, notice, runtime):
+        made = notice(ptys()).path.stat().st_mtime
+        for name, age_s in ((".old", 61), (".held", 61), (".new", 0)):
+            (runtime / name).touch()
+            os.utime(runtime / name, (made - age_s, made - age_s))
+        with (runtime / ".held").open() as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            notice(ptys())
+        assert {path.name for path in runtime.iterdir() if path.name.startswith(".")} == {".held", ".new"}
 
     def test_a_folder_that_others_can_look_into_is_not_believed(self, ptys, notice, runtime):
         where = ptys()
