@@ -105,11 +105,11 @@ def _place_of(door: AnyDoor) -> str:
 def _run_until_stopped(scheduler: Scheduler, say: Say, condition: Callable[[], bool] | None) -> None:
     say("stop with Ctrl-C")
     with deferred_interrupts(scheduler, STOP_SIGNALS), contextlib.suppress(KeyboardInterrupt):
+        before = signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
         try:
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
             scheduler.run_until(condition, None)
         finally:
-            signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
     late = scheduler.lateness
     say(
         f"stopped after {scheduler.now_ns / 1e9:.1f} s at {scheduler.real_time_factor or 0:.3f} x real time; "

@@ -169,3 +169,10 @@ def running(words):
             process.send_signal(signal.SIGCONT)
             process.send_signal(signal.SIGINT)
             process.communicate(timeout=PATIENCE_S)
+
+
+def test_serving_leaves_signals_as_it_found_them(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    run_until_stopped(Scheduler(), str, lambda: True)
+    assert signal.pthread_sigmask(signal.SIG_SETMASK, before) == before
