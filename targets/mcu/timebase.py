@@ -207,8 +207,10 @@ class Timebase:
         """
         self.halted = False
         self._alone_until = limit
-        reached = self._run_alone(limit)
-        self._alone_until = 0
+        try:
+            reached = self._run_alone(limit)
+        finally:
+            self._alone_until = 0
         if reached is not None and self.halted:
             self.run_due(reached)
         return reached

@@ -27,7 +27,7 @@ from typing import ClassVar
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.serial_line import Sampled
-from targets.mcu.services import InputSignal, Services
+from targets.mcu.services import InputSignal, Services, Watch
 from targets.mcu.stm32.usart_base import UsartBase, listen
 from targets.mcu.stm32.usart_receiver import Receiver
 
@@ -443,7 +443,8 @@ class Usart(UsartBase):
         enables = (values[CR1], values[CR2], cr3)
         if enables != self._enables:
             self._enables, self._interrupting = enables, self._flags_that_interrupt(*enables)
-            self._dma_tx.private = self._dma_rx.private = self._serves_unseen(enables[0], cr3)
+            self._dma_rx.private = self._serves_unseen(*enables)
+        self._dma_tx.private = self._dma_rx.private and self._line_tx.watch() is not Watch.LIVE
         self._line_rts.set((self._is_full() or not self._rx.running) if cr3 & RTSE else None)
         refused = cr3 & DDRE and isr & (PE | FE | NF | ORE)
         self._drive_lines(
@@ -452,9 +453,13 @@ class Usart(UsartBase):
             bool(cr3 & DMAR and isr & RXNE and not refused),
         )
 
-    def _serves_unseen(self, cr1: int, cr3: int) -> bool:
-        """Say whether an access to TDR or RDR can raise no interrupt, nor be seen at a pin before a frame is."""
-        return not (cr1 & TXEIE or cr3 & RTSE)
+    def _serves_unseen(self, cr1: int, cr2: int, cr3: int) -> bool:
+        """Say whether an access to TDR or RDR can raise no interrupt, nor be seen at a pin before a frame is.
+
+        Nor may anything else happen that a program can be woken by in the rest of the event in which a word is asked
+        for: a break or a timeout told with a word, an edge of CTS that others see, too.
+        """
+        return not (cr1 & TXEIE or cr2 & (LINEN | RTOEN) or cr3 & (RTSE | CTSE))
 
     def _flags_that_interrupt(self, cr1: int, cr2: int, cr3: int) -> int:
         """Return the flags of ISR that ask for an interrupt while the control registers are these."""

@@ -243,9 +243,9 @@ class FifoUsart(Usart):
             | (TXFT if self[CR1] & UE and empty >= _threshold(control >> 29) else 0)
         )
 
-    def _serves_unseen(self, cr1: int, cr3: int) -> bool:
+    def _serves_unseen(self, cr1: int, cr2: int, cr3: int) -> bool:
         # A read of RDR shows the next word with its errors, and levels may pass their thresholds.
-        return not cr1 & FIFOEN and super()._serves_unseen(cr1, cr3)
+        return not cr1 & FIFOEN and super()._serves_unseen(cr1, cr2, cr3)
 
     def _flags_that_interrupt(self, cr1: int, cr2: int, cr3: int) -> int:
         return (

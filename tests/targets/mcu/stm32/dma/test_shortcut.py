@@ -10,7 +10,8 @@ import hypothesis.strategies as st
 import pytest
 from hypothesis import given
 
-from targets.mcu.serial_line import SerialFormat
+from targets.mcu.serial_line import SerialFormat, SerialFrame
+from targets.mcu.services import Watch
 from targets.mcu.stm32 import dma as dma_module
 from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Channels, Requests
@@ -29,8 +30,10 @@ EN, TEIE, HTIE_TCIE, TO_PERIPHERAL, CIRC, MINC = 1, 1 << 2, 3 << 3, 1 << 6, 1 <<
 class Board:
     """Two USARTs of which DMA moves all bytes: streams 0 and 2 fetch, 1 and 3 store, in a ring."""
 
-    def __init__(self, data, room, brr, cr1, cr3, fcr):
+    def __init__(self, data, room, brr, cr1, cr3, fcr, watch=Watch.NOBODY):
         self.chip = FakeChip(HCLK_HZ)
+        for n in (0, 1):
+            self.chip.output(f"U{n}_TX").set_watch(watch)
         self.frames, self.moments = [], []
         requests = Requests()
         services = dataclasses.replace(self.chip.services, dma=requests.line)
@@ -119,8 +122,10 @@ def test_nobody_can_tell(data, heard, begins, room, brr, cr1, cr3, fcr, cuts):
     assert board().run([*cycles, END], asleep=True) == board().run([*cycles, END], asleep=False)
 
 
-@pytest.mark.parametrize(("cr1", "most"), [(0, True), (FIFOEN, False)])
-def test_most_bytes_take_the_short_way_while_the_program_sleeps(monkeypatch, cr1, most):
+@pytest.mark.parametrize(
+    ("cr1", "watch", "most"), [(0, Watch.NOBODY, True), (FIFOEN, Watch.NOBODY, False), (0, Watch.LIVE, False)]
+)
+def test_most_bytes_take_the_short_way_while_the_program_sleeps(monkeypatch, cr1, watch, most):
     taken, pass_unseen = [], dma_module.pass_unseen
 
     def count(*what, **how):
@@ -128,11 +133,47 @@ def test_most_bytes_take_the_short_way_while_the_program_sleeps(monkeypatch, cr1
         return taken[-1]
 
     monkeypatch.setattr(dma_module, "pass_unseen", count)
-    board = Board((bytes(40), bytes(40)), 16, 52, cr1, DMAR_DMAT, 0x21)
+    board = Board((bytes(40), bytes(40)), 16, 52, cr1, DMAR_DMAT, 0x21, watch)
     board.hear(0, bytes(40), 5_000)
     board.run([60_000], asleep=True)
     assert len(board.frames) == 80
     assert (sum(taken) > 80) is most
+
+
+LBDL, LBDIE, LINEN, RTOEN, OVER8, RTOIE = 1 << 5, 1 << 6, 1 << 14, 1 << 23, 1 << 15, 1 << 26
+BREAK = SerialFrame(start_s=Fraction(5000, HCLK_HZ), bit_s=Fraction(130, HCLK_HZ), bits=0, bit_count=9)
+BYTE = SerialFormat().frame(0x5A, Fraction(5000, HCLK_HZ), Fraction(8, HCLK_HZ))
+
+
+@pytest.mark.parametrize(
+    ("brr", "cr1", "cr2", "frame"),
+    [(130, 1 << 12, LINEN | LBDIE, BREAK), (16, OVER8 | RTOIE, RTOEN, BYTE)],
+    ids=["a break that comes as a word, too", "a timeout of no bits"],
+)
+def test_who_is_woken_in_the_event_that_asks_sees_nothing_of_what_comes_later(brr, cr1, cr2, frame):
+    def seen(*, asleep):
+        board = Board((bytes(1), bytes(1)), 8, brr, 0, 0, 0x21)
+        usart, time, at_wake_up = board.usarts[0], board.chip.time, []
+
+        def look():
+            at_wake_up.append((time.now, peek(board.dma, "S0NDTR"), board.chip.bus.read(RECEIVED, 4)))
+
+        def wake(level):
+            if level:
+                time.halted = True  # as the machine does
+                time.at(time.now, look, order=9)
+
+        board.chip.irq(0).on_set = wake
+        poke(usart, "CR1", 0)
+        for register, value in (("RTOR", 0), ("CR2", cr2), ("CR3", DMAR_DMAT), ("CR1", UE | RE | TE | cr1)):
+            poke(usart, register, value)
+        time.at(5000, lambda: usart.receive(frame), order=1)
+        while asleep and time.run_until(END) is not None:
+            pass
+        board.chip.advance_to(END)
+        return at_wake_up
+
+    assert seen(asleep=True) == seen(asleep=False) != []
 
 
 @pytest.mark.parametrize("direction", [0, TO_PERIPHERAL])
