@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from hilbench.clock import NS_PER_MS, Scheduler
+from hilbench.clock import NS_PER_MS, NS_PER_S, Scheduler
 from hilbench.pace.lateness import Lateness
 
 __all__ = ["FarBench", "FarLife"]
@@ -18,6 +18,8 @@ _ENOUGH_NS = NS_PER_MS
 """So much less than was waited may have passed for a far bench (choice)."""
 _LONGEST = 20
 """So many times as long as asked is waited at most (choice): a bench of a twentieth of real time is none to check."""
+_STANDING_NS = NS_PER_S
+"""Who has not got on for so long, and for a whole wait, is not waited for (choice): a busy host pauses for less."""
 
 
 class FarBench(Protocol):
@@ -69,14 +71,21 @@ class FarLife:
             self._lives = [far.life_since(begin_ns) for far in self._far]
             self._wanted_ns = 0
         last_ns = scheduler.now_ns + _LONGEST * wait_ns
-        missing_ns = wait_ns
+        missing_ns = got_on_missing_ns = wait_ns
+        got_on_ns = scheduler.now_ns
         while not scheduler.run_until(condition, scheduler.now_ns + missing_ns):
             missing_ns = self._missing_ns(wait_ns)
-            if missing_ns <= _ENOUGH_NS or scheduler.now_ns + missing_ns > last_ns:
+            if missing_ns <= _ENOUGH_NS:
                 self._wanted_ns += wait_ns  # only now: a wait that ends early has not been one for all of it
                 self._ended_ns = scheduler.now_ns
-                if missing_ns > _ENOUGH_NS:
-                    self.starved_ns = scheduler.now_ns
+                return False
+            spent_ns = scheduler.now_ns - got_on_ns
+            if (got_on_missing_ns - missing_ns) * _LONGEST >= spent_ns:
+                got_on_ns, got_on_missing_ns = scheduler.now_ns, missing_ns
+            elif spent_ns >= _STANDING_NS:
+                last_ns = scheduler.now_ns
+            if scheduler.now_ns + missing_ns > last_ns:
+                self.starved_ns = scheduler.now_ns
                 return False
         return True
 

@@ -377,6 +377,23 @@ class TestWaits:
         assert not bench.far_lived(0)
         assert bench.far_lived(bench.now_ns)  # the next case begins at that very moment
 
+    @pytest.mark.parametrize("share", [0.0, 0.04])
+    @pytest.mark.parametrize(("wait_s", "most_s"), [(0.1, 1.1), (1.0, 1.0), (11.0, 11.0)])
+    def test_who_does_not_get_on_is_given_up_behind_one_whole_wait(self, share, wait_s, most_s):
+        bench = slow_bench(share)
+        for waits in (1, 2):
+            began_ns = bench.now_ns
+            bench.run_for(wait_s)
+            assert bench.now_s <= waits * most_s
+            assert not bench.far_lived(began_ns)
+
+    def test_who_pauses_for_less_than_a_second_is_waited_for(self):
+        bench = slow_bench(1.0)
+        bench.far[0].life_since = lambda begin_ns: lambda now_ns: max(0, now_ns - begin_ns - 900 * MS)
+        bench.run_for(0.1)
+        assert bench.now_s == pytest.approx(1.0, abs=0.001)
+        assert bench.far_lived(0)
+
     def test_without_a_far_bench_a_wait_is_as_long_as_asked(self):
         bench = Bench(Scheduler(), Journal())
         bench.run_for(0.1)
