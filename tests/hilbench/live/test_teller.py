@@ -217,7 +217,8 @@ def test_a_wait_that_ends_early_was_met_and_a_rest_has_no_margin(tmp_path):
     at({}, misses=2)
     timers = last("timers")
     assert timers["WAIT"] == {
-        "rest": False, "deadline_ns": None, "span_ns": 300 * NS_PER_MS, "margin_ns": 200 * NS_PER_MS, "worst_ns": 200 * NS_PER_MS,
+        "rest": False,
+        "deadline_ns": None, "span_ns": 300 * NS_PER_MS, "margin_ns": 200 * NS_PER_MS, "worst_ns": 200 * NS_PER_MS,
     }  # fmt: skip
     assert (timers["REST"]["margin_ns"], timers["REST"]["worst_ns"]) == (None, None)
     assert last("misses") == {"WAIT": [2, 10, 7]}
