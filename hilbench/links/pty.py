@@ -198,7 +198,10 @@ class PtyDoor(Door):
             for _ in range(_NOTICES_OF_ONE_CHANGE):
                 if hung_up or True in happened:
                     break
-                hung_up = any(descriptor == self._master for descriptor, _ in poll.poll(_CHANGE_TAKES_AT_MOST_MS))
+                stirred = poll.poll(_CHANGE_TAKES_AT_MOST_MS)
+                if not stirred:
+                    break  # nobody is at it
+                hung_up = any(descriptor == self._master for descriptor, _ in stirred)
                 happened += self._watch.read()
         self._slave = os.open(self.slave_name, os.O_RDWR | os.O_NOCTTY)
         self._watch.read()  # our own opening
