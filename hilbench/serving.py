@@ -105,8 +105,9 @@ def _place_of(door: AnyDoor) -> str:
 def _run_until_stopped(scheduler: Scheduler, say: Say, condition: Callable[[], bool] | None) -> None:
     say("stop with Ctrl-C")
     with deferred_interrupts(scheduler, STOP_SIGNALS), contextlib.suppress(KeyboardInterrupt):
-        before = signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
         try:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)  # one that waits comes here
             scheduler.run_until(condition, None)
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -173,8 +173,9 @@ def run_live(bench_file: BenchFile, options: LiveOptions) -> ExitCode:
         _describe(bench_file, options, live)
         Console().data(f"live in {options.session.folder}")
         with deferred_interrupts(live.bench.scheduler, STOP_SIGNALS), contextlib.suppress(KeyboardInterrupt):
-            before = signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+            before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
             try:
+                signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)  # one that waits comes here
                 live.run()
             finally:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)
