@@ -85,7 +85,7 @@ def run_hook(bench: Bench, port: Port, name: str, steps: Sequence[str]) -> None:
         steps: as in the bench file.
 
     Raises:
-        UnavailableError: the port has no such lines, or a command failed.
+        UnavailableError: the port has no such lines or is gone, or a command failed.
     """
     if not steps:
         return
@@ -105,10 +105,7 @@ def _do(bench: Bench, port: Port, step: Step, where: str) -> None:
         port.send_break(step.break_ns)
         bench.run_for(step.break_ns / NS_PER_S)
     else:
-        set_lines = getattr(port, "set_lines", None)
-        if set_lines is None:
-            raise UnavailableError("this line has no DTR and RTS", where=where)
-        set_lines(dtr=step.dtr, rts=step.rts)
+        port.set_lines(dtr=step.dtr, rts=step.rts)
 
 
 def _run(command: Sequence[str], where: str) -> None:

@@ -140,11 +140,9 @@ class Relay:
     def _lines_set(self, dtr: bool | None, rts: bool | None, _at_ns: int) -> None:
         """Let the server's line have the levels that the client has set, if it has such lines."""
         taken = False
-        set_lines = getattr(self._b, "set_lines", None)
-        if set_lines is not None:
-            with contextlib.suppress(UnavailableError):  # a pseudo-terminal, or gone
-                set_lines(dtr=dtr, rts=rts)
-                taken = True
+        with contextlib.suppress(UnavailableError):  # it has none, or is gone
+            self._b.set_lines(dtr=dtr, rts=rts)
+            taken = True
         self._bench.record("lines", CLIENT, dtr=dtr, rts=rts, taken=taken)
 
     def _line_changed(self, who: str, up: bool, _at_ns: int) -> None:

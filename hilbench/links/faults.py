@@ -323,6 +323,10 @@ class FaultyPort(PortBase):
         self._take_to_send(b"", self._scheduler.now_ns)
         self.port.send_break(duration_ns)
 
+    def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:
+        """Set DTR and RTS of the port; see `Port.set_lines`."""
+        self.port.set_lines(dtr=dtr, rts=rts)
+
     def close(self) -> None:
         """Close the port."""
         if not self.closed:

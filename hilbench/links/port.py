@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from hilbench.clock import ClockDomain
-from hilbench.errors import PortClosedError
+from hilbench.errors import PortClosedError, UnavailableError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,6 +110,14 @@ class Port(Protocol):
     def send_break(self, duration_ns: int) -> None:
         """Hold the line low for `duration_ns`, after the bytes handed over so far."""
 
+    def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:
+        """Set DTR and RTS, True for asserted; None leaves one as it is.
+
+        Raises:
+            UnavailableError: this port has no such lines, as one in memory, a pseudo-terminal or a socket; or it is
+                gone. Nothing has changed then.
+        """
+
     def close(self) -> None:
         """Hang up and release everything; a second call does nothing."""
 
@@ -147,6 +155,14 @@ class PortBase:
 
     def withdraw(self, keep: int) -> None:
         """Take back what is not out yet, but for the next `keep` bytes; nothing where that cannot be done."""
+
+    def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:  # noqa: ARG002 - none is there
+        """Set DTR and RTS; see `Port.set_lines`.
+
+        Raises:
+            UnavailableError: this port has no such lines, or is gone.
+        """
+        raise UnavailableError("this line has no DTR and RTS", where=self.name)
 
     def _take_to_send(self, data: bytes, at_ns: int) -> None:
         """Count and report bytes that the owner writes."""

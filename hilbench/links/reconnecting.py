@@ -122,7 +122,7 @@ class ReconnectingPort(PortBase):
         Raises:
             UnavailableError: the port has no such lines, or is gone.
         """
-        if not isinstance(self._port, SerialPort):
+        if self._port is None:
             raise UnavailableError("DTR and RTS cannot be set: the port is gone", where=self.device)
         self._port.set_lines(dtr=dtr, rts=rts)
 

@@ -56,6 +56,7 @@ class Tap(PortBase):
 
     Attributes:
         struck: how often each fault struck, by its kind and whom it was on the way to.
+        outages: how often the line went down.
     """
 
     def __init__(self, bench: Bench, port: Port, source: str, *, seed: int, far: str = "target") -> None:
@@ -71,6 +72,7 @@ class Tap(PortBase):
         self._strikes = 0
         self._of_line: list[FaultPlan] = []
         self.struck: Counter[tuple[str, str]] = Counter()
+        self.outages = 0
         self._take(port)
         self.counters = port.counters
 
@@ -110,6 +112,10 @@ class Tap(PortBase):
         """Hold the line low for `duration_ns`."""
         self._below.send_break(duration_ns)
 
+    def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:
+        """Set DTR and RTS of the line; see `Port.set_lines`."""
+        self._below.set_lines(dtr=dtr, rts=rts)
+
     def close(self) -> None:
         """Hang up."""
         self.closed = True
@@ -122,6 +128,10 @@ class Tap(PortBase):
     def _received(self, data: bytes, at_ns: int) -> None:
         self._heard.add(data, at_ns)
         self.on_receive(data, at_ns)
+
+    def _set_line(self, up: bool, at_ns: int) -> None:
+        self.outages += self.line_is_up and not up
+        super()._set_line(up, at_ns)
 
     def _broke(self, at_ns: int) -> None:
         self.on_break(at_ns)

@@ -1,0 +1,43 @@
+"""What every port answers, whatever it is: DTR and RTS are set where they are, and refused where they are not."""
+
+from __future__ import annotations
+
+import pytest
+
+from hilbench.bench import Bench
+from hilbench.clock import Scheduler
+from hilbench.doors import SharedDoor
+from hilbench.errors import UnavailableError
+from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink, PtyDoor, Rfc2217Door, TcpDoor
+from hilbench.links.faults import FaultPlan, FaultyPort
+from hilbench.live.tap import Tap
+
+
+@pytest.fixture
+def bench():
+    return Bench(Scheduler(), Journal())
+
+
+@pytest.fixture
+def lineless(locked, bench):
+    """A port of each kind that has no lines beside the data."""
+    memory = MemoryLink(bench.scheduler, Line(baud=9600)).a
+    doors = [PtyDoor(locked, None), TcpDoor(locked, "127.0.0.1:0"), Rfc2217Door(locked, "127.0.0.1:0")]
+    yield [memory, *doors, SharedDoor(doors), FaultyPort(bench.scheduler, memory, FaultPlan(()))]
+    for door in doors:
+        door.close()
+
+
+def test_a_port_without_dtr_and_rts_says_so(lineless):
+    for port in lineless:
+        with pytest.raises(UnavailableError, match="has no DTR and RTS"):
+            port.set_lines(dtr=True)
+
+
+def test_what_stands_before_a_port_hands_its_lines_on(bench):
+    below, done = MemoryLink(bench.scheduler, Line(baud=9600)).a, []
+    below.set_lines = lambda **levels: done.append(levels)
+    tap = Tap(bench, FaultyPort(bench.scheduler, below, FaultPlan(())), "operator", seed=0)
+    tap.set_lines(dtr=False, rts=True)
+    assert done == [{"dtr": False, "rts": True}]
