@@ -93,6 +93,7 @@ class Actions:
             "driver": None if self._driver is None else self._driver.who,
             "armed": list(self._armed),
             "struck": [[fault, towards, count] for (fault, towards), count in struck.items()],
+            "outages": {line: tap.outages for line, tap in self._rig.taps.items()},
         }
 
     # --- who drives

@@ -17,6 +17,7 @@ from typing import Any, Protocol, runtime_checkable
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass
 from hilbench.links import Port
+from hilbench.live.told_pins import ToldPins
 
 __all__ = [
     "TELL_EVERY_NS",
@@ -225,10 +226,14 @@ class Teller:
         self._turn = 0
         self.after: list[Callable[[], None]] = []
         self.standing: Callable[[], Mapping[str, object]] | None = None
+        self._pins = ToldPins()
+        for event in bench.journal.recent:
+            self._pins.take(event)
         bench.journal.on_event = self._look
         self._tell()
 
-    def _look(self, _event: Mapping[str, Any]) -> None:
+    def _look(self, event: Mapping[str, Any]) -> None:
+        self._pins.take(event)
         now_ns = self._bench.now_ns
         for machine in self._machines.values():
             machine.look(now_ns)
@@ -248,7 +253,7 @@ class Teller:
                 self._told_views[kind] = seen
                 self._bench.record(kind, "bench", **seen)
         if whole and self.standing is not None:
-            self._bench.record("standing", "bench", **self.standing())
+            self._bench.record("standing", "bench", **self.standing(), pins=self._pins.standing())
         self._tell_pace()
         for act in self.after:
             act()

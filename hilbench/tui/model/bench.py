@@ -39,7 +39,7 @@ class LineModel:
     Attributes:
         about: what was last told: port, rate, whether it is up, what waits.
         counters: bytes and errors, by name.
-        outages: how often it went down.
+        outages: how often it went down; a line that was never up has not.
     """
 
     about: Event = field(default_factory=dict)
@@ -48,7 +48,7 @@ class LineModel:
 
     def take(self, event: Event) -> None:
         """Take what is told of it."""
-        if self.about.get("up", True) and not event["up"]:
+        if self.about.get("up", False) and not event["up"]:
             self.outages += 1
         self.about = event
         for name, value in event.items():
@@ -187,6 +187,11 @@ class BenchModel:
             self.driver = DriverModel(who=who, forward=forward, turn=turn)
         self.armed = [self._armed(one) for one in event["armed"]]
         self.faults = Counter({f"{fault} towards {towards}": count for fault, towards, count in event["struck"]})
+        for name, count in event.get("outages", {}).items():
+            if name in self.lines:
+                self.lines[name].outages = count
+        for source, (level, edges, fast) in event.get("pins", {}).items():
+            self.pins.take_standing(source, event["ns"], level, edges, fast=fast)
 
     def _armed(self, event: Event) -> str:
         about = f"{event['fault']} {event['probability']:.2g} towards {event['towards']}"

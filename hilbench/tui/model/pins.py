@@ -27,6 +27,8 @@ class PinModel:
         level: high, low, or None while nobody drives it.
         edges: bench times of its latest edges, each with the level after it.
         edge_count: how many there were.
+        known: bench time at which its level was told again, and the level, where edges before that were not told;
+            None where all were.
         pwm: period and time high in ns, of a fast pin; None of a slow one.
         volts: bench times at which a part put another voltage on it, each with the voltage; none of a digital pin.
         full_v: the supply of the chip, which is the full scale of its voltages.
@@ -38,6 +40,7 @@ class PinModel:
     level: bool | None = None
     edges: deque[tuple[int, bool | None]] = field(default_factory=lambda: deque(maxlen=_KEPT_EDGES))
     edge_count: int = 0
+    known: tuple[int, bool | None] | None = None
     pwm: tuple[int, int] | None = None
     volts: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=_KEPT_VOLTS))
     full_v: float = 0.0
@@ -90,6 +93,16 @@ class PinsModel:
             pin.edge_count += event.get("edges", 0)
             fast = event.get("edges", 0) > 0 and "period_ns" in event
             pin.pwm = (event["period_ns"], event["high_ns"]) if fast else None
+
+    def take_standing(self, source: str, ns: int, level: bool | None, edges: int, *, fast: bool) -> None:
+        """Take how a pin is at a bench time; what is known of its edges counts no more if some were not told."""
+        pin = self._pin(source)
+        if (level, edges, fast) == (pin.level, pin.edge_count, pin.pwm is not None):
+            return
+        pin.level, pin.edge_count, pin.known = level, edges, (ns, level)
+        pin.edges.clear()
+        if not fast:
+            pin.pwm = None
 
     def _take_volts(self, event: Event) -> None:
         """Take the voltages that parts put on pins; raises ValueError for what is none."""

@@ -71,7 +71,8 @@ def _trace(pin: PinModel, room: int, now_ns: int) -> str:
     if pin.pwm is not None and pin.pwm[0]:
         return _BLOCKS[min(7, int(8 * pin.pwm[1] / pin.pwm[0]))] * room
     step_ns = TRACE_NS // room
-    edges = list(pin.edges)
+    known = [] if pin.known is None else [pin.known]
+    edges = [*known, *pin.edges]
     letters, at = [], 0
     level: bool | None = None
     for number in range(room):
@@ -79,7 +80,7 @@ def _trace(pin: PinModel, room: int, now_ns: int) -> str:
         moved, high_ns, since_ns = 0, 0, begin_ns
         while at < len(edges) and edges[at][0] <= end_ns:
             edge_ns, after = edges[at]
-            moved += edge_ns > begin_ns
+            moved += edge_ns > begin_ns and at >= len(known)
             high_ns += max(0, edge_ns - since_ns) if level else 0
             since_ns, level = max(begin_ns, edge_ns), after
             at += 1

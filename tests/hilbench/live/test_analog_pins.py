@@ -10,6 +10,7 @@ from hilbench.live.session import LiveBench, LiveOptions
 from hilbench.mcu.command_line import open_target
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.testing import FakeHostClock
+from hilbench.tui.model.bench import BenchModel
 from targets.firmware import image_path
 from targets.parts.joystick import CODES, JoystickSettings
 
@@ -38,14 +39,25 @@ def bench_file(tmp_path):
     return make
 
 
-def told(folder, bench_file, seconds):
-    """Run a live bench on a clock that never waits, and return what it tells of voltages."""
+def told(folder, bench_file, seconds, kinds=("volts",)):
+    """Run a live bench on a clock that never waits, and return what it tells, of voltages or of something else."""
     path = folder / "journal.jsonl"
     live = LiveBench(bench_file, LiveOptions(session=Session(folder), journal=path))
     live.bench.scheduler.lock(FakeHostClock())
     live.bench.run_for(seconds)
     live.close()
-    return [event for event in Journal.read(path).events if event["kind"] == "volts"]
+    return [event for event in Journal.read(path).events if event["kind"] in kinds]
+
+
+def test_levels_of_pins_are_told_again_for_who_does_not_read_from_the_beginning(tmp_path, bench_file):
+    *events, last = told(tmp_path, bench_file(0.0), 5.05, {"pin", "pwm", "standing"})
+    assert last["kind"] == "standing"
+    levels = {event["source"]: event["level"] for event in events if event["kind"] != "standing"}
+    assert levels
+    assert {pin: level for pin, (level, _, _) in last["pins"].items()} == levels
+    model = BenchModel({})
+    model.take([last])
+    assert {pin: one.level for pin, one in model.pins.pins.items()} == levels
 
 
 def test_a_voltage_that_stays_is_told_once(tmp_path, bench_file):

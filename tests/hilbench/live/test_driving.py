@@ -220,6 +220,7 @@ def test_who_comes_late_is_told_what_stands(live):
     one = live("rover-model")
     one.bench.run_for(2.0)
     one.actions.obey({"do": "inject", "kind": "noise", "probability": 0.5, "count": 2})
+    one.actions.obey({"do": "inject", "kind": "disconnect", "duration_s": 0.5})
     one.actions.obey({"do": "speed", "factor": 2.0})
     one.actions.obey({"do": "stop"})
     one.bench.run_for(2.9)  # just before everything is told again
@@ -234,6 +235,7 @@ def test_who_comes_late_is_told_what_stands(live):
     assert early.armed == ["noise 0.5 towards target"]
     for what in ("driver", "faults", "armed", "paused", "speed"):
         assert getattr(late, what) == getattr(early, what), what
+    assert late.lines["host"].outages == early.lines["host"].outages == 1
     assert {name: (machine.state, machine.since_ns) for name, machine in late.machines.items()} == {
         name: (machine.state, machine.since_ns) for name, machine in early.machines.items()
     }

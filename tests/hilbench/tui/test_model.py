@@ -15,6 +15,7 @@ from hilbench.tui.model.frames import LEAST_STEP_NS, FramesModel
 from hilbench.tui.model.pins import PinModel
 from hilbench.tui.model.rates import Counted
 from hilbench.tui.model.stick import HOLD_S, Stick
+from hilbench.tui.views.pins import pins_view
 
 S = 1_000_000_000
 NAMES = st.text(max_size=8)
@@ -104,6 +105,21 @@ def test_a_line_that_goes_down_is_an_outage():
     for ns, up in ((1, True), (2, False), (3, False), (4, True), (5, False)):
         model.take([{**told, "ns": ns, "up": up}])
     assert model.lines["host"].outages == 2
+
+
+def standing(ns, **more):
+    about = {"paused": False, "speed": 1.0, "driver": None, "armed": [], "struck": []}
+    return {"ns": ns, "kind": "standing", "source": "bench", **about, **more}
+
+
+def test_outages_are_counted_also_by_who_comes_late_and_none_before_the_line_was_there():
+    model = BenchModel({})
+    told = {"kind": "link", "source": "host", "baud": 9600, "pending": 0}
+    model.take([{**told, "ns": 0, "up": False}])
+    assert model.lines["host"].outages == 0
+    model.take([{**told, "ns": 1, "up": True}, standing(1, outages={"host": 3})])
+    model.take([{**told, "ns": 2, "up": False}])
+    assert model.lines["host"].outages == 4
 
 
 def test_faults_stay_armed_until_they_are_taken_back(model_of):
@@ -203,6 +219,32 @@ def test_what_is_no_voltage_is_not_taken(told):
     model = BenchModel({})
     model.take([{"ns": 1, "kind": "volts", "source": "bench", "pins": {"brain.PF12": told}}])
     assert model.pins.pins == {}
+
+
+def test_a_pin_that_is_told_again_is_known_to_who_comes_late():
+    early, late = BenchModel({}), BenchModel({})
+    begun = [{"ns": ns, "kind": "pin", "source": "brain.PB0", "level": not ns % 2} for ns in range(3)]
+    later = [
+        standing(1 * S, pins={"brain.PB0": [True, 3, False]}),
+        {"ns": 2 * S, "kind": "pin", "source": "brain.PB0", "level": False},
+    ]
+    early.take([*begun, *later])
+    late.take(later)
+    pins = [model.pins.pins["brain.PB0"] for model in (early, late)]
+    assert [(pin.level, pin.edge_count) for pin in pins] == [(False, 4)] * 2
+    assert [len(pin.edges) for pin in pins] == [4, 1]
+    assert [pin.known for pin in pins] == [None, (1 * S, True)]
+    (before, after) = (pins_view(model.pins, 80, 5, 3 * S)[0].plain[:47] for model in (early, late))
+    assert before == after
+
+
+def test_a_pin_whose_edges_were_passed_over_is_as_it_is_told_again():
+    model = BenchModel({})
+    model.take([{"ns": 1, "kind": "pwm", "source": "brain.PB0", "edges": 40, "period_ns": 50, "high_ns": 10,
+                 "in_ns": 100, "level": True}])  # fmt: skip
+    model.take([standing(S, pins={"brain.PB0": [False, 90, False]})])
+    pin = model.pins.pins["brain.PB0"]
+    assert (pin.level, pin.edge_count, pin.wave(S)) == (False, 90, None)
 
 
 # --- following a file
