@@ -168,6 +168,7 @@ def run_live(bench_file: BenchFile, options: LiveOptions) -> ExitCode:
         UsageError, UnavailableError: see `LiveBench`; or the journal can no longer be written.
     """
     with signals_held(), contextlib.ExitStack() as stack:
+        stack.callback(options.session.hold().release)
         live = LiveBench(bench_file, options)
         stack.callback(live.close)
         _describe(bench_file, options, live)

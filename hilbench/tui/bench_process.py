@@ -27,8 +27,6 @@ __all__ = ["BenchProcess", "Phase"]
 _READ_BYTES = 65536
 _LAST_WORDS = 400
 _PATIENCE_S = 5.0
-_END_MARK, _END_BYTES = b'"kind":"host-end"', 200
-"""How a journal ends that was closed in good order."""
 
 
 class Phase(Enum):
@@ -63,6 +61,7 @@ class BenchProcess:
         self._number = 0
         self._began = False
         self._asked: dict[int, str] = {}
+        self._hold = session.hold()
         if process is not None and process.stdout is not None:
             os.set_blocking(process.stdout.fileno(), False)
 
@@ -241,11 +240,11 @@ class BenchProcess:
             ended, _, _ = select.select((process,), (), (), _PATIENCE_S)
         finally:
             os.close(process)
-        with contextlib.suppress(OSError):
-            if ended and _END_MARK in self.journal.read_bytes()[-_END_BYTES:]:
-                self.session.remove()
+        if ended and self.session.ended_well(self.journal):
+            self.session.remove()
 
     def _hang_up(self) -> None:
+        self._hold.release()
         if self._socket is not None:
             self._socket.close()
             self._socket = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import select
 import signal
@@ -83,6 +84,19 @@ def test_a_bench_that_was_left_is_found_again(start):
     poll_until(again, Phase.LIVE)
     again.stop()
     assert not session.folder.exists()
+
+
+def test_a_bench_has_its_folder_as_long_as_it_lives(start):
+    process = start()
+    poll_until(process, Phase.LIVE)
+    process.leave()  # as one whose dashboard was killed
+    folder = os.open(process.session.folder, os.O_RDONLY)
+    with pytest.raises(BlockingIOError):
+        fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    os.kill(int(process.about["pid"]), signal.SIGKILL)
+    process._process.wait()
+    fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    os.close(folder)
 
 
 def test_a_folder_that_others_can_look_into_is_refused(tmp_path, monkeypatch, start):
