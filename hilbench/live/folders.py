@@ -1,8 +1,9 @@
 """Where live benches are found: one private folder each, with the journal, the socket, and what the bench had to say.
 
-Who uses a folder, the bench and each dashboard of it, has it locked as long as his process lives (flock(2), shared). One
-that nobody has locked was left behind, by a dashboard that was killed for example, and is cleared away by the next start:
-at once where the bench ended in good order, after a day where it did not, for its journal says what happened (choice).
+Who uses a folder, the bench and each dashboard of it, has it locked as long as his process lives (flock(2), shared).
+One that nobody has locked was left behind, by a dashboard that was killed for example, and is cleared away by the next
+start: at once where the bench ended in good order, after a day where it did not, for its journal says what happened
+(choice).
 
 Nothing here is heavy: ``hilbench attach`` looks here before it loads anything.
 """
@@ -132,11 +133,11 @@ def new_session(name: str) -> Session:
     try:
         made_private(home)
         word = "".join(letter if letter.isalnum() else "-" for letter in name)[:24]
-        made = Session(Path(tempfile.mkdtemp(prefix=f"{_PREFIX}{word}-", dir=home)))
-        _clear_left_behind(home, made.folder.stat().st_mtime)
-        return made
+        folder = Path(tempfile.mkdtemp(prefix=f"{_PREFIX}{word}-", dir=home))
+        _clear_left_behind(home, folder.stat().st_mtime)
     except OSError as error:
         raise UnavailableError(f"no place for a live bench: {error.strerror or error}", where=str(home)) from error
+    return Session(folder)
 
 
 def sessions() -> Iterator[Session]:
