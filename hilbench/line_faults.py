@@ -28,6 +28,10 @@ def plan_for(faults: LineFaults | None, link: int | None) -> FaultPlan | None:
     return None if faults is None else faults.plan_of(link)
 
 
+def _nobody(_text: str) -> None:
+    """Stand in for somebody who tells a person."""
+
+
 @dataclass(slots=True, kw_only=True)
 class _Strikes:
     count: int = 0
@@ -45,6 +49,9 @@ class LineFaults:
             the robot.
         on_interruption: called when a disconnection begins, before the ends are told.
         is_client_end: says whether an end that a fault is towards is the client's.
+
+    Attributes:
+        on_refused: called with a sentence for people when a fault cannot strike: a break at a port that knows none.
     """
 
     def __init__(
@@ -60,6 +67,8 @@ class LineFaults:
         self._bench = bench
         self._entries = entries
         self._strikes = [_Strikes() for _ in entries]
+        self._refusals: list[str] = []
+        self.on_refused: Callable[[str], None] = _nobody
         self._on_interruption = on_interruption
         near_to_far, far_to_near = Direction.A_TO_B, Direction.B_TO_A
         to_client, to_robot = (far_to_near, near_to_far) if near_is_client else (near_to_far, far_to_near)
@@ -86,6 +95,7 @@ class LineFaults:
             faults = (fault for fault, entry in zip(self._faults, self._entries, strict=True) if entry.link == link)
             plan = FaultPlan(tuple(faults), seed=self._seed + (link or 0), epoch_ns=self._epoch_ns)
             plan.on_fault = self._struck
+            plan.on_refused = self._refused
             self._plans[link] = plan
         return self._plans[link]
 
@@ -94,15 +104,26 @@ class LineFaults:
         return FaultyPort(self._bench.scheduler, port, self.plan_of(link))
 
     def evidence(self) -> list[str]:
-        """Return a line for each fault that has struck."""
-        return [
+        """Return a line for each fault that has struck, and for each that could not."""
+        return self._refusals + [
             f"{strikes.last_ns / NS_PER_S:10.4f} s  fault {entry.describe()} struck ({strikes.count} times so far)"
             for entry, strikes in zip(self._entries, self._strikes, strict=True)
             if strikes.count
         ]
 
+    def _number(self, fault: Fault) -> int:
+        return next(index for index, known in enumerate(self._faults) if known is fault)
+
+    def _refused(self, fault: Fault, reason: str, at_ns: int) -> None:
+        number = self._number(fault)
+        entry = self._entries[number]
+        text = f"fault {entry.describe()} did not strike: {reason}"
+        self._refusals.append(f"{at_ns / NS_PER_S:10.4f} s  {text}")
+        self._bench.record("fault-refused", "line", number=number, fault=entry.kind, text=reason)
+        self.on_refused(text)
+
     def _struck(self, fault: Fault, _direction: Direction, at_ns: int) -> None:
-        number = next(index for index, known in enumerate(self._faults) if known is fault)
+        number = self._number(fault)
         self._strikes[number].count += 1
         self._strikes[number].last_ns = at_ns
         entry = self._entries[number]

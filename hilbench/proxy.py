@@ -109,7 +109,7 @@ def proxy(options: ProxyOptions, say: Say, heard: Heard | None = None) -> ExitCo
         record = options.journal is not None
         more = {} if heard is None else {"heard": heard}
         relay = Relay(bench, ends[A].port, ends[B].port, faults=faults, seed=options.seed, record=record, **more)
-        relay.on_refused = lambda text: say(f"{bench.now_s:10.3f} s  {CLIENT}: {text}; it keeps its own rate")
+        relay.on_refused = lambda text: say(f"{bench.now_s:10.3f} s  {text}")
         stack.callback(relay.flush)
         if record:
             _write_on(bench)

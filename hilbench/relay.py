@@ -51,7 +51,8 @@ class Relay:
 
     Attributes:
         faults: those in force; None without any.
-        on_refused: Called with the reason when the server's line cannot have the rate that the client has set.
+        on_refused: Called with a sentence for people when an end cannot do what the other has asked for: the server's
+            line has not the rate that the client has set, an end knows no breaks (once each), a fault cannot strike.
     """
 
     def __init__(
@@ -69,10 +70,12 @@ class Relay:
         self._heard = heard
         self._a, self._b, far = a, b, b
         self._refused_baud = 0
+        self._unheard_breaks: set[str] = set()  # of whom breaks do not get through, and that was said
         self.on_refused: Callable[[str], None] = _say_nothing
         self.faults: LineFaults | None = None
         if faults:
             self.faults = LineFaults(bench, faults, seed=seed, near_is_client=True, is_client_end=A.__eq__)
+            self.faults.on_refused = self._fault_refused
             far = self.faults.on(b)
         self._logs: list[ByteLog] = []
         log = self._log if record else _no_log
@@ -127,7 +130,7 @@ class Relay:
         except UnavailableError as error:
             self._refused_baud = wanted
             self._bench.record("baud-refused", CLIENT, baud=wanted, text=str(error))
-            self.on_refused(str(error))
+            self.on_refused(f"{CLIENT}: {error}; it keeps its own rate")
         else:
             self._refused_baud = 0
             self._bench.record("baud", CLIENT, baud=wanted)
@@ -135,7 +138,16 @@ class Relay:
     def _broke(self, who: str, end: Port, onward: Callable[[int], None], _at_ns: int) -> None:
         known_ns = end.break_ns if isinstance(end, Door) else 0
         self._bench.record("break", who, duration_ns=known_ns or None)
-        onward(known_ns or _BREAK_NS)
+        try:
+            onward(known_ns or _BREAK_NS)
+        except UnavailableError as error:
+            if who not in self._unheard_breaks:
+                self._unheard_breaks.add(who)
+                self._bench.record("break-refused", who, text=str(error))
+                self.on_refused(f"{who}: {error}")
+
+    def _fault_refused(self, text: str) -> None:
+        self.on_refused(text)
 
     def _lines_set(self, dtr: bool | None, rts: bool | None, _at_ns: int) -> None:
         """Let the server's line have the levels that the client has set, if it has such lines."""

@@ -63,7 +63,7 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         bench = Bench(scheduler, journal)
         stack.callback(lambda: journal.close(bench.now_ns))
         ports = {line: _port(bench, line, there, target.lines[line]) for line, there in doors.items()}
-        faulty = _faulty(bench, ports, options, bench_file)
+        faulty = _faulty(bench, ports, options, bench_file, say)
         stack.callback(target.make(bench, faulty))
         if len(faulty) == 1 and bench_file.vehicle is None:
             _record_received(bench, "robot" if bench_file.rover is None else "rover", *faulty.values())
@@ -122,12 +122,13 @@ def _port(bench: Bench, line: str, doors: Sequence[AnyDoor], baud: int) -> Port:
 
 
 def _faulty(
-    bench: Bench, ports: Mapping[str, Port], options: ServeOptions, bench_file: BenchFile
+    bench: Bench, ports: Mapping[str, Port], options: ServeOptions, bench_file: BenchFile, say: Say
 ) -> Mapping[str, Port]:
     """Return the robot's ends of the lines, with the faults of the bench file on them."""
     if not bench_file.faults:
         return ports
     faults = LineFaults(bench, bench_file.faults, seed=options.seed, near_is_client=False)
+    faults.on_refused = lambda text: say(f"{bench.now_s:10.3f} s  {text}")
     links = {line: fault_link(bench_file, line.rpartition(".")[2]) if len(ports) > 1 else 0 for line in ports}
     return {line: faults.on(port, links[line]) for line, port in ports.items()}
 

@@ -110,6 +110,7 @@ class PortCounters(msgspec.Struct, frozen=True, kw_only=True):
         parity_errors: bytes received with the wrong parity, where the driver of a real port counts them.
         receive_overruns: bytes that a real port's UART or driver had no room for, likewise.
         breaks: break conditions received.
+        breaks_unsent: breaks asked for that this port cannot send.
         refused: clients turned away.
         withdrawn: bytes handed over and taken back before they were sent.
     """
@@ -122,6 +123,7 @@ class PortCounters(msgspec.Struct, frozen=True, kw_only=True):
     parity_errors: int = 0
     receive_overruns: int = 0
     breaks: int = 0
+    breaks_unsent: int = 0
     refused: int = 0
     withdrawn: int = 0
 

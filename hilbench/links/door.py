@@ -14,6 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import ClassVar
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
 from hilbench.links.port import Line, PortBase
@@ -60,6 +61,9 @@ class Door(PortBase, ABC):
             is left, and the bench time in ns; of the doors, that of RFC 2217 alone knows.
         break_ns: How long the client's last break was, in ns; 0 where that is not known.
     """
+
+    KNOWS_BREAKS: ClassVar[bool] = False
+    """Whether a client can be told of a break, and can send one."""
 
     def __init__(
         self,
@@ -142,7 +146,13 @@ class Door(PortBase, ABC):
         self.counters.withdrawn += self._outgoing.withdraw(keep)
 
     def send_break(self, duration_ns: int) -> None:
-        """Keep the wire busy for `duration_ns`; of the doors, that of RFC 2217 alone tells its client."""
+        """Keep the wire busy for `duration_ns`, and tell the client when it is over.
+
+        Raises:
+            UnavailableError: a door of this kind knows no breaks; of all doors, that of RFC 2217 alone does.
+        """
+        if not self.KNOWS_BREAKS:
+            self._refuse_break("a door of this kind knows none, one of RFC 2217 does")
         self._take_to_send(b"", self._scheduler.now_ns)
         self._outgoing.send_break(duration_ns)
 

@@ -15,7 +15,7 @@ from functools import partial
 from typing import Protocol
 
 from hilbench.clock import NS_PER_S, Entry, EventClass, Scheduler
-from hilbench.errors import UsageError
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.links.port import Line, Port, PortBase
 from hilbench.links.uart import Fate, Injector, Transmitter, resample
 
@@ -112,13 +112,17 @@ class FaultyLine(Protocol):
         """Bring it up again."""
 
     def break_line(self, direction: Direction, duration_ns: int) -> None:
-        """Hold one wire low for `duration_ns`."""
+        """Hold one wire low for `duration_ns`; UnavailableError where that cannot be done."""
 
     def set_wire_baud(self, direction: Direction, baud: int | None) -> None:
         """Let a sender run at another rate; None for its own."""
 
 
 def _ignore(_fault: Fault, _direction: Direction, _at_ns: int) -> None:
+    """Stand in for a callback that nobody has set."""
+
+
+def _ignore_refusal(_fault: Fault, _reason: str, _at_ns: int) -> None:
     """Stand in for a callback that nobody has set."""
 
 
@@ -132,6 +136,8 @@ class FaultPlan:
 
     Attributes:
         on_fault: Called whenever a fault strikes, with the fault, the wire and the bench time in ns.
+        on_refused: Called when a fault cannot strike, with the fault, why, and the bench time in ns: a break at a port
+            that knows none.
     """
 
     def __init__(self, faults: tuple[Fault, ...], *, seed: int = 0, epoch_ns: int = 0) -> None:
@@ -139,6 +145,7 @@ class FaultPlan:
         self.seed = seed
         self.epoch_ns = epoch_ns
         self.on_fault: Callable[[Fault, Direction, int], None] = _ignore
+        self.on_refused: Callable[[Fault, str, int], None] = _ignore_refusal
         self._armed: list[Entry] = []
         self._lasting: list[tuple[Entry, Callable[[], None]]] = []
 
@@ -175,10 +182,10 @@ class FaultPlan:
         return len(ended)
 
     def _strike(self, scheduler: Scheduler, line: FaultyLine, fault: Fault) -> None:
-        self.on_fault(fault, fault.direction, scheduler.now_ns)
         if fault.kind is FaultKind.BREAK:
-            line.break_line(fault.direction, fault.duration_ns)
+            self._break(scheduler, line, fault)
             return
+        self.on_fault(fault, fault.direction, scheduler.now_ns)
         if fault.kind is FaultKind.DISCONNECT:
             line.hang_up()
             end = line.restore
@@ -186,6 +193,14 @@ class FaultPlan:
             line.set_wire_baud(fault.direction, fault.baud)
             end = partial(line.set_wire_baud, fault.direction, None)
         self._lasting.append((scheduler.after(fault.duration_ns, end, order=EventClass.INPUT, source="fault"), end))
+
+    def _break(self, scheduler: Scheduler, line: FaultyLine, fault: Fault) -> None:
+        try:
+            line.break_line(fault.direction, fault.duration_ns)
+        except UnavailableError as error:
+            self.on_refused(fault, str(error), scheduler.now_ns)
+        else:
+            self.on_fault(fault, fault.direction, scheduler.now_ns)
 
 
 class _Trigger:

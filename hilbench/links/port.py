@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NoReturn, Protocol
 
 from hilbench.clock import ClockDomain
 from hilbench.errors import PortClosedError, UnavailableError
@@ -54,6 +54,7 @@ class LinkCounters:
         parity_errors: Bytes received with the wrong parity, where the driver of a real port counts them.
         receive_overruns: Bytes that a real port's UART or driver had no room for, likewise.
         breaks: Break conditions received.
+        breaks_unsent: Breaks asked for that this port cannot send.
         refused: Clients turned away.
     """
 
@@ -66,6 +67,7 @@ class LinkCounters:
     parity_errors: int = 0
     receive_overruns: int = 0
     breaks: int = 0
+    breaks_unsent: int = 0
     refused: int = 0
 
 
@@ -108,7 +110,11 @@ class Port(Protocol):
         """Take back what is not out yet, but for the next `keep` bytes; nothing where that cannot be done."""
 
     def send_break(self, duration_ns: int) -> None:
-        """Hold the line low for `duration_ns`, after the bytes handed over so far."""
+        """Hold the line low for `duration_ns`, after the bytes handed over so far; lost where nobody is there.
+
+        Raises:
+            UnavailableError: a break cannot be sent here, as at a pseudo-terminal and a socket.
+        """
 
     def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:
         """Set DTR and RTS, True for asserted; None leaves one as it is.
@@ -163,6 +169,11 @@ class PortBase:
             UnavailableError: this port has no such lines, or is gone.
         """
         raise UnavailableError("this line has no DTR and RTS", where=self.name)
+
+    def _refuse_break(self, reason: str) -> NoReturn:
+        """Count a break that this port cannot send, and say why it cannot."""
+        self.counters.breaks_unsent += 1
+        raise UnavailableError(f"a break cannot be sent: {reason}", where=self.name)
 
     def _take_to_send(self, data: bytes, at_ns: int) -> None:
         """Count and report bytes that the owner writes."""

@@ -39,6 +39,8 @@ class Rfc2217Door(TcpDoor):
         UnavailableError: the port is in use, or the host is not this one.
     """
 
+    KNOWS_BREAKS = True
+
     def __init__(
         self,
         scheduler: Scheduler,

@@ -26,7 +26,17 @@ import serial
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
 from hilbench.links.serial_target import SerialTarget
 
-__all__ = ["LineErrors", "ModemLines", "close_serial", "line_errors", "modem_lines", "open_serial", "set_modem_lines"]
+__all__ = [
+    "LineErrors",
+    "ModemLines",
+    "close_serial",
+    "error_number",
+    "is_pseudo_terminal",
+    "line_errors",
+    "modem_lines",
+    "open_serial",
+    "set_modem_lines",
+]
 
 _INT = struct.Struct("i")
 _ICOUNTER = struct.Struct("20i")
@@ -169,6 +179,14 @@ def modem_lines(descriptor: int) -> ModemLines | None:
     )
 
 
+def is_pseudo_terminal(descriptor: int) -> bool:
+    """Say whether a port is a pseudo-terminal's slave: Linux lets a break be set there, and does nothing (tty_io.c)."""
+    try:
+        return os.ttyname(descriptor).startswith(_PSEUDO)
+    except OSError:
+        return False
+
+
 def line_errors(descriptor: int) -> LineErrors | None:
     """Return what the driver has counted; None where it does not count."""
     try:
@@ -179,10 +197,16 @@ def line_errors(descriptor: int) -> LineErrors | None:
     return LineErrors(framing=framing, parity=parity, overrun=overrun + buffer_overrun, breaks=breaks)
 
 
+def error_number(error: Exception) -> int | None:
+    """Return the number of the system's error; None for one that is not the system's, as those of pyserial."""
+    if isinstance(error, termios.error):  # has no errno of its own
+        return int(error.args[0])
+    return error.errno if isinstance(error, OSError) else None
+
+
 def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
     where = target.url
-    # The exception of termios has no errno of its own.
-    number = error.args[0] if isinstance(error, termios.error) else getattr(error, "errno", None)
+    number = error_number(error)
     if number == errno.ENOENT:
         return UnavailableError("there is no such port", where=where, hint="'hilbench ports' shows what is there")
     if number in (errno.EACCES, errno.EPERM):

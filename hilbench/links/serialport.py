@@ -7,6 +7,7 @@ other is written by a thread (`hilbench.links.threaded`). How it is opened is in
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import os
 import termios
@@ -21,6 +22,8 @@ from hilbench.links.serial_device import (
     LineErrors,
     ModemLines,
     close_serial,
+    error_number,
+    is_pseudo_terminal,
     line_errors,
     modem_lines,
     open_serial,
@@ -35,6 +38,10 @@ WRITE_TIMEOUT_S = 1.0
 ERRORS_EVERY_NS = 100 * NS_PER_MS
 """How often the driver is asked for line errors and breaks (choice)."""
 _RETRY_NS = 2 * NS_PER_MS
+_WITHOUT_BREAKS = ("socket:", "loop:")
+"""URLs whose ports take a break and do nothing (pyserial 3.5, ``_update_break_state``)."""
+_NO_SUCH_THING = frozenset({errno.ENOTTY, errno.EOPNOTSUPP, errno.EINVAL, None})
+"""How drivers refuse a break (Linux, ``drivers/usb/serial`` and ``drivers/usb/class/cdc-acm.c``); None for pyserial."""
 
 
 class SerialPort(PortBase):
@@ -132,17 +139,29 @@ class SerialPort(PortBase):
         return len(self._waiting) + beyond
 
     def send_break(self, duration_ns: int) -> None:
-        """Hold the line low for `duration_ns`; nothing happens on ports that cannot."""
+        """Hold the line low for `duration_ns`; lost where the device is gone.
+
+        Raises:
+            UnavailableError: the port cannot: a pseudo-terminal, a socket, or a driver without breaks.
+        """
         self._take_to_send(b"", self._scheduler.now_ns)
-        self._set_break(True)
-        self._scheduler.after(duration_ns, partial(self._set_break, False), order=EventClass.BYTE, source=self.name)
+        if not self.line_is_up:
+            return
+        try:
+            if self._breakless:
+                self._refuse_break(self._breakless)
+            self._serial.break_condition = self._breaking = True
+        except (OSError, termios.error, NotImplementedError, ValueError) as error:  # the latter: refused by a far port
+            if error_number(error) in _NO_SUCH_THING:
+                self._refuse_break(f"the port says: {error}")
+            return  # the device is going
+        self._scheduler.after(duration_ns, self._end_break, order=EventClass.BYTE, source=self.name)
 
     def close(self) -> None:
         """Give the port back; a second call does nothing."""
         if self.closed:
             return
-        if self._breaking:
-            self._set_break(False)  # nobody else would: it outlives whoever asked for it
+        self._end_break()  # nobody else would: it outlives whoever asked for it
         self.closed = True
         self.line_is_up = False
         # What was written goes out as far as the system takes it; this end does not wait for it.
@@ -217,11 +236,18 @@ class SerialPort(PortBase):
         del self._waiting[:taken]
         return taken
 
-    def _set_break(self, on: bool) -> None:
-        with contextlib.suppress(OSError, termios.error, NotImplementedError):
-            if not self.closed:
-                self._breaking = on
-                self._serial.break_condition = on
+    @property
+    def _breakless(self) -> str:
+        """Why no break can be sent here though nobody would refuse one; empty where one can."""
+        if self._native:
+            return "a pseudo-terminal knows none" if is_pseudo_terminal(self._serial.fd) else ""
+        return "a socket knows none" if self.target.url.lower().startswith(_WITHOUT_BREAKS) else ""
+
+    def _end_break(self) -> None:
+        if self._breaking and not self.closed:
+            self._breaking = False
+            with contextlib.suppress(OSError, termios.error, ValueError):
+                self._serial.break_condition = False
 
     # --- in
 

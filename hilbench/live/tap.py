@@ -150,6 +150,7 @@ class Tap(PortBase):
         single = FaultPlan((fault,), seed=self._seed + self._strikes, epoch_ns=now_ns)
         self._strikes += 1
         single.on_fault = partial(self._struck, on_struck)
+        single.on_refused = self._refused
         if fault.kind in _LINE_KINDS:
             assert isinstance(self._below, FaultyPort)
             single.arm(self._bench.scheduler, self._below)
@@ -171,6 +172,9 @@ class Tap(PortBase):
         self._plan = _GrowingPlan(seed=self._seed)
         self._take(FaultyPort(self._bench.scheduler, self._line, self._plan))
         return self._plan
+
+    def _refused(self, fault: Fault, reason: str, at_ns: int) -> None:
+        self._bench.journal.record("fault-refused", "line", max(at_ns, 0), fault=fault.kind.value, text=reason)
 
     def _struck(self, on_struck: Callable[[], None], fault: Fault, direction: Direction, at_ns: int) -> None:
         towards = self._far if direction is Direction.A_TO_B else self._source

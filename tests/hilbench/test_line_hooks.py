@@ -16,7 +16,7 @@ from hilbench.config import open_bench
 from hilbench.errors import AwayError, UnavailableError, UsageError
 from hilbench.journal import Journal
 from hilbench.line_hooks import Step, parse_step, run_hook
-from hilbench.links import Line, LineSettings, MemoryLink
+from hilbench.links import Line, LineSettings, MemoryLink, PtyDoor
 from hilbench.options import CheckOptions, TargetChoice
 
 BENCH = """
@@ -105,6 +105,15 @@ def test_a_line_without_these_lines():
     del board.port.set_lines
     with pytest.raises(UnavailableError, match="no DTR and RTS"):
         board.run("dtr on")
+
+
+def test_a_break_that_nobody_gets_is_no_reset():
+    bench = Bench(Scheduler(), Journal())
+    door = PtyDoor(bench.scheduler, None, Line(baud=9600))
+    door.line_is_up = True
+    with pytest.raises(UnavailableError, match="a break cannot be sent"):
+        run_hook(bench, door, "reset", ["break 2ms"])
+    door.close()
 
 
 @pytest.mark.parametrize("step", ["dtr on", "break 2ms"])

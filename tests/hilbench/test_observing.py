@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Report, Verdict, run_suites
+from hilbench.check.observations import Observations, PortCounters
 from hilbench.check.provider import case_seed
 from hilbench.check.report import junit, matrix
 from hilbench.check.report.schema import report_json
@@ -188,6 +189,13 @@ def test_a_run_in_real_time_tells_how_exact_it_was(in_real_time):
     (host,) = (line for line in lines if line.startswith("host: lateness p50 "))
     assert " slips, " in host
     assert f"port: {observed.port.sent} bytes sent, {observed.port.received} received, none lost" in lines
+
+
+def test_breaks_that_a_port_cannot_send_are_not_passed_over(in_real_time):
+    port = PortCounters(sent=1, breaks=2, breaks_unsent=3)
+    report = msgspec.structs.replace(in_real_time, observed=Observations(port=port))
+    wanted = "port: 1 bytes sent, 0 received, none lost; 2 breaks; 3 breaks asked for that it cannot send"
+    assert wanted in matrix.render(report, colours=False, width=None).splitlines()
 
 
 # --- the parts

@@ -33,11 +33,13 @@ FAULTS = (
 class Between:
     """A client and a server at lines in memory, and the relay between these."""
 
-    def __init__(self, *, faults=(), seed=0, baud=0, record=True):
+    def __init__(self, *, faults=(), seed=0, baud=0, record=True, to_client=None, to_server=None):
         self.bench = Bench(Scheduler(), Journal(keep=10**6))
         client_line = MemoryLink(self.bench.scheduler, Line(baud=baud), name="to client")
         server_line = MemoryLink(self.bench.scheduler, Line(baud=baud), name="to server")
         self.client, self.server = client_line.a, server_line.b
+        client_line.b.send_break = to_client or client_line.b.send_break
+        server_line.a.send_break = to_server or server_line.a.send_break
         self.heard = []
         self.relay = Relay(
             self.bench,
@@ -196,7 +198,7 @@ def test_a_rate_that_the_server_does_not_take_is_recorded_once_and_the_bytes_pas
     assert (bytes(got), taken) == (b"xxxy", [19_200])
     rates = [(e["kind"], e["baud"]) for e in bench.journal.recent if e["kind"].startswith("baud")]
     assert rates == [("baud-refused", 2**32 - 1), ("baud", 19_200)]
-    assert said == [f"it: cannot be set to {2**32 - 1} baud"]
+    assert said == [f"client: it: cannot be set to {2**32 - 1} baud; it keeps its own rate"]
 
 
 @pytest.mark.parametrize("has_lines", [True, False])
@@ -226,6 +228,33 @@ def test_lines_and_breaks_of_a_client_reach_a_server_that_has_such(has_lines):
         {"ns": 0, "kind": "break", "source": CLIENT, "duration_ns": 250 * NS_PER_MS},
         {"ns": 0, "kind": "break", "source": CLIENT, "duration_ns": None},
     ]
+
+
+def refuse_break(_duration_ns):
+    raise UnavailableError("a break cannot be sent: a socket knows none", where="it")
+
+
+def test_breaks_that_an_end_does_not_know_are_said_once_for_each():
+    between, said = Between(to_client=refuse_break), []
+    between.relay.on_refused = said.append
+    for _ in range(2):
+        between.server.send_break(NS_PER_MS)
+    between.client.send_break(NS_PER_MS)
+    between.run()
+    recorded = [(event["kind"], event["source"]) for event in between.bench.journal.recent]
+    assert sorted(recorded) == [("break", CLIENT), ("break", SERVER), ("break", SERVER), ("break-refused", SERVER)]
+    assert said == ["server: it: a break cannot be sent: a socket knows none"]
+
+
+def test_a_fault_that_cannot_strike_has_not_struck():
+    fault = FaultEntry(kind="break", at_s=0.5, duration_s=0.1, towards="b")
+    between, said = Between(faults=(fault,), to_server=refuse_break), []
+    between.relay.on_refused = said.append
+    between.run()
+    assert [event["kind"] for event in between.bench.journal.recent] == ["fault-refused"]
+    (line,) = said
+    assert line.endswith("did not strike: it: a break cannot be sent: a socket knows none")
+    assert between.relay.faults.evidence() == [f"    0.5000 s  {line}"]
 
 
 def test_lines_of_a_server_that_is_gone_are_not_taken_and_no_more():

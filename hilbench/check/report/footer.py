@@ -80,6 +80,7 @@ def _port(port: PortCounters) -> str:
     ]
     words = [f"{number} {what}" for number, what in troubles if number]
     breaks = f"; {port.breaks} breaks" if port.breaks else ""
+    breaks += f"; {port.breaks_unsent} breaks asked for that it cannot send" if port.breaks_unsent else ""
     return f"port: {port.sent} bytes sent, {port.received} received, {', '.join(words) or 'none lost'}{breaks}"
 
 

@@ -129,6 +129,7 @@ def _clock(event: Event) -> str:
 _SAID: Mapping[str, Callable[[Event], tuple[str, bool] | None]] = {
     "event": _reported,
     "fault": lambda event: (f"fault: {event['fault']} towards {event['towards']}", True),
+    "fault-refused": lambda event: (f"fault: {event['fault']} did not strike: {event['text']}", True),
     "action": lambda event: (_action(event), False),
     "refused": lambda event: (f"refused: {event['do']}: {event.get('cause', '')}", True),
     "driver": lambda event: (f"driver: {event['who']}", False),

@@ -20,6 +20,7 @@ _LINE_ERRORS = (
     "parity_errors",
     "receive_overruns",
     "breaks",
+    "breaks_unsent",
     "refused",
     "withdrawn",
 )

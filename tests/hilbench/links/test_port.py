@@ -9,7 +9,7 @@ from hilbench.clock import Scheduler
 from hilbench.doors import SharedDoor
 from hilbench.errors import UnavailableError
 from hilbench.journal import Journal
-from hilbench.links import Line, MemoryLink, PtyDoor, Rfc2217Door, TcpDoor
+from hilbench.links import Line, MemoryLink, PtyDoor, Rfc2217Door, SerialPort, TcpDoor
 from hilbench.links.faults import FaultPlan, FaultyPort
 from hilbench.live.tap import Tap
 
@@ -33,6 +33,22 @@ def test_a_port_without_dtr_and_rts_says_so(lineless):
     for port in lineless:
         with pytest.raises(UnavailableError, match="has no DTR and RTS"):
             port.set_lines(dtr=True)
+
+
+def test_a_port_that_knows_no_breaks_says_so_and_counts_them(locked, lineless):
+    door, socket_door, far_door, shared = lineless[1:5]
+    pseudo = SerialPort(locked, door.slave_name)
+    through_socket = SerialPort(locked, f"socket://127.0.0.1:{socket_door.port}")
+    for port in (door, socket_door, pseudo, through_socket):
+        for _ in range(2):
+            with pytest.raises(UnavailableError, match=r"a break cannot be sent: .* knows none") as caught:
+                port.send_break(1000)
+        assert caught.value.where == port.name
+        assert port.counters.breaks_unsent == 2
+    far_door.send_break(1000)
+    shared.send_break(1000)  # nobody has the line
+    for port in (pseudo, through_socket):
+        port.close()
 
 
 def test_what_stands_before_a_port_hands_its_lines_on(bench):

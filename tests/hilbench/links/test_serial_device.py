@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import os
 import struct
 import termios
@@ -214,6 +216,7 @@ def test_a_break_ends_at_the_latest_when_the_port_is_closed(locked, uart, pty, m
         return answer(descriptor, request, argument)
 
     monkeypatch.setattr(device_module.fcntl, "ioctl", ioctl)
+    monkeypatch.setattr(device_module, "_PSEUDO", "/nowhere/")
     port = SerialPort(locked, pty)
     port.send_break(20 * MS)
     locked.run_for(40 * MS)
@@ -221,3 +224,21 @@ def test_a_break_ends_at_the_latest_when_the_port_is_closed(locked, uart, pty, m
     port.send_break(10**12)
     port.close()
     assert held == [True, False, True, False]
+
+
+@pytest.mark.parametrize(("number", "is_refused"), [(errno.ENOTTY, True), (errno.EOPNOTSUPP, True), (errno.EIO, False)])
+def test_a_driver_without_breaks_is_told_from_a_device_that_goes(locked, uart, pty, monkeypatch, number, is_refused):
+    answer = device_module.fcntl.ioctl
+
+    def ioctl(descriptor, request, argument=0):
+        if request == TIOCSBRK:
+            raise OSError(number, os.strerror(number))
+        return answer(descriptor, request, argument)
+
+    monkeypatch.setattr(device_module.fcntl, "ioctl", ioctl)
+    monkeypatch.setattr(device_module, "_PSEUDO", "/nowhere/")
+    port = SerialPort(locked, pty)
+    with pytest.raises(UnavailableError, match="cannot be sent") if is_refused else contextlib.nullcontext():
+        port.send_break(MS)
+    assert port.counters.breaks_unsent == is_refused
+    port.close()

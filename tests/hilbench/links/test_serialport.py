@@ -87,8 +87,6 @@ def test_a_port_belongs_to_one_program(locked, tmp_path):
     assert "\n" not in str(caught.value)
     port.baud = 19_200
     assert door.client_baud == port.baud == 19_200
-    port.send_break(1000)
-    locked.run_for(2000)
     port.close()
     door.close()
 
