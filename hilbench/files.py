@@ -55,6 +55,14 @@ def check_writable(path: Path, option: str) -> None:
         raise UsageError("cannot be written: permission denied", where=where)
 
 
+def is_standard_output(path: Path) -> bool:
+    """Say whether a path leads to where our data goes: ``/dev/stdout``, or the file it was redirected to."""
+    try:
+        return os.path.samestat(path.stat(), os.fstat(1))
+    except OSError:
+        return False
+
+
 def refuse_overwriting(outputs: Iterable[Named], inputs: Iterable[Named] = ()) -> None:
     """Make sure that no output is an input or another output, whatever links lead there.
 

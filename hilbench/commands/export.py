@@ -19,8 +19,8 @@ hilbench export check.jsonl --case p2os-server/sync0_is_echoed --mcap one.mcap
 
 _NOTES = """
 JOURNAL may be any recording that hilbench reads: a journal (--journal), pcapng, MCAP, or a table of --csv. One that was
-cut is written up to there. Cases, each with a bench time of its own, follow each other. What each format has, and has
-not, is in docs/recordings.md.
+cut is written up to there. FILE may be a pipe or /dev/stdout. Cases, each with a bench time of its own, follow each
+other. What each format has, and has not, is in docs/recordings.md.
 Exit code 0: written; 2: wrong usage, or nothing to write; 3: a file cannot be read or written.
 """
 
@@ -48,7 +48,7 @@ def parser() -> Parser:
 def run(parsed: argparse.Namespace) -> int:
     """Write, say what was written, and return the exit code."""
     from hilbench.console import Console
-    from hilbench.files import check_writable, refuse_overwriting
+    from hilbench.files import check_writable, is_standard_output, refuse_overwriting
     from hilbench.names import json_text
     from hilbench.recordings.export import export
     from hilbench.recordings.layout import of_case
@@ -60,6 +60,9 @@ def run(parsed: argparse.Namespace) -> int:
     refuse_overwriting(((f"--{name}", path) for name, path in outputs.items()), [("the recording", parsed.journal)])
     for name, path in outputs.items():
         check_writable(path, f"--{name}")
+    taken = next((name for name, path in outputs.items() if is_standard_output(path)), None)
+    if taken is not None and parsed.json:
+        raise UsageError(f"--{taken} is written to the standard output", where="--json", hint="name a file")
     console, where = Console(), str(parsed.journal)
     recording = of_case(read_recording(parsed.journal), parsed.case, where)
     written = export(recording, outputs, parsed.protocol, where)
@@ -71,5 +74,6 @@ def run(parsed: argparse.Namespace) -> int:
     else:
         for one in written:
             remark = f" ({one.remark})" if one.remark else ""
-            console.data(f"wrote {one.path}: {one.events} events{remark}")
+            tell = console.data if taken is None else console.narrate
+            tell(f"wrote {one.path}: {one.events} events{remark}")
     return ExitCode.OK

@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 import struct
 from collections.abc import Iterator, Mapping
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, cast
 
 import msgspec
 from mcap.exceptions import McapError
@@ -33,6 +33,7 @@ from hilbench.recordings.mcap_schemas import (
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
+    from typing_extensions import Buffer
 
 __all__ = ["MAGIC", "read_mcap", "write_mcap"]
 
@@ -49,7 +50,7 @@ def write_mcap(recording: Recording, file: IO[bytes], protocol: str = "") -> int
 
     Args:
         recording: what is written.
-        file: where to.
+        file: where to; a pipe will do, for it is only written to.
         protocol: what is spoken on its lines, by its name in `hilbench.decode`; empty for no frames.
 
     Returns:
@@ -57,7 +58,8 @@ def write_mcap(recording: Recording, file: IO[bytes], protocol: str = "") -> int
     """
     from mcap.writer import CompressionType, Writer
 
-    writer = Writer(file, chunk_size=_CHUNK_BYTES, compression=CompressionType.NONE)
+    counted = cast("IO[bytes]", _Counted(file))
+    writer = Writer(counted, chunk_size=_CHUNK_BYTES, compression=CompressionType.NONE)
     writer.start(profile="", library=f"hilbench {recording.header.get('hilbench', '')}")
     writer.add_metadata(_HEADER_NAME, {"header": json_bytes(dict(recording.header)).decode()})
     channels = _Channels(writer)
@@ -69,6 +71,25 @@ def write_mcap(recording: Recording, file: IO[bytes], protocol: str = "") -> int
         writer.add_message(channel, log_time=ns, data=data, publish_time=ns, sequence=sequence)
     writer.finish()  # type: ignore[no-untyped-call]
     return len(events)
+
+
+class _Counted(io.BufferedIOBase):
+    """A file that knows how far it is written, also where the system cannot tell, as of a pipe: indexes hold places.
+
+    MCAP is written from its beginning to its end, and nothing is ever changed (mcap.dev/spec, "Summary Section").
+    """
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+        self._at = 0
+
+    def write(self, data: Buffer, /) -> int:
+        count = self._file.write(data)
+        self._at += count
+        return count
+
+    def tell(self) -> int:
+        return self._at
 
 
 Message = tuple[int, int, bytes]

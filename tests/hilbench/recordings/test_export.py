@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import json
+import os
+import subprocess
+import sys
+import threading
 
 import pytest
 
@@ -64,6 +69,45 @@ def test_a_journal_that_was_cut_is_written_up_to_there(export, journal, tmp_path
     code, _, err = export(journal, "--csv", tmp_path / "b.csv")
     assert code == 0
     assert "cut in line" in err
+
+
+def piped(*words):
+    """Run `hilbench export`, with a pipe for its output; return what came, and what was said."""
+    command = [sys.executable, "-m", "hilbench", "export", *map(str, words)]
+    ran = subprocess.run(command, capture_output=True, check=True, timeout=120)
+    return ran.stdout, ran.stderr.decode()
+
+
+def test_a_pipe_takes_mcap_and_nothing_else(journal, tmp_path):
+    from mcap.reader import make_reader
+
+    out, said = piped(journal, "--mcap", "/dev/stdout")
+    reader = make_reader(io.BytesIO(out), validate_crcs=True)
+    topics = [channel.topic for _, channel, _ in reader.iter_messages()]
+    assert len(topics) == reader.get_summary().statistics.message_count
+    assert topics.count("/checker/tx") == topics.count("/brain/PB7/pin") == 2
+    assert said.startswith("wrote /dev/stdout: ")
+    (tmp_path / "it.mcap").write_bytes(out)
+    assert read_recording(tmp_path / "it.mcap").events == Journal.read(journal).events
+
+
+def test_a_pipe_gets_the_bytes_of_a_file(export, journal, tmp_path):
+    pipe, taken = tmp_path / "pipe", []
+    os.mkfifo(pipe)
+    reader = threading.Thread(target=lambda: taken.append(pipe.read_bytes()))
+    reader.start()
+    assert export(journal, "--mcap", pipe)[0] == 0
+    reader.join()
+    assert export(journal, "--mcap", tmp_path / "it.mcap")[0] == 0
+    assert taken == [(tmp_path / "it.mcap").read_bytes()]
+
+
+def test_the_standard_output_is_no_place_for_two(journal):
+    with pytest.raises(subprocess.CalledProcessError) as caught:
+        piped(journal, "--csv", "/dev/stdout", "--json")
+    assert caught.value.returncode == 2
+    assert b"--json: --csv is written to the standard output; name a file" in caught.value.stderr
+    assert caught.value.stdout == b""
 
 
 @pytest.mark.parametrize(
