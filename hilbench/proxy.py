@@ -23,7 +23,7 @@ from hilbench.exit_codes import ExitCode
 from hilbench.fault_entries import FaultEntry
 from hilbench.journal import Journal
 from hilbench.line_faults import describe_faults
-from hilbench.links import Line, Port, ReconnectingPort, is_serial_target, parse_serial_target
+from hilbench.links import Line, Port, ReconnectingPort, SerialPort, is_serial_target, parse_serial_target
 from hilbench.near_ends import open_near_end
 from hilbench.options import DoorWish
 from hilbench.relay import CLIENT, SERVER, A, B, Heard, Relay
@@ -63,6 +63,10 @@ class ProxyOptions:
     seed: int = 0
     journal: Path | None = None
     journal_max: int | None = None
+
+
+_WATCHED = partial(SerialPort, watch_lines=True)
+"""Opens a port; that the bench waits for a USB adapter's answer now and then costs a proxy nothing but time."""
 
 
 class _FaultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -161,7 +165,7 @@ def _open(bench: Bench, what: str, seed: int) -> _End:
         return _door(bench, kind, rest, what)
     if is_serial_target(what):
         target = parse_serial_target(what, USUAL_BAUD)
-        port = ReconnectingPort(bench.scheduler, target, record=bench.record)
+        port = ReconnectingPort(bench.scheduler, target, record=bench.record, open_port=_WATCHED)
         notice = Notice(behind=(port.device if "://" in port.device else str(Path(port.device).absolute()),))
         return _End(port=port, where=f"{port.device}, {port.baud} baud", notice=notice, close=port.close)
     from hilbench.mcu.command_line import open_target

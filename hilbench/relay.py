@@ -17,6 +17,7 @@ from hilbench.fault_entries import FaultEntry
 from hilbench.line_faults import LineFaults
 from hilbench.links import Port
 from hilbench.links.door import Door
+from hilbench.links.port import ModemLines
 from hilbench.mcu.byte_log import ByteLog
 
 __all__ = ["CLIENT", "SERVER", "A", "B", "Heard", "Relay"]
@@ -92,6 +93,9 @@ class Relay:
         far.on_break = partial(self._broke, SERVER, far, a.send_break)
         if isinstance(a, Door):
             a.on_lines = self._lines_set
+        b.on_modem = self._modem_changed
+        if (lines := b.modem_lines) is not None:
+            self._modem_changed(lines, bench.now_ns)
         a.on_line = partial(self._line_changed, CLIENT)
         far.on_line = partial(self._line_changed, SERVER)
 
@@ -156,6 +160,11 @@ class Relay:
             self._b.set_lines(dtr=dtr, rts=rts)
             taken = True
         self._bench.record("lines", CLIENT, dtr=dtr, rts=rts, taken=taken)
+
+    def _modem_changed(self, lines: ModemLines, _at_ns: int) -> None:
+        """Let the client know the levels of the server's lines, if there is a way to tell it."""
+        told = isinstance(self._a, Door) and self._a.tell_lines(lines)
+        self._bench.record("modem", SERVER, cts=lines.cts, dsr=lines.dsr, ri=lines.ri, cd=lines.cd, told=told)
 
     def _line_changed(self, who: str, up: bool, _at_ns: int) -> None:
         self._bench.record("line", who, up=up)

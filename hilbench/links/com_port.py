@@ -2,8 +2,9 @@
 
 A client that agrees on the option sets the rate of a far serial port, its lines and breaks. The line behind it here is
 8N1 without flow control: another form of a byte, or flow control, is answered with what holds, which is how the option
-refuses (section 3). DTR and RTS are kept, answered, and told to whoever is behind the door. CTS, DSR and carrier are
-told to be asserted, as on a cable that joins them at its own end (choice).
+refuses (section 3). DTR and RTS are kept, answered, and told to whoever is behind the door. CTS, DSR, RI and carrier
+are told as they are behind the door; where nothing there knows, all but RI are asserted, as on a cable that joins them
+at its own end (choice).
 """
 
 from __future__ import annotations
@@ -11,10 +12,12 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
+from hilbench.links.port import ModemLines
 from hilbench.links.telnet import Data, Negotiation, Subnegotiation, TelnetDecoder, Verb, negotiation, subnegotiation
 
 __all__ = [
     "COM_PORT",
+    "JOINED",
     "BreakSet",
     "Bytes",
     "ComPortEvent",
@@ -35,8 +38,10 @@ _ANSWER = 100
 
 _EIGHT_BITS, _NO_PARITY, _ONE_STOP_BIT = 8, 1, 1
 _BREAK_DETECTED = 0x10
-_MODEM_STATE = 0x80 | 0x20 | 0x10
-"""Carrier, DSR and CTS asserted, nothing changed."""
+_CTS, _DSR, _RI, _CARRIER = 0x10, 0x20, 0x40, 0x80
+_CTS_CHANGED, _DSR_CHANGED, _RI_ENDED, _CARRIER_CHANGED = 0x01, 0x02, 0x04, 0x08
+JOINED = ModemLines(dtr=True, rts=True, cts=True, dsr=True, ri=False, cd=True)
+"""What a cable tells that joins the lines of one end with each other."""
 
 # SET-CONTROL: what is asked, and what the answer is where nothing else can hold.
 _NO_FLOW_CONTROL, _NO_INBOUND_FLOW_CONTROL = 1, 14
@@ -105,6 +110,7 @@ class ComPortServer:
 
     Args:
         baud: rate of the line before the client sets it, bit/s.
+        lines: the lines beside the data of what is behind.
 
     Attributes:
         baud: rate that the client has set.
@@ -114,12 +120,13 @@ class ComPortServer:
         answers: bytes to be sent to the client; whoever sends them clears it.
     """
 
-    def __init__(self, baud: int) -> None:
+    def __init__(self, baud: int, lines: ModemLines = JOINED) -> None:
         self.baud = baud
         self.dtr = self.rts = True
         self.agreed = False
         self._line_mask = 0
         self._modem_mask = 0xFF
+        self._modem_state = _state_of(lines)
         self._breaking = False
         self._decoder = TelnetDecoder()
         self._ours = {BINARY: _Option.ASKED, SUPPRESS_GO_AHEAD: _Option.ASKED}
@@ -145,6 +152,13 @@ class ComPortServer:
         if self._line_mask & _BREAK_DETECTED:
             self._answer(_NOTIFY_LINESTATE, bytes((_BREAK_DETECTED,)))
 
+    def tell_lines(self, lines: ModemLines) -> None:
+        """Tell the client how the lines behind are now, as far as they have changed and it wants to know."""
+        before, self._modem_state = self._modem_state, _state_of(lines)
+        notice = (self._modem_state | _changes(before, self._modem_state)) & self._modem_mask
+        if self.agreed and before != self._modem_state and notice:
+            self._answer(_NOTIFY_MODEMSTATE, bytes((notice,)))
+
     # --- options
 
     def _negotiate(self, verb: Verb, option: int) -> None:
@@ -165,16 +179,21 @@ class ComPortServer:
                 self.answers += negotiation(yes, option)
             if option == COM_PORT and not self.agreed:
                 self.agreed = True
-                self._answer(_NOTIFY_MODEMSTATE, bytes((_MODEM_STATE & self._modem_mask,)))
+                self._answer_lines()
 
     def _answer(self, command: int, payload: bytes) -> None:
         self.answers += subnegotiation(COM_PORT, bytes((command + _ANSWER,)) + payload)
+
+    def _answer_lines(self) -> None:
+        self._answer(_NOTIFY_MODEMSTATE, bytes((self._modem_state & self._modem_mask,)))
 
     # --- commands
 
     def _obey(self, command: int, payload: bytes) -> list[ComPortEvent]:
         if command == _SIGNATURE and not payload:
             self._answer(_SIGNATURE, b"hilbench")
+        elif command == _NOTIFY_MODEMSTATE:  # pyserial's client asks so for it
+            self._answer_lines()
         elif command == _SET_BAUDRATE and len(payload) == 4:
             return self._set_baud(int.from_bytes(payload, "big"))
         elif command in _FIXED:
@@ -237,6 +256,19 @@ class ComPortServer:
         if value in (_ASK_DTR, _DTR_ON, _DTR_OFF):
             return _DTR_ON if self.dtr else _DTR_OFF
         return _RTS_ON if self.rts else _RTS_OFF
+
+
+def _state_of(lines: ModemLines) -> int:
+    """Return levels as bits of the option."""
+    bits = zip(lines.of_far_end, (_CTS, _DSR, _RI, _CARRIER), strict=True)
+    return sum(bit for level, bit in bits if level)
+
+
+def _changes(before: int, now: int) -> int:
+    """Return the bits of the option that tell of changes: of RI, that it has fallen."""
+    changed = before ^ now
+    told = {_CTS: _CTS_CHANGED, _DSR: _DSR_CHANGED, _RI & before: _RI_ENDED, _CARRIER: _CARRIER_CHANGED}
+    return sum(bit for line, bit in told.items() if changed & line)
 
 
 _FIXED = {_SET_DATASIZE: _EIGHT_BITS, _SET_PARITY: _NO_PARITY, _SET_STOPSIZE: _ONE_STOP_BIT}

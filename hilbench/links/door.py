@@ -17,7 +17,7 @@ from functools import partial
 from typing import ClassVar
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
-from hilbench.links.port import Line, PortBase
+from hilbench.links.port import Line, ModemLines, PortBase
 from hilbench.links.uart import Timeline, Transmitter, resample
 
 READ_BYTES = 4096
@@ -125,6 +125,10 @@ class Door(PortBase, ABC):
         self._incoming.baud = baud
         if self._out_has_pace:
             self._outgoing.baud = baud
+
+    def tell_lines(self, lines: ModemLines) -> bool:  # noqa: ARG002 - a door of RFC 2217 alone can
+        """Tell the client of the levels of CTS, DSR, RI and carrier behind the door; return whether one can be told."""
+        return False
 
     def set_frame(self, baud: int, bits_per_byte: int) -> None:
         """Let bytes from the client take so many bits each at a rate in bit/s, from the next on."""

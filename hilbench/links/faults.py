@@ -16,7 +16,7 @@ from typing import Protocol
 
 from hilbench.clock import NS_PER_S, Entry, EventClass, Scheduler
 from hilbench.errors import UnavailableError, UsageError
-from hilbench.links.port import Line, Port, PortBase
+from hilbench.links.port import Line, ModemLines, Port, PortBase
 from hilbench.links.uart import Fate, Injector, Transmitter, resample
 
 
@@ -337,6 +337,11 @@ class FaultyPort(PortBase):
         """Hold the line low for `duration_ns`."""
         self._take_to_send(b"", self._scheduler.now_ns)
         self.port.send_break(duration_ns)
+
+    @property
+    def modem_lines(self) -> ModemLines | None:
+        """Those of the port."""
+        return self.port.modem_lines
 
     def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:
         """Set DTR and RTS of the port; see `Port.set_lines`."""

@@ -40,6 +40,35 @@ class Line:
         return ClockDomain(self.baud).ns(count * self.bits_per_byte) if self.baud else 0
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModemLines:
+    """The levels of the lines beside the data, True for asserted.
+
+    Attributes:
+        dtr: Ours to set, as `rts`.
+        rts: See `dtr`.
+        cts: The far end's, as all that follow.
+        dsr: Data set ready.
+        ri: Ring indicator.
+        cd: Carrier.
+    """
+
+    dtr: bool
+    rts: bool
+    cts: bool
+    dsr: bool
+    ri: bool
+    cd: bool
+
+    @property
+    def of_far_end(self) -> tuple[bool, bool, bool, bool]:
+        """CTS, DSR, RI and carrier."""
+        return self.cts, self.dsr, self.ri, self.cd
+
+
+NO_LINE_ASSERTED = ModemLines(dtr=False, rts=False, cts=False, dsr=False, ri=False, cd=False)
+
+
 @dataclass(slots=True, kw_only=True)
 class LinkCounters:
     """What one end of a link has seen.
@@ -86,6 +115,8 @@ class Port(Protocol):
         on_line: Called with True when the line comes up and False when it goes down, and the bench time in ns.
         on_break: Called when a break condition ends, with the bench time in ns.
         on_sent: Called with bytes when they are handed to the line, and the bench time in ns.
+        on_modem: Called with the levels of the lines beside the data when the far end has changed one of them, and the
+            bench time in ns; by ports that were told to watch them.
     """
 
     name: str
@@ -98,6 +129,7 @@ class Port(Protocol):
     on_line: Callable[[bool, int], None]
     on_break: Callable[[int], None]
     on_sent: Callable[[bytes, int], None]
+    on_modem: Callable[[ModemLines, int], None]
 
     def write(self, data: bytes) -> None:
         """Hand bytes to the line; never blocks. PortClosedError after `close`."""
@@ -115,6 +147,10 @@ class Port(Protocol):
         Raises:
             UnavailableError: a break cannot be sent here, as at a pseudo-terminal and a socket.
         """
+
+    @property
+    def modem_lines(self) -> ModemLines | None:
+        """The levels of the lines beside the data; None on a port that has none."""
 
     def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:
         """Set DTR and RTS, True for asserted; None leaves one as it is.
@@ -140,6 +176,10 @@ def _ignore_break(_at_ns: int) -> None:
     """Stand in for a callback that nobody has set."""
 
 
+def _ignore_modem(_lines: ModemLines, _at_ns: int) -> None:
+    """Stand in for a callback that nobody has set."""
+
+
 class PortBase:
     """The part of a port that is the same everywhere."""
 
@@ -153,6 +193,7 @@ class PortBase:
         self.on_line: Callable[[bool, int], None] = _ignore_line
         self.on_break: Callable[[int], None] = _ignore_break
         self.on_sent: Callable[[bytes, int], None] = _ignore_bytes
+        self.on_modem: Callable[[ModemLines, int], None] = _ignore_modem
 
     @property
     def pending(self) -> int:
@@ -161,6 +202,11 @@ class PortBase:
 
     def withdraw(self, keep: int) -> None:
         """Take back what is not out yet, but for the next `keep` bytes; nothing where that cannot be done."""
+
+    @property
+    def modem_lines(self) -> ModemLines | None:
+        """The levels of the lines beside the data; None on a port that has none."""
+        return None
 
     def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:  # noqa: ARG002 - none is there
         """Set DTR and RTS; see `Port.set_lines`.

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
 from hilbench.errors import UnavailableError, UsageError
-from hilbench.links.port import Port, PortBase
+from hilbench.links.port import NO_LINE_ASSERTED, ModemLines, Port, PortBase
 from hilbench.links.serial_target import SerialTarget, located
 from hilbench.links.serialport import SerialPort
 from hilbench.ports.listing import PortEnumerator, PortInfo, UsbIdentity, find_again, list_ports
@@ -77,6 +77,7 @@ class ReconnectingPort(PortBase):
         self._port: Port | None = None
         self._lost_ns = 0
         self._refusal = ""
+        self._lines_away: ModemLines | None = None
         self.device = self._target.url
         self.losses = 0
         self.identity = identity_of(self.device, ports()) if target.is_device else None
@@ -116,6 +117,11 @@ class ReconnectingPort(PortBase):
         if self._port is not None:
             self._port.send_break(duration_ns)
 
+    @property
+    def modem_lines(self) -> ModemLines | None:
+        """The levels of the lines beside the data; None on a port that has none. None is asserted while it is gone."""
+        return self._lines_away if self._port is None else self._port.modem_lines
+
     def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:
         """Set DTR and RTS; see `SerialPort.set_lines`.
 
@@ -141,12 +147,17 @@ class ReconnectingPort(PortBase):
         port.on_sent = self._sent
         port.on_break = self._broke
         port.on_line = self._line_changed
+        port.on_modem = self._modem_changed
         was, self.device = self.device, url
         self._port, self._refusal = port, ""
         now_ns = self._scheduler.now_ns
         if self.losses:
             self._record("port-returned", self.name, **self._about(), was=was, away_ns=now_ns - self._lost_ns)
         self._set_line(True, now_ns)
+        if (lines := port.modem_lines) is not None:
+            self._lines_away = NO_LINE_ASSERTED
+            if self.losses:
+                self.on_modem(lines, now_ns)
 
     def _received(self, data: bytes, at_ns: int) -> None:
         if not self.closed:
@@ -158,6 +169,10 @@ class ReconnectingPort(PortBase):
     def _broke(self, at_ns: int) -> None:
         self.on_break(at_ns)
 
+    def _modem_changed(self, lines: ModemLines, at_ns: int) -> None:
+        self._lines_away = NO_LINE_ASSERTED
+        self.on_modem(lines, at_ns)
+
     def _line_changed(self, up: bool, at_ns: int) -> None:
         if up or self.closed:
             return
@@ -166,6 +181,8 @@ class ReconnectingPort(PortBase):
         self._lost_ns = at_ns
         self._record("port-lost", self.name, **self._about())
         self._set_line(False, at_ns)
+        if self._lines_away is not None:
+            self.on_modem(self._lines_away, at_ns)
         self._look_later()
 
     def _drop(self) -> None:

@@ -9,9 +9,19 @@ from __future__ import annotations
 from functools import partial
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
-from hilbench.links.com_port import BreakSet, Bytes, ComPortEvent, ComPortServer, HeldBack, LinesSet, Purged, RateSet
+from hilbench.links.com_port import (
+    JOINED,
+    BreakSet,
+    Bytes,
+    ComPortEvent,
+    ComPortServer,
+    HeldBack,
+    LinesSet,
+    Purged,
+    RateSet,
+)
 from hilbench.links.door import Input
-from hilbench.links.port import Line
+from hilbench.links.port import Line, ModemLines
 from hilbench.links.tcp import TcpDoor
 from hilbench.links.telnet import escape
 from hilbench.links.uart import Timeline
@@ -53,6 +63,7 @@ class Rfc2217Door(TcpDoor):
     ) -> None:
         super().__init__(scheduler, address, line, name=name, chip_time=chip_time)
         self.any_baud = any_baud
+        self._lines = JOINED
         self._session = ComPortServer(self.baud)
         self._client_rate: int | None = None
         self._owed = bytearray()  # what stands before all else: it must not be torn
@@ -71,8 +82,15 @@ class Rfc2217Door(TcpDoor):
             self._client_rate = None
             self._session.baud = self.baud
 
+    def tell_lines(self, lines: ModemLines) -> bool:
+        """See `Door.tell_lines`; a client that comes later is told, too."""
+        self._lines = lines
+        self._session.tell_lines(lines)
+        self._answer()
+        return True
+
     def _greet(self) -> None:
-        self._session = ComPortServer(self.baud)
+        self._session = ComPortServer(self.baud, self._lines)
         self._client_rate = self._kept = None
         self._garbled = False
         self._owed.clear()

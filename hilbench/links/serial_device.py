@@ -22,15 +22,17 @@ from pathlib import Path
 from typing import Any
 
 import serial
+from serial import rfc2217
 
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
+from hilbench.links.port import ModemLines
 from hilbench.links.serial_target import SerialTarget
 
 __all__ = [
     "LineErrors",
-    "ModemLines",
     "close_serial",
     "error_number",
+    "far_lines",
     "is_pseudo_terminal",
     "line_errors",
     "modem_lines",
@@ -47,18 +49,6 @@ _PSEUDO = "/dev/pts/"
 _THREAD_READ_S = 0.1
 """How long a thread that reads a port without a descriptor waits before it looks around (choice). It is set at once: a
 client of RFC 2217 negotiates everything anew when it is changed."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModemLines:
-    """The levels of the lines beside the data, True for asserted."""
-
-    dtr: bool
-    rts: bool
-    cts: bool
-    dsr: bool
-    ri: bool
-    cd: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -176,6 +166,22 @@ def modem_lines(descriptor: int) -> ModemLines | None:
         dsr=bool(bits & termios.TIOCM_DSR),
         ri=bool(bits & termios.TIOCM_RI),
         cd=bool(bits & termios.TIOCM_CD),
+    )
+
+
+def far_lines(port: Any) -> ModemLines | None:
+    """Return the levels that a far port has told pyserial's client of RFC 2217 last; None if it tells none."""
+    try:
+        state = port.get_modem_state()
+    except OSError:
+        return None
+    return ModemLines(
+        dtr=port.dtr,
+        rts=port.rts,
+        cts=bool(state & rfc2217.MODEMSTATE_MASK_CTS),
+        dsr=bool(state & rfc2217.MODEMSTATE_MASK_DSR),
+        ri=bool(state & rfc2217.MODEMSTATE_MASK_RI),
+        cd=bool(state & rfc2217.MODEMSTATE_MASK_CD),
     )
 
 

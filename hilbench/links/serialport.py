@@ -17,12 +17,12 @@ from functools import partial
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass, Scheduler
 from hilbench.errors import UnavailableError
 from hilbench.links.door import READ_BYTES, Input
-from hilbench.links.port import PortBase
+from hilbench.links.port import ModemLines, PortBase
 from hilbench.links.serial_device import (
     LineErrors,
-    ModemLines,
     close_serial,
     error_number,
+    far_lines,
     is_pseudo_terminal,
     line_errors,
     modem_lines,
@@ -35,8 +35,8 @@ from hilbench.links.threaded import ThreadedStream
 __all__ = ["WRITE_TIMEOUT_S", "SerialPort"]
 
 WRITE_TIMEOUT_S = 1.0
-ERRORS_EVERY_NS = 100 * NS_PER_MS
-"""How often the driver is asked for line errors and breaks (choice)."""
+LOOK_EVERY_NS = 100 * NS_PER_MS
+"""How often the driver is asked for line errors and breaks, and for the lines beside the data (choice)."""
 _RETRY_NS = 2 * NS_PER_MS
 _WITHOUT_BREAKS = ("socket:", "loop:")
 """URLs whose ports take a break and do nothing (pyserial 3.5, ``_update_break_state``)."""
@@ -55,6 +55,8 @@ class SerialPort(PortBase):
         target: What to open, or its text; see `parse_serial_target`.
         name: For the journal and for messages; the target's URL by default.
         write_timeout_s: How long the line may take nothing, in bench seconds, before what waits is lost and counted.
+        watch_lines: Look every 100 ms whether the far end has changed a line beside the data (`Port.on_modem`). Many
+            USB adapters are asked for them, and the bench waits for the answer: so only where somebody wants to know.
 
     Raises:
         UsageError: the target is not one.
@@ -68,6 +70,7 @@ class SerialPort(PortBase):
         *,
         name: str | None = None,
         write_timeout_s: float = WRITE_TIMEOUT_S,
+        watch_lines: bool = False,
     ) -> None:
         self.target = parse_serial_target(target) if isinstance(target, str) else target
         super().__init__(name or self.target.url)
@@ -86,10 +89,12 @@ class SerialPort(PortBase):
             self._stream = ThreadedStream(self._serial, drain_s=write_timeout_s)
         self._input = Input(descriptor=(self._stream or self._serial).fileno(), read=self._read)
         self._errors = self._count_errors()
+        self._watches_lines = watch_lines
+        self._levels = self.modem_lines if watch_lines else None
         self.line_is_up = True
         scheduler.add_source(self._input)
-        if self._errors is not None:
-            self._look_at_errors_later()
+        if self._errors is not None or watch_lines:
+            self._look_later()
 
     def _own_descriptor(self) -> int | None:
         """Return what can be read and written without pyserial; None if there is no such thing."""
@@ -180,7 +185,17 @@ class SerialPort(PortBase):
     @property
     def modem_lines(self) -> ModemLines | None:
         """The levels of the lines beside the data; None on a port that has none."""
-        return modem_lines(self._serial.fd) if self._native and not self.closed else None
+        if self.closed:
+            return None
+        if self._native:
+            return modem_lines(self._serial.fd)
+        return far_lines(self._serial) if self._tells_lines else None
+
+    @property
+    def _tells_lines(self) -> bool:
+        """Whether this is a far port that tells of its lines by itself; the bench would wait for one to be asked."""
+        url = self.target.url.lower()
+        return url.startswith("rfc2217:") and "poll_modem" not in url
 
     def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:
         """Set DTR and RTS, True for asserted, both at once where that can be done; None leaves one as it is.
@@ -286,20 +301,31 @@ class SerialPort(PortBase):
     def _count_errors(self) -> LineErrors | None:
         return line_errors(self._serial.fd) if self._native and not self.closed else None
 
-    def _look_at_errors_later(self) -> None:
-        self._scheduler.after(ERRORS_EVERY_NS, self._look_at_errors, order=EventClass.INPUT, source=self.name)
+    def _look_later(self) -> None:
+        self._scheduler.after(LOOK_EVERY_NS, self._look, order=EventClass.INPUT, source=self.name)
 
-    def _look_at_errors(self) -> None:
+    def _look(self) -> None:
         if self.closed or not self.line_is_up:
             return
-        before, now = self._errors, self._count_errors()
-        if before is None or now is None:
+        if self._watches_lines:
+            self._look_at_lines()
+        before, self._errors = self._errors, self._count_errors()
+        if before is not None and self._errors is not None:
+            self._add_errors(before, self._errors)
+        self._look_later()
+
+    def _look_at_lines(self) -> None:
+        before, now = self._levels, self.modem_lines
+        if now is None:
             return
-        self._errors = now
+        self._levels = now
+        if before is None or before.of_far_end != now.of_far_end:
+            self.on_modem(now, self._scheduler.now_ns)
+
+    def _add_errors(self, before: LineErrors, now: LineErrors) -> None:
         self.counters.framing_errors += now.framing - before.framing
         self.counters.parity_errors += now.parity - before.parity
         self.counters.receive_overruns += now.overrun - before.overrun
         for _ in range(now.breaks - before.breaks):
             self.counters.breaks += 1
             self.on_break(self._scheduler.now_ns)
-        self._look_at_errors_later()

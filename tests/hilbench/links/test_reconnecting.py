@@ -17,7 +17,8 @@ from hilbench.clock import NS_PER_MS, NS_PER_S, MonotonicHostClock, Scheduler
 from hilbench.devices import DeviceActor
 from hilbench.errors import PortClosedError, UnavailableError, UsageError
 from hilbench.journal import Journal
-from hilbench.links import Line, MemoryLink, ReconnectingPort, SerialPort, SerialTarget
+from hilbench.links import Line, MemoryLink, MemoryPort, ReconnectingPort, SerialPort, SerialTarget
+from hilbench.links.port import ModemLines
 from hilbench.links.reconnecting import POLL_NS, identity_of
 from hilbench.live.resuming import resume_sessions
 from hilbench.live.rover_operator import RoverOperator
@@ -57,6 +58,12 @@ class Powered:
         return self.device.take_events() if self.device else []
 
 
+class WithLines(MemoryPort):
+    """A port with lines beside the data, all asserted but that it does not ring."""
+
+    modem_lines = ModemLines(dtr=True, rts=True, cts=True, dsr=True, ri=False, cd=True)
+
+
 class Bay:
     """A machine without ports but for a rover that is plugged in and out; the port is a line in memory."""
 
@@ -67,6 +74,7 @@ class Bay:
         self.plugged_ns = None
         self.link = None
         self.refuse = None
+        self.kind = MemoryPort
 
     def ports(self):
         others = [PortInfo(device="/dev/ttyACM0", usb=ANOTHER), PortInfo(device="/dev/ttyS0")]
@@ -80,6 +88,7 @@ class Bay:
         self.link = MemoryLink(scheduler, Line(baud=target.baud), name="usb")
         rover = Powered(RoverRobot(RoverSettings()), self.bench.now_ns)
         DeviceActor(self.bench, rover, self.link.b, name="rover")
+        self.link.a.__class__ = self.kind
         return self.link.a
 
     def plug_in(self):
@@ -198,6 +207,24 @@ def test_the_rate_that_was_set_meanwhile_holds_when_it_comes_back(bench, bay, po
     bay.plug_in()
     assert bench.run_until(lambda: port.line_is_up, 1)
     assert bay.link.a.baud == port.baud == 19_200
+
+
+def test_lines_fall_when_the_plug_is_pulled_and_are_told_anew_when_it_comes_back(bench, bay, port):
+    up = ModemLines(dtr=True, rts=True, cts=True, dsr=True, ri=False, cd=True)
+    down = ModemLines(dtr=False, rts=False, cts=False, dsr=False, ri=False, cd=False)
+    told = []
+    port.on_modem = lambda lines, at_ns: told.append(lines)
+    assert port.modem_lines is None
+    bay.link.a.on_modem(up, bench.now_ns)
+    bay.link.a.__class__ = WithLines
+    assert port.modem_lines == up
+    bay.pull_out()
+    bench.run_for(1)
+    assert port.modem_lines == down
+    bay.kind = WithLines
+    bay.plug_in()
+    bench.run_for(1)
+    assert told == [up, down, up]
 
 
 def test_nobody_looks_for_a_port_that_was_closed(bench, bay, port):

@@ -5,17 +5,24 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+import struct
+import termios
 import threading
 import warnings
 
 import pytest
 import serial
 
+from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS
 from hilbench.errors import UnavailableError
+from hilbench.journal import Journal
 from hilbench.links import Line, Rfc2217Door, SerialPort
+from hilbench.links import serial_device as device_module
 from hilbench.links.com_port import COM_PORT
+from hilbench.links.port import ModemLines
 from hilbench.links.telnet import Data, Subnegotiation, TelnetDecoder, Verb, escape, negotiation, subnegotiation
+from hilbench.relay import Relay
 
 S = 10**9
 
@@ -138,6 +145,108 @@ def test_lines_and_breaks(locked, door, client):
     until(locked, lambda: len(breaks) == 1)
     assert door.counters.breaks == 1
     assert 10 * NS_PER_MS <= breaks[0][0] < breaks[0][1]
+
+
+LEVELS = {"dtr": True, "rts": True, "cts": True, "dsr": True, "ri": False, "cd": True}
+
+
+def notices(said):
+    """Return the values of the notices of the lines beside the data."""
+    payloads = [event.payload for event in said if isinstance(event, Subnegotiation)]
+    return [payload[1] for payload in payloads if payload[0] == 107]
+
+
+def test_lines_of_a_port_behind_are_told_to_a_client(locked, door, client):
+    assert door.tell_lines(ModemLines(**LEVELS | {"cts": False, "cd": False, "ri": True}))
+    do(locked, lambda: None)
+    until(locked, lambda: not client.cts)
+    assert (client.cts, client.dsr, client.ri, client.cd) == (False, True, True, False)
+    door.tell_lines(ModemLines(**LEVELS))
+    until(locked, lambda: client.cts)
+    assert (client.cts, client.dsr, client.ri, client.cd) == (True, True, False, True)
+
+
+def test_a_client_that_comes_later_is_told_what_holds(locked, door):
+    door.tell_lines(ModemLines(**LEVELS | {"dsr": False}))
+    url = f"rfc2217://127.0.0.1:{door.port}?poll_modem"
+    client = do(locked, lambda: serial.serial_for_url(url, baudrate=115_200, timeout=20))
+    assert do(locked, lambda: (client.cts, client.dsr, client.ri, client.cd)) == (True, False, False, True)
+    do(locked, client.close)
+
+
+@pytest.mark.parametrize(
+    ("mask", "told"),
+    [
+        (0xFF, [0xB0, 0xA1, 0xE0, 0xA4]),  # all; that it no longer rings is told as an edge
+        (0x00, [0xB0]),
+        (0x11, [0xB0, 0x01]),
+        (0x10, [0xB0]),  # CTS falls, and nothing is left of the state
+        (0x40, [0xB0, 0x40]),
+    ],
+)
+def test_a_client_is_told_of_what_it_asked_for(locked, door, raw, mask, told):
+    """RFC 2217, section 3: the new state AND the mask, unless that is nothing."""
+    raw.say(negotiation(Verb.WILL, COM_PORT) + subnegotiation(COM_PORT, bytes((11, mask))))
+    raw.hear(lambda said: Subnegotiation(COM_PORT, bytes((111, mask))) in said)
+    for change in ({"cts": False}, {"cts": False, "ri": True}, {"cts": False, "ri": True}, {"cts": False}):
+        door.tell_lines(ModemLines(**LEVELS | change))
+    raw.say(subnegotiation(COM_PORT, b"\x00"))  # the answer comes behind all that
+    raw.hear(lambda said: any(isinstance(event, Subnegotiation) and event.payload[0] == 100 for event in said))
+    assert notices(raw.said) == told
+
+
+class Board:
+    """The lines of a board's port, as its driver tells them."""
+
+    def __init__(self, monkeypatch):
+        self.bits = termios.TIOCM_CTS | termios.TIOCM_DSR
+        real = device_module.fcntl.ioctl
+
+        def ioctl(descriptor, request, argument=0):
+            return struct.pack("i", self.bits) if request == termios.TIOCMGET else real(descriptor, request, argument)
+
+        monkeypatch.setattr(device_module.fcntl, "ioctl", ioctl)
+
+
+@pytest.fixture
+def board(monkeypatch):
+    return Board(monkeypatch)
+
+
+def test_lines_of_a_board_reach_the_client_through_a_relay(locked, door, board):
+    master, slave = os.openpty()
+    port = SerialPort(locked, os.ttyname(slave), watch_lines=True)
+    bench = Bench(locked, Journal(keep=100))
+    Relay(bench, door, port, record=False)
+    url = f"rfc2217://127.0.0.1:{door.port}"
+    client = do(locked, lambda: serial.serial_for_url(url, baudrate=115_200, timeout=20))
+    assert (client.cts, client.dsr, client.ri, client.cd) == (True, True, False, False)
+    board.bits ^= termios.TIOCM_CTS | termios.TIOCM_CAR
+    until(locked, lambda: not client.cts)
+    assert (client.cts, client.dsr, client.ri, client.cd) == (False, True, False, True)
+    modem = [event for event in bench.journal.recent if event["kind"] == "modem"]
+    assert [(event["source"], event["cts"], event["cd"], event["told"]) for event in modem] == [
+        ("server", True, False, True),
+        ("server", False, True, True),
+    ]
+    do(locked, client.close)
+    port.close()
+    os.close(master)
+    os.close(slave)
+
+
+def test_lines_of_a_far_port_are_known(locked, door):
+    """Our client of RFC 2217 at our door: what a chain of proxies hands on."""
+    door.tell_lines(ModemLines(**LEVELS | {"cts": False}))
+    url = f"rfc2217://127.0.0.1:{door.port}@115200"
+    port = do(locked, lambda: SerialPort(locked, url, watch_lines=True))
+    told = []
+    port.on_modem = lambda lines, at_ns: told.append(lines)
+    assert port.modem_lines == ModemLines(**LEVELS | {"cts": False})
+    door.tell_lines(ModemLines(**LEVELS))
+    until(locked, lambda: told)
+    assert told == [ModemLines(**LEVELS)]
+    do(locked, port.close)
 
 
 def test_another_form_of_a_byte_is_refused(locked, client):

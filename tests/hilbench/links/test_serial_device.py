@@ -29,6 +29,7 @@ class Uart:
         self.bits = termios.TIOCM_DTR | termios.TIOCM_RTS | termios.TIOCM_CTS
         self.set = []
         self.counts = [0] * 20
+        self.asked = 0
         self.real = device_module.fcntl.ioctl
         monkeypatch.setattr(device_module.fcntl, "ioctl", self.ioctl)
 
@@ -36,6 +37,7 @@ class Uart:
         if request == TIOCGICOUNT:
             return struct.pack("20i", *self.counts)
         if request == termios.TIOCMGET:
+            self.asked += 1
             return struct.pack("i", self.bits)
         if request == termios.TIOCMSET:
             (self.bits,) = struct.unpack("i", argument)
@@ -180,6 +182,29 @@ def test_errors_and_breaks_are_counted_from_the_opening_on(locked, uart, pty):
     assert len(breaks) == 2
     port.close()
     locked.run_for(150 * MS)
+
+
+def test_lines_that_change_are_told_to_whoever_watches(locked, uart, pty):
+    port, told = SerialPort(locked, pty, watch_lines=True), []
+    port.on_modem = lambda lines, at_ns: told.append((lines.cts, lines.dsr, lines.ri, lines.cd))
+    locked.run_for(150 * MS)
+    assert told == []
+    uart.bits |= termios.TIOCM_DSR | termios.TIOCM_CAR
+    locked.run_for(150 * MS)
+    uart.bits &= ~termios.TIOCM_DTR  # our own
+    locked.run_for(150 * MS)
+    uart.bits ^= termios.TIOCM_RI | termios.TIOCM_CTS
+    locked.run_for(150 * MS)
+    assert told == [(True, True, False, True), (False, True, True, True)]
+    port.close()
+
+
+def test_nobody_asks_for_lines_that_nobody_watches(locked, uart, pty):
+    """Many adapters ask the device, and the bench would wait for its answer."""
+    port, asked = SerialPort(locked, pty), uart.asked
+    locked.run_for(250 * MS)
+    assert uart.asked == asked
+    port.close()
 
 
 @pytest.mark.parametrize("baud", [2**31, 2**32 - 1, 10**20])
