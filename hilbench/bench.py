@@ -15,6 +15,7 @@ from hilbench.clock import NS_PER_S, SLIP_THRESHOLD_NS, Scheduler
 from hilbench.journal import Journal
 from hilbench.pace.far_life import FarBench, FarLife
 from hilbench.pace.lateness import IN_TIME, Lateness
+from hilbench.uncertainty import OfTimes
 
 if TYPE_CHECKING:
     from hilbench.links.port import Port
@@ -114,7 +115,7 @@ class Bench:
         """Say whether as much time passed for the far benches in each wait since ``since_ns`` as was waited."""
         return self._far_life.starved_ns <= since_ns
 
-    def uncertainty_s(self, since_ns: int) -> float:
+    def uncertainty_s(self, since_ns: int) -> OfTimes:
         """Return how far off a time measured since ``since_ns`` may be, in seconds.
 
         Zero on a free-running bench. On a locked one it is the sum of two things. First the worst lateness of the host
@@ -123,10 +124,10 @@ class Bench:
         while bench time stood still what is real went on.
         """
         if not self.scheduler.locked:
-            return 0.0
+            return OfTimes(0)
         late = self.own_lateness(since_ns) + self.far_lateness(since_ns)
         floor_s = self.port_floor_s or min(LOCKED_FLOOR_S, self._seen_s(max(0, since_ns - _LATELY_NS)))
-        return max(floor_s, self._seen_s(since_ns)) + late.lost_ns / NS_PER_S
+        return OfTimes(max(floor_s, self._seen_s(since_ns)) + late.lost_ns / NS_PER_S)
 
     def _seen_s(self, since_ns: int) -> float:
         late = self.own_lateness(since_ns) + self.far_lateness(since_ns)

@@ -88,7 +88,7 @@ class CaseBase(ABC):
     def finish(self, verdict: str, cause: str) -> None:
         """Take the verdict into the journal and close the case's part of it."""
         if self.bench.scheduler.locked:
-            self.bench.record("host-lateness", "checker", uncertainty_s=self.uncertainty_s())
+            self.bench.record("host-lateness", "checker", uncertainty_s=float(self.uncertainty_s()))
         self.bench.record("verdict", "checker", verdict=verdict, cause=cause)
         self._hash = self.bench.journal.end_case(self.bench.now_ns)
 

@@ -1,8 +1,9 @@
-"""What lateness makes of a verdict that is of no figure.
+"""What lateness makes of a verdict that is of no figure of time.
 
-A figure has an uncertainty, and is judged with it (`hilbench.check.judge`). That an answer did not come, or said
-something else, has none: whether lateness is to blame nobody can tell. So such a fail stands only where the benches
-were no later than cases have to bear anyway.
+A figure that has lateness in its uncertainty is judged with it (`hilbench.check.judge`). That an answer did not come,
+or said something else, has none, and the uncertainty of a figure may be of something else (`hilbench.uncertainty`):
+whether lateness is to blame nobody can tell. So such a fail stands only where the benches were no later than cases have
+to bear anyway.
 """
 
 from __future__ import annotations
@@ -41,11 +42,7 @@ def doubted(outcome: Outcome, doubt: Doubt) -> Outcome:
     figure = outcome.measure
     if outcome.verdict is Verdict.INCONCLUSIVE and figure is not None and doubt.lateness_s >= _WORTH_SAYING_S:
         return replace(outcome, cause=f"{outcome.cause}; {doubt.cause}")
-    if (
-        outcome.verdict is Verdict.FAIL
-        and doubt.lateness_s > BORNE_S
-        and not (figure is not None and figure.uncertainty)
-    ):
+    if outcome.verdict is Verdict.FAIL and doubt.lateness_s > BORNE_S and not (figure is not None and figure.of_times):
         cause = f"{outcome.cause}: not held against the target, for {doubt.cause}"
         return replace(outcome, verdict=Verdict.INCONCLUSIVE, cause=cause)
     if outcome.verdict is Verdict.PASS and not doubt.lived:

@@ -12,6 +12,7 @@ import math
 
 from hilbench.check.recorder import record_measure, uncertainty_of_times_s
 from hilbench.check.verdicts import Inconclusive, Measure, Violation
+from hilbench.uncertainty import OfTimes
 
 _PER_S = {"s": 1, "ms": 1000}
 
@@ -25,7 +26,8 @@ def at_most(value: float, limit: float, *, unit: str, what: str, uncertainty: fl
         unit: the unit of all three figures.
         what: what was measured, to begin a sentence with.
         uncertainty: half the width of the interval in which the true value lies; not negative. 0 for what is certain,
-            or a time (in ``s`` or ``ms``) that is as uncertain as any of the case.
+            or a time (in ``s`` or ``ms``) that is as uncertain as any of the case. `OfTimes`, as every bench gives it,
+            if it has what the benches were late by: on late ones a violation stands only then.
         clause: the clause this is about, where a case cites several.
 
     Raises:
@@ -79,7 +81,7 @@ def _judge(
 ) -> Measure:
     if math.isnan(value) or math.isnan(uncertainty) or uncertainty < 0:
         raise ValueError(f"{what}: {value} ± {uncertainty} {unit} is not a measurement")
-    uncertainty = uncertainty or _PER_S.get(unit, 0) * uncertainty_of_times_s()
+    uncertainty = uncertainty or _PER_S.get(unit, 0) * OfTimes(uncertainty_of_times_s())
     measure = record_measure(what, value, unit, low=low, high=high, uncertainty=uncertainty, clause=clause)
     seen = _sentence(measure)
     if _outside(value, low, high, uncertainty):

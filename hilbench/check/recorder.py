@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 
 from hilbench.check.verdicts import Measure
+from hilbench.uncertainty import OfTimes
 
 _measures: ContextVar[list[Measure] | None] = ContextVar("measures of the running case", default=None)
 _certain: Callable[[], float] = float
@@ -69,7 +70,8 @@ def record_measure(
         unit: its unit.
         low: the lowest value allowed, if there is one.
         high: the highest value allowed, if there is one.
-        uncertainty: half the width of the interval in which the true value lies.
+        uncertainty: half the width of the interval in which the true value lies; `OfTimes` where it has what the
+            benches were late by.
         clause: the clause it is about, where a case cites several.
     """
     distances = [distance for distance in (_above(value, low), _below(value, high)) if distance is not None]
@@ -79,7 +81,8 @@ def record_measure(
         unit=unit,
         low=low,
         high=high,
-        uncertainty=uncertainty,
+        uncertainty=float(uncertainty),
+        of_times=isinstance(uncertainty, OfTimes) and uncertainty > 0,
         margin=min(distances) if distances else None,
         clause=clause,
     )

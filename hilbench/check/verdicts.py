@@ -100,6 +100,7 @@ class Measure(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
         uncertainty: half the width of the interval, around the value, in which the true one lies.
         margin: distance to the nearest limit, in the same unit; negative outside. None where there is no limit.
         clause: the clause it is about, of the several that the case cites; empty for all of them.
+        of_times: whether the uncertainty has in it what the benches were late by.
     """
 
     name: str
@@ -110,3 +111,4 @@ class Measure(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     uncertainty: float = 0.0
     margin: float | None = None
     clause: str = ""
+    of_times: bool = False

@@ -8,6 +8,7 @@ from hilbench.check import Inconclusive, Violation, at_least, near, within
 from hilbench.clock import NS_PER_S
 from hilbench.suites._rover import DONE_S, Counts, Rover, on_rover
 from hilbench.suites.pkt_board._frames import LED_OFF, LED_ON, SUCCESS
+from hilbench.uncertainty import OfTimes
 from protocols.pkt import GeneralReport, GpsReport, ImuReport, MotionReport, Report, SpeedSetpoints
 
 FRAME_S, IN_TIME_S, TOO_LATE_S = 1.0, 0.9, 1.1
@@ -136,5 +137,5 @@ def test_periodic_reports(rover: Rover) -> None:
     )
     for number, kind, least, most in wanted:
         count = len(rover.peer.since(mark, kind))
-        uncertain = round(most / 10 * uncertainty_s)
+        uncertain = OfTimes(round(most / 10 * uncertainty_s))
         within(count, least, most, unit="reports", what=f"0x{number:02X} in 10 s", uncertainty=uncertain)

@@ -13,6 +13,7 @@ from hilbench.check.outcome import outcome_of
 from hilbench.check.plugin import CheckPlugin
 from hilbench.check.pytest_run import run_pytest
 from hilbench.check.recorder import uncertain
+from hilbench.uncertainty import OfTimes
 
 CAUSE = "the served bench was up to 27.3 ms late"
 
@@ -48,8 +49,29 @@ def test_a_number_of_things_is_no_figure_of_time():
 
 @given(st.floats(0, 10))
 def test_a_figure_that_is_wrong_by_more_than_it_is_uncertain_stays_wrong(lateness_s):
-    error = error_of(at_most, 0.4, 0.2, uncertainty=0.1)
+    error = error_of(at_most, 0.4, 0.2, uncertainty=OfTimes(0.1))
     assert ended(error, lateness_s) == outcome_of(error)
+    with uncertain(lambda: 0.1):
+        error = error_of(at_most, 0.4, 0.2)
+    assert ended(error, lateness_s) == outcome_of(error)
+
+
+@pytest.mark.parametrize("unit", ["s", "deg"])
+@given(lateness_s=st.floats(0, 10))
+def test_a_figure_whose_uncertainty_has_nothing_to_do_with_lateness_is_held_against_a_target_in_time_alone(
+    unit, lateness_s
+):
+    with pytest.raises(Violation) as raised:
+        at_most(0.4, 0.2, unit=unit, what="stop", uncertainty=0.1)
+    wanted = Verdict.FAIL if lateness_s <= BORNE_S else Verdict.INCONCLUSIVE
+    assert ended(raised.value, lateness_s).verdict is wanted
+
+
+def test_a_figure_says_whether_its_uncertainty_is_of_times():
+    assert at_most(1, 3, unit="mm", what="way", uncertainty=400 * OfTimes(0.001)).of_times
+    assert not at_most(1, 3, unit="mm", what="way", uncertainty=0.4).of_times
+    assert not at_most(1, 3, unit="mm", what="way", uncertainty=OfTimes(0)).of_times
+    assert type(at_most(1, 3, unit="s", what="it", uncertainty=OfTimes(0.1)).uncertainty) is float
 
 
 def test_a_figure_that_cannot_be_told_says_who_was_late():
