@@ -59,7 +59,7 @@ CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="An agent is waited for",
         text=(
-            "An agent comes 15 s after power-on, with commands: nothing is sent before, and within 1.5 s a frame of "
+            "An agent comes 18 s after power-on, with commands: nothing is sent before, and within 1.5 s a frame of "
             "mode 1 with the command; the mode is reported."
         ),
         sources=(f"{TASK}, TIMEOUT_MICRO_ROS_AGENT", f"{MICRO_ROS} rmw_uros_ping_agent(1000, 20)"),

@@ -22,13 +22,18 @@ class _HearsNobodyAfterTwoSeconds(VehicleInterface):
     """Takes a driving stack that is there within 2 s of the start, or after 20 s, and none between."""
 
     _heard = False
+    _listens_s = 2.0
 
     def receive(self, line, data, now_ns):
         since_s = (now_ns - self._epoch_ns) / 1e9
-        if line == STACK_LINE and not self._heard and 2.0 < since_s < 20.0:
+        if line == STACK_LINE and not self._heard and self._listens_s < since_s < 20.0:
             return self.advance(now_ns)
         self._heard = self._heard or line == STACK_LINE
         return super().receive(line, data, now_ns)
+
+
+class _HearsNobodyAfterSeventeenSeconds(_HearsNobodyAfterTwoSeconds):
+    _listens_s = 17.0
 
 
 FAULTS = (
@@ -37,6 +42,12 @@ FAULTS = (
         what="an agent that comes from 2 to 20 s after the first ping is not heard",
         about=("VB58",),
         kind=_HearsNobodyAfterTwoSeconds,
+    ),
+    VehicleMutant(
+        id="agent-17s",
+        what="an agent that comes from 17 to 20 s after the first ping is not heard",
+        about=("VB58",),
+        kind=_HearsNobodyAfterSeventeenSeconds,
     ),
     VehicleMutant(
         id="agent-10s", what="an agent is waited for for 10 s", about=("VB03",), board={"agent_wait_s": 10.0}
