@@ -10,6 +10,7 @@ import contextlib
 import importlib.util
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hilbench.bench_file import BenchFile
 from hilbench.cases import ClientFactory, Tap, VirtualCase, make_client, no_tap
@@ -23,7 +24,6 @@ from hilbench.files import refuse_overwriting
 from hilbench.inputs import inputs_of, inputs_of_targets
 from hilbench.journal import Journal
 from hilbench.links import Line, is_serial_target
-from hilbench.links.through_pty import PtyPassages
 from hilbench.locked_providers import AttachedProvider, ExecProvider, ListenProvider
 from hilbench.model_kinds import MODEL_KINDS
 from hilbench.nearest import did_you_mean
@@ -31,6 +31,9 @@ from hilbench.observing import VirtualObserver
 from hilbench.options import CheckOptions, TargetChoice
 from hilbench.pioneer.robot import PioneerPlan, plan_of
 from hilbench.shared import Shared
+
+if TYPE_CHECKING:
+    from hilbench.through import Passages
 
 __all__ = ["BULLET_CAPABILITIES", "VIRTUAL_CAPABILITIES", "Shared", "VirtualProvider", "make_provider"]
 
@@ -79,7 +82,7 @@ def make_provider(options: CheckOptions) -> BenchProvider:
         hint = 'write suites = ["my_suite.py"] into it, or --suite; without clauses: pytest (hilbench init begins one)'
         raise UsageError("names no suite for its boards", where=str(bench_file.path), hint=hint)
     journal = Journal(options.journal, bench_file.header(options.seed), max_bytes=options.journal_max)
-    passage = PtyPassages() if options.through else None
+    passage = _passages(options.through) if options.through else None
     shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal, passage=passage)
     if bench_file.vehicle is not None or _has_lines(bench_file):
         return _vehicle(shared, options)
@@ -96,6 +99,12 @@ def make_provider(options: CheckOptions) -> BenchProvider:
         nearest = did_you_mean(choice.name, bench_file.targets, "targets")
         raise UsageError(f"no target '{choice.name}'", where=f"--target {choice.name}={choice.spec}", hint=nearest)
     return _rover_at(shared, choice.spec) if rover else _for_target(shared, choice.spec)
+
+
+def _passages(kind: str) -> Passages:
+    from hilbench.through import Passages
+
+    return Passages(kind)
 
 
 def _capture(options: CheckOptions, choice: TargetChoice) -> BenchProvider:

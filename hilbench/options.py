@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+THROUGH = ("pty", "tcp", "rfc2217", "proxy")
+"""What ``check --through`` takes."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TargetChoice:
@@ -37,7 +40,7 @@ class CheckOptions:
         json: where to write the JSON report; ``-`` is standard output.
         journal: where to write the journal.
         journal_max: how large it and the part before it may get together, in bytes; None for no limit.
-        through: ``pty`` for lines that pass a pseudo-terminal of this machine; empty for lines in memory.
+        through: one of `THROUGH`, for lines that pass such a door of this machine; empty for lines in memory.
         screens: the folder for pictures of the screen of the dashboard at the moment a case fails.
         list_only: list the cases and run nothing.
     """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from hilbench.bench import Bench
 from hilbench.check.provider import CaseInfo
@@ -11,7 +12,9 @@ from hilbench.clock import Scheduler
 from hilbench.config import BenchFile
 from hilbench.journal import Journal
 from hilbench.line_faults import LineFaults, describe_faults
-from hilbench.links import Port
+
+if TYPE_CHECKING:
+    from hilbench.through import Passages
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,7 +31,7 @@ class Shared:
     bench_file: BenchFile
     timeout_scale: float
     journal: Journal
-    passage: Callable[[Port], Port] | None = None
+    passage: Passages | None = None
 
     @property
     def suites(self) -> Sequence[str]:
@@ -45,7 +48,7 @@ class Shared:
         """Name the parts of the bench, and the faults that everything it says is subject to."""
         parts = {"bench": self.bench_file.name, "target": target, "physics": physics}
         faults = describe_faults(self.bench_file.faults)
-        lines = {"lines": "through pseudo-terminals of this machine"} if self.passage else {}
+        lines = {"lines": self.passage.words} if self.passage else {}
         return {**parts, **lines, **({"faults": faults} if faults else {})}
 
     def line_faults(

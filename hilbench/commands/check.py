@@ -8,7 +8,7 @@ from typing import Any
 
 from hilbench import arguments, interruption
 from hilbench.journal_options import add_journal, check_journal
-from hilbench.options import CheckOptions
+from hilbench.options import THROUGH, CheckOptions
 from hilbench.parser import Parser, typed
 
 _EXAMPLES = """
@@ -19,6 +19,7 @@ hilbench check rover -k 'P24D or P29D'             an emulated rover, each case 
 hilbench check --suite pkt-board --target serial:/dev/ttyACM0@115200
 hilbench check --suite pkt-board --target serial:serial=0668FF303430   whatever its port is called; see hilbench ports
 hilbench check vehicle-model --target simulator=serial:/dev/ttyUSB0 --target stack=serial:/dev/ttyACM0
+hilbench check rover --through rfc2217             whole suites with that door on the way, in virtual time
 hilbench check --list --json -
 """
 
@@ -56,8 +57,8 @@ def parser() -> Parser:
     add("--junit", metavar="FILE", type=typed(arguments.output_file), help="write JUnit XML")
     add("--json", metavar="FILE", help="write the report, or with --list the list, as JSON; - is standard output")
     add_journal(made)
-    add("--through", choices=("pty",), default="",
-        help="let each byte of the bench's lines pass a pseudo-terminal of this machine, in virtual time")  # fmt: skip
+    add("--through", choices=THROUGH, default="",
+        help="let each byte of the bench's lines pass such a door of this machine, in virtual time")  # fmt: skip
     add("--screens", metavar="DIR", type=typed(arguments.output_file),
         help="for each case that fails, the screen of the dashboard at that moment: DIR/CASE.svg")  # fmt: skip
     return made
