@@ -11,6 +11,7 @@ from textual.driver import Driver
 from textual.screen import Screen
 from textual.widgets import Footer, Static
 
+from hilbench.errors import HilbenchError
 from hilbench.tui.bench_process import BenchProcess, Phase
 from hilbench.tui.body import Body
 from hilbench.tui.check_run import CheckRun
@@ -150,7 +151,8 @@ class Dashboard(VehicleActions, Saving):
         """Watch another bench, or a recording, with nothing left of the one before."""
         super().open(process, replay)
         self.zoomed = ""
-        self.action_stop_check()
+        if self.run_of_suite is not None:
+            self.run_of_suite.stop()
         self.run_of_suite = None
         self.query_one(FramesPane).filter("")
         self.query_one(ChecksPane).forget()
@@ -333,6 +335,9 @@ class Dashboard(VehicleActions, Saving):
     def action_signals(self) -> None:
         """Choose which signals are plotted."""
         plots = self.query_one(PlotsPane)
+        if self.model is None or not self.model.signals.signals:
+            self.notify("nothing with a unit was told yet")
+            return
 
         def rows() -> list[tuple[str, bool, str]]:
             signals = self.model.signals.signals if self.model is not None else {}
@@ -376,7 +381,9 @@ class Dashboard(VehicleActions, Saving):
 
     def action_stop_check(self) -> None:
         """End the suite that runs."""
-        if self.run_of_suite is not None:
+        if self.run_of_suite is None or self.run_of_suite.code is not None:
+            self.notify("no suite runs")
+        else:
             self.run_of_suite.stop()
 
     def _look_at_suite(self) -> None:
@@ -408,8 +415,13 @@ class Dashboard(VehicleActions, Saving):
 
         def open_it(name: str | None) -> None:
             if name and self._open_bench is not None:
+                try:
+                    opened = self._open_bench(name)
+                except HilbenchError as error:
+                    self.notify(str(error), severity="error")
+                    return
                 self.process.stop()
-                self.open(self._open_bench(name))
+                self.open(opened)
                 self.look()
 
         self.push_screen(PickScreen("Open which bench? The present one is stopped.", self._benches), open_it)
@@ -437,8 +449,8 @@ class Dashboard(VehicleActions, Saving):
         self.action_leave()
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Offer every action by name in the command palette."""
-        yield from super().get_system_commands(screen)
+        """Offer every action by name in the command palette; of Textual's own the one that there is not among ours."""
+        yield from (one for one in super().get_system_commands(screen) if one.title == "Theme")
         for what, (name, arguments) in BY_NAME.items():
             if self.check_action(name, arguments):
                 action = getattr(self, f"action_{name}")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from textual import events
+from textual.binding import NoBinding
+
 from hilbench.tui.bench_process import BenchProcess, Phase
 from hilbench.tui.dialogs import InjectScreen, WordScreen
 from hilbench.tui.keys import NEEDS, OF_RECORDINGS
@@ -12,6 +15,8 @@ from hilbench.tui.watching import Watching
 
 __all__ = ["Asking"]
 
+_SAID_FOR_S = 5.0
+"""How long what was said is not said again, about as long as it stands on the screen (choice)."""
 _FASTEST = 16.0
 """As of `hilbench.live.actions.MOST_SPEED`: a bench that cannot is as fast as it can."""
 
@@ -27,6 +32,7 @@ class Asking(Watching):
     def __init__(self, process: BenchProcess | RecordedBench, replay: Replay | None) -> None:
         super().__init__(process, replay)
         self._stick = Stick()
+        self._said_why = ("", -_SAID_FOR_S)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Offer only what the bench can do."""
@@ -36,6 +42,29 @@ class Asking(Watching):
             wanted = OF_RECORDINGS.get(action)
             return wanted is None or wanted is (self.replay is not None)
         return self.process.phase is Phase.LIVE and needed in self.process.actions
+
+    def on_key(self, event: events.Key) -> None:
+        """Say why a key of ours does nothing here; once in a while, for keys are held."""
+        if len(self.screen_stack) > 1 or event.key in self.screen.active_bindings:
+            return
+        try:
+            bindings = self._bindings.get_bindings_for_key(event.key)
+        except NoBinding:
+            return
+        why, now_s = self._why_not(bindings[0].action.partition("(")[0]), self.stopwatch.elapsed_s()
+        if why != self._said_why[0] or now_s - self._said_why[1] >= _SAID_FOR_S:
+            self._said_why = why, now_s
+            self.notify(why, severity="warning")
+
+    def _why_not(self, action: str) -> str:
+        """Return why an action is not offered."""
+        if self.replay is not None:
+            return "a recording obeys nobody"
+        if action not in NEEDS:
+            return "only a recording can be gone through"
+        if self.process.phase is not Phase.LIVE:
+            return "the bench has ended" if self.process.phase is Phase.ENDED else "the bench is not there yet"
+        return f"this bench has no '{NEEDS[action]}'"
 
     def action_drive(self, axis: int, share: float) -> None:
         """Move the stick."""

@@ -8,15 +8,15 @@ from rich.text import Text
 from textual.binding import Binding
 
 from hilbench.tui.model.bench import BenchModel
-from hilbench.tui.model.checks import ChecksModel
-from hilbench.tui.panes import Pane
-from hilbench.tui.views.checks import checks_view, clause_view
+from hilbench.tui.model.checks import CheckedModel, ChecksModel
+from hilbench.tui.panes import RowsPane
+from hilbench.tui.views.checks import checks_view, clause_view, clauses_shown
 from hilbench.tui.views.words import DIM
 
 __all__ = ["ChecksPane"]
 
 
-class ChecksPane(Pane):
+class ChecksPane(RowsPane):
     """See the module.
 
     Attributes:
@@ -26,14 +26,7 @@ class ChecksPane(Pane):
         said: what stands below if the run came to nothing: why.
     """
 
-    BINDINGS = [
-        Binding("up", "move(-1)", "Up", show=False),
-        Binding("down", "move(1)", "Down", show=False),
-        Binding("pageup", "move(-10)", "Page up", show=False),
-        Binding("pagedown", "move(10)", "Page down", show=False),
-        Binding("enter", "open", "Evidence"),
-        Binding("escape", "back", "Back", show=False),
-    ]
+    BINDINGS = [Binding("enter", "open", "Evidence")]
 
     def __init__(self) -> None:
         super().__init__("checks")
@@ -41,6 +34,8 @@ class ChecksPane(Pane):
         self.chosen = ""
         self.opened = False
         self.said: Sequence[str] = ()
+        self._above = 0
+        self._drawn: Sequence[CheckedModel] = ()
 
     def take(self, checks: ChecksModel, title: str, text: str, *, ended: bool) -> None:
         """Show a run; where it came to no verdict, show what it said."""
@@ -66,7 +61,10 @@ class ChecksPane(Pane):
         if self.opened and row is not None:
             whole = [*clause_view(row, width)[: max(1, height - 4)], Text("─" * width, DIM)]
         said = [Text(line) for line in self.said[-height:]] if not checks.rows else []
-        return [*whole, *(said or checks_view(checks, width, max(1, height - len(whole)), chosen=self.chosen))]
+        room = max(1, height - len(whole))
+        self._above = len(whole) + 1
+        self._drawn = clauses_shown(checks, room, self.chosen, self._drawn)
+        return [*whole, *(said or checks_view(checks, width, room, chosen=self.chosen, shown=self._drawn))]
 
     def action_move(self, by: int) -> None:
         """Point at another clause."""
@@ -74,6 +72,16 @@ class ChecksPane(Pane):
         if names:
             at = names.index(self.chosen) + by if self.chosen in names else (0 if by > 0 else len(names) - 1)
             self.chosen = names[max(0, min(len(names) - 1, at))]
+        self.refresh()
+
+    def choose_row(self, row: int) -> None:
+        """Point at the clause in a row; show it whole, or no more, if it is pointed at."""
+        if not self._above <= row < self._above + len(self._drawn):
+            return
+        clause = self._drawn[row - self._above].id
+        if clause == self.chosen:
+            self.opened = not self.opened
+        self.chosen = clause
         self.refresh()
 
     def action_open(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
 
 from textual import events
 from textual.app import ComposeResult
@@ -24,7 +25,19 @@ __all__ = [
 ]
 
 
-class HelpScreen(ModalScreen[None]):
+Answer = TypeVar("Answer")
+
+
+class _Dialog(ModalScreen[Answer]):
+    """What stands above the panes; a click beside it closes it without an answer."""
+
+    def on_click(self, event: events.Click) -> None:
+        """Close it, if nothing of it was clicked on."""
+        if event.widget is self:
+            self.dismiss(None)
+
+
+class HelpScreen(_Dialog[None]):
     """What everything means.
 
     Args:
@@ -47,7 +60,7 @@ class HelpScreen(ModalScreen[None]):
         self.query_one("#help").focus()
 
 
-class LeaveScreen(ModalScreen[str]):
+class LeaveScreen(_Dialog[str]):
     """Stop the bench, or let it run."""
 
     BINDINGS = [
@@ -77,7 +90,7 @@ class LeaveScreen(ModalScreen[str]):
         self.dismiss(answer)
 
 
-class WordScreen(ModalScreen[str]):
+class WordScreen(_Dialog[str]):
     """One line of text.
 
     Args:
@@ -102,7 +115,7 @@ class WordScreen(ModalScreen[str]):
         self.dismiss(event.value)
 
 
-class SuiteScreen(ModalScreen[tuple[str, str]]):
+class SuiteScreen(_Dialog[tuple[str, str]]):
     """A suite, and which of its clauses.
 
     Args:
@@ -158,7 +171,7 @@ _LASTING = frozenset({"delay", *_OF_THE_LINE})
 _COUNTED = frozenset({"noise", "drop", "flip", "duplicate"})
 
 
-class InjectScreen(ModalScreen[dict[str, object]]):
+class InjectScreen(_Dialog[dict[str, object]]):
     """A fault for the line.
 
     Args:
@@ -217,7 +230,7 @@ class InjectScreen(ModalScreen[dict[str, object]]):
         self.dismiss(asked)
 
 
-class PickScreen(ModalScreen[str]):
+class PickScreen(_Dialog[str]):
     """One of several.
 
     Args:
@@ -247,7 +260,7 @@ class PickScreen(ModalScreen[str]):
             event.stop()
 
 
-class ToggleScreen(ModalScreen[None]):
+class ToggleScreen(_Dialog[None]):
     """Some of several; each choice is in force at once.
 
     Args:
@@ -257,7 +270,7 @@ class ToggleScreen(ModalScreen[None]):
     """
 
     BINDINGS = [Binding("escape,q,P,L", "dismiss", "Close")]
-    HINT = "enter or space: shown or not; escape: back"
+    HINT = "enter, space or a click: shown or not; escape: back"
 
     def __init__(
         self, question: str, rows: Callable[[], Sequence[tuple[str, bool, str]]], toggle: Callable[[str], None]
@@ -296,8 +309,9 @@ class ToggleScreen(ModalScreen[None]):
         """Take space for enter, and let nothing of it through to the screen below."""
         if event.key == "space":
             event.stop()
-            self._toggle(self.pointed_at)
-            self.fill()
+            if self.pointed_at:
+                self._toggle(self.pointed_at)
+                self.fill()
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         """Choose it, or do so no more."""
@@ -321,7 +335,7 @@ class PanesScreen(ToggleScreen):
         Binding("right_curly_bracket,shift+down", "move(0, 1)", "Down"),
         Binding("r", "reset", "As at first"),
     ]
-    HINT = "enter: shown or not; left right: other column; { }: up, down; r: all as at first"
+    HINT = "enter: shown or not; left right: column; { }: up, down; r: as at first"
 
     def __init__(
         self,

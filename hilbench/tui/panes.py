@@ -24,9 +24,12 @@ from hilbench.tui.views.plots import SPANS_S, plots_view
 from hilbench.tui.views.states import machine_view
 from hilbench.tui.views.status import counters_view, link_view, strip_view, timers_view
 
-__all__ = ["PANES", "FramesPane", "Head", "Pane", "PaneSpec", "PlotsPane", "Strip", "pane_names"]
+__all__ = ["PANES", "FramesPane", "Head", "Pane", "PaneSpec", "PlotsPane", "RowsPane", "Strip", "pane_names"]
 
 _FEW_STATES = 3
+_HELD_FRAMES = 400
+_ROWS_OF_A_NOTCH = 3
+"""How far a notch of the wheel points (choice)."""
 View = Callable[[BenchModel, int, int], Sequence[Text]]
 
 
@@ -47,9 +50,11 @@ def _machines(model: BenchModel, width: int, height: int) -> list[Text]:
 
 
 def _pins(model: BenchModel, width: int, height: int) -> list[Text]:
-    """Show what stands beside a board, then its pins."""
-    beside = cockpit_view(model.vehicle, width)
-    if beside and not model.pins.pins:
+    """Show what stands beside a board, then its pins; in little room some of both, analog pins above all."""
+    pins = model.pins.pins.values()
+    analog = sum(bool(pin.volts) for pin in pins)
+    beside = cockpit_view(model.vehicle, width, max(1, height - analog - (len(pins) > analog)))
+    if beside and not pins:
         return beside
     return [*beside, *pins_view(model.pins, width, max(1, height - len(beside)), model.ns)]
 
@@ -157,7 +162,43 @@ class Pane(Lines, can_focus=True):
             self.post_message(self.Chosen(str(self.id)))
 
 
-class FramesPane(Pane):
+class RowsPane(Pane):
+    """A pane of rows, one of which is pointed at by arrows, wheel or a click; one more click opens it."""
+
+    BINDINGS = [
+        Binding("up", "move(-1)", "Up", show=False),
+        Binding("down", "move(1)", "Down", show=False),
+        Binding("pageup", "move(-10)", "Page up", show=False),
+        Binding("pagedown", "move(10)", "Page down", show=False),
+        Binding("escape", "back", "Back", show=False),
+    ]
+
+    def action_move(self, by: int) -> None:
+        """Point at another row."""
+        raise AssertionError(f"{self} has no row {by} further")
+
+    def choose_row(self, row: int) -> None:
+        """Point at what stands in a row of the pane; open it if it is pointed at already."""
+        raise AssertionError(f"{self} has no row {row}")
+
+    def on_click(self, event: events.Click) -> None:
+        """Point at a row."""
+        place = event.get_content_offset(self)
+        if event.chain == 1 and place is not None:
+            self.choose_row(place.y)
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        """Point further up."""
+        event.stop()
+        self.action_move(-_ROWS_OF_A_NOTCH)
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        """Point further down."""
+        event.stop()
+        self.action_move(_ROWS_OF_A_NOTCH)
+
+
+class FramesPane(RowsPane):
     """The frames: filtered, held, and one of them byte by byte.
 
     Attributes:
@@ -167,15 +208,7 @@ class FramesPane(Pane):
         opened: whether that frame is shown byte by byte.
     """
 
-    BINDINGS = [
-        Binding("up", "move(-1)", "Up", show=False),
-        Binding("down", "move(1)", "Down", show=False),
-        Binding("pageup", "move(-10)", "Page up", show=False),
-        Binding("pagedown", "move(10)", "Page down", show=False),
-        Binding("enter", "open", "Bytes"),
-        Binding("h", "hold", "Hold"),
-        Binding("escape", "back", "Back", show=False),
-    ]
+    BINDINGS = [Binding("enter", "open", "Bytes"), Binding("h", "hold", "Hold")]
 
     def __init__(self) -> None:
         super().__init__("frames")
@@ -183,10 +216,12 @@ class FramesPane(Pane):
         self.held: list[FrameModel] | None = None
         self.chosen: int | None = None
         self.opened = False
+        self._end = 0
+        self._drawn: tuple[int, Sequence[FrameModel]] = (0, ())
 
     def lines(self, model: BenchModel, width: int, height: int) -> Sequence[Text]:
         """Return the frames, and above them the one that is opened."""
-        frames = self._shown(model, height if self.held is None else 400)
+        frames = self._shown(model, height if self.held is None else _HELD_FRAMES)
         frame = self._chosen_of(frames)
         said: list[Text] = []
         if self.opened and frame is not None:
@@ -195,8 +230,9 @@ class FramesPane(Pane):
         room = height - len(said)
         if self.held is not None and frame is not None:
             at = frames.index(frame)
-            end = max(room, min(len(frames), at + room // 2 + 1))
-            frames = frames[max(0, end - room) : end]
+            self._end = min(len(frames), max(room, at + 1, min(self._end, at + room)))
+            frames = frames[max(0, self._end - room) : self._end]
+        self._drawn = len(said), frames[-room:]
         empty = f"no frame has '{self.pattern}'" if self.pattern else "no frame yet"
         return [*said, *frames_view(frames, width, room, chosen=self.chosen, empty=empty)]
 
@@ -230,6 +266,19 @@ class FramesPane(Pane):
             self.chosen = frames[max(0, min(len(frames) - 1, at))].number
         self._tell()
 
+    def choose_row(self, row: int) -> None:
+        """Point at the frame in a row, and hold the list; show it byte by byte, or no more, if it is pointed at."""
+        above, frames = self._drawn
+        if not above <= row < above + len(frames):
+            return
+        frame = frames[row - above]
+        if self.held is not None and self.chosen == frame.number:
+            self.opened = not self.opened
+        else:
+            self._hold()
+            self.chosen = frame.number
+        self._tell()
+
     def action_open(self) -> None:
         """Show the frame byte by byte, or no more."""
         self._hold()
@@ -251,8 +300,9 @@ class FramesPane(Pane):
 
     def _hold(self) -> list[FrameModel]:
         if self.held is None:
-            self.held = [] if self.model is None else self.model.frames.matching(self.pattern, 400)
+            self.held = [] if self.model is None else self.model.frames.matching(self.pattern, _HELD_FRAMES)
             self.chosen = self.held[-1].number if self.held else None
+            self._end = len(self.held)
         return self.held
 
     def _chosen_of(self, frames: Sequence[FrameModel]) -> FrameModel | None:

@@ -33,6 +33,9 @@ class Saving(Asking):
 
     def action_export(self) -> None:
         """Ask what is to be written to a file, and write it."""
+        if self.model is None:
+            self.notify("nothing was told yet")
+            return
         choices = [(f"{what} {form}", about) for what, (about, _, forms) in EXPORTS.items() for form in forms]
 
         def write(choice: str | None) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.text import Text
@@ -10,7 +10,7 @@ from rich.text import Text
 from hilbench.tui.model.checks import RUNNING, CheckedModel, ChecksModel
 from hilbench.tui.views.words import BAD, DIM, GOOD, HEAD, LIT, bar, fit
 
-__all__ = ["checks_view", "clause_view"]
+__all__ = ["checks_view", "clause_view", "clauses_shown"]
 
 _MARKS: Mapping[str, tuple[str, str]] = {
     "pass": ("✓", GOOD),
@@ -25,18 +25,40 @@ _WORDS = {"": "waits", RUNNING: "runs"}
 _MOST_EVIDENCE = 12
 
 
-def checks_view(checks: ChecksModel, width: int, height: int, *, chosen: str = "") -> list[Text]:
-    """Return how far a run is and its clauses, around the one that is pointed at or that runs."""
+def checks_view(
+    checks: ChecksModel, width: int, height: int, *, chosen: str = "", shown: Sequence[CheckedModel] | None = None
+) -> list[Text]:
+    """Return how far a run is and its clauses: those that are to be shown, else around the one that matters."""
     if not checks.rows:
         return [fit(Text("nothing was checked yet; t runs a suite on a fresh bench", DIM), width)]
+    rows = clauses_shown(checks, height, chosen) if shown is None else shown
+    breadth = max(len(_word(row)) for row in checks.rows.values())
+    lines = [_row(row, breadth, chosen == row.id) for row in rows]
+    return [fit(line, width) for line in (_head(checks), *lines)]
+
+
+def clauses_shown(
+    checks: ChecksModel, height: int, chosen: str, before: Sequence[CheckedModel] = ()
+) -> list[CheckedModel]:
+    """Return the clauses that there is room for, with the one that is pointed at or that runs in the middle.
+
+    Args:
+        checks: the run.
+        height: rows, the first of which says how far the run is.
+        chosen: the one that is pointed at; empty if none is.
+        before: those that were shown before; they stay where they are as long as the chosen one is among them.
+    """
     rows = list(checks.rows.values())
+    if not rows:
+        return []
     wanted = next((row.id for row in rows if row.state == RUNNING), rows[-1].id if not checks.ended else rows[0].id)
     at = next((number for number, row in enumerate(rows) if row.id == (chosen or wanted)), 0)
     room = max(1, height - 1)
-    begin = max(0, min(at - room // 2, len(rows) - room))
-    breadth = max(len(_word(row)) for row in rows)
-    lines = [_row(row, breadth, chosen == row.id) for row in rows[begin : begin + room]]
-    return [fit(line, width) for line in (_head(checks), *lines)]
+    begin = at - room // 2
+    if chosen and before and before[0] in rows:
+        begin = max(at - room + 1, min(rows.index(before[0]), at))
+    begin = max(0, min(begin, len(rows) - room))
+    return rows[begin : begin + room]
 
 
 def _head(checks: ChecksModel) -> Text:

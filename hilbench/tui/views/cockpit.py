@@ -10,18 +10,21 @@ from rich.text import Text
 
 from hilbench.tui.views.words import BAD, DIM, GOOD, HEAD, fit
 
-__all__ = ["cockpit_view"]
+__all__ = ["COCKPIT_ROWS", "cockpit_view"]
 
 _COLUMNS, _ROWS = 11, 5
+COCKPIT_ROWS = _ROWS + 1
+"""With the field of the stick; with fewer rows, its place is said in figures alone."""
 _LIGHTS = {"green": "green", "amber": "yellow", "red": "red"}
 
 
-def cockpit_view(seen: Mapping[str, Any], width: int) -> list[Text]:
-    """Return the stick as seen from above, and beside it what can be read.
+def cockpit_view(seen: Mapping[str, Any], width: int, height: int = COCKPIT_ROWS) -> list[Text]:
+    """Return the stick as seen from above, and beside it what can be read; what matters most first in a few rows.
 
     Args:
         seen: what the journal tells of the car and the board; nothing is shown where that is nothing.
         width: cells in a line.
+        height: rows there are.
     """
     if not seen:
         return []
@@ -31,8 +34,12 @@ def cockpit_view(seen: Mapping[str, Any], width: int) -> list[Text]:
         return [fit(line, width) for line in (at_board, *reached)]
     beside = [_lights(seen), _lamps(seen), *reached]
     right, forward = seen["stick"]
+    where = f"{right:+.2f} right  {forward:+.2f} ahead"
+    if height < COCKPIT_ROWS:
+        brief = [Text.assemble(("stick     ", HEAD), where), _reported(seen), _lights(seen), _lamps(seen), *reached[1:]]
+        return [fit(line, width) for line in brief[:height]]
     return [
-        fit(Text.assemble((" stick  ", HEAD), f"{right:+.2f} right  {forward:+.2f} ahead"), width),
+        fit(Text.assemble((" stick  ", HEAD), where), width),
         *(
             fit(Text.assemble(stick, "  ", said), width)
             for stick, said in zip(_stick(right, forward), beside, strict=True)

@@ -15,20 +15,29 @@ _LEVELS = {True: "high", False: "low", None: "open"}
 
 
 def pins_view(pins: PinsModel, width: int, height: int, now_ns: int) -> list[Text]:
-    """Return the pins, lights first, then by name; those that have done least are the first to go, not analog ones."""
+    """Return the pins of each board, lights first, then by name.
+
+    Where there is no room for all, analog ones stand first, then lights, and those that have done least are left out.
+    """
     if not pins.pins:
         return [Text("no pin has moved yet", DIM)]
-    shown = sorted(pins.pins.values(), key=lambda pin: (not pin.light, pin.board, _port(pin.pin)))
-    if len(shown) > height:
-        busy = sorted(shown, key=_weight, reverse=True)[: height - 1]
-        left_out = len(shown) - len(busy)
-        shown = [pin for pin in shown if pin in busy]
-        return [*(_row(pin, width, now_ns) for pin in shown), Text(f"and {left_out} more", DIM)]
-    return [_row(pin, width, now_ns) for pin in shown]
+    shown = sorted(pins.pins.values(), key=lambda pin: (pin.board, not pin.light, _port(pin.pin)))
+    boards = dict.fromkeys(pin.board for pin in shown)
+    heads = len(boards) if len(boards) > 1 else 0
+    left_out = len(shown) - max(1, height - heads - 1) if len(shown) + heads > height else 0
+    if left_out:
+        busy = sorted(shown, key=_weight)[:-left_out]
+        shown = sorted(busy, key=lambda pin: (pin.board, not pin.volts, not pin.light, _port(pin.pin)))
+    lines = []
+    for board in boards:
+        lines += [Text(board, HEAD)] if heads else []
+        lines += [_row(pin, width, now_ns) for pin in shown if pin.board == board]
+    return [*lines, *([Text(f"and {left_out} more", DIM)] if left_out else [])]
 
 
-def _weight(pin: PinModel) -> tuple[bool, int]:
-    return bool(pin.light or pin.volts), pin.edge_count
+def _weight(pin: PinModel) -> tuple[bool, bool, int]:
+    """Return what is the less, the more there is to be seen of a pin."""
+    return not pin.volts, not (pin.light and pin.edge_count), -pin.edge_count
 
 
 def _row(pin: PinModel, width: int, now_ns: int) -> Text:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from rich.text import Text
 
@@ -35,19 +35,25 @@ _ALWAYS = frozenset({"bytes_in", "bytes_out", "frames_in", "frames_out", "noise"
 
 
 def link_view(model: BenchModel, width: int) -> list[Text]:
-    """Return what is known of the operator's line, and how the host keeps up."""
-    lines: list[Text] = []
-    for name, line in model.lines.items():
-        lines += _line(model, name, line) if len(model.lines) == 1 else _short_line(model, name, line)
-    if not lines:
-        lines.append(Text("no line to watch", DIM))
+    """Return what is known of the operator's line, or of his lines to each board, and how the host keeps up."""
+    if len(model.lines) == 1:
+        lines = [text for name, line in model.lines.items() for text in _line(model, name, line)]
+    else:
+        lines = list(_several_lines(model, width)) or [Text("no line to watch", DIM)]
     lines += _pace(model)
     lines.append(_driver(model))
-    if model.armed:
-        lines.append(Text("faults armed   " + ", ".join(model.armed)))
-    if model.faults:
-        lines.append(Text("faults struck  " + ", ".join(f"{n} {name}" for name, n in model.faults.items()), BAD))
+    lines += _listed("faults armed   ", model.armed, "", width)
+    lines += _listed("faults struck  ", [f"{count} {name}" for name, count in model.faults.items()], BAD, width)
     return [fit(line, width) for line in lines]
+
+
+def _listed(title: str, names: Sequence[str], style: str, width: int) -> Iterator[Text]:
+    """Return names in a line; where they do not fit, one in a line."""
+    joined = f"{title}{', '.join(names)}"
+    if len(joined) <= width:
+        names = [", ".join(names)] if names else []
+    for number, name in enumerate(names):
+        yield Text(f"{'' if number else title:<{len(title)}}{name}", style)
 
 
 def _line(model: BenchModel, name: str, line: LineModel) -> Iterator[Text]:
@@ -67,19 +73,38 @@ def _line(model: BenchModel, name: str, line: LineModel) -> Iterator[Text]:
         yield Text(f"  went down {line.outages} times", BAD)
 
 
-def _short_line(model: BenchModel, name: str, line: LineModel) -> Iterator[Text]:
-    """As `_line`, where there are several."""
+def _several_lines(model: BenchModel, width: int) -> Iterator[Text]:
+    """Return the lines, those that lead to one board below its name where there are several boards."""
+    by_board: dict[str, list[str]] = {}
+    for name, line in model.lines.items():
+        board = str(line.about.get("port", "")).partition(".")[0]
+        by_board.setdefault(board if board in model.live.get("boards", {}) else "", []).append(name)
+    column = max((len(name) + 1 for name in model.lines), default=0)
+    inset = "  " if len(by_board) > 1 else ""
+    for board in sorted(by_board):
+        if inset:
+            yield Text(board or "other lines", HEAD)
+        for name in by_board[board]:
+            yield from (Text.assemble(inset, text) for text in _short_line(model, name, column, width - len(inset)))
+
+
+def _short_line(model: BenchModel, name: str, column: int, width: int) -> Iterator[Text]:
+    """As `_line`, where there are several: what goes both ways stands side by side where there is room."""
+    line = model.lines[name]
     about = line.about
-    state = ("up", GOOD) if about.get("up") else ("DOWN", BAD)
-    baud = f"  {about['baud']} baud  " if about.get("baud") else "  "
+    state = ("up  ", GOOD) if about.get("up") else ("DOWN", BAD)
+    baud = (f"  {about['baud']} baud" if about.get("baud") else "", DIM)
     down = f"  down {line.outages}x" if line.outages else ""
-    yield Text.assemble((f"{name:<10}", HEAD), state, baud, _errors(line), (down, BAD))
-    said = []
+    yield Text.assemble((f"{name:<{column}}", HEAD), state, (down, BAD), _errors(line), baud)
+    ways, shares = [], []
     for way, counter in _WAYS:
         counted = line.counters.get(counter)
         if counted is not None:
-            said.append(f"{way} {bytes_words(counted.value)} {rate_words(counted.per_s(model.ns))}")
-    yield Text("  " + "   ".join(said))
+            per_s = counted.per_s(model.ns)
+            ways.append(f"  {way:<6}{bytes_words(counted.value):>8} {rate_words(per_s):>9}")
+            shares.append(f"{ways[-1]} {per_s * 10 / about['baud']:4.0%}" if about.get("baud") else ways[-1])
+    beside = next((said for said in ("".join(shares), "".join(ways)) if len(said) <= width), "")
+    yield from map(Text, [beside] if beside else shares)
 
 
 def _errors(line: LineModel) -> Text:

@@ -11,12 +11,14 @@ import pytest
 from hilbench.live.folders import Session
 from hilbench.live.session import LiveBench, LiveOptions
 from hilbench.mcu.command_line import open_target
+from hilbench.recordings.piecewise import Pieces
 from hilbench.testing import FakeHostClock
 from hilbench.tui.app import Dashboard
 from hilbench.tui.bench_process import Phase
 from hilbench.tui.memory import Memory
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.follower import Follower
+from hilbench.tui.model.replay import Replay
 from hilbench.tui.panes import Pane
 
 EXPECTED = Path(__file__).parent / "expected"
@@ -125,6 +127,11 @@ class FakeProcess:
 @pytest.fixture
 def process_of(journals):
     return lambda name: FakeProcess(journals[name])
+
+
+@pytest.fixture
+def replay_of(recordings):
+    return lambda name: Replay(Pieces(*recordings[name]))
 
 
 @pytest.fixture

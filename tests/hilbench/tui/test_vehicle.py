@@ -92,8 +92,8 @@ def test_panes_keep_to_their_width(model_of, view, width):
 
 def test_both_lines_are_shown_as_links(model_of):
     text = "\n".join(line.plain for line in link_view(model_of("vehicle"), 60))
-    assert "simulator up  921600 baud" in text
-    assert "stack     up  921600 baud" in text
+    assert "simulator up    no errors  921600 baud" in text
+    assert "stack     up    no errors  921600 baud" in text
 
 
 def test_the_modes_and_their_way_are_known(model_of):

@@ -201,3 +201,42 @@ def test_spans_rates_and_sizes():
 @given(st.floats(-1, 2), st.integers(1, 60))
 def test_a_bar_is_as_wide_as_it_is_told(share, width):
     assert len(bar(share, width)) == width
+
+
+# --- several boards
+
+
+def test_lines_are_shown_below_their_boards_and_no_line_is_cut(expect):
+    model = BenchModel({"live": {"boards": {"brain": {}, "arm": {}}}})
+    told = {"kind": "link", "baud": 115_200, "pending": 0, "up": True, "framing_errors": 0}
+    for name, port in (("gps", "brain.usart1"), ("grip", "arm.usart1"), ("host", "brain.usart2")):
+        for ns in (S, 2 * S):
+            model.take([{**told, "ns": ns, "source": name, "port": port, "sent": ns // 10**6, "received": 12_345}])
+    model.take([{**told, "ns": 2 * S, "source": "grip", "up": False, "framing_errors": 3, "port": "arm.usart1"}])
+    for width in (78, 58):
+        lines = [line.plain for line in link_view(model, width)]
+        assert not any("…" in line for line in lines), width
+        expect(f"link-boards-{width}", lines)
+
+
+def test_pins_of_several_boards_stand_below_their_names():
+    model = BenchModel({"live": {"boards": {"brain": {"leds": {"PB0": "LD1"}}}}})
+    model.take({"ns": 0, "kind": "pin", "source": f"{board}.PA{at}", "level": True} for board in ("brain", "arm")
+               for at in (0, 1))  # fmt: skip
+    whole = [line.plain.split()[0] for line in pins_view(model.pins, 60, 7, 0)]
+    assert whole == ["arm", "PA0", "PA1", "brain", "PB0", "PA0", "PA1"]
+    short = [line.plain.split()[0] for line in pins_view(model.pins, 60, 6, 0)]
+    assert short == ["arm", "PA0", "PA1", "brain", "PA0", "and"]  # the light that never lit goes first
+
+
+@pytest.mark.parametrize("height", range(3, 14))
+def test_analog_pins_are_seen_beside_a_cockpit_in_any_room(model_of, height):
+    model = model_of("vehicle")
+    model.take({"ns": model.ns, "kind": "pin", "source": f"brain.PA{at}", "level": True} for at in range(9))
+    model.take([{"ns": model.ns, "kind": "volts", "source": "bench",
+                 "pins": {"brain.PF11": [1.0, 3.3], "brain.PF12": [2.0, 3.3]}}])  # fmt: skip
+    lines = [line.plain for line in PANES["pins"].view(model, 58, height)]
+    assert len(lines) <= height
+    assert "stick" in lines[0]
+    seen = [line.split()[0] for line in lines if " V of " in line]
+    assert seen == ["PF11", "PF12"][: max(1, height - 2)]
