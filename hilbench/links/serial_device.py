@@ -170,7 +170,9 @@ def modem_lines(descriptor: int) -> ModemLines | None:
 
 
 def far_lines(port: Any) -> ModemLines | None:
-    """Return the levels that a far port has told pyserial's client of RFC 2217 last; None if it tells none."""
+    """Return the levels that a far port has told pyserial's client of RFC 2217 last; None of any other, or if not."""
+    if not isinstance(port, rfc2217.Serial):
+        return None
     try:
         state = port.get_modem_state()
     except OSError:

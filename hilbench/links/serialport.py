@@ -189,13 +189,8 @@ class SerialPort(PortBase):
             return None
         if self._native:
             return modem_lines(self._serial.fd)
-        return far_lines(self._serial) if self._tells_lines else None
-
-    @property
-    def _tells_lines(self) -> bool:
-        """Whether this is a far port that tells of its lines by itself; the bench would wait for one to be asked."""
-        url = self.target.url.lower()
-        return url.startswith("rfc2217:") and "poll_modem" not in url
+        # Only one that tells of its lines by itself: for an answer the bench would wait.
+        return None if "poll_modem" in self.target.url else far_lines(self._serial)
 
     def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:
         """Set DTR and RTS, True for asserted, both at once where that can be done; None leaves one as it is.
