@@ -23,7 +23,8 @@ class Machine:
         port = inside if driver == "cdc_acm" else inside / name
         port.mkdir(parents=True)
         vendor, product = ids.split(":")
-        for attribute, text in ({"idVendor": vendor, "idProduct": product} | texts).items():
+        about = {"idVendor": vendor, "idProduct": product, "bNumInterfaces": interface + 1}
+        for attribute, text in (about | texts).items():
             (device / attribute).write_text(f"{text}\n")
         (inside / "bInterfaceNumber").write_text(f"{interface:02x}\n")
         self._driver(port, driver)
@@ -57,6 +58,8 @@ class Machine:
         folder = self.root / "sys/bus/drivers" / driver
         folder.mkdir(parents=True, exist_ok=True)
         (port / "driver").symlink_to(folder)
+        subsystem = "usb" if driver == "cdc_acm" else "usb-serial"
+        (port / "subsystem").symlink_to(self.root / "sys/bus" / ("platform" if driver == "serial8250" else subsystem))
 
     def _port(self, name, port):
         entry = self.tty / name

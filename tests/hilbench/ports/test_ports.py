@@ -1,7 +1,11 @@
 from __future__ import annotations
 
+import os
+from pathlib import Path
+from types import SimpleNamespace
+
 import pytest
-import serial.tools.list_ports
+from serial.tools import list_ports_linux
 
 from hilbench.ports.listing import PortInfo, SysfsPorts, UsbIdentity, find_again, list_ports
 
@@ -81,12 +85,50 @@ def test_a_port_that_goes_while_it_is_read_is_left_out(machine):
     assert [found.device for found in SysfsPorts(machine.root)()] == ["/dev/ttyUSB1"]
 
 
-def test_pyserial_finds_no_more_usb_ports_than_we_do():
-    ours = {found.device: found.usb.ids for found in list_ports() if found.usb}
+@pytest.fixture
+def by_pyserial(machine, monkeypatch):
+    """What pyserial finds in the tree of a machine."""
+
+    def moved(path):
+        return str(machine.root) + path if path.startswith("/sys/class/") else path
+
+    same = {name: getattr(os.path, name) for name in ("islink", "join", "basename", "dirname")}
+    paths = SimpleNamespace(
+        **same,
+        exists=lambda path: os.path.exists(moved(path)),
+        realpath=lambda path: os.path.realpath(moved(path)),
+    )
+    nodes = SimpleNamespace(glob=lambda form: [f"/dev/{node.name}" for node in machine.root.glob(form[1:])])
+    monkeypatch.setattr(list_ports_linux, "os", SimpleNamespace(path=paths))
+    monkeypatch.setattr(list_ports_linux, "glob", nodes)
+    return list_ports_linux.comports
+
+
+def test_pyserial_finds_the_same_usb_ports_and_says_the_same_of_them(machine, by_pyserial):
+    machine.plug("ttyACM0", location="1-1.2", interface=2, serial="0668FF", product="STM32 STLink", manufacturer="ST")
+    machine.plug("ttyUSB0", ids="0403:6001", location="3-4.1.2", driver="ftdi_sio", serial="A50285BI")
+    machine.plug("ttyUSB11", ids="1a86:7523", location="3-4.3", driver="ch341-uart", product="USB Serial")
+    machine.solder("ttyS0")
+    ours = {found.device: found.usb for found in SysfsPorts(machine.root)() if found.usb}
     theirs = {
-        found.device: f"{found.vid:04x}:{found.pid:04x}" for found in serial.tools.list_ports.comports() if found.vid
+        found.device: UsbIdentity(
+            vendor_id=found.vid,
+            product_id=found.pid,
+            serial_number=found.serial_number,
+            location=found.location.partition(":")[0],  # of a device with several interfaces it names the interface
+            interface=ours[found.device].interface,
+            manufacturer=found.manufacturer,
+            product=found.product,
+        )
+        for found in by_pyserial()
     }
     assert ours == theirs
+    assert len(ours) == 3
+
+
+def test_the_ports_of_this_machine_are_looked_for_where_linux_has_them(monkeypatch):
+    monkeypatch.setattr(SysfsPorts, "__call__", lambda looking: looking.root)
+    assert list_ports() == Path("/")
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,8 @@ from hilbench.errors import UnavailableError
 from hilbench.journal import Recording
 from hilbench.recordings.layout import laid_out
 from hilbench.recordings.mcap_file import write_mcap
-from hilbench.recordings.pcapng import LEFT_OUT, write_pcapng
-from hilbench.recordings.reading import format_of, parse_recording
+from hilbench.recordings.pcapng import LEFT_OUT
+from hilbench.recordings.reading import parse_recording
 from hilbench.recordings.vcd_file import write_vcd
 
 _texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
@@ -200,10 +200,27 @@ class TestForeignCaptures:
             assert {event["ns"] for event in found.events} == {2_000_000_000}
         assert found.problem is None
 
-    def test_a_note_of_the_line(self):
-        file = io.BytesIO()
-        write_pcapng(Recording(header={}, events=(), problem=None, ended=False), file)
-        assert format_of(file.getvalue()) == "pcapng"
+    @pytest.mark.parametrize(
+        ("kind", "expected"),
+        [
+            (0, {"kind": "note", "text": "status change"}),
+            (3, {"kind": "tx", "data": "61"}),
+            (5, {"kind": "note", "text": "bytes lost"}),
+            (7, {"kind": "note", "text": "framing error"}),
+            (9, {"kind": "note", "text": "break"}),
+        ],
+    )
+    def test_what_else_happened_on_a_line_is_a_note(self, kind, expected):
+        """Event types of LINKTYPE_RTAC_SERIAL (tcpdump.org/linktypes)."""
+        import struct
+
+        def block(code, body):
+            return struct.pack("<II", code, len(body) + 12) + body + struct.pack("<I", len(body) + 12)
+
+        packet = struct.pack(">IIBBH", 0, 0, kind, 0, 0) + b"a" + bytes(3)
+        data = block(0x0A0D0D0A, struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1)) + block(1, struct.pack("<HHI", 250, 0, 0))
+        (event,) = parse_recording(data + block(6, struct.pack("<IIIII", 0, 0, 5, 13, 13) + packet), "it").events
+        assert event == {"ns": 5000, "source": "interface0", **expected}
 
     def test_neither(self, capfd, tmp_path):
         from hilbench.cli import main
