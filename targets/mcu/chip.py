@@ -20,7 +20,6 @@ from targets.mcu.registers import Peripheral
 from targets.mcu.services import Services
 from targets.mcu.signals import Signals
 from targets.mcu.timebase import Timebase
-from targets.mcu.variant import Family
 
 if TYPE_CHECKING:
     from targets.boards import Board
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
     from targets.mcu.stm32.i2c import I2c
     from targets.mcu.stm32.usart_base import UsartBase
 
-__all__ = ["AskReset", "Boot", "Chip", "DeepSleep", "FlashMemory", "MakeCore", "Memory", "chip_of"]
+__all__ = ["AskReset", "Boot", "Chip", "DeepSleep", "FlashMemory", "MakeCore", "Memory"]
 
 MakeCore = Callable[[Services], Core]
 """Makes the CPU core from what the chip offers."""
@@ -217,18 +216,3 @@ class Chip(abc.ABC):
     def in_flash(self, address: int) -> bool:
         """Say whether an address lies in the flash, wherever that is seen."""
         return any(memory.holds(address) for memory in self.memories if memory.data is self.flash.memory)
-
-
-def chip_of(family: Family) -> type[Chip]:
-    """Return the chip of a family."""
-    if family == "stm32f1":
-        from targets.mcu.stm32f1.chip import Stm32f103
-
-        return Stm32f103
-    if family == "stm32h7":
-        from targets.mcu.stm32h7.chip import Stm32h753
-
-        return Stm32h753
-    from targets.mcu.stm32f7.chip import Stm32f767
-
-    return Stm32f767

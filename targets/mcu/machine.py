@@ -20,7 +20,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from targets.mcu.bus import ALIAS_SIZE, Bus
-from targets.mcu.chip import DeepSleep, chip_of
+from targets.mcu.chip import DeepSleep
+from targets.mcu.chips import chip_of
 from targets.mcu.cortexm.core import Core
 from targets.mcu.cortexm.faults import Fault
 from targets.mcu.cortexm.semihosting import Exit, Semihosting

@@ -16,6 +16,7 @@ from targets.mcu.engine.api import Reg, Stop, StopKind
 from targets.mcu.engine.counting_loop import CountingLoop, State, Turns
 from targets.mcu.engine.dataflow import Node
 from targets.mcu.engine.thumb import FLAGS, SP, Follower, NotUnderstood, Place, RegisterRead
+from targets.mcu.engine.thumb_steps import step
 from targets.mcu.engine.timing import FlatTiming
 from targets.mcu.engine.unicorn_engine import UnicornEngine
 from targets.mcu.registers import Count
@@ -194,7 +195,7 @@ class CountedLoops:
         turn = Follower(before, head)
         turn.at(SP)
         for _ in offsets[1:]:
-            turn.step()
+            step(turn)
         if turn.pc != head or before.is_left or any(read.conditional for read in turn.reads):
             raise NotUnderstood("another way")
         loop = CountingLoop(turn)

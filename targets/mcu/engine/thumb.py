@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from targets.mcu.engine.dataflow import WORD, Graph, Node
-from targets.mcu.engine.opcode_cycles import is_wide
 
 __all__ = ["FLAGS", "SP", "Follower", "NotUnderstood", "Place", "RegisterRead", "Surroundings"]
 
@@ -82,6 +81,8 @@ class Follower:
         reads: of peripherals, in order.
         instructions: followed so far; an IT block is one.
         code: half-words that were looked at, by address.
+        next_pc: where it goes on after this instruction.
+        in_block: within an IT block, where most 16-bit instructions leave the flags alone.
     """
 
     surroundings: Surroundings
@@ -93,57 +94,12 @@ class Follower:
     reads: list[RegisterRead] = field(default_factory=list)
     instructions: int = 0
     code: dict[int, int] = field(default_factory=dict)
+    next_pc: int = 0
+    in_block: bool = False
     _bytes: dict[int, Place] = field(default_factory=dict)
-    _next: int = 0
-    _in_block: bool = False
 
-    def step(self) -> None:
-        """Follow one instruction, or an IT block.
-
-        Raises:
-            NotUnderstood: see there.
-        """
-        first = self._half(self.pc)
-        if first >> 8 == 0xBF and first & 0xF:
-            self._follow_block(first)
-        else:
-            self._follow(first)
-        self.instructions += 1
-
-    def _follow_block(self, first: int) -> None:
-        condition, mask = first >> 4 & 0xF, first & 0xF
-        self.pc += 2
-        length = 4 - ((mask & -mask).bit_length() - 1)
-        # from bit 4 down: the lowest bit of the condition for one instruction after the other
-        ways = (condition & 1) << 4 | mask
-        for index in range(length):
-            half, came_from = self._half(self.pc), self.pc
-            after = came_from + (4 if is_wide(half) else 2)
-            if self._holds(condition & ~1 | ways >> 4 - index & 1):
-                self._in_block = True
-                try:
-                    self._follow(half)
-                finally:
-                    self._in_block = False
-                if self.pc != after:
-                    return
-            else:
-                self.pc = after
-
-    def _follow(self, first: int) -> None:
-        if is_wide(first):
-            from targets.mcu.engine.thumb_wide import follow_wide
-
-            self._next = self.pc + 4
-            follow_wide(self, first, self._half(self.pc + 2))
-        else:
-            from targets.mcu.engine.thumb_narrow import follow_narrow
-
-            self._next = self.pc + 2
-            follow_narrow(self, first)
-        self.pc = self._next
-
-    def _half(self, address: int) -> int:
+    def half(self, address: int) -> int:
+        """Return a half-word of code, and remember that it was looked at."""
         half = self.code[address] = self.surroundings.half(address)
         return half
 
@@ -207,7 +163,7 @@ class Follower:
         if value is None:
             raise NotUnderstood(f"a load from 0x{address:08X}")
         node = self.graph.input(value)
-        self.reads.append(RegisterRead(node, address, size, self.instructions, self._in_block))
+        self.reads.append(RegisterRead(node, address, size, self.instructions, self.in_block))
         return node
 
     def store(self, address: Node, size: int, node: Node) -> None:
@@ -236,7 +192,7 @@ class Follower:
 
     def branch(self, address: int) -> None:
         """Go on at an address."""
-        self._next = address & WORD
+        self.next_pc = address & WORD
 
     def jump_to(self, node: Node) -> None:
         """Go on where a register or the stack says."""
@@ -244,7 +200,7 @@ class Follower:
         target = self.graph.value[node]
         if not target & 1 or target >= _HIGHEST_CODE:
             raise NotUnderstood(f"a jump to 0x{target:08X}")
-        self._next = target & ~1
+        self.next_pc = target & ~1
 
     def branch_if(self, condition: Node, address: int) -> None:
         """Go on at an address if a truth value is true."""
@@ -254,21 +210,22 @@ class Follower:
 
     def branch_under(self, condition: int, address: int) -> None:
         """Go on at an address under a condition code."""
-        if self._holds(condition):
+        if self.holds(condition):
             self.branch(address)
 
     def call(self, address: int) -> None:
         """Branch and keep the return address."""
-        self.set(LR, self.constant(self._next | 1))
+        self.set(LR, self.constant(self.next_pc | 1))
         self.branch(address)
 
     def call_to(self, node: Node) -> None:
         """Call where a register says."""
-        link = self.constant(self._next | 1)
+        link = self.constant(self.next_pc | 1)
         self.jump_to(node)
         self.set(LR, link)
 
-    def _holds(self, code: int) -> bool:
+    def holds(self, code: int) -> bool:
+        """Say whether a condition (its code, 0 to 15) holds; that it does becomes a condition of the graph."""
         if code >= _ALWAYS:
             return True
         node = self._condition(code >> 1)
@@ -286,11 +243,6 @@ class Follower:
         return graph.negated(less if code == 5 else graph.either(less, at(Z)))
 
     # --- flags
-
-    @property
-    def in_block(self) -> bool:
-        """True within an IT block, where most 16-bit instructions leave the flags alone."""
-        return self._in_block
 
     def set_nz(self, result: Node) -> None:
         """Set N and Z by a result."""

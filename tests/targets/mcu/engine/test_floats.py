@@ -15,6 +15,7 @@ from targets.mcu.engine.float_gate import float_runs, is_float
 from targets.mcu.engine.hidden_state import HiddenState, Word
 from targets.mcu.engine.idle import IdleSkipper
 from targets.mcu.engine.thumb import Follower, NotUnderstood
+from targets.mcu.engine.thumb_steps import step
 from targets.mcu.engine.timing import make_timing
 from targets.mcu.engine.unicorn_engine import UnicornEngine
 from targets.mcu.errors import BusFault, EngineError
@@ -317,4 +318,4 @@ class TestLoops:
                 return VADD[address >> 1 & 1]
 
         with pytest.raises(NotUnderstood):
-            Follower(Nothing(), 0).step()
+            step(Follower(Nothing(), 0))

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from targets.mcu.engine.api import Reg
 from targets.mcu.engine.thumb import FLAGS, Follower, NotUnderstood
+from targets.mcu.engine.thumb_steps import step
 from tests.targets.mcu.engine.conftest import Machine
 from tests.targets.mcu.engine.thumb_code import BASE, BASE_REGISTER, NARROW, WIDE, stretches
 
@@ -77,7 +78,7 @@ def test_it_computes_what_the_engine_computes(machine, items, sets):
     turn = Follower(Before(machine), start)
     try:
         for _ in items:
-            turn.step()
+            step(turn)
     except NotUnderstood as reason:
         event(str(reason).partition(" is ")[2] or str(reason))
         reject()
