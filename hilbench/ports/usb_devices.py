@@ -2,11 +2,13 @@
 
 The same ids stand in ``udev/70-hilbench.rules``. Where they are published:
 
-- ST-LINK: ``stlink_usb.c`` and ``contrib/60-openocd.rules`` of OpenOCD, ``usb.h`` of stlink-org/stlink.
-- FTDI: ``drivers/usb/serial/ftdi_sio_ids.h`` of Linux. CP210x: ``cp210x.c`` beside it. CH340: ``ch341.c``. PL2303:
-  ``pl2303.h``.
-- CH343 and CH9102, which are of the CDC class and need no driver of their own: ``99-platformio-udev.rules`` of
-  PlatformIO Core.
+- ST-LINK: ``stlink_usb.c`` and ``contrib/60-openocd.rules`` of OpenOCD, ``usb.h`` of stlink-org/stlink (3744 to 3757),
+  and ``49-stlinkv3.rules`` of STMicroelectronics, which calls 374d and 3755 a loader.
+- FTDI: ``drivers/usb/serial/ftdi_sio_ids.h`` of Linux ("original" FTDI device PIDs).
+- CP210x: ``cp210x.c`` beside it ("factory default"); EA71 is that of the CP2108 by its data sheet (section 10).
+- CH340: ``ch341.c`` beside it. CH342 and CH343 to CH9104, which are of the CDC class and need no driver of their own:
+  ``driver/ch343.c`` of WCHSoftGroup/ch343ser_linux.
+- PL2303: ``pl2303.h`` of Linux.
 - Which ST-LINK is on which Nucleo-144: UM1974 (STM32F767ZI) and UM2407 (STM32H753ZI) of STMicroelectronics.
 
 A bridge says which chip it is and nothing of the board behind it, so the board is a guess.
@@ -71,6 +73,7 @@ KINDS = (
             0x3748: "ST-LINK/V2",
             0x374A: "ST-LINK/V2 with audio",
             0x374D: "STLINK-V3 loader",
+            0x3755: "STLINK-V3 loader",
         },
         board="a probe without a serial port",
         boards={},
@@ -85,6 +88,13 @@ KINDS = (
             0x6011: "FT4232H",
             0x6014: "FT232H",
             0x6015: "FT230X or FT231X",
+            0x6040: "FT2233HP",
+            0x6041: "FT4233HP",
+            0x6042: "FT2232HP",
+            0x6043: "FT4232HP",
+            0x6044: "FT233HP",
+            0x6045: "FT232HP",
+            0x6048: "FT4232HA",
         },
         board=_RS232,
         boards={0x6001: "the simulator's line of a vehicle interface, or a Pioneer through RS-232"},
@@ -99,7 +109,18 @@ KINDS = (
     UsbKind(
         name="ch340",
         vendor_id=0x1A86,
-        products={0x7523: "CH340", 0x7522: "CH340K", 0x5523: "CH341", 0x55D3: "CH343", 0x55D4: "CH9102"},
+        products={
+            0x7523: "CH340",
+            0x7522: "CH340K",
+            0x5523: "CH341",
+            0x55D2: "CH342",
+            0x55D3: "CH343",
+            0x55D4: "CH9102",
+            0x55D5: "CH344",
+            0x55D7: "CH9103",
+            0x55D8: "CH9101",
+            0x55DF: "CH9104",
+        },
         board="an ESP32 or Arduino board, or " + _RS232,
         boards={},
     ),
