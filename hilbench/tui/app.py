@@ -203,7 +203,7 @@ class Dashboard(VehicleActions, Saving):
     def _look_at_pad(self) -> None:
         if self.replay is None and self.process.phase is Phase.LIVE:
             for said in self._pad.look(self.process, self.stopwatch.elapsed_s()):
-                self.notify(said)
+                self.say(said)
 
     def _tell_problems(self) -> None:
         if self.model is not None:
@@ -336,7 +336,7 @@ class Dashboard(VehicleActions, Saving):
         """Choose which signals are plotted."""
         plots = self.query_one(PlotsPane)
         if self.model is None or not self.model.signals.signals:
-            self.notify("nothing with a unit was told yet")
+            self.say("nothing with a unit was told yet")
             return
 
         def rows() -> list[tuple[str, bool, str]]:
@@ -360,10 +360,10 @@ class Dashboard(VehicleActions, Saving):
         about = self.process.about
         suites = [str(suite) for suite in about.get("suites", ())]
         if not suites:
-            self.notify("this bench has no suite")
+            self.say("this bench has no suite")
             return
         if self.run_of_suite is not None and self.run_of_suite.code is None:
-            self.notify("a suite runs; 'Stop the suite' of ctrl+p ends it")
+            self.say("a suite runs; 'Stop the suite' of ctrl+p ends it")
             return
 
         def run_it(asked: tuple[str, str] | None) -> None:
@@ -382,7 +382,7 @@ class Dashboard(VehicleActions, Saving):
     def action_stop_check(self) -> None:
         """End the suite that runs."""
         if self.run_of_suite is None or self.run_of_suite.code is not None:
-            self.notify("no suite runs")
+            self.say("no suite runs")
         else:
             self.run_of_suite.stop()
 
@@ -418,7 +418,7 @@ class Dashboard(VehicleActions, Saving):
                 try:
                     opened = self._open_bench(name)
                 except HilbenchError as error:
-                    self.notify(str(error), severity="error")
+                    self.say(str(error), severity="error")
                     return
                 self.process.stop()
                 self.open(opened)

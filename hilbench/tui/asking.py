@@ -54,7 +54,7 @@ class Asking(Watching):
         why, now_s = self._why_not(bindings[0].action.partition("(")[0]), self.stopwatch.elapsed_s()
         if why != self._said_why[0] or now_s - self._said_why[1] >= _SAID_FOR_S:
             self._said_why = why, now_s
-            self.notify(why, severity="warning")
+            self.say(why, severity="warning")
 
     def _why_not(self, action: str) -> str:
         """Return why an action is not offered."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from rich.text import Text
 from textual.binding import Binding
+from textual.content import Content
 
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.checks import CheckedModel, ChecksModel
@@ -41,7 +42,7 @@ class ChecksPane(RowsPane):
         """Show a run; where it came to no verdict, show what it said."""
         if checks is not self.run:
             self.run, self.chosen, self.opened = checks, "", False
-        self.border_subtitle = title if ended else f"{title}, runs"
+        self.border_subtitle = Content(title if ended else f"{title}, runs")
         self.said = text.splitlines()
 
     def forget(self) -> None:

@@ -9,6 +9,7 @@ from textual import events
 from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.content import Content
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, Select, Static
 from textual.widgets.option_list import Option
@@ -248,7 +249,7 @@ class PickScreen(_Dialog[str]):
         """Show the list."""
         with Vertical(classes="dialog"):
             yield Label(self._question)
-            yield OptionList(*(Option(f"[b]{name:<16}[/b] {text}", id=name) for name, text in self._choices))
+            yield OptionList(*(Option(_bold(f"{name:<16} ", text), id=name) for name, text in self._choices))
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         """Take the answer."""
@@ -295,7 +296,7 @@ class ToggleScreen(_Dialog[None]):
         at = several.highlighted or 0
         rows = self._rows()
         several.clear_options()
-        several.add_options([Option(f"{'●' if on else '○'} [b]{one:<14}[/b] {text}", id=one) for one, on, text in rows])
+        several.add_options([Option(_bold(f"{'●' if on else '○'} {one:<14} ", text), id=one) for one, on, text in rows])
         names = [one for one, _, _ in rows]
         several.highlighted = names.index(name) if name in names else min(at, len(names) - 1) if names else None
 
@@ -358,6 +359,11 @@ class PanesScreen(ToggleScreen):
         """Arrange all as at first."""
         self._reset()
         self.fill()
+
+
+def _bold(name: str, text: str) -> Content:
+    """Return a name and what it is; brackets in it are brackets, and no markup."""
+    return Content.assemble((name, "bold"), text)
 
 
 def _number(text: str) -> float | None:

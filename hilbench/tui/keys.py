@@ -46,9 +46,9 @@ KEYS: list[BindingType] = [
     Binding("greater_than_sign", "span(1)", show=False),
     Binding("T", "light", "Light or dark", show=False),
     Binding("b", "pick", "Bench", show=False),
-    *VEHICLE_KEYS,
     Binding("question_mark", "help", "Help", key_display="?"),
     Binding("q", "leave", "Quit"),
+    *VEHICLE_KEYS,  # behind what must be seen on 80 columns too
     Binding("escape", "unzoom", show=False),
     Binding("p", "play", "Play"),
     Binding("left", "go(-1)", "Back"),

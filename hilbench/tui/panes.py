@@ -8,6 +8,7 @@ from typing import NamedTuple
 from rich.text import Text
 from textual import events
 from textual.binding import Binding
+from textual.content import Content
 from textual.message import Message
 
 from hilbench.tui.lines import Lines
@@ -311,7 +312,7 @@ class FramesPane(RowsPane):
     def _tell(self) -> None:
         words = [f"filter: {self.pattern}"] if self.pattern else []
         words += ["held"] if self.held is not None else []
-        self.border_subtitle = ", ".join(words)
+        self.border_subtitle = Content(", ".join(words))  # somebody's words, and no markup
         self.refresh()
 
 

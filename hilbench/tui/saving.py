@@ -27,14 +27,14 @@ class Saving(Asking):
         try:
             data = self.process.journal.read_bytes()
         except OSError as error:
-            self.notify(f"{self.process.journal}: {error.strerror}", severity="error")
+            self.say(f"{self.process.journal}: {error.strerror}", severity="error")
         else:
             self._save("journal.jsonl", data.decode(errors="replace"), "the recording")
 
     def action_export(self) -> None:
         """Ask what is to be written to a file, and write it."""
         if self.model is None:
-            self.notify("nothing was told yet")
+            self.say("nothing was told yet")
             return
         choices = [(f"{what} {form}", about) for what, (about, _, forms) in EXPORTS.items() for form in forms]
 
@@ -65,6 +65,6 @@ class Saving(Asking):
         try:
             path.write_text(text)
         except OSError as error:
-            self.notify(f"{path}: {error.strerror}", severity="error")
+            self.say(f"{path}: {error.strerror}", severity="error")
         else:
-            self.notify(f"{what} saved: {path}")
+            self.say(f"{what} saved: {path}")

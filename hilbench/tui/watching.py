@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from textual.app import App
 
 from hilbench.clock import Stopwatch
@@ -67,7 +69,7 @@ class Watching(App[None]):
     def look(self) -> None:
         """Take what the bench has told since the last time, and show it."""
         for refused in self.process.poll():
-            self.notify(refused, severity="warning")
+            self.say(refused, severity="warning")
         if self.replay is not None:
             self._play(self.replay)
         elif self._follower is None and self.process.phase is not Phase.STARTING:
@@ -75,6 +77,10 @@ class Watching(App[None]):
         if self._follower is not None:
             self._take(self._follower)
         self.show()
+
+    def say(self, text: str, *, severity: Literal["information", "warning", "error"] = "information") -> None:
+        """Say something for some seconds; brackets in it are brackets, and no markup."""
+        self.notify(text, severity=severity, markup=False)
 
     def show(self) -> None:
         """Show what is known."""
@@ -162,5 +168,5 @@ class Watching(App[None]):
         if self.replay is not None:
             if not self.replay.to_error(way):
                 more = "no more errors so far: it is still read" if self.replay.reading else "no more errors"
-                self.notify(more if way > 0 else "no error before this")
+                self.say(more if way > 0 else "no error before this")
             self.look()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
+from rich.markup import escape
+
 from hilbench.tui.model.bench import BenchModel
 
 __all__ = ["help_text"]
@@ -101,7 +103,7 @@ def _seen(model: BenchModel | None, actions: Collection[str], recorded: bool) ->
     yield "All times are bench time. What is not told is not shown."
     if model is None:
         return
-    boards = ", ".join(f"{about.get('board', name)}" for name, about in model.live.get("boards", {}).items())
+    boards = ", ".join(escape(f"{about.get('board', name)}") for name, about in model.live.get("boards", {}).items())
     if boards:
         yield f"Firmware runs on an emulated {boards}, instruction by instruction; Pins show what it does."
     yield (
@@ -112,7 +114,7 @@ def _seen(model: BenchModel | None, actions: Collection[str], recorded: bool) ->
         )
     )
     if model.world.vehicle:
-        yield f"World is the truth about the {model.world.vehicle}, not what it believes."
+        yield f"World is the truth about the {escape(model.world.vehicle)}, not what it believes."
     if model.driver.who == "figure-of-eight" and not recorded:
         yield "The demo driver has the stick: figures of eight. Press w, a, s or d and you have it."
     if model.driver.who == "path-follower":

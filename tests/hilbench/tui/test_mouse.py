@@ -196,3 +196,21 @@ def test_a_key_that_does_nothing_here_says_why(process_of, replay_of, on_screen,
         assert said(app) == ["a recording obeys nobody"]
 
     on_screen(RecordedBench(tmp_path), recorded, replay=replay_of("rover"))
+
+
+def test_brackets_in_what_somebody_wrote_are_brackets(process_of, on_screen, rows):
+    process = process_of("pioneer")
+    process.refusals = ["mark: [/b] is [no mark"]
+
+    async def scenario(app, pilot):
+        app.query_one(FramesPane).filter("[/b] [red")
+        app.look()
+        assert said(app) == ["mark: [/b] is [no mark"]
+        await pilot.press("b")
+        await pilot.pause()
+        screen = "\n".join(rows(app))
+        assert "my [/b] bench" in screen
+        assert app.query_one(FramesPane)._border_subtitle.plain == "filter: [/b] [red"
+
+    benches = [(f"bench-{number}", "my [/b] bench") for number in range(3)]
+    on_screen(process, scenario, benches=benches)
