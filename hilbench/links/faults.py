@@ -16,7 +16,8 @@ from typing import Protocol
 
 from hilbench.clock import NS_PER_S, Entry, EventClass, Scheduler
 from hilbench.errors import UnavailableError, UsageError
-from hilbench.links.port import Line, ModemLines, Port, PortBase
+from hilbench.links.front import PortInFront
+from hilbench.links.port import Line, Port
 from hilbench.links.uart import Fate, Injector, Transmitter, resample
 
 
@@ -273,7 +274,7 @@ def _struck(values: tuple[int, ...], trigger: _Trigger) -> tuple[int, ...]:
     return values
 
 
-class FaultyPort(PortBase):
+class FaultyPort(PortInFront):
     """Any port, with faults between it and its owner.
 
     The wire from `a` to `b` is what the owner writes, the one from `b` to `a` what it receives.
@@ -285,10 +286,10 @@ class FaultyPort(PortBase):
     """
 
     def __init__(self, scheduler: Scheduler, port: Port, plan: FaultPlan) -> None:
-        super().__init__(f"{port.name}.faulty")
+        self._interrupted = False
+        super().__init__(port, f"{port.name}.faulty")
         self._plan = plan
         self._scheduler = scheduler
-        self._interrupted = False
         self._wire_baud: dict[Direction, int] = {}
         unpaced = Line(baud=0)
         self._out = Transmitter(
@@ -297,25 +298,11 @@ class FaultyPort(PortBase):
         self._in = Transmitter(
             scheduler, f"{self.name}.in", unpaced, self._pass_in, injector=plan.injector(Direction.B_TO_A)
         )
-        self._take(port)
         plan.arm(scheduler, self)
 
-    def _take(self, port: Port) -> None:
-        self.port = port
-        self.comes_back = port.comes_back
+    def _stand_before(self, port: Port) -> None:
+        super()._stand_before(port)
         self.line_is_up = port.line_is_up and not self._interrupted
-        port.on_receive = self._received
-        port.on_line = self._line_changed
-        port.on_break = self._broke
-
-    @property
-    def baud(self) -> int:
-        """The port's own rate, bit/s."""
-        return self.port.baud
-
-    @baud.setter
-    def baud(self, baud: int) -> None:
-        self.port.baud = baud
 
     def write(self, data: bytes) -> None:
         """Hand bytes to the port, as far as faults let them through."""
@@ -338,28 +325,17 @@ class FaultyPort(PortBase):
         self._take_to_send(b"", self._scheduler.now_ns)
         self.port.send_break(duration_ns)
 
-    @property
-    def modem_lines(self) -> ModemLines | None:
-        """Those of the port."""
-        return self.port.modem_lines
-
-    def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:
-        """Set DTR and RTS of the port; see `Port.set_lines`."""
-        self.port.set_lines(dtr=dtr, rts=rts)
-
     def close(self) -> None:
         """Close the port."""
         if not self.closed:
-            self.closed = True
-            self.line_is_up = False
             self.counters.lost += self._out.clear()
             self._in.clear()
-            self.port.close()
+        super().close()
 
     def reopen(self, port: Port) -> None:
         """Go on with another port in the place of the one that was closed; an interruption is over, faults go on."""
         self.closed = self._interrupted = False
-        self._take(port)
+        self._stand_before(port)
 
     def detach(self) -> None:
         """Leave the port, open as it is, to its next owner; what is under way is lost, and no fault begins any more."""

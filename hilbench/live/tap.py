@@ -13,7 +13,7 @@ from functools import partial
 from hilbench.bench import Bench
 from hilbench.links import Port
 from hilbench.links.faults import ByteFaults, Direction, Fault, FaultKind, FaultPlan, FaultyPort
-from hilbench.links.port import PortBase
+from hilbench.links.front import PortInFront
 from hilbench.links.uart import Fate, Injector
 from hilbench.mcu.byte_log import ByteLog
 
@@ -44,7 +44,7 @@ class _GrowingPlan(FaultPlan):
         return self.wires[direction]
 
 
-class Tap(PortBase):
+class Tap(PortInFront):
     """A port between a line and its operator.
 
     Args:
@@ -60,12 +60,11 @@ class Tap(PortBase):
     """
 
     def __init__(self, bench: Bench, port: Port, source: str, *, seed: int, far: str = "target") -> None:
-        super().__init__(port.name)
+        super().__init__(port)
         self._bench = bench
         self._source = source
         self._far = far
-        self._line: Port = port
-        self._below: Port = port
+        self._line = port
         self._seed = seed
         self._plan: _GrowingPlan | None = None
         self._heard = ByteLog(bench, "rx", source)
@@ -73,53 +72,14 @@ class Tap(PortBase):
         self._of_line: list[FaultPlan] = []
         self.struck: Counter[tuple[str, str]] = Counter()
         self.outages = 0
-        self._take(port)
         self.counters = port.counters
 
-    def _take(self, below: Port) -> None:
-        self._below = below
-        self.line_is_up = below.line_is_up
-        below.on_receive = self._received
-        below.on_line = self._set_line
-        below.on_break = self._broke
-
     # --- a port
-
-    @property
-    def baud(self) -> int:
-        """The rate of the line, bit/s."""
-        return self._line.baud
-
-    @baud.setter
-    def baud(self, baud: int) -> None:
-        self._line.baud = baud
-
-    @property
-    def pending(self) -> int:
-        """Bytes written that are not out yet."""
-        return self._below.pending
 
     def write(self, data: bytes) -> None:
         """Hand bytes to the line, as far as faults let them through."""
         self.on_sent(data, self._bench.now_ns)
-        self._below.write(data)
-
-    def withdraw(self, keep: int) -> None:
-        """Take back what is not out yet, but for the next `keep` bytes."""
-        self._below.withdraw(keep)
-
-    def send_break(self, duration_ns: int) -> None:
-        """Hold the line low for `duration_ns`."""
-        self._below.send_break(duration_ns)
-
-    def set_lines(self, *, dtr: bool | None = None, rts: bool | None = None) -> None:
-        """Set DTR and RTS of the line; see `Port.set_lines`."""
-        self._below.set_lines(dtr=dtr, rts=rts)
-
-    def close(self) -> None:
-        """Hang up."""
-        self.closed = True
-        self._below.close()
+        self.port.write(data)
 
     def flush(self) -> None:
         """Record what came and is not recorded yet."""
@@ -132,9 +92,6 @@ class Tap(PortBase):
     def _set_line(self, up: bool, at_ns: int) -> None:
         self.outages += self.line_is_up and not up
         super()._set_line(up, at_ns)
-
-    def _broke(self, at_ns: int) -> None:
-        self.on_break(at_ns)
 
     # --- faults
 
@@ -152,8 +109,8 @@ class Tap(PortBase):
         single.on_fault = partial(self._struck, on_struck)
         single.on_refused = self._refused
         if fault.kind in _LINE_KINDS:
-            assert isinstance(self._below, FaultyPort)
-            single.arm(self._bench.scheduler, self._below)
+            assert isinstance(self.port, FaultyPort)
+            single.arm(self._bench.scheduler, self.port)
             self._of_line.append(single)
         else:
             plan.wires[fault.direction].faults.append(ByteFaults(single, fault.direction, [fault]))
@@ -170,7 +127,7 @@ class Tap(PortBase):
 
     def _arm(self) -> _GrowingPlan:
         self._plan = _GrowingPlan(seed=self._seed)
-        self._take(FaultyPort(self._bench.scheduler, self._line, self._plan))
+        self._stand_before(FaultyPort(self._bench.scheduler, self._line, self._plan))
         return self._plan
 
     def _refused(self, fault: Fault, reason: str, at_ns: int) -> None:

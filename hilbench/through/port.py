@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from hilbench.links.port import Port, PortBase
+from hilbench.links.front import PortInFront
+from hilbench.links.port import Port
 
 __all__ = ["Passage", "ThroughPort"]
 
@@ -27,8 +28,8 @@ class Passage(Protocol):
         """
 
 
-class ThroughPort(PortBase):
-    """A port of whose line a passage is a part.
+class ThroughPort(PortInFront):
+    """A port of whose line a passage is a part. A break goes past it: not every kind of passage knows one.
 
     Args:
         port: the port; its callbacks belong to this one from now on.
@@ -36,54 +37,17 @@ class ThroughPort(PortBase):
     """
 
     def __init__(self, port: Port, passage: Passage) -> None:
-        super().__init__(port.name)
-        self._port = port
+        super().__init__(port)
         self._passage = passage
         self.counters = port.counters
-        self.line_is_up = port.line_is_up
-        self.comes_back = port.comes_back
-        port.on_receive = self._received
-        port.on_line = self._set_line
-        port.on_break = self._broke
         port.on_sent = self._handed_over
+
+    def write(self, data: bytes) -> None:
+        """Hand bytes to the port, by way of the passage."""
+        self.port.write(self._passage.to_far_end(data))
 
     def _received(self, data: bytes, at_ns: int) -> None:
         self.on_receive(self._passage.to_near_end(data), at_ns)
 
-    def _broke(self, at_ns: int) -> None:
-        self.on_break(at_ns)
-
     def _handed_over(self, data: bytes, at_ns: int) -> None:
         self.on_sent(data, at_ns)
-
-    @property
-    def baud(self) -> int:
-        """The port's own rate, bit/s."""
-        return self._port.baud
-
-    @baud.setter
-    def baud(self, baud: int) -> None:
-        self._port.baud = baud
-
-    def write(self, data: bytes) -> None:
-        """Hand bytes to the port, by way of the passage."""
-        self._port.write(self._passage.to_far_end(data))
-
-    @property
-    def pending(self) -> int:
-        """Bytes written that are not out yet."""
-        return self._port.pending
-
-    def withdraw(self, keep: int) -> None:
-        """Take back what is not out yet, but for the next `keep` bytes."""
-        self._port.withdraw(keep)
-
-    def send_break(self, duration_ns: int) -> None:
-        """Hold the line low for `duration_ns`; a break goes past the passage: not every kind knows one."""
-        self._port.send_break(duration_ns)
-
-    def close(self) -> None:
-        """Close the port."""
-        self.closed = True
-        self.line_is_up = False
-        self._port.close()

@@ -15,6 +15,7 @@ from typing import Protocol
 
 from hilbench.clock import NS_PER_S, Scheduler
 from hilbench.links import Port
+from hilbench.links.front import PortInFront
 from protocols.p2os import Dropped, DropReason, Frame, FrameReader, checksum, encode_frame
 
 LONGEST = 255
@@ -434,7 +435,7 @@ def _is_its_turn(rule: Rule, memory: Memory) -> bool:
     return (turn + 1) % rule.match.every == 0
 
 
-class Tap:
+class Tap(PortInFront):
     """A port that is another port, but for what the rules make of its frames.
 
     Args:
@@ -445,72 +446,29 @@ class Tap:
     """
 
     def __init__(self, scheduler: Scheduler, port: Port, rules: tuple[Rule, ...], longest_in: int) -> None:
+        super().__init__(port)
         self._scheduler = scheduler
-        self._port = port
-        self.name = port.name
         self.counters = port.counters
-        self.on_receive: Callable[[bytes, int], None] = lambda _data, _at_ns: None
-        self.on_line: Callable[[bool, int], None] = lambda _up, _at_ns: None
-        self.on_break: Callable[[int], None] = lambda _at_ns: None
-        self.on_sent: Callable[[bytes, int], None] = lambda _data, _at_ns: None
         self._in = self._lane(rules, Way.IN, longest_in, self._to_device)
         self._out = self._lane(rules, Way.OUT, LONGEST, self._to_line)
-        port.on_receive = lambda data, _at_ns: self._in.take(data)
-        port.on_line = self._line_changed
 
     def _lane(
         self, rules: tuple[Rule, ...], way: Way, max_count: int, hand_on: Callable[[bytes, float], None]
     ) -> _Lane:
         return _Lane(tuple(rule for rule in rules if rule.way is way), max_count, self._now_ns, hand_on)
 
-    @property
-    def baud(self) -> int:
-        """Bits per second."""
-        return self._port.baud
-
-    @baud.setter
-    def baud(self, baud: int) -> None:
-        self._port.baud = baud
-
-    @property
-    def line_is_up(self) -> bool:
-        """Whether somebody is at the other end."""
-        return self._port.line_is_up
-
-    @property
-    def closed(self) -> bool:
-        """Whether it was closed."""
-        return self._port.closed
-
     def write(self, data: bytes) -> None:
         """Take what the device says."""
         self._out.take(data)
 
-    @property
-    def pending(self) -> int:
-        """Bytes at the port that are not out yet."""
-        return self._port.pending
-
-    def withdraw(self, keep: int) -> None:
-        """Take back what is not out yet, but for the next `keep` bytes."""
-        self._port.withdraw(keep)
-
-    def send_break(self, duration_ns: int) -> None:
-        """Hold the line low."""
-        self._port.send_break(duration_ns)
-
-    def close(self) -> None:
-        """Hang up."""
-        self._port.close()
+    def _received(self, data: bytes, _at_ns: int) -> None:
+        self._in.take(data)
 
     def _now_ns(self) -> int:
         return self._scheduler.now_ns
 
-    def _line_changed(self, up: bool, at_ns: int) -> None:
-        self.on_line(up, at_ns)
-
     def _to_line(self, data: bytes, late_s: float) -> None:
-        self._after(late_s, partial(self._port.write, data))
+        self._after(late_s, partial(self.port.write, data))
 
     def _to_device(self, data: bytes, late_s: float) -> None:
         self._after(late_s, lambda: self.on_receive(data, self._scheduler.now_ns))

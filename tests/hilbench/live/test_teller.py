@@ -141,14 +141,14 @@ def test_faults_of_the_line_are_taken_back_and_do_not_end_a_later_one(rig, more)
     assert rig.tap.clear() == 1
     assert rig.tap.clear() == 0
     assert rig.tap.line_is_up
-    assert not rig.tap._below._wire_baud
+    assert not rig.tap.port._wire_baud
     rig.run(3.0)
     rig.tap.inject(Fault(at_s=0.0, duration_s=4.0, **more))
     rig.run(1.5)  # the first would have ended by now
-    assert not rig.tap.line_is_up or rig.tap._below._wire_baud
+    assert not rig.tap.line_is_up or rig.tap.port._wire_baud
     rig.run(3.0)
     assert rig.tap.line_is_up
-    assert not rig.tap._below._wire_baud
+    assert not rig.tap.port._wire_baud
     assert rig.tap.clear() == 0
 
 
