@@ -81,6 +81,7 @@ class SharedDoor(PortBase):
     def _break(self, door: Port, at_ns: int) -> None:
         if door is self._owner:
             self.counters.breaks += 1
+            self.break_ns = door.break_ns
             self.on_break(at_ns)
 
     def _received(self, door: Port, data: bytes, at_ns: int) -> None:

@@ -11,13 +11,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from hilbench.bench import Bench
-from hilbench.clock import NS_PER_MS
 from hilbench.errors import UnavailableError
 from hilbench.fault_entries import FaultEntry
 from hilbench.line_faults import LineFaults
 from hilbench.links import Port
 from hilbench.links.door import Door
-from hilbench.links.port import ModemLines
+from hilbench.links.port import USUAL_BREAK_NS, ModemLines
 from hilbench.mcu.byte_log import ByteLog
 
 __all__ = ["CLIENT", "SERVER", "A", "B", "Heard", "Relay"]
@@ -26,9 +25,6 @@ A, B = "a", "b"
 """The ends, as a file of faults names them."""
 CLIENT, SERVER = "client", "server"
 """Who is at end A and at end B, as the journal names them."""
-
-_BREAK_NS = NS_PER_MS
-"""How long a break is held that is handed on where it is not known how long it was (choice)."""
 
 Heard = Callable[[str, bytes, int], None]
 """Takes who has said something, the bytes, and the bench time in ns."""
@@ -140,10 +136,10 @@ class Relay:
             self._bench.record("baud", CLIENT, baud=wanted)
 
     def _broke(self, who: str, end: Port, onward: Callable[[int], None], _at_ns: int) -> None:
-        known_ns = end.break_ns if isinstance(end, Door) else 0
+        known_ns = end.break_ns
         self._bench.record("break", who, duration_ns=known_ns or None)
         try:
-            onward(known_ns or _BREAK_NS)
+            onward(known_ns or USUAL_BREAK_NS)
         except UnavailableError as error:
             if who not in self._unheard_breaks:
                 self._unheard_breaks.add(who)

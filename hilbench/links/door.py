@@ -59,7 +59,6 @@ class Door(PortBase, ABC):
             than the line's.
         on_lines: Called with the levels of DTR and RTS that the client sets, True for asserted and None for one that
             is left, and the bench time in ns; of the doors, that of RFC 2217 alone knows.
-        break_ns: How long the client's last break was, in ns; 0 where that is not known.
     """
 
     KNOWS_BREAKS: ClassVar[bool] = False
@@ -78,7 +77,6 @@ class Door(PortBase, ABC):
         self.any_baud = any_baud
         self.on_garbled: Callable[[int], None] = _ignore
         self.on_lines: Callable[[bool | None, bool | None, int], None] = _ignore_lines
-        self.break_ns = 0
         self._garbled = False
         self._scheduler = scheduler
         self._hung_up = False
@@ -90,6 +88,7 @@ class Door(PortBase, ABC):
             self._deliver,
             on_idle=self._drained if chip_time is None else self._drained_in_chip_time,
             at_start=chip_time is not None,
+            on_break=self._break_in,
         )
         self._out_has_pace = chip_time is None
         self._outgoing = Transmitter(
@@ -182,6 +181,9 @@ class Door(PortBase, ABC):
 
     def _client_gone(self) -> None:
         """Learn that the client's last byte is through and the line is down."""
+
+    def _break_in(self, _at_ns: int) -> None:
+        """Learn that it is the turn of a break among the client's bytes."""
 
     def _break_out(self, _at_ns: int) -> None:
         """Learn that a break has left the wire."""

@@ -364,7 +364,8 @@ class FaultyPort(PortInFront):
             self.port.send_break(duration_ns)
         else:
             end_ns = self._scheduler.now_ns + duration_ns
-            self._scheduler.at(end_ns, partial(self._broke, end_ns), order=EventClass.BYTE, source=self.name)
+            heard = partial(self._hear_break, duration_ns, end_ns)
+            self._scheduler.at(end_ns, heard, order=EventClass.BYTE, source=self.name)
 
     def set_wire_baud(self, direction: Direction, baud: int | None) -> None:
         """Let what passes one way look as sent at another rate; None for the port's own."""
@@ -391,8 +392,12 @@ class FaultyPort(PortInFront):
         self._set_line(up and not self._interrupted, at_ns)
 
     def _broke(self, at_ns: int) -> None:
+        self._hear_break(self.port.break_ns, at_ns)
+
+    def _hear_break(self, duration_ns: int, at_ns: int) -> None:
         if not self._interrupted and not self.closed:
             self.counters.breaks += 1
+            self.break_ns = duration_ns
             self.on_break(at_ns)
 
     def _garbled(self, data: bytes, direction: Direction) -> bytes:

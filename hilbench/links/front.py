@@ -83,6 +83,7 @@ class PortInFront(PortBase):
         self._set_line(up, at_ns)
 
     def _broke(self, at_ns: int) -> None:
+        self.break_ns = self.port.break_ns
         self.on_break(at_ns)
 
     def _modem_changed(self, lines: ModemLines, at_ns: int) -> None:

@@ -6,8 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NoReturn, Protocol
 
-from hilbench.clock import ClockDomain
+from hilbench.clock import NS_PER_MS, ClockDomain
 from hilbench.errors import PortClosedError, UnavailableError
+
+USUAL_BREAK_NS = NS_PER_MS
+"""How long a break is held that is handed on where it is not known how long it was (choice)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,6 +117,7 @@ class Port(Protocol):
         on_receive: Called with bytes as they come off the line and the bench time in ns of the last one's end.
         on_line: Called with True when the line comes up and False when it goes down, and the bench time in ns.
         on_break: Called when a break condition ends, with the bench time in ns.
+        break_ns: How long the last break received was, in ns; 0 where that is not known.
         on_sent: Called with bytes when they are handed to the line, and the bench time in ns.
         on_modem: Called with the levels of the lines beside the data when the far end has changed one of them, and the
             bench time in ns; by ports that were told to watch them.
@@ -128,6 +132,7 @@ class Port(Protocol):
     on_receive: Callable[[bytes, int], None]
     on_line: Callable[[bool, int], None]
     on_break: Callable[[int], None]
+    break_ns: int
     on_sent: Callable[[bytes, int], None]
     on_modem: Callable[[ModemLines, int], None]
 
@@ -192,6 +197,7 @@ class PortBase:
         self.on_receive: Callable[[bytes, int], None] = _ignore_bytes
         self.on_line: Callable[[bool, int], None] = _ignore_line
         self.on_break: Callable[[int], None] = _ignore_break
+        self.break_ns = 0
         self.on_sent: Callable[[bytes, int], None] = _ignore_bytes
         self.on_modem: Callable[[ModemLines, int], None] = _ignore_modem
 

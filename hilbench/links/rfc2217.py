@@ -6,6 +6,7 @@ may ask for, and what it is answered, is in `hilbench.links.com_port`.
 
 from __future__ import annotations
 
+from collections import deque
 from functools import partial
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
@@ -21,7 +22,7 @@ from hilbench.links.com_port import (
     RateSet,
 )
 from hilbench.links.door import Input
-from hilbench.links.port import Line, ModemLines
+from hilbench.links.port import USUAL_BREAK_NS, Line, ModemLines
 from hilbench.links.tcp import TcpDoor
 from hilbench.links.telnet import escape
 from hilbench.links.uart import Timeline
@@ -70,6 +71,7 @@ class Rfc2217Door(TcpDoor):
         self._kept: bytearray | None = None
         self._flushing = False
         self._broken_ns = 0
+        self._breaks: deque[int] = deque()  # how long each was that waits for its turn, in ns
 
     @property
     def client_baud(self) -> int:
@@ -93,6 +95,7 @@ class Rfc2217Door(TcpDoor):
         self._session = ComPortServer(self.baud, self._lines)
         self._client_rate = self._kept = None
         self._garbled = False
+        self._breaks.clear()
         self._owed.clear()
         self._answer()
 
@@ -110,7 +113,7 @@ class Rfc2217Door(TcpDoor):
             case BreakSet(on=True):
                 self._broken_ns = at_ns
             case BreakSet():
-                self._in_order(at_ns, partial(self._client_broke, at_ns - self._broken_ns, at_ns))
+                self._in_order(at_ns, partial(self._client_broke, at_ns - self._broken_ns))
             case LinesSet(dtr=dtr, rts=rts):
                 self._in_order(at_ns, lambda: self.on_lines(dtr, rts, at_ns))
             case Purged():
@@ -118,13 +121,25 @@ class Rfc2217Door(TcpDoor):
             case HeldBack(on=on):
                 self._hold_back(on)
 
-    def _client_broke(self, duration_ns: int, at_ns: int) -> None:
+    def _client_broke(self, duration_ns: int) -> None:
+        """Have the line learn of a break that is over, behind the bytes that were sent before it.
+
+        A chip hears it from its beginning on, so what was sent behind it waits.
+        """
+        self._breaks.append(duration_ns)
+        held_ns = max(duration_ns or USUAL_BREAK_NS, 2 * self._incoming.byte_ns)
+        self._incoming.send_break(0 if self._out_has_pace else held_ns)
+
+    def _break_in(self, at_ns: int) -> None:
+        if self.closed or not self._breaks:
+            return
+        self.break_ns = self._breaks.popleft()
         self.counters.breaks += 1
-        self.break_ns = duration_ns
         self.on_break(at_ns)
 
     def _purge(self) -> None:
         self.counters.withdrawn += self._incoming.withdraw(0)
+        self._breaks.clear()
 
     def _break_out(self, _at_ns: int) -> None:
         self._session.tell_break()

@@ -8,8 +8,9 @@ from functools import partial
 from pathlib import Path
 
 from hilbench.doors import SharedDoor
-from hilbench.errors import UsageError
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Line, Port
+from hilbench.links.port import USUAL_BREAK_NS
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.usart_port import UNSET_BAUD, UsartPort
 from hilbench.nearest import did_you_mean
@@ -105,9 +106,29 @@ def connect(emulated: EmulatedBench, name: str, doors: Sequence[AnyDoor], say: S
     port.on_receive = lambda data, _at_ns: outside.write(data)
     port.on_follow = partial(_follow, port, doors)
     outside.on_receive = port.begin
+    outside.on_break = lambda _at_ns: port.send_break(outside.break_ns or USUAL_BREAK_NS)
+    port.on_break = _BreakOut(emulated, name, outside, say)
     outside.on_line = lambda up, _at_ns: say(_now(emulated, name, f"a client {'came' if up else 'left'}"))
     for door in doors:
         door.on_garbled = partial(_garbled, emulated, name, door, say)
+
+
+class _BreakOut:
+    """Hands a break of the firmware to the client; that its door knows none is said once."""
+
+    def __init__(self, emulated: EmulatedBench, name: str, outside: Port, say: Say) -> None:
+        self._emulated, self._name, self._outside, self._say = emulated, name, outside, say
+        self._said = False
+
+    def __call__(self, _at_ns: int) -> None:
+        """Take a break that has ended."""
+        try:
+            self._outside.send_break(0)  # it is over
+        except UnavailableError as error:
+            if not self._said:
+                self._said = True
+                self._emulated.bench.record("break-refused", self._name, text=str(error))
+                self._say(_now(self._emulated, self._name, str(error)))
 
 
 def _follow(port: UsartPort, doors: Sequence[AnyDoor]) -> None:

@@ -249,6 +249,26 @@ def test_lines_of_a_far_port_are_known(locked, door):
     do(locked, port.close)
 
 
+def test_a_break_comes_behind_the_bytes_that_were_sent_before_it(locked, door, raw):
+    door.baud = 9600
+    order = []
+    door.on_receive = lambda data, at_ns: order.extend(data)
+    door.on_break = lambda at_ns: order.append("break")
+    raw.say(b"abcdefgh" + subnegotiation(COM_PORT, b"\x05\x05") + subnegotiation(COM_PORT, b"\x05\x06") + b"i")
+    until(locked, lambda: order[-1:] == [ord("i")])
+    assert order == [*b"abcdefgh", "break", ord("i")]
+
+
+def test_a_break_that_is_purged_is_none(locked, door, raw):
+    door.baud = 300
+    breaks = []
+    door.on_break = breaks.append
+    raw.say(b"xx" + subnegotiation(COM_PORT, b"\x05\x05") + subnegotiation(COM_PORT, b"\x05\x06"))
+    raw.say(subnegotiation(COM_PORT, b"\x0c\x03") + b"y")
+    until(locked, lambda: door.got == b"xy")
+    assert breaks == []
+
+
 def test_another_form_of_a_byte_is_refused(locked, client):
     with pytest.raises(ValueError, match="remote rejected value for option 'parity'"):
         do(locked, lambda: setattr(client, "parity", "E"))

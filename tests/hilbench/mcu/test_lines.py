@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import closing, contextmanager
+
 import pytest
 
 from hilbench.journal import Journal
+from hilbench.links import Line, Rfc2217Door
+from hilbench.links.com_port import BreakSet, Bytes
+from hilbench.mcu.doors import connect
+from hilbench.testing import FakeHostClock
 
 BYTE_NS = 625 * 10 * 10**9 // 72_000_000  # ten bits of 625 cycles: 115200 baud at 72 MHz
 
@@ -151,6 +157,49 @@ def test_a_break_each_way(emulate):
     port.write(b"b")
     emulated.bench.run_for(0.01)
     assert got == [ord("a"), 0, ord("b")]
+
+
+@contextmanager
+def by_rfc2217(emulated, said):
+    """Put a door of RFC 2217 at the far end of the line, in the time of a host in our hands."""
+    port, scheduler = emulated.ports["brain.usart1"], emulated.bench.scheduler
+    scheduler.lock(FakeHostClock())
+    with closing(Rfc2217Door(scheduler, "127.0.0.1:0", Line(baud=port.baud), chip_time=port.chip_time)) as door:
+        connect(emulated, "brain.usart1", [door], said.append)
+        yield door
+    scheduler.unlock()
+
+
+def test_a_break_of_a_client_reaches_the_firmware_in_its_turn(emulate):
+    got = []
+    emulated = emulate(lambda machine: machine.usart("USART1", on_byte=got.append))
+    emulated.bench.run_for(0.001)
+    with by_rfc2217(emulated, []) as door:
+        for event in (Bytes(b"abc"), BreakSet(True), BreakSet(False), Bytes(b"d")):
+            door._obey(None, event, emulated.bench.now_ns)
+        emulated.bench.run_for(0.02)
+    assert bytes(got) == b"abc\0d"
+    assert door.counters.breaks == 1
+
+
+@pytest.mark.parametrize("knows_breaks", [True, False])
+def test_a_break_of_the_firmware_reaches_a_client_or_is_said_not_to(emulate, knows_breaks, monkeypatch):
+    monkeypatch.setattr(Rfc2217Door, "KNOWS_BREAKS", knows_breaks)
+
+    def program(machine):
+        machine.usart("USART1")
+        usart = machine.chip.usarts["USART1"]
+        for at_ns in (2_000_000, 4_000_000):
+            machine.at_ns(at_ns, lambda: usart.write(usart.REGISTERS[3].offset, 0x202D))  # SBK
+
+    emulated, said, told = emulate(program), [], []
+    with by_rfc2217(emulated, said) as door:
+        door._break_out = told.append
+        door._outgoing._on_break = told.append
+        emulated.bench.run_for(0.01)
+    assert len(told) == (2 if knows_breaks else 0)
+    assert len(said) == (0 if knows_breaks else 1)
+    assert [event["kind"] for event in emulated.bench.journal.recent].count("break-refused") == len(said)
 
 
 def test_what_is_taken_back_is_not_sent(emulate):
