@@ -21,6 +21,7 @@ _LINE_ERRORS = (
     "receive_overruns",
     "breaks",
     "breaks_unsent",
+    "breaks_unsent",
     "refused",
     "withdrawn",
 )
@@ -37,7 +38,7 @@ _ALWAYS = frozenset({"bytes_in", "bytes_out", "frames_in", "frames_out", "noise"
 def link_view(model: BenchModel, width: int) -> list[Text]:
     """Return what is known of the operator's line, or of his lines to each board, and how the host keeps up."""
     if len(model.lines) == 1:
-        lines = [text for name, line in model.lines.items() for text in _line(model, name, line)]
+        lines = [text for name, line in model.lines.items() for text in _line(model, name, line, width)]
     else:
         lines = list(_several_lines(model, width)) or [Text("no line to watch", DIM)]
     lines += _pace(model)
@@ -56,7 +57,7 @@ def _listed(title: str, names: Sequence[str], style: str, width: int) -> Iterato
         yield Text(f"{'' if number else title:<{len(title)}}{name}", style)
 
 
-def _line(model: BenchModel, name: str, line: LineModel) -> Iterator[Text]:
+def _line(model: BenchModel, name: str, line: LineModel, width: int) -> Iterator[Text]:
     about = line.about
     baud = f"{about['baud']} baud" if about.get("baud") else "no pace"
     state = ("up", GOOD) if about.get("up") else ("DOWN", BAD)
@@ -66,8 +67,9 @@ def _line(model: BenchModel, name: str, line: LineModel) -> Iterator[Text]:
         if counted is not None:
             per_s = counted.per_s(model.ns)
             share = per_s * 10 / about["baud"] if about.get("baud") else 0.0
-            used = f"  {share:4.0%} of the line" if about.get("baud") else ""
-            yield Text(f"  {way:<7}{bytes_words(counted.value):>9} {rate_words(per_s):>9}{used}")
+            used = f"  {share:4.0%}" if about.get("baud") else ""
+            said = f"  {way:<7}{bytes_words(counted.value):>9} {rate_words(per_s):>9}{used}"
+            yield Text(f"{said} of the line" if used and len(said) + 12 <= width else said)
     yield _errors(line)
     if line.outages:
         yield Text(f"  went down {line.outages} times", BAD)
