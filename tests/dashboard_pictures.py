@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import select
+import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hilbench.commands.live import in_scene
+from hilbench.exit_codes import ExitCode
 from hilbench.live.folders import Session
 from hilbench.live.scenes import scene_for
 from hilbench.live.session import LiveBench, LiveOptions
@@ -89,6 +91,28 @@ PICTURES: Mapping[str, Picture] = {
 }
 
 
+FAILED = "failed-case"
+_PANEL = """
+from __future__ import annotations
+
+from hilbench.check import Violation, case
+from protocols.p2os import CommandNumber
+
+
+@case("OUR02", text="The robot stands a second after the last packet.", level="must", source="our panel, rev. C",
+      scene="room-with-boxes")
+def test_stops_within_a_second(peer):
+    peer.start_with_motors()
+    peer.send(CommandNumber.VEL, 300)
+    peer.send(CommandNumber.RVEL, 20)
+    peer.run_alive(3.0)
+    peer.run(1.2)
+    if peer.last_sip.moving:
+        raise Violation("it still moves 1.2 s after the last packet", peer.evidence())
+"""
+"""A robot that drives on for two seconds is asked to stand after one."""
+
+
 class _Shown(RecordedBench):
     """A bench that stands still while it is drawn."""
 
@@ -131,12 +155,25 @@ async def drawn(picture: Picture, bench: _Shown) -> str:
         return in_cells(app.export_screenshot(title=f"hilbench {app.model.name}"))
 
 
+def failed(folder: Path) -> str:
+    """Return the screen of a case that fails, as `hilbench check --screens` draws it."""
+    suite = folder / "our_panel.py"
+    suite.write_text(_PANEL)
+    command = [sys.executable, "-m", "hilbench", "check", "pioneer", "--suite", str(suite), "--screens", str(folder)]
+    assert subprocess.run(command, check=False).returncode == ExitCode.VIOLATION
+    (screen,) = folder.glob("*.svg")
+    return screen.read_text()
+
+
 def main() -> None:
     """Draw."""
-    for name in sys.argv[1:] or PICTURES:
+    for name in sys.argv[1:] or (*PICTURES, FAILED):
         with tempfile.TemporaryDirectory() as folder:
-            bench = recorded(PICTURES[name], Path(folder))
-            (IMAGES / f"{name}.svg").write_text(asyncio.run(drawn(PICTURES[name], bench)))
+            if name == FAILED:
+                picture = failed(Path(folder))
+            else:
+                picture = asyncio.run(drawn(PICTURES[name], recorded(PICTURES[name], Path(folder))))
+            (IMAGES / f"{name}.svg").write_text(picture)
 
 
 if __name__ == "__main__":
