@@ -10,10 +10,12 @@ from textual.widgets._select import SelectOverlay
 from hilbench.tui.bench_process import Phase
 from hilbench.tui.checks_pane import ChecksPane
 from hilbench.tui.keys import BY_NAME, NEEDS
-from hilbench.tui.panes import FramesPane
+from hilbench.tui.panes import PANES, FramesPane
 from hilbench.tui.recorded import RecordedBench
 
 BENCHES = [("pioneer", "a robot")]
+LEFT_OUT = {"Leave", *(f"Show {pane.title} alone" for name, pane in PANES.items() if name != "link")}
+"""One pane for all: `test_app` gives each of them the screen."""
 OF_VEHICLES = ("mode", "press", "stack", "simulator", "lamps", "restart", "reset")
 
 
@@ -71,7 +73,7 @@ def test_a_click_beside_a_form_closes_it_and_asks_for_nothing(process_of, on_scr
     process.about = {"file": "pioneer-plane", "suites": ["p2os-server"]}
 
     async def scenario(app, pilot):
-        for key in ("i", "m", "P", "t", "b", "question_mark", "q"):
+        for key in ("i", "P", "t", "question_mark", "q"):
             await pilot.press(key)
             await pilot.pause()
             (dialog,) = app.screen.query(".dialog")
@@ -158,7 +160,7 @@ def test_each_command_of_the_palette_does_something_or_says_why_not(
         process, replay = RecordedBench(tmp_path), replay_of("rover")
 
     async def scenario(app, pilot):
-        offered = [one for one in app.get_system_commands(app.screen) if one.title != "Leave"]
+        offered = [one for one in app.get_system_commands(app.screen) if one.title not in LEFT_OUT]
         assert {"Theme", "Explain this screen"} <= {one.title for one in offered}
         for command in offered:
             app.zoomed = "log" if command.title == "Show all panes" else ""
