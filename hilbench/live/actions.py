@@ -135,12 +135,10 @@ class Actions:
         given: dict[str, Any] = {key: request[key] for key in _FAULT_DETAILS if key in request}
         if not {"probability", "byte"} & given.keys():
             given["at_s"] = 0.0
-        towards_target = request.get("towards", "target") == "target"
-        direction = Direction.A_TO_B if towards_target else Direction.B_TO_A
+        direction = Direction.A_TO_B if request.get("towards", "target") == "target" else Direction.B_TO_A
         taps[line].inject(Fault(kind=kind, direction=direction, **given))
         if "probability" in given:  # the others strike once; these until they are taken back
-            towards = "target" if towards_target else "operator"
-            about = {"fault": kind.value, "towards": towards, "probability": given["probability"]}
+            about = {"fault": kind.value, "towards": taps[line].towards(direction), "probability": given["probability"]}
             self._armed.append({"source": line, **about})
             self._bench.record("armed", line, **about)
 

@@ -115,6 +115,10 @@ class Tap(PortInFront):
         else:
             plan.wires[fault.direction].faults.append(ByteFaults(single, fault.direction, [fault]))
 
+    def towards(self, direction: Direction) -> str:
+        """Return whom bytes of a direction are on the way to, for the journal."""
+        return self._far if direction is Direction.A_TO_B else self._source
+
     def clear(self) -> int:
         """Take back all faults but a break that has begun; return how many there were."""
         wires = [] if self._plan is None else list(self._plan.wires.values())
@@ -134,7 +138,7 @@ class Tap(PortInFront):
         self._bench.journal.record("fault-refused", "line", max(at_ns, 0), fault=fault.kind.value, text=reason)
 
     def _struck(self, on_struck: Callable[[], None], fault: Fault, direction: Direction, at_ns: int) -> None:
-        towards = self._far if direction is Direction.A_TO_B else self._source
+        towards = self.towards(direction)
         self.struck[fault.kind.value, towards] += 1
         self._bench.journal.record("fault", "line", max(at_ns, 0), fault=fault.kind.value, towards=towards)
         on_struck()

@@ -220,6 +220,7 @@ def test_who_comes_late_is_told_what_stands(live):
     one = live("rover-model")
     one.bench.run_for(2.0)
     one.actions.obey({"do": "inject", "kind": "noise", "probability": 0.5, "count": 2})
+    one.actions.obey({"do": "inject", "kind": "drop", "probability": 1e-6, "towards": "operator"})
     one.actions.obey({"do": "inject", "kind": "disconnect", "duration_s": 0.5})
     one.actions.obey({"do": "speed", "factor": 2.0})
     one.actions.obey({"do": "stop"})
@@ -232,7 +233,7 @@ def test_who_comes_late_is_told_what_stands(live):
     early.take([*events, {"ns": begins_ns, "kind": "clock", "source": "bench", "paused": False, "speed": 2.0}])
     late.take(event for event in events if event["ns"] > begins_ns)
     assert early.faults
-    assert early.armed == ["noise 0.5 towards target"]
+    assert early.armed == ["noise 0.5 towards target", "drop 1e-06 towards station"]  # as those that strike are named
     for what in ("driver", "faults", "armed", "paused", "speed"):
         assert getattr(late, what) == getattr(early, what), what
     assert late.lines["host"].outages == early.lines["host"].outages == 1
