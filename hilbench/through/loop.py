@@ -11,12 +11,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from hilbench.clock import NS_PER_MS, InputSource, MonotonicHostClock, Scheduler
+from hilbench.clock import NS_PER_MS, NS_PER_S, InputSource, MonotonicHostClock, Scheduler
 
 __all__ = ["Loop", "Stage", "arrived", "settle"]
 
 _SLICE_NS = 2 * NS_PER_MS
 """How long one waits before the others are looked at again (choice)."""
+_NEVER_NS = NS_PER_S << 32
+"""A loop that slipped would be behind its own clock from then on: what the host was late by is over with the run."""
 _ROUNDS = 5000
 """What has not come after so many slices does not come (choice): 10 s."""
 
@@ -59,7 +61,7 @@ class Loop:
     def __init__(self) -> None:
         self.scheduler = Scheduler()
         self._time = _OwnTime()
-        self.scheduler.lock(self._time, heartbeat_ns=None)
+        self.scheduler.lock(self._time, heartbeat_ns=None, slip_threshold_ns=_NEVER_NS)
 
     def run_until(self, condition: Callable[[], bool]) -> bool:
         """Run for a slice at most; say whether the condition holds. What is due by then has been done."""
