@@ -107,6 +107,10 @@ class Body(Widget):
             self._held = None
             self.release_mouse()
 
+    def on_mouse_release(self) -> None:
+        """Let go also where the button was let go above something else, such as a form that has come meanwhile."""
+        self._held = None
+
     def _border(self, x: float, y: float) -> tuple[str, bool] | None:
         """Return the pane whose right border (True) or lower border (False) is moved when one drags this cell."""
         boxes = self.boxes(*self.size)

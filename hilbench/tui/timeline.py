@@ -9,7 +9,7 @@ from textual import events
 from textual.message import Message
 
 from hilbench.tui.lines import Lines
-from hilbench.tui.model.replay import Replay
+from hilbench.tui.model.replay import NS_PER_S, Replay
 from hilbench.tui.views.timeline import time_at, timeline_view
 
 __all__ = ["Timeline"]
@@ -55,6 +55,23 @@ class Timeline(Lines):
         """Let go."""
         self._held = False
         self.release_mouse()
+
+    def on_mouse_release(self) -> None:
+        """Let go also where the button was let go above something else."""
+        self._held = False
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        """Go a second back."""
+        self._go_by(event, -NS_PER_S)
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        """Go a second on."""
+        self._go_by(event, NS_PER_S)
+
+    def _go_by(self, event: events.MouseEvent, span_ns: int) -> None:
+        event.stop()
+        if self.replay is not None:
+            self.post_message(self.Asked(self.replay.now_ns + span_ns))
 
     def _ask(self, column: float) -> None:
         if self.replay is not None:

@@ -135,6 +135,34 @@ def test_a_clause_is_pointed_at_and_opened_by_mouse(process_of, journal_file, on
     on_screen(process, scenario)
 
 
+def test_a_border_that_is_held_is_let_go_when_a_form_comes(process_of, on_screen):
+    async def scenario(app, pilot):
+        before = app.arrangement
+        await pilot.mouse_down("#world", offset=(30, app.query_one("#world").outer_size.height - 1))
+        assert app.mouse_captured is not None
+        await pilot.press("question_mark")
+        await pilot.mouse_up(offset=(30, 5))
+        await pilot.press("escape")
+        await pilot.hover(offset=(30, 3))
+        await pilot.pause()
+        assert app.arrangement == before
+
+    on_screen(process_of("pioneer"), scenario)
+
+
+def test_the_wheel_goes_through_a_recording(replay_of, on_screen, tmp_path):
+    replay = replay_of("rover")
+
+    async def scenario(app, pilot):
+        replay.go_to(3_000_000_000)
+        line = app.query_one("#timeline")
+        line.post_message(scroll_up(line))
+        await pilot.pause()
+        assert replay.now_ns == 2_000_000_000
+
+    on_screen(RecordedBench(tmp_path), scenario, replay=replay)
+
+
 def state_of(app, process):
     """Return what an action may change, but for what it says."""
     frames = app.query_one(FramesPane)
