@@ -146,8 +146,9 @@ class CarDynamics:
         four = self._rates(_moved(before, three, dt), effort, way)
         mean = [(a + 2 * b + 2 * c + d) / 6 for a, b, c, d in zip(one, two, three, four, strict=True)]
         after = _moved(before, mean, dt)
-        if (held and after[3] * speed < 0) or abs(after[3]) < _STILL_M_S:
-            after = (*after[:3], 0.0, *after[4:])  # brakes and resistance stop a car, and never turn it back
+        turned = after[3] * speed < 0 if held else after[3] < 0 <= speed
+        if turned or abs(after[3]) < _STILL_M_S:
+            after = (*after[:3], 0.0, *after[4:])  # what opposes the motion ends with it, brakes let go slowly included
         self._state = after
         self.layer.accel_m_s2 = (after[3] - speed) / dt
 

@@ -106,6 +106,26 @@ def test_brakes_hold_and_do_not_turn_back():
     assert drive(car, CarCommand(throttle=0.1), 1.0).lon_speed_m_s > 0.1
 
 
+@settings(deadline=None, max_examples=40)
+@given(
+    speed=st.floats(0.2, 12.0),
+    brake=st.floats(0.05, 1.0),
+    brakes_s=st.floats(0.0, 1.5),
+    then=st.floats(0.1, 12.0),
+    accel=st.floats(0.1, 3.0),
+    jerk=st.floats(0.1, 20.0),
+)
+def test_a_car_that_brakes_is_never_sent_backwards_by_a_limit_of_jerk(speed, brake, brakes_s, then, accel, jerk):
+    """Brakes let go as slowly as the limit says; what they do on the way is to stop the car."""
+    car = at_speed(speed)
+    drive(car, CarCommand(brake=brake), brakes_s)
+    car.layer.command = CarCommand(mode=CommandMode.ACKERMANN, speed_m_s=then, accel_m_s2=accel, jerk_m_s3=jerk)
+    for _ in range(10 * HZ):
+        car.advance(1 / HZ)
+        assert car.lon_speed_m_s >= 0
+    assert car.lon_speed_m_s > 0
+
+
 def test_pedals_beyond_their_ends_are_at_their_ends():
     for wild, tame in ((CarCommand(throttle=7.0, steer=2.0), CarCommand(throttle=1.0, steer=1.0)),):
         assert drive(CarDynamics(), wild, 1.0).pose == drive(CarDynamics(), tame, 1.0).pose
