@@ -302,8 +302,8 @@ class VirtualProvider:
             bench.close()
 
     def close(self) -> None:
-        """Close the journal."""
-        self._shared.journal.close()
+        """Close what the benches of the run had in common."""
+        self._shared.close()
 
 
 def _physics_is_missing(plan: PioneerPlan) -> bool:

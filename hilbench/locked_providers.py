@@ -150,7 +150,7 @@ class LockedProvider:
         if self._locked:
             self._scheduler.unlock()
         self._host.close()
-        self._shared.journal.close(self._bench.now_ns)
+        self._shared.close(self._bench.now_ns)
 
 
 @contextlib.contextmanager

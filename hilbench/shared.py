@@ -44,6 +44,16 @@ class Shared:
         bench.passage = self.passage
         return bench
 
+    def close(self, now_ns: int = 0) -> None:
+        """Give up what the checker's ports stand behind, and close the journal at this bench time, in ns.
+
+        Raises:
+            UnavailableError: the journal could not be written to its end.
+        """
+        if self.passage is not None:
+            self.passage.close()
+        self.journal.close(now_ns)
+
     def describe(self, target: str, physics: str) -> Mapping[str, str]:
         """Name the parts of the bench, and the faults that everything it says is subject to."""
         parts = {"bench": self.bench_file.name, "target": target, "physics": physics}

@@ -144,6 +144,8 @@ def _reproduce(group: _ClauseCases, options: CheckOptions) -> str:
     words += ["-k", group.clause.id, "--seed", str(options.seed)]
     if options.timeout_scale != 1:
         words += ["--timeout-scale", f"{options.timeout_scale:g}"]
+    if options.through:
+        words += ["--through", options.through]
     return shlex.join(words)
 
 

@@ -58,7 +58,7 @@ def parser() -> Parser:
     add("--json", metavar="FILE", help="write the report, or with --list the list, as JSON; - is standard output")
     add_journal(made)
     add("--through", choices=THROUGH, default="",
-        help="let each byte of the bench's lines pass such a door of this machine, in virtual time")  # fmt: skip
+        help="let each byte of the checker's lines pass such a door of this machine, in virtual time")  # fmt: skip
     add("--screens", metavar="DIR", type=typed(arguments.output_file),
         help="for each case that fails, the screen of the dashboard at that moment: DIR/CASE.svg")  # fmt: skip
     return made

@@ -136,8 +136,8 @@ class BoardProvider:
                 yield BoardCase(bench, case, emulated, open_other)
 
     def close(self) -> None:
-        """Close the journal."""
-        self._shared.journal.close()
+        """Close what the benches of the run had in common."""
+        self._shared.close()
 
     # --- the bench of a case
 

@@ -108,8 +108,8 @@ class RoverProvider:
         return Observations(coverage=self._observer.coverage())
 
     def close(self) -> None:
-        """Close the journal."""
-        self._shared.journal.close()
+        """Close what the benches of the run had in common."""
+        self._shared.close()
 
 
 class AttachedRoverProvider(AttachedProviderBase[RoverPeer, AttachedRoverCase]):

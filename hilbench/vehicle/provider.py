@@ -134,8 +134,8 @@ class VehicleProvider:
         return Observations(coverage=self._observer.coverage())
 
     def close(self) -> None:
-        """Close the journal."""
-        self._shared.journal.close()
+        """Close what the benches of the run had in common."""
+        self._shared.close()
 
     def _settings_of(self, case: CaseInfo) -> VehicleSettings:
         """Return those of the board in the profile that a case asks for, or in what takes its place."""

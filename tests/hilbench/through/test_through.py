@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import contextlib
-import gc
+import errno
 import os
 import threading
 
@@ -11,19 +11,20 @@ from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, run_suites
 from hilbench.cli import main
 from hilbench.clock import Scheduler
-from hilbench.errors import UnavailableError
+from hilbench.errors import InternalError, UnavailableError
 from hilbench.links import Line, MemoryLink, PtyDoor, Rfc2217Door, TcpDoor
 from hilbench.options import THROUGH
 from hilbench.relay import Relay
-from hilbench.through import Passages, loop, passages
+from hilbench.through import Passages, loop, way
+from hilbench.through.loop import settle
 
 ALL_BYTES = bytes(range(256)) * 20
 DOORS = {"pty": PtyDoor, "tcp": TcpDoor, "rfc2217": Rfc2217Door, "proxy": PtyDoor}
 WORDS = {
     "pty": "through pseudo-terminals of this machine",
     "tcp": "through TCP sockets of this machine",
-    "rfc2217": "through RFC 2217 of this machine",
-    "proxy": "through a proxy between two pseudo-terminals each of this machine",
+    "rfc2217": "through RFC 2217 within this machine",
+    "proxy": "through pseudo-terminals of this machine, a proxy between two each",
 }
 
 
@@ -32,14 +33,22 @@ def kind(request):
     return request.param
 
 
-@pytest.fixture
-def line(kind):
-    """Both ends of a line in memory, the first one behind a door."""
+def lined(ways):
+    """Return both ends of a line in memory, the first one behind a door, and what it is on."""
     scheduler = Scheduler()
     link = MemoryLink(scheduler, Line(baud=921_600), name="line")
-    ways = Passages(kind)
-    yield scheduler, ways(link.a), link.b
-    ways.close()
+    return scheduler, ways(link.a), link.b
+
+
+@pytest.fixture
+def line(kind):
+    with contextlib.closing(Passages(kind)) as ways:
+        yield lined(ways)
+
+
+def left():
+    """What this process has open."""
+    return sorted(os.listdir("/proc/self/fd")), threading.active_count()
 
 
 def heard_by(port):
@@ -60,65 +69,107 @@ def test_every_byte_passes_both_ways_as_it_is(line):
 
 
 def test_what_is_on_the_way_is_what_a_bench_has_in_real_time(kind, monkeypatch):
-    """A door that upsets bytes upsets those that come out."""
+    """A door that upsets bytes is noticed."""
     door = DOORS[kind]
     put = door._put
     monkeypatch.setattr(door, "_put", lambda self, data, at_ns: put(self, data.upper(), at_ns))
     relayed = []
     hand_on = Relay._pass
     monkeypatch.setattr(Relay, "_pass", lambda self, *words: relayed.append(words[3]) or hand_on(self, *words))
-    scheduler = Scheduler()
-    link = MemoryLink(scheduler, Line(baud=921_600), name="line")
-    ways = Passages(kind)
-    at_near = heard_by(ways(link.a))
-    link.b.write(b"door")
-    scheduler.run_for(10**9)
-    ways.close()
-    assert at_near == b"DOOR"
-    assert len(relayed) == (4 if kind == "proxy" else 0)
+    with contextlib.closing(Passages(kind)) as ways:
+        scheduler, _, far = lined(ways)
+        far.write(b"d")
+        with pytest.raises(InternalError, match=r"b'd' has come out as b'D'"):
+            scheduler.run_for(10**9)
+    assert len(relayed) == (1 if kind == "proxy" else 0)
+
+
+@pytest.mark.parametrize("back", [False, True], ids=["same-way", "other-way"])
+def test_a_door_that_invents_bytes_is_noticed(kind, back, monkeypatch):
+    door = DOORS[kind]
+    put = door._put
+
+    def put_twice(self, data, at_ns):
+        put(self, data * 2, at_ns)
+
+    monkeypatch.setattr(door, "_put", put_twice)
+    with contextlib.closing(Passages(kind)) as ways:
+        scheduler, near, far = lined(ways)
+        with pytest.raises(InternalError, match="come"):
+            for value in b"abc":
+                far.write(bytes([value]))
+                scheduler.run_for(10**9)
+                if back:
+                    near.write(b"x")
+                    scheduler.run_for(10**9)
 
 
 def test_a_door_that_keeps_bytes_is_an_error(kind, monkeypatch):
     monkeypatch.setattr(DOORS[kind], "_put", lambda *_: None)
-    scheduler = Scheduler()
-    link = MemoryLink(scheduler, Line(baud=921_600), name="line")
-    ways = Passages(kind)
-    ways(link.a)
-    monkeypatch.setattr(loop, "_ROUNDS", 2)
-    link.b.write(b"x")
-    with pytest.raises(UnavailableError, match=r"line.a: 0 of 1 bytes have passed, and no more come"):
-        scheduler.run_for(10**9)
-    ways.close()
+    with contextlib.closing(Passages(kind)) as ways:
+        scheduler, _, far = lined(ways)
+        monkeypatch.setattr(loop, "_ROUNDS", 2)
+        far.write(b"x")
+        with pytest.raises(UnavailableError, match=r"line.a: 0 of 1 bytes have passed, and no more come"):
+            scheduler.run_for(10**9)
 
 
 def test_a_door_at_which_nobody_gets_in_is_an_error(kind, monkeypatch):
-    monkeypatch.setattr(passages, "settle", lambda *_: False)
-    monkeypatch.setattr(passages, "ReconnectingPort", Nobody)
-    link = MemoryLink(Scheduler(), Line(baud=921_600), name="line")
-    ways = Passages(kind)
-    with pytest.raises(UnavailableError, match="nobody has come in at the door"):
-        ways(link.a)
-    ways.close()
+    monkeypatch.setattr(way, "settle", lambda *_: False)
+    unused = []
+
+    class Nobody:
+        def close(self):
+            unused.append(self)
+
+    monkeypatch.setattr(way, "ReconnectingPort", lambda *_: Nobody())
+    with contextlib.closing(Passages(kind)) as ways, pytest.raises(UnavailableError, match="nobody has come in"):
+        lined(ways)
+    assert unused
+    assert ways.words.startswith("line.a could not be led through ")
 
 
-class Nobody:
-    def __init__(self, *_):
-        self.closed = False
+def test_a_client_that_is_turned_away_tries_again_and_what_it_runs_into_is_said(kind, monkeypatch):
+    tried = []
 
-    def close(self):
-        self.closed = True
-
-
-def test_what_a_client_runs_into_is_said(kind, monkeypatch):
     def refuse(*_):
+        tried.append(True)
         raise UnavailableError("refused", where="here")
 
-    monkeypatch.setattr(passages, "ReconnectingPort", refuse)
-    link = MemoryLink(Scheduler(), Line(baud=921_600), name="line")
+    monkeypatch.setattr(way, "ReconnectingPort", refuse)
+    with contextlib.closing(Passages(kind)) as ways, pytest.raises(UnavailableError, match="refused"):
+        lined(ways)
+    assert len(tried) == 3
+
+
+@pytest.mark.parametrize("call", ["Loop", "TemporaryDirectory"])
+def test_want_of_descriptors_or_room_is_said(call, kind, monkeypatch):
+    def full(*_args, **_names):
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    if call == "Loop":
+        monkeypatch.setattr(way, "Loop", full)
+    elif kind in {"pty", "proxy"}:
+        monkeypatch.setattr(way.tempfile, "TemporaryDirectory", full)
+    else:
+        return
+    with contextlib.closing(Passages(kind)) as ways, pytest.raises(UnavailableError, match="Too many open files"):
+        lined(ways)
+
+
+def test_an_interrupted_opening_leaves_nothing(kind, monkeypatch):
+    before = left()
+
+    def interrupted(others, done):
+        settle(others, done)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(way, "settle", interrupted)
     ways = Passages(kind)
-    with pytest.raises(UnavailableError, match="refused"):
-        ways(link.a)
+    with pytest.raises(KeyboardInterrupt):
+        lined(ways)
     ways.close()
+    assert left() == before
 
 
 def test_what_else_a_port_does_reaches_the_port(line):
@@ -141,20 +192,16 @@ def test_what_else_a_port_does_reaches_the_port(line):
     assert near.closed
 
 
-def test_nothing_is_left_when_nobody_needs_the_ways_any_more(kind):
-    def left():
-        return sorted(os.listdir("/proc/self/fd")), threading.active_count()
-
+def test_nothing_is_left_of_a_run_that_is_over(kind, tmp_path, monkeypatch):
+    monkeypatch.setattr(way.tempfile, "tempdir", str(tmp_path))
+    options = CheckOptions(bench="rover-model", suites=("pkt-board",), select="P01 and documented", through=kind)
     before = left()
-    ways = Passages(kind)
-    folder = ways.folder
-    port = ways(MemoryLink(Scheduler(), Line(baud=9600), name="line").a)
-    assert folder.is_dir()
+    provider = make_provider(options)
+    run_suites(options, provider)
     assert left() != before
-    del ways, port
-    gc.collect()
+    provider.close()
     assert left() == before
-    assert not folder.exists()
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
@@ -171,18 +218,20 @@ def test_a_run_is_the_same_with_it_and_without(kind, bench, suite, select, monke
             return run_suites(options, provider)
 
     passed = []
-    send = passages._Way._pass
-    monkeypatch.setattr(passages._Way, "_pass", lambda *words: passed.append(words[3]) or send(*words))
+    send = way.Way._pass
+    monkeypatch.setattr(way.Way, "_pass", lambda *words: passed.append(words[3]) or send(*words))
     without = run("")
     assert not passed
     with_it = run(kind)
     assert sum(map(len, passed)) >= 10
     assert with_it.run_hash == without.run_hash
     assert with_it.bench["lines"] == WORDS[kind]
+    assert f"--through {kind}" in with_it.clauses[0].reproduce
+    assert "--through" not in without.clauses[0].reproduce
 
 
 def test_a_checker_without_a_line_says_so():
-    assert Passages("tcp").words == "nothing has passed TCP sockets: the checker has had no line"
+    assert Passages("tcp").words == "nothing has passed TCP sockets of this machine: the checker has had no line"
 
 
 @pytest.mark.parametrize("target", ["serial:/dev/null", "capture:run.jsonl", "listen:tcp:0"])
