@@ -10,6 +10,7 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -324,8 +325,12 @@ class CheckPlugin:
             report.longrepr = f"inconclusive: {run.outcome.cause}"
         return report
 
+    @pytest.hookimpl(tryfirst=True)
     def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
         """Tell an interruption from our own stopping."""
+        # Pytest draws the way to it, and cannot where CPython has no line number: a signal may come between two lines.
+        excinfo.traceback = type(excinfo.traceback)(filter(_has_line, excinfo.traceback))
+        excinfo.value.__suppress_context__ = True
         if isinstance(excinfo.value, pytest.Session.Interrupted):
             return
         if isinstance(excinfo.value, KeyboardInterrupt):
@@ -338,6 +343,13 @@ class CheckPlugin:
         """Keep what went wrong inside pytest or this plugin."""
         self.collector.defects.append(f"{excinfo.typename}: {excinfo.value}")
         self.collector.stop("a defect in hilbench")
+
+
+def _has_line(entry: Any) -> bool:
+    try:
+        return bool(entry.lineno >= 0)
+    except TypeError:
+        return False
 
 
 def _outcome(error: BaseException | None) -> Outcome:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from _pytest._code import TracebackEntry
 
 from hilbench.check import Verdict
 
@@ -228,6 +229,20 @@ def test_an_interruption_keeps_what_was_run(check, provider):
     assert [case.verdict.value for case in report.cases] == ["fail", "not-run", "not-run"]
     assert (report.exit_code, report.stopped) == (130, "interrupted")
     assert provider.closed_cases == 2
+
+
+def test_an_interruption_between_two_lines_is_one(check, monkeypatch):
+    """CPython may have no line number for a frame that a signal has interrupted, and pytest cannot draw it then."""
+    usual = TracebackEntry.lineno.fget
+
+    def lineno(entry):
+        if entry.frame.code.name == "test_a":
+            raise TypeError("unsupported operand type(s) for -: 'NoneType' and 'int'")
+        return usual(entry)
+
+    monkeypatch.setattr(TracebackEntry, "lineno", property(lineno))
+    report = check('@my("A1")\ndef test_a(bench): raise KeyboardInterrupt\n')
+    assert (report.exit_code, report.stopped) == (130, "interrupted")
 
 
 def test_a_bench_that_breaks_is_a_defect_and_does_not_hide_the_cause(check):
