@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from hilbench.errors import PortClosedError
+from hilbench.errors import PortClosedError, UnavailableError
 from hilbench.links import Port
 from hilbench.links.port import PortBase
 
@@ -63,8 +63,13 @@ class SharedDoor(PortBase):
 
     def send_break(self, duration_ns: int) -> None:
         """Send a break to the client that has the line."""
-        if self._owner is not None:
+        if self._owner is None:
+            return
+        try:
             self._owner.send_break(duration_ns)
+        except UnavailableError:
+            self.counters.breaks_unsent += 1
+            raise
 
     def close(self) -> None:
         """Close all doors; a second call does nothing."""

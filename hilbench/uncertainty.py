@@ -11,7 +11,10 @@ __all__ = ["OfTimes"]
 
 
 class OfTimes(float):
-    """An uncertainty that has in it what the benches were late by; so has what it is added to, or a multiple of it."""
+    """An uncertainty that has in it what the benches were late by; so has what it is added to, or a multiple of it.
+
+    What `round`, `math` and numpy make of it is a plain float.
+    """
 
     __slots__ = ()
 
@@ -26,6 +29,22 @@ class OfTimes(float):
     def __truediv__(self, other: float, /) -> OfTimes:
         """Return the quotient, likewise."""
         return _of_times(float.__truediv__(self, other))
+
+    def __sub__(self, other: float, /) -> OfTimes:
+        """Return the difference, likewise."""
+        return _of_times(float.__sub__(self, other))
+
+    def __rsub__(self, other: float, /) -> OfTimes:
+        """Return the difference, likewise."""
+        return _of_times(float.__rsub__(self, other))
+
+    def __neg__(self) -> OfTimes:
+        """Return it below zero, likewise."""
+        return OfTimes(float.__neg__(self))
+
+    def __abs__(self) -> OfTimes:
+        """Return its magnitude, likewise."""
+        return OfTimes(float.__abs__(self))
 
     __radd__ = __add__
     __rmul__ = __mul__

@@ -323,7 +323,11 @@ class FaultyPort(PortInFront):
     def send_break(self, duration_ns: int) -> None:
         """Hold the line low for `duration_ns`."""
         self._take_to_send(b"", self._scheduler.now_ns)
-        self.port.send_break(duration_ns)
+        try:
+            self.port.send_break(duration_ns)
+        except UnavailableError:
+            self.counters.breaks_unsent += 1
+            raise
 
     def close(self) -> None:
         """Close the port."""

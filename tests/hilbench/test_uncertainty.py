@@ -25,6 +25,9 @@ def test_what_is_made_of_it_is_of_times_too(doubt_s, factor):
         (factor + OfTimes(doubt_s), factor + doubt_s),
         (sum([OfTimes(doubt_s), factor]), doubt_s + factor),
         (3 * OfTimes(doubt_s), 3 * doubt_s),
+        (OfTimes(doubt_s) - factor, doubt_s - factor),
+        (factor - OfTimes(doubt_s), factor - doubt_s),
+        (abs(-OfTimes(doubt_s)), doubt_s),
     )
     for found, expected in made:
         assert isinstance(found, OfTimes)

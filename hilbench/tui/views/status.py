@@ -13,14 +13,13 @@ from hilbench.tui.views.words import BAD, DIM, GOOD, HEAD, bar, bytes_words, fit
 
 __all__ = ["clock_words", "counters_view", "link_view", "strip_view", "timers_view"]
 
-_LINE_ERRORS = (
+LINE_ERRORS = (
     "lost",
     "overruns",
     "framing_errors",
     "parity_errors",
     "receive_overruns",
     "breaks",
-    "breaks_unsent",
     "breaks_unsent",
     "refused",
     "withdrawn",
@@ -110,7 +109,7 @@ def _short_line(model: BenchModel, name: str, column: int, width: int) -> Iterat
 
 
 def _errors(line: LineModel) -> Text:
-    errors = [(word, line.counters[word].value) for word in _LINE_ERRORS if word in line.counters]
+    errors = [(word, line.counters[word].value) for word in LINE_ERRORS if word in line.counters]
     shown = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in errors if count)
     return Text(f"  errors {shown}", BAD) if shown else Text("  no errors", DIM)
 

@@ -51,6 +51,16 @@ def test_a_port_that_knows_no_breaks_says_so_and_counts_them(locked, lineless):
         port.close()
 
 
+def test_a_break_that_the_port_behind_refuses_is_counted_before_it_too(locked, lineless):
+    door = lineless[1]
+    faulty, shared = FaultyPort(locked, door, FaultPlan(())), SharedDoor([door])
+    door.on_line(True, 0)  # the first client of the shared door
+    for port in (faulty, shared):
+        with pytest.raises(UnavailableError, match="a break cannot be sent"):
+            port.send_break(1000)
+    assert (faulty.counters.breaks_unsent, shared.counters.breaks_unsent) == (1, 1)
+
+
 def test_what_stands_before_a_port_hands_its_lines_on(bench):
     below, done = MemoryLink(bench.scheduler, Line(baud=9600)).a, []
     below.set_lines = lambda **levels: done.append(levels)

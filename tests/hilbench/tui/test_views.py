@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import fields
 
 import pytest
 from hypothesis import given
@@ -8,13 +9,14 @@ from hypothesis import strategies as st
 
 from hilbench.decode.reading import DecodeOptions
 from hilbench.decode.regions import regions
+from hilbench.links import LinkCounters
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.panes import PANES
 from hilbench.tui.views.above import world_view
 from hilbench.tui.views.canvas import Canvas
 from hilbench.tui.views.frames import frame_view
 from hilbench.tui.views.pins import pins_view
-from hilbench.tui.views.status import clock_words, link_view, strip_view
+from hilbench.tui.views.status import LINE_ERRORS, clock_words, link_view, strip_view
 from hilbench.tui.views.words import bar, bytes_words, ns_words, rate_words, seconds
 from protocols import p2os, pkt
 
@@ -84,6 +86,10 @@ def test_the_strip_names_states_the_nearest_deadline_and_errors(model_of):
 
 
 # --- one frame, byte by byte
+
+
+def test_each_error_of_a_line_is_one_that_ports_count_and_is_told_once():
+    assert sorted(LINE_ERRORS) == sorted({field.name for field in fields(LinkCounters)} - {"sent", "received"})
 
 
 def test_the_bytes_of_a_sip_are_those_that_change_its_fields():
