@@ -67,7 +67,8 @@ resync: dev       ## what stray bytes cost a vehicle-interface board (docs/carla
 	$(BIN)/python -m tests.resync
 
 .PHONY: doors
-doors: dev        ## suites on boards in memory and through each door (docs/doors-verdicts.md); an hour, in real time, on an idle host
+doors: dev        ## suites on boards in memory and through each door (docs/doors-verdicts.md): whole suites in virtual time, an hour, and parts in real time, half an hour, on an idle host
+	$(BIN)/python -m tests.doors --whole
 	$(BIN)/python -m tests.doors
 
 campaign: dev     ## the dodger in twenty rooms, in three ways (docs/campaign.md); half an hour

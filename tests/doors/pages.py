@@ -15,10 +15,19 @@ Row = Mapping[str, Any]
 _HEAD = """\
 # The same verdicts through each door
 
-Made by `make doors` (`python -m tests.doors`); the data is in [doors-verdicts.json](doors-verdicts.json). Do not edit.
+Made by `make doors`. Do not edit.
 
-Each suite runs on a board in memory, in virtual time, and then on the same board that `hilbench serve` has behind a
-door, in real time: a pty, a TCP port, RFC 2217, and a pty with `hilbench proxy` in between.
+Each suite runs on a board in memory, and on the same board behind a door: a pty, a TCP port, RFC 2217, and a pty with
+`hilbench proxy` in between. Whole suites are compared in virtual time, where nothing can be late; parts of them also in
+real time, with processes of their own.
+
+"""
+
+_REAL_TIME = """\
+## In real time
+
+Made by `python -m tests.doors`; the data is in [doors-verdicts.json](doors-verdicts.json). What `hilbench serve` has
+behind a door is checked by another process.
 
 | Column | Cases |
 |---|---|
@@ -32,7 +41,7 @@ fail. How late both were stands in the last columns: lateness p50, p99 and max i
 speed as a part of real time before them. On an idle host fewer cases are inconclusive.
 
 A board behind a door runs one program: cases of other programs do not apply there. The column *Cases* says which were
-run. Suites that look at pins, wheels or the world run in memory alone.
+run, and cases that need pins, wheels or the world do not apply, either.
 
 """
 
@@ -55,8 +64,8 @@ def _relation(verdict: str, in_memory: str | None) -> str:
     return "inconclusive" if verdict == "inconclusive" else "other"
 
 
-def page(record: Sequence[Row]) -> str:
-    """Return the page."""
+def page(record: Sequence[Row], whole: str = "") -> str:
+    """Return the page, with the part of whole suites."""
     by_key = {(row["bench"], row["suite"], row["door"]): row for row in record}
     lines = [
         "| Bench | Suite | Cases | Door | As in memory | Inconclusive | Other | Checker | Board |",
@@ -77,10 +86,10 @@ def page(record: Sequence[Row]) -> str:
     slipped = sum(1 for row in record if row["served"] is not None and row["served"]["slips"])
     if slipped:
         lines.append(f"\nThe host was busy with other work: the board slipped in {slipped} of these rows.")
-    text = _HEAD + "\n".join(lines) + "\n"
+    text = _HEAD + (f"{whole}\n" if whole else "") + _REAL_TIME + "\n".join(lines) + "\n"
     for heading, cases in (("Other verdicts than in memory", others), ("Inconclusive", open_ones)):
         if cases:
-            text += f"\n## {heading}\n\n" + "\n".join(cases) + "\n"
+            text += f"\n### {heading}\n\n" + "\n".join(cases) + "\n"
     return text
 
 
