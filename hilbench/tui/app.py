@@ -151,6 +151,7 @@ class Dashboard(VehicleActions, Saving):
         """Watch another bench, or a recording, with nothing left of the one before."""
         super().open(process, replay)
         self.zoomed = ""
+        self.lamps_asked = 0
         if self.run_of_suite is not None:
             self.run_of_suite.stop()
         self.run_of_suite = None

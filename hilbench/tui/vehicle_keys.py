@@ -43,7 +43,7 @@ class VehicleActions:
 
     process: BenchProcess | RecordedBench
     model: BenchModel | None
-    _lamps = 0
+    lamps_asked = 0
 
     def action_ask_autoware(self) -> None:
         """Have the driving stack ask the board for AUTOWARE; it drives then."""
@@ -67,8 +67,8 @@ class VehicleActions:
 
     def action_lamps(self) -> None:
         """Have the driving stack ask for the next of: left, right, hazard, off."""
-        self._lamps = (self._lamps + 1) % len(_LAMPS)
-        self.process.send("lamps", which=_LAMPS[self._lamps])
+        self.lamps_asked = (self.lamps_asked + 1) % len(_LAMPS)
+        self.process.send("lamps", which=_LAMPS[self.lamps_asked])
 
     def action_restart(self) -> None:
         """Put the car back to where it began, at rest."""

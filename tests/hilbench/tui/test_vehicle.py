@@ -181,6 +181,17 @@ def test_keys_ask_the_board_and_those_around_it(process_of, on_screen):
     on_screen(process, scenario, (132, 40))
 
 
+def test_lamps_begin_anew_with_each_bench(process_of, on_screen):
+    async def press(app, pilot):
+        await pilot.press("z")
+
+    for _ in range(2):
+        process = process_of("vehicle")
+        process.actions = ACTIONS
+        on_screen(process, press)
+        assert process.sent == [("lamps", {"which": "left"})]
+
+
 def test_a_bench_without_them_is_not_asked(process_of, on_screen):
     process = process_of("pioneer")
 
