@@ -142,17 +142,19 @@ def test_a_client_that_is_turned_away_tries_again_and_what_it_runs_into_is_said(
     assert len(tried) == 3
 
 
-@pytest.mark.parametrize("call", ["Loop", "TemporaryDirectory"])
-def test_want_of_descriptors_or_room_is_said(call, kind, monkeypatch):
-    def full(*_args, **_names):
-        raise OSError(errno.EMFILE, "Too many open files")
+def full(*_args, **_names):
+    raise OSError(errno.EMFILE, "Too many open files")
 
-    if call == "Loop":
-        monkeypatch.setattr(way, "Loop", full)
-    elif kind in {"pty", "proxy"}:
-        monkeypatch.setattr(way.tempfile, "TemporaryDirectory", full)
-    else:
-        return
+
+def test_want_of_descriptors_is_said(kind, monkeypatch):
+    monkeypatch.setattr(way, "Loop", full)
+    with contextlib.closing(Passages(kind)) as ways, pytest.raises(UnavailableError, match="Too many open files"):
+        lined(ways)
+
+
+@pytest.mark.parametrize("kind", ["pty", "proxy"])
+def test_want_of_room_for_links_is_said(kind, monkeypatch):
+    monkeypatch.setattr(way.tempfile, "TemporaryDirectory", full)
     with contextlib.closing(Passages(kind)) as ways, pytest.raises(UnavailableError, match="Too many open files"):
         lined(ways)
 
