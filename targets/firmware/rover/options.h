@@ -49,6 +49,9 @@
 #ifndef BAUD
 #define BAUD 115200u
 #endif
+#ifndef RECEIVE_BY_DMA
+#define RECEIVE_BY_DMA 0 // 1: what comes over the line wakes the CPU when the line falls idle, not with each byte
+#endif
 #ifndef PWM_HZ
 #define PWM_HZ 50u // Mbed's default period of 20 ms, which G2 never changes
 #endif

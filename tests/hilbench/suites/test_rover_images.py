@@ -51,7 +51,7 @@ FOUND_BY = {
 FOUND_IN_MOTION = {"status-zero": "R21"}
 """By the suite rover-motion; its own tests run it."""
 UNFOUND = {"kd-ki-getters": "no clause asks for 0x85"}
-OTHERS = {"9600", "g0", "g2", "pid-report", "pwm-1khz", "term", "v1b"}
+OTHERS = {"9600", "dma", "g0", "g2", "pid-report", "pwm-1khz", "term", "v1b"}
 """Images that are no documented rover with a defect."""
 
 
@@ -87,5 +87,6 @@ def test_the_defect_is_found(defect, clause):
 
 
 @pytest.mark.thorough
-def test_the_rover_without_defects_passes_them_all():
-    assert set(verdicts("rover", FOUND_BY.values()).values()) == {Verdict.PASS}
+@pytest.mark.parametrize("image", ["rover", "rover-dma"])
+def test_the_rover_without_defects_passes_them_all(image):
+    assert set(verdicts(image, FOUND_BY.values()).values()) == {Verdict.PASS}

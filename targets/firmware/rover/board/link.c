@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What comes is taken byte by byte, for it may be answered at once; what goes is fetched from its ring by DMA, as much at a time
-// as lies there in one piece.
+// What comes is taken byte by byte, for it may be answered at once, or with RECEIVE_BY_DMA in pieces, each of them ended by a line
+// that falls idle or by a tick; what goes is fetched from its ring by DMA, as much at a time as lies there in one piece.
 
 #include "rover/board/link.h"
 
@@ -20,6 +20,8 @@
 #define LEVEL 1
 #define TX_STREAM 3 // USART3_TX is its channel 4 (RM0410, table 27)
 #define TX_CHANNEL 4
+#define RX_STREAM 1 // USART3_RX is its channel 4 (the same table)
+#define RX_CHANNEL 4
 
 // What may wait: as much as the ring holds, or what Mbed OS lets wait (its uart-serial-rxbuf-size).
 #define RECEIVE_BYTES (DEFECT_POLLED ? 256u : RING_BYTES)
@@ -30,6 +32,10 @@ static volatile uint32_t sending; // bytes at the tail of to_send that DMA has b
 void USART3_IRQHandler(void)
 {
     uint32_t flags = USART3->ISR;
+    if (RECEIVE_BY_DMA) {
+        USART3->ICR = USART_ICR_IDLECF; // the CPU is awake now: what came is looked for
+        return;
+    }
     if (flags & USART_ISR_ORE)
         USART3->ICR = USART_ICR_ORECF; // a byte is lost; its frame fails at the CRC
     if (flags & USART_ISR_RXNE) {
@@ -37,6 +43,14 @@ void USART3_IRQHandler(void)
         if (ring_fill(&received) < RECEIVE_BYTES)
             ring_put(&received, byte);
     }
+}
+
+// DMA goes round in the ring and never waits: who reads is never a whole round, 89 ms, behind.
+static void follow_dma(void)
+{
+    uint32_t end = RING_BYTES - DMA1->S[RX_STREAM].NDTR; // NDTR counts down
+    __asm volatile("" ::: "memory");                     // the index before the bytes that it shows
+    received.head += (end - received.head) % RING_BYTES;
 }
 
 static void send_next_piece(void)
@@ -62,15 +76,31 @@ void link_start(void)
     pin_alternate(GPIO('D'), TX, AF_USART3);
     pin_alternate(GPIO('D'), RX, AF_USART3);
     USART3->BRR = (PCLK1_HZ + BAUD / 2) / BAUD;
-    USART3->CR3 = USART_CR3_DMAT;
-    USART3->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE | USART_CR1_RXNEIE;
+    if (RECEIVE_BY_DMA) {
+        USART3->CR3 = USART_CR3_DMAT | USART_CR3_DMAR | USART_CR3_OVRDIS;
+        USART3->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE | USART_CR1_IDLEIE;
+        dma_begin(RX_STREAM, RX_CHANNEL, &USART3->RDR, received.bytes, RING_BYTES, DMA_CR_CIRC);
+    } else {
+        USART3->CR3 = USART_CR3_DMAT;
+        USART3->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE | USART_CR1_RXNEIE;
+    }
     irq_enable_line(USART3_IRQ, LEVEL);
     irq_enable_line(DMA1_STREAM3_IRQ, LEVEL);
 }
 
-uint32_t link_waiting(void) { return ring_fill(&received); }
+uint32_t link_waiting(void)
+{
+    if (RECEIVE_BY_DMA)
+        follow_dma();
+    return ring_fill(&received);
+}
 
-bool link_get(uint8_t *byte) { return ring_get(&received, byte); }
+bool link_get(uint8_t *byte)
+{
+    if (RECEIVE_BY_DMA)
+        follow_dma();
+    return ring_get(&received, byte);
+}
 
 void link_send(const uint8_t *data, uint32_t count)
 {

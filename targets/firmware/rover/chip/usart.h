@@ -26,6 +26,7 @@ typedef struct {
 #define USART_CR1_UE (1u << 0)
 #define USART_CR1_RE (1u << 2)
 #define USART_CR1_TE (1u << 3)
+#define USART_CR1_IDLEIE (1u << 4)
 #define USART_CR1_RXNEIE (1u << 5)
 
 #define USART_CR3_DMAR (1u << 6)
@@ -37,3 +38,4 @@ typedef struct {
 #define USART_ISR_TXE (1u << 7)
 
 #define USART_ICR_ORECF (1u << 3)
+#define USART_ICR_IDLECF (1u << 4)
