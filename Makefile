@@ -45,6 +45,10 @@ bench: dev        ## speed, as ratios against something run beside it
 soak: dev         ## ten million bytes into both roles, whole and byte by byte; 10^9 through the links; a megabyte through firmware on a pty
 	$(BIN)/python -m pytest tests/soak -s
 
+.PHONY: proxy-soak
+proxy-soak: dev   ## 10^8 bytes between a ground station and the emulated rover, by a proxy; three hours
+	$(BIN)/python -m tests.proxy_soak
+
 .PHONY: dashboard-load
 dashboard-load: dev ## what the dashboard costs a bench whose line is full both ways (docs/dashboard.md); a quiet machine, 4 minutes
 	$(BIN)/python -m tests.dashboard_load

@@ -1,7 +1,8 @@
 """A thousand million bytes each way through the links without pace: none lost, none changed; bytes per second.
 
-Run by `make soak`. LINKS_SOAK_BYTES sets another amount, of which a tenth goes through the proxy's relay and a tenth
-through a shared door; LINKS_SOAK_SEED another seed.
+Run by `make soak`. LINKS_SOAK_BYTES sets another amount, of which a tenth goes through the proxy's relay, a tenth
+through a shared door, and a ten-thousandth passes between a station and the emulated rover; LINKS_SOAK_SEED sets
+another seed.
 """
 
 from __future__ import annotations
@@ -16,18 +17,15 @@ import pytest
 
 from hilbench.bench import Bench
 from hilbench.clock import Scheduler
-from hilbench.config import open_bench
 from hilbench.doors import SharedDoor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
-from hilbench.near_ends import open_near_end
 from hilbench.relay import CLIENT, SERVER, Relay
-from hilbench.rover.ground_station import GroundStation
+from tests.proxy_soak import converse, told
 
 BYTES = int(os.environ.get("LINKS_SOAK_BYTES", "1_000_000_000"))
 SEED = int(os.environ.get("LINKS_SOAK_SEED", "1"))
 LARGEST = 64 * 1024
-ROVER_S = 30
 
 
 @pytest.fixture(autouse=True)
@@ -114,38 +112,9 @@ def test_the_relay_of_the_proxy(say):
     say(f"relay: {total} bytes each way, none of them different, {rate / 1e6:.0f} MB/s")
 
 
-def test_a_station_and_the_rovers_firmware_with_the_relay_in_between(say):
-    bench = Bench(Scheduler(), Journal())
-    near = open_near_end(bench, open_bench("rover"), real_time=False)
-    line = MemoryLink(bench.scheduler, Line(baud=0), name=CLIENT)
-    from_rover, from_station = bytearray(), bytearray()
-    got, sent = bytearray(), bytearray()
-    Relay(
-        bench,
-        line.b,
-        near.port,
-        record=False,
-        heard=lambda who, data, at_ns: (from_rover if who == SERVER else from_station).extend(data),
-    )
-    near.port.on_sent = lambda data, at_ns: sent.extend(data)
-    station = GroundStation(bench, line.a)
-    take, said = line.a.on_receive, bytearray()
-
-    def received(data, at_ns):
-        got.extend(data)
-        take(data, at_ns)
-
-    line.a.on_receive, line.a.on_sent = received, lambda data, at_ns: said.extend(data)
-    station.connect()
-    began_s = time.monotonic()
-    bench.run_for(ROVER_S)
-    near.port.on_receive = lambda data, at_ns: None
-    bench.run_for(0.01)
-    took_s = time.monotonic() - began_s
-    near.close()
-    assert got == from_rover
-    assert said == from_station == sent
-    say(
-        f"a station and the emulated rover, {ROVER_S} s of bench time in {took_s:.0f} s: {len(said)} bytes to it, "
-        f"{len(got)} from it, none different; {station.counts.total()} reports"
-    )
+@pytest.mark.parametrize("image", ["rover", "rover-dma"])
+def test_a_station_and_the_rovers_firmware_with_a_proxy_in_between(say, image):
+    """See `tests.proxy_soak`, which does more of it."""
+    outcome = converse(image, BYTES // 10_000, SEED)
+    say(f"a station, a proxy and the emulated rover ({image}): {told([outcome])}")
+    assert (outcome.different, outcome.missing, outcome.rejected) == (0, 0, 0)

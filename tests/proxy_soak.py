@@ -1,0 +1,281 @@
+"""``python -m tests.proxy_soak``: a hundred million bytes between a ground station and an emulated rover, by a proxy.
+
+The station talks without a pause, and the rover answers at the full rate of its USART, 115200 baud. Between the two are
+what ``hilbench proxy`` is made of, and the kernel's pseudo-terminals: a client at a door, a relay, a client at a door,
+all in virtual time. Each byte that one of the two says is held against what the other gets.
+
+It is done in parts, each with a seed of its own, by one process for each of the host's processors; three hours of an
+ordinary host, so parts may be asked for one after the other (``--seed``, ``--bytes``). The firmware is `rover-dma`,
+which is woken by pieces of what comes: with an interrupt for each byte (``--image rover``) it takes twice as long.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import dataclasses
+import os
+import random
+import sys
+from collections import Counter
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+
+from hilbench.bench import Bench
+from hilbench.bench_file import BenchFile
+from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass, Scheduler, Stopwatch
+from hilbench.config import open_bench
+from hilbench.journal import Journal
+from hilbench.links import Port
+from hilbench.links.front import PortInFront
+from hilbench.near_ends import open_near_end
+from hilbench.rover.ground_station import GroundStation
+from hilbench.through import Passages
+from targets.firmware import image_path
+
+IMAGE = "rover-dma"
+_TALK_NS = 5 * NS_PER_MS
+_AHEAD_BYTES = 115  # 10 ms of the line
+_TELL_S = 60.0
+_PAUSES = 1000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """What came of a conversation.
+
+    Attributes:
+        to_rover: bytes that the rover got, each compared with what the station said.
+        from_rover: bytes that the station got, likewise.
+        different: how many of both were others.
+        missing: bytes that were said and never came.
+        bench_s: how long it took in bench time.
+        host_s: how long it took.
+        accepted: packets that the rover says it has accepted. It does not count requests.
+        rejected: likewise rejected.
+        reports: how many the station has had.
+    """
+
+    to_rover: int
+    from_rover: int
+    different: int
+    missing: int
+    bench_s: float
+    host_s: float
+    accepted: int
+    rejected: int
+    reports: int
+
+
+class Comparison:
+    """Whether what came is what was said, without keeping more of it than is on the way."""
+
+    def __init__(self) -> None:
+        self._said, self._came = bytearray(), bytearray()
+        self.compared = 0
+        self.different = 0
+
+    def said(self, data: bytes) -> None:
+        """Take what has been said."""
+        self._said += data
+        self._compare()
+
+    def came(self, data: bytes) -> None:
+        """Take what has come."""
+        self._came += data
+        self._compare()
+
+    @property
+    def left(self) -> int:
+        """Bytes that were said and did not come, or came and were not said."""
+        return len(self._said) + len(self._came)
+
+    def _compare(self) -> None:
+        count = min(len(self._said), len(self._came))
+        said, came = self._said[:count], self._came[:count]
+        if said != came:
+            self.different += sum(one != other for one, other in zip(said, came, strict=True))
+        del self._said[:count], self._came[:count]
+        self.compared += count
+
+
+class Ear(PortInFront):
+    """Hears what is written to a port and what comes from it."""
+
+    def __init__(self, port: Port, writes: Callable[[bytes], None], hears: Callable[[bytes], None]) -> None:
+        super().__init__(port)
+        self._writes, self._hears = writes, hears
+        self.counters = port.counters
+        port.on_sent = self._handed_over
+
+    def write(self, data: bytes) -> None:
+        """Hand bytes to the port behind."""
+        self._writes(data)
+        super().write(data)
+
+    def _received(self, data: bytes, at_ns: int) -> None:
+        self._hears(data)
+        super()._received(data, at_ns)
+
+    def _handed_over(self, data: bytes, at_ns: int) -> None:
+        self.on_sent(data, at_ns)
+
+
+class Gatherer(PortInFront):
+    """Hands on what comes once in a millisecond, as a USB adapter does: each piece costs some system calls."""
+
+    def __init__(self, scheduler: Scheduler, port: Port) -> None:
+        super().__init__(port)
+        self._scheduler = scheduler
+        self._kept = bytearray()
+        self.counters = port.counters
+        port.on_sent = self._handed_over
+
+    def _received(self, data: bytes, _at_ns: int) -> None:
+        if not self._kept:
+            self._scheduler.after(NS_PER_MS, self._hand_on, order=EventClass.CONTROL, source="gatherer")
+        self._kept += data
+
+    def _hand_on(self) -> None:
+        data = bytes(self._kept)
+        self._kept.clear()
+        self.on_receive(data, self._scheduler.now_ns)
+
+    def _handed_over(self, data: bytes, at_ns: int) -> None:
+        self.on_sent(data, at_ns)
+
+
+class Talk:
+    """Has a station say something all the time: it asks, switches the test LED and drives, by chance.
+
+    Args:
+        bench: whose time is used.
+        station: who talks.
+        port: its line, which never runs dry.
+        chance: decides what is said.
+
+    Attributes:
+        goes_on: whether there is more to say.
+    """
+
+    def __init__(self, bench: Bench, station: GroundStation, port: Port, chance: random.Random) -> None:
+        self._scheduler, self._station, self._port, self._chance = bench.scheduler, station, port, chance
+        self.goes_on = True
+        self._talk()
+
+    def _talk(self) -> None:
+        while self._port.pending < _AHEAD_BYTES:
+            self._say()
+        if self.goes_on:
+            self._scheduler.after(_TALK_NS, self._talk, order=EventClass.CONTROL, source="talk")
+
+    def _say(self) -> None:
+        station, chance = self._station, self._chance
+        choice = chance.random()
+        if choice < 0.6:
+            station.request()
+        elif choice < 0.8:
+            station.switch_led(lit=choice < 0.7)
+        elif choice < 0.9:
+            station.drive_motors(chance.uniform(-1, 1), chance.uniform(-1, 1))
+        else:
+            station.drive(chance.uniform(-0.5, 0.5), chance.uniform(-2, 2))
+
+
+def converse(image: str, total: int, seed: int, tell: Callable[[str], None] = lambda _text: None) -> Outcome:
+    """Let a station and a rover talk through a proxy until so many bytes have passed, both ways together.
+
+    Args:
+        image: the rover's firmware, by its name in `targets.firmware`.
+        total: how many bytes.
+        seed: decides what the station says.
+        tell: told each minute how far it is.
+    """
+    bench = Bench(Scheduler(), Journal())
+    to_rover, from_rover = Comparison(), Comparison()
+    near = open_near_end(bench, _with_firmware(open_bench("rover"), image), real_time=False)
+    watch, told_s = Stopwatch(), 0.0
+    with contextlib.closing(Passages("proxy")) as ways:
+        at_rover = Ear(near.port, to_rover.came, from_rover.said)
+        at_station = Ear(ways(Gatherer(bench.scheduler, at_rover)), to_rover.said, from_rover.came)
+        station = GroundStation(bench, at_station)
+        station.connect()
+        talk = Talk(bench, station, at_station, random.Random(seed))
+        while to_rover.compared + from_rover.compared < total:
+            bench.run_for(0.1)
+            if watch.elapsed_s() - told_s > _TELL_S:
+                told_s = watch.elapsed_s()
+                passed = f"{to_rover.compared} bytes to the rover, {from_rover.compared} from it"
+                tell(f"seed {seed}: {passed}, {bench.now_ns / NS_PER_S:.0f} s of bench time in {told_s:.0f} s")
+        talk.goes_on = False
+        station.disconnect()
+        _let_arrive(bench, [to_rover, from_rover])
+    near.close()
+    return Outcome(
+        to_rover=to_rover.compared,
+        from_rover=from_rover.compared,
+        different=to_rover.different + from_rover.different,
+        missing=to_rover.left + from_rover.left,
+        bench_s=bench.now_ns / NS_PER_S,
+        host_s=watch.elapsed_s(),
+        accepted=station.totals.accepted if station.totals else 0,
+        rejected=station.totals.rejected if station.totals else 0,
+        reports=station.counts.total(),
+    )
+
+
+def _let_arrive(bench: Bench, comparisons: Sequence[Comparison]) -> None:
+    """Wait for a pause in which nothing is on the way: the rover goes on to report."""
+    for _ in range(_PAUSES):
+        bench.run_for(0.007)
+        if not any(comparison.left for comparison in comparisons):
+            return
+
+
+def _with_firmware(bench_file: BenchFile, image: str) -> BenchFile:
+    ((name, board),) = bench_file.boards.items()
+    return dataclasses.replace(bench_file, boards={name: dataclasses.replace(board, firmware=image_path(image))})
+
+
+def _say(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+def main(words: Sequence[str]) -> int:
+    """Have all parts done and tell of each; 1 if a byte was another, or is missing."""
+    parser = argparse.ArgumentParser(prog="python -m tests.proxy_soak", description=__doc__)
+    parser.add_argument("--bytes", type=int, default=100_000_000, help="both ways together (default: 100000000)")
+    parser.add_argument("--part", type=int, default=5_000_000, help="bytes of a part at most (default: 5000000)")
+    parser.add_argument("--image", default=IMAGE, help=f"the rover's firmware (default: {IMAGE})")
+    parser.add_argument("--seed", type=int, default=1, help="of the first part; the next have the next (default: 1)")
+    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1, help="how many (default: as processors)")
+    chosen = parser.parse_args(words)
+    parts = -(-chosen.bytes // chosen.part)
+    seeds = range(chosen.seed, chosen.seed + parts)
+    work = partial(converse, chosen.image, -(-chosen.bytes // parts), tell=_say)
+    outcomes: list[Outcome] = []
+    with ProcessPoolExecutor(chosen.processes) as pool:
+        for seed, outcome in zip(seeds, pool.map(work, seeds), strict=True):
+            outcomes.append(outcome)
+            _say(f"seed {seed}: {told([outcome])}")
+    _say(f"a station, a proxy and the emulated rover ({chosen.image}): {told(outcomes)}")
+    return 1 if any(one.different or one.missing for one in outcomes) else 0
+
+
+def told(outcomes: Sequence[Outcome]) -> str:
+    """Say what came of conversations, of all together."""
+    sums = Counter[str]()
+    for one in outcomes:
+        sums.update(dataclasses.asdict(one))
+    return (
+        "{to_rover} bytes to it, {from_rover} from it; {different} of {both} different, {missing} missing; "
+        "{bench_s:.0f} s of bench time in {host_s:.0f} s of a processor's; "
+        "the rover accepted {accepted} packets and rejected {rejected}; {reports} reports came"
+    ).format(both=sums["to_rover"] + sums["from_rover"], **sums)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
