@@ -20,8 +20,10 @@ from tests.dashboard_load.pictures import cost
 from tests.dashboard_load.rig import BAUD, serve
 from tests.dashboard_load.screen import attach
 
-_HEAD = " " * 12 + "p50 ms    p99 ms   factor  slips  bench CPU    its CPU   drawn B/s"
-_ROW = "{:<9}{:>10.3f}{:>10.3f}{:>9.4f}{:>7}{:>11.1%}{:>11.1%}{:>12.0f}"
+_HEAD = "{:<9}{:>10}{:>10}{:>9}{:>7}{:>11}{:>11}{:>12}{:>9}".format(
+    "", "p50 ms", "p99 ms", "factor", "slips", "bench CPU", "its CPU", "drawn B/s", "stolen"
+)
+_ROW = "{:<9}{:>10.3f}{:>10.3f}{:>9.4f}{:>7}{:>11.1%}{:>11.1%}{:>12.0f}{:>9.1%}"
 
 
 def main(words: Sequence[str]) -> int:
@@ -62,9 +64,7 @@ def compare(pairs: int, span_s: float, frames_per_s: int) -> None:
     """Measure pairs, the order of each the other way round, and print them."""
     _say(f"{BAUD} baud, full both ways; {span_s:g} s each; {frames_per_s} pictures a second at 200x60")
     _say(f"load average {os.getloadavg()[0]:.1f}, {os.cpu_count()} processors")
-    _say(
-        f"{'':<9}{'p50 ms':>10}{'p99 ms':>10}{'factor':>9}{'slips':>7}{'bench CPU':>11}{'its CPU':>11}{'drawn B/s':>12}"
-    )
+    _say(_HEAD)
     found: dict[int, list[Figures]] = {0: [], frames_per_s: []}
     for pair in range(pairs):
         for rate in (0, frames_per_s) if pair % 2 == 0 else (frames_per_s, 0):
@@ -79,7 +79,7 @@ def compare(pairs: int, span_s: float, frames_per_s: int) -> None:
 
 
 def _print(name: str, one: Figures) -> None:
-    row = (one.p50_ms, one.p99_ms, one.factor, one.slips, one.bench_cpu, one.screen_cpu, one.drawn_per_s)
+    row = (one.p50_ms, one.p99_ms, one.factor, one.slips, one.bench_cpu, one.screen_cpu, one.drawn_per_s, one.stolen)
     _say(_ROW.format(name, *row))
 
 

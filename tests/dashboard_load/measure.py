@@ -37,6 +37,7 @@ class Figures:
         bench_cpu: share of one core that the bench took.
         screen_cpu: likewise of the dashboard; 0 without.
         drawn_per_s: bytes that the dashboard wrote to its terminal in a second.
+        stolen: share of the host's processors that its hypervisor gave to others meanwhile; 0 where none says so.
     """
 
     p50_ms: float
@@ -46,6 +47,7 @@ class Figures:
     bench_cpu: float
     screen_cpu: float
     drawn_per_s: float
+    stolen: float
 
 
 def measure(span_s: float, frames_per_s: int) -> Figures:
@@ -59,11 +61,11 @@ def measure(span_s: float, frames_per_s: int) -> Figures:
             process.send(asked)
             _read_for(_OBEY_S, screen)
         bench_pid = int(process.about["pid"])
-        before = (_cpu_s(bench_pid), _cpu_s(pid))
+        before = (_cpu_s(bench_pid), _cpu_s(pid), _stolen_s())
         watch = Stopwatch()
         drawn = _read_for(span_s, screen)
         took_s = watch.elapsed_s()
-        after = (_cpu_s(bench_pid), _cpu_s(pid))
+        after = (_cpu_s(bench_pid), _cpu_s(pid), _stolen_s())
         pace = _pace(process.journal)
     return Figures(
         p50_ms=pace["p50_ns"] / 1e6,
@@ -73,6 +75,7 @@ def measure(span_s: float, frames_per_s: int) -> Figures:
         bench_cpu=(after[0] - before[0]) / took_s,
         screen_cpu=(after[1] - before[1]) / took_s,
         drawn_per_s=drawn / took_s,
+        stolen=(after[2] - before[2]) / took_s / (os.cpu_count() or 1),
     )
 
 
@@ -119,6 +122,11 @@ def _cpu_s(pid: int) -> float:
         return 0.0
     fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / _TICKS_PER_S
+
+
+def _stolen_s() -> float:
+    """Return the time of all processors that a hypervisor has given to others (proc(5), /proc/stat, "steal")."""
+    return int(Path("/proc/stat").read_text(encoding="utf-8").split(maxsplit=9)[8]) / _TICKS_PER_S
 
 
 def resident_mb(pid: int | str = "self") -> float:
