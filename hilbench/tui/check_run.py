@@ -1,6 +1,7 @@
 """A suite that runs beside the dashboard: `hilbench check` on a fresh bench of the same kind, in virtual time.
 
 What is planned is asked of ``--list``, how far it is stands in the run's journal, and what came of it in its report.
+It does not outlive the dashboard, nor does its folder.
 """
 
 from __future__ import annotations
@@ -9,11 +10,11 @@ import json
 import os
 import shutil
 import subprocess
-import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from hilbench.live.tied import words_of
 from hilbench.tui.model.checks import ChecksModel
 from hilbench.tui.model.follower import Follower
 
@@ -46,9 +47,9 @@ class CheckRun:
         self._report = self._folder / "report.json"
         journal = self._folder / "journal.jsonl"
         words = ["check", bench_file, "--suite", suite, *(["-k", select] if select else [])]
-        self._plan = _started([*words, "--list", "--json", "-"])
+        self._plan = self._started([*words, "--list", "--json", "-"])
         self._planned = b""
-        self._process = _started([*words, "--json", str(self._report), "--journal", str(journal)], talk=True)
+        self._process = self._started([*words, "--json", str(self._report), "--journal", str(journal)], talk=True)
         self._follower = Follower(journal)
 
     @property
@@ -81,6 +82,19 @@ class CheckRun:
             self._end(code)
             self.checks.ended = "stopped"
 
+    def _started(self, words: Sequence[str], *, talk: bool = False) -> subprocess.Popen[bytes]:
+        """Start a command whose output is read without waiting; what it says on stderr too, if that is wanted."""
+        process = subprocess.Popen(
+            [*words_of(str(self._folder)), *words],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT if talk else subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        assert process.stdout is not None
+        os.set_blocking(process.stdout.fileno(), False)
+        return process
+
     def _poll_plan(self) -> None:
         if self._plan.stdout is None or self._plan.stdout.closed:
             return
@@ -99,28 +113,15 @@ class CheckRun:
             self._plan.terminate()
             self._plan.wait()
         for process in (self._plan, self._process):
-            if process.stdout is not None:
-                process.stdout.close()
+            for end in (process.stdin, process.stdout):
+                if end is not None:
+                    end.close()
         self._follower.close()
         try:
             self.checks.take_report(json.loads(self._report.read_bytes()))
         except (OSError, ValueError, KeyError):
             self.checks.ended = f"exit code {code}"
         shutil.rmtree(self._folder, ignore_errors=True)
-
-
-def _started(words: Sequence[str], *, talk: bool = False) -> subprocess.Popen[bytes]:
-    """Start a command of ours whose output is read without waiting; what it says on stderr too, if that is wanted."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "hilbench", *words],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT if talk else subprocess.DEVNULL,
-        start_new_session=True,
-    )
-    assert process.stdout is not None
-    os.set_blocking(process.stdout.fileno(), False)
-    return process
 
 
 def _read(process: subprocess.Popen[bytes]) -> bytes:
