@@ -24,6 +24,7 @@ NS_PER_S = 1_000_000_000
 TICK_NS = 10_000_000
 LED_ON = encode_frame(b"\x01")
 REQUEST = encode_frame(b"\0")
+DMA1_S1CR = 0x4002_6000 + 0x10 + 0x18  # RM0410 section 8.5.5
 TACHOMETERS = ("PE7", "PE8", "PG9", "PG14")
 
 
@@ -162,14 +163,28 @@ def test_reports_come_at_their_ticks(on_board):
     assert {one: counts.count(one) for one in set(counts)} == {0x80: 10, 0x83: 12, 0x82: 3, 0x84: 3}
 
 
-def test_it_answers_and_lights_the_led(on_board):
-    board = on_board().run(0.205)
+@pytest.mark.parametrize("name", ["rover", "rover-dma"])
+def test_it_answers_and_lights_the_led(on_board, name):
+    """At once, not at the next tick."""
+    board = on_board(name).run(0.205)
     board.payloads()
     board.say(LED_ON).run(0.003)
     assert board.payloads() == [b"\x81\x01\x00"]
     assert board.level("PB0")
     board.say(REQUEST).run(0.003)
     assert board.payloads() == [b"\x80\x01\x00\x01\x00\x00"]
+
+
+@pytest.mark.parametrize(("name", "by_dma"), [("rover", False), ("rover-dma", True)])
+def test_a_line_without_a_pause(on_board, name, by_dma):
+    """More than three times what the ring holds."""
+    board = on_board(name).run(0.205)
+    assert bool(board.machine.bus.read(DMA1_S1CR, 4) & 1) is by_dma
+    count = 350
+    board.say(LED_ON * count).run(len(LED_ON) * count * 10 / 115200 + 0.1)
+    board.payloads()
+    general = board.say(REQUEST).run(0.01).report(0x80)
+    assert (general.accepted, general.rejected) == (count % 256, 0)
 
 
 def test_it_sleeps_between(on_board):
