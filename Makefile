@@ -46,7 +46,7 @@ soak: dev         ## ten million bytes into both roles, whole and byte by byte; 
 	$(BIN)/python -m pytest tests/soak -s
 
 .PHONY: proxy-soak
-proxy-soak: dev   ## 10^8 bytes between a ground station and the emulated rover, by a proxy; three hours
+proxy-soak: dev   ## 10^8 bytes, both ways together, between a ground station and the emulated rover, by a proxy; three hours
 	$(BIN)/python -m tests.proxy_soak
 
 .PHONY: dashboard-load

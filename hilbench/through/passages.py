@@ -45,6 +45,11 @@ class Passages:
             return f"{self._refused} could not be led through {kind}"
         return f"nothing has passed {kind}: the checker has had no line"
 
+    @property
+    def passed(self) -> int:
+        """Bytes that have passed the ways there are, both directions together."""
+        return sum(passage.passed for passage in self._passages.values())
+
     def __call__(self, port: Port) -> Port:
         """Return what stands for the port now.
 

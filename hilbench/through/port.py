@@ -11,7 +11,13 @@ __all__ = ["Passage", "ThroughPort"]
 
 
 class Passage(Protocol):
-    """Where bytes pass, in both directions; none is kept back."""
+    """Where bytes pass, in both directions; none is kept back.
+
+    Attributes:
+        passed: how many have, both ways together.
+    """
+
+    passed: int
 
     def to_far_end(self, data: bytes) -> bytes:
         """Pass bytes from the near end; return what comes out.

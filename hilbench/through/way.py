@@ -36,6 +36,9 @@ class Way:
         kind: one of `hilbench.options.THROUGH`.
         name: of the line, for messages.
 
+    Attributes:
+        passed: see `Passage`; each byte has been compared, and where there is a relay that has had it.
+
     Raises:
         UnavailableError: it cannot be opened.
     """
@@ -43,7 +46,7 @@ class Way:
     def __init__(self, kind: str, name: str) -> None:
         self._name = name
         self._relays: list[Loop] = []
-        self._relayed = 0
+        self._relayed = self.passed = 0
         self._at_far_end, self._at_near_end = bytearray(), bytearray()
         with contextlib.ExitStack() as self._stack:
             folder = self._folder() if kind in {"pty", "proxy"} else Path()
@@ -85,6 +88,7 @@ class Way:
         if out != data or self._at_far_end or self._at_near_end:
             strange = bytes(self._at_far_end + self._at_near_end)
             raise InternalError(f"{self._name}: {data!r} has come out as {out!r}, and {strange!r} has come from nobody")
+        self.passed += len(out)
         return out
 
     def _has_relayed(self, count: int) -> bool:

@@ -1,4 +1,4 @@
-"""A thousand million bytes each way through the links without pace: none lost, none changed; bytes per second.
+"""A thousand million bytes each way through links in memory without pace: none lost, none changed; bytes per second.
 
 Run by `make soak`. LINKS_SOAK_BYTES sets another amount, of which a tenth goes through the proxy's relay, a tenth
 through a shared door, and a ten-thousandth passes between a station and the emulated rover; LINKS_SOAK_SEED sets
@@ -115,6 +115,6 @@ def test_the_relay_of_the_proxy(say):
 @pytest.mark.parametrize("image", ["rover", "rover-dma"])
 def test_a_station_and_the_rovers_firmware_with_a_proxy_in_between(say, image):
     """See `tests.proxy_soak`, which does more of it."""
-    outcome = converse(image, BYTES // 10_000, SEED)
+    outcome = converse(image, max(BYTES // 10_000, 10_000), SEED)
     say(f"a station, a proxy and the emulated rover ({image}): {told([outcome])}")
-    assert (outcome.different, outcome.missing, outcome.rejected) == (0, 0, 0)
+    assert outcome.sound
