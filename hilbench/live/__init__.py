@@ -2,5 +2,6 @@
 
 `session` puts one together and runs it; `rigs` builds what stands on it; `teller` lets the journal hold what a state
 machine, a line and the host's clock do; `tap` is the operator's end of a line, where faults are put in; `driver` is who
-drives; `control` is the socket; `folders` says where all that is found again. `tied` runs a command that must not outlive a dashboard.
+drives; `control` is the socket; `folders` says where all that is found again. `tied` runs a command that must not
+outlive a dashboard.
 """

@@ -237,6 +237,21 @@ def test_a_client_that_does_not_read_never_blocks_the_bench(locked, make_door):
     client.close()
 
 
+def test_a_client_that_looks_away_for_a_moment_loses_nothing(locked, make_door):
+    """The kernel keeps 13 kB at least: 140 ms of a full line at 921600 baud."""
+    door = make_door(baud=921_600)
+    client = Client(door)
+    until(locked, lambda: door.line_is_up)
+    said = bytes(range(251)) * 50
+    door.write(said)
+    locked.run_for(S // 5)
+    heard = []
+    until(locked, lambda: heard.append(client.read()) or len(b"".join(heard)) == len(said))
+    assert b"".join(heard) == said
+    assert door.counters.lost == 0
+    client.close()
+
+
 def test_nothing_stale_waits_for_the_next_client(locked, make_door):
     door = make_door()
     door.write(b"nobody there")
