@@ -129,14 +129,24 @@ class Comparison:
         self.compared += count
 
 
-class Ear(PortInFront):
+class _Front(PortInFront):
+    """A port before another that also tells when bytes are out."""
+
+    def __init__(self, port: Port) -> None:
+        super().__init__(port)
+        self.counters = port.counters
+        port.on_sent = self._handed_over
+
+    def _handed_over(self, data: bytes, at_ns: int) -> None:
+        self.on_sent(data, at_ns)
+
+
+class Ear(_Front):
     """Hears what is written to a port and what comes from it."""
 
     def __init__(self, port: Port, writes: Callable[[bytes], None], hears: Callable[[bytes], None]) -> None:
         super().__init__(port)
         self._writes, self._hears = writes, hears
-        self.counters = port.counters
-        port.on_sent = self._handed_over
 
     def write(self, data: bytes) -> None:
         """Hand bytes to the port behind."""
@@ -147,19 +157,14 @@ class Ear(PortInFront):
         self._hears(data)
         super()._received(data, at_ns)
 
-    def _handed_over(self, data: bytes, at_ns: int) -> None:
-        self.on_sent(data, at_ns)
 
-
-class Gatherer(PortInFront):
+class Gatherer(_Front):
     """Hands on what comes once in a millisecond, as a USB adapter does: each piece costs some system calls."""
 
     def __init__(self, scheduler: Scheduler, port: Port) -> None:
         super().__init__(port)
         self._scheduler = scheduler
         self._kept = bytearray()
-        self.counters = port.counters
-        port.on_sent = self._handed_over
 
     def _received(self, data: bytes, _at_ns: int) -> None:
         if not self._kept:
@@ -170,9 +175,6 @@ class Gatherer(PortInFront):
         data = bytes(self._kept)
         self._kept.clear()
         self.on_receive(data, self._scheduler.now_ns)
-
-    def _handed_over(self, data: bytes, at_ns: int) -> None:
-        self.on_sent(data, at_ns)
 
 
 class Talk:

@@ -22,10 +22,10 @@ from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.relay import CLIENT, SERVER, Relay
 from tests.proxy_soak import converse, told
+from tests.soak.streams import LARGEST, Stream
 
 BYTES = int(os.environ.get("LINKS_SOAK_BYTES", "1_000_000_000"))
 SEED = int(os.environ.get("LINKS_SOAK_SEED", "1"))
-LARGEST = 64 * 1024
 
 
 @pytest.fixture(autouse=True)
@@ -42,43 +42,22 @@ def say(capfd):
     return tell
 
 
-class Stream:
-    """An endless stream of bytes that repeats after a prime number of them, which no size of a chunk divides."""
-
-    PERIOD = 1_000_003
-
-    def __init__(self, seed):
-        block = random.Random(seed).randbytes(self.PERIOD)
-        self._block = block + block[:LARGEST]
-        self.sent = self.received = self.wrong = 0
-
-    def next(self, count):
-        at = self.sent % self.PERIOD
-        self.sent += count
-        return self._block[at : at + count]
-
-    def take(self, data, _at_ns):
-        for start in range(0, len(data), LARGEST):
-            piece = data[start : start + LARGEST]
-            at = self.received % self.PERIOD
-            self.wrong += piece != self._block[at : at + len(piece)]
-            self.received += len(piece)
-
-
 def pump(scheduler, one, other, total):
     """Send so many bytes each way at once; return both streams, and bytes per second of both ways together."""
     chance = random.Random(SEED)
     there, back = Stream(SEED), Stream(SEED + 1)
-    other.on_receive, one.on_receive = there.take, back.take
+    other.on_receive = lambda data, _at_ns: there.take(data)
+    one.on_receive = lambda data, _at_ns: back.take(data)
     began_s = time.monotonic()
     while there.sent < total:
         count = min(chance.randint(1, LARGEST), total - there.sent)
-        one.write(there.next(count))
-        other.write(back.next(count))
+        one.write(there.coming(count))
+        other.write(back.coming(count))
+        there.sent = back.sent = there.sent + count
         scheduler.run_for(1)
     scheduler.run_for(10**6)
     for stream in (there, back):
-        assert (stream.received, stream.wrong) == (total, 0)
+        assert (stream.received, stream.different) == (total, 0)
     return 2 * total / (time.monotonic() - began_s)
 
 

@@ -19,6 +19,8 @@ import tty
 
 import pytest
 
+from tests.soak.streams import Stream
+
 BYTES = int(os.environ.get("PROXY_SOAK_BYTES", "100_000_000"))
 SEED = int(os.environ.get("PROXY_SOAK_SEED", "1"))
 LARGEST = 4096
@@ -40,28 +42,16 @@ def say(capfd):
     return tell
 
 
-class Stream:
-    """An endless stream of bytes that repeats after a prime number of them, which no size of a chunk divides."""
-
-    PERIOD = 1_000_003
+class Talk(Stream):
+    """What one end says, in pieces of all sizes."""
 
     def __init__(self, seed):
-        block = random.Random(seed).randbytes(self.PERIOD)
-        self._block = block + block[:LARGEST]
-        self.chance = random.Random(seed)
-        self.sent = self.received = self.different = 0
+        super().__init__(seed)
+        self._chance = random.Random(seed)
 
     def next(self):
-        at = self.sent % self.PERIOD
         room = min(BYTES - self.sent, MOST_UNREAD - (self.sent - self.received))
-        return self._block[at : at + min(self.chance.randint(1, LARGEST), room)]
-
-    def take(self, data):
-        at = self.received % self.PERIOD
-        said = self._block[at : at + len(data)]
-        if data != said:
-            self.different += sum(one != other for one, other in zip(data, said, strict=True))
-        self.received += len(data)
+        return self.coming(min(self._chance.randint(1, LARGEST), room))
 
     @property
     def may_say(self):
@@ -117,7 +107,7 @@ def proxy(tmp_path, board):
 
 def test_the_command_with_both_directions_full(say, board, proxy):
     process, client = proxy
-    to_board, to_client = Stream(SEED), Stream(SEED + 1)
+    to_board, to_client = Talk(SEED), Talk(SEED + 1)
     began_s = time.monotonic()
     pump(to_board, to_client, client, board[0])
     took_s = time.monotonic() - began_s
