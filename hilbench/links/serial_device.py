@@ -223,7 +223,8 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
         return UnavailableError("another program uses the port", where=where, hint=_who_to_stop(where))
     if isinstance(error, ValueError):
         return UsageError(f"pyserial does not know it: {error}", where=where)
-    return UnavailableError(f"cannot be opened: {os.strerror(number) if number else error}", where=where)
+    what = f"cannot be opened: {os.strerror(number) if number else error}"
+    return UnavailableError(what, where=where, hint=_how_to_be_heard(where, error))
 
 
 def _how_to_get_access(path: str) -> str:
@@ -233,6 +234,14 @@ def _how_to_get_access(path: str) -> str:
 
     host = this_host()
     return advice_on_access(host, state_at(host, path, list_ports())).fix
+
+
+def _how_to_be_heard(url: str, error: Exception) -> str | None:
+    """Say what helps where a server of RFC 2217 leaves DTR unanswered, as ser2net at a pseudo-terminal does."""
+    if "waiting for option 'control'" not in str(error):
+        return None
+    joined = "&" if "?" in url else "?"
+    return f"the far end does not answer for its control lines; if it has none: {url}{joined}ign_set_control"
 
 
 def _who_to_stop(path: str) -> str:

@@ -19,7 +19,7 @@ from hilbench.errors import UnavailableError
 from hilbench.journal import Journal
 from hilbench.links import Line, Rfc2217Door, SerialPort
 from hilbench.links import serial_device as device_module
-from hilbench.links.com_port import COM_PORT
+from hilbench.links.com_port import COM_PORT, ComPortServer, LinesSet
 from hilbench.links.port import ModemLines
 from hilbench.links.telnet import Data, Subnegotiation, TelnetDecoder, Verb, escape, negotiation, subnegotiation
 from hilbench.relay import Relay
@@ -354,3 +354,41 @@ def test_a_far_end_that_speaks_no_telnet_is_said_in_one_line(locked):
         with pytest.raises(UnavailableError, match="does not seem to support RFC2217") as caught:
             SerialPort(locked, url)
     assert "\n" not in str(caught.value)
+
+
+def serve_without_lines(listener):
+    """Be a server that leaves DTR and RTS unanswered, as ser2net with a pseudo-terminal behind, for one client."""
+    session = ComPortServer(115_200)
+    client, _ = listener.accept()
+    with client, contextlib.suppress(ConnectionError):
+        client.sendall(session.answers)
+        while heard := client.recv(4096):
+            session.answers.clear()
+            if not any(isinstance(event, LinesSet) for event in session.receive(heard)):
+                client.sendall(session.answers)
+
+
+def test_a_far_end_without_control_lines_is_said_with_what_to_do(locked):
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        url = f"rfc2217://127.0.0.1:{listener.getsockname()[1]}"
+        advised = f"{url}?ign_set_control"
+        for target in (url, advised):
+            far = threading.Thread(target=serve_without_lines, args=[listener])
+            far.start()
+            if target == advised:
+                SerialPort(locked, target).close()
+            else:
+                with pytest.raises(UnavailableError, match="option 'control'") as caught:
+                    SerialPort(locked, target)
+                assert caught.value.hint.endswith(f"if it has none: {advised}")
+            far.join()
+
+
+def test_what_to_do_keeps_what_the_url_asks_for(locked, monkeypatch):
+    def silent(self):
+        raise serial.SerialException("timeout while waiting for option 'control'")
+
+    monkeypatch.setattr("serial.rfc2217.Serial.open", silent)
+    with pytest.raises(UnavailableError) as caught:
+        SerialPort(locked, "rfc2217://host:4000?timeout=9@57600")
+    assert caught.value.hint.endswith(": rfc2217://host:4000?timeout=9&ign_set_control")
