@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -54,12 +55,16 @@ def framed(
         chunk = chunk_of(event)
         if chunk is None:
             continue
-        key = (str(event["source"]), "tx" if event["kind"] == "tx" else "rx")
+        key = _stream(event)
         if key not in decoders:
             decoders[key] = DECODERS[protocol](options, chunk.speaker or ("host" if key[1] == "tx" else "target"))
         for item in decoders[key].feed(chunk.data):
             yield Framed(ns=ns, source=key[0], kind=key[1], item=item)
     yield from _rest(decoders, last_ns)
+
+
+def _stream(event: Event) -> tuple[str, str]:
+    return str(event["source"]), "tx" if event["kind"] == "tx" else "rx"
 
 
 def _rest(decoders: dict[tuple[str, str], Decoder], ns: int) -> Iterator[Framed]:
@@ -69,7 +74,11 @@ def _rest(decoders: dict[tuple[str, str], Decoder], ns: int) -> Iterator[Framed]
 
 
 def spoken(events: Iterable[tuple[int, Event]]) -> str:
-    """Return the protocol that makes frames of most of the bytes, at least of half of them; empty if none does."""
+    """Return the protocol that makes frames of most bytes; empty if none does.
+
+    It counts for what one end says or hears if more than half of that is in its frames. Other lines beside it, such as
+    a GPS receiver's or a console's, say nothing against it, however much is said there.
+    """
     sample, total = [], 0
     for ns, event in events:
         sample.append((ns, event))
@@ -77,10 +86,26 @@ def spoken(events: Iterable[tuple[int, Event]]) -> str:
         total += len(chunk.data) if chunk else 0
         if total >= _ENOUGH_BYTES:
             break
-    sound = {name: _in_frames(sample, name) for name in DECODERS}
+    said = _said(sample)
+    sound = {name: _in_frames(sample, name, said) for name in DECODERS}
     best = max(sound, key=lambda name: sound[name])
-    return best if sound[best] * 2 > total else ""
+    return best if sound[best] else ""
 
 
-def _in_frames(events: list[tuple[int, Event]], protocol: str) -> int:
-    return sum(len(one.item.raw) for one in framed(events, protocol) if one.item.kind is Kind.FRAME)
+def _said(events: list[tuple[int, Event]]) -> Counter[tuple[str, str]]:
+    """Count the bytes of each stream."""
+    chunks = ((event, chunk_of(event)) for _, event in events)
+    counted: Counter[tuple[str, str]] = Counter()
+    for event, chunk in chunks:
+        if chunk is not None:
+            counted[_stream(event)] += len(chunk.data)
+    return counted
+
+
+def _in_frames(events: list[tuple[int, Event]], protocol: str, said: Counter[tuple[str, str]]) -> int:
+    """Count the bytes in frames, of the streams that consist of frames."""
+    sound: Counter[tuple[str, str]] = Counter()
+    for one in framed(events, protocol):
+        if one.item.kind is Kind.FRAME:
+            sound[one.source, one.kind] += len(one.item.raw)
+    return sum(count for stream, count in sound.items() if count * 2 > said[stream])

@@ -120,7 +120,7 @@ def _talk(part: _Part) -> Talk | None:
         by = ends.get((str(event.get("source", "")), _way(event)))
         if data is not None and by is not None:
             said.append((ns - _early_ns(event), by, data))
-    return Talk(case=part.case, begin_ns=timed[0][0], end_ns=timed[-1][0], said=tuple(said))
+    return Talk(case=part.case, begin_ns=timed[0][0], end_ns=_end_ns(timed), said=tuple(said))
 
 
 @dataclass(slots=True)
@@ -165,11 +165,16 @@ def _stretch(part: _Part, protocol: str, *, of_checks: bool) -> Stretch | None:
         case=part.case,
         heard=heard,
         begin_ns=timed[0][0],
-        end_ns=timed[-1][0],
+        end_ns=_end_ns(timed),
         under_test=_under_test(frozenset(ends.values()), checker),
         uncertainty_s=_uncertainty_s(part),
         disturbed_ns=tuple(ns for ns, event in timed if _disturbs(event)),
     )
+
+
+def _end_ns(timed: list[tuple[int, Event]]) -> int:
+    """Return when the last thing happened: a part may say that it starts, at 0, before the next case begins."""
+    return max(ns for ns, _ in timed)
 
 
 def _under_test(recorded: frozenset[str], checker: str) -> frozenset[str]:

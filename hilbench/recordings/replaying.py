@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
+from typing import Any
 
-from hilbench.check.provider import BenchProvider, CaseInfo, case_seed
+from hilbench.check.provider import PLAIN_SETUP, BenchProvider, CaseBench, CaseInfo, CaseSetup, case_seed
 from hilbench.clock import NS_PER_S
 from hilbench.decode.decoders import DECODERS
 from hilbench.decode.items import Item
@@ -18,7 +19,12 @@ from hilbench.decode.lines import said
 from hilbench.decode.reading import DecodeOptions
 from hilbench.errors import UsageError
 from hilbench.journal import Journal, Recording
+from hilbench.line_peer import LinePeer
+from hilbench.mcu.board_case import BoardCase
+from hilbench.pioneer.peer import Peer
 from hilbench.recordings.listening import HOST, TARGET, Talk, talks
+from hilbench.rover.peer import RoverPeer
+from protocols.pkt import PROFILES
 
 __all__ = ["SETTLE_S", "Replayed", "replay_into"]
 
@@ -72,18 +78,17 @@ def replay_into(recording: Recording, provider: BenchProvider, protocol: str, wh
         raise UsageError("has nothing that a host has said", where=where)
     seed = recording.header.get("seed", 0)
     for talk in spoken:
-        answers = _said_to(provider, talk, seed if isinstance(seed, int) else 0)
+        answers = _said_to(provider, talk, seed if isinstance(seed, int) else 0, protocol)
         yield _held_against(talk, answers, protocol)
 
 
-def _said_to(provider: BenchProvider, talk: Talk, seed: int) -> bytes:
+def _said_to(provider: BenchProvider, talk: Talk, seed: int, protocol: str) -> bytes:
     """Open the target, say it, and return what was answered."""
     name = talk.case or "replay"
     answers = bytearray()
-    with provider.open_case(CaseInfo(id=name, clause_ids=(), seed=case_seed(seed, name))) as opened:
-        peer = getattr(opened, "peer", None)
-        if peer is None:
-            raise UsageError("has no line of a host to be played on", where="--into")
+    case = CaseInfo(id=name, clause_ids=(), seed=case_seed(seed, name), setup=_setup(name, provider.capabilities))
+    with provider.open_case(case) as opened:
+        peer = _host_end(opened, case.setup.program, protocol)
         bench = peer.bench
         # What the target says before anything is said to it is an answer of its own, and recorded, too.
         journal: Journal = bench.journal
@@ -103,6 +108,26 @@ def _said_to(provider: BenchProvider, talk: Talk, seed: int) -> bytes:
         finally:
             journal.on_event = heard
     return bytes(answers)
+
+
+def _setup(case: str, capabilities: frozenset[str]) -> CaseSetup:
+    """Return the program that a case is named for, as ``[g2]`` is of a rover, if the target has it."""
+    program = case.rpartition("[")[2].removesuffix("]")
+    return CaseSetup(program=program) if f"program '{program}'" in capabilities else PLAIN_SETUP
+
+
+def _host_end(opened: CaseBench, program: str, protocol: str) -> LinePeer[Any]:
+    """Return the end of the line that a host has; of emulated boards the one that their bench file leaves to us."""
+    peer = getattr(opened, "peer", None)
+    if isinstance(peer, LinePeer):
+        return peer
+    if not isinstance(opened, BoardCase) or "" not in opened.emulated.bench_file.checker_lines:
+        raise UsageError("has no line, or several, where one host could be", where="--into")
+    port = opened.emulated.ports[opened.emulated.bench_file.checker_lines[""]]
+    port.reacts = True
+    if protocol == "p2os":
+        return Peer(opened.bench, port)
+    return RoverPeer(opened.bench, port, PROFILES.get(program, PROFILES["documented"]))
 
 
 def _take(event: object, answers: bytearray) -> None:

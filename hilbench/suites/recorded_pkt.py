@@ -12,10 +12,21 @@ from hilbench.clock import NS_PER_S
 from hilbench.decode.items import Kind
 from hilbench.recordings.listening import HOST, TARGET, Heard, Stretch
 from hilbench.suites._recorded import Worst, around, on_recording, stretches_of
-from protocols.pkt import MotorSpeeds, MotorThrottles, RemoteProtocolError, Schema, UnknownCommand, decode_command
+from protocols.pkt import (
+    MotorSpeeds,
+    MotorThrottles,
+    RemoteProtocolError,
+    RequestTelemetry,
+    Schema,
+    UnknownCommand,
+    decode_command,
+)
 from protocols.pkt.framing import SYNC
 
 WINDOW_S = 10.0
+WINDOW_NS = round(WINDOW_S * NS_PER_S)
+SETTLED_NS = NS_PER_S // 2
+"""By then all that a command brings has come (choice)."""
 SILENCE_S = 1.0
 REPORTS = {"GeneralReport": (30, 31), "MotionReport": (40, 41), "ImuReport": (10, 11), "GpsReport": (10, 11)}
 """How many come in 10 s without a command."""
@@ -53,7 +64,7 @@ def test_periodic_reports(bench: CaptureCase) -> None:
     if not windows:
         raise NotApplicable(f"no host was silent for {WINDOW_S:g} s in this recording")
     for stretch, begin_ns in windows:
-        end_ns = begin_ns + round(WINDOW_S * NS_PER_S)
+        end_ns = begin_ns + WINDOW_NS
         names = [one.item.name for one in stretch.by(TARGET) if begin_ns < one.ns <= end_ns and one.sound]
         for name, (least, most) in REPORTS.items():
             uncertain = round(most / WINDOW_S * stretch.uncertainty_s)
@@ -62,12 +73,22 @@ def test_periodic_reports(bench: CaptureCase) -> None:
 
 
 def silences(stretch: Stretch) -> Iterator[int]:
-    """Yield when silences of the host begin that are long enough: behind the reports that a command has brought."""
-    said = [stretch.begin_ns, *(one.ns for one in stretch.by(HOST)), stretch.end_ns]
-    for before, after in pairwise(said):
-        begin_ns = before + NS_PER_S // 2
-        if after - begin_ns >= WINDOW_S * NS_PER_S and stretch.quiet(begin_ns, begin_ns + round(WINDOW_S * NS_PER_S)):
+    """Yield when silences of the host begin that are long enough: behind the reports that its last word has brought."""
+    words = stretch.by(HOST)
+    begins = [stretch.begin_ns + SETTLED_NS, *(settled_ns(stretch, word) for word in words)]
+    ends = [*(word.ns for word in words), stretch.end_ns]
+    for begin_ns, end_ns in zip(begins, ends, strict=True):
+        if end_ns - begin_ns >= WINDOW_NS and stretch.quiet(begin_ns, begin_ns + WINDOW_NS):
             yield begin_ns
+
+
+def settled_ns(stretch: Stretch, word: Heard) -> int:
+    """Return when all that a word brings is there: a request brings one report."""
+    settled_ns = word.ns + SETTLED_NS
+    if not isinstance(command_of(word), RequestTelemetry):
+        return settled_ns
+    reports = (one.ns for one in stretch.by(TARGET) if one.ns > word.ns and one.item.name == "GeneralReport")
+    return min(next(reports, settled_ns), settled_ns)
 
 
 @on_recording("P50")

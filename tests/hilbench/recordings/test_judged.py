@@ -17,7 +17,18 @@ from hilbench.recordings.csv_file import write_csv
 from hilbench.recordings.mcap_file import write_mcap
 from hilbench.recordings.pcapng import write_pcapng
 from protocols.p2os import Command, encode_command
-from protocols.pkt import MotionReport, Schema, encode_frame, encode_report
+from protocols.pkt import (
+    GeneralReport,
+    GpsReport,
+    ImuReport,
+    MotionReport,
+    MotorThrottles,
+    RequestTelemetry,
+    Schema,
+    encode_frame,
+    encode_report,
+)
+from protocols.pkt import encode_command as encode_command_of_rover
 from tests.mutants.bench import MutantProvider
 from tests.mutants.catalogue import mutants_of
 from tests.mutants.mutant import Family
@@ -244,6 +255,41 @@ def test_throttles_of_a_rover(rover_line, throttle, verdict):
         "P50": Verdict.PASS,
         "P51": Verdict.PASS,
     }
+
+
+def reports_by_themselves(from_ms):
+    """What a rover says in ten seconds to whom nobody speaks."""
+    for report, count in ((GeneralReport(), 30), (MotionReport(), 40), (ImuReport(), 10), (GpsReport(), 10)):
+        for number in range(count):
+            yield from_ms + 10_000 / count * (number + 0.5), "rx", encode_frame(encode_report(report, Schema.V2))
+
+
+@pytest.mark.parametrize(
+    ("last_word", "verdict"),
+    [(RequestTelemetry(), Verdict.PASS), (MotorThrottles(a=0.0, b=0.0, flags=3), Verdict.NOT_APPLICABLE)],
+)
+def test_ten_seconds_behind_the_answer_to_a_request_are_enough(line, last_word, verdict):
+    """As in the live case; what another command brings may take half a second."""
+    word = encode_frame(encode_command_of_rover(last_word))
+    answer = encode_frame(encode_report(GeneralReport(), Schema.V2))
+    path = line((0, "tx", word), (5, "rx", answer), *sorted(reports_by_themselves(5)), end_ms=10_005)
+    assert verdicts(judged(path, select="P30")) == {"P30": verdict}
+
+
+def test_a_part_that_starts_for_the_next_case_does_not_end_the_one_before(tmp_path):
+    """A board's parts say that they start before the journal has the next case; nobody is heard at a GPS receiver."""
+    journal = Journal(tmp_path / "rover.jsonl", {"bench": "rover"})
+    answer = encode_frame(encode_report(GeneralReport(), Schema.V2))
+    for case in ("pkt-board/one[documented]", "pkt-board/two[documented]"):
+        journal.record("event", "gps", 0, name="ReceiverStarted", value={"start": "hot"})
+        journal.begin_case(case)
+        said = [(0, "tx", encode_frame(b"\x00")), (5, "rx", answer), *sorted(reports_by_themselves(5))]
+        for at_ms, way, data in said:
+            journal.record(way, "checker", round(at_ms * MS), data=data)
+            journal.record("tx", "gps", round(at_ms * MS), data=b"$GPGGA,120000.00,,,,,0,00,99.9,,,,,,*67\r\n" * 4)
+        journal.end_case(10_005 * MS)
+    journal.close()
+    assert verdicts(judged(tmp_path / "rover.jsonl", select="P30")) == {"P30": Verdict.PASS}
 
 
 def test_a_host_that_is_silent_or_talks_nonsense(rover_line, line):

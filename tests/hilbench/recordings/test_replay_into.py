@@ -76,6 +76,19 @@ def test_another_answer_is_named_with_its_frame(recorded, replay, tmp_path):
     assert "answered otherwise" in err
 
 
+@pytest.mark.parametrize(("bench", "profiles"), [("rover-model", 4), ("rover", 1)])
+def test_a_rover_answers_the_same_emulated_or_not(replay, tmp_path, capfd, bench, profiles):
+    """Each case by the program that it is named for; the GPS receiver's line beside it is not the host's."""
+    path = tmp_path / "rover.jsonl"
+    select = "P01" if profiles > 1 else "P01 and documented"
+    assert main(["check", bench, "--suite", "pkt-board", "-k", select, "--journal", str(path)]) == 0
+    capfd.readouterr()
+    code, out, _ = replay(path, "--into", bench, "--json")
+    cases = json.loads(out)["cases"]
+    assert (code, [case["number"] for case in cases]) == (0, [0] * profiles)
+    assert all(case["recorded"] > 5 for case in cases)
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
@@ -87,6 +100,7 @@ def test_another_answer_is_named_with_its_frame(recorded, replay, tmp_path):
         (("{folder}/no", "--into", "pioneer"), 3, "No such file"),
         (("{run}", "--into", "serial:{folder}/no"), 3, "{folder}/no"),
         (("{folder}/noise", "--into", "pioneer"), 2, "no protocol is known"),
+        (("{run}", "--into", "vehicle"), 2, "has no line, or several, where one host could be"),
     ],
 )
 def test_wrong_usage(recorded, replay, tmp_path, words, code, said):
