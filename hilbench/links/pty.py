@@ -26,6 +26,8 @@ from hilbench.links.uart import Timeline
 _TERMIOS2 = struct.Struct("=IIIIB19sII")  # iflag, oflag, cflag, lflag, line, cc, ispeed, ospeed
 _TCGETS2 = 0x802C542A
 _TCSETS2 = 0x402C542B
+_TIOCGEXCL = 0x80045440
+_INT = struct.Struct("i")
 _BAUD_BITS = 0o010017  # CBAUD
 _BAUD_IN_SPEED_FIELDS = 0o010000  # BOTHER
 _UNPACED_BAUD = 115_200  # what the slave says on a line without pace; some rate it must have
@@ -190,6 +192,7 @@ class PtyDoor(Door):
         poll = select.poll()
         poll.register(self._master, 0)
         happened = self._watch.read()
+        alone = self._let_others_open()
         os.close(self._slave)
         hung_up = bool(poll.poll(0))
         happened += self._watch.read()  # with our own closing, and before our own opening can be merged with another
@@ -203,9 +206,25 @@ class PtyDoor(Door):
                     break  # nobody is at it
                 hung_up = any(descriptor == self._master for descriptor, _ in stirred)
                 happened += self._watch.read()
-        self._slave = os.open(self.slave_name, os.O_RDWR | os.O_NOCTTY)
+        self._slave = self._open_slave()
         self._watch.read()  # our own opening
+        if alone and not hung_up:
+            fcntl.ioctl(self._slave, termios.TIOCEXCL)  # for the client that is there
         return not hung_up, True in happened
+
+    def _let_others_open(self) -> bool:
+        """Lift a client's claim to have the port alone: it would keep us out, and outlives him; return whether it was."""
+        (alone,) = _INT.unpack(fcntl.ioctl(self._slave, _TIOCGEXCL, bytes(_INT.size)))
+        fcntl.ioctl(self._slave, termios.TIOCNXCL)
+        return bool(alone)
+
+    def _open_slave(self) -> int:
+        try:
+            return os.open(self.slave_name, os.O_RDWR | os.O_NOCTTY)
+        except OSError as error:
+            self._slave = -1
+            message = f"a client took it for itself alone (TIOCEXCL) as another left: {error.strerror}"
+            raise UnavailableError(message, where=self.name, hint="begin anew") from error
 
     def _reset_slave(self) -> None:
         """Make the slave raw, at the line's rate, with nothing unread in it."""
@@ -265,7 +284,8 @@ class PtyDoor(Door):
             self.path.unlink()
         self._watch.close()
         os.close(self._master)
-        os.close(self._slave)
+        if self._slave >= 0:
+            os.close(self._slave)
 
 
 def _trailing_closings(happened: list[bool]) -> int:

@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+import errno
+import fcntl
 import os
 import select
+import struct
 import termios
 import threading
 
@@ -267,6 +270,46 @@ def test_nothing_stale_waits_for_the_next_client(locked, make_door):
     until(locked, lambda: door.line_is_up)
     assert second.read() == b""
     second.close()
+
+
+def alone(descriptor):
+    """Whether a port is somebody's alone (TIOCGEXCL, ioctl_tty(2))."""
+    return bool(struct.unpack("i", fcntl.ioctl(descriptor, 0x80045440, bytes(4)))[0])
+
+
+def test_a_client_that_takes_it_for_itself_alone_keeps_it_so_long_as_it_is_there(locked, make_door):
+    """Whoever has not all rights cannot open such a port: nor could we, to see whether somebody is there."""
+    door = make_door()
+    one, other = Client(door), Client(door)
+    until(locked, lambda: door.line_is_up)
+    fcntl.ioctl(one.descriptor, termios.TIOCEXCL)
+    log = Log(door)
+    other.write(b"?")
+    other.close()
+    until(locked, lambda: log.data == b"?")
+    locked.run_until(lambda: False, locked.now_ns + S // 20)
+    assert door.line_is_up
+    assert alone(one.descriptor)
+    one.close()
+    until(locked, lambda: not door.line_is_up)
+    third = Client(door)
+    assert not alone(third.descriptor)
+    third.close()
+
+
+def test_a_port_that_was_taken_away_meanwhile_is_said_and_closed(locked, make_door, monkeypatch):
+    door = make_door()
+    client = Client(door)
+    until(locked, lambda: door.line_is_up)
+
+    def refused(path, flags):
+        raise OSError(errno.EBUSY, "Device or resource busy")
+
+    monkeypatch.setattr("hilbench.links.pty.os.open", refused)
+    client.close()
+    with pytest.raises(UnavailableError, match="a client took it for itself alone"):
+        until(locked, lambda: not door.line_is_up)
+    door.close()
 
 
 def test_a_client_at_another_rate_gets_and_gives_garbage(locked, make_door):
