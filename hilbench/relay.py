@@ -90,6 +90,7 @@ class Relay:
         if isinstance(a, Door):
             a.on_lines = self._lines_set
         b.on_modem = self._modem_changed
+        a.on_refused, b.on_refused = partial(self._late_refusal, CLIENT), partial(self._late_refusal, SERVER)
         if (lines := b.modem_lines) is not None:
             self._modem_changed(lines, bench.now_ns)
         a.on_line = partial(self._line_changed, CLIENT)
@@ -145,6 +146,11 @@ class Relay:
                 self._unheard_breaks.add(who)
                 self._bench.record("break-refused", who, text=str(error))
                 self.on_refused(f"{who}: {error}")
+
+    def _late_refusal(self, who: str, error: UnavailableError) -> None:
+        """Say that an end could not have a rate or a break that had to wait for bytes before it."""
+        self._bench.record("refused", who, text=str(error))
+        self.on_refused(f"{who}: {error}")
 
     def _fault_refused(self, text: str) -> None:
         self.on_refused(text)

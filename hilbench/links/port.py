@@ -121,6 +121,8 @@ class Port(Protocol):
         on_sent: Called with bytes when they are handed to the line, and the bench time in ns.
         on_modem: Called with the levels of the lines beside the data when the far end has changed one of them, and the
             bench time in ns; by ports that were told to watch them.
+        on_refused: Called with why a rate or a break cannot be had that had to wait for the bytes before it; raises it
+            unless somebody sets another.
     """
 
     name: str
@@ -135,6 +137,7 @@ class Port(Protocol):
     break_ns: int
     on_sent: Callable[[bytes, int], None]
     on_modem: Callable[[ModemLines, int], None]
+    on_refused: Callable[[UnavailableError], None]
 
     def write(self, data: bytes) -> None:
         """Hand bytes to the line; never blocks. PortClosedError after `close`."""
@@ -185,6 +188,10 @@ def _ignore_modem(_lines: ModemLines, _at_ns: int) -> None:
     """Stand in for a callback that nobody has set."""
 
 
+def _raise(error: UnavailableError) -> None:
+    raise error
+
+
 class PortBase:
     """The part of a port that is the same everywhere."""
 
@@ -200,6 +207,7 @@ class PortBase:
         self.break_ns = 0
         self.on_sent: Callable[[bytes, int], None] = _ignore_bytes
         self.on_modem: Callable[[ModemLines, int], None] = _ignore_modem
+        self.on_refused: Callable[[UnavailableError], None] = _raise
 
     @property
     def pending(self) -> int:

@@ -213,7 +213,7 @@ class PtyDoor(Door):
         return not hung_up, True in happened
 
     def _let_others_open(self) -> bool:
-        """Lift a client's claim to have the port alone: it would keep us out, and outlives him; return whether it was."""
+        """Lift a client's claim to have the port alone, which keeps us out and outlives him; return whether it was."""
         (alone,) = _INT.unpack(fcntl.ioctl(self._slave, _TIOCGEXCL, bytes(_INT.size)))
         fcntl.ioctl(self._slave, termios.TIOCNXCL)
         return bool(alone)

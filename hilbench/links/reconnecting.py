@@ -148,6 +148,7 @@ class ReconnectingPort(PortBase):
         port.on_break = self._broke
         port.on_line = self._line_changed
         port.on_modem = self._modem_changed
+        port.on_refused = self._refused
         was, self.device = self.device, url
         self._port, self._refusal = port, ""
         now_ns = self._scheduler.now_ns
@@ -168,6 +169,11 @@ class ReconnectingPort(PortBase):
 
     def _broke(self, at_ns: int) -> None:
         self.on_break(at_ns)
+
+    def _refused(self, error: UnavailableError) -> None:
+        if self._port is not None:
+            self._baud = self._port.baud
+        self.on_refused(error)
 
     def _modem_changed(self, lines: ModemLines, at_ns: int) -> None:
         self._lines_away = NO_LINE_ASSERTED

@@ -1,6 +1,6 @@
 """What is done to a serial device itself: opened without a reset of the board behind it, its lines set and read.
 
-Linux asserts DTR and RTS when a port is opened, and pyserial's default leaves them so. Boards with the automatic
+Linux asserts DTR and RTS when a port is opened, and pyserial's default asks for the same. Boards with the automatic
 bootloader circuit of Espressif are reset when one of the two is asserted alone, as happens on the way when they are
 switched off one after the other; both asserted is harmless (esptool documentation, "Boot Mode Selection"). So both are
 left alone unless they are asked for, and then set by one call (TIOCMSET, ioctl_tty(2)). Boards of the Arduino Uno kind
@@ -18,8 +18,8 @@ import struct
 import termios
 import warnings
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import serial
 from serial import rfc2217
@@ -79,6 +79,7 @@ def open_serial(target: SerialTarget, write_timeout_s: float) -> Any:
         UnavailableError: the port does not exist, is in use, or may not be opened.
     """
     settings = target.settings
+    _require_sense(target)
     if target.url.lower().startswith("hilbench:"):
         import hilbench.urlhandler  # noqa: F401 - tells pyserial of these URLs
     # pyserial's client of RFC 2217 refuses every write timeout; its socket has one of 5 s of its own.
@@ -93,9 +94,9 @@ def open_serial(target: SerialTarget, write_timeout_s: float) -> Any:
             write_timeout=timeout_s,
             do_not_open=True,
         )
-        if Path(target.url).exists():
+        if isinstance(port, serial.Serial):  # also behind spy:// and the like
             port.exclusive = True
-        elif not target.is_device:
+        if not target.is_device:
             _ask_url(port, target)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # pyserial 3.5 starts threads in an outdated way
@@ -105,6 +106,32 @@ def open_serial(target: SerialTarget, write_timeout_s: float) -> Any:
     if hasattr(port, "fd"):
         _keep_lines(port.fd, target)
     return port
+
+
+def _require_sense(target: SerialTarget) -> None:
+    """Refuse a URL that names no port of a host, or a bench that has a time of its own.
+
+    Raises:
+        UsageError: it is one.
+    """
+    scheme, _, _ = target.url.lower().partition("://")
+    if scheme in {"socket", "rfc2217"}:
+        _require_port_number(target.url)
+    if scheme == "hilbench":
+        from hilbench.urlhandler.bench_url import parse_bench_url
+
+        if parse_bench_url(target.url).fast:
+            hint = "leave 'fast' out; a bench that is named itself runs as fast as it can"
+            raise UsageError("its time would be another than that of this bench", where=target.url, hint=hint)
+
+
+def _require_port_number(url: str) -> None:
+    try:
+        number = urlsplit(url).port
+    except ValueError as error:
+        raise UsageError("the port of its host is no number from 1 to 65535", where=url) from error
+    if not number:
+        raise UsageError("names no port of its host", where=url, hint="write socket://HOST:PORT or rfc2217://HOST:PORT")
 
 
 def _ask_url(port: Any, target: SerialTarget) -> None:
@@ -122,7 +149,7 @@ def _keep_lines(descriptor: int, target: SerialTarget) -> None:
         termios.tcsetattr(descriptor, termios.TCSANOW, attributes)
     # flock, which pyserial uses, keeps out those who ask; this keeps out the others but root. A pseudo-terminal's own
     # server has to be able to open it.
-    if not os.path.realpath(target.url).startswith(_PSEUDO):
+    if not is_pseudo_terminal(descriptor):
         with contextlib.suppress(OSError):
             fcntl.ioctl(descriptor, termios.TIOCEXCL)
     with contextlib.suppress(OSError):
@@ -213,6 +240,8 @@ def error_number(error: Exception) -> int | None:
 
 
 def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
+    if isinstance(error.__cause__, HilbenchError):
+        return error.__cause__  # of a bench of ours behind a URL
     where = target.url
     number = error_number(error)
     if number == errno.ENOENT:
@@ -221,6 +250,10 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
         return UnavailableError("permission denied", where=where, hint=_how_to_get_access(where))
     if number in (errno.EBUSY, errno.EAGAIN):
         return UnavailableError("another program uses the port", where=where, hint=_who_to_stop(where))
+    if number == errno.ENOTTY or "Inappropriate ioctl" in str(error):
+        return UnavailableError("is no serial port", where=where, hint="'hilbench ports' shows what is there")
+    if isinstance(error, ValueError) and "remote rejected" in str(error):
+        return UnavailableError(f"the far port refuses what is asked of it: {error}", where=where)
     if isinstance(error, ValueError):
         return UsageError(f"pyserial does not know it: {error}", where=where)
     what = f"cannot be opened: {os.strerror(number) if number else error}"

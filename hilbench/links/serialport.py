@@ -10,6 +10,7 @@ import contextlib
 import errno
 import io
 import os
+import select
 import termios
 from collections.abc import Callable
 from functools import partial
@@ -17,7 +18,8 @@ from functools import partial
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass, Scheduler
 from hilbench.errors import UnavailableError
 from hilbench.links.door import READ_BYTES, Input
-from hilbench.links.port import ModemLines, PortBase
+from hilbench.links.outgoing import Outgoing
+from hilbench.links.port import Line, ModemLines, PortBase
 from hilbench.links.serial_device import (
     LineErrors,
     close_serial,
@@ -77,12 +79,14 @@ class SerialPort(PortBase):
         self._scheduler = scheduler
         self._write_timeout_ns = round(write_timeout_s * NS_PER_S)
         self._serial = open_serial(located(self.target), write_timeout_s)
-        self._baud = self.target.baud
-        self._waiting = bytearray()
-        self._taken_ns = 0
+        self._baud = self._baud_now = self.target.baud
+        self._out = Outgoing()
+        self._taken_ns = self._out_by_ns = 0
+        self._beyond_before = 0
         self._writing = False
         self._breaking = False
         self._native = hasattr(self._serial, "fd")
+        self._has_wire = self._native and not is_pseudo_terminal(self._serial.fd)
         self._stream: ThreadedStream | None = None
         self._descriptor = self._own_descriptor()
         if self._descriptor is None:
@@ -107,18 +111,22 @@ class SerialPort(PortBase):
 
     @property
     def baud(self) -> int:
-        """Bits per second of the port; setting it reconfigures the port at once."""
+        """Bits per second of the port; it is set when the bytes written before are out, at once if they are.
+
+        Raises:
+            UnavailableError: when set: the port cannot; `on_refused` is called with it where bytes were still to go.
+        """
         return self._baud
 
     @baud.setter
     def baud(self, baud: int) -> None:
         if baud == self._baud:
             return  # a far port is asked over the network, and the bench would wait for its answer
-        try:
-            self._serial.baudrate = baud
-        except (OSError, ValueError, OverflowError, termios.error) as error:
-            raise UnavailableError(f"cannot be set to {baud} baud: {error}", where=self.name) from error
-        self._baud = baud
+        if self._idle:
+            self._set_baud(baud)
+        else:
+            self._baud = baud
+            self._take_turn(partial(self._set_baud, baud))
 
     def write(self, data: bytes) -> None:
         """Queue bytes; they go to the system in the next entry, and wait if it takes no more."""
@@ -126,41 +134,30 @@ class SerialPort(PortBase):
         if not self.line_is_up:
             self.counters.lost += len(data)
             return
-        self._waiting += data
-        if not self._writing:
-            self._writing = True
-            self._taken_ns = self._scheduler.now_ns
-            self._scheduler.after(0, self._write_on, order=EventClass.BYTE, source=self.name)
+        self._out.add(data)
+        self._go_on()
 
     @property
     def pending(self) -> int:
         """Bytes written that the system has not taken, or, where it tells, has not sent."""
-        beyond = 0
-        with contextlib.suppress(OSError):
-            if self._stream is not None:
-                beyond = self._stream.writing
-            elif self._native and not self.closed:
-                beyond = self._serial.out_waiting
-        return len(self._waiting) + beyond
+        return len(self._out) + self._beyond
 
     def send_break(self, duration_ns: int) -> None:
-        """Hold the line low for `duration_ns`; lost where the device is gone.
+        """Hold the line low for `duration_ns` when the bytes written before are out; lost where the device is gone.
 
         Raises:
-            UnavailableError: the port cannot: a pseudo-terminal, a socket, or a driver without breaks.
+            UnavailableError: the port cannot: a pseudo-terminal, a socket, or a driver without breaks. `on_refused` is
+                called with what only shows when bytes before it are out.
         """
         self._take_to_send(b"", self._scheduler.now_ns)
         if not self.line_is_up:
             return
-        try:
-            if self._breakless:
-                self._refuse_break(self._breakless)
-            self._serial.break_condition = self._breaking = True
-        except (OSError, termios.error, NotImplementedError, ValueError) as error:  # the latter: refused by a far port
-            if error_number(error) in _NO_SUCH_THING:
-                self._refuse_break(f"the port says: {error}")
-            return  # the device is going
-        self._scheduler.after(duration_ns, self._end_break, order=EventClass.BYTE, source=self.name)
+        if self._breakless:
+            self._refuse_break(self._breakless)
+        if self._idle:
+            self._begin_break(duration_ns)
+        else:
+            self._take_turn(partial(self._begin_break, duration_ns))
 
     def close(self) -> None:
         """Give the port back; a second call does nothing."""
@@ -177,8 +174,7 @@ class SerialPort(PortBase):
             self.counters.lost += self._stream.close()
         else:
             close_serial(self._serial)
-        self.counters.lost += len(self._waiting)
-        self._waiting.clear()
+        self.counters.lost += self._out.clear()
 
     # --- lines beside the data
 
@@ -206,45 +202,105 @@ class SerialPort(PortBase):
                 self._serial.dtr = dtr
             if rts is not None:
                 self._serial.rts = rts
-        except (OSError, TypeError) as error:
+        except (OSError, TypeError, ValueError) as error:  # the latter: refused by a far port
             message = "DTR and RTS cannot be set: the port has no such lines, or is gone"
             raise UnavailableError(message, where=self.name) from error
 
     # --- out
 
+    @property
+    def _beyond(self) -> int:
+        """Bytes that the system has taken and, where it tells, has not sent."""
+        with contextlib.suppress(OSError):
+            if self._stream is not None:
+                return self._stream.writing
+            if self._native and not self.closed:
+                return int(self._serial.out_waiting)
+        return 0
+
+    @property
+    def _is_out(self) -> bool:
+        """Whether all that the system has taken is on the wire: a UART has some bytes more than its driver tells."""
+        return not self._beyond and self._scheduler.now_ns >= self._out_by_ns
+
+    @property
+    def _idle(self) -> bool:
+        return self._out.idle and not self._breaking and self._is_out
+
+    def _take_turn(self, action: Callable[[], None]) -> None:
+        """Do something when the bytes written before are out."""
+        self._out.add_turn(partial(self._do, action))
+        self._go_on()
+
+    def _do(self, action: Callable[[], None]) -> None:
+        try:
+            action()
+        except UnavailableError as error:
+            self._baud = self._baud_now
+            self.on_refused(error)
+
+    def _go_on(self) -> None:
+        if not self._writing:
+            self._writing = True
+            self._taken_ns = self._scheduler.now_ns
+            self._scheduler.after(0, self._write_on, order=EventClass.BYTE, source=self.name)
+
     def _write_on(self) -> None:
         self._writing = False
-        if self.closed or not self._waiting:
+        if self.closed or self._breaking:
             return
-        now_ns = self._scheduler.now_ns
         try:
-            if self._hand_over():
-                self._taken_ns = now_ns
+            stuck = not self._moves()
         except OSError:
             self._line_lost()
             return
-        if now_ns - self._taken_ns > self._write_timeout_ns:
-            self.counters.lost += len(self._waiting)
-            self._waiting.clear()
-        if self._waiting:
+        if stuck:
+            self.counters.lost += len(self._out.first)
+            self._out.first.clear()
+        turn = self._out.next_turn() if stuck or self._is_out else None
+        if turn is not None:
+            turn()
+            self._taken_ns = self._scheduler.now_ns
+        if not self._out.idle and not self._breaking and not self.closed:
             self._writing = True
-            self._scheduler.after(_RETRY_NS, self._write_on, order=EventClass.BYTE, source=self.name)
+            pause_ns = _RETRY_NS if turn is None else 0
+            self._scheduler.after(pause_ns, self._write_on, order=EventClass.BYTE, source=self.name)
+
+    def _moves(self) -> bool:
+        """Hand over what the system takes; say whether bytes have moved within the time that they may stand still."""
+        now_ns = self._scheduler.now_ns
+        taken, beyond = self._hand_over(), self._beyond
+        if taken or beyond < self._beyond_before or now_ns < self._out_by_ns:
+            self._taken_ns = now_ns
+        self._beyond_before = beyond
+        return now_ns - self._taken_ns <= self._write_timeout_ns
 
     def _hand_over(self) -> int:
         """Give the system as much as it takes without waiting; return how many bytes that were."""
-        if not self._waiting:
+        if not self._out.first:
             return 0
         if self._stream is not None:
-            taken = self._stream.offer(bytes(self._waiting[:READ_BYTES]))
+            taken = self._stream.offer(bytes(self._out.first[:READ_BYTES]))
         else:
             # Not pyserial's write: with a timeout it does not say how much it wrote, without one it can hang.
             assert self._descriptor is not None
             try:
-                taken = os.write(self._descriptor, self._waiting)
+                taken = os.write(self._descriptor, self._out.first)
             except BlockingIOError:
                 return 0
-        del self._waiting[:taken]
+        del self._out.first[:taken]
+        if self._has_wire:
+            settings = self.target.settings
+            line = Line(baud=self._baud_now, parity=settings.parity, stop_bits=settings.stop_bits)
+            self._out_by_ns = max(self._out_by_ns, self._scheduler.now_ns) + line.bytes_ns(taken)
         return taken
+
+    def _set_baud(self, baud: int) -> None:
+        try:
+            self._serial.baudrate = baud
+        except (OSError, ValueError, OverflowError, termios.error) as error:
+            raise UnavailableError(f"cannot be set to {baud} baud: {error}", where=self.name) from error
+        self._baud = self._baud_now = baud
 
     @property
     def _breakless(self) -> str:
@@ -253,11 +309,23 @@ class SerialPort(PortBase):
             return "a pseudo-terminal knows none" if is_pseudo_terminal(self._serial.fd) else ""
         return "a socket knows none" if self.target.url.lower().startswith(_WITHOUT_BREAKS) else ""
 
+    def _begin_break(self, duration_ns: int) -> None:
+        try:
+            self._serial.break_condition = self._breaking = True
+        except (OSError, termios.error, NotImplementedError, ValueError) as error:  # the latter: refused by a far port
+            self._breaking = False
+            if error_number(error) in _NO_SUCH_THING:
+                self._refuse_break(f"the port says: {error}")
+            return  # the device is going
+        self._scheduler.after(duration_ns, self._end_break, order=EventClass.BYTE, source=self.name)
+
     def _end_break(self) -> None:
         if self._breaking and not self.closed:
             self._breaking = False
             with contextlib.suppress(OSError, termios.error, ValueError):
                 self._serial.break_condition = False
+            if not self._out.idle:
+                self._go_on()
 
     # --- in
 
@@ -276,9 +344,20 @@ class SerialPort(PortBase):
         """Return what the system has; raises OSError when it has hung up."""
         assert self._descriptor is not None
         data = os.read(self._descriptor, READ_BYTES)
+        if not data and not self._hung_up:
+            raise BlockingIOError  # somebody else has thrown away what was to be read (tcflush(3))
         if not data:
             raise OSError("readable without a byte: the far end is gone")
         return data
+
+    @property
+    def _hung_up(self) -> bool:
+        """Whether a port that gives no byte is gone; a socket that does has ended."""
+        if not self._native:
+            return True
+        poll = select.poll()
+        poll.register(self._serial.fd, 0)  # hang-ups and errors are always told
+        return bool(poll.poll(0))
 
     def _in_order(self, at_ns: int, action: Callable[[], None]) -> None:
         self._scheduler.at(at_ns, action, order=EventClass.INPUT, source=self.name)
@@ -287,8 +366,7 @@ class SerialPort(PortBase):
         if self.closed:
             return
         self._scheduler.remove_source(self._input)
-        self.counters.lost += len(self._waiting)
-        self._waiting.clear()
+        self.counters.lost += self._out.clear()
         self._set_line(False, self._scheduler.now_ns)
 
     # --- what the driver counts

@@ -33,6 +33,8 @@ class ThreadedStream:
         self._to_write: SimpleQueue[bytes | None] = SimpleQueue()
         self._writing = 0
         self._wake_read, self._wake_write = os.pipe()
+        self._woken = False
+        self._telling = threading.Lock()
         self._ending = False
         self._threads = [
             threading.Thread(target=run, name=f"{what} {port.port}", daemon=True)
@@ -52,8 +54,11 @@ class ThreadedStream:
 
     def take(self) -> bytes:
         """Return the next bytes that were read; raises OSError for what ended reading or writing."""
-        os.read(self._wake_read, 1)
-        data = self._came.get()
+        with self._telling:
+            data = self._came.get_nowait()
+            if self._came.empty():
+                os.read(self._wake_read, 1)
+                self._woken = False
         if isinstance(data, Exception):
             raise data
         return data
@@ -110,5 +115,8 @@ class ThreadedStream:
             self._writing = 0
 
     def _tell(self, item: bytes | Exception) -> None:
-        self._came.put(item)
-        os.write(self._wake_write, b"!")
+        with self._telling:
+            self._came.put(item)
+            if not self._woken:  # one byte is enough: a full pipe would hold this thread
+                self._woken = True
+                os.write(self._wake_write, b"!")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from urllib.parse import parse_qsl, unquote, urlsplit
+from urllib.parse import unquote, urlsplit
 
 from hilbench.bench_file import BenchFile
 from hilbench.errors import UsageError
@@ -57,7 +57,7 @@ def parse_bench_url(url: str) -> BenchUrl:
     what = unquote(parts.netloc + parts.path)
     if parts.scheme.lower() != "hilbench" or not what:
         raise UsageError("names no bench", where=url, hint="write hilbench://pioneer or hilbench://bluepill?image=FILE")
-    given = dict(parse_qsl(parts.query, keep_blank_values=True))
+    given = _given(parts.query)
     for key in given:
         if key not in _KEYS:
             raise UsageError(f"no key '{key}'", where=url, hint=did_you_mean(key, _KEYS, "keys"))
@@ -72,3 +72,9 @@ def parse_bench_url(url: str) -> BenchUrl:
         seed=int(given.get("seed", "0")),
         fast="fast" in given and given["fast"] != "0",
     )
+
+
+def _given(query: str) -> dict[str, str]:
+    """Read keys and values; a plus is a plus, as in the name of a file, and no blank as in a form's answers."""
+    pairs = (word.partition("=") for word in query.split("&") if word)
+    return {unquote(key): unquote(value) for key, _, value in pairs}

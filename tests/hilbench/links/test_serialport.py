@@ -123,3 +123,41 @@ def test_a_port_in_use_names_who_has_it():
     os.close(slave)
     assert "root sees whose" in str(_cannot_open(target, error))
     os.close(master)
+
+
+@pytest.mark.parametrize(
+    ("url", "said"),
+    [
+        ("socket://127.0.0.1", "names no port of its host"),
+        ("rfc2217://127.0.0.1:99999", "no number from 1 to 65535"),
+        ("socket://127.0.0.1:http", "no number from 1 to 65535"),
+        ("hilbench://rover-model?fast@115200", "its time would be another"),
+        ("hilbench://nobody", "no such bench"),
+    ],
+)
+def test_a_url_that_makes_no_sense_is_wrong_usage(locked, url, said):
+    with pytest.raises(UsageError, match=said):
+        SerialPort(locked, url)
+
+
+def test_a_file_is_no_serial_port(locked, tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(UnavailableError, match="is no serial port"):
+        SerialPort(locked, str(tmp_path / "file"))
+
+
+def test_what_a_far_port_refuses_is_no_wrong_usage():
+    target = SerialTarget(url="rfc2217://h:1", baud=9600)
+    error = _cannot_open(target, ValueError("remote rejected value for option 'parity'"))
+    assert isinstance(error, UnavailableError)
+    assert "the far port refuses" in str(error)
+
+
+def test_a_port_is_one_programs_own_also_behind_another_url(locked):
+    master, slave = os.openpty()
+    port = SerialPort(locked, os.ttyname(slave))
+    with pytest.raises(UnavailableError, match="another program uses the port"):
+        SerialPort(locked, f"spy://{os.ttyname(slave)}")
+    port.close()
+    os.close(master)
+    os.close(slave)

@@ -38,6 +38,7 @@ def opened():
     ("url", "means"),
     [
         ("hilbench://pioneer", BenchUrl(what="pioneer")),
+        ("hilbench://bluepill?image=/c++/f%20w.elf", BenchUrl(what="bluepill:/c++/f w.elf")),
         ("hilbench://bluepill?image=/a/fw.elf&line=usart2", BenchUrl(what="bluepill:/a/fw.elf", line="usart2")),
         ("hilbench:///dir/my%20bench.toml?seed=7&fast", BenchUrl(what="/dir/my bench.toml", seed=7, fast=True)),
         ("HILBENCH://rover-model?fast=0", BenchUrl(what="rover-model")),

@@ -1,0 +1,218 @@
+"""What has to wait for the bytes before it: a break, another rate; and what a port says that is not to be believed."""
+
+from __future__ import annotations
+
+import io
+import os
+import threading
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hilbench.clock import NS_PER_MS, MonotonicHostClock, Scheduler
+from hilbench.errors import UnavailableError
+from hilbench.links import SerialPort
+from hilbench.links import serialport as serialport_module
+from hilbench.links.outgoing import Outgoing
+
+S = 10**9
+
+
+class Stub:
+    """Something of pyserial's kind, without a descriptor, that remembers what was done with it in which order."""
+
+    port = "stub://"
+    in_waiting = 0
+
+    def __init__(self):
+        self.done = []
+        self.refuses = False
+        self.closed = threading.Event()
+        self.rate = 9600
+        self.to_read = 0
+        self.all_read = threading.Event()
+
+    def fileno(self):
+        raise io.UnsupportedOperation
+
+    def read(self, size):
+        if self.to_read:
+            self.to_read -= 1
+            return b"x"
+        self.all_read.set()
+        if self.closed.wait(0.01):
+            raise TypeError("closed under its hands")
+        return b""
+
+    def write(self, data):
+        self.done.append(bytes(data))
+
+    def _take(self, what):
+        if self.refuses:
+            raise ValueError("remote rejected value for option 'control'")
+        self.done.append(what)
+
+    baudrate = property(lambda self: self.rate, lambda self, rate: self._take(rate))
+    break_condition = property(lambda self: False, lambda self, on: self._take("low" if on else "high"))
+    dtr = property(lambda self: True, lambda self, on: self._take("dtr"))
+
+    def close(self):
+        self.closed.set()
+
+
+@pytest.fixture
+def stub(monkeypatch):
+    made = Stub()
+    monkeypatch.setattr(serialport_module, "open_serial", lambda target, write_timeout_s: made)
+    return made
+
+
+@pytest.fixture
+def port(locked, stub):
+    made = SerialPort(locked, "stub://x@9600")
+    yield made
+    made.close()
+
+
+def until(scheduler, condition):
+    assert scheduler.run_until(condition, scheduler.now_ns + 30 * S), "it never happened"
+
+
+def test_a_break_waits_for_the_bytes_before_it_and_those_behind_it_for_its_end(locked, stub, port):
+    port.write(b"before")
+    port.send_break(2 * NS_PER_MS)
+    port.write(b"after")
+    assert port.pending == len(b"beforeafter")
+    until(locked, lambda: stub.done[-1:] == [b"after"])
+    assert stub.done == [b"before", "low", "high", b"after"]
+
+
+def test_a_rate_holds_from_the_next_byte_on(locked, stub, port):
+    port.write(b"at 9600")
+    port.baud = 57_600
+    port.write(b"at 57600")
+    assert port.baud == 57_600
+    until(locked, lambda: not port.pending)
+    assert stub.done == [b"at 9600", 57_600, b"at 57600"]
+
+
+def test_nothing_waits_where_nothing_is_before_it(stub, port):
+    port.baud = 57_600
+    port.send_break(NS_PER_MS)
+    assert stub.done == [57_600, "low"]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.sampled_from([b"a", b"bc", 19_200, 38_400, "break"]), max_size=12))
+def test_everything_is_done_in_the_order_in_which_it_was_asked_for(asked):
+    scheduler, stub = Scheduler(), Stub()
+    scheduler.lock(MonotonicHostClock())
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(serialport_module, "open_serial", lambda target, write_timeout_s: stub)
+        port = SerialPort(scheduler, "stub://x@9600")
+    wanted, rate = [], 9600
+    for what in asked:
+        if isinstance(what, bytes):
+            port.write(what)
+            wanted += what
+        elif what == "break":
+            port.send_break(NS_PER_MS)
+            wanted += ["low", "high"]
+        else:
+            port.baud = what
+            wanted += [what] * (what != rate)
+            rate = what
+    until(scheduler, lambda: len(one_by_one(stub.done)) == len(wanted))
+    assert one_by_one(stub.done) == wanted
+    port.close()
+
+
+def one_by_one(done):
+    return [each for one in done for each in (one if isinstance(one, bytes) else [one])]
+
+
+def test_what_is_refused_late_is_told(locked, stub, port):
+    said = []
+    port.on_refused = said.append
+    port.write(b"before")
+    stub.refuses = True
+    port.baud = 57_600
+    until(locked, lambda: said)
+    assert "cannot be set to 57600 baud" in str(said[0])
+    assert port.baud == 9600
+
+
+def test_what_is_refused_late_ends_the_run_where_nobody_is_told(locked, stub, port):
+    port.write(b"before")
+    stub.refuses = True
+    port.baud = 57_600
+    with pytest.raises(UnavailableError, match="cannot be set to 57600 baud"):
+        until(locked, lambda: False)
+
+
+def test_a_far_port_that_refuses_dtr_is_no_defect(stub, port):
+    stub.refuses = True
+    with pytest.raises(UnavailableError, match="DTR and RTS cannot be set"):
+        port.set_lines(dtr=False)
+
+
+def test_a_uart_has_bytes_that_its_driver_does_not_tell_of(locked, monkeypatch):
+    """A pseudo-terminal that is taken for a UART: the driver says that all is out, the wire needs its time."""
+    monkeypatch.setattr(serialport_module, "is_pseudo_terminal", lambda descriptor: False)
+    master, slave = os.openpty()
+    port = SerialPort(locked, f"{os.ttyname(slave)}@9600")
+    port.write(bytes(48))
+    begin_ns = locked.now_ns
+    port.baud = 19_200
+    until(locked, lambda: port._serial.baudrate == 19_200)
+    assert locked.now_ns - begin_ns >= 48 * 10 * S // 9600
+    port.close()
+    os.close(master)
+    os.close(slave)
+
+
+def test_a_port_that_is_readable_without_a_byte_is_not_gone_for_that(locked, monkeypatch):
+    """Somebody else may have thrown the byte away (tcflush(3))."""
+    master, slave = os.openpty()
+    port = SerialPort(locked, os.ttyname(slave))
+    got, empty = bytearray(), [b""]
+    port.on_receive = lambda data, at_ns: got.extend(data)
+    read = os.read
+    monkeypatch.setattr("hilbench.links.serialport.os.read", lambda *words: empty.pop() if empty else read(*words))
+    os.write(master, b"there")
+    until(locked, lambda: got == b"there")
+    assert not empty
+    assert port.line_is_up
+    port.close()
+    os.close(master)
+    os.close(slave)
+
+
+def test_a_far_end_that_talks_to_nobody_does_not_hold_up_closing(locked, stub):
+    """More pieces than a pipe holds bytes."""
+    stub.to_read = 70_000
+    port = SerialPort(locked, "stub://x")
+    assert stub.all_read.wait(60)
+    port.close()
+
+
+@given(st.lists(st.one_of(st.binary(max_size=3), st.just(None))))
+def test_turns_stand_between_the_bytes_that_were_before_and_behind_them(steps):
+    out, order = Outgoing(), []
+    for number, step in enumerate(steps):
+        if step is None:
+            out.add_turn(lambda number=number: order.append(number))
+        else:
+            out.add(step)
+    assert len(out) == sum(len(step) for step in steps if step is not None)
+    while not out.idle:
+        order += out.first
+        out.first.clear()
+        if (turn := out.next_turn()) is not None:
+            turn()
+    wanted = []
+    for number, step in enumerate(steps):
+        wanted += [number] if step is None else step
+    assert order == wanted
+    assert out.clear() == 0
