@@ -36,7 +36,7 @@ __all__ = ["USUAL_BAUD", "ProxyOptions", "proxy", "read_faults"]
 USUAL_BAUD = 115_200
 """Of a serial port for which none is named (choice)."""
 _WRITE_EVERY_NS = 100 * NS_PER_MS
-"""How often the journal is written (choice)."""
+"""How often the journal is written, and losses are looked for (choice)."""
 _DOORS: Mapping[str, Callable[[str], DoorWish]] = {
     "pty": arguments.pty_door,
     "tcp": arguments.tcp_door,
@@ -115,8 +115,7 @@ def proxy(options: ProxyOptions, say: Say, heard: Heard | None = None) -> ExitCo
         relay = Relay(bench, ends[A].port, ends[B].port, faults=faults, seed=options.seed, record=record, **more)
         relay.on_refused = lambda text: say(f"{bench.now_s:10.3f} s  {text}")
         stack.callback(relay.flush)
-        if record:
-            _write_on(bench)
+        _look_on(bench, relay)
         for name, who in ((A, CLIENT), (B, SERVER)):
             say(f"{name} ({who}): {ends[name].where}")
             _announce(bench, ends[name].port, who, say)
@@ -186,10 +185,11 @@ def _door(bench: Bench, kind: str, rest: str, what: str) -> _End:
     return _End(port=door, where=place(door), notice=Notice(doors=(door,)), close=door.close)
 
 
-def _write_on(bench: Bench) -> None:
-    """Write what was recorded, again and again: what is killed loses little of it."""
+def _look_on(bench: Bench, relay: Relay) -> None:
+    """Tell what was lost, and write what was recorded, again and again: what is killed loses little of it."""
+    relay.tell_losses()
     bench.journal.flush_step()
-    bench.scheduler.after(_WRITE_EVERY_NS, partial(_write_on, bench), order=EventClass.CHECK, source="journal")
+    bench.scheduler.after(_WRITE_EVERY_NS, partial(_look_on, bench, relay), order=EventClass.CHECK, source="journal")
 
 
 def _announce(bench: Bench, port: Port, who: str, say: Say) -> None:

@@ -49,7 +49,8 @@ class Relay:
     Attributes:
         faults: those in force; None without any.
         on_refused: Called with a sentence for people when an end cannot do what the other has asked for: the server's
-            line has not the rate that the client has set, an end knows no breaks (once each), a fault cannot strike.
+            line has not the rate that the client has set, an end knows no breaks, or does not take what comes (once
+            each), a fault cannot strike.
     """
 
     def __init__(
@@ -74,7 +75,9 @@ class Relay:
             self.faults = LineFaults(bench, faults, seed=seed, near_is_client=True, is_client_end=A.__eq__)
             self.faults.on_refused = self._fault_refused
             far = self.faults.on(b)
-        self._logs: list[ByteLog] = []
+        self._logs: dict[str, list[ByteLog]] = {CLIENT: [], SERVER: []}  # by who has said the bytes
+        self._lost = {CLIENT: 0, SERVER: 0}
+        self._too_slow: set[str] = set()  # who was said to lose bytes
         log = self._log if record else _no_log
         if faults:
             a.on_sent, b.on_sent = log("rx", CLIENT), log("rx", SERVER)
@@ -98,12 +101,40 @@ class Relay:
 
     def flush(self) -> None:
         """Record what passed and is not recorded yet."""
-        for log in self._logs:
-            log.flush()
+        for who in (CLIENT, SERVER):
+            self._flush(who)
+
+    def tell_losses(self) -> None:
+        """Record what an end that is there has not taken since this was last called; say so the first time."""
+        for who, end in ((CLIENT, self._a), (SERVER, self._b)):
+            lost, self._lost[who] = end.counters.lost - self._lost[who], end.counters.lost
+            if not lost or not end.line_is_up:
+                continue
+            self._record("lost", who, bytes=lost)
+            if who not in self._too_slow:
+                self._too_slow.add(who)
+                self.on_refused(f"{who}: does not take all that comes; what it leaves is lost")
 
     def _log(self, kind: str, who: str) -> Callable[[bytes, int], None]:
-        self._logs.append(ByteLog(self._bench, kind, who))
-        return self._logs[-1].add
+        """Return what takes bytes into the journal; those of the other direction that came before are in it by then."""
+        log = ByteLog(self._bench, kind, who)
+        speaker, other = (CLIENT, SERVER) if (kind == "tx") == (who == CLIENT) else (SERVER, CLIENT)
+        self._logs[speaker].append(log)
+
+        def take(data: bytes, at_ns: int) -> None:
+            self._flush(other)
+            log.add(data, at_ns)
+
+        return take
+
+    def _flush(self, speaker: str) -> None:
+        for log in self._logs[speaker]:
+            log.flush()
+
+    def _record(self, kind: str, who: str, **fields: object) -> None:
+        """Record something behind the bytes that came before it."""
+        self.flush()
+        self._bench.record(kind, who, **fields)
 
     def _pass(
         self,
@@ -130,26 +161,26 @@ class Relay:
             self._b.baud = wanted
         except UnavailableError as error:
             self._refused_baud = wanted
-            self._bench.record("baud-refused", CLIENT, baud=wanted, text=str(error))
+            self._record("baud-refused", CLIENT, baud=wanted, text=str(error))
             self.on_refused(f"{CLIENT}: {error}; it keeps its own rate")
         else:
             self._refused_baud = 0
-            self._bench.record("baud", CLIENT, baud=wanted)
+            self._record("baud", CLIENT, baud=wanted)
 
     def _broke(self, who: str, end: Port, onward: Callable[[int], None], _at_ns: int) -> None:
         known_ns = end.break_ns
-        self._bench.record("break", who, duration_ns=known_ns or None)
+        self._record("break", who, duration_ns=known_ns or None)
         try:
             onward(known_ns or USUAL_BREAK_NS)
         except UnavailableError as error:
             if who not in self._unheard_breaks:
                 self._unheard_breaks.add(who)
-                self._bench.record("break-refused", who, text=str(error))
+                self._record("break-refused", who, text=str(error))
                 self.on_refused(f"{who}: {error}")
 
     def _late_refusal(self, who: str, error: UnavailableError) -> None:
         """Say that an end could not have a rate or a break that had to wait for bytes before it."""
-        self._bench.record("refused", who, text=str(error))
+        self._record("refused", who, text=str(error))
         self.on_refused(f"{who}: {error}")
 
     def _fault_refused(self, text: str) -> None:
@@ -161,15 +192,15 @@ class Relay:
         with contextlib.suppress(UnavailableError):  # it has none, or is gone
             self._b.set_lines(dtr=dtr, rts=rts)
             taken = True
-        self._bench.record("lines", CLIENT, dtr=dtr, rts=rts, taken=taken)
+        self._record("lines", CLIENT, dtr=dtr, rts=rts, taken=taken)
 
     def _modem_changed(self, lines: ModemLines, _at_ns: int) -> None:
         """Let the client know the levels of the server's lines, if there is a way to tell it."""
         told = isinstance(self._a, Door) and self._a.tell_lines(lines)
-        self._bench.record("modem", SERVER, cts=lines.cts, dsr=lines.dsr, ri=lines.ri, cd=lines.cd, told=told)
+        self._record("modem", SERVER, cts=lines.cts, dsr=lines.dsr, ri=lines.ri, cd=lines.cd, told=told)
 
     def _line_changed(self, who: str, up: bool, _at_ns: int) -> None:
-        self._bench.record("line", who, up=up)
+        self._record("line", who, up=up)
 
 
 def _say_nothing(_text: str) -> None:

@@ -126,6 +126,48 @@ def test_the_journal_has_what_was_said_and_what_was_got():
     assert {event["towards"] for event in between.bench.journal.recent if event["kind"] == "fault"} >= {"a", "b"}
 
 
+@given(st.lists(st.sampled_from([CLIENT, SERVER, "break"]), max_size=12))
+def test_the_journal_has_things_in_their_order_however_close_they_are(steps):
+    between, wanted = Between(), []
+    for number, step in enumerate(steps):
+        at_ms = number
+        if step == "break":
+            between.client.send_break(NS_PER_MS // 4)
+            wanted.append(("break", CLIENT))
+        else:
+            (between.client if step == CLIENT else between.server).write(bytes((number,)))
+            if wanted[-1:] != [("tx", step)]:
+                wanted.append(("tx", step))
+        between.bench.run_for((at_ms + 1) / 1000 - between.bench.now_s)
+    between.run()
+    happened = []
+    for event in between.bench.journal.recent:
+        one = event["kind"], event["source"]
+        if one[0] == "break" or (one[0] == "tx" and happened[-1:] != [one]):  # a long word is in several events
+            happened.append(one)
+    assert happened == wanted
+
+
+def test_what_an_end_does_not_take_is_recorded_and_said_once():
+    between, said = Between(), []
+    between.relay.on_refused = said.append
+    for lost in (0, 7, 0, 5):
+        between.relay._a.counters.lost += lost
+        between.relay.tell_losses()
+    events = [event for event in between.bench.journal.recent if event["kind"] == "lost"]
+    assert [(event["source"], event["bytes"]) for event in events] == [(CLIENT, 7), (CLIENT, 5)]
+    assert said == ["client: does not take all that comes; what it leaves is lost"]
+
+
+def test_what_comes_while_nobody_is_there_is_no_loss_to_speak_of():
+    between, said = Between(), []
+    between.relay.on_refused = said.append
+    between.relay._a.line_is_up = False
+    between.relay._a.counters.lost += 7
+    between.relay.tell_losses()
+    assert not said
+
+
 def test_breaks_are_handed_on_and_no_bytes_are_recorded_unasked():
     between = Between(record=False)
     breaks = []
