@@ -261,9 +261,11 @@ class SerialPort(PortBase):
         if turn is not None:
             turn()
             self._taken_ns = self._scheduler.now_ns
+        self._write_later(_RETRY_NS if turn is None else 0)
+
+    def _write_later(self, pause_ns: int) -> None:
         if not self._out.idle and not self._breaking and not self.closed:
             self._writing = True
-            pause_ns = _RETRY_NS if turn is None else 0
             self._scheduler.after(pause_ns, self._write_on, order=EventClass.BYTE, source=self.name)
 
     def _moves(self) -> bool:
