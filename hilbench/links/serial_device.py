@@ -146,6 +146,7 @@ def _keep_lines(descriptor: int, target: SerialTarget) -> None:
     with contextlib.suppress(termios.error):
         attributes = termios.tcgetattr(descriptor)
         attributes[2] &= ~termios.HUPCL
+        attributes[0] &= ~termios.BRKINT  # a break would throw away what was not read yet (termios(3))
         termios.tcsetattr(descriptor, termios.TCSANOW, attributes)
     # flock, which pyserial uses, keeps out those who ask; this keeps out the others but root. A pseudo-terminal's own
     # server has to be able to open it.

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import errno
 import os
+import termios
 import threading
 
 import pytest
@@ -158,6 +159,19 @@ def test_a_port_is_one_programs_own_also_behind_another_url(locked):
     port = SerialPort(locked, os.ttyname(slave))
     with pytest.raises(UnavailableError, match="another program uses the port"):
         SerialPort(locked, f"spy://{os.ttyname(slave)}")
+    port.close()
+    os.close(master)
+    os.close(slave)
+
+
+def test_a_break_throws_nothing_away(locked):
+    """Whoever had the port before may have left it so that one does."""
+    master, slave = os.openpty()
+    attributes = termios.tcgetattr(slave)
+    attributes[0] |= termios.BRKINT
+    termios.tcsetattr(slave, termios.TCSANOW, attributes)
+    port = SerialPort(locked, os.ttyname(slave))
+    assert not termios.tcgetattr(slave)[0] & termios.BRKINT
     port.close()
     os.close(master)
     os.close(slave)
