@@ -11,12 +11,15 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
 from hilbench.errors import UnavailableError, UsageError
+from hilbench.links.attempt import Attempt
 from hilbench.links.port import NO_LINE_ASSERTED, ModemLines, Port, PortBase
+from hilbench.links.serial_device import open_serial
 from hilbench.links.serial_target import SerialTarget, located
-from hilbench.links.serialport import SerialPort
+from hilbench.links.serialport import WRITE_TIMEOUT_S, SerialPort
 from hilbench.ports.listing import PortEnumerator, PortInfo, UsbIdentity, find_again, list_ports
 
 __all__ = ["POLL_NS", "PortOpener", "ReconnectingPort", "Recorder"]
@@ -24,7 +27,8 @@ __all__ = ["POLL_NS", "PortOpener", "ReconnectingPort", "Recorder"]
 POLL_NS = 250 * NS_PER_MS
 """How often a port that has gone is looked for (choice)."""
 
-PortOpener = Callable[[Scheduler, SerialTarget], Port]
+PortOpener = Callable[..., Port]
+"""Takes a scheduler, a `SerialTarget`, and ``opened``, a port that is open already; `SerialPort` is one."""
 Recorder = Callable[..., None]
 """Takes the kind of an event, its source, and its fields; `hilbench.bench.Bench.record` is one."""
 
@@ -78,6 +82,7 @@ class ReconnectingPort(PortBase):
         self._lost_ns = 0
         self._refusal = ""
         self._lines_away: ModemLines | None = None
+        self._attempt: tuple[Attempt, int] | None = None  # and the rate that it is opened with
         self.device = self._target.url
         self.losses = 0
         self.identity = identity_of(self.device, ports()) if target.is_device else None
@@ -137,11 +142,13 @@ class ReconnectingPort(PortBase):
         self.closed = True
         self.line_is_up = False
         self._drop()
+        if self._attempt is not None:
+            self._attempt[0].abandon()
 
     # --- there
 
-    def _open(self, url: str) -> None:
-        port = self._open_port(self._scheduler, replace(self._target, url=url, baud=self._baud))
+    def _open(self, url: str, **opened: object) -> None:
+        port = self._open_port(self._scheduler, self._target_at(url), **opened)
         port.counters = self.counters  # what it counts, it counts for its owner
         port.on_receive = self._received
         port.on_sent = self._sent
@@ -159,6 +166,9 @@ class ReconnectingPort(PortBase):
             self._lines_away = NO_LINE_ASSERTED
             if self.losses:
                 self.on_modem(lines, now_ns)
+
+    def _target_at(self, url: str) -> SerialTarget:
+        return replace(self._target, url=url, baud=self._baud)
 
     def _received(self, data: bytes, at_ns: int) -> None:
         if not self.closed:
@@ -209,12 +219,30 @@ class ReconnectingPort(PortBase):
             self._look_later()
             return
         try:
-            self._open(url)
+            if self._target.is_device:
+                self._open(url)
+            elif not self._open_far(url):
+                self._look_later()
         except (UnavailableError, UsageError) as error:  # the latter: it went while its rate was set
             if str(error) != self._refusal:
                 self._refusal = str(error)
                 self._record("port-refused", self.name, device=url, text=self._refusal)
             self._look_later()
+
+    def _open_far(self, url: str) -> bool:
+        """Have a thread open it, and look again whether it has; say whether the port is there."""
+        if self._attempt is None:
+            opening = partial(open_serial, self._target_at(url), WRITE_TIMEOUT_S)
+            self._attempt = Attempt(opening, f"open {url}"), self._baud
+        attempt, baud = self._attempt
+        if not attempt.over:
+            return False
+        self._attempt = None
+        if baud != self._baud:  # it was changed meanwhile
+            attempt.abandon()
+            return False
+        self._open(url, opened=attempt.result())
+        return True
 
     def _whereabouts(self) -> str | None:
         """Return where it is now, as far as can be known without opening it; None if it is gone."""

@@ -14,6 +14,7 @@ import select
 import termios
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass, Scheduler
 from hilbench.errors import UnavailableError
@@ -57,6 +58,7 @@ class SerialPort(PortBase):
         target: What to open, or its text; see `parse_serial_target`.
         name: For the journal and for messages; the target's URL by default.
         write_timeout_s: How long the line may take nothing, in bench seconds, before what waits is lost and counted.
+        opened: The port, if `open_serial` has opened it already.
         watch_lines: Look every 100 ms whether the far end has changed a line beside the data (`Port.on_modem`). Many
             USB adapters are asked for them, and the bench waits for the answer: so only where somebody wants to know.
 
@@ -73,12 +75,13 @@ class SerialPort(PortBase):
         name: str | None = None,
         write_timeout_s: float = WRITE_TIMEOUT_S,
         watch_lines: bool = False,
+        opened: Any = None,
     ) -> None:
         self.target = parse_serial_target(target) if isinstance(target, str) else target
         super().__init__(name or self.target.url)
         self._scheduler = scheduler
         self._write_timeout_ns = round(write_timeout_s * NS_PER_S)
-        self._serial = open_serial(located(self.target), write_timeout_s)
+        self._serial = open_serial(located(self.target), write_timeout_s) if opened is None else opened
         self._baud = self._baud_now = self.target.baud
         self._out = Outgoing()
         self._taken_ns = self._out_by_ns = 0

@@ -369,3 +369,79 @@ def test_whatever_is_wrong_while_it_is_opened_again_it_is_tried_again(bench, bay
     assert len(recorded(bench, "port-refused")) == 1
     port._open_port = bay.open
     assert bench.run_until(lambda: port.line_is_up, 1)
+
+
+class Far:
+    """A far port whose host takes its time, and a bench that has lost it."""
+
+    def __init__(self, monkeypatch):
+        self.scheduler = Scheduler()
+        self.scheduler.lock(MonotonicHostClock())
+        self.gate, self.asked, self.opened, self.closed = threading.Event(), [], [], threading.Event()
+        monkeypatch.setattr("hilbench.links.reconnecting.open_serial", self.open_serial)
+        target = SerialTarget(url="rfc2217://far:4000", baud=9600)
+        self.port = ReconnectingPort(self.scheduler, target, open_port=self.open_port, poll_ns=NS_PER_S // 500)
+        self.scheduler.after(0, lambda: self.ours.on_line(False, self.scheduler.now_ns), source="far")
+        self.until(lambda: self.asked)
+
+    def open_serial(self, target, write_timeout_s):
+        self.asked.append((target.baud, threading.current_thread()))
+        assert self.gate.wait(60)
+        return self
+
+    def open_port(self, scheduler, target, opened=None):
+        self.opened.append(opened)
+        self.ours = MemoryLink(scheduler, Line(baud=target.baud), name="far").a
+        return self.ours
+
+    def until(self, condition):
+        assert self.scheduler.run_until(condition, self.scheduler.now_ns + 30 * NS_PER_S), "it never happened"
+
+    def close(self):
+        self.closed.set()
+
+
+def test_a_bench_goes_on_while_a_far_host_takes_its_time(monkeypatch):
+    far = Far(monkeypatch)
+    polled_ns = far.scheduler.now_ns + NS_PER_S // 50
+    far.until(lambda: far.scheduler.now_ns >= polled_ns)
+    assert [thread is threading.current_thread() for _, thread in far.asked] == [False]
+    assert not far.port.line_is_up
+    far.gate.set()
+    far.until(lambda: far.port.line_is_up)
+    assert far.opened == [None, far]
+    far.port.close()
+
+
+def test_a_far_port_whose_rate_was_changed_while_it_was_opened_is_opened_again(monkeypatch):
+    far = Far(monkeypatch)
+    far.port.baud = 57_600
+    far.gate.set()
+    far.until(lambda: far.port.line_is_up)
+    assert [baud for baud, _ in far.asked] == [9600, 57_600]
+    assert far.closed.is_set()
+    far.port.close()
+
+
+def test_a_far_port_that_nobody_wants_any_more_is_closed_when_it_is_there(monkeypatch):
+    far = Far(monkeypatch)
+    far.port.close()
+    far.gate.set()
+    assert far.closed.wait(60)
+
+
+def test_what_a_far_host_refuses_is_recorded_and_tried_again(monkeypatch):
+    far, events = Far(monkeypatch), []
+    far.port._record = lambda kind, source, **fields: events.append((kind, fields.get("text")))
+
+    def refuses(target, write_timeout_s):
+        raise UnavailableError("cannot be opened: it says nothing", where=target.url)
+
+    monkeypatch.setattr("hilbench.links.reconnecting.open_serial", refuses)
+    far.port.baud = 19_200
+    far.gate.set()
+    far.until(lambda: events)
+    assert events == [("port-refused", "rfc2217://far:4000: cannot be opened: it says nothing")]
+    monkeypatch.setattr("hilbench.links.reconnecting.open_serial", far.open_serial)
+    far.until(lambda: far.port.line_is_up)
+    far.port.close()
