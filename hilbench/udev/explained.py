@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,6 +13,10 @@ from hilbench.udev.apply import Device, Outcome, apply_rules
 from hilbench.udev.rules import parse_rules
 
 __all__ = ["PARTS", "Part", "as_data", "as_text", "outcome_at"]
+
+# Names by the place: ours, and that of udev's 60-serial.rules, which has the port's number behind it where a device has
+# several. Newer ones are there a second time with the USB revision (usbv2), which is no part of ID_PATH.
+_BY_PLACE = (re.compile(r"/dev/hilbench/at-(.+)"), re.compile(r"/dev/serial/by-path/((?!.*-usbv\d-).+?)(-port\d+)?"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +68,8 @@ PARTS = (
 def outcome_at(text: str, port: PortInfo) -> Outcome | None:
     """Return what rules would make of a port; None if they leave it alone or it has no USB identity.
 
-    What udev's own rules say of it by then is taken from its identity; the path is that of the USB device only.
+    What udev's own rules say of it by then is taken from its identity, and the place from the names it has already;
+    without one, its name by the place is missing.
     """
     usb = port.usb
     if usb is None:
@@ -74,6 +80,7 @@ def outcome_at(text: str, port: PortInfo) -> Outcome | None:
         "ID_MODEL_ID": f"{usb.product_id:04x}",
         "ID_SERIAL_SHORT": usb.serial_number or "",
         "ID_USB_INTERFACE_NUM": f"{usb.interface:02x}",
+        "ID_PATH": _place(port),
     }
     try:
         outcome = apply_rules(parse_rules(text)[0], Device(subsystem="tty", kernel=name, properties=properties))
@@ -91,7 +98,7 @@ def as_data(text: str, ports: Sequence[PortInfo]) -> dict[str, object]:
             for kind in KINDS
             for number, chip in kind.products.items()
         ],
-        "ports": [{"device": port.device, "names": _names(outcome_at(text, port))} for port in ports if port.usb],
+        "ports": [_port_data(port, outcome_at(text, port)) for port in ports if port.usb],
     }
 
 
@@ -106,8 +113,27 @@ def as_text(text: str, ports: Sequence[PortInfo]) -> str:
         lines.append(f"  {kind.name} ({kind.vendor_id:04x}): {chips}")
     lines += ["ports here"]
     seen = [port for port in ports if port.usb]
-    lines += [f"  {port.device}: {', '.join(_names(outcome_at(text, port))) or 'left alone'}" for port in seen]
+    lines += [f"  {port.device}: {_in_words(port, outcome_at(text, port))}" for port in seen]
     return "\n".join(lines if seen else [*lines, "  none with a USB identity"])
+
+
+def _place(port: PortInfo) -> str:
+    """Return what udev calls the place a port is plugged into (``ID_PATH``); empty where no name tells."""
+    found = (form.fullmatch(link) for form in _BY_PLACE for link in port.links)
+    return next((match[1] for match in found if match), "")
+
+
+def _port_data(port: PortInfo, outcome: Outcome | None) -> dict[str, object]:
+    return {"device": port.device, "left_alone": outcome is None, "names": _names(outcome)}
+
+
+def _in_words(port: PortInfo, outcome: Outcome | None) -> str:
+    if outcome is None:
+        return "left alone"
+    names = _names(outcome)
+    if not _place(port):
+        names.append(f"{'and one' if names else 'a name'} by the place it is plugged into")
+    return ", ".join(names)
 
 
 def _names(outcome: Outcome | None) -> list[str]:

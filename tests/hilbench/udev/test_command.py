@@ -222,13 +222,45 @@ def test_they_are_explained(machine, monkeypatch, capsys):
     monkeypatch.setattr("hilbench.ports.listing.list_ports", lambda: ports)
     assert call("--explain") == 0
     out = capsys.readouterr().out
-    assert "/dev/ttyACM0: /dev/hilbench/stlink-0668FF-if02\n" in out
+    assert "/dev/ttyACM0: /dev/hilbench/stlink-0668FF-if02, and one by the place it is plugged into\n" in out
     assert "/dev/ttyACM1: left alone" in out
     assert "/etc/hilbench/keep-brltty" in out
     assert call("--explain", "--json") == 0
     data = json.loads(capsys.readouterr().out)
-    assert data["ports"][0] == {"device": "/dev/ttyACM0", "names": ["/dev/hilbench/stlink-0668FF-if02"]}
+    names = ["/dev/hilbench/stlink-0668FF-if02"]
+    assert data["ports"][0] == {"device": "/dev/ttyACM0", "left_alone": False, "names": names}
+    assert data["ports"][1] == {"device": "/dev/ttyACM1", "left_alone": True, "names": []}
     assert {"kind": "ch340", "usb": "1a86:7523", "chip": "CH340"} in data["devices"]
+
+
+PLACE = "pci-0000:00:14.0-usb-0:1.2:1.0"
+
+
+@pytest.mark.parametrize(("ids", "number"), [((0x1A86, 0x7523), None), ((0x10C4, 0xEA60), "0001")])
+@pytest.mark.parametrize(
+    ("links", "said", "names"),
+    [
+        ((f"/dev/hilbench/at-{PLACE}",), f"/dev/hilbench/at-{PLACE}", [f"/dev/hilbench/at-{PLACE}"]),
+        (
+            (f"/dev/serial/by-path/{PLACE.replace('usb', 'usbv2')}-port0", f"/dev/serial/by-path/{PLACE}-port0"),
+            f"/dev/hilbench/at-{PLACE}",
+            [f"/dev/hilbench/at-{PLACE}"],
+        ),
+        (("/dev/serial/by-id/usb-1a86_USB_Serial-if00-port0",), "a name by the place it is plugged into", []),
+    ],
+    ids=["its own name", "that of udev", "no name yet"],
+)
+def test_a_bridge_without_a_number_of_its_own_is_not_left_alone(
+    machine, monkeypatch, capsys, ids, number, links, said, names
+):
+    usb = UsbIdentity(vendor_id=ids[0], product_id=ids[1], serial_number=number, location="1-1.2")
+    ports = [PortInfo(device="/dev/ttyUSB0", usb=usb, links=links)]
+    monkeypatch.setattr("hilbench.ports.listing.list_ports", lambda: ports)
+    assert call("--explain") == 0
+    assert f"  /dev/ttyUSB0: {said}\n" in capsys.readouterr().out
+    assert call("--explain", "--json") == 0
+    told = json.loads(capsys.readouterr().out)["ports"]
+    assert told == [{"device": "/dev/ttyUSB0", "left_alone": False, "names": names}]
 
 
 @pytest.mark.parametrize(
