@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from hilbench.errors import UnavailableError, UsageError
+from hilbench.paths import real_path
 
 _DEFAULT_MODE = 0o666
 
@@ -28,7 +29,7 @@ def write_atomically(path: Path, text: str) -> None:
         if path.exists() and not path.is_file():
             path.write_text(text, encoding="utf-8")
         else:
-            _replace(Path(os.path.realpath(path)), text)
+            _replace(Path(real_path(path)), text)
     except OSError as error:
         raise UnavailableError(f"cannot be written: {error.strerror or error}", where=str(path)) from error
 
@@ -42,8 +43,9 @@ def check_writable(path: Path, option: str) -> None:
 
     Raises:
         UsageError: it cannot.
+        UnavailableError: it would be below the working folder, and that has been removed.
     """
-    real = Path(os.path.realpath(path))
+    real = Path(real_path(path))
     folder, where = real.parent, f"{option} {path}"
     if real.is_symlink():
         raise UsageError("is a link that leads to itself", where=where)
@@ -74,13 +76,14 @@ def refuse_overwriting(outputs: Iterable[Named], inputs: Iterable[Named] = ()) -
 
     Raises:
         UsageError: one file is meant twice.
+        UnavailableError: one is below the working folder, and that has been removed.
     """
     asked = [(option, path) for option, path in outputs if path is not None and not path.is_char_device()]
     if not asked:
         return
     read = [(what, path) for what, path in inputs if path is not None]
     taken = {identity: what for what, path in read for identity in _identities(path)}
-    folders = [(what, os.path.realpath(path)) for what, path in read if path.is_dir()]
+    folders = [(what, real_path(path)) for what, path in read if path.is_dir()]
     for option, path in asked:
         what = next((taken[one] for one in _identities(path) if one in taken), None) or _holder(path, folders)
         if what is not None:
@@ -109,15 +112,15 @@ def _umask() -> int:
 
 def _identities(path: Path) -> tuple[object, ...]:
     """Return what a file is known by: its place in the file system, and the name under which it was asked for."""
-    name = os.path.join(os.path.realpath(path.parent), path.name)  # noqa: PTH118 - the name itself is not resolved
+    name = os.path.join(real_path(path.parent), path.name)  # noqa: PTH118 - the name itself is not resolved
     try:
         status = path.stat()
     except OSError:
-        return (os.path.realpath(path), name)
+        return (real_path(path), name)
     return ((status.st_dev, status.st_ino), name)
 
 
 def _holder(path: Path, folders: Iterable[tuple[str, str]]) -> str | None:
     """Return the folder of suites in which a path is a suite."""
-    real = Path(os.path.realpath(path))
+    real = Path(real_path(path))
     return next((what for what, folder in folders if real.suffix == ".py" and real.is_relative_to(folder)), None)

@@ -34,9 +34,12 @@ def leave_working_folder() -> None:
     """Take the working folder off ``sys.path``, where ``python -m hilbench`` put it.
 
     Then the command behaves like the installed script, which never looks there. If hilbench itself was found there the
-    folder stays: it is a checkout.
+    folder stays: it is a checkout. In one that has been removed there is nothing to be imported.
     """
-    here = Path.cwd()
+    try:
+        here = Path.cwd()
+    except FileNotFoundError:
+        return
     home = Path(hilbench.__file__).resolve().parent.parent
     if sys.path and not sys.flags.safe_path and Path(sys.path[0] or ".").resolve() == here and here != home:
         del sys.path[0]

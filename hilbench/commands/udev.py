@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hilbench.parser import Parser
@@ -68,9 +67,10 @@ def run(parsed: argparse.Namespace) -> int:
 
 def _install(console: Console, host: Host, text: str, directory: str | None) -> int:
     from hilbench.exit_codes import ExitCode
+    from hilbench.paths import absolute_path
     from hilbench.udev.installing import RULES_FOLDER, RULES_NAME, install_rules, reload_rules, verify_rules
 
-    folder = Path(directory) if directory is not None else host.path(RULES_FOLDER)
+    folder = absolute_path(directory) if directory is not None else host.path(RULES_FOLDER)
     kept = install_rules(folder, text)
     console.narrate(f"written: {folder / RULES_NAME}")
     if kept is not None:
@@ -86,9 +86,10 @@ def _install(console: Console, host: Host, text: str, directory: str | None) -> 
 def _check(console: Console, host: Host, text: str, parsed: argparse.Namespace) -> int:
     from hilbench.exit_codes import ExitCode
     from hilbench.names import json_text
+    from hilbench.paths import absolute_path
     from hilbench.udev.installing import check_rules
 
-    where = str(Path(parsed.directory).absolute()) if parsed.directory is not None else None
+    where = str(absolute_path(parsed.directory)) if parsed.directory is not None else None
     found = check_rules(host, text, where)
     if parsed.json:
         console.data(json_text(found.as_data()))

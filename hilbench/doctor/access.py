@@ -12,6 +12,7 @@ from pathlib import Path
 from hilbench.doctor.facts import Facts
 from hilbench.doctor.finding import Finding, cross, fine, warning
 from hilbench.errors import HilbenchError
+from hilbench.paths import absolute_path
 from hilbench.ports.calibration import Calibration
 from hilbench.ports.listing import LINK_FOLDERS, PortInfo
 from hilbench.ports.states import PortState, port_states, state_at
@@ -143,16 +144,16 @@ def _target(facts: Facts, target: str, ports: Sequence[PortInfo]) -> Iterator[Fi
 
     try:
         meant = located(parse_serial_target(target), lambda: ports)
+        url = str(absolute_path(meant.url)) if meant.is_device else meant.url
     except HilbenchError as error:
         yield cross(target, error.message, error.hint or "see hilbench ports")
         return
     if not meant.is_device:
         yield fine(target, "is not a port of this machine; it was not looked at")
         return
-    path = facts.host.path(meant.url)
-    if not path.exists():
+    if not facts.host.path(url).exists():
         there = ", ".join(port.device for port in ports)
         fix = f"use one of those that are there: {there}" if there else "plug it in; there is no port here now"
         yield cross(target, "there is no such port", fix)
         return
-    yield from _port(state_at(facts.host, meant.url, ports), facts.calibration(meant.url, ports), needed=True)
+    yield from _port(state_at(facts.host, url, ports), facts.calibration(url, ports), needed=True)

@@ -10,6 +10,7 @@ from hilbench.board_files import is_board_file, open_board
 from hilbench.mcu.images import load
 from hilbench.names import as_utf8, escaped
 from hilbench.new_files import Written, quoted, write_new
+from hilbench.paths import real_path
 
 __all__ = ["BENCH_NAME", "CONFTEST_NAME", "TEST_NAME", "init"]
 
@@ -83,4 +84,4 @@ def init(board: str, image: Path, folder: Path) -> Written:
 
 
 def _seen_from(folder: Path, file: str) -> str:
-    return as_utf8(os.path.relpath(Path(file).resolve(), folder.resolve()))
+    return as_utf8(os.path.relpath(real_path(file), real_path(folder)))

@@ -18,6 +18,7 @@ from pathlib import Path
 import msgspec
 
 from hilbench.errors import UnavailableError
+from hilbench.paths import real_path
 from hilbench.ports.listing import PortInfo
 
 __all__ = ["Calibration", "calibration_of", "keep", "key_of", "port_at", "state_folder", "stored"]
@@ -89,19 +90,27 @@ def state_folder() -> Path:
 
 
 def key_of(url: str, ports: Iterable[PortInfo]) -> str | None:
-    """Return what the port at a path or URL is known by; None for a pseudo-terminal, whose name is given out again."""
+    """Return what the port at a path or URL is known by; None for a pseudo-terminal, whose name is given out again.
+
+    Raises:
+        UnavailableError: the path begins in the working folder, and that has been removed.
+    """
     port = port_at(url, ports)
     if port is not None and port.usb is not None:
         usb = port.usb
         who = f"serial={usb.serial_number}" if usb.serial_number else f"location={usb.location}"
         return f"usb={usb.ids},{who},interface={usb.interface}"
-    device = url if "://" in url else os.path.realpath(url)
+    device = url if "://" in url else real_path(url)
     return None if device.startswith(_PSEUDO) else device
 
 
 def port_at(url: str, ports: Iterable[PortInfo]) -> PortInfo | None:
-    """Return the port that a path, or a link to one, leads to; None if it is none of them."""
-    names = {url} if "://" in url else {url, os.path.realpath(url)}
+    """Return the port that a path, or a link to one, leads to; None if it is none of them.
+
+    Raises:
+        UnavailableError: as `key_of`.
+    """
+    names = {url} if "://" in url else {url, real_path(url)}
     return next((port for port in ports if port.device in names), None)
 
 
@@ -136,6 +145,9 @@ def calibration_of(url: str, ports: Iterable[PortInfo]) -> Calibration | None:
     """Return the calibration that holds for a port now.
 
     None if there is none, or if the chip's latency timer has been set anew since.
+
+    Raises:
+        UnavailableError: as `key_of`.
     """
     there = list(ports)
     key = key_of(url, there)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hilbench.host import Host
+from hilbench.paths import absolute_path
 from hilbench.ports.choice import tells_apart
 from hilbench.ports.holders import Holders, holders_of
 from hilbench.ports.listing import PortInfo
@@ -74,8 +75,12 @@ def port_states(host: Host, ports: Sequence[PortInfo]) -> list[PortState]:
 
 
 def state_at(host: Host, path: str, ports: Sequence[PortInfo]) -> PortState:
-    """Return how the port stands that a path or a link leads to, whether it is one of those there are or not."""
-    real, root = Path(os.path.realpath(host.path(path))), host.root.resolve()
+    """Return how the port stands that a path or a link leads to, whether it is one of those there are or not.
+
+    Raises:
+        UnavailableError: the path begins in the working folder, and that has been removed.
+    """
+    real, root = Path(os.path.realpath(host.path(str(absolute_path(path))))), host.root.resolve()
     device = f"/{real.relative_to(root)}" if real.is_relative_to(root) else str(real)
     port = next((one for one in ports if one.device == device), PortInfo(device=device))
     return _state(host, port, ports)

@@ -18,6 +18,8 @@ import pytest
 from hilbench.cli import main
 from hilbench.doctor.facts import this_machine
 from hilbench.doctor.report import findings_of
+from hilbench.host import this_host
+from hilbench.ports.states import state_at
 
 NOBODY = 65534
 HILBENCH = "import sys; from hilbench.cli import main; sys.exit(main())"
@@ -126,6 +128,18 @@ def test_a_port_that_somebody_holds_is_named_with_him(machine, serial_port):
     found = seen(machine, device, device)
     assert [what for what, _ in found] == ["it is in use"]
     assert f"({os.getpid()})" in found[0][1]
+
+
+def test_a_path_from_the_working_folder_is_that_port(machine, serial_port, tmp_path, monkeypatch):
+    device = os.ttyname(serial_port)
+    (tmp_path / "board").symlink_to(device)
+    monkeypatch.chdir(tmp_path)
+    fcntl.flock(serial_port, fcntl.LOCK_EX)
+    for target in ("./board@115200", "serial:board"):
+        found = seen(machine, device, target)
+        assert [what for what, _ in found] == ["it is in use"]
+        assert f"({os.getpid()})" in found[0][1]
+    assert state_at(this_host(), "board", ()).port.device == device
 
 
 def test_a_port_that_one_may_not_use_is_named(machine, serial_port):
