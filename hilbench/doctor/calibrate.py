@@ -57,18 +57,23 @@ def calibrate(text: str, ports: PortEnumerator | None = None) -> Calibrated:
 
     Raises:
         UsageError: the text is not a port.
-        UnavailableError: it cannot be opened, nothing comes back, or something else; it cannot be kept.
+        UnavailableError: it cannot be opened, nothing comes back, or something else.
     """
     there = (ports or list_ports)()
     target = located(parse_serial_target(text), lambda: there)
     key = key_of(target.url, there)
     calibration = _measure_at(target, key or target.url, port_at(target.url, there))
-    why_not = ""
+    kept, why_not = None, ""
     if calibration.lost:
         why_not = f"{calibration.lost} bytes did not come back, or too late to say how late; look at plug and rate"
     elif key is None:
         why_not = "a pseudo-terminal cannot be known again"
-    return Calibrated(calibration=calibration, kept=None if why_not else keep(calibration), why_not=why_not)
+    else:
+        try:
+            kept = keep(calibration)
+        except UnavailableError as error:  # what was measured is told all the same
+            why_not = str(error)
+    return Calibrated(calibration=calibration, kept=kept, why_not=why_not)
 
 
 def _measure_at(target: SerialTarget, key: str, info: PortInfo | None) -> Calibration:

@@ -123,7 +123,7 @@ class Facts:
         open_pty: opens a pseudo-terminal and closes it; OSError if that is not possible.
         file_limit: how many descriptors a process may have.
         lateness_ns: measures how late wake-ups are, in ns.
-        state_folder: where calibrations are kept.
+        state_folder: where calibrations are kept; None if there is no home for it.
         temporary_folder: where files of a run are made.
         write_error: why no file can be written into a folder, if none can.
         calibration: what is kept of a port, if something is.
@@ -142,7 +142,7 @@ class Facts:
     open_pty: Callable[[], None] = _open_pty
     file_limit: int = field(default_factory=lambda: resource.getrlimit(resource.RLIMIT_NOFILE)[0])
     lateness_ns: Callable[[], Sequence[int]] = _lateness_ns
-    state_folder: Path = field(default_factory=state_folder)
+    state_folder: Path | None = field(default_factory=state_folder)
     temporary_folder: Path = field(default_factory=_temporary_folder)
     write_error: Callable[[Path], str | None] = _write_error
     calibration: Callable[[str, Sequence[PortInfo]], Calibration | None] = calibration_of

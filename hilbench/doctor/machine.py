@@ -84,12 +84,18 @@ def _folders(facts: Facts) -> Iterator[Finding]:
     temporary = facts.write_error(facts.temporary_folder)
     if temporary:
         yield cross("files", f"nothing can be written: {temporary}", "make room there, or: export TMPDIR=DIR")
-    state = facts.write_error(facts.state_folder)
+    state = _why_nothing_is_kept(facts)
     if state:
-        fix = f"give {facts.host.user} the folder, or: export XDG_STATE_HOME=DIR"
-        yield warning("files", f"calibrations cannot be kept: {state}", fix)
+        fix = f"give {facts.host.user} the folder, or: " if facts.state_folder is not None else ""
+        yield warning("files", f"calibrations cannot be kept: {state}", f"{fix}export XDG_STATE_HOME=DIR")
     if not (temporary or state):
         yield fine("files", f"{facts.temporary_folder} and {facts.state_folder} can be written")
+
+
+def _why_nothing_is_kept(facts: Facts) -> str | None:
+    if facts.state_folder is None:
+        return f"{facts.host.user} has no home"
+    return facts.write_error(facts.state_folder)
 
 
 def _number(facts: Facts, path: str) -> int | None:

@@ -82,11 +82,16 @@ class Calibration(msgspec.Struct, frozen=True, kw_only=True):
         return self.paced_measured_s / self.paced_expected_s - 1
 
 
-def state_folder() -> Path:
-    """Return where hilbench keeps what it has learned of this machine."""
+def state_folder() -> Path | None:
+    """Return where hilbench keeps what it has learned of this machine; None for a user without a home."""
     base = os.environ.get("XDG_STATE_HOME", "")
     # The specification: a path that is not absolute is ignored.
-    return (Path(base) if Path(base).is_absolute() else Path.home() / ".local/state") / "hilbench"
+    if Path(base).is_absolute():
+        return Path(base) / "hilbench"
+    try:
+        return Path.home() / ".local/state/hilbench"
+    except RuntimeError:  # neither HOME nor an account, as in a container that runs under any number
+        return None
 
 
 def key_of(url: str, ports: Iterable[PortInfo]) -> str | None:
@@ -121,6 +126,8 @@ def keep(calibration: Calibration) -> Path:
         UnavailableError: it cannot be written.
     """
     path = _path(calibration.key)
+    if path is None:
+        raise UnavailableError("there is no home to keep it in", hint="export XDG_STATE_HOME=DIR")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile("wb", dir=path.parent, delete=False) as file:
@@ -134,8 +141,11 @@ def keep(calibration: Calibration) -> Path:
 
 def stored(key: str) -> Calibration | None:
     """Return what is kept for a port; None if there is nothing that can be read."""
+    path = _path(key)
+    if path is None:
+        return None
     try:
-        found = msgspec.json.decode(_path(key).read_bytes(), type=Calibration)
+        found = msgspec.json.decode(path.read_bytes(), type=Calibration)
     except (OSError, msgspec.MsgspecError):
         return None
     return found if (found.format, found.key) == (_FORMAT, key) else None
@@ -158,7 +168,9 @@ def calibration_of(url: str, ports: Iterable[PortInfo]) -> Calibration | None:
     return found if port is not None and port.latency_ms == found.latency_ms else None
 
 
-def _path(key: str) -> Path:
-    """Return the file of a port: readable, and its own also where two keys look alike."""
+def _path(key: str) -> Path | None:
+    """Return the file of a port: readable, and its own also where two keys look alike; None without a home."""
+    folder = state_folder()
     digest = hashlib.sha256(key.encode("utf-8", "surrogateescape")).hexdigest()[:8]
-    return state_folder() / "calibrations" / f"{_UNSAFE.sub('-', key).strip('-')[:80]}-{digest}.json"
+    name = f"{_UNSAFE.sub('-', key).strip('-')[:80]}-{digest}.json"
+    return folder / "calibrations" / name if folder is not None else None

@@ -223,6 +223,40 @@ def test_where_nothing_can_be_kept_it_says_so(monkeypatch):
         keep(made())
 
 
+@pytest.fixture
+def homeless(monkeypatch):
+    """Be a user whose number has no account, without HOME: a container that runs under any number."""
+
+    def unknown(number):
+        raise KeyError(number)
+
+    monkeypatch.delenv("XDG_STATE_HOME")
+    monkeypatch.delenv("HOME", raising=False)
+    monkeypatch.setattr("pwd.getpwuid", unknown)
+
+
+def test_without_a_home_nothing_is_kept_and_nothing_found(homeless):
+    assert state_folder() is None
+    assert stored("/dev/ttyS0") is None
+    assert calibration_of("/dev/ttyS0", []) is None
+    with pytest.raises(UnavailableError, match=r"there is no home to keep it in; export XDG_STATE_HOME=DIR"):
+        keep(made())
+
+
+def test_what_was_measured_is_told_also_if_it_cannot_be_kept(monkeypatch, capsys):
+    monkeypatch.setenv("XDG_STATE_HOME", "/proc/nowhere")
+    monkeypatch.setattr("hilbench.doctor.calibrate._measure_at", lambda *_: made())
+    assert main(["doctor", "--calibrate", "/dev/ttyS0@9600"]) == 0
+    out = capsys.readouterr().out
+    assert "beyond the wire  1.00 ms (half)" in out
+    assert "kept             not kept: /proc/nowhere/hilbench/calibrations/" in out
+    assert "cannot be written" in out
+    assert main(["doctor", "--calibrate", "/dev/ttyS0@9600", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert (data["round_trips"], data["kept"]) == (200, None)
+    assert "cannot be written" in data["why_not_kept"]
+
+
 def test_a_path_that_is_not_absolute_is_ignored(monkeypatch):
     monkeypatch.setenv("XDG_STATE_HOME", "here")
     monkeypatch.setenv("HOME", "/home/somebody")

@@ -151,6 +151,11 @@ def no_place_for_calibrations(bench):
     bench.change(write_error=lambda folder: "read-only" if folder.name == "state" else None)
 
 
+@problem("files", State.WARNING, "calibrations cannot be kept: somebody has no home", "export XDG_STATE_HOME=DIR")
+def no_home(bench):
+    bench.change(state_folder=None)
+
+
 # --- udev, groups, and who reaches for ports
 
 
