@@ -7,8 +7,8 @@ installed names the group that owns serial ports on this machine.
 from __future__ import annotations
 
 import contextlib
-import os
 import re
+import shutil
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -186,11 +186,16 @@ def install_rules(directory: Path, text: str) -> Path | None:
     target = directory / RULES_NAME
     try:
         before = target.read_text(encoding="utf-8", errors="replace") if target.exists() else None
-        kept = None
-        if before is not None and before != text:
-            kept = target.with_name(f"{RULES_NAME}.old")
-            os.replace(target, kept)  # noqa: PTH105 - udev reads names that end in .rules
-        _write(target, text)
+        # On a disk that fills up meanwhile the rules that are there must stay: what can fail comes first.
+        with tempfile.TemporaryDirectory(dir=directory, prefix=f".{RULES_NAME}-") as beside:
+            written, copied = Path(beside) / "new", Path(beside) / "old"
+            written.write_text(text, encoding="utf-8")
+            written.chmod(0o644)
+            kept = None
+            if before is not None and before != text:
+                shutil.copy2(target, copied, follow_symlinks=False)
+                kept = copied.replace(target.with_name(f"{RULES_NAME}.old"))  # udev reads names that end in .rules
+            written.replace(target)
     except OSError as error:
         raise _cannot_install(directory, error) from error
     return kept
@@ -208,21 +213,6 @@ def reload_rules(host: Host) -> str:
             return "udev has read them; what is plugged in has its access and its names"
     words = " && ".join(f"sudo {' '.join(command)}" for command in commands)
     return f"udev could not be told; run: {words}"
-
-
-def _write(target: Path, text: str) -> None:
-    with tempfile.NamedTemporaryFile(
-        "w", encoding="utf-8", dir=target.parent, prefix=f".{RULES_NAME}-", delete=False
-    ) as file:
-        unfinished = Path(file.name)
-        try:
-            file.write(text)
-            file.flush()
-            os.fchmod(file.fileno(), 0o644)
-            unfinished.replace(target)
-        except OSError:
-            unfinished.unlink(missing_ok=True)
-            raise
 
 
 def _cannot_install(directory: Path, error: OSError) -> HilbenchError:

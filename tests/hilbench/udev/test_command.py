@@ -5,12 +5,14 @@ import dataclasses
 import importlib
 import json
 import os
+import resource
 import tempfile
 from pathlib import Path
 
 import pytest
 
 from hilbench.cli import main
+from hilbench.errors import UnavailableError
 from hilbench.host import Host, Ran
 from hilbench.ports.listing import PortInfo, UsbIdentity
 from hilbench.udev.installing import INSTALL_BY, install_rules, rules_text
@@ -156,18 +158,30 @@ def test_a_folder_that_is_none_is_refused(machine, tmp_path, capsys, name, said)
     assert f"{tmp_path / name}: {said}" in capsys.readouterr().err
 
 
-def test_a_disk_that_is_full_leaves_what_was_there(machine, monkeypatch):
+@contextlib.contextmanager
+def no_file_longer_than(size):
+    """Have the kernel refuse what is longer, as a disk does that is full."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("before", ["# mine\n", "# mine\n" * 1000], ids=["the new one", "the copy of the old one"])
+def test_a_disk_that_is_full_leaves_what_was_there(machine, before):
     text = rules_text("uucp")
-    install_rules(machine.rules, text)
-
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fchmod", full)
-    with pytest.raises(Exception, match="No space left on device"):
+    (machine.rules / NAME).write_text(before)
+    (machine.rules / f"{NAME}.old").write_text("# older\n")
+    room = 1024 if len(before) < 1024 else len(text)
+    with no_file_longer_than(room), pytest.raises(UnavailableError, match="cannot be written: File too large"):
         install_rules(machine.rules, text)
-    assert [entry.name for entry in machine.rules.iterdir()] == [NAME]
-    assert (machine.rules / NAME).read_text() == text
+    assert sorted(entry.name for entry in machine.rules.iterdir()) == [NAME, f"{NAME}.old"]
+    assert (machine.rules / NAME).read_text() == before
+    assert (machine.rules / f"{NAME}.old").read_text() == "# older\n"
+    install_rules(machine.rules, text)
+    assert (machine.rules / f"{NAME}.old").read_text() == before
 
 
 @pytest.mark.parametrize(
