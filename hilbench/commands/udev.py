@@ -34,7 +34,8 @@ def parser() -> Parser:
     what.add_argument("--explain", action="store_true", help="say what each part does, and why")
     what.add_argument("--install", action="store_true", help="write them into a folder, and have udev read them")
     made.add_argument("--directory", metavar="DIR", help="for --install and --check (default: /etc/udev/rules.d)")
-    made.add_argument("--group", metavar="GROUP", help="who gets the ports (default: who owns serial ports here)")
+    made.add_argument("--group", metavar="GROUP",
+        help="who gets the ports (default: as installed, else who owns serial ports here)")  # fmt: skip
     made.add_argument("--json", action="store_true", help="print JSON, with --check and --explain")
     return made
 
@@ -45,7 +46,7 @@ def run(parsed: argparse.Namespace) -> int:
     from hilbench.errors import UsageError
     from hilbench.exit_codes import ExitCode
     from hilbench.host import this_host
-    from hilbench.udev.installing import INSTALL_BY, port_group, rules_text
+    from hilbench.udev.installing import install_by, port_group, rules_text
 
     if parsed.directory is not None and not (parsed.install or parsed.check):
         raise UsageError("goes with --install and --check", where="--directory")
@@ -54,25 +55,38 @@ def run(parsed: argparse.Namespace) -> int:
     host, console = this_host(), Console()
     text = rules_text(parsed.group or port_group(host))
     if parsed.install:
-        return _install(console, host, text, parsed.directory)
+        return _install(console, host, parsed.group, parsed.directory)
     if parsed.check:
-        return _check(console, host, text, parsed)
+        return _check(console, host, parsed)
     if parsed.explain:
         _explain(console, text, as_json=parsed.json)
     else:
         console.data(text.removesuffix("\n"))
-        console.narrate(f"what they do: hilbench udev --explain; to install them: {INSTALL_BY}")
+        console.narrate(f"what they do: hilbench udev --explain; to install them: {install_by(host, parsed.group)}")
     return ExitCode.OK
 
 
-def _install(console: Console, host: Host, text: str, directory: str | None) -> int:
+def _install(console: Console, host: Host, asked_for: str | None, directory: str | None) -> int:
     from hilbench.exit_codes import ExitCode
     from hilbench.paths import absolute_path
-    from hilbench.udev.installing import RULES_FOLDER, RULES_NAME, install_rules, reload_rules, verify_rules
+    from hilbench.udev.installing import (
+        RULES_FOLDER,
+        RULES_NAME,
+        group_to_install,
+        install_rules,
+        port_group,
+        reload_rules,
+        rules_text,
+        verify_rules,
+    )
 
     folder = absolute_path(directory) if directory is not None else host.path(RULES_FOLDER)
-    kept = install_rules(folder, text)
+    group = asked_for or group_to_install(host, str(folder) if directory is not None else None)
+    print_by = "hilbench udev" + (f" --group {group}" if group != port_group(host) else "")
+    kept = install_rules(folder, rules_text(group), print_by)
     console.narrate(f"written: {folder / RULES_NAME}")
+    if asked_for is None and group != port_group(host):
+        console.narrate(f"the ports stay with the group {group}; --group names another")
     if kept is not None:
         console.narrate(f"the file that was there is now {kept}")
     console.narrate(verify_rules(host, folder / RULES_NAME).what)
@@ -83,14 +97,14 @@ def _install(console: Console, host: Host, text: str, directory: str | None) -> 
     return ExitCode.OK
 
 
-def _check(console: Console, host: Host, text: str, parsed: argparse.Namespace) -> int:
+def _check(console: Console, host: Host, parsed: argparse.Namespace) -> int:
     from hilbench.exit_codes import ExitCode
     from hilbench.names import json_text
     from hilbench.paths import absolute_path
     from hilbench.udev.installing import check_rules
 
     where = str(absolute_path(parsed.directory)) if parsed.directory is not None else None
-    found = check_rules(host, text, where)
+    found = check_rules(host, parsed.group, where)
     if parsed.json:
         console.data(json_text(found.as_data()))
     else:

@@ -17,7 +17,7 @@ from hilbench.ports.calibration import Calibration
 from hilbench.ports.listing import LINK_FOLDERS, PortInfo
 from hilbench.ports.states import PortState, port_states, state_at
 from hilbench.ports.usb_devices import kind_of
-from hilbench.udev.installing import INSTALL_BY, check_rules, port_group, rules_text
+from hilbench.udev.installing import Checked, check_rules, port_group
 
 __all__ = ["look_at_access"]
 
@@ -31,9 +31,10 @@ _GRABBERS = {
 def look_at_access(facts: Facts, target: str | None) -> Iterator[Finding]:
     """Give what was found; a target names a port to be looked at beside those that are there."""
     ports = facts.ports()
-    yield _rules(facts, ports)
-    yield _group(facts)
-    yield from _grabbers(facts, ports)
+    rules = check_rules(facts.host)
+    yield _rules(rules, ports)
+    yield _group(facts, rules)
+    yield from _grabbers(facts, rules, ports)
     yield from _stale_links(facts)
     yield from _ports(facts, ports)
     if target is not None:
@@ -44,23 +45,23 @@ def _known(ports: Sequence[PortInfo]) -> bool:
     return any(port.usb is not None and kind_of(port.usb) for port in ports)
 
 
-def _rules(facts: Facts, ports: Sequence[PortInfo]) -> Finding:
-    found = check_rules(facts.host, rules_text(port_group(facts.host)))
+def _rules(found: Checked, ports: Sequence[PortInfo]) -> Finding:
     if found.installed is None:
         say = cross if _known(ports) else warning
         return say(
-            "udev rules", "are not installed: no access, names or quiet for a board that is plugged in", INSTALL_BY
+            "udev rules", "are not installed: no access, names or quiet for a board that is plugged in", found.fix
         )
     if found.installed.problems:
         first = found.installed.problems[0]
-        return cross("udev rules", f"{found.installed.path}:{first.line}: {first.what}", INSTALL_BY)
+        return cross("udev rules", f"{found.installed.path}:{first.line}: {first.what}", found.fix)
     if not found.installed.current:
-        return warning("udev rules", f"{found.installed.path} is not as this hilbench has it", INSTALL_BY)
+        return warning("udev rules", f"{found.installed.path} is not as this hilbench has it", found.fix)
     return fine("udev rules", f"{found.installed.path}")
 
 
-def _group(facts: Facts) -> Finding:
-    host, group = facts.host, port_group(facts.host)
+def _group(facts: Facts, rules: Checked) -> Finding:
+    host = facts.host
+    group = (rules.installed.group if rules.installed is not None else None) or port_group(host)
     if host.is_root or group in host.groups:
         return fine("group", "root needs none" if host.is_root else f"{host.user} is in {group}")
     if group in host.groups_of_account:
@@ -70,18 +71,17 @@ def _group(facts: Facts) -> Finding:
     return warning("group", f"{host.user} is not in {group}, which owns serial ports: needed over ssh", fix)
 
 
-def _grabbers(facts: Facts, ports: Sequence[PortInfo]) -> Iterator[Finding]:
+def _grabbers(facts: Facts, rules: Checked, ports: Sequence[PortInfo]) -> Iterator[Finding]:
     """Find programs that take new ports, where no rules keep them off."""
     running = _programs(facts)
-    installed = check_rules(facts.host, rules_text(port_group(facts.host))).installed is not None
     for name, does in _GRABBERS.items():
         if name not in running:
             yield fine(name, "does not run")
-        elif installed:
+        elif rules.installed is not None:
             yield fine(name, "runs, and the udev rules keep it off")
         else:
             say = cross if _known(ports) else warning
-            fix = f"{INSTALL_BY}, or without the rules: sudo systemctl stop {name}"
+            fix = f"{rules.fix}, or without the rules: sudo systemctl stop {name}"
             yield say(name, f"runs, and {does}", fix)
 
 

@@ -124,7 +124,7 @@ def advice_on_access(host: Host, state: PortState) -> Advice:
     group = state.owner.split()[0]
     if group in host.groups_of_account and group not in host.groups:
         return Advice("no access yet", f"you came into the group {group} after you logged in; log out and in again")
-    if _rules_know(state.port) and installed_rules(host, "") is None:
+    if _rules_know(state.port) and installed_rules(host) is None:
         return Advice("no access", f"{INSTALL_BY}, then plug it in again")
     return Advice("no access", _by_group(host, state))
 
@@ -154,7 +154,7 @@ def _on_latency(host: Host, state: PortState) -> list[Advice]:
     if latency_ms is None or latency_ms <= BEST_LATENCY_MS:
         return []
     how = f"echo {BEST_LATENCY_MS} | sudo tee {state.port.sysfs}/latency_timer"
-    fix = how if installed_rules(host, "") is not None else INSTALL_BY
+    fix = how if installed_rules(host) is not None else INSTALL_BY
     return [Advice(f"what comes in waits up to {latency_ms} ms", fix, shuts=False)]
 
 

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import contextlib
 import re
+import shlex
 import shutil
 import tempfile
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import hilbench
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
 from hilbench.host import Host
-from hilbench.udev.rules import Problem, problems_of
+from hilbench.udev.rules import Problem, parse_rules, problems_of
 
 __all__ = [
     "INSTALL_BY",
@@ -27,6 +27,8 @@ __all__ = [
     "Installed",
     "Verified",
     "check_rules",
+    "group_to_install",
+    "install_by",
     "install_rules",
     "installed_rules",
     "port_group",
@@ -47,6 +49,11 @@ _SHIPPED_GROUP = "dialout"
 _GROUPS = (_SHIPPED_GROUP, "uucp")
 _VERIFIES_SINCE = 254
 _GROUP_NAME = re.compile(r"[a-z_][a-z0-9_-]*")
+_RELOAD = (
+    ("udevadm", "control", "--reload-rules"),
+    ("udevadm", "trigger", "--subsystem-match=usb", "--subsystem-match=usb-serial", "--subsystem-match=tty"),
+)
+_RELOAD_BY = " && ".join(f"sudo {' '.join(command)}" for command in _RELOAD)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,12 +62,14 @@ class Installed:
 
     Attributes:
         path: the file that counts.
-        current: whether it is what this hilbench would install.
+        current: whether it is what this hilbench would install, for that group.
+        group: who gets the ports by it; None if it names none, or several, or, where udev looks, one that is not there.
         problems: what is wrong in it.
     """
 
     path: Path
     current: bool
+    group: str | None
     problems: tuple[Problem, ...]
 
 
@@ -84,10 +93,12 @@ class Checked:
     Attributes:
         installed: what is installed; None if nothing is.
         verified: what udev says of it; None if nothing is installed.
+        fix: how a person puts them right, for the group that has the ports.
     """
 
     installed: Installed | None
     verified: Verified | None
+    fix: str = INSTALL_BY
 
     @property
     def right(self) -> bool:
@@ -112,10 +123,9 @@ class Checked:
         """Return it as lines for a person."""
         found, verified = self.installed, self.verified
         if found is None:
-            return f"not installed; install them: {INSTALL_BY}"
-        how = "as this hilbench has them" if found.current else "not as this hilbench has them; put right by:"
-        fix = "" if found.current else f" {INSTALL_BY}"
-        lines = [f"{found.path}: installed, {how}{fix}"]
+            return f"not installed; install them: {self.fix}"
+        how = "" if found.current else f"not as this hilbench has them; put right by: {self.fix}"
+        lines = [f"{found.path}: installed, {how or 'as this hilbench has them'}"]
         lines += [f"{found.path}:{one.line}: {one.what}" for one in found.problems]
         return "\n".join([*lines, verified.what] if verified else lines)
 
@@ -142,21 +152,54 @@ def port_group(host: Host) -> str:
     return next((group for group in _GROUPS if host.has_group(group)), _SHIPPED_GROUP)
 
 
-def check_rules(host: Host, text: str, directory: str | None = None) -> Checked:
-    """Return how the rules stand, compared with a text, in one folder or where udev looks."""
-    found = installed_rules(host, text, (directory,) if directory is not None else _FOLDERS)
+def install_by(host: Host, group: str | None, directory: str | None = None) -> str:
+    """Return how a person installs them for a group, None for whoever owns serial ports on this machine."""
+    more = f" --directory {shlex.quote(directory)}" if directory is not None else ""
+    return INSTALL_BY + more + (f" --group {group}" if group not in {None, port_group(host)} else "")
+
+
+def group_to_install(host: Host, directory: str | None = None) -> str:
+    """Return the group of the rules that are installed, where udev looks or in a folder, else who owns serial ports."""
+    found = installed_rules(host, directory=directory)
+    return found.group if found is not None and found.group is not None else port_group(host)
+
+
+def check_rules(host: Host, group: str | None = None, directory: str | None = None) -> Checked:
+    """Return how the rules stand, in one folder or where udev looks.
+
+    Args:
+        host: the machine.
+        group: who is to get the ports; None for whoever gets them by what is installed.
+        directory: the folder.
+
+    Raises:
+        UsageError: no group can be called that.
+        UnavailableError: there is nothing to compare them with.
+    """
+    found = installed_rules(host, group, directory)
     verified = verify_rules(host, host.path(str(found.path))) if found is not None else None
-    return Checked(installed=found, verified=verified)
+    wanted = group or (found.group if found is not None else None)
+    return Checked(installed=found, verified=verified, fix=install_by(host, wanted, directory))
 
 
-def installed_rules(host: Host, text: str, folders: Sequence[str] = _FOLDERS) -> Installed | None:
-    """Return what is installed, compared with a text; None if nothing is."""
-    for folder in folders:
+def installed_rules(host: Host, group: str | None = None, directory: str | None = None) -> Installed | None:
+    """Return what is installed, compared with what `rules_text` gives; None if nothing is. See `check_rules`."""
+    for folder in (directory,) if directory is not None else _FOLDERS:
         path = f"{folder}/{RULES_NAME}"
         found = host.text(path)
         if found is not None:
-            return Installed(path=Path(path), current=found == text, problems=tuple(problems_of(found)))
+            theirs = _group_of(found)
+            if directory is None and theirs is not None and not host.has_group(theirs):
+                theirs = None
+            current = found == rules_text(group or theirs or port_group(host))
+            return Installed(path=Path(path), current=current, group=theirs, problems=tuple(problems_of(found)))
     return None
+
+
+def _group_of(text: str) -> str | None:
+    """Return the group that rules name; None if they name none, or several, or one that cannot be."""
+    named = {one.value for rule in parse_rules(text)[0] for one in rule.expressions if one.key == "GROUP"}
+    return named.pop() if len(named) == 1 and all(map(_GROUP_NAME.fullmatch, named)) else None
 
 
 def verify_rules(host: Host, path: Path) -> Verified:
@@ -174,8 +217,13 @@ def verify_rules(host: Host, path: Path) -> Verified:
     return Verified(right=False, what=" ".join(f"udevadm verify of systemd {version}: {ran.output}".split()))
 
 
-def install_rules(directory: Path, text: str) -> Path | None:
+def install_rules(directory: Path, text: str, print_by: str = "hilbench udev") -> Path | None:
     """Write the rules into a folder, all or nothing.
+
+    Args:
+        directory: the folder.
+        text: the rules.
+        print_by: the command that prints them, for whoever may not write there.
 
     Returns:
         Where the file that was there is kept, if another was.
@@ -197,29 +245,24 @@ def install_rules(directory: Path, text: str) -> Path | None:
                 kept = copied.replace(target.with_name(f"{RULES_NAME}.old"))  # udev reads names that end in .rules
             written.replace(target)
     except OSError as error:
-        raise _cannot_install(directory, error) from error
+        raise _cannot_install(directory, error, print_by) from error
     return kept
 
 
 def reload_rules(host: Host) -> str:
     """Have udev read its rules again and look at what is plugged in; return what was done, or is to be done."""
-    commands: Sequence[Sequence[str]] = (
-        ("udevadm", "control", "--reload-rules"),
-        ("udevadm", "trigger", "--subsystem-match=usb", "--subsystem-match=usb-serial", "--subsystem-match=tty"),
-    )
     if host.which("udevadm"):
-        ran = [host.run(command) for command in commands]
+        ran = [host.run(command) for command in _RELOAD]
         if all(one is not None and one.code == 0 for one in ran):
             return "udev has read them; what is plugged in has its access and its names"
-    words = " && ".join(f"sudo {' '.join(command)}" for command in commands)
-    return f"udev could not be told; run: {words}"
+    return f"udev could not be told; run: {_RELOAD_BY}"
 
 
-def _cannot_install(directory: Path, error: OSError) -> HilbenchError:
+def _cannot_install(directory: Path, error: OSError, print_by: str) -> HilbenchError:
     if isinstance(error, FileNotFoundError):
         return UnavailableError("there is no such folder", where=str(directory), hint=f"sudo mkdir -p {directory}")
     if isinstance(error, PermissionError):
-        hint = f"hilbench udev | sudo tee {directory / RULES_NAME} >/dev/null && sudo udevadm control --reload-rules"
+        hint = f"{print_by} | sudo tee {shlex.quote(str(directory / RULES_NAME))} >/dev/null && {_RELOAD_BY}"
         return UnavailableError("only root may write there", where=str(directory), hint=hint)
     return UnavailableError(f"cannot be written: {error.strerror or error}", where=str(directory))
 

@@ -17,7 +17,7 @@ from hilbench.ports.choice import choose_port, parse_port_choice
 from hilbench.ports.listing import list_ports
 from hilbench.ports.usb_devices import kind_of
 from hilbench.udev.explained import outcome_at
-from hilbench.udev.installing import check_rules, port_group, rules_text
+from hilbench.udev.installing import check_rules, rules_text
 
 ECHOES = pytest.mark.attached("plug", "modem-plug", "echo")
 SENTENCE = b"The quick brown fox jumps over the lazy dog 0123456789. "
@@ -31,12 +31,11 @@ def test_the_device_says_who_it_is_and_is_chosen_by_that(attached):
 
 def test_the_rules_give_it_access_and_the_names_they_promise(attached):
     host = this_host()
-    text = rules_text(port_group(host))
     if attached.usb and kind_of(attached.usb) is None:
         pytest.skip("the rules do not know this device")
-    if not check_rules(host, text).right:
+    if not check_rules(host).right:
         pytest.skip("the rules are not installed: hilbench udev --check")
-    promised = [f"/dev/{link}" for link in outcome_at(text, attached.state.port).links]
+    promised = [f"/dev/{link}" for link in outcome_at(rules_text(), attached.state.port).links]
     assert attached.state.permitted
     assert promised
     for link in promised:

@@ -11,8 +11,9 @@ from hilbench.doctor.report import as_data, as_text, findings_of, is_fit
 from hilbench.errors import UnavailableError
 from hilbench.host import Ran
 from hilbench.ports.calibration import Calibration
-from hilbench.udev.installing import INSTALL_BY
+from hilbench.udev.installing import INSTALL_BY, rules_text
 
+RULES = "etc/udev/rules.d/70-hilbench.rules"
 PROBLEMS = {}
 
 
@@ -309,6 +310,27 @@ def test_each_problem_is_named_with_its_fix(bench, name):
     assert (state is State.CROSS) <= (not is_fit(findings))
     # A problem is blamed on nothing else: beside it only what comes of it, at the same place or for want of the rules.
     assert {one.subject for one in wrong(findings)} <= {subject, "udev rules", "group", "/dev/ttyUSB0"}
+
+
+def test_a_group_that_was_chosen_is_as_right_as_another(bench):
+    """Rules that give the ports to it stay, and it is this group that a user must be in."""
+    bench.write("etc/group", (bench.root / "etc/group").read_text() + "robots:x:46:\n")
+    bench.write(RULES, rules_text("robots"))
+    bench.change_host(groups=frozenset({"robots"}), groups_of_account=frozenset({"robots"}))
+    assert wrong(findings_of(bench.facts)) == []
+    bench.write(RULES, "# old\n" + rules_text("robots"))
+    (found,) = wrong(findings_of(bench.facts))
+    assert (found.subject, found.fix) == ("udev rules", f"{INSTALL_BY} --group robots")
+    bench.change_host(groups=frozenset())
+    assert [one.fix for one in wrong(findings_of(bench.facts)) if one.subject == "group"] == [
+        "log out and in again, or: newgrp robots"
+    ]
+
+
+def test_rules_for_a_group_that_is_not_there_are_not_right(bench):
+    bench.write(RULES, rules_text("uucp"))
+    (found,) = wrong(findings_of(bench.facts))
+    assert (found.subject, found.fix) == ("udev rules", INSTALL_BY)
 
 
 def test_root_needs_no_group(bench):

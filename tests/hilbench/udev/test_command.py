@@ -15,7 +15,7 @@ from hilbench.cli import main
 from hilbench.errors import UnavailableError
 from hilbench.host import Host, Ran
 from hilbench.ports.listing import PortInfo, UsbIdentity
-from hilbench.udev.installing import INSTALL_BY, install_rules, rules_text
+from hilbench.udev.installing import INSTALL_BY, check_rules, install_rules, rules_text
 
 NAME = "70-hilbench.rules"
 NOBODY = 65534
@@ -224,9 +224,53 @@ def test_those_of_a_distribution_count_if_there_are_no_others(machine, capsys):
 def test_a_folder_can_be_checked(machine, tmp_path, monkeypatch, capsys):
     machine.use(dataclasses.replace(machine.host, root=type(tmp_path)("/")), monkeypatch)
     monkeypatch.chdir(tmp_path)
-    assert call("--install", "--directory", ".", "--group", "plugdev") == 0
-    assert call("--check", "--directory", ".", "--group", "plugdev") == 0
+    assert call("--install", "--directory", ".", "--group", "robots") == 0
+    assert call("--check", "--directory", ".", "--group", "robots") == 0
     assert str(tmp_path / NAME) in capsys.readouterr().out
+
+
+def test_the_group_that_was_chosen_is_remembered(machine, capsys):
+    (machine.host.root / "etc/group").write_text("uucp:x:986:\nrobots:x:46:\n")
+    assert call("--install", "--group", "robots") == 0
+    assert "stay" not in capsys.readouterr().err
+    assert call("--check") == 0
+    assert call("--check", "--group", "uucp") == 3
+    assert f"not as this hilbench has them; put right by: {INSTALL_BY}\n" in capsys.readouterr().out
+    (machine.rules / NAME).write_text("# older\n" + rules_text("robots"))
+    assert call("--check") == 3
+    assert f"put right by: {INSTALL_BY} --group robots\n" in capsys.readouterr().out
+    assert call("--install") == 0
+    assert "the ports stay with the group robots; --group names another" in capsys.readouterr().err
+    assert (machine.rules / NAME).read_text() == rules_text("robots")
+    assert call("--install", "--group", "uucp") == 0
+    assert (machine.rules / NAME).read_text() == rules_text("uucp")
+
+
+def test_rules_in_a_folder_may_be_for_a_group_of_another_machine(machine, tmp_path, capsys):
+    assert call("--install", "--directory", str(tmp_path), "--group", "robots") == 0
+    host = dataclasses.replace(machine.host, root=Path("/"))
+    assert check_rules(host, directory=str(tmp_path)).right
+    (tmp_path / NAME).write_text("# older\n" + rules_text("robots"))
+    fix = f"{INSTALL_BY} --directory {tmp_path} --group robots"
+    assert check_rules(host, directory=str(tmp_path)).fix == fix
+
+
+def test_a_file_that_names_several_groups_is_of_none(machine):
+    (machine.rules / NAME).write_text(rules_text("uucp").replace('GROUP="uucp"', 'GROUP="root"', 1))
+    assert call("--check") == 3
+    assert call("--install") == 0
+    assert (machine.rules / NAME).read_text() == rules_text("uucp")
+
+
+def test_the_group_stands_in_what_there_is_to_do(machine, nobody, capsys):
+    assert call("--group", "robots") == 0
+    assert f"to install them: {INSTALL_BY} --group robots\n" in capsys.readouterr().err
+    if os.geteuid() != NOBODY:
+        machine.rules.chmod(0o555)
+    assert call("--install", "--group", "robots") == 3
+    hint = f"hilbench udev --group robots | sudo tee {machine.rules / NAME} >/dev/null && "
+    hint += "sudo udevadm control --reload-rules && sudo udevadm trigger --subsystem-match=usb "
+    assert hint in capsys.readouterr().err
 
 
 def test_they_are_explained(machine, monkeypatch, capsys):
