@@ -27,6 +27,9 @@ _GRABBERS = {
     "brltty": "takes FT232R, CP2102 and CH340 for braille displays",
 }
 
+# It takes what udev says of a port for an order at any time; brltty, once it runs, looks for devices by itself.
+_ASKS_UDEV = frozenset({"ModemManager"})
+
 
 def look_at_access(facts: Facts, target: str | None) -> Iterator[Finding]:
     """Give what was found; a target names a port to be looked at beside those that are there."""
@@ -72,13 +75,17 @@ def _group(facts: Facts, rules: Checked) -> Finding:
 
 
 def _grabbers(facts: Facts, rules: Checked, ports: Sequence[PortInfo]) -> Iterator[Finding]:
-    """Find programs that take new ports, where no rules keep them off."""
+    """Find programs that take new ports, where no rules keep them off; old rules may not know what is plugged in."""
     running = _programs(facts)
+    kept_off = rules.installed is not None and rules.installed.current
     for name, does in _GRABBERS.items():
         if name not in running:
             yield fine(name, "does not run")
-        elif rules.installed is not None:
+        elif kept_off and name in _ASKS_UDEV:
             yield fine(name, "runs, and the udev rules keep it off")
+        elif kept_off:
+            fix = f"if nobody needs it here: sudo systemctl stop {name}"
+            yield warning(name, "runs; the udev rules keep udev from starting it, and do not stop it", fix)
         else:
             say = cross if _known(ports) else warning
             fix = f"{rules.fix}, or without the rules: sudo systemctl stop {name}"

@@ -209,6 +209,20 @@ def brltty(bench):
     bench.write("proc/7/comm", "brltty\n")
 
 
+@problem("brltty", State.WARNING, "runs; the udev rules keep udev from starting it, and do not stop it",
+         "if nobody needs it here: sudo systemctl stop brltty")  # fmt: skip
+def brltty_beside_the_rules(bench):
+    bench.plug()
+    bench.write("proc/7/comm", "brltty\n")
+
+
+@problem("ModemManager", State.CROSS, "runs, and sends AT commands into new ports", INSTALL_BY)
+def modem_manager_beside_old_rules(bench):
+    old_rules(bench)
+    bench.plug()
+    bench.write("proc/7/comm", "ModemManager\n")
+
+
 # --- ports
 
 
