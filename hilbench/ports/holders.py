@@ -3,13 +3,16 @@
 A program that has it open shows among its descriptors (``/proc/PID/fd``, which only root sees of other users); one that
 locked it shows in ``/proc/locks``, which everybody sees (proc(5)); and old terminal programs leave a lock file
 ``LCK..NAME`` with their number in it (Filesystem Hierarchy Standard 3.0, 5.9).
+
+Whoever serves a pseudo-terminal often has it open, too, beside its master, so that it does not hang up with its last
+client. That is what is behind the port and nobody who has it, unless it locked it.
 """
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +25,10 @@ _LOCK_FOLDERS = ("/run/lock", "/var/lock")
 # A line of /proc/locks: number, kind, mode, access, process, device and inode in hex and decimal, range.
 _LOCK = re.compile(r"\d+:\s+FLOCK\s+\S+\s+\S+\s+(?P<process>-?\d+)\s+(?P<major>\w+):(?P<minor>\w+):(?P<inode>\d+)\s")
 _PROCESS = re.compile(r"\s*(?P<number>[0-9]{1,9})(\s|$)")
+
+_PTY = re.compile(r"/dev/pts/(?P<number>\d+)")
+_MASTERS = ("/dev/ptmx", "/dev/pts/ptmx")
+_INDEX = re.compile(r"^tty-index:\s*(\d+)$", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, order=True)
@@ -77,7 +84,8 @@ def _with_descriptor(host: Host, device: str) -> tuple[set[int], bool]:
     found, hidden = set(), False
     for process in _processes(host):
         try:
-            if any(_leads_to(link, device) for link in (process / "fd").iterdir()):
+            links = list((process / "fd").iterdir())
+            if any(_leads_to(link, device) for link in links) and not _serves(links, device):
                 found.add(int(process.name))
         except PermissionError:
             hidden = True
@@ -98,6 +106,22 @@ def _leads_to(link: Path, device: str) -> bool:
         return str(link.readlink()) == device
     except OSError:
         return False
+
+
+def _serves(links: Iterable[Path], device: str) -> bool:
+    """Say whether the master of a pseudo-terminal is among some descriptors; their ``fdinfo`` has its number."""
+    pty = _PTY.fullmatch(device)
+    if pty is None:
+        return False
+    masters = [link for link in links if any(_leads_to(link, name) for name in _MASTERS)]
+    return any(pty["number"] in _INDEX.findall(_about(link)) for link in masters)
+
+
+def _about(link: Path) -> str:
+    try:
+        return (link.parent.with_name("fdinfo") / link.name).read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return ""
 
 
 def _with_lock(host: Host, device: str) -> set[int]:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import termios
 import threading
@@ -118,6 +119,7 @@ def test_a_port_in_use_names_who_has_it():
     master, slave = os.openpty()
     target = SerialTarget(url=os.ttyname(slave), baud=9600)
     error = serial.SerialException(errno.EBUSY, "could not open port")
+    fcntl.flock(slave, fcntl.LOCK_EX)  # as a client does; who has the master, too, only serves the pseudo-terminal
     said = str(_cannot_open(target, error))
     assert "another program uses the port; stop " in said
     assert f"({os.getpid()})" in said

@@ -5,6 +5,8 @@ import fcntl
 import json
 import os
 import pty
+import subprocess
+import sys
 
 import pytest
 
@@ -198,6 +200,24 @@ def test_really_an_open_and_locked_port_has_its_holder():
     assert os.getpid() in [one.process for one in found.programs]
     assert os.getpid() not in [one.process for one in holders_of(this_host(), device).programs]
     os.close(master)
+
+
+def test_really_who_serves_a_pseudo_terminal_does_not_hold_it_and_its_client_does():
+    master, slave = pty.openpty()
+    other = pty.openpty()
+    device = os.ttyname(slave)
+    program = [sys.executable, "-c", "print(flush=True); input()"]
+    client = subprocess.Popen(program, stdin=slave, stdout=subprocess.PIPE, pass_fds=[other[0]])
+    try:
+        assert client.stdout.readline() == b"\n"
+        assert [one.process for one in holders_of(this_host(), device).programs] == [client.pid]
+    finally:
+        client.kill()
+        client.communicate()
+    assert holders_of(this_host(), device).programs == ()
+    assert holders_of(this_host(), os.ttyname(other[1])).programs == ()
+    for descriptor in (master, slave, *other):
+        os.close(descriptor)
 
 
 def test_the_command_shows_each_port(machine, host, monkeypatch, capsys):
