@@ -40,9 +40,10 @@ def parser() -> Parser:
     add("--protocol", metavar="PROTOCOL", choices=("p2os", "pkt"),
         help="for a board at a serial port: what it speaks, p2os or pkt")  # fmt: skip
     add("--port", metavar="PORT", default="",
-        help="with --protocol: its path, or serial=NUMBER, usb=VENDOR:PRODUCT (default: the only one)")  # fmt: skip
+        help="with --protocol: its path, or serial=NUMBER, usb=VENDOR:PRODUCT, or a target of 'hilbench ports' "
+        "(default: the only one)")  # fmt: skip
     add("--baud", metavar="B", type=typed(arguments.baud),
-        help="with --protocol: rate of the line (default: 9600 for p2os, 115200 for pkt)")  # fmt: skip
+        help="with --protocol: its rate (default: that of --port, or 9600 for p2os, 115200 for pkt)")  # fmt: skip
     add("--dir", metavar="DIR", default=Path(), type=Path, help="where to write (default: the working folder)")
     return made
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hilbench.errors import UnavailableError, UsageError
+from hilbench.links.serial_target import LineSettings, SerialTarget, parse_serial_target
 from hilbench.names import escaped
 from hilbench.new_files import Written, write_new
+from hilbench.paths import absolute_path
 from hilbench.ports.choice import PortChoice, choose_port, parse_port_choice, tells_apart
 from hilbench.ports.listing import PortEnumerator, PortInfo, list_ports
 
@@ -80,18 +82,26 @@ def init_port(
 
     Args:
         protocol: what it speaks, a name in `PROTOCOLS`.
-        port: its path, or what is plugged in there (``serial=...``); empty for the only one with something plugged in.
-        baud: rate of the line, bit/s; None for the usual one of the protocol.
+        port: as after ``--target``: its path, or what is plugged in there (``serial=...``), with or without ``serial:``
+            and a rate; empty for the only one with something plugged in.
+        baud: rate of the line, bit/s; None for that of the port, or the usual one of the protocol.
         folder: where to write; it must exist.
         ports: says which ports there are.
 
     Raises:
-        UsageError: several ports are meant, or a file is there already; nothing is written.
+        UsageError: several ports are meant, or none can be, or two rates; or a file is there already. Then nothing is
+            written.
         UnavailableError: nothing is plugged in, or nothing that is what was asked for.
     """
     wanted = PROTOCOLS[protocol]
-    found = _find(port, ports())
-    target = f"serial:{_named(found, ports())}@{baud or wanted.baud}"
+    there = ports()
+    if port:
+        meant = _meant(port, baud, wanted.baud)
+        found = _find(meant, there)
+    else:
+        found = _only_one(there)
+        meant = SerialTarget(url=found.device, baud=baud or wanted.baud)
+    target = f"serial:{_named(found, there)}@{meant.baud}{_how(meant.settings)}"
     options = ["-p", "hilbench.pytest_plugin", "--hil-bench", wanted.bench, "--hil-target", target]
     texts = {folder / TEST_NAME: wanted.test.format(target=escaped(target).replace('"', "'"))}
     ini, notes = folder / PYTEST_NAME, [f"the board is {_about(found)}"]
@@ -102,13 +112,33 @@ def init_port(
     return Written(files=write_new(texts), notes=tuple(notes))
 
 
-def _find(port: str, there: Sequence[PortInfo]) -> PortInfo:
-    choice = parse_port_choice(port)
+def _meant(port: str, baud: int | None, usual: int) -> SerialTarget:
+    """Return what a port is meant by: pytest may be started in another folder, so a path begins at the root."""
+    meant = parse_serial_target(port, baud or usual)
+    if baud is not None and meant.baud != baud:
+        raise UsageError(f"the port has {meant.baud} baud", where=f"--baud {baud}", hint="say one rate")
+    is_path = meant.is_device and parse_port_choice(meant.url) is None
+    return replace(meant, url=str(absolute_path(meant.url))) if is_path else meant
+
+
+def _how(settings: LineSettings) -> str:
+    """Return how a port is opened, as behind its rate; empty if as usual."""
+    lines = {"dtr": settings.dtr, "rts": settings.rts}
+    words = [f"{name}={'on' if level else 'off'}" for name, level in lines.items() if level is not None]
+    words += [f"parity={settings.parity}"] if settings.parity != "N" else []
+    words += [f"stop={settings.stop_bits}"] if settings.stop_bits != 1 else []
+    return "".join(f",{word}" for word in words)
+
+
+def _find(meant: SerialTarget, there: Sequence[PortInfo]) -> PortInfo:
+    choice = parse_port_choice(meant.url)
     if choice is not None:
         return choose_port(choice, there)
-    if port:
-        known = next((one for one in there if port in {one.device, *one.links}), None)
-        return known or PortInfo(device=port)
+    known = next((one for one in there if meant.url in {one.device, *one.links}), None)
+    return known or PortInfo(device=meant.url)
+
+
+def _only_one(there: Sequence[PortInfo]) -> PortInfo:
     plugged = [one for one in there if one.usb is not None]
     if not plugged:
         raise UnavailableError(
@@ -138,7 +168,7 @@ def _named(port: PortInfo, there: Sequence[PortInfo]) -> str:
 def _about(port: PortInfo) -> str:
     usb = port.usb
     if usb is None:
-        what = "no USB port" if Path(port.device).exists() else "not there now"
+        what = "no USB port" if "://" in port.device or Path(port.device).exists() else "not there now"
         return f"at {port.device}, which is {what}: it is known by this name alone"
     name = " ".join(part for part in (usb.manufacturer, usb.product) if part) or usb.ids
     return f"{escaped(name)}, at {port.device} now"

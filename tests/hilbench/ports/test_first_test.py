@@ -73,8 +73,40 @@ def test_the_only_one_is_taken_under_any_of_its_names(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("name", "baud", "target"),
+    [
+        ("serial:usb=0403:6001", None, "serial:usb=0403:6001,serial=A1@9600"),
+        ("serial=A1@115200", None, "serial:usb=0403:6001,serial=A1@115200"),
+        ("/dev/ttyUSB0@115200", None, "serial:usb=0403:6001,serial=A1@115200"),
+        ("serial:/dev/hilbench/robot0", 57600, "serial:usb=0403:6001,serial=A1@57600"),
+        ("/dev/ttyS0@57600", 57600, "serial:/dev/ttyS0@57600"),
+        ("serial:/dev/ttyS0@9600,dtr=off,rts=on,parity=E,stop=2", None,
+         "serial:/dev/ttyS0@9600,dtr=off,rts=on,parity=E,stop=2"),
+        ("socket://robot:8101", None, "serial:socket://robot:8101@9600"),
+    ],
+)  # fmt: skip
+def test_a_port_is_named_as_a_target_is(tmp_path, name, baud, target):
+    init_port("p2os", name, baud, tmp_path, ports=lambda: [SOLDERED, port(0)])
+    assert target_in(tmp_path) == target
+    assert parse_serial_target(target).baud == int(target.rpartition("@")[2].partition(",")[0])
+
+
+def test_a_path_of_the_working_folder_is_written_from_the_root(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    init_port("p2os", "serial:./board", None, tmp_path, ports=list)
+    assert target_in(tmp_path) == f"serial:{tmp_path}/board@9600"
+
+
+def test_two_rates_are_refused(tmp_path):
+    with pytest.raises(UsageError, match=r"--baud 9600: the port has 115200 baud; say one rate"):
+        init_port("p2os", "/dev/ttyUSB0@115200", 9600, tmp_path, ports=list)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
     ("name", "there", "error", "said"),
     [
+        ("serial:", [port(0)], UsageError, "not a serial port: 'serial:'"),
         ("", [], UnavailableError, "nothing is plugged in"),
         ("", [SOLDERED], UnavailableError, "nothing is plugged in"),
         ("", [port(0), port(1, serial="B")], UsageError, "several boards are plugged in: /dev/ttyUSB0, /dev/ttyUSB1"),
