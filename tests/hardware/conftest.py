@@ -21,13 +21,17 @@ from hilbench.ports.listing import list_ports
 from hilbench.ports.states import port_states
 
 PORT = os.environ.get("HILBENCH_HARDWARE_PORT", "")
-ATTACHED = frozenset(filter(None, os.environ.get("HILBENCH_HARDWARE_WITH", "").split(",")))
+ATTACHED = frozenset(filter(None, map(str.strip, os.environ.get("HILBENCH_HARDWARE_WITH", "").split(","))))
+KNOWN = frozenset({"plug", "modem-plug", "echo", "greeting", "person"})
 RATE = 115_200
 HERE = os.path.dirname(__file__)
 
 
 def pytest_collection_modifyitems(items):
-    """Everything here is about hardware, and is left out where that is not attached."""
+    """Everything here is about hardware, and is left out where that is not attached, but not for a slip of the pen."""
+    if unknown := ", ".join(sorted(ATTACHED - KNOWN)):
+        known = ", ".join(sorted(KNOWN))
+        raise pytest.UsageError(f"HILBENCH_HARDWARE_WITH: nothing is called {unknown}; there are {known}")
     for item in items:
         if not str(item.path).startswith(HERE):
             continue
@@ -50,9 +54,13 @@ class Attached:
 
     @property
     def state(self):
-        """How the port stands now; None if it is none of this machine's."""
-        path = located(self.target).url
-        return next((one for one in port_states(this_host(), list_ports()) if one.port.device == path), None)
+        """How the port stands now; None if it is none of this machine's, or not there."""
+        return self.state_at(located(self.target).url)
+
+    def state_at(self, path):
+        """How a port stands: what comes back may be called otherwise than the port that was named."""
+        device = os.path.realpath(path)
+        return next((one for one in port_states(this_host(), list_ports()) if one.port.device == device), None)
 
     @property
     def usb(self):

@@ -26,7 +26,7 @@ SENTENCE = b"The quick brown fox jumps over the lazy dog 0123456789. "
 def test_the_device_says_who_it_is_and_is_chosen_by_that(attached):
     assert attached.usb.vendor_id
     choice = parse_port_choice(attached.state.target.removeprefix("serial:"))
-    assert choose_port(choice, list_ports()).device == located(attached.target).url
+    assert choose_port(choice, list_ports()).device == attached.state.port.device
 
 
 def test_the_rules_give_it_access_and_the_names_they_promise(attached):
@@ -39,7 +39,7 @@ def test_the_rules_give_it_access_and_the_names_they_promise(attached):
     assert attached.state.permitted
     assert promised
     for link in promised:
-        assert os.path.realpath(link) == located(attached.target).url
+        assert os.path.realpath(link) == attached.state.port.device
     assert any(link.startswith("/dev/hilbench/at-") for link in attached.state.port.links)
 
 
@@ -142,7 +142,7 @@ def test_it_comes_back_when_it_is_plugged_in_again_wherever(attached, reconnecti
     tell("plug it in again within 60 s, at another socket if it has a serial number")
     assert attached.run(lambda: port.line_is_up, 60)
     tell(f"back at {port.device}")
-    assert attached.usb.is_same_kind(before)
+    assert attached.state_at(port.device).port.usb.is_same_kind(before)
     assert port.losses == 1
 
 
