@@ -119,11 +119,12 @@ class CaptureProvider:
         self._recording = parse_recording(self._data, str(path))
         self._protocol = spoken(laid_out(self._recording.events))
         if self._protocol not in _PROTOCOLS:
-            known = ", ".join(_PROTOCOLS)
-            raise UsageError("no protocol that can be judged makes frames of its bytes", where=str(path), hint=known)
+            wrong = f"{self._protocol} is spoken there, and cannot be judged by listening"
+            wrong = wrong if self._protocol else "no protocol is known that makes frames of its bytes"
+            raise UsageError(wrong, where=str(path), hint=f"that can be judged: {', '.join(_PROTOCOLS)}")
         sha256 = hashlib.sha256(self._data).hexdigest()
         header = {"bench": self._bench, "seed": options.seed, "recording": str(path), "sha256": sha256}
-        self._journal = Journal(options.journal, header)
+        self._journal = Journal(options.journal, header, max_bytes=options.journal_max)
 
     @property
     def _bench(self) -> str:

@@ -18,7 +18,7 @@ _EXAMPLES = """
 hilbench replay session.jsonl                           look at it in the dashboard
 hilbench replay session.pcapng                          or at another recording: pcapng, MCAP, CSV
 hilbench replay session.jsonl --into pioneer            play it to a fresh virtual robot, in virtual time
-hilbench replay check.jsonl --case p2os-server/vel_drives --into serial:/dev/ttyUSB0@9600 --journal again.jsonl
+hilbench replay check.jsonl --case p2os-server/move_goes_its_way --into serial:/dev/ttyUSB0@9600 --journal again.jsonl
 """
 
 _NOTES = """
@@ -102,8 +102,9 @@ def _into(parsed: argparse.Namespace) -> int:
         recording = replace(recording, header={**recording.header, "seed": parsed.seed})
     protocol = spoken(laid_out(recording.events))
     if protocol not in _BENCHES:
-        hint = f"that can be played: {', '.join(_BENCHES)}"
-        raise UsageError("no protocol is known that makes frames of its bytes", where=str(path), hint=hint)
+        wrong = f"{protocol} is spoken there, and cannot be played"
+        wrong = wrong if protocol else "no protocol is known that makes frames of its bytes"
+        raise UsageError(wrong, where=str(path), hint=f"that can be played: {', '.join(_BENCHES)}")
     interruption.raise_once()
     provider = make_provider(_options(parsed, protocol))
     console = Console()

@@ -16,6 +16,7 @@ from hilbench.options import TargetChoice
 from hilbench.recordings.csv_file import write_csv
 from hilbench.recordings.mcap_file import write_mcap
 from hilbench.recordings.pcapng import write_pcapng
+from protocols import autoware
 from protocols.p2os import Command, encode_command
 from protocols.pkt import (
     GeneralReport,
@@ -319,6 +320,24 @@ def test_a_cut_recording_is_judged_up_to_there(right, tmp_path, capfd):
     assert "judged up to there" in capfd.readouterr().out
 
 
+def test_a_protocol_that_cannot_be_judged_is_named(line, capfd):
+    message = autoware.encode_message(autoware.ControlModeResponse(sequence=7, success=True))
+    path = line((0, "tx", autoware.encode_frame(message)))
+    assert main(["check", "--target", f"capture:{path}"]) == 2
+    assert "autoware is spoken there, and cannot be judged by listening; that can be" in capfd.readouterr().err
+
+
+def test_the_journal_of_a_judgement_keeps_to_its_limit(right, tmp_path, capfd):
+    path, _ = right
+    journal = tmp_path / "judged.jsonl"
+    limit = CheckOptions(targets=(TargetChoice(spec=f"capture:{path}"),), journal=journal, journal_max=2000)
+    provider = make_provider(limit)
+    run_suites(limit, provider)
+    provider.close()
+    assert journal.with_name("judged.jsonl.1").exists()
+    assert Journal.read(journal).header["part"] > 0
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
@@ -328,7 +347,7 @@ def test_a_cut_recording_is_judged_up_to_there(right, tmp_path, capfd):
         (("--target", "robot=capture:{folder}/line.jsonl"), 2, "stands for the whole bench"),
         (("--target", "capture:{folder}/line.jsonl", "--target", "pioneer"), 2, "stands for the whole bench"),
         (("--target", "capture:{folder}/line.jsonl", "--journal", "{folder}/line.jsonl"), 2, "would overwrite"),
-        (("--target", "capture:{folder}/line.jsonl"), 2, "no protocol that can be judged"),
+        (("--target", "capture:{folder}/line.jsonl"), 2, "no protocol is known that makes frames"),
     ],
 )
 def test_wrong_usage(line, tmp_path, capfd, words, code, said):

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
+from hilbench.bench_provider import make_provider
+from hilbench.check import CheckOptions, list_cases
 from hilbench.cli import main
 from hilbench.journal import Journal
+from protocols import autoware
 
 SELECT = "S01 or S21 or S36"
+AUTOWARE = autoware.encode_frame(autoware.encode_message(autoware.ControlModeResponse(sequence=7, success=True)))
 
 
 @pytest.fixture(scope="module")
@@ -89,6 +94,15 @@ def test_a_rover_answers_the_same_emulated_or_not(replay, tmp_path, capfd, bench
     assert all(case["recorded"] > 5 for case in cases)
 
 
+@pytest.mark.parametrize("command", ["replay", "export"])
+def test_the_case_of_an_example_exists(command, capfd):
+    assert main([command, "--help"]) == 0
+    named = set(re.findall(r"--case (\w\S+/\S+)", capfd.readouterr().out))
+    options = CheckOptions(bench="pioneer-plane", suites=("p2os-server",))
+    assert named
+    assert named <= {plan.id for plan in list_cases(options, make_provider(options))}
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
@@ -100,13 +114,15 @@ def test_a_rover_answers_the_same_emulated_or_not(replay, tmp_path, capfd, bench
         (("{folder}/no", "--into", "pioneer"), 3, "No such file"),
         (("{run}", "--into", "serial:{folder}/no"), 3, "{folder}/no"),
         (("{folder}/noise", "--into", "pioneer"), 2, "no protocol is known"),
+        (("{folder}/car", "--into", "vehicle-model"), 2, "autoware is spoken there, and cannot be played; that can be"),
         (("{run}", "--into", "vehicle"), 2, "has no line, or several, where one host could be"),
     ],
 )
 def test_wrong_usage(recorded, replay, tmp_path, words, code, said):
-    noise = Journal(tmp_path / "noise")
-    noise.record("tx", "checker", 0, data=b"hello, world")
-    noise.close()
+    for name, data in (("noise", b"hello, world"), ("car", AUTOWARE)):
+        journal = Journal(tmp_path / name)
+        journal.record("tx", "checker", 0, data=data)
+        journal.close()
     found, out, err = replay(*[word.format(run=recorded, folder=tmp_path) for word in words])
     assert (found, out) == (code, "")
     assert said.format(folder=tmp_path) in err
