@@ -120,7 +120,9 @@ def _talk(part: _Part) -> Talk | None:
         by = ends.get((str(event.get("source", "")), _way(event)))
         if data is not None and by is not None:
             said.append((ns - _early_ns(event), by, data))
-    return Talk(case=part.case, begin_ns=timed[0][0], end_ns=_end_ns(timed), said=tuple(said))
+    # Bytes that were collected had begun to come before the event that tells of them.
+    begin_ns = min([timed[0][0], *(ns for ns, _, _ in said)])
+    return Talk(case=part.case, begin_ns=begin_ns, end_ns=_end_ns(timed), said=tuple(said))
 
 
 @dataclass(slots=True)

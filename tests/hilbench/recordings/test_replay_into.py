@@ -12,7 +12,10 @@ from hilbench.check import CheckOptions, list_cases
 from hilbench.cli import main
 from hilbench.journal import Journal
 from protocols import autoware
+from protocols.p2os import Command, encode_command
 
+MS = 1_000_000
+SYNC0 = encode_command(Command(number=0))
 SELECT = "S01 or S21 or S36"
 AUTOWARE = autoware.encode_frame(autoware.encode_message(autoware.ControlModeResponse(sequence=7, success=True)))
 
@@ -92,6 +95,39 @@ def test_a_rover_answers_the_same_emulated_or_not(replay, tmp_path, capfd, bench
     cases = json.loads(out)["cases"]
     assert (code, [case["number"] for case in cases]) == (0, [0] * profiles)
     assert all(case["recorded"] > 5 for case in cases)
+
+
+@pytest.fixture
+def foreign(tmp_path):
+    """Write a recording without cases, of events (kind, source, ms, data, ms of its first byte); return its path."""
+
+    def written(*said):
+        journal = Journal(tmp_path / "foreign.jsonl", {"proxy": ["pty:a", "pioneer"]})
+        for kind, source, at_ms, data, from_ms in said:
+            journal.record(kind, source, at_ms * MS, data=data, from_ns=from_ms * MS)
+        journal.close()
+        return journal.path
+
+    return written
+
+
+@pytest.mark.parametrize("begin_ms", [0, 10_291])
+def test_a_recording_that_begins_with_bytes_that_were_collected(foreign, replay, begin_ms):
+    """As a proxy's does, and a part of a journal behind another: the first of them came before its first event."""
+    path = foreign(
+        ("tx", "client", begin_ms + 10, SYNC0, begin_ms), ("tx", "server", begin_ms + 30, SYNC0, begin_ms + 20)
+    )
+    code, out, _ = replay(path, "--into", "pioneer-plane", "--json")
+    assert (code, json.loads(out)["cases"][0]["answered"]) == (0, 1)
+
+
+def test_bytes_that_lie_in_the_past_are_said_at_once(foreign, replay):
+    """Two chunks of one host whose times overlap."""
+    path = foreign(
+        ("tx", "client", 50, SYNC0, 40), ("tx", "client", 60, SYNC0, 20), ("tx", "server", 70, SYNC0 * 2, 70)
+    )
+    code, out, _ = replay(path, "--into", "pioneer-plane", "--json")
+    assert (code, json.loads(out)["cases"][0]["answered"]) == (0, 2)
 
 
 @pytest.mark.parametrize("command", ["replay", "export"])
