@@ -17,7 +17,7 @@ from hilbench.decode.decoders import DECODERS
 from hilbench.decode.items import Item
 from hilbench.decode.lines import said
 from hilbench.decode.reading import DecodeOptions
-from hilbench.errors import UsageError
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.journal import Journal, Recording
 from hilbench.line_peer import LinePeer
 from hilbench.mcu.board_case import BoardCase
@@ -30,6 +30,8 @@ __all__ = ["SETTLE_S", "Replayed", "replay_into"]
 
 SETTLE_S = 0.5
 """How long the last answer may take, beyond the end of the recording (choice)."""
+STALLED_S = 1.0
+"""How long a line may take nothing before it counts as one that takes nothing more (choice)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,7 +103,9 @@ def _said_to(provider: BenchProvider, talk: Talk, seed: int, protocol: str) -> b
                     _wait_until(peer, begin_ns + ns - talk.begin_ns)
                     peer.write(data)
                     journal.flush_step()
-            _wait_until(peer, begin_ns + talk.end_ns - talk.begin_ns + round(SETTLE_S * NS_PER_S))
+            _wait_until(peer, begin_ns + talk.end_ns - talk.begin_ns)
+            _let_out(peer)
+            _hear_out(peer, answers, len(talk.of(TARGET)))
             peer.require_line()
             opened.finish("not-judged", "replayed")
         finally:
@@ -112,6 +116,30 @@ def _said_to(provider: BenchProvider, talk: Talk, seed: int, protocol: str) -> b
 def _wait_until(peer: LinePeer[Any], ns: int) -> None:
     """Let time pass up to then; none if that is over, as where chunks of a recording overlap."""
     peer.bench.scheduler.run_until(lambda: False, max(ns, peer.bench.now_ns))
+
+
+def _let_out(peer: LinePeer[Any]) -> None:
+    """Wait until all that was said is out: the line may be slower than that of the recording.
+
+    Raises:
+        UnavailableError: the line takes nothing more.
+    """
+    scheduler = peer.bench.scheduler
+    while waiting := peer.port.pending:
+        scheduler.run_until(lambda: not peer.port.pending, scheduler.now_ns + round(STALLED_S * NS_PER_S))
+        peer.require_line()
+        if peer.port.pending >= waiting:
+            wrong = f"takes nothing more: {waiting} bytes that the host said are not out"
+            raise UnavailableError(wrong, where=peer.port.name, hint="is its far end ready to receive?")
+
+
+def _hear_out(peer: LinePeer[Any], answers: bytearray, expected: int) -> None:
+    """Wait for the last answer, and on while the answers, fewer than in the recording, are still coming."""
+    settle_ns = round(SETTLE_S * NS_PER_S)
+    heard = -1
+    while heard < 0 or heard < len(answers) < expected:
+        heard = len(answers)
+        _wait_until(peer, peer.bench.now_ns + settle_ns)
 
 
 def _setup(case: str, capabilities: frozenset[str]) -> CaseSetup:

@@ -11,8 +11,10 @@ from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, list_cases
 from hilbench.cli import main
 from hilbench.journal import Journal
+from hilbench.links.memory import MemoryPort
 from protocols import autoware
 from protocols.p2os import Command, encode_command
+from protocols.pkt import GeneralReport, Schema, encode_frame, encode_report
 
 MS = 1_000_000
 SYNC0 = encode_command(Command(number=0))
@@ -128,6 +130,29 @@ def test_bytes_that_lie_in_the_past_are_said_at_once(foreign, replay):
     )
     code, out, _ = replay(path, "--into", "pioneer-plane", "--json")
     assert (code, json.loads(out)["cases"][0]["answered"]) == (0, 2)
+
+
+def test_a_line_that_is_slower_than_the_recorded_one_is_waited_for(foreign, replay):
+    """A second and a quarter at 9600 bit/s, on a line that took a hundredth of one."""
+    path = foreign(("tx", "client", 10, SYNC0 * 200, 0), ("tx", "server", 20, SYNC0 * 200, 10))
+    code, out, _ = replay(path, "--into", "pioneer-plane", "--json")
+    assert (code, json.loads(out)["cases"][0]["answered"]) == (0, 200)
+
+
+def test_answers_that_take_longer_than_in_the_recording_are_waited_for(foreign, replay):
+    """More comes back than was said, so that the last answer comes long after the last word."""
+    request, general = encode_frame(b"\x00"), encode_frame(encode_report(GeneralReport(), Schema.V2))
+    path = foreign(("tx", "client", 10, request * 1000, 0), ("tx", "server", 20, general * 1000, 10))
+    _, out, _ = replay(path, "--into", "rover-model", "--json")
+    assert json.loads(out)["cases"][0]["answered"] >= 1000
+
+
+def test_a_line_that_takes_nothing_more_is_named(foreign, replay, monkeypatch):
+    monkeypatch.setattr(MemoryPort, "pending", 7)
+    path = foreign(("tx", "client", 10, SYNC0, 10), ("tx", "server", 20, SYNC0, 20))
+    code, out, err = replay(path, "--into", "pioneer-plane")
+    assert (code, out) == (3, "")
+    assert "takes nothing more: 7 bytes that the host said are not out" in err
 
 
 @pytest.mark.parametrize("command", ["replay", "export"])
