@@ -6,13 +6,20 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from hilbench.clock import NS_PER_S
 from hilbench.decode.chunks import chunk_of
 from hilbench.decode.decoders import DECODERS
 from hilbench.decode.items import Item, Kind
 from hilbench.decode.reading import DecodeOptions, Decoder
 from hilbench.recordings.layout import Event
 
-__all__ = ["Framed", "framed", "spoken"]
+__all__ = ["FRAME_NS", "Framed", "framed", "spoken"]
+
+FRAME_NS = NS_PER_S // 2
+"""So long a frame takes at most, with pauses in it (choice: more than twice the longest one at 9600 bit/s)."""
+
+_UNFINISHED = frozenset({"unfinished frame abandoned", "unfinished for too long"})
+"""What decoders call a frame whose rest did not come."""
 
 _ENOUGH_BYTES = 50_000
 
@@ -26,12 +33,14 @@ class Framed:
         source: who sent or received it.
         kind: ``tx`` or ``rx``.
         item: what it is.
+        cut: whether it is of a frame whose rest was still to come when the recording, or its case, ended.
     """
 
     ns: int
     source: str
     kind: str
     item: Item
+    cut: bool = False
 
 
 def framed(
@@ -46,31 +55,43 @@ def framed(
     """
     options = options or DecodeOptions()
     decoders: dict[tuple[str, str], Decoder] = {}
+    fed_ns: dict[tuple[str, str], int] = {}
     last_ns = 0
     for ns, event in events:
         if event["kind"] == "case":
-            yield from _rest(decoders, last_ns)
+            yield from _rest(decoders, fed_ns, last_ns)
             decoders.clear()
-        last_ns = ns
+        last_ns = max(last_ns, ns)
         chunk = chunk_of(event)
         if chunk is None:
             continue
         key = _stream(event)
         if key not in decoders:
             decoders[key] = DECODERS[protocol](options, chunk.speaker or ("host" if key[1] == "tx" else "target"))
+        fed_ns[key] = ns
         for item in decoders[key].feed(chunk.data):
             yield Framed(ns=ns, source=key[0], kind=key[1], item=item)
-    yield from _rest(decoders, last_ns)
+    yield from _rest(decoders, fed_ns, last_ns)
 
 
 def _stream(event: Event) -> tuple[str, str]:
     return str(event["source"]), "tx" if event["kind"] == "tx" else "rx"
 
 
-def _rest(decoders: dict[tuple[str, str], Decoder], ns: int) -> Iterator[Framed]:
+def _rest(decoders: dict[tuple[str, str], Decoder], fed_ns: dict[tuple[str, str], int], ns: int) -> Iterator[Framed]:
     for (source, kind), decoder in decoders.items():
-        for item in decoder.finish():
-            yield Framed(ns=ns, source=source, kind=kind, item=item)
+        items = list(decoder.finish())
+        cut_at = _cut_at(items) if ns - fed_ns[source, kind] <= FRAME_NS else len(items)
+        for number, item in enumerate(items):
+            yield Framed(ns=ns, source=source, kind=kind, item=item, cut=number >= cut_at)
+
+
+def _cut_at(items: list[Item]) -> int:
+    """Return where the unfinished frame begins; what it holds may look like anything, but not like a sound frame."""
+    behind = max((number for number, item in enumerate(items, 1) if item.kind is not Kind.DROPPED), default=0)
+    return next(
+        (number for number, item in enumerate(items) if number >= behind and item.name in _UNFINISHED), len(items)
+    )
 
 
 def spoken(events: Iterable[tuple[int, Event]]) -> str:

@@ -6,14 +6,14 @@ are those that the cases of a live run judge by.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from hilbench.clock import NS_PER_S
 from hilbench.decode.chunks import speaker_of
 from hilbench.decode.items import Item, Kind
 from hilbench.journal import Recording
-from hilbench.recordings.frames import framed
+from hilbench.recordings.frames import FRAME_NS, framed
 from hilbench.recordings.layout import Event, data_of
 
 __all__ = ["ASSUMED_UNCERTAINTY_S", "HOST", "TARGET", "Heard", "Stretch", "Talk", "stretches", "talks"]
@@ -22,6 +22,9 @@ HOST, TARGET = "host", "target"
 
 ASSUMED_UNCERTAINTY_S = 0.002
 """How far off times may be where the recording does not say (assumed: the least that a live run in real time takes)."""
+
+_LONGEST_BYTES = 258
+"""Of a frame, in any of the protocols: that of P2OS with the largest count."""
 
 _CHECKERS = {"checker": TARGET, "server": HOST, "rover": HOST}
 """The ends that hilbench itself holds in a case, and who is under test then."""
@@ -56,6 +59,8 @@ class Stretch:
         heard: what passed the line, in order of time.
         begin_ns: from when on it was listened, in ns.
         end_ns: until when.
+        from_start: whether nothing was said before, as in a case; else it may begin in the middle of a session, or of
+            a frame, whose end is not in `heard`, as that of a frame which the end of the recording has cut.
         under_test: who may be judged; in a case of `check` only one of the two, for the other may err on purpose.
         uncertainty_s: how far off times may be.
         disturbed_ns: when something happened that is nobody's fault: a fault of the line's, or the line was cut.
@@ -65,6 +70,7 @@ class Stretch:
     heard: tuple[Heard, ...]
     begin_ns: int
     end_ns: int
+    from_start: bool
     under_test: frozenset[str]
     uncertainty_s: float
     disturbed_ns: tuple[int, ...] = ()
@@ -160,18 +166,39 @@ def _stretch(part: _Part, protocol: str, *, of_checks: bool) -> Stretch | None:
         return None
     timed = [(int(event["ns"]), event) for event in part.events if type(event.get("ns")) is int]
     chosen = [(ns, event) for ns, event in timed if data_of(event) is None or (event["source"], _way(event)) in ends]
-    heard = tuple(Heard(ns=one.ns, by=ends[one.source, one.kind], item=one.item) for one in framed(chosen, protocol))
+    begin_ns, from_start = timed[0][0], bool(part.case)
+    items = (one for one in framed(chosen, protocol) if not one.cut)
+    heard = [Heard(ns=one.ns, by=ends[one.source, one.kind], item=one.item) for one in items]
     sources = {source for source, _ in ends}
     checker = next((source for source in _CHECKERS if of_checks and source in sources), "")
     return Stretch(
         case=part.case,
-        heard=heard,
-        begin_ns=timed[0][0],
+        heard=tuple(heard if from_start else _without_tails(heard, _begun(chosen, ends, begin_ns))),
+        begin_ns=begin_ns,
         end_ns=_end_ns(timed),
+        from_start=from_start,
         under_test=_under_test(frozenset(ends.values()), checker),
         uncertainty_s=_uncertainty_s(part),
         disturbed_ns=tuple(ns for ns, event in timed if _disturbs(event)),
     )
+
+
+def _begun(chosen: list[tuple[int, Event]], ends: Mapping[tuple[str, str], str], begin_ns: int) -> set[str]:
+    """Return who spoke as soon as the recording began, and so perhaps before."""
+    first_ns: dict[str, int] = {}
+    for ns, event in chosen:
+        if data_of(event) is not None:
+            first_ns.setdefault(ends[event["source"], _way(event)], ns)
+    return {end for end, ns in first_ns.items() if ns - begin_ns <= FRAME_NS}
+
+
+def _without_tails(heard: list[Heard], begun: set[str]) -> Iterator[Heard]:
+    """Leave out what may be the end of a frame: bytes before the first sound one of an end, no more than one has."""
+    room = dict.fromkeys(begun, _LONGEST_BYTES)
+    for one in heard:
+        room[one.by] = -1 if one.sound else room.get(one.by, -1) - len(one.item.raw)
+        if room[one.by] < 0:
+            yield one
 
 
 def _end_ns(timed: list[tuple[int, Event]]) -> int:

@@ -1,7 +1,8 @@
 """What both ends of a P2OS line are at, as somebody sees it who listens: which SYNC was answered, where sessions are.
 
 The same number means SYNC0, SYNC1 and SYNC2 before a session, and PULSE, OPEN and CLOSE in it. A session begins with
-its first SIP and ends with CLOSE, with the last SIP before a pause, or where the line was cut.
+its first SIP and ends with CLOSE, with the last SIP before a pause, or where the line was cut. A recording that begins
+with SIPs begins in a session.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from protocols.p2os import (
     decode_packet,
 )
 
-__all__ = ["Means", "Session", "Step", "sessions_of", "steps_of"]
+__all__ = ["OPENED", "Means", "Session", "Step", "sessions_of", "steps_of"]
 
 LOST_S = 0.5
 """A pause between two SIPs behind which a session is taken for ended (choice: five cycles)."""
@@ -116,7 +117,7 @@ class _State:
 
 def steps_of(stretch: Stretch) -> Iterator[Step]:
     """Yield what passed the line, with what it means."""
-    state = _State()
+    state = _first_state(stretch)
     for heard in stretch.heard:
         command = packet = None
         means = Means.NOISE
@@ -133,6 +134,16 @@ def steps_of(stretch: Stretch) -> Iterator[Step]:
         yield Step(heard=heard, means=means, answered=answered, sessions=sessions, command=command, packet=packet)
 
 
+def _first_state(stretch: Stretch) -> _State:
+    """Return how it was at first: in a session, if SIPs come at once and nobody is seen to open it."""
+    until_ns = stretch.begin_ns + round(LOST_S * NS_PER_S)
+    packets = () if stretch.from_start else (_packet(one) for one in stretch.by(TARGET) if one.ns <= until_ns)
+    first = next((one for one in packets if isinstance(one, Sip | SyncEcho | Identification)), None)
+    if isinstance(first, Sip):
+        return _State(answered=OPENED, sessions=1, sip_ns=stretch.begin_ns)
+    return _State()
+
+
 def _command(heard: Heard) -> Command | None:
     try:
         return decode_command(heard.item.raw[3:-2])
@@ -142,7 +153,7 @@ def _command(heard: Heard) -> Command | None:
 
 def _packet(heard: Heard) -> ServerPacket | None:
     try:
-        return decode_packet(heard.item.raw[3:-2], connected=False)
+        return decode_packet(heard.item.raw[3:-2], connected=False) if heard.sound else None
     except RemoteProtocolError:
         return None
 
@@ -158,6 +169,11 @@ class Session:
 
     stretch: Stretch
     steps: list[Step] = field(default_factory=list)
+
+    @property
+    def seen_opened(self) -> bool:
+        """Whether all of it was heard; else something may have been set in it before."""
+        return self.stretch.from_start or self.steps[0].answered != OPENED
 
     def sips(self) -> list[tuple[Step, Sip]]:
         """Return its SIPs."""
