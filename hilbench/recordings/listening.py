@@ -6,8 +6,10 @@ are those that the cases of a live run judge by.
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from hilbench.clock import NS_PER_S
 from hilbench.decode.chunks import speaker_of
@@ -50,9 +52,9 @@ class Heard:
         return self.item.kind is not Kind.DROPPED
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Stretch:
-    """A case, or a recording without cases.
+    """A case, or a recording without cases; it may be long, so that no question takes a walk through it.
 
     Attributes:
         case: the id of the case; empty without.
@@ -63,7 +65,7 @@ class Stretch:
             a frame, whose end is not in `heard`, as that of a frame which the end of the recording has cut.
         under_test: who may be judged; in a case of `check` only one of the two, for the other may err on purpose.
         uncertainty_s: how far off times may be.
-        disturbed_ns: when something happened that is nobody's fault: a fault of the line's, or the line was cut.
+        disturbed_ns: when something happened that is nobody's fault, in order: a fault of the line's, or it was cut.
     """
 
     case: str
@@ -75,14 +77,32 @@ class Stretch:
     uncertainty_s: float
     disturbed_ns: tuple[int, ...] = ()
 
-    def by(self, end: str) -> list[Heard]:
+    def by(self, end: str) -> Sequence[Heard]:
         """Return what an end sent."""
-        return [one for one in self.heard if one.by == end]
+        return self._by[end]
+
+    def between(self, begin_ns: int, end_ns: int) -> Sequence[Heard]:
+        """Return what passed the line from one time to another, both included."""
+        return self.heard[bisect_left(self._heard_ns, begin_ns) : bisect_right(self._heard_ns, end_ns)]
+
+    def around(self, ns: int, count: int) -> Sequence[Heard]:
+        """Return so many that passed the line up to a time, and as many behind it."""
+        behind = bisect_right(self._heard_ns, ns)
+        return self.heard[max(0, behind - count) : behind + count]
 
     def quiet(self, begin_ns: int, end_ns: int) -> bool:
         """Say whether it was listened to all of this time, and nothing disturbed the line in it."""
         inside = self.begin_ns <= begin_ns and end_ns <= self.end_ns
-        return inside and not any(begin_ns <= ns <= end_ns for ns in self.disturbed_ns)
+        disturbed = bisect_left(self.disturbed_ns, begin_ns) < bisect_right(self.disturbed_ns, end_ns)
+        return inside and not disturbed
+
+    @cached_property
+    def _by(self) -> Mapping[str, Sequence[Heard]]:
+        return {end: tuple(one for one in self.heard if one.by == end) for end in (HOST, TARGET)}
+
+    @cached_property
+    def _heard_ns(self) -> Sequence[int]:
+        return tuple(one.ns for one in self.heard)
 
     def at(self, ns: int) -> str:
         """Return where in the recording that is, for a person."""
@@ -169,6 +189,7 @@ def _stretch(part: _Part, protocol: str, *, of_checks: bool) -> Stretch | None:
     begin_ns, from_start = timed[0][0], bool(part.case)
     items = (one for one in framed(chosen, protocol) if not one.cut)
     heard = [Heard(ns=one.ns, by=ends[one.source, one.kind], item=one.item) for one in items]
+    heard.sort(key=lambda one: one.ns)
     sources = {source for source, _ in ends}
     checker = next((source for source in _CHECKERS if of_checks and source in sources), "")
     return Stretch(
@@ -179,7 +200,7 @@ def _stretch(part: _Part, protocol: str, *, of_checks: bool) -> Stretch | None:
         from_start=from_start,
         under_test=_under_test(frozenset(ends.values()), checker),
         uncertainty_s=_uncertainty_s(part),
-        disturbed_ns=tuple(ns for ns, event in timed if _disturbs(event)),
+        disturbed_ns=tuple(sorted(ns for ns, event in timed if _disturbs(event))),
     )
 
 

@@ -99,8 +99,8 @@ def followed(
     patience_ns = round(within_s * 1.5 * NS_PER_S) + NS_PER_S // 20
     if not stretch.quiet(asked.ns, asked.ns):
         raise LookupError
-    for one in stretch.heard:
-        if one.by == by and asked.ns <= one.ns <= asked.ns + patience_ns and answers(one):
+    for one in stretch.between(asked.ns, asked.ns + patience_ns):
+        if one.by == by and answers(one):
             return one
     if not stretch.quiet(asked.ns, asked.ns + patience_ns):
         raise LookupError
@@ -154,6 +154,5 @@ _SHOWN_AROUND = 5
 
 def around(stretch: Stretch, ns: int) -> list[str]:
     """Return what passed the line before and after, as lines of evidence."""
-    after = next((at for at, one in enumerate(stretch.heard) if one.ns > ns), len(stretch.heard))
-    shown = stretch.heard[max(0, after - _SHOWN_AROUND) : after + _SHOWN_AROUND]
+    shown = stretch.around(ns, _SHOWN_AROUND)
     return [f"{one.ns / NS_PER_S:10.4f} s  {one.by:<6}  {one.item.raw[:32].hex(' ').upper()}" for one in shown]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import statistics
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 from hilbench.capture_provider import CaptureCase
 from hilbench.check import NotApplicable, Violation, near
@@ -35,6 +35,8 @@ FEWEST_SIPS = 5
 """In a row, to judge their rate by (choice)."""
 UNASKED_S = 0.5
 """So long after the last byte to a server nothing that it says is an answer (choice: longer than one may take)."""
+PULSE_SEEN_S = 0.7
+"""So long an answer to PULSE, or the end of the SIPs, is looked for."""
 KEEPALIVE_S = 1.0
 WATCHDOG_S, BRAKING_MM_S2, STOP_SEEN_S = 2.0, 300, 0.25
 CLOSED_WITHIN_S = 0.2
@@ -264,33 +266,34 @@ def test_silence_stops_the_robot(bench: CaptureCase) -> None:
     """Only of a robot that drove straight on; what it brakes with is what SETA has said in this session."""
     worst = Worst("at rest after the last command, beyond what its speed allows", "s")
     for session in filter(lambda one: one.seen_opened, sessions(bench, TARGET)):
-        for begin_ns, row in silences(session):
-            judge_stop(session, begin_ns, row, worst)
+        for begin_ns, braking_mm_s2, row in silences(session):
+            judge_stop(session, begin_ns, braking_mm_s2, row, worst)
     worst.judge(0.0, f"nobody was silent for more than {WATCHDOG_S:g} s while the robot drove")
 
 
-def braking_mm_s2(session: Session, before_ns: int) -> int:
-    set_by = [step.command.argument for step in session.steps
-              if step.command and step.command.number == CommandNumber.SETA and step.heard.ns <= before_ns]  # fmt: skip
-    return next((-one for one in reversed(set_by) if isinstance(one, int) and one < 0), BRAKING_MM_S2)
-
-
-def silences(session: Session) -> Iterator[tuple[int, list[tuple[Step, Sip]]]]:
-    """Yield when the last command before a silence came, and the SIPs in it."""
-    begin_ns, row = session.steps[0].heard.ns, list[tuple[Step, Sip]]()
+def silences(session: Session) -> Iterator[tuple[int, int, list[tuple[Step, Sip]]]]:
+    """Yield when the last command before a silence came, what the robot brakes with then, and the SIPs in it."""
+    begin_ns, braking_mm_s2, row = session.steps[0].heard.ns, BRAKING_MM_S2, list[tuple[Step, Sip]]()
     for step in session.steps:
         if step.heard.by == HOST:
-            yield begin_ns, row
-            begin_ns, row = step.heard.ns, []
+            yield begin_ns, braking_mm_s2, row
+            begin_ns, braking_mm_s2, row = step.heard.ns, braking_set(step) or braking_mm_s2, []
         elif isinstance(step.packet, Sip):
             row.append((step, step.packet))
-    yield begin_ns, row
+    yield begin_ns, braking_mm_s2, row
 
 
-def judge_stop(session: Session, begin_ns: int, row: list[tuple[Step, Sip]], worst: Worst) -> None:
+def braking_set(step: Step) -> int:
+    """Return what a command sets for braking, in mm/s2; 0 if it sets nothing."""
+    if step.command is None or step.command.number != CommandNumber.SETA:
+        return 0
+    return max(0, -step.command.argument) if isinstance(step.command.argument, int) else 0
+
+
+def judge_stop(session: Session, begin_ns: int, braking_mm_s2: int, row: list[tuple[Step, Sip]], worst: Worst) -> None:
     fastest = max((max(abs(sip.left_raw), abs(sip.right_raw)) for _, sip in row), default=0)
     turns = any(abs(sip.left_raw - sip.right_raw) > 20 for _, sip in row)
-    allowed_s = WATCHDOG_S + fastest / braking_mm_s2(session, begin_ns) + STOP_SEEN_S
+    allowed_s = WATCHDOG_S + fastest / braking_mm_s2 + STOP_SEEN_S
     listened_s = (row[-1][0].heard.ns - begin_ns) / NS_PER_S if row else 0.0
     if not fastest or turns or listened_s < allowed_s or not session.stretch.quiet(begin_ns, row[-1][0].heard.ns):
         return
@@ -307,6 +310,13 @@ def judge_stop(session: Session, begin_ns: int, row: list[tuple[Step, Sip]], wor
     worst.take(took_s - allowed_s, session.stretch.at(begin_ns), session.stretch.uncertainty_s)
 
 
+def behind(steps: list[Step], at: int, within_s: float) -> list[Step]:
+    """Return what comes behind a step within a time."""
+    until_ns = steps[at].heard.ns + round(within_s * NS_PER_S)
+    following = (steps[number] for number in range(at + 1, len(steps)))
+    return list(takewhile(lambda one: one.heard.ns <= until_ns, following))
+
+
 @on_recording("S39")
 def test_pulse_has_no_answer(bench: CaptureCase) -> None:
     pulses = 0
@@ -314,23 +324,23 @@ def test_pulse_has_no_answer(bench: CaptureCase) -> None:
         for at, step in enumerate(session.steps):
             if step.means is Means.PULSE:
                 pulses += 1
-                require_no_echo(session, step, session.steps[at + 1 :])
+                require_no_echo(session, step, behind(session.steps, at, PULSE_SEEN_S))
     if not pulses:
         raise NotApplicable("nobody sent PULSE in a session in this recording")
 
 
-def require_no_echo(session: Session, pulse: Step, behind: list[Step]) -> None:
-    """Look at what comes up to the next command, in 0.7 s at most."""
-    until_ns = next((step.heard.ns for step in behind if step.heard.by == HOST), session.stretch.end_ns)
-    until_ns = min(until_ns, pulse.heard.ns + round(0.7 * NS_PER_S))
-    within_it = [step for step in behind if step.heard.ns <= until_ns]
-    where, evidence = session.stretch.at(pulse.heard.ns), around(session.stretch, pulse.heard.ns)
+def require_no_echo(session: Session, pulse: Step, following: list[Step]) -> None:
+    """Look at what comes up to the next command."""
+    stretch, begin_ns = session.stretch, pulse.heard.ns
+    until_ns = min(stretch.end_ns, begin_ns + round(PULSE_SEEN_S * NS_PER_S))
+    until_ns = next((step.heard.ns for step in following if step.heard.by == HOST), until_ns)
+    within_it = [step for step in following if step.heard.ns <= until_ns]
     if any(isinstance(step.packet, SyncEcho) for step in within_it):
-        raise Violation(f"PULSE was echoed like a SYNC0 ({where})", evidence)
-    listened_s = (until_ns - pulse.heard.ns) / NS_PER_S
+        raise Violation(f"PULSE was echoed like a SYNC0 ({stretch.at(begin_ns)})", around(stretch, begin_ns))
+    listened_s = (until_ns - begin_ns) / NS_PER_S
     sips = sum(isinstance(step.packet, Sip) for step in within_it)
-    if listened_s >= 0.7 and sips < 0.5 / CYCLE_S and session.stretch.quiet(pulse.heard.ns, until_ns):
-        raise Violation(f"PULSE has ended the stream of SIPs ({where})", evidence)
+    if listened_s >= PULSE_SEEN_S and sips < 0.5 / CYCLE_S and stretch.quiet(begin_ns, until_ns):
+        raise Violation(f"PULSE has ended the stream of SIPs ({stretch.at(begin_ns)})", around(stretch, begin_ns))
 
 
 @on_recording("S40")
@@ -340,10 +350,12 @@ def test_close_ends_the_session(bench: CaptureCase) -> None:
     for stretch in stretches_of(bench, TARGET):
         found = list(steps_of(stretch))
         for at, step in enumerate(found):
-            behind = [one for one in found[at + 1 :] if one.heard.ns - step.heard.ns <= UNASKED_S * NS_PER_S]
+            if step.means is not Means.CLOSE:
+                continue
+            following = behind(found, at, UNASKED_S)
             listened = stretch.quiet(step.heard.ns, step.heard.ns + round(UNASKED_S * NS_PER_S))
-            if step.means is Means.CLOSE and listened and not any(one.heard.by == HOST for one in behind):
-                last = max((one.heard.ns for one in behind if isinstance(one.packet, Sip)), default=step.heard.ns)
+            if listened and not any(one.heard.by == HOST for one in following):
+                last = max((one.heard.ns for one in following if isinstance(one.packet, Sip)), default=step.heard.ns)
                 worst.take((last - step.heard.ns) / NS_PER_S, stretch.at(step.heard.ns), stretch.uncertainty_s)
     worst.judge(CLOSED_WITHIN_S, "nobody listened for half a second behind a CLOSE")
     again = ((stretch, step.heard) for stretch, step in steps(bench, TARGET)

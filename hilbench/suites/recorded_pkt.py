@@ -65,7 +65,8 @@ def test_periodic_reports(bench: CaptureCase) -> None:
         raise NotApplicable(f"no host was silent for {WINDOW_S:g} s in this recording")
     for stretch, begin_ns in windows:
         end_ns = begin_ns + WINDOW_NS
-        names = [one.item.name for one in stretch.by(TARGET) if begin_ns < one.ns <= end_ns and one.sound]
+        reports = stretch.between(begin_ns + 1, end_ns)
+        names = [one.item.name for one in reports if one.by == TARGET and one.sound]
         for name, (least, most) in REPORTS.items():
             uncertain = round(most / WINDOW_S * stretch.uncertainty_s)
             what = f"{name} in 10 s ({stretch.at(begin_ns)})"
@@ -87,8 +88,8 @@ def settled_ns(stretch: Stretch, word: Heard) -> int:
     settled_ns = word.ns + SETTLED_NS
     if not isinstance(command_of(word), RequestTelemetry):
         return settled_ns
-    reports = (one.ns for one in stretch.by(TARGET) if one.ns > word.ns and one.item.name == "GeneralReport")
-    return min(next(reports, settled_ns), settled_ns)
+    behind = stretch.between(word.ns + 1, settled_ns)
+    return next((one.ns for one in behind if one.by == TARGET and one.item.name == "GeneralReport"), settled_ns)
 
 
 @on_recording("P50")
@@ -97,11 +98,10 @@ def test_all_is_frames(bench: CaptureCase) -> None:
     if not heard:
         raise NotApplicable("no host said anything in this recording")
     for stretch, one in heard:
-        evidence = around(stretch, one.ns)
         if not one.sound:
-            raise Violation(f"bytes in no frame: {one.item.name} ({stretch.at(one.ns)})", evidence)
+            raise Violation(f"bytes in no frame: {one.item.name} ({stretch.at(one.ns)})", around(stretch, one.ns))
         if one.item.kind is not Kind.FRAME or isinstance(command_of(one), UnknownCommand):
-            raise Violation(f"the rover has no such command ({stretch.at(one.ns)})", evidence)
+            raise Violation(f"the rover has no such command ({stretch.at(one.ns)})", around(stretch, one.ns))
 
 
 def command_of(one: Heard) -> object:

@@ -2,43 +2,11 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import pytest
 
-from hilbench.check import Violation
-from hilbench.check.verdicts import Inconclusive, NotApplicable
-from hilbench.recordings.listening import stretches
-from hilbench.suites import recorded_carla, recorded_p2os, recorded_pkt
 from protocols import carla, p2os, pkt
 
 MS = 1_000_000
-SUITES = {"p2os": recorded_p2os, "pkt": recorded_pkt, "carla": recorded_carla}
-
-
-@pytest.fixture
-def wrong(recording_of):
-    """Judge bytes (ns, way, bytes) of one end of a line by listening; return what was found wrong."""
-
-    def judge(protocol, said, *, source="checker", case="", end_ns=0):
-        events = [{"ns": 0, "kind": "case", "source": "journal", "case": case}] if case else []
-        events += [{"ns": ns, "kind": way, "source": source, "data": data.hex()} for ns, way, data in said]
-        events.append({"ns": max(end_ns, said[-1][0]), "kind": "note", "source": "desk", "text": "the end"})
-        bench = SimpleNamespace(stretches=stretches(recording_of(events), protocol))
-        tests = [test for name, test in vars(SUITES[protocol]).items() if name.startswith("test_")]
-        return [str(error) for test in tests if (error := violation(test, bench)) is not None]
-
-    return judge
-
-
-def violation(test, bench):
-    try:
-        test(bench)
-    except Violation as error:
-        return error
-    except (Inconclusive, NotApplicable):
-        pass
-    return None
 
 
 def in_bytes(*frames):
