@@ -58,11 +58,10 @@ class Stretch:
 
     Attributes:
         case: the id of the case; empty without.
-        heard: what passed the line, in order of time.
+        heard: what passed the line, in order of time, without what the beginning and the end have left of a frame.
         begin_ns: from when on it was listened, in ns.
         end_ns: until when.
-        from_start: whether nothing was said before, as in a case; else it may begin in the middle of a session, or of
-            a frame, whose end is not in `heard`, as that of a frame which the end of the recording has cut.
+        from_start: whether nothing was said before, as in a case; else it may begin in the middle of a session.
         under_test: who may be judged; in a case of `check` only one of the two, for the other may err on purpose.
         uncertainty_s: how far off times may be.
         disturbed_ns: when something happened that is nobody's fault, in order: a fault of the line's, or it was cut.

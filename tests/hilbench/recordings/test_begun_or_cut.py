@@ -62,6 +62,22 @@ def test_a_case_that_ends_anywhere(wrong, protocol, said):
         assert wrong(protocol, said[:end], case="p2os-server/one") == [], end
 
 
+def test_what_a_robot_brakes_with_may_have_been_set_before(wrong):
+    """It drives at 400 mm/s, hears nothing from 0.5 s on, and brakes with 100 mm/s2 from 2.5 s on."""
+    speeds = [400] * 24 + [400 - 10 * number for number in range(41)] + [0] * 5
+    sips = [p2os.encode_frame(p2os.Sip(moving=speed > 0, left_raw=speed, right_raw=speed).encode()) for speed in speeds]
+    driven = in_bytes(
+        *((0, "tx", SYNCS[0]), (20, "rx", SYNCS[0]), (30, "tx", SYNCS[1]), (40, "rx", SYNCS[1]), (50, "tx", SYNCS[2])),
+        *((60, "rx", IDENTIFICATION), (100, "tx", p2os.encode_command(p2os.Command(number=1)))),
+        (400, "tx", p2os.encode_command(p2os.Command(number=p2os.CommandNumber.SETA, argument=-100))),
+        (500, "tx", SYNCS[0]),
+        *((150 + 100 * number, "rx", sip) for number, sip in enumerate(sips)),
+    )
+    behind = [one for one in driven if one[0] > 450 * MS]
+    for said in (driven, behind):
+        assert [one for one in wrong("p2os", said) if "silence of the client" not in one] == []
+
+
 # --- what no beginning and no end excuses
 
 
@@ -81,6 +97,13 @@ def test_noise_at_the_beginning_of_a_case(wrong):
 def test_more_noise_than_a_frame_has(wrong):
     assert wrong("pkt", [(0, "tx", b"\x55" * 259), *later(DRIVE, 10)])
     assert not wrong("pkt", [(0, "tx", b"\x55" * 258), *later(DRIVE, 10)])
+
+
+def test_more_noise_of_a_server_than_a_packet_has(wrong):
+    assert wrong("p2os", [(0, "rx", b"\x55" * 600), *later(SESSION, 10)]) == [
+        "nobody has asked (the recording at 0.0000 s)"
+    ]
+    assert wrong("p2os", [(0, "rx", b"\x55" * 250), *later(SESSION, 10)]) == []
 
 
 def test_noise_that_comes_later_than_the_beginning(wrong):
