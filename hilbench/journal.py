@@ -15,9 +15,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 import hashlib
-import os
 import platform
-import stat
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -27,7 +25,8 @@ from typing import Any
 import msgspec
 
 import hilbench
-from hilbench.errors import HilbenchError, InternalError, UnavailableError, UsageError
+from hilbench.errors import InternalError, UnavailableError, UsageError
+from hilbench.journal_file import JournalFile
 from hilbench.names import escaped_all
 
 FORMAT = 1
@@ -94,14 +93,14 @@ class Journal:
         header: What the first line says beside the versions: seed, digests of images and bench file, timing model.
         keep: How many of the latest events stay in memory, as evidence.
         max_bytes: What the journal may take on disk; when half of it is full, the file is renamed to PATH.1 (and an
-            older PATH.1 forgotten). None for no limit.
+            older PATH.1 forgotten). None for no limit; devices and pipes have none.
 
     Attributes:
         on_event: Called with each event as it is recorded; None while nobody listens.
 
     Raises:
-        UsageError: the path holds something else.
-        UnavailableError: the file cannot be written.
+        UsageError: the path, or PATH.1 where it is needed, holds something else.
+        UnavailableError: the file cannot be written, or another program writes it.
     """
 
     def __init__(
@@ -116,18 +115,15 @@ class Journal:
         self.header = _versions() | {key: _plain(value) for key, value in (header or {}).items()}
         self.recent: deque[Mapping[str, Any]] = deque(maxlen=keep)
         self.on_event: Callable[[Mapping[str, Any]], None] | None = None
-        self._max_bytes = max_bytes
         self._part = 0
         self._pending: list[bytes] = []
         self._pending_bytes = 0
-        self._written_bytes = 0
         self._case: str | None = None
         self._case_start_ns = 0
         self._digest = hashlib.sha256()
-        self._descriptor: int | None = None
-        if self.path is not None:
-            self._descriptor = _open(self.path)
-            self._write_header()
+        self._file = None if self.path is None else JournalFile(self.path, max_bytes)
+        if self._file is not None:
+            self._write_header(self._file)
 
     # --- recording
 
@@ -148,7 +144,7 @@ class Journal:
             self.on_event(event)
         if self._case is not None and not kind.startswith("host"):
             self._add_to_hash(event)
-        if self._descriptor is not None:
+        if self._file is not None:
             self._queue(event)
 
     def record_value(self, kind: str, source: str, at_ns: int, value: object) -> None:
@@ -157,26 +153,24 @@ class Journal:
 
     def flush_step(self) -> None:
         """Write what was recorded since the last call, in one piece. Called by the bench after each of its steps."""
-        if not self._pending or self._descriptor is None:
+        if not self._pending or self._file is None:
             return
-        data = b"".join(self._pending)
-        self._pending.clear()
-        self._pending_bytes = 0
-        self._write(data)
-        self._written_bytes += len(data)
-        if self._max_bytes is not None and self._written_bytes >= self._max_bytes // 2:
-            self._rotate()
+        self._write_pending(self._file)
+        if self._file.full:
+            self._file.begin_anew()
+            self._part += 1
+            self._write_header(self._file)
 
     def close(self, at_ns: int = 0) -> None:
         """Write what is left and an end mark, and close the file; a second call does nothing."""
-        if self._descriptor is None:
+        if self._file is None:
             return
-        self._queue({"ns": at_ns, "kind": "host-end", "source": "journal"})
+        file, self._file = self._file, None
+        self._pending.append(_encoded(_encoder, {"ns": at_ns, "kind": "host-end", "source": "journal"}))
         try:
-            self.flush_step()
+            self._write_pending(file)
         finally:
-            os.close(self._descriptor)
-            self._descriptor = None
+            file.close()
 
     # --- cases
 
@@ -217,30 +211,14 @@ class Journal:
         if self._pending_bytes >= _FLUSH_BYTES:
             self.flush_step()
 
-    def _write_header(self) -> None:
-        line = _encoded(_encoder, {"kind": "journal", "part": self._part} | self.header)
-        self._write(line)
-        self._written_bytes = len(line)
+    def _write_header(self, file: JournalFile) -> None:
+        file.write(_encoded(_encoder, {"kind": "journal", "part": self._part} | self.header))
 
-    def _write(self, data: bytes) -> None:
-        assert self._descriptor is not None
-        view = memoryview(data)
-        try:
-            while view:
-                view = view[os.write(self._descriptor, view) :]
-        except OSError as error:
-            raise _cannot_write(self.path, error) from error
-
-    def _rotate(self) -> None:
-        assert self._descriptor is not None
-        assert self.path is not None
-        if not self.path.is_file():
-            return  # a device or a pipe: nothing to rotate
-        os.close(self._descriptor)
-        self.path.replace(self.path.with_name(self.path.name + ".1"))
-        self._descriptor = _open(self.path)
-        self._part += 1
-        self._write_header()
+    def _write_pending(self, file: JournalFile) -> None:
+        data = b"".join(self._pending)
+        self._pending.clear()
+        self._pending_bytes = 0
+        file.write(data)
 
     # --- reading
 
@@ -354,24 +332,3 @@ def _decoded(line: bytes) -> dict[str, Any] | None:
         return msgspec.json.decode(line, type=dict[str, Any])
     except (msgspec.DecodeError, UnicodeDecodeError):
         return None
-
-
-def _open(path: Path) -> int:
-    try:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
-    except OSError as error:
-        raise _cannot_write(path, error) from error
-    status = os.fstat(descriptor)
-    if stat.S_ISREG(status.st_mode):
-        if status.st_size and b'"kind":"journal"' not in os.pread(descriptor, 32, 0):
-            os.close(descriptor)
-            raise UsageError(
-                "is not a journal and will not be overwritten", where=str(path), hint="choose another file"
-            )
-        os.ftruncate(descriptor, 0)
-    return descriptor
-
-
-def _cannot_write(path: Path | None, error: OSError) -> HilbenchError:
-    reason = error.strerror or str(error)
-    return UnavailableError(f"the journal cannot be written: {reason}", where=str(path), hint="choose another file")

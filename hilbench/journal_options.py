@@ -32,7 +32,12 @@ def check_journal(parsed: argparse.Namespace) -> None:
     """Make sure that a limit has something to limit.
 
     Raises:
-        UsageError: ``--journal-max`` without ``--journal``.
+        UsageError: ``--journal-max`` without ``--journal``, or for what cannot be begun anew.
     """
+    from hilbench.journal_file import limited_name
+
     if parsed.journal_max is not None and parsed.journal is None:
         raise UsageError("there is no journal to limit", where="--journal-max", hint="give --journal FILE, too")
+    if parsed.journal_max is not None and limited_name(parsed.journal) is None:
+        hint = "name a file, or leave --journal-max away"
+        raise UsageError("is no file on a disk that can become FILE.1", where=f"--journal {parsed.journal}", hint=hint)

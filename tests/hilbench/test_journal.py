@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import enum
+import gc
 import math
 import os
 import signal
@@ -174,6 +175,41 @@ def test_an_older_journal_is_overwritten_and_anything_else_refused(tmp_path):
         Journal(tmp_path / "missing" / "j")
     with pytest.raises(UnavailableError, match="cannot be read"):
         Journal.read(tmp_path / "missing")
+
+
+def test_one_program_writes_it_at_a_time(tmp_path):
+    path = tmp_path / "j.jsonl"
+    first = Journal(path)
+    first.record("tx", "a", 1)
+    first.flush_step()
+    with pytest.raises(UnavailableError, match=r"j\.jsonl: is being written by another program"):
+        Journal(path)
+    first.close()
+    assert len(Journal.read(path).events) == 2
+    Journal(path).close()
+
+
+def test_a_part_before_that_somebody_writes_is_left_alone(tmp_path):
+    theirs = Journal(tmp_path / "j.jsonl.1")
+    with pytest.raises(UnavailableError, match=r"j\.jsonl\.1: is being written by another program"):
+        Journal(tmp_path / "j.jsonl", max_bytes=1000)
+    theirs.close()
+    Journal(tmp_path / "j.jsonl", max_bytes=1000).close()
+
+
+def test_a_journal_that_is_forgotten_is_free_again(tmp_path):
+    Journal(tmp_path / "j.jsonl")
+    gc.collect()
+    Journal(tmp_path / "j.jsonl").close()
+
+
+def test_where_files_have_no_locks_it_is_written_without(tmp_path, monkeypatch):
+    def no_locks(*_words):
+        raise OSError(37, "No locks available")
+
+    monkeypatch.setattr("fcntl.flock", no_locks)
+    Journal(tmp_path / "j.jsonl").close()
+    assert Journal.read(tmp_path / "j.jsonl").ended
 
 
 def test_full_disk_is_one_line():
