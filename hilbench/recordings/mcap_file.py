@@ -183,6 +183,8 @@ class _Reader:
             whole = end <= len(data)
             try:
                 self._take(code, body, whole=whole)
+            except _DamagedError as error:
+                return f"the chunk at byte {at} is damaged: {error}"
             except _UNREADABLE as error:
                 return f"the record at byte {at} cannot be read: {type(error).__name__}"
             if not whole:
@@ -193,7 +195,7 @@ class _Reader:
 
     def _take(self, code: int, body: bytes, *, whole: bool) -> None:
         if code == _CHUNK:
-            for inner, content in _records(_unpacked(body, whole=whole)):
+            for inner, content in _records(_unpacked(body, whole=whole), whole=whole):
                 self._take(inner, content, whole=True)
         elif not whole:
             return
@@ -240,18 +242,31 @@ def _record(data: bytes, at: int) -> tuple[int, bytes, int] | None:
     return code, data[begin : begin + length], begin + length
 
 
-def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield the whole records of a chunk, which may be cut."""
+class _DamagedError(ValueError):
+    """A chunk is all there, and not what was written."""
+
+
+def _records(data: bytes, *, whole: bool) -> Iterator[tuple[int, bytes]]:
+    """Yield the whole records of a chunk; if it is not cut, they end where it does.
+
+    Raises:
+        _DamagedError: they do not.
+    """
     at = 0
-    while (record := _record(data, at)) is not None:
+    while (record := _record(data, at)) is not None and record[2] <= len(data):
         code, body, at = record
-        if at > len(data):
-            return
         yield code, body
+    if whole and at != len(data):
+        raise _DamagedError(f"it holds no whole record at its byte {at}")
 
 
 def _unpacked(body: bytes, *, whole: bool) -> bytes:
-    """Return the records of a chunk; of one that is cut what there is, if it is not compressed."""
+    """Return the records of a chunk; of one that is cut what there is, if it is not compressed.
+
+    Raises:
+        _DamagedError: they are not those that were written.
+        ValueError: they cannot be unpacked.
+    """
     if not whole:
         if len(body) < 32:
             return b""
@@ -259,11 +274,13 @@ def _unpacked(body: bytes, *, whole: bool) -> bytes:
         return b"" if name_length else body[40:]
     from mcap.data_stream import ReadDataStream
     from mcap.records import Chunk
-    from mcap.stream_reader import get_chunk_data_stream
+    from mcap.stream_reader import CRCValidationError, get_chunk_data_stream
 
     chunk = Chunk.read(ReadDataStream(io.BytesIO(body)))
     try:
-        stream, length = get_chunk_data_stream(chunk)
+        stream, length = get_chunk_data_stream(chunk, validate_crc=True)
         return bytes(stream.read(length))
+    except CRCValidationError as error:
+        raise _DamagedError("its CRC is wrong") from error
     except Exception as error:
         raise ValueError(str(error)) from error

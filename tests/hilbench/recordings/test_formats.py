@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import random
+import struct
 from itertools import pairwise
 
 import pytest
@@ -164,14 +165,55 @@ class TestCut:
             assert found.end_ns == max((int(line[1:]) for line in complete if line.startswith(b"#")), default=0)
 
 
+class TestDamagedMcap:
+    """A chunk that is all there, and not what was written, ends the reading: nothing behind a hole is told."""
+
+    @pytest.fixture
+    def chunks(self, recording_of):
+        """A recording of several chunks, as MCAP, and where its chunks begin."""
+        events = [
+            {"ns": number, "kind": "tx", "source": "checker", "data": "55" * 20_000, "mark": f"<{number:04}>"}
+            for number in range(20)
+        ]
+        file = io.BytesIO()
+        write_mcap(recording_of(events), file)
+        data, at, begins = file.getvalue(), 8, []
+        while at + 9 <= len(data):
+            code, length = struct.unpack_from("<BQ", data, at)
+            begins += [at] * (code == 6)
+            at += 9 + length
+        assert len(begins) > 2
+        return data, begins, tuple(events)
+
+    def test_bytes_that_are_others_than_were_written(self, chunks):
+        data, begins, events = chunks
+        for begin in begins:
+            damaged = bytearray(data)
+            damaged[begin + 5000] ^= 1
+            found = parse_recording(bytes(damaged), "it")
+            assert list(found.events) == [event for event in events if data.index(event["mark"].encode()) < begin]
+            assert found.problem == f"the chunk at byte {begin} is damaged: its CRC is wrong"
+
+    @pytest.mark.parametrize("length", [2**40, 2**64 - 1, 3])
+    def test_a_record_that_does_not_fit_into_a_chunk_without_a_checksum(self, chunks, length):
+        data, begins, events = chunks
+        damaged = bytearray(data)
+        struct.pack_into("<I", damaged, begins[1] + 9 + 24, 0)
+        head = data.rindex(b'{"ns":9,', 0, data.index(b"<0009>")) - 31
+        assert struct.unpack_from("<BQ", data, head) == (5, data.index(b"<0009>") - head + 8 - 9)
+        struct.pack_into("<Q", damaged, head + 1, length)
+        found = parse_recording(bytes(damaged), "it")
+        assert found.events == events[:9]
+        assert found.problem is not None
+        assert f"at byte {begins[1]} " in found.problem
+
+
 class TestForeignCaptures:
     """Captures that other programs have made of a serial line."""
 
     @pytest.mark.parametrize("order", ["<", ">"])
     @pytest.mark.parametrize("resolution", [None, 6, 9, 0x80 | 10])
     def test_of_any_byte_order_and_resolution(self, order, resolution):
-        import struct
-
         def block(kind, body):
             return struct.pack(f"{order}II", kind, len(body) + 12) + body + struct.pack(f"{order}I", len(body) + 12)
 
@@ -212,7 +254,6 @@ class TestForeignCaptures:
     )
     def test_what_else_happened_on_a_line_is_a_note(self, kind, expected):
         """Event types of LINKTYPE_RTAC_SERIAL (tcpdump.org/linktypes)."""
-        import struct
 
         def block(code, body):
             return struct.pack("<II", code, len(body) + 12) + body + struct.pack("<I", len(body) + 12)
