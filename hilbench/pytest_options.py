@@ -6,7 +6,13 @@ this file, no fixture is there, and no test is touched; `hilbench check` runs py
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Callable
+from typing import TypeVar
+
 import pytest
+
+ValueT = TypeVar("ValueT")
 
 FULL = "hilbench.pytest_plugin"
 """The plugin proper, which may be loaded by its name instead, and then brings the options along."""
@@ -21,9 +27,29 @@ def add_options(parser: pytest.Parser) -> None:
         help="built-in bench or bench file (default: as hilbench check)")  # fmt: skip
     add("--hil-target", "--hilbench-target", metavar="[NAME=]T", action="append", default=[],
         help="target to check instead")  # fmt: skip
-    add("--hil-seed", "--hilbench-seed", metavar="N", type=int, default=0, help="seed of the run (default: 0)")
-    add("--hil-timeout-scale", "--hilbench-timeout-scale", metavar="X", type=float, default=1.0,
+    add("--hil-seed", "--hilbench-seed", metavar="N", type=_seed, default=0, help="seed of the run (default: 0)")
+    add("--hil-timeout-scale", "--hilbench-timeout-scale", metavar="X", type=_timeout_scale, default=1.0,
         help="wait X times longer (default: 1)")  # fmt: skip
+
+
+def _seed(text: str) -> int:
+    from hilbench.arguments import seed
+
+    return _understood(seed, text)
+
+
+def _timeout_scale(text: str) -> float:
+    from hilbench.arguments import timeout_scale
+
+    return _understood(timeout_scale, text)
+
+
+def _understood(read: Callable[[str], ValueT], text: str) -> ValueT:
+    """Read a value as the command line of hilbench does, and say what is wrong in its words."""
+    try:
+        return read(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import subprocess
 import sys
@@ -9,6 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from hilbench.pytest_options import add_options
+
+SCALE = "--hil-timeout-scale"
 ROOT = Path(__file__).parents[2]
 OWN = """
 from hilbench.check import case
@@ -50,6 +54,42 @@ def test_where_plugins_do_not_load_by_themselves(plain_pytest):
     words = ("-p", "hilbench.pytest_plugin", "--hil-bench", "pioneer-plane")
     done = plain_pytest(*words, PYTEST_DISABLE_PLUGIN_AUTOLOAD="1")
     assert "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("option", "text", "said"),
+    [
+        *(
+            ("--hil-timeout-scale", text, f"'{text}' is not a factor of 1 to 1000")
+            for text in ("0", "-5", "nan", "inf")
+        ),
+        ("--hil-seed", "-1", f"-1 is not between 0 and {2**63 - 1}"),
+        ("--hil-seed", str(2**63), f"{2**63} is not between 0 and {2**63 - 1}"),
+        ("--hil-seed", "x", "'x' is not a whole number"),
+    ],
+)
+def test_values_are_those_of_the_command_line(option, text, said):
+    readers = {}
+
+    class Group:
+        def getgroup(self, _name):
+            return self
+
+        def addoption(self, name, *_names, **how):
+            readers[name] = how.get("type")
+
+    add_options(Group())
+    with pytest.raises(argparse.ArgumentTypeError) as caught:
+        readers[option](text)
+    assert str(caught.value) == said
+
+
+def test_a_wrong_value_is_one_line_of_pytest(plain_pytest):
+    done = plain_pytest("--hil-bench", "pioneer-plane", "--hil-timeout-scale=nan")
+    assert done.returncode == pytest.ExitCode.USAGE_ERROR
+    said = "error: argument --hil-timeout-scale/--hilbench-timeout-scale: 'nan' is not a factor of 1 to 1000\n"
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_who_does_not_ask_for_it_has_none_of_it(plain_pytest):
