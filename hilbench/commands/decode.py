@@ -63,7 +63,7 @@ def run(parsed: argparse.Namespace) -> int:
         descriptor = 0 if parsed.file == "-" else os.open(parsed.file, os.O_RDONLY)
     except OSError as error:
         raise UnavailableError(f"cannot be read: {error.strerror}", where=where) from error
-    chunks = read_chunks(descriptor, where, parsed.input)
+    chunks = read_chunks(descriptor, where, parsed.input, lambda remark: console.narrate(f"{where}: {remark}"))
     for lines in decode(
         chunks,
         parsed.protocol,

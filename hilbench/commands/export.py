@@ -53,6 +53,7 @@ def run(parsed: argparse.Namespace) -> int:
     from hilbench.recordings.export import export
     from hilbench.recordings.layout import of_case
     from hilbench.recordings.reading import read_recording
+    from hilbench.recordings.remarks import remarks_on
 
     outputs = {name: getattr(parsed, name) for name in _FORMATS if getattr(parsed, name) is not None}
     if not outputs:
@@ -66,8 +67,8 @@ def run(parsed: argparse.Namespace) -> int:
     console, where = Console(), str(parsed.journal)
     recording = of_case(read_recording(parsed.journal), parsed.case, where)
     written = export(recording, outputs, parsed.protocol, where)
-    if recording.problem is not None:
-        console.narrate(f"{where}: {recording.problem}: written up to there")
+    for remark in remarks_on(recording.header, recording.problem, "written"):
+        console.narrate(f"{where}: {remark}")
     if parsed.json:
         files = [{"file": str(one.path), "events": one.events, "remark": one.remark} for one in written]
         console.data(json_text({"format": 1, "complete": recording.problem is None, "files": files}))

@@ -90,6 +90,7 @@ def _into(parsed: argparse.Namespace) -> int:
     from hilbench.recordings.frames import spoken
     from hilbench.recordings.layout import laid_out, of_case
     from hilbench.recordings.reading import read_recording
+    from hilbench.recordings.remarks import remarks_on
     from hilbench.recordings.replaying import replay_into
 
     path = Path(parsed.journal)
@@ -108,6 +109,8 @@ def _into(parsed: argparse.Namespace) -> int:
     interruption.raise_once()
     provider = make_provider(_options(parsed, protocol))
     console = Console()
+    for remark in remarks_on(recording.header, recording.problem, "played"):
+        console.narrate(f"{path}: {remark}")
     told = []
     try:
         for one in replay_into(recording, provider, protocol, str(path)):

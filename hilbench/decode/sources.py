@@ -11,11 +11,14 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from hilbench.decode.chunks import Chunk, chunk_of
 from hilbench.errors import UnavailableError
+from hilbench.recordings.event_form import wrong_with
+from hilbench.recordings.layout import BYTE_KINDS
+from hilbench.recordings.remarks import remarks_on
 
 __all__ = ["FORMS", "read_chunks"]
 
@@ -39,13 +42,18 @@ _DUMPS = (
 _PAIRS = re.compile(r"^(?:[0-9A-Fa-f]{2}[\s,]*)*$")
 
 
-def read_chunks(descriptor: int, where: str, form: str = "auto") -> Iterator[Chunk]:
+Say = Callable[[str], None]
+"""Takes what a person must know of a source: that it was cut, or where its beginning is."""
+
+
+def read_chunks(descriptor: int, where: str, form: str, say: Say) -> Iterator[Chunk]:
     """Read a source piece by piece.
 
     Args:
         descriptor: an open file.
         where: its name, for messages.
         form: one of `FORMS`.
+        say: takes remarks.
 
     Raises:
         UnavailableError: it cannot be read, or is not of this form; the line is named.
@@ -59,9 +67,9 @@ def read_chunks(descriptor: int, where: str, form: str = "auto") -> Iterator[Chu
     elif form == "hex":
         yield from _hex(pieces, where)
     elif form == "capture":
-        yield from _capture(pieces, where)
+        yield from _capture(pieces, where, say)
     else:
-        yield from _journal(pieces, where)
+        yield from _journal(pieces, where, say)
 
 
 def _pieces(descriptor: int, where: str) -> Iterator[bytes]:
@@ -166,26 +174,41 @@ def _hex(pieces: Iterator[bytes], where: str) -> Iterator[Chunk]:
             yield Chunk(data=data)
 
 
-def _journal(pieces: Iterator[bytes], where: str) -> Iterator[Chunk]:
+def _journal(pieces: Iterator[bytes], where: str, say: Say) -> Iterator[Chunk]:
+    header: Mapping[str, Any] = {}
+    problem = None
     for number, line, whole in _lines(pieces, where):
-        try:
-            event: Any = json.loads(line)
-            chunk = chunk_of(event)
-            if chunk is not None:
-                yield chunk
-        except (ValueError, TypeError, KeyError):
-            if whole:
-                raise UnavailableError("is no event of a journal", where=f"{where}:{number}") from None
+        event = _event_in(line)
+        if event is None and whole:
+            raise UnavailableError("is no event of a journal", where=f"{where}:{number}")
+        if event is None:
+            problem = f"cut in line {number}"
+        elif event["kind"] == "journal":
+            header = header or event
+        elif (chunk := chunk_of(event)) is not None:
+            yield chunk
+    for remark in remarks_on(header, problem, "decoded"):
+        say(remark)
 
 
-def _capture(pieces: Iterator[bytes], where: str) -> Iterator[Chunk]:
+def _event_in(line: str) -> Mapping[str, Any] | None:
+    """Return the event of a line; None if it is none, or has bytes that cannot be placed."""
+    try:
+        event = json.loads(line)
+        damaged = event["kind"] in BYTE_KINDS and wrong_with(event)
+    except (ValueError, TypeError, KeyError, RecursionError):
+        return None
+    return None if damaged else event
+
+
+def _capture(pieces: Iterator[bytes], where: str, say: Say) -> Iterator[Chunk]:
     """Read a file whole, and tell its events like those of a journal."""
     from hilbench.recordings.reading import parse_recording
 
-    for event in parse_recording(b"".join(pieces), where).events:
-        try:
-            chunk = chunk_of(event)
-        except (ValueError, TypeError, KeyError):
-            raise UnavailableError(f"has an event that cannot be read: {event}", where=where) from None
+    recording = parse_recording(b"".join(pieces), where)
+    for event in recording.events:
+        chunk = chunk_of(event)
         if chunk is not None:
             yield chunk
+    for remark in remarks_on(recording.header, recording.problem, "decoded"):
+        say(remark)

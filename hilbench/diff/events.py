@@ -14,6 +14,7 @@ from typing import Any
 from hilbench.clock import NS_PER_S
 from hilbench.diff.compare import span
 from hilbench.journal import PROSE_FIELDS, Recording
+from hilbench.recordings.remarks import remarks_on
 
 __all__ = ["CaseDiff", "Divergence", "EventDiff", "EventOptions", "as_data", "as_text", "compare_events"]
 
@@ -94,7 +95,7 @@ class EventDiff:
     Attributes:
         cases: each case of A, then those of B alone.
         options: what was compared.
-        remarks: what a person must know: where a recording was cut.
+        remarks: what a person must know: where a recording was cut, or that its beginning is elsewhere.
     """
 
     cases: tuple[CaseDiff, ...]
@@ -113,9 +114,9 @@ def compare_events(a: Recording, b: Recording, options: EventOptions) -> EventDi
     names = list(dict.fromkeys([*in_a, *in_b]))
     cases = tuple(_case(name, in_a.get(name), in_b.get(name), options) for name in names)
     remarks = tuple(
-        f"{side}: {recording.problem}: compared up to there"
+        f"{side}: {remark}"
         for side, recording in (("A", a), ("B", b))
-        if recording.problem is not None
+        for remark in remarks_on(recording.header, recording.problem, "compared")
     )
     return EventDiff(cases=cases, options=options, remarks=remarks)
 

@@ -15,6 +15,7 @@ from hilbench.journal import Journal, Recording
 from hilbench.mcu.pin_log import WINDOW_NS
 from hilbench.nearest import did_you_mean
 from hilbench.recordings.event_form import wrong_with
+from hilbench.recordings.remarks import remarks_on
 
 __all__ = ["read_journal"]
 
@@ -58,7 +59,7 @@ def read_journal(path: Path, case: str = "") -> Capture:
         floats=True,
         case=case,
         complete=recording.ended and recording.problem is None,
-        remarks=tuple(_remarks(recording)),
+        remarks=tuple(remarks_on(recording.header, recording.problem, "compared")),
     )
 
 
@@ -68,13 +69,6 @@ def _check(path: Path, recording: Recording) -> None:
     for number, event in enumerate(recording.events, 2):  # an event is a line, and the first line is the header
         if wrong := wrong_with(event):
             raise UnavailableError(wrong, where=f"{path}:{number}")
-
-
-def _remarks(recording: Recording) -> Iterable[str]:
-    if recording.problem is not None:
-        yield f"{recording.problem}: compared up to there"
-    if recording.header.get("part"):
-        yield "its beginning is in an older file"
 
 
 def _chosen(path: Path, recording: Recording, case: str) -> tuple[str, int, int, Iterable[Event]]:

@@ -132,7 +132,7 @@ def test_hex_dumps(form, data):
     os.write(writer, "\n".join(form(data)).encode())
     os.close(writer)
     try:
-        assert b"".join(chunk.data for chunk in read_chunks(reader, "dump", "hex")) == data
+        assert b"".join(chunk.data for chunk in read_chunks(reader, "dump", "hex", print)) == data
     finally:
         os.close(reader)
 
@@ -302,7 +302,30 @@ def test_the_end_of_a_journal_may_be_missing(tmp_path, capsys):
     event = json.dumps({"ns": 5, "kind": "tx", "source": "rover", "data": REQUEST.hex()})
     (tmp_path / "cut").write_text(f'{{"kind":"journal"}}\n{event}\n{event[:20]}')
     assert main(["decode", "pkt", str(tmp_path / "cut")]) == 0
-    assert capsys.readouterr().out == "       0      0.000000 s  rover tx      REQUEST_TMY\n"
+    said = capsys.readouterr()
+    assert said.out == "       0      0.000000 s  rover tx      REQUEST_TMY\n"
+    assert said.err == f"{tmp_path / 'cut'}: cut in line 3: decoded up to there\n1 frame\n"
+
+
+@pytest.mark.parametrize("form", ["journal", "mcap", "pcapng", "csv"])
+def test_a_later_part_of_a_journal_says_where_its_beginning_is(tmp_path, capsys, form):
+    path, capture = tmp_path / "part.jsonl", tmp_path / "capture"
+    event = json.dumps({"ns": 5, "kind": "tx", "source": "rover", "data": REQUEST.hex()})
+    header = json.dumps({"kind": "journal", "part": 2}, separators=(",", ":"))
+    path.write_text(f"{header}\n{event}\n")
+    if form != "journal":
+        assert main(["export", str(path), f"--{form}", str(capture)]) == 0
+        assert capsys.readouterr().err == f"{path}: its beginning is in an older file\n"
+    source = path if form == "journal" else capture
+    assert main(["decode", "pkt", str(source)]) == 0
+    assert capsys.readouterr().err == f"{source}: its beginning is in an older file\n1 frame\n"
+
+
+def test_parts_that_follow_each_other_have_their_beginning(tmp_path, capsys):
+    event = json.dumps({"ns": 5, "kind": "tx", "source": "rover", "data": REQUEST.hex()})
+    (tmp_path / "both").write_text("".join(f'{{"kind":"journal","part":{part}}}\n{event}\n' for part in range(2)))
+    assert main(["decode", "pkt", str(tmp_path / "both")]) == 0
+    assert capsys.readouterr().err == "2 frames\n"
 
 
 # --- input that never ends
@@ -370,4 +393,6 @@ def test_a_capture_that_was_cut_is_shown_up_to_there(tmp_path, capsys):
     capsys.readouterr()
     capture.write_bytes(capture.read_bytes()[:-140])
     assert main(["decode", "pkt", str(capture)]) == 0
-    assert capsys.readouterr().out.count("REQUEST_TMY") == 1
+    said = capsys.readouterr()
+    assert said.out.count("REQUEST_TMY") == 1
+    assert said.err == f"{capture}: cut in block 5: decoded up to there\n1 frame\n"
