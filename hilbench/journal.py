@@ -328,7 +328,8 @@ def _encoded(encoder: msgspec.json.Encoder, value: object) -> bytes:
 
 
 def _decoded(line: bytes) -> dict[str, Any] | None:
+    """Return what a line says; None of one that is damaged, and be it with brackets without end."""
     try:
         return msgspec.json.decode(line, type=dict[str, Any])
-    except (msgspec.DecodeError, UnicodeDecodeError):
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return None

@@ -9,7 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-__all__ = ["Capture", "Track", "Value", "shown"]
+__all__ = ["END_NS", "Capture", "Track", "Value", "shown"]
+
+END_NS = 2**62
+"""Times of a capture are before it, as those of a journal are: some 146 years."""
 
 Value = bool | int | str | None
 """A level (None: floats), a word, a byte as two hexadecimal digits, or a text."""

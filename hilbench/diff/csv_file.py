@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from hilbench.clock import NS_PER_S
-from hilbench.diff.capture import Capture, Track
+from hilbench.diff.capture import END_NS, Capture, Track
 from hilbench.errors import UnavailableError
 
 __all__ = ["read_csv"]
@@ -106,9 +106,12 @@ def _rows(path: Path, lines: Sequence[str], first: int, delimiter: str, columns:
 
 def _ns(text: str, unit: str, where: str) -> int:
     try:
-        return round(decimal.Decimal(text.strip()) * _NS[unit])
-    except (decimal.DecimalException, ValueError, OverflowError) as error:
-        raise UnavailableError(f"'{text.strip()}' is no time in {unit}", where=where) from error
+        exact = decimal.Decimal(text.strip()) * _NS[unit]
+        if abs(exact) < END_NS:
+            return round(exact)
+    except (decimal.DecimalException, ValueError):
+        pass
+    raise UnavailableError(f"'{text.strip()}' is no time in {unit}", where=where)
 
 
 def _level(text: str, where: str) -> bool | None:

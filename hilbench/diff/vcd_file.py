@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from hilbench.clock import NS_PER_S
-from hilbench.diff.capture import Capture, Track
+from hilbench.diff.capture import END_NS, Capture, Track
 from hilbench.errors import UnavailableError
 
 if TYPE_CHECKING:
@@ -140,6 +140,8 @@ class _Reader:
         ns = round(cast("int", data) * self._tick_ns)
         if ns < self.ns:
             raise ValueError(f"its time goes back to {ns} ns")
+        if ns >= END_NS:
+            raise ValueError("its time ends more than a century away")
         self.ns = ns
 
     def _change(self, data: object) -> None:

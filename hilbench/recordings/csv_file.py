@@ -55,7 +55,7 @@ def read_csv_events(data: bytes) -> Recording:
     for number, line in enumerate(lines[1:], 2):
         try:
             event = _event(line.decode("utf-8"))
-        except (ValueError, csv.Error, msgspec.DecodeError):
+        except (ValueError, csv.Error, msgspec.DecodeError, RecursionError):
             problem = f"line {number} cannot be read"
             break
         if event["kind"] == _HEADER and number == 2:

@@ -33,7 +33,7 @@ def _found(event: Event) -> Iterator[str]:
     yield from (_wrong(event, name, check) for name, check in _MAY_HAVE.get(kind, ()) if name in event)
     value = event.get("value")
     if kind == "event" and isinstance(value, dict) and "at_ns" in value:
-        yield _wrong(value, "at_ns", _whole)
+        yield _wrong(value, "at_ns", _time)
 
 
 def _wrong(fields: Event, name: str, check: Callable[[object], str]) -> str:

@@ -230,7 +230,7 @@ class _Reader:
                 self.events.append((message.sequence, event))
 
 
-_UNREADABLE = (ValueError, KeyError, struct.error, OverflowError, McapError, msgspec.DecodeError)
+_UNREADABLE = (ValueError, KeyError, struct.error, OverflowError, McapError, msgspec.DecodeError, RecursionError)
 
 
 def _record(data: bytes, at: int) -> tuple[int, bytes, int] | None:

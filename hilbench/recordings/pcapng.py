@@ -142,7 +142,7 @@ class _Reader:
             kind, body, at = block
             try:
                 self._take(kind, body)
-            except (struct.error, LookupError, TypeError, ValueError, msgspec.DecodeError):
+            except (struct.error, LookupError, TypeError, ValueError, msgspec.DecodeError, RecursionError):
                 return f"block {number} cannot be read"
         return None if number else "the file is empty"
 

@@ -159,6 +159,6 @@ def _first_line(file: int) -> bytes:
 def _event_in(line: bytes) -> Event | None:
     try:
         event = _decode(line)
-    except (msgspec.DecodeError, UnicodeDecodeError):
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return None
     return event if "kind" in event else None

@@ -283,6 +283,15 @@ def test_p2os_from_both_ends(tmp_path, capsys):
         ("dump", b"50 4B 54 21\n50 XY\n", "dump:2: '50 XY' is no line of a hex dump"),
         ("odd", b"50 4B 54 21\n5\n", "odd:2: '5' is no line"),
         ("journal", b'{"kind":"journal"}\nnothing\n', "journal:2: is no event of a journal"),
+        ("deep", b'{"kind":"journal"}\n{"kind":"x","v":' + b"[" * 100_000 + b"\n", "deep:2: is no event of a journal"),
+        *(
+            (
+                "ns",
+                b'{"kind":"tx","source":"rover","data":"55","ns":' + ns + b"}\n",
+                "ns:1: is no event of a journal",
+            )
+            for ns in (b"1e400", b"1" * 400, b"-1", b"NaN", b'"5"', b"null")
+        ),
     ],
 )
 def test_damaged_input(tmp_path, capsys, name, text, message):

@@ -17,6 +17,7 @@ from hilbench.recordings.layout import laid_out
 from hilbench.recordings.listening import stretches, talks
 from hilbench.recordings.mcap_file import write_mcap
 from hilbench.recordings.pcapng import write_pcapng
+from hilbench.recordings.piecewise import open_pieces
 from hilbench.recordings.reading import parse_recording
 from hilbench.recordings.vcd_file import write_vcd
 
@@ -27,12 +28,24 @@ def _lines(header, events):
     return b"".join(json.dumps(line).encode() + b"\n" for line in (header, *events))
 
 
+def _records(data):
+    """Yield where the records of an MCAP file begin."""
+    at = 8
+    while at + 9 <= len(data):
+        yield at
+        at += 9 + int.from_bytes(data[at + 1 : at + 9], "little")
+
+
 @pytest.mark.parametrize(
     ("event", "said"),
     [
         ({"kind": "tx", "source": "checker", "data": "55"}, "'ns' is missing"),
         ({"ns": -1, "kind": "tx", "source": "checker", "data": "55"}, "'ns' is no time of a bench"),
         ({"ns": 2**62, "kind": "tx", "source": "checker", "data": "55"}, "'ns' is no time of a bench"),
+        (
+            {"ns": 1, "kind": "event", "source": "p", "value": {"word": 1, "at_ns": 10**400}},
+            "'at_ns' is no time of a bench",
+        ),
         ({"ns": 1, "kind": "rx", "source": "checker", "data": "5"}, "'data' is no bytes in hex"),
         ({"ns": 1, "kind": "dropped", "source": "checker", "data": 5}, "'data' is no text"),
         ({"ns": 1, "kind": ["tx"], "source": "checker"}, "'kind' is no text"),
@@ -60,6 +73,33 @@ def test_in_any_format(write, two_cases):
     found = parse_recording(file.getvalue(), "it")
     assert found.events == two_cases.events[:7]
     assert found.problem == "event 8 is damaged: 'case' is missing"
+
+
+@pytest.mark.parametrize("form", ["journal", "csv", "mcap", "pcapng"])
+def test_brackets_without_end_end_the_reading(two_cases, tmp_path, form):
+    """In a journal, in the fields of a table, in a message, in a comment."""
+    marked = replace(
+        two_cases, events=(*two_cases.events[:4], {"ns": 1, "kind": "x", "source": "y", "v": "@" * 60_000})
+    )
+    if form == "journal":
+        data = _lines(marked.header, marked.events)
+    else:
+        file = io.BytesIO()
+        {"csv": write_csv, "mcap": write_mcap, "pcapng": write_pcapng}[form](marked, file)
+        data = file.getvalue()
+    if form == "mcap":
+        (begin,) = (at for at in _records(data) if data[at] == 6)
+        data = data[: begin + 33] + bytes(4) + data[begin + 37 :]  # without a CRC
+    at = data.index(b"@" * 60_000)
+    quotes = 2 if form == "csv" else 1
+    path = tmp_path / "recording"
+    path.write_bytes(data[: at - quotes] + b"[" * (60_000 + 2 * quotes) + data[at + 60_000 + quotes :])
+    found = parse_recording(path.read_bytes(), "it")
+    assert found.events == two_cases.events[:4]
+    assert found.problem is not None
+    pieces = open_pieces(path)
+    assert len(pieces.read()) == 4
+    assert pieces.problem is not None
 
 
 @settings(max_examples=80)
