@@ -43,12 +43,12 @@ def read_csv(path: Path) -> Capture:
         UnavailableError: it cannot be read, or is no such table; the line is named.
     """
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = path.read_text(encoding="utf-8-sig").split("\n")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is no text"
         raise UnavailableError(f"cannot be read: {reason}", where=str(path)) from error
     try:
-        head, rows = _table(path, lines)
+        head, rows, remarks = _table(path, lines)
         tracks, end_ns = _tracks(path, head, rows)
     except csv.Error as error:
         raise UnavailableError(f"is no table: {error}", where=str(path)) from error
@@ -58,10 +58,12 @@ def read_csv(path: Path) -> Capture:
         tracks={track.name: track for track in tracks},
         end_ns=end_ns,
         floats=any(None in track.values or track.initial is None for track in tracks),
+        remarks=remarks,
     )
 
 
-def _table(path: Path, lines: Sequence[str]) -> tuple[list[str], Iterator[Row]]:
+def _table(path: Path, lines: Sequence[str]) -> tuple[list[str], Iterator[Row], tuple[str, ...]]:
+    """Return the names of the columns, what stands below them, and what is to be said of the end."""
     start = next((at for at, line in enumerate(lines) if line.strip() and not line.startswith(_COMMENTS)), None)
     if start is None:
         raise UnavailableError("is empty", where=str(path))
@@ -74,7 +76,22 @@ def _table(path: Path, lines: Sequence[str]) -> tuple[list[str], Iterator[Row]]:
     if twice is not None:
         raise UnavailableError(f"has two columns '{twice}'", where=f"{path}:{start + 1}")
     unit = _unit(head[0], f"{path}:{start + 1}")
-    return head, _rows(path, lines[start + 1 :], start + 2, delimiter, len(head), unit)
+    whole, remarks = _without_torn_line(lines[start + 1 :], delimiter, len(head))
+    return head, _rows(path, whole, start + 2, delimiter, len(head), unit), remarks
+
+
+def _without_torn_line(lines: Sequence[str], delimiter: str, columns: int) -> tuple[Sequence[str], tuple[str, ...]]:
+    """Return lines without a last one that was cut, and what is to be said of it.
+
+    Many programs leave the end of the last line away. A level is one letter, so a line with a level in its last column
+    says all that it ever said; one that ends with an empty cell may have been cut before the level.
+    """
+    if not lines or not lines[-1].strip():
+        return lines[:-1], ()
+    cells = next(csv.reader(lines[-1:], delimiter=delimiter))
+    if len(cells) < columns or not cells[-1].strip():
+        return lines[:-1], ("its last line has no end and is left out",)
+    return lines, ("its last line has no end: whether more lines followed cannot be known",)
 
 
 def _unit(name: str, where: str) -> str:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
+
 import pytest
 
 from hilbench.cli import main
+from hilbench.diff.csv_file import read_csv
 from targets.firmware import image_path
 
 pytestmark = pytest.mark.usefixtures("keep_signals")
@@ -183,6 +186,30 @@ def test_what_cannot_be_read_is_one_line_and_3(write, pins, diff, name, text, sa
     code, out, err = diff(a, b, "--map", "D0=brain.PB7")
     assert (code, out, err.count("\n")) == (3, "", 1)
     assert err.startswith(f"hilbench: {tmp_path}/{said}")
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_a_table_that_was_cut_anywhere_is_read_up_to_there(tmp_path, separator):
+    """What a level is cannot be cut; a line that has one in each column is there, end or not."""
+    text = "Time [s],D0,D1\n0,0,0\n0.509,1,0\n0.519,1,z\n0.5291,,1\n0.6,0,1\n".replace(",", separator)
+    path, rows = tmp_path / "b.csv", text.splitlines()[1:]
+    for cut in range(text.index("\n0.509"), len(text)):
+        path.write_text(text[:cut])
+        found = read_csv(path)
+        whole = [row for row in rows if text.index(row) + len(row) <= cut]
+        assert found.end_ns == round(Decimal(whole[-1].partition(separator)[0]) * 10**9)
+        left_out = not text[:cut].endswith(("\n", whole[-1]))
+        ended = text[cut - 1] == "\n"
+        assert found.remarks == (
+            () if ended else ("its last line has no end and is left out",)
+            if left_out else ("its last line has no end: whether more lines followed cannot be known",)
+        )  # fmt: skip
+
+
+def test_an_empty_last_cell_without_an_end_may_have_been_cut(write, pins, diff):
+    b = write("b.csv", "Time,PB7,PB6\n0,0,0\n0.509,1,0\n0.519,1,")
+    out = diff(pins("a.jsonl", STEPS), b, "--common")[1]
+    assert "b.csv: table of samples, 0.509000 s\n   its last line has no end and is left out\n" in out
 
 
 def test_a_device_is_no_recording(write, pins, diff):
