@@ -20,8 +20,8 @@ from hilbench.client_under_test import OWN_CAPABILITIES
 from hilbench.clock import Scheduler
 from hilbench.config import DEFAULT_FILE, open_bench
 from hilbench.errors import UnavailableError, UsageError
-from hilbench.files import refuse_overwriting
-from hilbench.inputs import inputs_of, inputs_of_targets
+from hilbench.files import refuse_overwriting, refuse_writing_into
+from hilbench.inputs import inputs_of, inputs_of_targets, lines_of
 from hilbench.journal import Journal
 from hilbench.links import Line, is_serial_target
 from hilbench.locked_providers import AttachedProvider, ExecProvider, ListenProvider
@@ -78,6 +78,7 @@ def make_provider(options: CheckOptions) -> BenchProvider:
         return _capture(options, capture)
     bench_file = open_bench(_bench_of(options))
     refuse_overwriting(options.outputs(), [*inputs_of(bench_file), *inputs_of_targets(options.targets)])
+    refuse_writing_into(options.outputs(), lines_of(choice.spec for choice in options.targets))
     if bench_file.boards and not (options.suites or bench_file.suites):
         hint = 'write suites = ["my_suite.py"] into it, or --suite; without clauses: pytest (hilbench init begins one)'
         raise UsageError("names no suite for its boards", where=str(bench_file.path), hint=hint)

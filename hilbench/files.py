@@ -91,6 +91,23 @@ def refuse_overwriting(outputs: Iterable[Named], inputs: Iterable[Named] = ()) -
         taken |= dict.fromkeys(_identities(path), f"what {option} writes")
 
 
+def refuse_writing_into(outputs: Iterable[Named], lines: Iterable[Named]) -> None:
+    """Make sure that no output is a line to somebody, who would get it: a port or a pseudo-terminal, there yet or not.
+
+    Args:
+        outputs: what will be written, after the option that named it.
+        lines: the ports, and the links that lead to pseudo-terminals.
+
+    Raises:
+        UsageError: one is.
+    """
+    taken = {identity: what for what, path in lines if path is not None for identity in _identities(path)}
+    for option, path in outputs:
+        what = None if path is None else next((taken[one] for one in _identities(path) if one in taken), None)
+        if what is not None:
+            raise UsageError(f"would be written into {what}", where=f"{option} {path}", hint="choose another file")
+
+
 def _replace(path: Path, text: str) -> None:
     descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:

@@ -1,18 +1,21 @@
-"""What a bench is read from: files that nothing may be written to; see `hilbench.files.refuse_overwriting`."""
+"""What a bench is read from, and the lines it speaks on: nothing may be written to them; see `hilbench.files`."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from hilbench.bench_file import BenchFile
 from hilbench.board_files import is_board_file
 from hilbench.config import read_bench
+from hilbench.errors import HilbenchError
 from hilbench.files import Named
+from hilbench.links.serial_target import located, parse_serial_target
 from hilbench.names import file_name
 from hilbench.options import TargetChoice
 
-__all__ = ["inputs_of", "inputs_of_targets"]
+__all__ = ["inputs_of", "inputs_of_targets", "lines_of"]
 
 
 def inputs_of(bench_file: BenchFile) -> Iterator[Named]:
@@ -38,3 +41,18 @@ def inputs_of_targets(choices: Iterable[TargetChoice]) -> Iterator[Named]:
         board, _, image = choice.spec.partition(":")
         yield f"--target {choice.spec}", Path(board)
         yield f"--target {choice.spec}", Path(image)
+
+
+def lines_of(specs: Iterable[str]) -> Iterator[Named]:
+    """Yield the ports and pseudo-terminals of this machine that targets and doors mean, by how they were named.
+
+    One that is wrong, or not there, is passed over: whoever opens it says so.
+    """
+    for spec in specs:
+        kind, _, where = spec.removeprefix("listen:").partition(":")
+        if kind == "pty":
+            yield spec, Path(where)
+        elif kind == "serial":
+            with suppress(HilbenchError):
+                target = located(parse_serial_target(spec))
+                yield spec, Path(target.url) if target.is_device else None

@@ -45,7 +45,8 @@ def parser() -> Parser:
 def run(parsed: argparse.Namespace) -> ExitCode:
     """Stand in between until told to stop."""
     from hilbench.console import Console
-    from hilbench.files import refuse_overwriting
+    from hilbench.files import refuse_overwriting, refuse_writing_into
+    from hilbench.inputs import lines_of
     from hilbench.proxy import ProxyOptions, proxy
 
     check_journal(parsed)
@@ -57,7 +58,9 @@ def run(parsed: argparse.Namespace) -> ExitCode:
         journal=parsed.journal,
         journal_max=parsed.journal_max,
     )
-    refuse_overwriting([("--journal", options.journal)], [("--faults", options.faults)])
+    outputs = [("--journal", options.journal)]
+    refuse_overwriting(outputs, [("--faults", options.faults)])
+    refuse_writing_into(outputs, lines_of((options.a, options.b)))
     console = Console()
     interruption.raise_once()
     if parsed.protocol is None:

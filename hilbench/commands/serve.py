@@ -53,7 +53,7 @@ def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.serve.serve` and `hilbench.mcu.serve.serve_boards`."""
     from hilbench.config import resolve_scene
     from hilbench.console import Console
-    from hilbench.files import refuse_overwriting
+    from hilbench.files import refuse_overwriting, refuse_writing_into
     from hilbench.inputs import inputs_of
     from hilbench.mcu.command_line import open_target
 
@@ -73,6 +73,7 @@ def run(parsed: argparse.Namespace) -> int:
     bench_file = open_target(options.what)
     scene = None if options.scene is None else Path(options.scene)
     refuse_overwriting(options.outputs(), [*inputs_of(bench_file), ("the scene", scene)])
+    refuse_writing_into([("--journal", options.journal)], ((f"--pty {door.path}", door.path) for door in options.ptys))
     say = Console().mention
     if bench_file.boards:
         from hilbench.mcu.serve import serve_boards
