@@ -13,6 +13,7 @@ from hilbench.diff.journal_file import read_journal
 from hilbench.diff.vcd_file import read_vcd
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.nearest import did_you_mean
+from hilbench.recordings.reading import FORMATS
 
 __all__ = ["check_mapping", "named", "read_capture"]
 
@@ -28,11 +29,15 @@ def read_capture(path: Path, case: str = "") -> Capture:
     """
     try:
         with path.open("rb") as file:
-            first = file.read(256).removeprefix(b"\xef\xbb\xbf").lstrip()[:1]
+            begin = file.read(256)
     except OSError as error:
         raise UnavailableError(f"cannot be read: {error.strerror or error}", where=str(path)) from error
     if not path.is_file():
         raise UnavailableError("is no file on a disk; a recording is looked into before it is read", where=str(path))
+    if begin.startswith(tuple(magic for name, (magic, _) in FORMATS.items() if name != "journal")):
+        hint = "compare its events with --events"
+        raise UnavailableError("is neither waveforms nor a table of pins, but events", where=str(path), hint=hint)
+    first = begin.removeprefix(b"\xef\xbb\xbf").lstrip()[:1]
     if first == b"{":
         return read_journal(path, case)
     return read_vcd(path) if first == b"$" else read_csv(path)

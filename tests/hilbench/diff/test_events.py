@@ -118,6 +118,9 @@ def test_another_format_is_the_same_recording(checked, diff, tmp_path):
     for name in ("mcap", "csv", "pcapng"):
         assert main(["export", a, f"--{name}", str(tmp_path / name)]) == 0
         assert diff(a, str(tmp_path / name), "--events")[0] == 0
+        code, out, err = diff(str(tmp_path / name), str(tmp_path / name))
+        said = "is neither waveforms nor a table of pins, but events; compare its events with --events"
+        assert (code, out, err) == (3, "", f"hilbench: {tmp_path / name}: {said}\n")
 
 
 @pytest.mark.parametrize(
