@@ -19,6 +19,7 @@ from hilbench.recordings.frames import spoken
 from hilbench.recordings.layout import laid_out
 from hilbench.recordings.listening import Stretch, stretches
 from hilbench.recordings.reading import parse_recording
+from hilbench.recordings.remarks import remarks_on
 
 __all__ = ["CaptureCase", "CaptureProvider"]
 
@@ -141,14 +142,14 @@ class CaptureProvider:
         return _PROTOCOLS[self._protocol].suites
 
     def describe(self) -> Mapping[str, str]:
-        """Name the recording, and say where it ends if it was cut."""
+        """Name the recording, and say what is not there of it."""
         about = {
             "bench": self._bench,
             "target": f"recording {self._path} ({self._protocol})",
             "physics": "none of ours",
         }
-        problem = self._recording.problem
-        return about if problem is None else {**about, "recording": f"{problem}: judged up to there"}
+        remarks = "; ".join(remarks_on(self._recording.header, self._recording.problem, "judged"))
+        return {**about, "recording": remarks} if remarks else about
 
     @contextlib.contextmanager
     def open_case(self, case: CaseInfo) -> Iterator[CaptureCase]:

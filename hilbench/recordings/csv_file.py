@@ -31,13 +31,21 @@ def write_csv(recording: Recording, file: IO[bytes]) -> int:
     table.writerow(["0.000000000", 0, _HEADER, "", "", _rest(without(recording.header, "kind"))])
     for ns, event in laid_out(recording.events):
         has_bytes = event["kind"] in BYTE_KINDS and isinstance(event.get("data"), str)
-        rest = without(event, "ns", "kind", "source", *(["data"] if has_bytes else []))
+        names = {name: str(event.get(name, "")) for name in ("kind", "source")}
+        broken = {name: text for name, text in names.items() if _in_one_line(text) != text}
+        rest = without(event, "ns", "kind", "source", *(["data"] if has_bytes else [])) | broken
+        kind, source = map(_in_one_line, names.values())
         time = f"{ns // NS_PER_S}.{ns % NS_PER_S:09}"
         data = event["data"] if has_bytes else ""
-        table.writerow([time, event.get("ns", 0), event["kind"], event.get("source", ""), data, _rest(rest)])
+        table.writerow([time, event.get("ns", 0), kind, source, data, _rest(rest)])
     text.flush()
     text.detach()
     return len(recording.events)
+
+
+def _in_one_line(text: str) -> str:
+    """A line of the file is an event, and the reader takes it for one by its end."""
+    return text.replace("\n", " ").replace("\r", " ")
 
 
 def _rest(fields: dict[str, Any]) -> str:
@@ -49,7 +57,14 @@ def read_csv_events(data: bytes) -> Recording:
     *lines, cut = data.split(b"\n")
     problem = f"cut in line {len(lines) + 1}" if cut else None if lines else "the file is empty"
     # The module's own limit, 128 KiB, is less than the hex of what a fast line brings in one piece.
-    csv.field_size_limit(max(csv.field_size_limit(), len(data)))
+    usual = csv.field_size_limit(max(csv.field_size_limit(), len(data)))
+    try:
+        return _read(lines, problem)
+    finally:
+        csv.field_size_limit(usual)
+
+
+def _read(lines: list[bytes], problem: str | None) -> Recording:
     header: dict[str, Any] = {}
     events: list[Event] = []
     for number, line in enumerate(lines[1:], 2):

@@ -34,7 +34,7 @@ _about_bytes = st.builds(
 _about_others = st.builds(
     lambda kind, source, fields: {"kind": kind, "source": source, **fields},
     st.sampled_from(["event", "verdict", "fault", "console", "reset", "pin", "pose"]),
-    st.sampled_from(["world", "brain", "brain.PB7"]),
+    st.sampled_from(["world", "brain", "brain.PB7", "two\nlines\r\n"]),
     _fields,
 )
 

@@ -338,6 +338,14 @@ def test_the_journal_of_a_judgement_keeps_to_its_limit(right, tmp_path, capfd):
     assert Journal.read(journal).header["part"] > 0
 
 
+def test_a_later_part_of_a_journal_is_said_to_be_one(right, tmp_path, capfd):
+    path, _ = right
+    part = tmp_path / "part.jsonl"
+    part.write_text(path.read_text().replace('"part":0', '"part":1', 1))
+    assert main(["check", "--target", f"capture:{part}", "-k", "S01"]) == 0
+    assert "its beginning is in an older file" in capfd.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
