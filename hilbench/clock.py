@@ -613,6 +613,10 @@ class Scheduler:
         if self._pace is not None:
             self._pace.host.unwatch(source)
 
+    def stopwatch(self) -> Stopwatch | None:
+        """Return a stopwatch of the host clock that bench time follows; None on a free-running bench."""
+        return Stopwatch(self._pace.host) if self._pace else None
+
     # --- what was measured (all zero, and None, on a bench that is not locked)
 
     @property

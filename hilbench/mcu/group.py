@@ -44,14 +44,12 @@ class MachineGroup:
         turn_ns: how far one runs before the others follow; it may be changed at any time. Not beyond `step_ns` anyway.
         after_round: called after each round, with the bench time that all chips have reached.
         on_ended: called once, at the bench time of it, with name and ending of the first chip that does not run on.
-        stopwatch: measures how long a round takes the host.
     """
 
     def __init__(self, bench: Bench, machines: dict[str, Machine], *, step_ns: int) -> None:
         self.turn_ns = step_ns
         self.after_round: list[Callable[[int], None]] = []
         self.on_ended: Callable[[str, Ending], None] = lambda _name, _ending: None
-        self.stopwatch: Callable[[], Stopwatch] = Stopwatch
         self._bench = bench
         self._scheduler = bench.scheduler
         self._machines = machines
@@ -120,7 +118,7 @@ class MachineGroup:
         if self._stopped:
             return
         now_ns = reached_ns = self._scheduler.now_ns
-        self._round_watch = self.stopwatch() if self._scheduler.locked else None
+        self._round_watch = self._scheduler.stopwatch()
         self._limit_ns = now_ns + self._step_ns
         for bound_ns in (self._scheduler.next_ns(), self._scheduler.deadline_ns):
             if bound_ns is not None:

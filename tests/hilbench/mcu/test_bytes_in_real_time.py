@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 
-from hilbench.clock import Stopwatch
+from hilbench.clock import NS_PER_S
 from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.mcu.group import LOCKED_STEP_NS
 from hilbench.testing import FakeHostClock
@@ -56,6 +58,12 @@ def test_bytes_that_end_within_a_tenth_of_a_millisecond_are_told_of_when_the_las
         assert frames[-1].end_ns - frames[0].start_ns <= REAL_TIME_GROUP_NS
 
 
+def test_how_long_a_round_takes_is_told_by_the_clock_that_the_bench_follows_and_no_other(emulate, monkeypatch):
+    hours_ns = itertools.count(step=3_600 * NS_PER_S)
+    monkeypatch.setattr("time.monotonic_ns", lambda: next(hours_ns))
+    assert max(len(data) for data, _ in Heard(emulate, 921_600).run()) == 9
+
+
 @pytest.mark.parametrize(
     "how", [{"baud": 115_200}, {"baud": 921_600, "reacts": True}, {"baud": 921_600, "locked": False}], ids=str
 )
@@ -70,7 +78,6 @@ def test_what_is_out_does_not_wait_until_the_host_is_through_with_the_rest_of_a_
     emulate, frame_takes_ns, known_at_most
 ):
     heard = Heard(emulate, 921_600)
-    heard.emulated._group.stopwatch = lambda: Stopwatch(heard.host)
     heard.port.frame_taps.append(lambda _frame: heard.host.advance(frame_takes_ns))
     heard.run()
     assert heard.known[0] <= known_at_most
