@@ -33,7 +33,7 @@ unit: dev         ## on all cores
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 .PHONY: exhaustive
-exhaustive: dev   ## all that .ci/run runs, and what takes too long for it; three quarters of an hour
+exhaustive: dev   ## all that .ci/run runs, and what takes too long for it; an hour and more
 	HILBENCH_THOROUGH=1 HILBENCH_EXHAUSTIVE=1 $(BIN)/python -m pytest -n auto --dist worksteal
 
 search: dev       ## the property tests again, with examples nobody has seen

@@ -13,6 +13,7 @@ import weakref
 from pathlib import Path
 
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
+from hilbench.paths import absolute_path, real_path
 
 __all__ = ["JournalFile", "limited_name"]
 
@@ -114,7 +115,7 @@ def limited_name(path: Path) -> Path | None:
 
 
 def _in_real_folder(path: Path) -> Path:
-    return Path(os.path.realpath(path.parent)) / path.name
+    return Path(real_path(absolute_path(path).parent)) / path.name
 
 
 def _part_before(name: Path) -> Path:

@@ -117,6 +117,7 @@ class LineFaults:
     def _refused(self, fault: Fault, reason: str, at_ns: int) -> None:
         number = self._number(fault)
         entry = self._entries[number]
+        self._strikes[number].count = 0  # it would have struck once: a fault of the line has one time
         text = f"fault {entry.describe()} did not strike: {reason}"
         self._refusals.append(f"{at_ns / NS_PER_S:10.4f} s  {text}")
         self._bench.record("fault-refused", "line", number=number, fault=entry.kind, text=reason)

@@ -114,7 +114,7 @@ def proxy(options: ProxyOptions, say: Say, heard: Heard | None = None) -> ExitCo
         more = {} if heard is None else {"heard": heard}
         relay = Relay(bench, ends[A].port, ends[B].port, faults=faults, seed=options.seed, record=record, **more)
         relay.on_refused = lambda text: say(f"{bench.now_s:10.3f} s  {text}")
-        stack.callback(relay.flush)
+        stack.callback(relay.finish)
         _look_on(bench, relay)
         for name, who in ((A, CLIENT), (B, SERVER)):
             say(f"{name} ({who}): {ends[name].where}")

@@ -16,7 +16,7 @@ from hilbench.fault_entries import FaultEntry
 from hilbench.line_faults import LineFaults
 from hilbench.links import Port
 from hilbench.links.door import Door
-from hilbench.links.port import USUAL_BREAK_NS, ModemLines
+from hilbench.links.port import USUAL_BREAK_NS, ModemLines, Wish
 from hilbench.mcu.byte_log import ByteLog
 
 __all__ = ["CLIENT", "SERVER", "A", "B", "Heard", "Relay"]
@@ -67,7 +67,8 @@ class Relay:
         self._bench = bench
         self._heard = heard
         self._a, self._b, far = a, b, b
-        self._refused_baud = 0
+        self._ends = {CLIENT: a, SERVER: b}
+        self._wanted_baud = self._refused_baud = 0
         self._unheard_breaks: set[str] = set()  # of whom breaks do not get through, and that was said
         self.on_refused: Callable[[str], None] = _say_nothing
         self.faults: LineFaults | None = None
@@ -79,25 +80,31 @@ class Relay:
         self._lost = {CLIENT: 0, SERVER: 0}
         self._too_slow: set[str] = set()  # who was said to lose bytes
         log = self._log if record else _no_log
-        if faults:
-            a.on_sent, b.on_sent = log("rx", CLIENT), log("rx", SERVER)
-        a.on_receive = partial(self._pass, CLIENT, log("tx", CLIENT), far.write)
+        # What is said comes first: so it is written before what is got of it.
+        said = {who: log("tx", who) for who in (CLIENT, SERVER)}
+        a.on_receive = partial(self._pass, CLIENT, said[CLIENT], far.write)
         if self.faults is None:
-            b.on_receive = partial(self._pass, SERVER, log("tx", SERVER), a.write)
+            b.on_receive = partial(self._pass, SERVER, said[SERVER], a.write)
         else:
+            a.on_sent, b.on_sent = log("rx", CLIENT), log("rx", SERVER)
             spoil = b.on_receive
-            b.on_receive = partial(self._pass, SERVER, log("tx", SERVER), lambda data: spoil(data, bench.now_ns))
+            b.on_receive = partial(self._pass, SERVER, said[SERVER], lambda data: spoil(data, bench.now_ns))
             far.on_receive = lambda data, _at_ns: a.write(data)
         a.on_break = partial(self._broke, CLIENT, a, far.send_break)
         far.on_break = partial(self._broke, SERVER, far, a.send_break)
         if isinstance(a, Door):
             a.on_lines = self._lines_set
         b.on_modem = self._modem_changed
-        a.on_refused, b.on_refused = partial(self._late_refusal, CLIENT), partial(self._late_refusal, SERVER)
+        a.on_refused, far.on_refused = partial(self._late_refusal, SERVER), partial(self._late_refusal, CLIENT)
         if (lines := b.modem_lines) is not None:
             self._modem_changed(lines, bench.now_ns)
         a.on_line = partial(self._line_changed, CLIENT)
         far.on_line = partial(self._line_changed, SERVER)
+
+    def finish(self) -> None:
+        """Record what was lost and what passed and is not recorded yet."""
+        self.tell_losses()
+        self.flush()
 
     def flush(self) -> None:
         """Record what passed and is not recorded yet."""
@@ -106,19 +113,23 @@ class Relay:
 
     def tell_losses(self) -> None:
         """Record what an end that is there has not taken since this was last called; say so the first time."""
-        for who, end in ((CLIENT, self._a), (SERVER, self._b)):
-            lost, self._lost[who] = end.counters.lost - self._lost[who], end.counters.lost
-            if not lost or not end.line_is_up:
-                continue
-            self._record("lost", who, bytes=lost)
-            if who not in self._too_slow:
+        for who, end in self._ends.items():
+            if end.line_is_up and self._record_loss(who) and who not in self._too_slow:
                 self._too_slow.add(who)
                 self.on_refused(f"{who}: does not take all that comes; what it leaves is lost")
 
+    def _record_loss(self, who: str) -> bool:
+        """Record what an end has lost while it was there and is not recorded; say whether there was any."""
+        end = self._ends[who]
+        lost, self._lost[who] = end.counters.lost - self._lost[who], end.counters.lost
+        if lost:
+            self._record("lost", who, bytes=lost)
+        return lost > 0
+
     def _log(self, kind: str, who: str) -> Callable[[bytes, int], None]:
         """Return what takes bytes into the journal; those of the other direction that came before are in it by then."""
-        log = ByteLog(self._bench, kind, who)
         speaker, other = (CLIENT, SERVER) if (kind == "tx") == (who == CLIENT) else (SERVER, CLIENT)
+        log = ByteLog(self._bench, kind, who, partial(self._flush, speaker))
         self._logs[speaker].append(log)
 
         def take(data: bytes, at_ns: int) -> None:
@@ -157,15 +168,19 @@ class Relay:
         wanted = self._a.client_baud
         if wanted in (0, self._b.baud, self._refused_baud):
             return
+        self._wanted_baud = wanted
         try:
             self._b.baud = wanted
         except UnavailableError as error:
-            self._refused_baud = wanted
-            self._record("baud-refused", CLIENT, baud=wanted, text=str(error))
-            self.on_refused(f"{CLIENT}: {error}; it keeps its own rate")
+            self._rate_refused(error)
         else:
             self._refused_baud = 0
             self._record("baud", CLIENT, baud=wanted)
+
+    def _rate_refused(self, error: UnavailableError) -> None:
+        self._refused_baud = self._wanted_baud
+        self._record("baud-refused", CLIENT, baud=self._wanted_baud, text=str(error))
+        self.on_refused(f"{CLIENT}: {error}; it keeps its own rate")
 
     def _broke(self, who: str, end: Port, onward: Callable[[int], None], _at_ns: int) -> None:
         known_ns = end.break_ns
@@ -173,15 +188,21 @@ class Relay:
         try:
             onward(known_ns or USUAL_BREAK_NS)
         except UnavailableError as error:
-            if who not in self._unheard_breaks:
-                self._unheard_breaks.add(who)
-                self._record("break-refused", who, text=str(error))
-                self.on_refused(f"{who}: {error}")
+            self._break_refused(who, error)
 
-    def _late_refusal(self, who: str, error: UnavailableError) -> None:
-        """Say that an end could not have a rate or a break that had to wait for bytes before it."""
-        self._record("refused", who, text=str(error))
-        self.on_refused(f"{who}: {error}")
+    def _break_refused(self, who: str, error: UnavailableError) -> None:
+        """Say, once, that breaks of `who` do not get through."""
+        if who not in self._unheard_breaks:
+            self._unheard_breaks.add(who)
+            self._record("break-refused", who, text=str(error))
+            self.on_refused(f"{who}: {error}")
+
+    def _late_refusal(self, who: str, wish: Wish, error: UnavailableError) -> None:
+        """Say that something was refused that `who` had asked for and that had to wait for bytes before it."""
+        if wish is Wish.RATE:
+            self._rate_refused(error)
+        else:
+            self._break_refused(who, error)
 
     def _fault_refused(self, text: str) -> None:
         self.on_refused(text)
@@ -200,6 +221,10 @@ class Relay:
         self._record("modem", SERVER, cts=lines.cts, dsr=lines.dsr, ri=lines.ri, cd=lines.cd, told=told)
 
     def _line_changed(self, who: str, up: bool, _at_ns: int) -> None:
+        if up:
+            self._lost[who] = self._ends[who].counters.lost  # with nobody there: no loss to speak of
+        else:
+            self._record_loss(who)
         self._record("line", who, up=up)
 
 

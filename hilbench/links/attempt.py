@@ -43,8 +43,9 @@ class Attempt:
         """Have the port closed if it is opened after all; nobody waits for that."""
         with self._lock:
             self._abandoned = True
-            if self._port is not None:
-                close_serial(self._port)
+            if self._port is not None:  # to hang up politely takes a far port a while, too
+                name = f"{self._thread.name}: abandoned"
+                threading.Thread(target=close_serial, args=(self._port,), name=name, daemon=True).start()
 
     def _run(self) -> None:
         try:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from hilbench.links.port import ModemLines, Port, PortBase
+from hilbench.errors import UnavailableError
+from hilbench.links.port import ModemLines, Port, PortBase, Wish
 
 __all__ = ["PortInFront"]
 
@@ -31,6 +32,7 @@ class PortInFront(PortBase):
         port.on_line = self._line_changed
         port.on_break = self._broke
         port.on_modem = self._modem_changed
+        port.on_refused = self._wish_refused
 
     @property
     def baud(self) -> int:
@@ -88,3 +90,6 @@ class PortInFront(PortBase):
 
     def _modem_changed(self, lines: ModemLines, at_ns: int) -> None:
         self.on_modem(lines, at_ns)
+
+    def _wish_refused(self, wish: Wish, error: UnavailableError) -> None:
+        self.on_refused(wish, error)

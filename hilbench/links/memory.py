@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 
 from hilbench.clock import NS_PER_S, EventClass, Scheduler
 from hilbench.links.faults import Direction, FaultPlan
@@ -202,8 +203,8 @@ class MemoryLink:
         """Bring the line up again; both ends are told, in an entry of their own."""
         self._change(up=True)
 
-    def break_line(self, direction: Direction, duration_ns: int) -> None:
-        """Hold one wire low for `duration_ns`, after the bytes written so far."""
+    def break_line(self, direction: Direction, duration_ns: int, refused: Callable[[str], None]) -> None:  # noqa: ARG002
+        """Hold one wire low for `duration_ns`, after the bytes written so far; nobody refuses that here."""
         self._sender(direction).send_break(duration_ns)
 
     def set_wire_baud(self, direction: Direction, baud: int | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NoReturn, Protocol
@@ -103,6 +104,13 @@ class LinkCounters:
     refused: int = 0
 
 
+class Wish(enum.Enum):
+    """What may have to wait until the bytes before it are out."""
+
+    RATE = "rate"
+    BREAK = "break"
+
+
 class Port(Protocol):
     """One end of a link. Everything it reports, it reports from an entry of the scheduler.
 
@@ -121,7 +129,7 @@ class Port(Protocol):
         on_sent: Called with bytes when they are handed to the line, and the bench time in ns.
         on_modem: Called with the levels of the lines beside the data when the far end has changed one of them, and the
             bench time in ns; by ports that were told to watch them.
-        on_refused: Called with why a rate or a break cannot be had that had to wait for the bytes before it; raises it
+        on_refused: Called with what cannot be had that had to wait for the bytes before it, and why; raises the latter
             unless somebody sets another.
     """
 
@@ -137,7 +145,7 @@ class Port(Protocol):
     break_ns: int
     on_sent: Callable[[bytes, int], None]
     on_modem: Callable[[ModemLines, int], None]
-    on_refused: Callable[[UnavailableError], None]
+    on_refused: Callable[[Wish, UnavailableError], None]
 
     def write(self, data: bytes) -> None:
         """Hand bytes to the line; never blocks. PortClosedError after `close`."""
@@ -188,7 +196,7 @@ def _ignore_modem(_lines: ModemLines, _at_ns: int) -> None:
     """Stand in for a callback that nobody has set."""
 
 
-def _raise(error: UnavailableError) -> None:
+def _raise(_wish: Wish, error: UnavailableError) -> None:
     raise error
 
 
@@ -207,7 +215,7 @@ class PortBase:
         self.break_ns = 0
         self.on_sent: Callable[[bytes, int], None] = _ignore_bytes
         self.on_modem: Callable[[ModemLines, int], None] = _ignore_modem
-        self.on_refused: Callable[[UnavailableError], None] = _raise
+        self.on_refused: Callable[[Wish, UnavailableError], None] = _raise
 
     @property
     def pending(self) -> int:

@@ -8,7 +8,6 @@ as udev has not set its permissions, is tried again at the next poll.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -16,10 +15,11 @@ from functools import partial
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links.attempt import Attempt
-from hilbench.links.port import NO_LINE_ASSERTED, ModemLines, Port, PortBase
+from hilbench.links.port import NO_LINE_ASSERTED, ModemLines, Port, PortBase, Wish
 from hilbench.links.serial_device import open_serial
 from hilbench.links.serial_target import SerialTarget, located
 from hilbench.links.serialport import WRITE_TIMEOUT_S, SerialPort
+from hilbench.paths import real_path
 from hilbench.ports.listing import PortEnumerator, PortInfo, UsbIdentity, find_again, list_ports
 
 __all__ = ["POLL_NS", "PortOpener", "ReconnectingPort", "Recorder"]
@@ -90,14 +90,18 @@ class ReconnectingPort(PortBase):
 
     @property
     def baud(self) -> int:
-        """The rate of the port, bit/s; kept while it is gone."""
+        """The rate of the port, bit/s; kept while it is gone. One that it refuses is forgotten.
+
+        Raises:
+            UnavailableError: when set: the port cannot.
+        """
         return self._baud
 
     @baud.setter
     def baud(self, baud: int) -> None:
-        self._baud = baud
         if self._port is not None:
             self._port.baud = baud
+        self._baud = baud
 
     @property
     def pending(self) -> int:
@@ -142,8 +146,9 @@ class ReconnectingPort(PortBase):
         self.closed = True
         self.line_is_up = False
         self._drop()
-        if self._attempt is not None:
-            self._attempt[0].abandon()
+        attempt, self._attempt = self._attempt, None
+        if attempt is not None:
+            attempt[0].abandon()
 
     # --- there
 
@@ -155,7 +160,7 @@ class ReconnectingPort(PortBase):
         port.on_break = self._broke
         port.on_line = self._line_changed
         port.on_modem = self._modem_changed
-        port.on_refused = self._refused
+        port.on_refused = self._wish_refused
         was, self.device = self.device, url
         self._port, self._refusal = port, ""
         now_ns = self._scheduler.now_ns
@@ -180,10 +185,10 @@ class ReconnectingPort(PortBase):
     def _broke(self, at_ns: int) -> None:
         self.on_break(at_ns)
 
-    def _refused(self, error: UnavailableError) -> None:
+    def _wish_refused(self, wish: Wish, error: UnavailableError) -> None:
         if self._port is not None:
             self._baud = self._port.baud
-        self.on_refused(error)
+        self.on_refused(wish, error)
 
     def _modem_changed(self, lines: ModemLines, at_ns: int) -> None:
         self._lines_away = NO_LINE_ASSERTED
@@ -262,6 +267,6 @@ class ReconnectingPort(PortBase):
 
 def identity_of(path: str, ports: Sequence[PortInfo]) -> UsbIdentity | None:
     """Return what is known of the USB device at a path, by whatever name it is called; None if it is none."""
-    device = os.path.realpath(path)
+    device = real_path(path)
     found = (port.usb for port in ports if path in (port.device, *port.links) or device == port.device)
     return next(found, None)

@@ -101,7 +101,9 @@ def open_serial(target: SerialTarget, write_timeout_s: float) -> Any:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # pyserial 3.5 starts threads in an outdated way
             port.open()
-    except (OSError, ValueError, OverflowError, NotImplementedError, termios.error) as error:
+    except HilbenchError:
+        raise
+    except Exception as error:  # pyserial's readers of URLs raise whatever it is that they stumble over
         raise _cannot_open(target, error) from error
     if hasattr(port, "fd"):
         _keep_lines(port.fd, target)
@@ -127,7 +129,11 @@ def _require_sense(target: SerialTarget) -> None:
 
 def _require_port_number(url: str) -> None:
     try:
-        number = urlsplit(url).port
+        parts = urlsplit(url)
+    except ValueError as error:
+        raise UsageError(f"is no URL: {error}", where=url) from error
+    try:
+        number = parts.port
     except ValueError as error:
         raise UsageError("the port of its host is no number from 1 to 65535", where=url) from error
     if not number:
@@ -245,6 +251,8 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
         return error.__cause__  # of a bench of ours behind a URL
     where = target.url
     number = error_number(error)
+    if beside := getattr(error, "filename", None):
+        return UnavailableError(f"{beside}: {os.strerror(number) if number else error}", where=where)
     if number == errno.ENOENT:
         return UnavailableError("there is no such port", where=where, hint="'hilbench ports' shows what is there")
     if number in (errno.EACCES, errno.EPERM):
@@ -255,7 +263,7 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
         return UnavailableError("is no serial port", where=where, hint="'hilbench ports' shows what is there")
     if isinstance(error, ValueError) and "remote rejected" in str(error):
         return UnavailableError(f"the far port refuses what is asked of it: {error}", where=where)
-    if isinstance(error, ValueError):
+    if not isinstance(error, (OSError, NotImplementedError, termios.error, OverflowError)):
         return UsageError(f"pyserial does not know it: {error}", where=where)
     what = f"cannot be opened: {os.strerror(number) if number else error}"
     return UnavailableError(what, where=where, hint=_how_to_be_heard(where, error))

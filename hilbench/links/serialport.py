@@ -14,13 +14,13 @@ import select
 import termios
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, NoReturn
 
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass, Scheduler
 from hilbench.errors import UnavailableError
 from hilbench.links.door import READ_BYTES, Input
 from hilbench.links.outgoing import Outgoing
-from hilbench.links.port import Line, ModemLines, PortBase
+from hilbench.links.port import Line, ModemLines, PortBase, Wish
 from hilbench.links.serial_device import (
     LineErrors,
     close_serial,
@@ -41,6 +41,9 @@ WRITE_TIMEOUT_S = 1.0
 LOOK_EVERY_NS = 100 * NS_PER_MS
 """How often the driver is asked for line errors and breaks, and for the lines beside the data (choice)."""
 _RETRY_NS = 2 * NS_PER_MS
+_BEHIND_DRIVER_BYTES = 4096
+"""So much an adapter has at most that its driver does not tell of: the transmit buffer of an FT2232H (its data sheet,
+section 1). Ports that only look like serial ones (USB CDC) take all at once, and are not waited for beyond that."""
 _WITHOUT_BREAKS = ("socket:", "loop:")
 """URLs whose ports take a break and do nothing (pyserial 3.5, ``_update_break_state``)."""
 _NO_SUCH_THING = frozenset({errno.ENOTTY, errno.EOPNOTSUPP, errno.EINVAL, None})
@@ -129,7 +132,7 @@ class SerialPort(PortBase):
             self._set_baud(baud)
         else:
             self._baud = baud
-            self._take_turn(partial(self._set_baud, baud))
+            self._take_turn(Wish.RATE, partial(self._set_baud, baud))
 
     def write(self, data: bytes) -> None:
         """Queue bytes; they go to the system in the next entry, and wait if it takes no more."""
@@ -160,18 +163,17 @@ class SerialPort(PortBase):
         if self._idle:
             self._begin_break(duration_ns)
         else:
-            self._take_turn(partial(self._begin_break, duration_ns))
+            self._take_turn(Wish.BREAK, partial(self._begin_break, duration_ns))
 
     def close(self) -> None:
         """Give the port back; a second call does nothing."""
         if self.closed:
             return
+        self._end_break()
+        self._hand_over_all()
         self._end_break()  # nobody else would: it outlives whoever asked for it
         self.closed = True
         self.line_is_up = False
-        # What was written goes out as far as the system takes it; this end does not wait for it.
-        with contextlib.suppress(OSError):
-            self._hand_over()
         self._scheduler.remove_source(self._input)
         if self._stream is not None:
             self.counters.lost += self._stream.close()
@@ -230,17 +232,18 @@ class SerialPort(PortBase):
     def _idle(self) -> bool:
         return self._out.idle and not self._breaking and self._is_out
 
-    def _take_turn(self, action: Callable[[], None]) -> None:
+    def _take_turn(self, wish: Wish, action: Callable[[], None]) -> None:
         """Do something when the bytes written before are out."""
-        self._out.add_turn(partial(self._do, action))
+        self._out.add_turn(partial(self._do, wish, action))
         self._go_on()
 
-    def _do(self, action: Callable[[], None]) -> None:
+    def _do(self, wish: Wish, action: Callable[[], None]) -> None:
         try:
             action()
         except UnavailableError as error:
-            self._baud = self._baud_now
-            self.on_refused(error)
+            if wish is Wish.RATE:
+                self._baud = self._baud_now
+            self.on_refused(wish, error)
 
     def _go_on(self) -> None:
         if not self._writing:
@@ -258,13 +261,22 @@ class SerialPort(PortBase):
             self._line_lost()
             return
         if stuck:
-            self.counters.lost += len(self._out.first)
-            self._out.first.clear()
+            self._lose()
         turn = self._out.next_turn() if stuck or self._is_out else None
         if turn is not None:
             turn()
             self._taken_ns = self._scheduler.now_ns
         self._write_later(_RETRY_NS if turn is None else 0)
+
+    def _lose(self) -> None:
+        """Lose what is not taken; of a far port also what is behind it, for to ask that would have to wait, too."""
+        if self._stream is None:
+            self.counters.lost += len(self._out.first)
+            self._out.first.clear()
+            return
+        self.counters.lost += self._out.clear()
+        if self._baud != self._baud_now:
+            self._do(Wish.RATE, partial(self._not_set, self._baud, "it takes nothing any more"))
 
     def _write_later(self, pause_ns: int) -> None:
         if not self._out.idle and not self._breaking and not self.closed:
@@ -275,6 +287,7 @@ class SerialPort(PortBase):
         """Hand over what the system takes; say whether bytes have moved within the time that they may stand still."""
         now_ns = self._scheduler.now_ns
         taken, beyond = self._hand_over(), self._beyond
+        self._out_by_ns = min(self._out_by_ns, now_ns + self._line_now.bytes_ns(beyond + _BEHIND_DRIVER_BYTES))
         if taken or beyond < self._beyond_before or now_ns < self._out_by_ns:
             self._taken_ns = now_ns
         self._beyond_before = beyond
@@ -295,17 +308,32 @@ class SerialPort(PortBase):
                 return 0
         del self._out.first[:taken]
         if self._has_wire:
-            settings = self.target.settings
-            line = Line(baud=self._baud_now, parity=settings.parity, stop_bits=settings.stop_bits)
-            self._out_by_ns = max(self._out_by_ns, self._scheduler.now_ns) + line.bytes_ns(taken)
+            self._out_by_ns = max(self._out_by_ns, self._scheduler.now_ns) + self._line_now.bytes_ns(taken)
         return taken
+
+    def _hand_over_all(self) -> None:
+        """Give the system what it takes without waiting, and do what stands between as far as it need not wait."""
+        with contextlib.suppress(OSError, UnavailableError):
+            self._hand_over()
+            while self._is_out and not self._breaking and (turn := self._out.next_turn()) is not None:
+                turn()
+                self._hand_over()
+
+    @property
+    def _line_now(self) -> Line:
+        """How the bytes that go out now are sent."""
+        settings = self.target.settings
+        return Line(baud=self._baud_now, parity=settings.parity, stop_bits=settings.stop_bits)
 
     def _set_baud(self, baud: int) -> None:
         try:
             self._serial.baudrate = baud
         except (OSError, ValueError, OverflowError, termios.error) as error:
-            raise UnavailableError(f"cannot be set to {baud} baud: {error}", where=self.name) from error
+            self._not_set(baud, str(error))
         self._baud = self._baud_now = baud
+
+    def _not_set(self, baud: int, reason: str) -> NoReturn:
+        raise UnavailableError(f"cannot be set to {baud} baud: {reason}", where=self.name)
 
     @property
     def _breakless(self) -> str:

@@ -160,6 +160,8 @@ class Control:
         data = json.dumps(answer).encode() + b"\n"
         try:
             sent = client.socket.send(data)
+        except (BrokenPipeError, ConnectionResetError):
+            return  # he has left; what he has said before that is still to be read
         except OSError:
             sent = 0
         if sent != len(data):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS, Entry, EventClass
 
@@ -18,14 +20,16 @@ class ByteLog:
         bench: whose journal it writes to.
         kind: ``tx`` for what the chip sends, ``rx`` for what it receives.
         source: the line, for the journal.
+        due: called when a chunk has had its time, and has it flushed; `flush` if left out.
     """
 
-    def __init__(self, bench: Bench, kind: str, source: str) -> None:
+    def __init__(self, bench: Bench, kind: str, source: str, due: Callable[[], None] | None = None) -> None:
         self._bench = bench
         self._kind = kind
         self._source = source
         self._data = bytearray()
         self._from_ns = 0
+        self._when_due = due or self.flush
         self._due: Entry | None = None
 
     def add(self, data: bytes, at_ns: int) -> None:
@@ -33,7 +37,7 @@ class ByteLog:
         if not self._data:
             self._from_ns = at_ns
             when_ns = max(at_ns + CHUNK_NS, self._bench.now_ns)
-            self._due = self._bench.scheduler.at(when_ns, self.flush, order=EventClass.CHECK, source=self._source)
+            self._due = self._bench.scheduler.at(when_ns, self._when_due, order=EventClass.CHECK, source=self._source)
         self._data += data
 
     def flush(self) -> None:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
 
 import msgspec
 
 from hilbench.bench_file import BenchFile, is_checker_end
 from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
+from hilbench.files import Named, refuse_writing_into
 from hilbench.links import PtyDoor
 from hilbench.mcu.doors import assign, connect, open_doors
 from hilbench.mcu.emulated import EmulatedBench, MachineFactory, make_machine
 from hilbench.mcu.group import LOCKED_STEP_NS
-from hilbench.options import ServeOptions
+from hilbench.options import DoorWish, ServeOptions
+from hilbench.options import PtyDoor as PtyWish
 from hilbench.serving import AnyDoor, Notice, Say, place, run_until_stopped, signals_held, traffic
 
 __all__ = ["free_usarts", "serve_boards", "usual_usarts"]
@@ -40,13 +43,15 @@ def serve_boards(
     """
     if options.scene is not None and not bench_file.has_world:
         raise UsageError("nothing stands in a world here", where=f"--scene {options.scene}")
+    assigned = assign(options, free_usarts(bench_file), usual_usarts(bench_file))
+    refuse_writing_into([("--journal", options.journal)], _unasked_doors(options, assigned))
     with signals_held(), contextlib.ExitStack() as stack:
         emulated = EmulatedBench(
             _with_scene(bench_file, options.scene), seed=options.seed, step_ns=LOCKED_STEP_NS, make_machine=make_machine
         )
         stack.callback(emulated.close)
         served: list[AnyDoor] = []
-        for name, wishes in assign(options, free_usarts(bench_file), usual_usarts(bench_file)).items():
+        for name, wishes in assigned.items():
             port = emulated.ports[name]
             if options.baud is not None:
                 port.baud = options.baud
@@ -71,6 +76,13 @@ def _with_scene(bench_file: BenchFile, scene: str | None) -> BenchFile:
     if scene is None:
         return bench_file
     return dataclasses.replace(bench_file, world=msgspec.structs.replace(bench_file.world, scene=scene))
+
+
+def _unasked_doors(options: ServeOptions, assigned: Mapping[str, Sequence[DoorWish]]) -> Iterator[Named]:
+    """Yield the doors that nobody has named, by whose they are."""
+    if not options.doors:
+        for name, wishes in assigned.items():
+            yield from ((f"the line of {name}", wish.path) for wish in wishes if isinstance(wish, PtyWish))
 
 
 def free_usarts(bench_file: BenchFile) -> list[str]:

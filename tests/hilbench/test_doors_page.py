@@ -68,7 +68,7 @@ def test_each_bench_has_been_checked_whole_through_each_door():
     assert {(row["bench"], row["door"]) for row in rows} == set(itertools.product(WHOLE, DOORS))
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 def test_a_whole_check_through_a_door_is_that_in_memory(tmp_path, capfd):
     words = ["--whole", "--bench", "rover-model", "--door", "memory", "--door", "tcp", "--docs", str(tmp_path)]
     assert main(words) == 0

@@ -10,6 +10,8 @@ import pytest
 
 from hilbench.cli import main
 
+IMAGE = Path(__file__).parents[2] / "targets/firmware/images/echo-irq.elf"
+
 pytestmark = pytest.mark.usefixtures("keep_signals")
 
 
@@ -35,6 +37,8 @@ def folder(tmp_path, monkeypatch):
         ("proxy serial:board@9600 rover-model --journal board",
          "--journal board: would be written into serial:board@9600"),
         ("serve rover-model --pty ./board --journal board", "--journal board: would be written into --pty board"),
+        (f"serve bluepill:{IMAGE} --journal ./bluepill-usart1",
+         "--journal bluepill-usart1: would be written into the line of bluepill.usart1"),
         ("check pioneer-plane --target serial:./twin@9600 --journal board",
          "--journal board: would be written into serial:./twin@9600"),
         ("check pioneer-plane --target serial:board@9600,dtr=off --junit board",

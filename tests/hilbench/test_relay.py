@@ -16,6 +16,7 @@ from hilbench.fault_entries import FaultEntry
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.links.door import Door
+from hilbench.links.port import Wish
 from hilbench.near_ends import open_near_end
 from hilbench.relay import CLIENT, SERVER, Relay
 from hilbench.rover.ground_station import GroundStation
@@ -126,6 +127,17 @@ def test_the_journal_has_what_was_said_and_what_was_got():
     assert {event["towards"] for event in between.bench.journal.recent if event["kind"] == "fault"} >= {"a", "b"}
 
 
+def test_what_was_said_stands_before_what_was_got_of_it():
+    between = spoilt(7)
+    said, got = ([0, 0], [0, 0])
+    for event in between.bench.journal.recent:
+        if event["kind"] in ("tx", "rx"):
+            by = (event["source"] == CLIENT) == (event["kind"] == "tx")
+            (said if event["kind"] == "tx" else got)[by] += len(event["data"]) // 2
+            # of the bytes on the way to the client five are noise
+            assert got[by] <= said[by] + 5 * (not by)
+
+
 @given(st.lists(st.sampled_from([CLIENT, SERVER, "break"]), max_size=12))
 def test_the_journal_has_things_in_their_order_however_close_they_are(steps):
     between, wanted = Between(), []
@@ -154,18 +166,39 @@ def test_what_an_end_does_not_take_is_recorded_and_said_once():
     for lost in (0, 7, 0, 5):
         between.relay._a.counters.lost += lost
         between.relay.tell_losses()
-    events = [event for event in between.bench.journal.recent if event["kind"] == "lost"]
-    assert [(event["source"], event["bytes"]) for event in events] == [(CLIENT, 7), (CLIENT, 5)]
+    assert losses(between) == [(CLIENT, 7), (CLIENT, 5)]
     assert said == ["client: does not take all that comes; what it leaves is lost"]
 
 
-def test_what_comes_while_nobody_is_there_is_no_loss_to_speak_of():
+def losses(between):
+    return [(e["source"], e["bytes"]) for e in between.bench.journal.recent if e["kind"] == "lost"]
+
+
+@pytest.mark.parametrize("faults", [(), FAULTS], ids=["clear", "faulty"])
+def test_what_comes_while_nobody_is_there_is_no_loss_to_speak_of(faults):
+    """Nor of whoever comes before that is looked at."""
+    between, said = Between(faults=faults), []
+    between.relay.on_refused = said.append
+    for end in (between.relay._a, between.relay._b):
+        end._set_line(False, 0)
+        end.counters.lost += 7
+        between.relay.tell_losses()
+        end.counters.lost += 7
+        end._set_line(True, 0)
+        between.relay.tell_losses()
+    assert not said
+    assert not losses(between)
+
+
+def test_what_an_end_has_not_taken_is_recorded_when_it_goes_and_when_all_is_over():
     between, said = Between(), []
     between.relay.on_refused = said.append
-    between.relay._a.line_is_up = False
     between.relay._a.counters.lost += 7
-    between.relay.tell_losses()
-    assert not said
+    between.relay._a._set_line(False, 0)
+    between.relay._b.counters.lost += 5
+    between.relay.finish()
+    assert losses(between) == [(CLIENT, 7), (SERVER, 5)]
+    assert said == ["server: does not take all that comes; what it leaves is lost"]
 
 
 def test_breaks_are_handed_on_and_no_bytes_are_recorded_unasked():
@@ -250,6 +283,39 @@ def test_a_rate_that_the_server_does_not_take_is_recorded_once_and_the_bytes_pas
     assert said == [f"client: it: cannot be set to {2**32 - 1} baud; it keeps its own rate"]
 
 
+def test_what_is_refused_late_is_said_once_of_whoever_asked_for_it():
+    bench = Bench(Scheduler(), Journal())
+    line, far = MemoryLink(bench.scheduler, Line(baud=9600)), MemoryLink(bench.scheduler, Line(baud=0))
+
+    class Client(type(line.b), Door):
+        client_baud = 19_200
+
+    class Server(type(far.a)):
+        baud = property(lambda self: 9600, lambda self, baud: refuse(Wish.RATE, f"cannot be set to {baud} baud"))
+
+        def send_break(self, duration_ns):
+            refuse(Wish.BREAK, "a break cannot be sent")
+
+    def refuse(wish, reason):
+        error = UnavailableError(reason, where="it")
+        bench.scheduler.after(1000, lambda: server.on_refused(wish, error), source="it")
+
+    client, server, said = line.b, far.a, []
+    client.__class__, server.__class__ = Client, Server
+    Client.__abstractmethods__ = frozenset()
+    Relay(bench, client, server).on_refused = said.append
+    for _ in range(3):
+        line.a.write(b"x")
+        line.a.send_break(NS_PER_MS)
+        bench.run_for(0.1)
+    assert said == [
+        "client: it: cannot be set to 19200 baud; it keeps its own rate",
+        "client: it: a break cannot be sent",
+    ]
+    refused = [(e["kind"], e["source"]) for e in bench.journal.recent if e["kind"].endswith("refused")]
+    assert refused == [("baud-refused", CLIENT), ("break-refused", CLIENT)]
+
+
 @pytest.mark.parametrize("has_lines", [True, False])
 def test_lines_and_breaks_of_a_client_reach_a_server_that_has_such(has_lines):
     bench = Bench(Scheduler(), Journal())
@@ -295,12 +361,21 @@ def test_breaks_that_an_end_does_not_know_are_said_once_for_each():
     assert said == ["server: it: a break cannot be sent: a socket knows none"]
 
 
-def test_a_fault_that_cannot_strike_has_not_struck():
+@pytest.mark.parametrize("late", [False, True])
+def test_a_fault_that_cannot_strike_has_not_struck(late):
+    def refuse_late(duration_ns):
+        try:
+            refuse_break(duration_ns)
+        except UnavailableError as error:
+            between.relay._b.on_refused(Wish.BREAK, error)
+
     fault = FaultEntry(kind="break", at_s=0.5, duration_s=0.1, towards="b")
     between, said = Between(faults=(fault,), to_server=refuse_break), []
+    if late:
+        between.relay._b.send_break = lambda ns: between.bench.scheduler.after(0, lambda: refuse_late(ns), source="it")
     between.relay.on_refused = said.append
     between.run()
-    assert [event["kind"] for event in between.bench.journal.recent] == ["fault-refused"]
+    assert [event["kind"] for event in between.bench.journal.recent] == [*["fault"] * late, "fault-refused"]
     (line,) = said
     assert line.endswith("did not strike: it: a break cannot be sent: a socket knows none")
     assert between.relay.faults.evidence() == [f"    0.5000 s  {line}"]

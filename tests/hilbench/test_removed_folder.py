@@ -35,6 +35,8 @@ def removed(tmp_path, monkeypatch):
         (["init", "--board", "bluepill", "--image", IMAGE], "."),
         (["doctor", "--calibrate", "./board"], "./board"),
         (["check", "pioneer-plane", "--list", "--junit", "x"], "x"),
+        (["run", f"bluepill:{IMAGE}", "--for", "0.01s", "--journal", "x", "--journal-max", "1MB"], "x"),
+        (["proxy", "tcp:0", "tcp:0", "--journal", "x", "--journal-max", "1MB"], "x"),
     ],
     ids=lambda part: " ".join(part[:2]) if isinstance(part, list) else "",
 )

@@ -6,9 +6,11 @@ a clause that fails.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
+
+import pytest
 
 from hilbench.bench_file import BenchFile
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
@@ -121,3 +123,12 @@ class AlteredBench:
         again = {case.id: case.case_hash for case in self.check(select).cases}
         assert again, f"nothing is selected by {select}"
         assert again.items() <= hashes.items(), again.items() - hashes.items()
+
+
+def one_each(long: Sequence[tuple[Any, ...]], quick: Sequence[tuple[Any, ...]]) -> list[Any]:
+    """Mark long rows, whose first column is a clause: `thorough` one of each clause that no quick one is of."""
+    seen, marked = {row[0] for row in quick}, []
+    for row in long:
+        marked.append(pytest.param(*row, marks=pytest.mark.exhaustive if row[0] in seen else pytest.mark.thorough))
+        seen.add(row[0])
+    return marked

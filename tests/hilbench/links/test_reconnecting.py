@@ -357,6 +357,26 @@ def test_it_is_opened_again_with_the_rate_that_was_set_last(bench, bay, port):
     assert opened == [57_600]
 
 
+def test_a_rate_that_was_refused_is_not_asked_for_again(bench, bay, port):
+    """Else a port that has gone could not be opened with it."""
+
+    class Fastidious(MemoryPort):
+        baud = property(lambda self: 9600, lambda self, baud: refuse(baud))
+
+    def refuse(baud):
+        raise UnavailableError(f"cannot be set to {baud} baud", where="usb")
+
+    before = port.baud
+    bay.link.a.__class__ = Fastidious
+    with pytest.raises(UnavailableError):
+        port.baud = 12_345
+    bay.pull_out()
+    bench.run_for(0.1)
+    bay.plug_in()
+    assert bench.run_until(lambda: port.line_is_up, 1)
+    assert port.baud == bay.link.a.baud == before
+
+
 @pytest.mark.parametrize("error", [UsageError, UnavailableError])
 def test_whatever_is_wrong_while_it_is_opened_again_it_is_tried_again(bench, bay, port, error):
     def refuses(_scheduler, _target):
@@ -419,7 +439,18 @@ def test_a_far_port_whose_rate_was_changed_while_it_was_opened_is_opened_again(m
     far.gate.set()
     far.until(lambda: far.port.line_is_up)
     assert [baud for baud, _ in far.asked] == [9600, 57_600]
-    assert far.closed.is_set()
+    assert far.closed.wait(60)
+    far.port.close()
+
+
+def test_nobody_waits_until_a_far_port_that_is_not_wanted_has_hung_up(monkeypatch):
+    far, hang_up = Far(monkeypatch), threading.Event()
+    far.close = hang_up.wait
+    far.port.baud = 57_600
+    far.gate.set()
+    far.until(lambda: far.port.line_is_up)
+    hang_up.set()
+    far.port.close()
     far.port.close()
 
 

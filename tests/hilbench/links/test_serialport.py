@@ -136,11 +136,19 @@ def test_a_port_in_use_names_who_has_it():
         ("socket://127.0.0.1:http", "no number from 1 to 65535"),
         ("hilbench://rover-model?fast@115200", "its time would be another"),
         ("hilbench://nobody", "no such bench"),
+        ("socket://[::1:400", "is no URL: Invalid IPv6 URL"),
+        ("loop://?logging=foo", "pyserial does not know it: 'foo'"),
+        ("hwgrep://[", "pyserial does not know it: unterminated character set"),
     ],
 )
 def test_a_url_that_makes_no_sense_is_wrong_usage(locked, url, said):
     with pytest.raises(UsageError, match=said):
         SerialPort(locked, url)
+
+
+def test_a_file_beside_the_port_that_is_not_there_is_named(locked, tmp_path):
+    with pytest.raises(UnavailableError, match=r"/log: No such file or directory$"):
+        SerialPort(locked, f"spy:///dev/null?file={tmp_path}/nowhere/log")
 
 
 def test_a_file_is_no_serial_port(locked, tmp_path):

@@ -15,6 +15,8 @@ from hilbench.errors import UnavailableError
 from hilbench.links import SerialPort
 from hilbench.links import serialport as serialport_module
 from hilbench.links.outgoing import Outgoing
+from hilbench.links.port import Line, Wish
+from hilbench.testing import FakeHostClock
 
 S = 10**9
 
@@ -27,8 +29,9 @@ class Stub:
 
     def __init__(self):
         self.done = []
-        self.refuses = False
-        self.closed = threading.Event()
+        self.refuses, self.low = False, None
+        self.closed, self.gate = threading.Event(), threading.Event()
+        self.gate.set()
         self.rate = 9600
         self.to_read = 0
         self.all_read = threading.Event()
@@ -46,9 +49,12 @@ class Stub:
         return b""
 
     def write(self, data):
+        self.gate.wait()
         self.done.append(bytes(data))
 
     def _take(self, what):
+        if what == "low" and self.low is not None:
+            raise self.low
         if self.refuses:
             raise ValueError("remote rejected value for option 'control'")
         self.done.append(what)
@@ -134,13 +140,26 @@ def one_by_one(done):
 
 def test_what_is_refused_late_is_told(locked, stub, port):
     said = []
-    port.on_refused = said.append
+    port.on_refused = lambda *words: said.append(words)
     port.write(b"before")
     stub.refuses = True
     port.baud = 57_600
     until(locked, lambda: said)
-    assert "cannot be set to 57600 baud" in str(said[0])
+    ((wish, error),) = said
+    assert wish is Wish.RATE
+    assert "cannot be set to 57600 baud" in str(error)
     assert port.baud == 9600
+
+
+def test_a_break_that_is_refused_late_takes_no_rate_back(locked, stub, port):
+    said = []
+    port.on_refused = lambda wish, error: said.append(wish)
+    port.write(b"before")
+    port.send_break(NS_PER_MS)
+    port.baud = 57_600
+    stub.low = ValueError("remote rejected value for option 'break'")
+    until(locked, lambda: stub.done[-1:] == [57_600])
+    assert (said, port.baud) == ([Wish.BREAK], 57_600)
 
 
 def test_what_is_refused_late_ends_the_run_where_nobody_is_told(locked, stub, port):
@@ -168,6 +187,58 @@ def test_a_uart_has_bytes_that_its_driver_does_not_tell_of(locked, monkeypatch):
     until(locked, lambda: port._serial.baudrate == 19_200)
     assert locked.now_ns - begin_ns >= 48 * 10 * S // 9600
     port.close()
+    os.close(master)
+    os.close(slave)
+
+
+def test_what_takes_all_at_once_is_not_waited_for_as_if_it_had_a_wire(monkeypatch):
+    """Such as USB CDC: at most what an adapter holds beyond its driver may still be on the way."""
+    scheduler = Scheduler()
+    scheduler.lock(FakeHostClock())
+    monkeypatch.setattr(serialport_module, "is_pseudo_terminal", lambda descriptor: False)
+    master, slave = os.openpty()
+    port, write = SerialPort(scheduler, f"{os.ttyname(slave)}@9600"), os.write
+    ours = port._serial.fd
+    monkeypatch.setattr(os, "write", lambda fd, data: len(data) if fd == ours else write(fd, data))
+    port.write(bytes(100_000))
+    scheduler.run_for(S)
+    begin_ns = scheduler.now_ns
+    port.baud = 19_200
+    until(scheduler, lambda: port._serial.baudrate == 19_200)
+    assert scheduler.now_ns - begin_ns <= Line(baud=9600).bytes_ns(4096) + 10 * NS_PER_MS
+    port.close()
+    os.close(master)
+    os.close(slave)
+
+
+def test_a_far_port_that_takes_nothing_is_not_asked_for_what_stands_behind(stub):
+    """It would have to wait for the writer, and the bench with it."""
+    scheduler = Scheduler()
+    scheduler.lock(FakeHostClock())
+    port, said = SerialPort(scheduler, "stub://x@9600"), []
+    port.on_refused = lambda wish, error: said.append((wish, str(error)))
+    stub.gate.clear()
+    port.write(b"stuck")
+    port.baud = 57_600
+    port.write(b"behind")
+    until(scheduler, lambda: port.counters.lost)
+    assert port.counters.lost == len(b"behind")
+    assert said == [(Wish.RATE, "stub://x: cannot be set to 57600 baud: it takes nothing any more")]
+    assert port.baud == 9600
+    stub.gate.set()
+    port.close()
+    assert stub.done == [b"stuck"]
+
+
+def test_what_need_not_wait_is_out_before_the_port_is_closed(locked):
+    master, slave = os.openpty()
+    port = SerialPort(locked, f"{os.ttyname(slave)}@9600")
+    port.write(b"before")
+    port.baud = 19_200
+    port.write(b"behind")
+    port.close()
+    assert os.read(master, 100) == b"beforebehind"
+    assert port.counters.lost == 0
     os.close(master)
     os.close(slave)
 

@@ -82,6 +82,23 @@ def test_a_farewell_counts_that_is_read_together_with_the_end_of_who_said_it(the
     assert there.control.farewell
 
 
+def test_last_words_are_heard_of_somebody_who_has_not_waited_for_an_answer(there):
+    """He hangs up while an answer is due, and his next words have come but are not read yet."""
+    client = there.join()
+    there.control.scheduler.lock(FakeHostClock())
+    client.sendall(b'{"do": "hello"}\n')
+    there.control.wait()
+    client.sendall(b'{"do": "quit"}\n')
+    client.close()
+    there.control.scheduler.run_until(lambda: False, 1_000_000)
+    assert there.control.left_ns is None, "cut off"
+    there.control.wait()
+    there.control.scheduler.run_until(lambda: False, 2_000_000)
+    assert [request["do"] for request in there.asked] == ["hello", "quit"]
+    there.control.wait()
+    assert there.control.left_ns is not None
+
+
 @pytest.mark.parametrize("line", [b"[" * 4000, b'{"id":' * 600, b"\xff", b"", b"null", b'{"id": NaN}', b"9" * 4000])
 def test_nothing_that_is_said_brings_it_down(there, line):
     client = there.join()

@@ -15,6 +15,7 @@ from targets.firmware import image_path
 pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
 
 SHORT = "each_sensor or wall"
+FREE = "straight_on_wheels[1]"
 
 
 def check(image="", select="", seed=0, act=run_suites):
@@ -74,7 +75,7 @@ def test_every_clause_has_a_case_and_bench_times_are_said():
     assert (SHIPPED_FOLDER / "bluepill_dodge.py").is_file()
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 def test_every_clause_passes_and_equal_runs_are_equal():
     report = check()
     assert failed(report) == {}
@@ -84,10 +85,18 @@ def test_every_clause_passes_and_equal_runs_are_equal():
 
 
 @pytest.mark.thorough
+def test_the_right_program_passes_in_a_free_drive():
+    assert failed(check(select=FREE)) == {}
+
+
 @pytest.mark.parametrize(
-    ("image", "clause"), [("broken-blind-4", "D03"), ("broken-stuck-turn", "D02")], ids=["blind-4", "stuck-turn"]
+    ("image", "clause"),
+    [
+        pytest.param("broken-blind-4", "D03", id="blind-4", marks=pytest.mark.thorough),
+        pytest.param("broken-stuck-turn", "D02", id="stuck-turn", marks=pytest.mark.exhaustive),
+    ],
 )
 def test_broken_programs_are_found_in_free_drives_too(image, clause):
-    report = check(image, "straight_on_wheels[1]")
+    report = check(image, FREE)
     assert report.exit_code == ExitCode.VIOLATION
     assert {found.id for found in report.clauses if found.verdict is Verdict.FAIL} == {clause}

@@ -48,7 +48,7 @@ def test_each_defect_with_an_image_is_found_in_the_firmware():
     assert {name for name, clauses in FOUND.items() if clauses not in (("",), ("no image",))} >= emulated
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 def test_everything():
     report = check("")
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}

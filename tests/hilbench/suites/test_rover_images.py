@@ -86,7 +86,9 @@ def test_the_defect_is_found(defect, clause):
     assert verdicts(f"rover-{defect}", [clause])[clause] is Verdict.FAIL
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("image", ["rover", "rover-dma"])
+@pytest.mark.parametrize(
+    "image",
+    [pytest.param("rover", marks=pytest.mark.thorough), pytest.param("rover-dma", marks=pytest.mark.exhaustive)],
+)
 def test_the_rover_without_defects_passes_them_all(image):
     assert set(verdicts(image, FOUND_BY.values()).values()) == {Verdict.PASS}

@@ -12,7 +12,7 @@ from hilbench.cli import main
 from hilbench.exit_codes import ExitCode
 from hilbench.suites._rover_motion_clauses import CLAUSES
 from tests.mutants.alterations import setting, swapped
-from tests.mutants.altered_bench import AlteredBench
+from tests.mutants.altered_bench import AlteredBench, one_each
 
 pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
 
@@ -121,13 +121,12 @@ def test_what_is_wrong_is_found(clause, select, alter, image):
     BENCH.require_found(clause, select, alter, {"documented": image} if image else {})
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize(("clause", "select", "alter", "image"), LONG_MUTANTS)
+@pytest.mark.parametrize(("clause", "select", "alter", "image"), one_each(LONG_MUTANTS, MUTANTS))
 def test_what_is_wrong_is_found_in_longer_cases(clause, select, alter, image):
     BENCH.require_found(clause, select, alter, {"documented": image} if image else {})
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 def test_the_last_published_firmware_fails_what_it_never_did():
     """Gains, speeds above 150 rpm, units, orders, position, STATUS, lost link; it drives as well as any other."""
     report = BENCH.check(images={"documented": "rover-g2"})

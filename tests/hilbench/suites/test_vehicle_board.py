@@ -31,11 +31,13 @@ def test_each_clause_is_cited_by_one_function_in_each_of_its_profiles():
     assert len(functions) == len(BOARD_CLAUSES) >= 60
 
 
+@pytest.mark.thorough
 def test_the_board_passes_in_every_profile(report):
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
     assert report.exit_code == 0
 
 
+@pytest.mark.thorough
 def test_every_edge_of_the_control_task_is_taken(report):
     covered = {coverage.peer: coverage for coverage in report.observed.coverage}
     assert covered["control task"].edges_missed == ()

@@ -99,7 +99,7 @@ def test_a_difference_is_told_with_the_core():
     assert "s0: 0x" in told
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 def test_every_encoding_is_executed():
     executed = Counter()
     for numbers in (QUICK, *THOROUGH):

@@ -36,7 +36,7 @@ def any_image_in_any_run():
         if name in FEW or name in LONG:
             continue
         for label, run in RUNS.items():
-            too_long = name == LONGEST and not run.skip_idle
+            too_long = (name == LONGEST and not run.skip_idle) or label == "executing-all-in-irregular-steps"
             marks = pytest.mark.exhaustive if too_long else pytest.mark.thorough
             yield pytest.param(name, run, marks=marks, id=f"{name}-{label}")
 
