@@ -11,7 +11,7 @@ from functools import partial
 
 from hilbench.errors import PortClosedError, UnavailableError
 from hilbench.links import Port
-from hilbench.links.port import PortBase
+from hilbench.links.port import PortBase, Refused, raise_it
 
 
 class SharedDoor(PortBase):
@@ -61,12 +61,12 @@ class SharedDoor(PortBase):
         if self._owner is not None:
             self._owner.withdraw(keep)
 
-    def send_break(self, duration_ns: int) -> None:
+    def send_break(self, duration_ns: int, refused: Refused = raise_it) -> None:
         """Send a break to the client that has the line."""
         if self._owner is None:
             return
         try:
-            self._owner.send_break(duration_ns)
+            self._owner.send_break(duration_ns, refused)
         except UnavailableError:
             self.counters.breaks_unsent += 1
             raise

@@ -16,7 +16,7 @@ from hilbench.fault_entries import FaultEntry
 from hilbench.line_faults import LineFaults
 from hilbench.links import Port
 from hilbench.links.door import Door
-from hilbench.links.port import USUAL_BREAK_NS, ModemLines, Wish
+from hilbench.links.port import USUAL_BREAK_NS, ModemLines, Refused
 from hilbench.mcu.byte_log import ByteLog
 
 __all__ = ["CLIENT", "SERVER", "A", "B", "Heard", "Relay"]
@@ -68,7 +68,8 @@ class Relay:
         self._heard = heard
         self._a, self._b, far = a, b, b
         self._ends = {CLIENT: a, SERVER: b}
-        self._wanted_baud = self._refused_baud = 0
+        self._refused_baud = 0
+        self._gone: dict[str, bool] = {}  # whether an end was gone itself when its line went down
         self._unheard_breaks: set[str] = set()  # of whom breaks do not get through, and that was said
         self.on_refused: Callable[[str], None] = _say_nothing
         self.faults: LineFaults | None = None
@@ -95,7 +96,7 @@ class Relay:
         if isinstance(a, Door):
             a.on_lines = self._lines_set
         b.on_modem = self._modem_changed
-        a.on_refused, far.on_refused = partial(self._late_refusal, SERVER), partial(self._late_refusal, CLIENT)
+        far.on_refused = self._rate_refused
         if (lines := b.modem_lines) is not None:
             self._modem_changed(lines, bench.now_ns)
         a.on_line = partial(self._line_changed, CLIENT)
@@ -168,25 +169,24 @@ class Relay:
         wanted = self._a.client_baud
         if wanted in (0, self._b.baud, self._refused_baud):
             return
-        self._wanted_baud = wanted
         try:
             self._b.baud = wanted
         except UnavailableError as error:
-            self._rate_refused(error)
+            self._rate_refused(wanted, error)
         else:
             self._refused_baud = 0
             self._record("baud", CLIENT, baud=wanted)
 
-    def _rate_refused(self, error: UnavailableError) -> None:
-        self._refused_baud = self._wanted_baud
-        self._record("baud-refused", CLIENT, baud=self._wanted_baud, text=str(error))
+    def _rate_refused(self, baud: int, error: UnavailableError) -> None:
+        self._refused_baud = baud
+        self._record("baud-refused", CLIENT, baud=baud, text=str(error))
         self.on_refused(f"{CLIENT}: {error}; it keeps its own rate")
 
-    def _broke(self, who: str, end: Port, onward: Callable[[int], None], _at_ns: int) -> None:
+    def _broke(self, who: str, end: Port, onward: Callable[[int, Refused], None], _at_ns: int) -> None:
         known_ns = end.break_ns
         self._record("break", who, duration_ns=known_ns or None)
         try:
-            onward(known_ns or USUAL_BREAK_NS)
+            onward(known_ns or USUAL_BREAK_NS, partial(self._break_refused, who))
         except UnavailableError as error:
             self._break_refused(who, error)
 
@@ -196,13 +196,6 @@ class Relay:
             self._unheard_breaks.add(who)
             self._record("break-refused", who, text=str(error))
             self.on_refused(f"{who}: {error}")
-
-    def _late_refusal(self, who: str, wish: Wish, error: UnavailableError) -> None:
-        """Say that something was refused that `who` had asked for and that had to wait for bytes before it."""
-        if wish is Wish.RATE:
-            self._rate_refused(error)
-        else:
-            self._break_refused(who, error)
 
     def _fault_refused(self, text: str) -> None:
         self.on_refused(text)
@@ -221,10 +214,14 @@ class Relay:
         self._record("modem", SERVER, cts=lines.cts, dsr=lines.dsr, ri=lines.ri, cd=lines.cd, told=told)
 
     def _line_changed(self, who: str, up: bool, _at_ns: int) -> None:
-        if up:
-            self._lost[who] = self._ends[who].counters.lost  # with nobody there: no loss to speak of
-        else:
+        end = self._ends[who]
+        if not up:
+            self._gone[who] = not end.line_is_up  # else a fault has interrupted the line
             self._record_loss(who)
+        elif self._gone.get(who, True):
+            self._lost[who] = end.counters.lost  # with nobody there: no loss to speak of
+            if who == SERVER:
+                self._refused_baud = 0  # it may be another, or may not have been able to answer
         self._record("line", who, up=up)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -45,7 +46,11 @@ class Attempt:
             self._abandoned = True
             if self._port is not None:  # to hang up politely takes a far port a while, too
                 name = f"{self._thread.name}: abandoned"
-                threading.Thread(target=close_serial, args=(self._port,), name=name, daemon=True).start()
+                threading.Thread(target=self._close, name=name, daemon=True).start()
+
+    def _close(self) -> None:
+        with contextlib.suppress(Exception):  # whatever pyserial stumbles over: nobody wants the port any more
+            close_serial(self._port)
 
     def _run(self) -> None:
         try:
@@ -56,4 +61,4 @@ class Attempt:
         with self._lock:
             self._port = port
             if self._abandoned:
-                close_serial(port)
+                self._close()

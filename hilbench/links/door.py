@@ -17,7 +17,7 @@ from functools import partial
 from typing import ClassVar
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
-from hilbench.links.port import Line, ModemLines, PortBase
+from hilbench.links.port import Line, ModemLines, PortBase, Refused, raise_it
 from hilbench.links.uart import Timeline, Transmitter, resample
 
 READ_BYTES = 4096
@@ -148,7 +148,7 @@ class Door(PortBase, ABC):
         """Take back what has not left the wire, but for the next `keep` bytes and the one that is on it."""
         self.counters.withdrawn += self._outgoing.withdraw(keep)
 
-    def send_break(self, duration_ns: int) -> None:
+    def send_break(self, duration_ns: int, _refused: Refused = raise_it) -> None:
         """Keep the wire busy for `duration_ns`, and tell the client when it is over.
 
         Raises:

@@ -17,7 +17,7 @@ from typing import Protocol
 from hilbench.clock import NS_PER_S, Entry, EventClass, Scheduler
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links.front import PortInFront
-from hilbench.links.port import Line, Port, Wish
+from hilbench.links.port import Line, Port, Refused, raise_it
 from hilbench.links.uart import Fate, Injector, Transmitter, resample
 
 
@@ -112,7 +112,7 @@ class FaultyLine(Protocol):
     def restore(self) -> None:
         """Bring it up again."""
 
-    def break_line(self, direction: Direction, duration_ns: int, refused: Callable[[str], None]) -> None:
+    def break_line(self, direction: Direction, duration_ns: int, refused: Refused) -> None:
         """Hold one wire low for `duration_ns`; UnavailableError where that cannot be done.
 
         Where that only shows later, `refused` is called with why.
@@ -199,13 +199,13 @@ class FaultPlan:
         self._lasting.append((scheduler.after(fault.duration_ns, end, order=EventClass.INPUT, source="fault"), end))
 
     def _break(self, scheduler: Scheduler, line: FaultyLine, fault: Fault) -> None:
-        def refused(reason: str) -> None:
-            self.on_refused(fault, reason, scheduler.now_ns)
+        def refused(error: UnavailableError) -> None:
+            self.on_refused(fault, str(error), scheduler.now_ns)
 
         try:
             line.break_line(fault.direction, fault.duration_ns, refused)
         except UnavailableError as error:
-            refused(str(error))
+            refused(error)
         else:
             self.on_fault(fault, fault.direction, scheduler.now_ns)
 
@@ -297,7 +297,6 @@ class FaultyPort(PortInFront):
         self._plan = plan
         self._scheduler = scheduler
         self._wire_baud: dict[Direction, int] = {}
-        self._breaks_of_faults: list[Callable[[str], None]] = []  # each takes why it could not be
         unpaced = Line(baud=0)
         self._out = Transmitter(
             scheduler, f"{self.name}.out", unpaced, self._pass_on, injector=plan.injector(Direction.A_TO_B)
@@ -327,11 +326,11 @@ class FaultyPort(PortInFront):
         self.counters.withdrawn += self._out.withdraw(max(0, keep - at_port))
         self.port.withdraw(min(keep, at_port))
 
-    def send_break(self, duration_ns: int) -> None:
+    def send_break(self, duration_ns: int, refused: Refused = raise_it) -> None:
         """Hold the line low for `duration_ns`."""
         self._take_to_send(b"", self._scheduler.now_ns)
         try:
-            self.port.send_break(duration_ns)
+            self.port.send_break(duration_ns, refused)
         except UnavailableError:
             self.counters.breaks_unsent += 1
             raise
@@ -367,13 +366,12 @@ class FaultyPort(PortInFront):
         self._interrupted = False
         self._line_changed(self.port.line_is_up, self._scheduler.now_ns)
 
-    def break_line(self, direction: Direction, duration_ns: int, refused: Callable[[str], None]) -> None:
+    def break_line(self, direction: Direction, duration_ns: int, refused: Refused) -> None:
         """Hold one wire low for `duration_ns`; see `FaultyLine`."""
         if self.closed:
             return
         if direction is Direction.A_TO_B:
-            self.port.send_break(duration_ns)
-            self._breaks_of_faults.append(refused)
+            self.port.send_break(duration_ns, refused)
         else:
             end_ns = self._scheduler.now_ns + duration_ns
             heard = partial(self._hear_break, duration_ns, end_ns)
@@ -405,13 +403,6 @@ class FaultyPort(PortInFront):
 
     def _broke(self, at_ns: int) -> None:
         self._hear_break(self.port.break_ns, at_ns)
-
-    def _wish_refused(self, wish: Wish, error: UnavailableError) -> None:
-        """Tell whose wish it was; a port that refuses a break refuses all, so that it does not matter which."""
-        if wish is Wish.BREAK and self._breaks_of_faults:
-            self._breaks_of_faults.pop(0)(str(error))
-        else:
-            super()._wish_refused(wish, error)
 
     def _hear_break(self, duration_ns: int, at_ns: int) -> None:
         if not self._interrupted and not self.closed:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hilbench.errors import UnavailableError
-from hilbench.links.port import ModemLines, Port, PortBase, Wish
+from hilbench.links.port import ModemLines, Port, PortBase, Refused, raise_it
 
 __all__ = ["PortInFront"]
 
@@ -32,7 +32,7 @@ class PortInFront(PortBase):
         port.on_line = self._line_changed
         port.on_break = self._broke
         port.on_modem = self._modem_changed
-        port.on_refused = self._wish_refused
+        port.on_refused = self._rate_refused
 
     @property
     def baud(self) -> int:
@@ -56,9 +56,9 @@ class PortInFront(PortBase):
         """Take back what is not out yet, but for the next `keep` bytes."""
         self.port.withdraw(keep)
 
-    def send_break(self, duration_ns: int) -> None:
+    def send_break(self, duration_ns: int, refused: Refused = raise_it) -> None:
         """Hold the line low for `duration_ns`; see `Port.send_break`."""
-        self.port.send_break(duration_ns)
+        self.port.send_break(duration_ns, refused)
 
     @property
     def modem_lines(self) -> ModemLines | None:
@@ -91,5 +91,5 @@ class PortInFront(PortBase):
     def _modem_changed(self, lines: ModemLines, at_ns: int) -> None:
         self.on_modem(lines, at_ns)
 
-    def _wish_refused(self, wish: Wish, error: UnavailableError) -> None:
-        self.on_refused(wish, error)
+    def _rate_refused(self, baud: int, error: UnavailableError) -> None:
+        self.on_refused(baud, error)

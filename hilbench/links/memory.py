@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 
 from hilbench.clock import NS_PER_S, EventClass, Scheduler
 from hilbench.links.faults import Direction, FaultPlan
-from hilbench.links.port import Line, PortBase
+from hilbench.links.port import Line, PortBase, Refused, raise_it
 from hilbench.links.uart import Injector, Sampler, Transmitter
 
 REAL_TIME_GROUP_NS = 100_000
@@ -79,7 +78,7 @@ class MemoryPort(PortBase):
         """Take back what is not out yet, but for the next `keep` bytes and the one that is on the line."""
         self.counters.withdrawn += self._transmitter.withdraw(keep)
 
-    def send_break(self, duration_ns: int) -> None:
+    def send_break(self, duration_ns: int, _refused: Refused = raise_it) -> None:
         """Hold the line low for `duration_ns`, after the bytes written so far."""
         self._take_to_send(b"", self._scheduler.now_ns)
         self._transmitter.send_break(duration_ns)
@@ -203,9 +202,9 @@ class MemoryLink:
         """Bring the line up again; both ends are told, in an entry of their own."""
         self._change(up=True)
 
-    def break_line(self, direction: Direction, duration_ns: int, refused: Callable[[str], None]) -> None:  # noqa: ARG002
-        """Hold one wire low for `duration_ns`, after the bytes written so far; nobody refuses that here."""
-        self._sender(direction).send_break(duration_ns)
+    def break_line(self, direction: Direction, duration_ns: int, refused: Refused) -> None:
+        """Hold one wire low for `duration_ns`, after the bytes written so far."""
+        self._sender(direction).send_break(duration_ns, refused)
 
     def set_wire_baud(self, direction: Direction, baud: int | None) -> None:
         """Let one end send at another rate than its own, in bit/s; None for its own again."""

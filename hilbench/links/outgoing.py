@@ -7,11 +7,24 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
+
+from hilbench.links.port import Refused
 
 __all__ = ["Outgoing", "Turn"]
 
-Turn = Callable[[], None]
-"""What is done between bytes."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Turn:
+    """What is done between bytes.
+
+    Attributes:
+        act: does it, or raises UnavailableError.
+        refused: takes that.
+    """
+
+    act: Callable[[], None]
+    refused: Refused
 
 
 class Outgoing:
@@ -49,9 +62,16 @@ class Outgoing:
         turn, self.first = self._turns.popleft()
         return turn
 
-    def clear(self) -> int:
-        """Forget everything; return how many bytes those were."""
+    def clear_bytes(self) -> int:
+        """Forget all bytes, and nothing that is between them; return how many those were."""
         lost = len(self)
         self.first.clear()
+        for _, behind in self._turns:
+            behind.clear()
+        return lost
+
+    def clear(self) -> int:
+        """Forget everything; return how many bytes those were."""
+        lost = self.clear_bytes()
         self._turns.clear()
         return lost

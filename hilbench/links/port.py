@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NoReturn, Protocol
@@ -104,11 +103,13 @@ class LinkCounters:
     refused: int = 0
 
 
-class Wish(enum.Enum):
-    """What may have to wait until the bytes before it are out."""
+Refused = Callable[[UnavailableError], None]
+"""Takes why something cannot be had that had to wait until the bytes before it were out."""
 
-    RATE = "rate"
-    BREAK = "break"
+
+def raise_it(error: UnavailableError) -> None:
+    """Stand in for somebody who is told: the run ends."""
+    raise error
 
 
 class Port(Protocol):
@@ -129,8 +130,8 @@ class Port(Protocol):
         on_sent: Called with bytes when they are handed to the line, and the bench time in ns.
         on_modem: Called with the levels of the lines beside the data when the far end has changed one of them, and the
             bench time in ns; by ports that were told to watch them.
-        on_refused: Called with what cannot be had that had to wait for the bytes before it, and why; raises the latter
-            unless somebody sets another.
+        on_refused: Called with a rate that cannot be had, and why, where the rate had to wait for the bytes before it;
+            raises the latter unless somebody sets another.
     """
 
     name: str
@@ -145,7 +146,7 @@ class Port(Protocol):
     break_ns: int
     on_sent: Callable[[bytes, int], None]
     on_modem: Callable[[ModemLines, int], None]
-    on_refused: Callable[[Wish, UnavailableError], None]
+    on_refused: Callable[[int, UnavailableError], None]
 
     def write(self, data: bytes) -> None:
         """Hand bytes to the line; never blocks. PortClosedError after `close`."""
@@ -157,8 +158,12 @@ class Port(Protocol):
     def withdraw(self, keep: int) -> None:
         """Take back what is not out yet, but for the next `keep` bytes; nothing where that cannot be done."""
 
-    def send_break(self, duration_ns: int) -> None:
+    def send_break(self, duration_ns: int, refused: Refused = raise_it) -> None:
         """Hold the line low for `duration_ns`, after the bytes handed over so far; lost where nobody is there.
+
+        Args:
+            duration_ns: for how long, in ns.
+            refused: told if it shows only when those bytes are out that there cannot be a break.
 
         Raises:
             UnavailableError: a break cannot be sent here, as at a pseudo-terminal and a socket.
@@ -196,7 +201,7 @@ def _ignore_modem(_lines: ModemLines, _at_ns: int) -> None:
     """Stand in for a callback that nobody has set."""
 
 
-def _raise(_wish: Wish, error: UnavailableError) -> None:
+def _raise(_baud: int, error: UnavailableError) -> None:
     raise error
 
 
@@ -215,7 +220,7 @@ class PortBase:
         self.break_ns = 0
         self.on_sent: Callable[[bytes, int], None] = _ignore_bytes
         self.on_modem: Callable[[ModemLines, int], None] = _ignore_modem
-        self.on_refused: Callable[[Wish, UnavailableError], None] = _raise
+        self.on_refused: Callable[[int, UnavailableError], None] = _raise
 
     @property
     def pending(self) -> int:

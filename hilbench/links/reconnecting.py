@@ -15,7 +15,7 @@ from functools import partial
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links.attempt import Attempt
-from hilbench.links.port import NO_LINE_ASSERTED, ModemLines, Port, PortBase, Wish
+from hilbench.links.port import NO_LINE_ASSERTED, ModemLines, Port, PortBase, Refused, raise_it
 from hilbench.links.serial_device import open_serial
 from hilbench.links.serial_target import SerialTarget, located
 from hilbench.links.serialport import WRITE_TIMEOUT_S, SerialPort
@@ -77,16 +77,17 @@ class ReconnectingPort(PortBase):
         self._ports = ports
         self._open_port = open_port
         self._poll_ns = poll_ns
-        self._baud = target.baud
+        self._baud = self._had_baud = target.baud  # what is wished for, and what it was opened with
         self._port: Port | None = None
         self._lost_ns = 0
         self._refusal = ""
         self._lines_away: ModemLines | None = None
-        self._attempt: tuple[Attempt, int] | None = None  # and the rate that it is opened with
+        self._attempt: tuple[Attempt, int, int] | None = None  # the rate it is opened with, and what was wished for
+        self._far_refusal: UnavailableError | None = None  # why it could not be opened with the rate wished for
         self.device = self._target.url
         self.losses = 0
         self.identity = identity_of(self.device, ports()) if target.is_device else None
-        self._open(self.device)
+        self._open(self.device, self._baud)
 
     @property
     def baud(self) -> int:
@@ -121,10 +122,10 @@ class ReconnectingPort(PortBase):
         if self._port is not None:
             self._port.withdraw(keep)
 
-    def send_break(self, duration_ns: int) -> None:
+    def send_break(self, duration_ns: int, refused: Refused = raise_it) -> None:
         """Hold the line low for `duration_ns`."""
         if self._port is not None:
-            self._port.send_break(duration_ns)
+            self._port.send_break(duration_ns, refused)
 
     @property
     def modem_lines(self) -> ModemLines | None:
@@ -152,15 +153,16 @@ class ReconnectingPort(PortBase):
 
     # --- there
 
-    def _open(self, url: str, **opened: object) -> None:
-        port = self._open_port(self._scheduler, self._target_at(url), **opened)
+    def _open(self, url: str, baud: int, **opened: object) -> None:
+        port = self._open_port(self._scheduler, self._target_at(url, baud), **opened)
+        self._baud = self._had_baud = baud
         port.counters = self.counters  # what it counts, it counts for its owner
         port.on_receive = self._received
         port.on_sent = self._sent
         port.on_break = self._broke
         port.on_line = self._line_changed
         port.on_modem = self._modem_changed
-        port.on_refused = self._wish_refused
+        port.on_refused = self._rate_refused
         was, self.device = self.device, url
         self._port, self._refusal = port, ""
         now_ns = self._scheduler.now_ns
@@ -172,8 +174,8 @@ class ReconnectingPort(PortBase):
             if self.losses:
                 self.on_modem(lines, now_ns)
 
-    def _target_at(self, url: str) -> SerialTarget:
-        return replace(self._target, url=url, baud=self._baud)
+    def _target_at(self, url: str, baud: int) -> SerialTarget:
+        return replace(self._target, url=url, baud=baud)
 
     def _received(self, data: bytes, at_ns: int) -> None:
         if not self.closed:
@@ -185,10 +187,10 @@ class ReconnectingPort(PortBase):
     def _broke(self, at_ns: int) -> None:
         self.on_break(at_ns)
 
-    def _wish_refused(self, wish: Wish, error: UnavailableError) -> None:
+    def _rate_refused(self, baud: int, error: UnavailableError) -> None:
         if self._port is not None:
             self._baud = self._port.baud
-        self.on_refused(wish, error)
+        self.on_refused(baud, error)
 
     def _modem_changed(self, lines: ModemLines, at_ns: int) -> None:
         self._lines_away = NO_LINE_ASSERTED
@@ -224,30 +226,56 @@ class ReconnectingPort(PortBase):
             self._look_later()
             return
         try:
-            if self._target.is_device:
-                self._open(url)
-            elif not self._open_far(url):
-                self._look_later()
+            refused = self._open_device(url) if self._target.is_device else self._open_far(url)
         except (UnavailableError, UsageError) as error:  # the latter: it went while its rate was set
             if str(error) != self._refusal:
                 self._refusal = str(error)
                 self._record("port-refused", self.name, device=url, text=self._refusal)
             self._look_later()
+            return
+        if refused is not None:
+            self.on_refused(*refused)
 
-    def _open_far(self, url: str) -> bool:
-        """Have a thread open it, and look again whether it has; say whether the port is there."""
+    def _open_device(self, url: str) -> tuple[int, UnavailableError] | None:
+        """Open it, with the rate that it had if that cannot be with one set meanwhile; return the latter, and why."""
+        wanted_baud = self._baud
+        try:
+            self._open(url, wanted_baud)
+        except (UnavailableError, UsageError) as error:
+            if wanted_baud == self._had_baud:
+                raise
+            try:
+                self._open(url, self._had_baud)
+            except (UnavailableError, UsageError):
+                raise error from None  # it is not for the rate
+            return wanted_baud, UnavailableError(str(error))
+        return None
+
+    def _open_far(self, url: str) -> tuple[int, UnavailableError] | None:
+        """Have a thread open it, and look again whether it has; else as `_open_device`."""
         if self._attempt is None:
-            opening = partial(open_serial, self._target_at(url), WRITE_TIMEOUT_S)
-            self._attempt = Attempt(opening, f"open {url}"), self._baud
-        attempt, baud = self._attempt
+            baud = self._baud if self._far_refusal is None else self._had_baud
+            opening = partial(open_serial, self._target_at(url, baud), WRITE_TIMEOUT_S)
+            self._attempt = Attempt(opening, f"open {url}"), baud, self._baud
+        attempt, baud, wanted_baud = self._attempt
         if not attempt.over:
-            return False
-        self._attempt = None
-        if baud != self._baud:  # it was changed meanwhile
+            self._look_later()
+            return None
+        self._attempt, refusal, self._far_refusal = None, self._far_refusal, None
+        if wanted_baud != self._baud:  # it was changed meanwhile
             attempt.abandon()
-            return False
-        self._open(url, opened=attempt.result())
-        return True
+            self._look_later()
+            return None
+        try:
+            opened = attempt.result()
+        except (UnavailableError, UsageError) as error:
+            if (
+                isinstance(error.__cause__, ValueError) and baud != self._had_baud
+            ):  # as pyserial says that it is refused
+                self._far_refusal = UnavailableError(str(error))
+            raise
+        self._open(url, baud, opened=opened)
+        return None if refusal is None else (wanted_baud, refusal)
 
     def _whereabouts(self) -> str | None:
         """Return where it is now, as far as can be known without opening it; None if it is gone."""

@@ -264,7 +264,8 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
     if isinstance(error, ValueError) and "remote rejected" in str(error):
         return UnavailableError(f"the far port refuses what is asked of it: {error}", where=where)
     if not isinstance(error, (OSError, NotImplementedError, termios.error, OverflowError)):
-        return UsageError(f"pyserial does not know it: {error}", where=where)
+        kind = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
+        return UsageError(f"pyserial does not know it: {kind}{error}", where=where)
     what = f"cannot be opened: {os.strerror(number) if number else error}"
     return UnavailableError(what, where=where, hint=_how_to_be_heard(where, error))
 

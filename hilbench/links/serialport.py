@@ -14,13 +14,13 @@ import select
 import termios
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NoReturn
+from typing import Any
 
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass, Scheduler
 from hilbench.errors import UnavailableError
 from hilbench.links.door import READ_BYTES, Input
-from hilbench.links.outgoing import Outgoing
-from hilbench.links.port import Line, ModemLines, PortBase, Wish
+from hilbench.links.outgoing import Outgoing, Turn
+from hilbench.links.port import Line, ModemLines, PortBase, Refused, raise_it
 from hilbench.links.serial_device import (
     LineErrors,
     close_serial,
@@ -130,9 +130,10 @@ class SerialPort(PortBase):
             return  # a far port is asked over the network, and the bench would wait for its answer
         if self._idle:
             self._set_baud(baud)
+            self._baud = baud
         else:
             self._baud = baud
-            self._take_turn(Wish.RATE, partial(self._set_baud, baud))
+            self._take_turn(Turn(act=partial(self._set_baud, baud), refused=partial(self._rate_refused, baud)))
 
     def write(self, data: bytes) -> None:
         """Queue bytes; they go to the system in the next entry, and wait if it takes no more."""
@@ -148,12 +149,12 @@ class SerialPort(PortBase):
         """Bytes written that the system has not taken, or, where it tells, has not sent."""
         return len(self._out) + self._beyond
 
-    def send_break(self, duration_ns: int) -> None:
+    def send_break(self, duration_ns: int, refused: Refused = raise_it) -> None:
         """Hold the line low for `duration_ns` when the bytes written before are out; lost where the device is gone.
 
         Raises:
-            UnavailableError: the port cannot: a pseudo-terminal, a socket, or a driver without breaks. `on_refused` is
-                called with what only shows when bytes before it are out.
+            UnavailableError: the port cannot: a pseudo-terminal, a socket, or a driver without breaks. `refused` is
+                told what only shows when bytes before it are out.
         """
         self._take_to_send(b"", self._scheduler.now_ns)
         if not self.line_is_up:
@@ -163,7 +164,7 @@ class SerialPort(PortBase):
         if self._idle:
             self._begin_break(duration_ns)
         else:
-            self._take_turn(Wish.BREAK, partial(self._begin_break, duration_ns))
+            self._take_turn(Turn(act=partial(self._begin_break, duration_ns), refused=refused))
 
     def close(self) -> None:
         """Give the port back; a second call does nothing."""
@@ -232,18 +233,15 @@ class SerialPort(PortBase):
     def _idle(self) -> bool:
         return self._out.idle and not self._breaking and self._is_out
 
-    def _take_turn(self, wish: Wish, action: Callable[[], None]) -> None:
+    def _take_turn(self, turn: Turn) -> None:
         """Do something when the bytes written before are out."""
-        self._out.add_turn(partial(self._do, wish, action))
+        self._out.add_turn(turn)
         self._go_on()
 
-    def _do(self, wish: Wish, action: Callable[[], None]) -> None:
-        try:
-            action()
-        except UnavailableError as error:
-            if wish is Wish.RATE:
-                self._baud = self._baud_now
-            self.on_refused(wish, error)
+    def _rate_refused(self, baud: int, error: UnavailableError) -> None:
+        if self._baud == baud:  # else another is wished for by now
+            self._baud = self._baud_now
+        self.on_refused(baud, error)
 
     def _go_on(self) -> None:
         if not self._writing:
@@ -260,23 +258,27 @@ class SerialPort(PortBase):
         except OSError:
             self._line_lost()
             return
-        if stuck:
-            self._lose()
-        turn = self._out.next_turn() if stuck or self._is_out else None
+        turn = self._next_turn(stuck=stuck)
         if turn is not None:
-            turn()
+            try:
+                turn.act()
+            except UnavailableError as error:
+                turn.refused(error)
             self._taken_ns = self._scheduler.now_ns
         self._write_later(_RETRY_NS if turn is None else 0)
 
-    def _lose(self) -> None:
-        """Lose what is not taken; of a far port also what is behind it, for to ask that would have to wait, too."""
-        if self._stream is None:
+    def _next_turn(self, *, stuck: bool) -> Turn | None:
+        """Return what is to be done now; what a port that is stuck does not take is lost.
+
+        A far port that is stuck is asked for nothing: that would have to wait for its writer, and the bench with it.
+        """
+        if stuck and self._stream is not None:
+            self.counters.lost += self._out.clear_bytes()
+        elif stuck:
             self.counters.lost += len(self._out.first)
             self._out.first.clear()
-            return
-        self.counters.lost += self._out.clear()
-        if self._baud != self._baud_now:
-            self._do(Wish.RATE, partial(self._not_set, self._baud, "it takes nothing any more"))
+            return self._out.next_turn()
+        return self._out.next_turn() if self._is_out else None
 
     def _write_later(self, pause_ns: int) -> None:
         if not self._out.idle and not self._breaking and not self.closed:
@@ -287,7 +289,8 @@ class SerialPort(PortBase):
         """Hand over what the system takes; say whether bytes have moved within the time that they may stand still."""
         now_ns = self._scheduler.now_ns
         taken, beyond = self._hand_over(), self._beyond
-        self._out_by_ns = min(self._out_by_ns, now_ns + self._line_now.bytes_ns(beyond + _BEHIND_DRIVER_BYTES))
+        if self._stream is None:  # else there is nobody who tells how many are beyond
+            self._out_by_ns = min(self._out_by_ns, now_ns + self._line_now.bytes_ns(beyond + _BEHIND_DRIVER_BYTES))
         if taken or beyond < self._beyond_before or now_ns < self._out_by_ns:
             self._taken_ns = now_ns
         self._beyond_before = beyond
@@ -315,8 +318,8 @@ class SerialPort(PortBase):
         """Give the system what it takes without waiting, and do what stands between as far as it need not wait."""
         with contextlib.suppress(OSError, UnavailableError):
             self._hand_over()
-            while self._is_out and not self._breaking and (turn := self._out.next_turn()) is not None:
-                turn()
+            while self._stream is None and self._is_out and not self._breaking and (turn := self._out.next_turn()):
+                turn.act()
                 self._hand_over()
 
     @property
@@ -329,11 +332,8 @@ class SerialPort(PortBase):
         try:
             self._serial.baudrate = baud
         except (OSError, ValueError, OverflowError, termios.error) as error:
-            self._not_set(baud, str(error))
-        self._baud = self._baud_now = baud
-
-    def _not_set(self, baud: int, reason: str) -> NoReturn:
-        raise UnavailableError(f"cannot be set to {baud} baud: {reason}", where=self.name)
+            raise UnavailableError(f"cannot be set to {baud} baud: {error}", where=self.name) from error
+        self._baud_now = baud
 
     @property
     def _breakless(self) -> str:

@@ -71,6 +71,7 @@ class Tap(PortInFront):
         self._strikes = 0
         self._of_line: list[FaultPlan] = []
         self.struck: Counter[tuple[str, str]] = Counter()
+        self._breaks: list[Fault] = []  # that were said to have struck
         self.outages = 0
         self.counters = port.counters
 
@@ -135,10 +136,15 @@ class Tap(PortInFront):
         return self._plan
 
     def _refused(self, fault: Fault, reason: str, at_ns: int) -> None:
+        if any(fault is one for one in self._breaks):  # it shows late that it cannot be
+            self.struck[fault.kind.value, self.towards(fault.direction)] -= 1
+            self._breaks = [one for one in self._breaks if one is not fault]
         self._bench.journal.record("fault-refused", "line", max(at_ns, 0), fault=fault.kind.value, text=reason)
 
     def _struck(self, on_struck: Callable[[], None], fault: Fault, direction: Direction, at_ns: int) -> None:
         towards = self.towards(direction)
         self.struck[fault.kind.value, towards] += 1
+        if fault.kind is FaultKind.BREAK:
+            self._breaks.append(fault)
         self._bench.journal.record("fault", "line", max(at_ns, 0), fault=fault.kind.value, towards=towards)
         on_struck()

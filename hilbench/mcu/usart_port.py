@@ -17,7 +17,7 @@ from typing import NamedTuple
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_S
 from hilbench.links.memory import REAL_TIME_GROUP_NS
-from hilbench.links.port import Line, PortBase
+from hilbench.links.port import Line, PortBase, Refused, raise_it
 from hilbench.links.uart import Transmitter
 from hilbench.mcu.group import ChipTime, MachineGroup
 from hilbench.mcu.seams import Machine, Usart
@@ -167,7 +167,7 @@ class UsartPort(PortBase):
         """Put one byte on the RX line whose start bit begins at `at_ns`, now in the time of the chip."""
         self._hear(self.line_format.frame(data[0], Fraction(at_ns, NS_PER_S), self._bit_s))
 
-    def send_break(self, duration_ns: int) -> None:
+    def send_break(self, duration_ns: int, _refused: Refused = raise_it) -> None:
         """Hold the RX line low for `duration_ns`, after the bytes written so far."""
         self._take_to_send(b"", self._bench.now_ns)
         duration_ns = max(duration_ns, (_BREAK_BITS + 3) * NS_PER_S // self._baud)

@@ -16,7 +16,6 @@ from hilbench.fault_entries import FaultEntry
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.links.door import Door
-from hilbench.links.port import Wish
 from hilbench.near_ends import open_near_end
 from hilbench.relay import CLIENT, SERVER, Relay
 from hilbench.rover.ground_station import GroundStation
@@ -190,6 +189,16 @@ def test_what_comes_while_nobody_is_there_is_no_loss_to_speak_of(faults):
     assert not losses(between)
 
 
+def test_a_line_that_a_fault_has_interrupted_has_still_lost_what_was_lost_before():
+    fault = FaultEntry(kind="disconnect", at_s=0.01, duration_s=0.02)
+    between = Between(faults=(fault,))
+    between.bench.run_for(0.02)
+    between.relay._b.counters.lost += 7
+    between.bench.run_for(0.02)
+    between.relay.tell_losses()
+    assert losses(between) == [(SERVER, 7)]
+
+
 def test_what_an_end_has_not_taken_is_recorded_when_it_goes_and_when_all_is_over():
     between, said = Between(), []
     between.relay.on_refused = said.append
@@ -291,14 +300,16 @@ def test_what_is_refused_late_is_said_once_of_whoever_asked_for_it():
         client_baud = 19_200
 
     class Server(type(far.a)):
-        baud = property(lambda self: 9600, lambda self, baud: refuse(Wish.RATE, f"cannot be set to {baud} baud"))
+        baud = property(lambda self: 9600, lambda self, baud: self.refuse_rate(baud))
 
-        def send_break(self, duration_ns):
-            refuse(Wish.BREAK, "a break cannot be sent")
+        def refuse_rate(self, baud):
+            later(lambda: self.on_refused(baud, UnavailableError(f"cannot be set to {baud} baud", where="it")))
 
-    def refuse(wish, reason):
-        error = UnavailableError(reason, where="it")
-        bench.scheduler.after(1000, lambda: server.on_refused(wish, error), source="it")
+        def send_break(self, duration_ns, refused):
+            later(lambda: refused(UnavailableError("a break cannot be sent", where="it")))
+
+    def later(action):
+        bench.scheduler.after(1000, action, source="it")
 
     client, server, said = line.b, far.a, []
     client.__class__, server.__class__ = Client, Server
@@ -314,6 +325,11 @@ def test_what_is_refused_late_is_said_once_of_whoever_asked_for_it():
     ]
     refused = [(e["kind"], e["source"]) for e in bench.journal.recent if e["kind"].endswith("refused")]
     assert refused == [("baud-refused", CLIENT), ("break-refused", CLIENT)]
+    server._set_line(False, 0)
+    server._set_line(True, 0)  # it may be another, or may have been on its way out
+    line.a.write(b"x")
+    bench.run_for(0.1)
+    assert len([e for e in bench.journal.recent if e["kind"] == "baud-refused"]) == 2
 
 
 @pytest.mark.parametrize("has_lines", [True, False])
@@ -327,7 +343,7 @@ def test_lines_and_breaks_of_a_client_reach_a_server_that_has_such(has_lines):
     Client.__abstractmethods__ = frozenset()
     client, server, done = line.b, far.a, []
     client.__class__ = Client
-    server.send_break = done.append
+    server.send_break = lambda duration_ns, _refused: done.append(duration_ns)
     if has_lines:
         server.set_lines = lambda **levels: done.append(levels)
     Relay(bench, client, server)
@@ -345,7 +361,7 @@ def test_lines_and_breaks_of_a_client_reach_a_server_that_has_such(has_lines):
     ]
 
 
-def refuse_break(_duration_ns):
+def refuse_break(_duration_ns, _refused):
     raise UnavailableError("a break cannot be sent: a socket knows none", where="it")
 
 
@@ -363,16 +379,12 @@ def test_breaks_that_an_end_does_not_know_are_said_once_for_each():
 
 @pytest.mark.parametrize("late", [False, True])
 def test_a_fault_that_cannot_strike_has_not_struck(late):
-    def refuse_late(duration_ns):
-        try:
-            refuse_break(duration_ns)
-        except UnavailableError as error:
-            between.relay._b.on_refused(Wish.BREAK, error)
+    def refuse_late(_duration_ns, refused):
+        error = UnavailableError("a break cannot be sent: a socket knows none", where="it")
+        between.bench.scheduler.after(0, lambda: refused(error), source="it")
 
     fault = FaultEntry(kind="break", at_s=0.5, duration_s=0.1, towards="b")
-    between, said = Between(faults=(fault,), to_server=refuse_break), []
-    if late:
-        between.relay._b.send_break = lambda ns: between.bench.scheduler.after(0, lambda: refuse_late(ns), source="it")
+    between, said = Between(faults=(fault,), to_server=refuse_late if late else refuse_break), []
     between.relay.on_refused = said.append
     between.run()
     assert [event["kind"] for event in between.bench.journal.recent] == [*["fault"] * late, "fault-refused"]

@@ -125,7 +125,7 @@ class AlteredBench:
         assert again.items() <= hashes.items(), again.items() - hashes.items()
 
 
-def one_each(long: Sequence[tuple[Any, ...]], quick: Sequence[tuple[Any, ...]]) -> list[Any]:
+def one_each(long: Sequence[tuple[Any, ...]], quick: Sequence[tuple[Any, ...]] = ()) -> list[Any]:
     """Mark long rows, whose first column is a clause: `thorough` one of each clause that no quick one is of."""
     seen, marked = {row[0] for row in quick}, []
     for row in long:

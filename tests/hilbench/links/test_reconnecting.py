@@ -378,6 +378,37 @@ def test_a_rate_that_was_refused_is_not_asked_for_again(bench, bay, port):
 
 
 @pytest.mark.parametrize("error", [UsageError, UnavailableError])
+def test_what_cannot_be_opened_with_a_rate_set_meanwhile_is_opened_with_that_it_had(bench, bay, port, error):
+    said, before, opened = [], port.baud, []
+
+    def opens(scheduler, target):
+        opened.append(target.baud)
+        if target.baud == 12_345:
+            raise error("the rate cannot be set", where="usb")
+        return bay.open(scheduler, target)
+
+    port.on_refused = lambda baud, error: said.append((baud, str(error)))
+    port._open_port = opens
+    bay.pull_out()
+    bench.run_for(0.1)
+    port.baud = 12_345
+    bay.plug_in()
+    assert bench.run_until(lambda: port.line_is_up, 1)
+    assert (opened, port.baud) == ([12_345, before], before)
+    assert said == [(12_345, "usb: the rate cannot be set")]
+    bench.run_for(1)
+    assert len(recorded(bench, "port-returned")) == 1
+    bay.pull_out()
+    bench.run_for(0.1)
+    port.baud, bay.refuse = 57_600, "permission denied"  # not for the rate: it stays
+    bay.plug_in()
+    bench.run_for(1)
+    bay.refuse = None
+    assert bench.run_until(lambda: port.line_is_up, 1)
+    assert port.baud == 57_600
+
+
+@pytest.mark.parametrize("error", [UsageError, UnavailableError])
 def test_whatever_is_wrong_while_it_is_opened_again_it_is_tried_again(bench, bay, port, error):
     def refuses(_scheduler, _target):
         raise error("pyserial does not know it: the rate cannot be set", where="usb")
@@ -445,12 +476,33 @@ def test_a_far_port_whose_rate_was_changed_while_it_was_opened_is_opened_again(m
 
 def test_nobody_waits_until_a_far_port_that_is_not_wanted_has_hung_up(monkeypatch):
     far, hang_up = Far(monkeypatch), threading.Event()
-    far.close = hang_up.wait
+    far.close = lambda: hang_up.wait(60) or far.closed.set()
     far.port.baud = 57_600
     far.gate.set()
     far.until(lambda: far.port.line_is_up)
+    assert not far.closed.is_set(), "somebody has waited for it"
     hang_up.set()
     far.port.close()
+    far.port.close()
+
+
+def test_a_far_port_that_refuses_a_rate_set_meanwhile_is_opened_with_that_it_had(monkeypatch):
+    far, said, opens = Far(monkeypatch), [], []
+    far.port.on_refused = lambda baud, error: said.append((baud, str(error)))
+    far.port.baud = 12_345
+
+    def refuses(target, write_timeout_s):
+        opens.append(target.baud)
+        if target.baud == 12_345:
+            refused = UnavailableError("the far port refuses what is asked of it", where=target.url)
+            raise refused from ValueError("remote rejected value for option 'baudrate'")
+        return far
+
+    monkeypatch.setattr("hilbench.links.reconnecting.open_serial", refuses)
+    far.gate.set()
+    far.until(lambda: far.port.line_is_up)
+    assert (opens, far.port.baud) == ([12_345, 9600], 9600)
+    assert said == [(12_345, "rfc2217://far:4000: the far port refuses what is asked of it")]
     far.port.close()
 
 
@@ -475,4 +527,5 @@ def test_what_a_far_host_refuses_is_recorded_and_tried_again(monkeypatch):
     assert events == [("port-refused", "rfc2217://far:4000: cannot be opened: it says nothing")]
     monkeypatch.setattr("hilbench.links.reconnecting.open_serial", far.open_serial)
     far.until(lambda: far.port.line_is_up)
+    assert far.port.baud == 19_200
     far.port.close()

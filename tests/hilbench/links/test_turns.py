@@ -14,8 +14,8 @@ from hilbench.clock import NS_PER_MS, MonotonicHostClock, Scheduler
 from hilbench.errors import UnavailableError
 from hilbench.links import SerialPort
 from hilbench.links import serialport as serialport_module
-from hilbench.links.outgoing import Outgoing
-from hilbench.links.port import Line, Wish
+from hilbench.links.outgoing import Outgoing, Turn
+from hilbench.links.port import Line
 from hilbench.testing import FakeHostClock
 
 S = 10**9
@@ -29,7 +29,7 @@ class Stub:
 
     def __init__(self):
         self.done = []
-        self.refuses, self.low = False, None
+        self.refuses, self.low, self.refused_rate = False, None, None
         self.closed, self.gate = threading.Event(), threading.Event()
         self.gate.set()
         self.rate = 9600
@@ -55,7 +55,7 @@ class Stub:
     def _take(self, what):
         if what == "low" and self.low is not None:
             raise self.low
-        if self.refuses:
+        if self.refuses or what == self.refused_rate:
             raise ValueError("remote rejected value for option 'control'")
         self.done.append(what)
 
@@ -145,21 +145,32 @@ def test_what_is_refused_late_is_told(locked, stub, port):
     stub.refuses = True
     port.baud = 57_600
     until(locked, lambda: said)
-    ((wish, error),) = said
-    assert wish is Wish.RATE
+    ((baud, error),) = said
+    assert baud == 57_600
     assert "cannot be set to 57600 baud" in str(error)
     assert port.baud == 9600
 
 
 def test_a_break_that_is_refused_late_takes_no_rate_back(locked, stub, port):
     said = []
-    port.on_refused = lambda wish, error: said.append(wish)
     port.write(b"before")
-    port.send_break(NS_PER_MS)
+    port.send_break(NS_PER_MS, said.append)
     port.baud = 57_600
     stub.low = ValueError("remote rejected value for option 'break'")
     until(locked, lambda: stub.done[-1:] == [57_600])
-    assert (said, port.baud) == ([Wish.BREAK], 57_600)
+    assert [str(error) for error in said] == [f"stub://x: a break cannot be sent: the port says: {stub.low}"]
+    assert port.baud == 57_600
+
+
+def test_a_rate_that_is_refused_late_leaves_the_next_one_to_its_turn(locked, stub, port):
+    said = []
+    port.on_refused = lambda baud, error: said.append((baud, port.baud))
+    port.write(b"before")
+    port.baud = 12_345
+    port.baud = 57_600
+    stub.refused_rate = 12_345
+    until(locked, lambda: stub.done[-1:] == [57_600])
+    assert (said, port.baud) == ([(12_345, 57_600)], 57_600)
 
 
 def test_what_is_refused_late_ends_the_run_where_nobody_is_told(locked, stub, port):
@@ -215,19 +226,19 @@ def test_a_far_port_that_takes_nothing_is_not_asked_for_what_stands_behind(stub)
     """It would have to wait for the writer, and the bench with it."""
     scheduler = Scheduler()
     scheduler.lock(FakeHostClock())
-    port, said = SerialPort(scheduler, "stub://x@9600"), []
-    port.on_refused = lambda wish, error: said.append((wish, str(error)))
+    port = SerialPort(scheduler, "stub://x@9600")
     stub.gate.clear()
     port.write(b"stuck")
     port.baud = 57_600
+    port.send_break(NS_PER_MS)
     port.write(b"behind")
     until(scheduler, lambda: port.counters.lost)
     assert port.counters.lost == len(b"behind")
-    assert said == [(Wish.RATE, "stub://x: cannot be set to 57600 baud: it takes nothing any more")]
-    assert port.baud == 9600
+    assert stub.done == []
     stub.gate.set()
+    until(scheduler, lambda: stub.done[-1:] == ["high"])
+    assert stub.done == [b"stuck", 57_600, "low", "high"]
     port.close()
-    assert stub.done == [b"stuck"]
 
 
 def test_what_need_not_wait_is_out_before_the_port_is_closed(locked):
@@ -237,8 +248,11 @@ def test_what_need_not_wait_is_out_before_the_port_is_closed(locked):
     port.baud = 19_200
     port.write(b"behind")
     port.close()
-    assert os.read(master, 100) == b"beforebehind"
     assert port.counters.lost == 0
+    got = b""
+    while len(got) < len(b"beforebehind"):
+        got += os.read(master, 100)
+    assert got == b"beforebehind"
     os.close(master)
     os.close(slave)
 
@@ -269,11 +283,27 @@ def test_a_far_end_that_talks_to_nobody_does_not_hold_up_closing(locked, stub):
 
 
 @given(st.lists(st.one_of(st.binary(max_size=3), st.just(None))))
+def test_bytes_are_forgotten_and_turns_are_not(steps):
+    out, order = Outgoing(), []
+    for number, step in enumerate(steps):
+        if step is None:
+            out.add_turn(Turn(act=lambda number=number: order.append(number), refused=order.append))
+        else:
+            out.add(step)
+    assert out.clear_bytes() == sum(len(step) for step in steps if step is not None)
+    assert len(out) == 0
+    while (turn := out.next_turn()) is not None:
+        turn.act()
+    assert order == [number for number, step in enumerate(steps) if step is None]
+    assert out.idle
+
+
+@given(st.lists(st.one_of(st.binary(max_size=3), st.just(None))))
 def test_turns_stand_between_the_bytes_that_were_before_and_behind_them(steps):
     out, order = Outgoing(), []
     for number, step in enumerate(steps):
         if step is None:
-            out.add_turn(lambda number=number: order.append(number))
+            out.add_turn(Turn(act=lambda number=number: order.append(number), refused=order.append))
         else:
             out.add(step)
     assert len(out) == sum(len(step) for step in steps if step is not None)
@@ -281,7 +311,7 @@ def test_turns_stand_between_the_bytes_that_were_before_and_behind_them(steps):
         order += out.first
         out.first.clear()
         if (turn := out.next_turn()) is not None:
-            turn()
+            turn.act()
     wanted = []
     for number, step in enumerate(steps):
         wanted += [number] if step is None else step

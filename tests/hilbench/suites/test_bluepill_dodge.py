@@ -92,7 +92,7 @@ def test_the_right_program_passes_in_a_free_drive():
 @pytest.mark.parametrize(
     ("image", "clause"),
     [
-        pytest.param("broken-blind-4", "D03", id="blind-4", marks=pytest.mark.thorough),
+        pytest.param("broken-blind-4", "D03", id="blind-4", marks=pytest.mark.exhaustive),
         pytest.param("broken-stuck-turn", "D02", id="stuck-turn", marks=pytest.mark.exhaustive),
     ],
 )

@@ -149,7 +149,7 @@ def report():
     return BENCH.check()
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 class TestAll:
     def test_every_clause_passes(self, report):
         BENCH.require_all_right(report)

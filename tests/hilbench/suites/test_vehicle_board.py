@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from hilbench.bench_provider import make_provider
@@ -32,12 +34,21 @@ def test_each_clause_is_cited_by_one_function_in_each_of_its_profiles():
 
 
 @pytest.mark.thorough
+def test_the_hardened_board_passes():
+    options = replace(OPTIONS, select="hardened")
+    report = run_suites(options, make_provider(options))
+    assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
+    assert report.exit_code == 0
+    assert len(report.cases) >= 60
+
+
+@pytest.mark.exhaustive
 def test_the_board_passes_in_every_profile(report):
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
     assert report.exit_code == 0
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 def test_every_edge_of_the_control_task_is_taken(report):
     covered = {coverage.peer: coverage for coverage in report.observed.coverage}
     assert covered["control task"].edges_missed == ()

@@ -74,7 +74,7 @@ def test_the_hardened_board_drives(make, name):
         ("axes-swapped", "test_by_joystick", "", "acceleration at half of the stick's way"),
         ("H7", "test_stack_lost", "VD06", "speed 1.3 s after the last command"),
         ("one-miss", "test_emergency_stop", "", "the car stands 3 s after power-on"),
-        pytest.param("no-factor", "test_a_lap", "VD11", "tyre angle on the lap", marks=pytest.mark.thorough),
+        pytest.param("no-factor", "test_a_lap", "VD11", "tyre angle on the lap", marks=pytest.mark.exhaustive),
     ],
 )
 def test_a_published_defect_is_found(make, defect, name, clause, cause):

@@ -70,7 +70,7 @@ def test_it_ends_at_the_same_cycle_however_it_is_run(start, name):
     assert end(start, name) == end(start, name, step_ns=77_777, skip_idle=False)
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", CHECKS)
 @pytest.mark.parametrize(("step_ns", "skip_idle"), [(1009, True), (77_777, False)])
 @pytest.mark.parametrize("timing", ["flat", "table"])

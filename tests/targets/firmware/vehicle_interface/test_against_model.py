@@ -110,7 +110,7 @@ def test_it_says_what_the_model_says(on_board, model, stimuli, name, play):
     check(on_board(name), model(**settings_of(name)), play(stimuli))
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", FEW)
 def test_an_agent_that_comes_late(on_board, model, stimuli, name):
     check(on_board(name), model(**settings_of(name)), late(stimuli))

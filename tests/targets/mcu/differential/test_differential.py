@@ -1,8 +1,8 @@
 """Random sequences on our machine: as QEMU executes them, and the same however a run is cut.
 
-20 400 sequences come from one seed. The first 400 are run every time, the rest where HILBENCH_THOROUGH is set; there
-QEMU must be installed. QEMU 7.2 is not quite the other opinion that one would like, as Unicorn descends from an earlier
-version of it; `test_vectors` holds against the architecture manual.
+20 400 sequences come from one seed. The first 400 are run every time, some more where HILBENCH_THOROUGH is set, all
+where HILBENCH_EXHAUSTIVE is; there QEMU must be installed. QEMU 7.2 is not quite the other opinion that one would like,
+as Unicorn descends from an earlier version of it; `test_vectors` holds against the architecture manual.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from tests.targets.mcu.differential.report import differences
 SEED = 1
 QUICK = range(400)
 THOROUGH = [range(start, start + 2000) for start in range(QUICK.stop, QUICK.stop + 20_000, 2000)]
+FIRST = 2  # chunks of `THOROUGH` that .ci/run has the time for
 EXECUTED_MIN = 10
 
 _counts: dict[range, Counter] = {}
@@ -46,9 +47,14 @@ class Chunk:
         return sum((coverage.executed(image) for image in self.images), Counter())
 
 
+def marked(chunks):
+    marks = [pytest.mark.thorough] * FIRST + [pytest.mark.exhaustive] * (len(chunks) - FIRST)
+    return map(lambda numbers, mark: pytest.param(numbers, marks=mark), chunks, marks)
+
+
 @pytest.fixture(
     scope="module",
-    params=[QUICK, *(pytest.param(numbers, marks=pytest.mark.thorough) for numbers in THOROUGH)],
+    params=[QUICK, *marked(THOROUGH)],
     ids=lambda numbers: f"{numbers.start}-{numbers.stop - 1}",
 )
 def chunk(request):
@@ -141,7 +147,7 @@ def test_a_difference_is_told_with_code_and_number():
     assert f"{image.cases[1].names[0]}: 0x" in told
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 class TestWhatIsExecuted:
     """That the series has what it is meant to have."""
 

@@ -25,6 +25,7 @@ from tests.targets.mcu.differential.report import differences
 SEED = 1
 QUICK = range(400)
 THOROUGH = [range(start, start + 2000) for start in range(QUICK.stop, QUICK.stop + 20_000, 2000)]
+FIRST = 2  # chunks of `THOROUGH` that .ci/run has the time for
 EXECUTED_MIN = 10
 BOARD = "mps2-an500"
 STEPPED = 40  # sequences of an image that are run instruction by instruction
@@ -35,9 +36,14 @@ def images_of(numbers):
     return [make_image(SEED, range(start, start + CASES), M7) for start in starts]
 
 
+def marked(chunks):
+    marks = [pytest.mark.thorough] * FIRST + [pytest.mark.exhaustive] * (len(chunks) - FIRST)
+    return map(lambda numbers, mark: pytest.param(numbers, marks=mark), chunks, marks)
+
+
 @pytest.fixture(
     scope="module",
-    params=[QUICK, *(pytest.param(numbers, marks=pytest.mark.thorough) for numbers in THOROUGH)],
+    params=[QUICK, *marked(THOROUGH)],
     ids=lambda numbers: f"{numbers.start}-{numbers.stop - 1}",
 )
 def chunk(request):

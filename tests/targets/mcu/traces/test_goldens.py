@@ -20,9 +20,6 @@ ROOT = Path(__file__).parents[4]
 # a second or more each
 LONG = {"selftest-iwdg", "selftest-usart", "style-kernel-busy"}
 
-# waits for seconds: executing what can be skipped takes minutes
-LONGEST = "h753-chip"
-
 # one for each thing that a machine may be doing when it is interrupted
 FEW = (
     *("bad-lockup", "bad-iwdg-loop", "bench-tick-1khz", "bench-tick-1khz.table", "boot-combined", "echo-dma"),
@@ -36,9 +33,7 @@ def any_image_in_any_run():
         if name in FEW or name in LONG:
             continue
         for label, run in RUNS.items():
-            too_long = (name == LONGEST and not run.skip_idle) or label == "executing-all-in-irregular-steps"
-            marks = pytest.mark.exhaustive if too_long else pytest.mark.thorough
-            yield pytest.param(name, run, marks=marks, id=f"{name}-{label}")
+            yield pytest.param(name, run, marks=pytest.mark.exhaustive, id=f"{name}-{label}")
 
 
 def long_ones_apart(names):
@@ -67,7 +62,7 @@ def test_it_does_not_matter_how_any_image_is_run(name, run):
     check(name, run)
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("run", ["executing-all", "steps-of-100-us", "irregular-steps"])
 @pytest.mark.parametrize("name", sorted(LONG))
 def test_it_does_not_matter_how_a_long_one_is_run(name, run):
