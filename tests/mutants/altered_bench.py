@@ -125,10 +125,10 @@ class AlteredBench:
         assert again.items() <= hashes.items(), again.items() - hashes.items()
 
 
-def one_each(long: Sequence[tuple[Any, ...]], quick: Sequence[tuple[Any, ...]] = ()) -> list[Any]:
-    """Mark long rows, whose first column is a clause: `thorough` one of each clause that no quick one is of."""
-    seen, marked = {row[0] for row in quick}, []
-    for row in long:
+def one_each(rows: Sequence[tuple[Any, ...]]) -> list[Any]:
+    """Mark rows, whose first column is a clause: the first of each clause `thorough`, the others `exhaustive`."""
+    seen, marked = set(), []
+    for row in rows:
         marked.append(pytest.param(*row, marks=pytest.mark.exhaustive if row[0] in seen else pytest.mark.thorough))
         seen.add(row[0])
     return marked

@@ -13,7 +13,7 @@ from hilbench.suites._bluepill_clauses import CLAUSES
 from targets.firmware import image_path
 from targets.parts.p2os_adapter.link import RobotLink
 from tests.mutants.alterations import setting, swapped
-from tests.mutants.altered_bench import AlteredBench, one_each
+from tests.mutants.altered_bench import AlteredBench
 
 pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
 
@@ -151,7 +151,8 @@ def test_what_is_wrong_is_found(clause, select, alter, images):
     BENCH.require_found(clause, select, alter, images)
 
 
-@pytest.mark.parametrize(("clause", "select", "alter", "images"), one_each(LONG_MUTANTS, MUTANTS))
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(("clause", "select", "alter", "images"), LONG_MUTANTS)
 def test_what_is_wrong_is_found_in_longer_cases(clause, select, alter, images):
     BENCH.require_found(clause, select, alter, images)
 

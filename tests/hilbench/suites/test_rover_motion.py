@@ -12,7 +12,7 @@ from hilbench.cli import main
 from hilbench.exit_codes import ExitCode
 from hilbench.suites._rover_motion_clauses import CLAUSES
 from tests.mutants.alterations import setting, swapped
-from tests.mutants.altered_bench import AlteredBench, one_each
+from tests.mutants.altered_bench import AlteredBench
 
 pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
 
@@ -121,7 +121,8 @@ def test_what_is_wrong_is_found(clause, select, alter, image):
     BENCH.require_found(clause, select, alter, {"documented": image} if image else {})
 
 
-@pytest.mark.parametrize(("clause", "select", "alter", "image"), one_each(LONG_MUTANTS, MUTANTS))
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(("clause", "select", "alter", "image"), LONG_MUTANTS)
 def test_what_is_wrong_is_found_in_longer_cases(clause, select, alter, image):
     BENCH.require_found(clause, select, alter, {"documented": image} if image else {})
 
