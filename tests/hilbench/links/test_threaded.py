@@ -10,7 +10,6 @@ import pytest
 import serial
 
 from hilbench.links import SerialPort
-from hilbench.links import serialport as serialport_module
 
 S = 10**9
 
@@ -51,10 +50,8 @@ class Stub:
 
 
 @pytest.fixture
-def stub(monkeypatch):
-    made = Stub()
-    monkeypatch.setattr(serialport_module, "open_serial", lambda target, write_timeout_s: made)
-    return made
+def stub(opens):
+    return opens(Stub())
 
 
 def until(scheduler, condition):

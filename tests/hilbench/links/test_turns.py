@@ -68,10 +68,8 @@ class Stub:
 
 
 @pytest.fixture
-def stub(monkeypatch):
-    made = Stub()
-    monkeypatch.setattr(serialport_module, "open_serial", lambda target, write_timeout_s: made)
-    return made
+def stub(opens):
+    return opens(Stub())
 
 
 @pytest.fixture
@@ -187,28 +185,26 @@ def test_a_far_port_that_refuses_dtr_is_no_defect(stub, port):
         port.set_lines(dtr=False)
 
 
-def test_a_uart_has_bytes_that_its_driver_does_not_tell_of(locked, monkeypatch):
+def test_a_uart_has_bytes_that_its_driver_does_not_tell_of(locked, terminal, monkeypatch):
     """A pseudo-terminal that is taken for a UART: the driver says that all is out, the wire needs its time."""
     monkeypatch.setattr(serialport_module, "is_pseudo_terminal", lambda descriptor: False)
-    master, slave = os.openpty()
-    port = SerialPort(locked, f"{os.ttyname(slave)}@9600")
+    _, name = terminal
+    port = SerialPort(locked, f"{name}@9600")
     port.write(bytes(48))
     begin_ns = locked.now_ns
     port.baud = 19_200
     until(locked, lambda: port._serial.baudrate == 19_200)
     assert locked.now_ns - begin_ns >= 48 * 10 * S // 9600
     port.close()
-    os.close(master)
-    os.close(slave)
 
 
-def test_what_takes_all_at_once_is_not_waited_for_as_if_it_had_a_wire(monkeypatch):
+def test_what_takes_all_at_once_is_not_waited_for_as_if_it_had_a_wire(terminal, monkeypatch):
     """Such as USB CDC: at most what an adapter holds beyond its driver may still be on the way."""
     scheduler = Scheduler()
     scheduler.lock(FakeHostClock())
     monkeypatch.setattr(serialport_module, "is_pseudo_terminal", lambda descriptor: False)
-    master, slave = os.openpty()
-    port, write = SerialPort(scheduler, f"{os.ttyname(slave)}@9600"), os.write
+    _, name = terminal
+    port, write = SerialPort(scheduler, f"{name}@9600"), os.write
     ours = port._serial.fd
     monkeypatch.setattr(os, "write", lambda fd, data: len(data) if fd == ours else write(fd, data))
     port.write(bytes(100_000))
@@ -218,8 +214,6 @@ def test_what_takes_all_at_once_is_not_waited_for_as_if_it_had_a_wire(monkeypatc
     until(scheduler, lambda: port._serial.baudrate == 19_200)
     assert scheduler.now_ns - begin_ns <= Line(baud=9600).bytes_ns(4096) + 10 * NS_PER_MS
     port.close()
-    os.close(master)
-    os.close(slave)
 
 
 def test_a_far_port_that_takes_nothing_is_not_asked_for_what_stands_behind(stub):
@@ -241,9 +235,9 @@ def test_a_far_port_that_takes_nothing_is_not_asked_for_what_stands_behind(stub)
     port.close()
 
 
-def test_what_need_not_wait_is_out_before_the_port_is_closed(locked):
-    master, slave = os.openpty()
-    port = SerialPort(locked, f"{os.ttyname(slave)}@9600")
+def test_what_need_not_wait_is_out_before_the_port_is_closed(locked, terminal):
+    master, name = terminal
+    port = SerialPort(locked, f"{name}@9600")
     port.write(b"before")
     port.baud = 19_200
     port.write(b"behind")
@@ -253,14 +247,12 @@ def test_what_need_not_wait_is_out_before_the_port_is_closed(locked):
     while len(got) < len(b"beforebehind"):
         got += os.read(master, 100)
     assert got == b"beforebehind"
-    os.close(master)
-    os.close(slave)
 
 
-def test_a_port_that_is_readable_without_a_byte_is_not_gone_for_that(locked, monkeypatch):
+def test_a_port_that_is_readable_without_a_byte_is_not_gone_for_that(locked, terminal, monkeypatch):
     """Somebody else may have thrown the byte away (tcflush(3))."""
-    master, slave = os.openpty()
-    port = SerialPort(locked, os.ttyname(slave))
+    master, name = terminal
+    port = SerialPort(locked, name)
     got, empty = bytearray(), [b""]
     port.on_receive = lambda data, at_ns: got.extend(data)
     read = os.read
@@ -270,8 +262,6 @@ def test_a_port_that_is_readable_without_a_byte_is_not_gone_for_that(locked, mon
     assert not empty
     assert port.line_is_up
     port.close()
-    os.close(master)
-    os.close(slave)
 
 
 def test_a_far_end_that_talks_to_nobody_does_not_hold_up_closing(locked, stub):
