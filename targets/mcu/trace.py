@@ -9,7 +9,9 @@ Then comes what happens, in order, each line with cycle, bench time in ns and
 * ``USART1 rx 41``: a word was received, followed by the errors it set (``PE FE NE ORE``; with ORE it was lost);
 * ``runs IRQ 37``: the handler of an exception begins, or is gone back to; ``runs Thread mode``;
 * ``console itm 'ok'``: a line that the program wrote;
-* ``reset IWDG``, ``fault``, ``note`` (something that is not modelled, or that the firmware got wrong);
+* ``reset IWDG``, ``fault``;
+* ``note misuse GPIOA_CRL at 0x08000100``: kind and place of something that is not modelled, or that the firmware got
+  wrong. Its words are for people and may change; they are no part of a trace;
 * ``end``: the machine ended by itself, how, with which status, and where;
 * ``stands``, the last line of all: instructions executed, those of loops passed over counted, and a hash over the
   registers of the CPU and its RAM.
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TRACE_VERSION", "Trace"]
 
-TRACE_VERSION = 1
+TRACE_VERSION = 2
 
 _LEVELS = {None: "z", False: "0", True: "1"}
 _ERRORS = {1 << 0: "PE", 1 << 1: "FE", 1 << 2: "NE", 1 << 3: "ORE"}  # by their bits in USART_SR
@@ -160,7 +162,7 @@ class Trace:
 
     def _note(self, note: Note) -> None:
         pc = "" if note.pc is None else f" at 0x{note.pc:08X}"
-        self._add_at(note.cycle, note.ns, f"note {note.kind} {note.where}{pc}: {note.text}")
+        self._add_at(note.cycle, note.ns, f"note {note.kind} {note.where}{pc}")
 
     def _fault(self, fault: Fault) -> None:
         became = exception_name(fault.exception) if fault.exception else "lockup"

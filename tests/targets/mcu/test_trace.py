@@ -108,3 +108,12 @@ def test_who_had_the_callbacks_before_is_still_called(make):
     machine.run_to(20 * MS)
     assert len(frames) == sum(" tx " in text for text in texts(trace.close())) > 0
     assert resets == ["POR"]
+
+
+def test_a_note_is_its_kind_and_place_and_its_words_may_change(make):
+    machine = make("boot-combined")
+    trace = Trace(machine)
+    machine.notes.add("misuse", "GPIOA_CRL", "some words", pc=0x0800_0100)
+    machine.notes.add("assumed", "SCB_CFSR.PRECISERR", "others")
+    notes = [text for text in texts(trace.close()) if text.startswith("note ")]
+    assert notes == ["note misuse GPIOA_CRL at 0x08000100", "note assumed SCB_CFSR.PRECISERR"]
