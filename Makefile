@@ -4,6 +4,9 @@
 VENV ?= .venv
 BIN  := $(VENV)/bin
 
+# Without its bytecode each of some hundred processes that the tests start compiles the whole product anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: check test lint types layers unit search bench soak mutants loss deadlines resync campaign docs clean
 
 check:            ## the main job: the virtual Pioneer against its conformance suites
@@ -13,7 +16,7 @@ check:            ## the main job: the virtual Pioneer against its conformance s
 	else echo 'PyBullet is not installed (no wheel for this Python or machine): physics = "plane"; what needs real physics is not applicable' >&2; \
 	exec $(BIN)/hilbench check pioneer-plane; fi
 
-test: dev lint types layers unit   ## everything a change must pass
+test: dev lint types layers unit   ## the gate: what a change must pass (docs/testing.md); minutes
 
 .PHONY: dev
 dev:
@@ -33,8 +36,8 @@ unit: dev         ## on all cores
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 .PHONY: exhaustive
-exhaustive: dev   ## all that .ci/run runs, and what takes too long for it; an hour and more
-	HILBENCH_THOROUGH=1 HILBENCH_EXHAUSTIVE=1 $(BIN)/python -m pytest -n auto --dist worksteal
+exhaustive: dev   ## every test there is; an hour and more
+	HILBENCH_EXHAUSTIVE=1 $(BIN)/python -m pytest -n auto --dist worksteal
 
 search: dev       ## the property tests again, with examples nobody has seen
 	HILBENCH_SEARCH=1 $(BIN)/python -m pytest -n auto --dist worksteal

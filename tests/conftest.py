@@ -1,3 +1,9 @@
+"""Which tests the gate runs, and with which examples.
+
+`make test` leaves out what is marked ``exhaustive``; `make exhaustive` runs everything. docs/testing.md lists what is
+left out, and `tests/packaging/test_tiers.py` holds that list against the marks.
+"""
+
 from __future__ import annotations
 
 import importlib.util
@@ -10,9 +16,11 @@ from hypothesis import settings
 # rules for tests in CONTRIBUTING.md. `make search` looks for new examples.
 settings.register_profile("hilbench", deadline=None, derandomize=True)
 settings.register_profile("search", deadline=None, print_blob=True)
-ASKED_FOR_BY = {"thorough": "HILBENCH_THOROUGH", "exhaustive": "HILBENCH_EXHAUSTIVE"}
-
 settings.load_profile("search" if os.environ.get("HILBENCH_SEARCH") else "hilbench")
+
+EXHAUSTIVE = "HILBENCH_EXHAUSTIVE"
+WITH_A_REASON = ("exhaustive", "slow", "real_time")
+MARKED = pytest.StashKey[dict[str, dict[str, list[str]]]]()
 
 
 def pytest_runtest_setup(item):
@@ -21,9 +29,25 @@ def pytest_runtest_setup(item):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leave out what is marked `thorough` or `exhaustive`, unless it is asked for."""
-    unwanted = {mark for mark, variable in ASKED_FOR_BY.items() if not os.environ.get(variable)}
-    left_out = [item for item in items if not unwanted.isdisjoint(mark.name for mark in item.iter_markers())]
+    """Note the reasons that tests are marked with, and leave out what is marked ``exhaustive``."""
+    config.stash[MARKED] = {name: reasons(items, name) for name in WITH_A_REASON}
+    if os.environ.get(EXHAUSTIVE):
+        return
+    left_out = [item for item in items if item.get_closest_marker("exhaustive")]
     if left_out:
         config.hook.pytest_deselected(items=left_out)
-        items[:] = [item for item in items if unwanted.isdisjoint(mark.name for mark in item.iter_markers())]
+        items[:] = [item for item in items if not item.get_closest_marker("exhaustive")]
+
+
+def reasons(items, name):
+    """Return the reason of each marked test, by its function; one line for each parameter set that has the mark."""
+    found: dict[str, list[str]] = {}
+    for item in items:
+        mark = item.get_closest_marker(name)
+        if mark is None:
+            continue
+        if len(mark.args) != 1 or not isinstance(mark.args[0], str):
+            message = f"{item.nodeid}: say why: @pytest.mark.{name}('the reason')"
+            raise pytest.UsageError(message)
+        found.setdefault(item.nodeid.partition("[")[0], []).append(mark.args[0])
+    return found

@@ -6,8 +6,6 @@ import pytest
 
 from .scripts import at_speed, die_while_driving, drive_a_little, drive_and_die, find_the_robot_at_rest, until
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.mark.parametrize(
     ("kind", "bench"),

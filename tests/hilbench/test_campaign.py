@@ -31,7 +31,6 @@ def test_a_page_has_a_line_for_each_room_and_a_summary_for_each_way():
     assert [one.good for one in record] == [True, False, True]
 
 
-@pytest.mark.slow
 @pytest.mark.needs_bullet
 def test_a_short_campaign_keeps_what_it_found(tmp_path, capfd):
     (tmp_path / "images").mkdir()

@@ -118,7 +118,6 @@ def test_only_a_late_case_is_in_doubt():
     assert doubted(outcome_of(Violation("no answer")), case_of().doubt()).verdict is Verdict.FAIL
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("doors", [1, 2])
 def test_a_process_that_is_stopped_is_found_late_by_a_check_at_its_door_and_behind_a_proxy(
     tmp_path, monkeypatch, doors

@@ -20,8 +20,6 @@ from hilbench.journal import Journal
 from hilbench.proxy import read_faults
 from protocols.pkt import PROFILES, RequestTelemetry, encode_command, encode_frame
 
-pytestmark = pytest.mark.slow
-
 PATIENCE_S = 60
 REQUEST = encode_frame(encode_command(RequestTelemetry()), PROFILES["documented"].client.frames)
 

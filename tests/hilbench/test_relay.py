@@ -227,7 +227,9 @@ def test_breaks_are_handed_on_and_no_bytes_are_recorded_unasked():
     ]
 
 
-@pytest.mark.parametrize("bench_name", ["rover-model", pytest.param("rover", marks=pytest.mark.thorough)])
+@pytest.mark.parametrize(
+    "bench_name", ["rover-model", pytest.param("rover", marks=pytest.mark.exhaustive("takes too long"))]
+)
 def test_a_station_and_a_rover_notice_nothing(bench_name):
     """The emulated one runs the rover's firmware."""
     bench = Bench(Scheduler(), Journal())

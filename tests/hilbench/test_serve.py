@@ -18,8 +18,6 @@ import pytest
 from hilbench.clock import NS_PER_S, MonotonicHostClock
 from hilbench.journal import Journal
 
-pytestmark = pytest.mark.slow
-
 SYNC0 = bytes.fromhex("FAFB03000000")
 SYNC1 = OPEN = bytes.fromhex("FAFB03010001")
 SYNC2 = bytes.fromhex("FAFB03020002")

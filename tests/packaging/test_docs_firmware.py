@@ -65,7 +65,6 @@ def shell(tmp_path):
     return run
 
 
-@pytest.mark.slow
 def test_the_page_can_be_followed_word_by_word(shell, tmp_path):
     done = 0
     for kind, text in BLOCK.findall(PAGE):

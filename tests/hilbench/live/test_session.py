@@ -13,8 +13,6 @@ import pytest
 
 from hilbench.journal import Journal
 
-pytestmark = pytest.mark.slow
-
 
 def is_event(kind, **fields):
     return lambda event: event["kind"] == kind and all(event.get(name) == value for name, value in fields.items())

@@ -342,7 +342,7 @@ def test_the_header_says_who_speaks_what_where_and_what_the_machines_are(vehicle
 
 
 @pytest.mark.needs_bullet
-@pytest.mark.thorough
+@pytest.mark.exhaustive("takes too long")
 def test_firmware_on_a_board_is_seen_from_outside_and_driven(vehicle):
     assert scene_for(open_target("vehicle")) == TRACK
     one = vehicle("vehicle")

@@ -95,7 +95,6 @@ def pytest_in(folder, *words):
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120)
 
 
-@pytest.mark.slow
 def test_what_init_writes_passes(tmp_path, capsys):
     image = IMAGES / "style-registers.elf"
     folder = tmp_path / "project" / "tests"
@@ -117,7 +116,6 @@ def test_what_init_writes_passes(tmp_path, capsys):
     assert "1 passed" in done.stdout, done.stdout + done.stderr
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("folder", ["tests", "firmware"])  # pytest reads the first one's conftest.py early
 def test_what_init_writes_is_found_by_a_pytest_that_has_it_loaded_already(tmp_path, folder):
     for name in (folder, "twice"):
@@ -142,7 +140,6 @@ def test_a_conftest_of_the_user_stays_and_init_says_what_it_needs(tmp_path, caps
     assert (tmp_path / "conftest.py").read_text() == "# mine\n"
 
 
-@pytest.mark.slow
 def test_the_written_test_fails_when_the_firmware_crashes(tmp_path):
     image = IMAGES / "bad-lockup.elf"
     assert main(["init", "--board", "bluepill", "--image", str(image), "--dir", str(tmp_path)]) == 0
@@ -192,7 +189,6 @@ def test_what_init_refuses(tmp_path, monkeypatch, capsys, words, code, said):
     assert [path.name for path in tmp_path.iterdir()] == ["empty.elf"]
 
 
-@pytest.mark.slow
 def test_the_example_of_two_boards_passes():
     done = pytest_in(Path(__file__).parents[3] / "examples/two-boards", "-q", "-W", "error")
     assert done.returncode == 0, done.stdout + done.stderr

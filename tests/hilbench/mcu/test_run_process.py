@@ -183,7 +183,6 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path):
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("follow", [[], ["--follow"]])
 def test_progress_is_shown_on_a_terminal_unless_lines_are(follow):
     ours, theirs = os.openpty()

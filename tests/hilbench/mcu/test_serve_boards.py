@@ -157,7 +157,6 @@ def echoes(path, *, patience=50):
         os.close(descriptor)
 
 
-@pytest.mark.slow
 def test_an_echo_on_a_pty_and_a_hundred_clients(serve, tmp_path):
     served = serve(f"bluepill:{IMAGES / 'echo-irq.elf'}", "--pty", "./u1", "--journal", "j").has_said("stop with")
     assert "serving bluepill.usart1 at u1 (/dev/pts/" in served.said
@@ -180,7 +179,6 @@ def test_an_echo_on_a_pty_and_a_hundred_clients(serve, tmp_path):
     assert journal.count('"kind":"reset"') == 1  # at power-on: it is the same board for all of them
 
 
-@pytest.mark.slow
 def test_of_a_board_with_a_virtual_com_port_that_one_is_served(serve, tmp_path):
     served = serve(f"nucleo-f767zi:{IMAGES / 'f767-demo.elf'}").has_said("stop with")
     assert served.said.count("serving ") == 1
@@ -194,7 +192,6 @@ def test_of_a_board_with_a_virtual_com_port_that_one_is_served(serve, tmp_path):
     assert served.end() == 0
 
 
-@pytest.mark.slow
 def test_each_usart_on_a_door_of_its_own(serve, tmp_path):
     served = serve(f"bluepill:{IMAGES / 'echo-all.elf'}", "--tcp", "usart2=0", "--pty", "usart1=a", "--pty", "usart3=c")
     served.has_said("stop with")
@@ -206,7 +203,6 @@ def test_each_usart_on_a_door_of_its_own(serve, tmp_path):
     assert served.end(signal.SIGTERM) == 0
 
 
-@pytest.mark.slow
 def test_a_client_at_a_wrong_rate_gets_garbage_and_is_told(serve, tmp_path):
     served = serve(f"bluepill:{IMAGES / 'echo-irq.elf'}").has_said("stop with")
     assert echoes(tmp_path / "bluepill-usart1")
@@ -218,7 +214,6 @@ def test_a_client_at_a_wrong_rate_gets_garbage_and_is_told(serve, tmp_path):
     assert served.end() == 0
 
 
-@pytest.mark.slow
 def test_firmware_that_cannot_run_on_ends_serving(serve):
     served = serve(f"bluepill:{IMAGES / 'bad-lockup.elf'}")
     assert served.wait() == 1

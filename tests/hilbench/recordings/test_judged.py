@@ -121,7 +121,7 @@ MORE_FAULTS = {
     "c-string-no-length": "C25",
     "c-count-over-200": "C25",
 }
-_EXHAUSTIVE = [pytest.param(*pair, marks=pytest.mark.exhaustive) for pair in MORE_FAULTS.items()]
+_EXHAUSTIVE = [pytest.param(*pair, marks=pytest.mark.exhaustive("takes too long")) for pair in MORE_FAULTS.items()]
 
 
 @pytest.mark.parametrize(("fault", "clause"), [*FAULTS.items(), *_EXHAUSTIVE])
@@ -134,7 +134,7 @@ def test_a_run_that_failed_fails_for_the_same_clause(tmp_path, fault, clause):
     assert "p2os-" in report.cases[0].cause  # the case in which it was seen
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 @pytest.mark.parametrize("mutant", mutants_of((Family.SERVER_HAND, Family.CLIENT_HAND)), ids=lambda mutant: mutant.id)
 def test_no_clause_is_judged_otherwise_than_live(tmp_path, mutant):
     """Where a live case could not get to its question, a recording may say less, and never the opposite."""

@@ -44,7 +44,6 @@ def test_pictures_are_drawn_from_it():
     assert drawn == pictures(RECORD)
 
 
-@pytest.mark.slow
 @pytest.mark.needs_bullet
 def test_a_drive_is_the_one_of_the_record():
     (held,) = (step for step in STEPS if step.name == "held")

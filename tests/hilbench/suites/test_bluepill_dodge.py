@@ -12,7 +12,7 @@ from hilbench.options import TargetChoice
 from hilbench.suites._dodge_clauses import CLAUSES
 from targets.firmware import image_path
 
-pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
+pytestmark = pytest.mark.needs_bullet
 
 SHORT = "each_sensor or wall"
 FREE = "straight_on_wheels[1]"
@@ -75,7 +75,7 @@ def test_every_clause_has_a_case_and_bench_times_are_said():
     assert (SHIPPED_FOLDER / "bluepill_dodge.py").is_file()
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 def test_every_clause_passes_and_equal_runs_are_equal():
     report = check()
     assert failed(report) == {}
@@ -84,7 +84,7 @@ def test_every_clause_passes_and_equal_runs_are_equal():
     assert again.case_hash == one.case_hash != ""
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive("takes too long")
 def test_the_right_program_passes_in_a_free_drive():
     assert failed(check(select=FREE)) == {}
 
@@ -92,8 +92,8 @@ def test_the_right_program_passes_in_a_free_drive():
 @pytest.mark.parametrize(
     ("image", "clause"),
     [
-        pytest.param("broken-blind-4", "D03", id="blind-4", marks=pytest.mark.exhaustive),
-        pytest.param("broken-stuck-turn", "D02", id="stuck-turn", marks=pytest.mark.exhaustive),
+        pytest.param("broken-blind-4", "D03", id="blind-4", marks=pytest.mark.exhaustive("takes too long")),
+        pytest.param("broken-stuck-turn", "D02", id="stuck-turn", marks=pytest.mark.exhaustive("takes too long")),
     ],
 )
 def test_broken_programs_are_found_in_free_drives_too(image, clause):

@@ -15,7 +15,7 @@ from targets.parts.p2os_adapter.link import RobotLink
 from tests.mutants.alterations import setting, swapped
 from tests.mutants.altered_bench import AlteredBench
 
-pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
+pytestmark = pytest.mark.needs_bullet
 
 MINE = {clause.id for clause in CLAUSES} - {"G13"}
 BENCH = AlteredBench(bench="bluepill", board="bluepill", suite="bluepill-pins", clause_ids=MINE)
@@ -151,7 +151,7 @@ def test_what_is_wrong_is_found(clause, select, alter, images):
     BENCH.require_found(clause, select, alter, images)
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 @pytest.mark.parametrize(("clause", "select", "alter", "images"), LONG_MUTANTS)
 def test_what_is_wrong_is_found_in_longer_cases(clause, select, alter, images):
     BENCH.require_found(clause, select, alter, images)
@@ -184,7 +184,7 @@ def report():
     return BENCH.check()
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 class TestAll:
     def test_every_clause_passes(self, report):
         BENCH.require_all_right(report)

@@ -14,7 +14,6 @@ from hilbench.options import TargetChoice
 CLIENT = Path(__file__).parents[3] / "examples" / "clients" / "minimal_client.py"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("where", ["{pty}", "127.0.0.1:{port}"])
 def test_it_walks_the_handshake_takes_over_and_takes_leave(where):
     options = CheckOptions(

@@ -68,13 +68,11 @@ def test_each_clause_is_cited_by_exactly_one_function(planned):
 
 
 @pytest.mark.needs_bullet
-@pytest.mark.slow
 def test_the_virtual_robot_passes(report):
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
     assert report.exit_code == 0
 
 
-@pytest.mark.slow
 def test_on_the_plane_it_passes_what_needs_no_scene():
     report = run_suites(options(), provider("pioneer-plane"))
     left_out = {case.clause_ids[0] for case in report.cases if case.verdict is Verdict.NOT_APPLICABLE}
@@ -84,7 +82,6 @@ def test_on_the_plane_it_passes_what_needs_no_scene():
 
 
 @pytest.mark.needs_bullet
-@pytest.mark.slow
 def test_each_case_takes_the_time_it_declares(planned, report):
     took = {case.id: case.bench_time_s for case in report.cases}
     declared = {case.id: case.bench_time_s for case in planned}
@@ -230,7 +227,6 @@ def wrong_robots():
 
 
 @pytest.mark.needs_bullet
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("clause_id", "wrong"), [pytest.param(c, wrong, id=f"{c} {what}") for c, what, wrong in wrong_robots()]
 )
@@ -259,7 +255,6 @@ def test_a_robot_without_move_is_not_asked_for_it(clause_id):
 
 
 @pytest.mark.needs_bullet
-@pytest.mark.slow
 def test_a_slow_robot_is_given_the_time_it_needs():
     slow = instead(Motion, "velocity", lambda do: lambda self, mm_s: do(self, min(mm_s, 400)))
     with slow, of_the_line(max_speed_mm_s=400):

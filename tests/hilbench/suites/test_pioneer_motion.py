@@ -38,7 +38,6 @@ def on_the_plane():
     return check("pioneer-plane")
 
 
-@pytest.mark.slow
 @pytest.mark.needs_bullet
 class TestOnBullet:
     def test_every_clause_passes(self, on_bullet):
@@ -71,7 +70,6 @@ class TestOnBullet:
         assert case.case_hash not in {one.case_hash for one in on_bullet.cases}
 
 
-@pytest.mark.slow
 class TestOnThePlane:
     def test_what_needs_no_scene_passes(self, on_the_plane):
         passed = {clause.id for clause in on_the_plane.clauses if clause.verdict is Verdict.PASS}

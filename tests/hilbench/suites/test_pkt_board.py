@@ -68,7 +68,7 @@ def test_each_published_defect_is_found_by_a_promise():
         assert set(FOUND[name]) & documented
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 def test_the_page_is_up_to_date():
     assert {mutant.id: killers(run(mutant)) for mutant in all_mutants()} == FOUND
 

@@ -12,7 +12,7 @@ from targets.robots.rover import DEFECTS
 from tests.mutants.defects_page import killers
 from tests.mutants.rover import PAGE, has_image, run_image
 
-pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
+pytestmark = pytest.mark.needs_bullet
 
 FOUND = PAGE.said_of_firmware()
 QUICK = ("no-0x81", "no-resync", "throttle-unchecked", "led-shared")
@@ -48,7 +48,7 @@ def test_each_defect_with_an_image_is_found_in_the_firmware():
     assert {name for name, clauses in FOUND.items() if clauses not in (("",), ("no image",))} >= emulated
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 def test_everything():
     report = check("")
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}

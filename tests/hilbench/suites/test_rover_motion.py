@@ -14,7 +14,7 @@ from hilbench.suites._rover_motion_clauses import CLAUSES
 from tests.mutants.alterations import setting, swapped
 from tests.mutants.altered_bench import AlteredBench
 
-pytestmark = [pytest.mark.slow, pytest.mark.needs_bullet]
+pytestmark = pytest.mark.needs_bullet
 
 IDS = {clause.id for clause in CLAUSES}
 BENCH = AlteredBench(bench="rover", board="nucleo-f767zi", suite="rover-motion", clause_ids=IDS)
@@ -121,13 +121,13 @@ def test_what_is_wrong_is_found(clause, select, alter, image):
     BENCH.require_found(clause, select, alter, {"documented": image} if image else {})
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 @pytest.mark.parametrize(("clause", "select", "alter", "image"), LONG_MUTANTS)
 def test_what_is_wrong_is_found_in_longer_cases(clause, select, alter, image):
     BENCH.require_found(clause, select, alter, {"documented": image} if image else {})
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 def test_the_last_published_firmware_fails_what_it_never_did():
     """Gains, speeds above 150 rpm, units, orders, position, STATUS, lost link; it drives as well as any other."""
     report = BENCH.check(images={"documented": "rover-g2"})
@@ -150,7 +150,7 @@ def report():
     return BENCH.check()
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 class TestAll:
     def test_every_clause_passes(self, report):
         BENCH.require_all_right(report)

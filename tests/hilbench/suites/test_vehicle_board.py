@@ -33,7 +33,7 @@ def test_each_clause_is_cited_by_one_function_in_each_of_its_profiles():
     assert len(functions) == len(BOARD_CLAUSES) >= 60
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive("takes too long")
 def test_the_hardened_board_passes():
     options = replace(OPTIONS, select="hardened")
     report = run_suites(options, make_provider(options))
@@ -44,13 +44,13 @@ def test_the_hardened_board_passes():
     }
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 def test_the_board_passes_in_every_profile(report):
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
     assert report.exit_code == 0
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 def test_every_edge_of_the_control_task_is_taken(report):
     covered = {coverage.peer: coverage for coverage in report.observed.coverage}
     assert covered["control task"].edges_missed == ()
@@ -77,6 +77,6 @@ def test_each_published_defect_is_found_by_what_is_asked_instead():
         assert set(FOUND[name]) & asked
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 def test_the_page_is_up_to_date():
     assert {mutant.id: killers(run(mutant)) for mutant in all_mutants()} == FOUND

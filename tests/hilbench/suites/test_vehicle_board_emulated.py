@@ -14,8 +14,6 @@ from tests.mutants.defects_page import killers
 from tests.mutants.vehicle.page import PAGE
 from tests.mutants.vehicle.runs import image_of, run_image
 
-pytestmark = pytest.mark.slow
-
 FOUND = PAGE.said_of_firmware()
 QUICK = ("H2", "H7", "V1", "axes-swapped")
 
@@ -49,7 +47,7 @@ def test_every_image_with_a_defect_is_on_the_page():
     assert {name for name, clauses in FOUND.items() if clauses} == {*DEFECTS}
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 def test_everything():
     report = check("")
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
@@ -57,7 +55,7 @@ def test_everything():
     assert len({clause for case in report.cases for clause in case.clause_ids}) >= 60
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 @pytest.mark.parametrize("name", DEFECTS)
 def test_each_defect_of_the_firmware_is_found(name):
     clauses = FOUND[name]

@@ -60,13 +60,11 @@ def make():
     return make
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_the_hardened_board_drives(make, name):
     CASES[name](make())
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("defect", "name", "clause", "cause"),
     [
@@ -74,7 +72,9 @@ def test_the_hardened_board_drives(make, name):
         ("axes-swapped", "test_by_joystick", "", "acceleration at half of the stick's way"),
         ("H7", "test_stack_lost", "VD06", "speed 1.3 s after the last command"),
         ("one-miss", "test_emergency_stop", "", "the car stands 3 s after power-on"),
-        pytest.param("no-factor", "test_a_lap", "VD11", "tyre angle on the lap", marks=pytest.mark.exhaustive),
+        pytest.param(
+            "no-factor", "test_a_lap", "VD11", "tyre angle on the lap", marks=pytest.mark.exhaustive("takes too long")
+        ),
     ],
 )
 def test_a_published_defect_is_found(make, defect, name, clause, cause):
@@ -83,7 +83,6 @@ def test_a_published_defect_is_found(make, defect, name, clause, cause):
     assert found.value.clause == clause
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "name", "clause", "cause"),
     [
@@ -142,7 +141,6 @@ FOUND_BY = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("mutant", [one for one in DRIVEN if one.about != ("VD02",)], ids=lambda one: one.id)
 def test_a_faulty_board_is_found(make, mutant):
     (clause,) = mutant.about

@@ -246,7 +246,6 @@ def test_each_clause_finds_something():
     assert hardened - found == set()
 
 
-@pytest.mark.slow
 def test_board_and_simulator_s_side_on_the_emulated_bench():
     """Each with its own image; a simulator's side that does not pause is found there, too."""
     options = CheckOptions(bench="vehicle", suites=("vehicle-host",), select="VS01 or VS18")

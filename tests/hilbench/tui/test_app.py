@@ -179,7 +179,6 @@ def test_another_bench_is_opened(process_of, on_screen):
     on_screen(first, scenario, benches=[("pioneer", "a robot"), ("rover-model", "a rover")], open_bench=open_bench)
 
 
-@pytest.mark.slow
 def test_a_suite_is_run_and_its_verdicts_are_read(process_of, tmp_path, on_screen, rows):
     suite = tmp_path / "test_mine.py"
     suite.write_text(

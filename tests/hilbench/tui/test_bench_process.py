@@ -15,8 +15,6 @@ from hilbench.journal import Journal
 from hilbench.live.folders import Session, sessions
 from hilbench.tui.bench_process import BenchProcess, Phase
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.fixture
 def start(tmp_path, monkeypatch):

@@ -22,8 +22,6 @@ from hilbench.commands import dashboard
 from hilbench.journal import Journal
 from hilbench.tui.bench_process import BenchProcess
 
-pytestmark = pytest.mark.slow
-
 PATIENCE_S = 60
 
 

@@ -12,8 +12,6 @@ import sys
 
 import pytest
 
-pytestmark = pytest.mark.slow
-
 PATIENCE_S = 60
 WITH_SIGNAL = ("sh", "-c", 'exec "$@" <"$0" >"$0" 2>&1')
 """The first terminal that the leader of a session opens is its controlling terminal: its loss is told by SIGHUP."""

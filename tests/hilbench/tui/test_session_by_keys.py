@@ -45,7 +45,7 @@ def rejected(model):
 
 
 @pytest.mark.parametrize(
-    "bench", [pytest.param("rover-model", marks=pytest.mark.slow), pytest.param("rover", marks=pytest.mark.exhaustive)]
+    "bench", ["rover-model", pytest.param("rover", marks=pytest.mark.exhaustive("takes too long"))]
 )
 def test_a_session_by_keys(bench, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))

@@ -17,8 +17,6 @@ pytest.importorskip("textual_serve")
 
 import aiohttp
 
-pytestmark = pytest.mark.slow
-
 PATIENCE_S = 60
 HILBENCH = [sys.executable, "-m", "hilbench"]
 
@@ -114,7 +112,7 @@ def test_a_page_is_shown_with_the_token_and_nothing_without(served, tmp_path):
     assert not list((tmp_path / "hilbench").iterdir())
 
 
-@pytest.mark.thorough
+@pytest.mark.exhaustive("takes too long")
 def test_a_page_that_is_open_does_not_hold_up_the_end(served, tmp_path):
     process, address = served
     with socket.create_connection((address.hostname, address.port)) as page:

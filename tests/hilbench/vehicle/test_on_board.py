@@ -16,7 +16,6 @@ from protocols.autoware import ControlMode, HazardLights, HazardLightsCommand
 from protocols.carla import Mode
 
 OPTIONS = CheckOptions(bench="vehicle", suites=("vehicle-board",))
-pytestmark = pytest.mark.slow
 
 
 @pytest.fixture

@@ -96,7 +96,6 @@ def test_the_example_of_the_docs_is_a_bench_file(read):
 
 
 @pytest.mark.needs_bullet
-@pytest.mark.slow
 def test_the_rovers_program_reads_its_sensors(read):
     """At rest, with the nose to the east, at the world's origin."""
     emulated = EmulatedBench(read(ROVER.format(image=image_path("rover"))), seed=1)

@@ -407,7 +407,6 @@ def run(machine):
     case("runTest").runTest()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("machine", [AgainstTheOriginal, AgainstTheOriginalV1, Rules], ids=lambda one: one.__name__)
 def test_the_board(machine):
     run(machine)
@@ -451,7 +450,7 @@ def killed(tables):
     return False
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 @pytest.mark.parametrize(("name", "tables"), [pytest.param(*one, id=one[0]) for one in mutants()])
 def test_these_machines_can_fail(name, tables):
     assert killed(tables) or name in NOT_FOUND

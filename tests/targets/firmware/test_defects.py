@@ -305,7 +305,9 @@ def sampled():
     """Every defect; all but the first for each self-test take their time."""
     seen = set()
     for defect in DEFECTS:
-        yield pytest.param(defect, id=str(defect), marks=pytest.mark.thorough if defect.test in seen else ())
+        yield pytest.param(
+            defect, id=str(defect), marks=pytest.mark.exhaustive("takes too long") if defect.test in seen else ()
+        )
         seen.add(defect.test)
 
 

@@ -13,7 +13,6 @@ QEMU = "qemu-system-arm"
 OPTIONS = ["-M", "netduinoplus2", "-nographic", "-monitor", "none", "-serial", "null", "-semihosting"]
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(shutil.which(QEMU) is None, reason=f"{QEMU} is not installed")
 @pytest.mark.parametrize(("name", "checks"), [("cpu", 121), ("faults", 35), ("unaligned", 5)])
 def test_every_check_holds(name, checks):

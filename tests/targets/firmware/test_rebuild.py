@@ -43,12 +43,10 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-@pytest.mark.slow
 def test_the_same_images_are_built(built):
     assert contents(built).keys() == contents(FIRMWARE / "images").keys()
 
 
-@pytest.mark.slow
 def test_each_image_has_the_same_bytes(built):
     committed = contents(FIRMWARE / "images")
     different = sorted(name for name, data in contents(built).items() if data != committed.get(name))

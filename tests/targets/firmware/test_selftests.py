@@ -31,7 +31,10 @@ CHECKS = {
 FAILS = {"unaligned": ["ldm-faults", "stm-faults", "ldrd-faults", "strd-faults"]}
 """What the emulated chip does not do as silicon does: the ledger tells it at SCB_CCR."""
 
-QUICK = [pytest.param(name, marks=pytest.mark.thorough if name in ("iwdg", "usart") else ()) for name in CHECKS]
+QUICK = [
+    pytest.param(name, marks=pytest.mark.exhaustive("takes too long") if name in ("iwdg", "usart") else ())
+    for name in CHECKS
+]
 LIMIT_MS = 1000
 
 
@@ -70,7 +73,7 @@ def test_it_ends_at_the_same_cycle_however_it_is_run(start, name):
     assert end(start, name) == end(start, name, step_ns=77_777, skip_idle=False)
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 @pytest.mark.parametrize("name", CHECKS)
 @pytest.mark.parametrize(("step_ns", "skip_idle"), [(1009, True), (77_777, False)])
 @pytest.mark.parametrize("timing", ["flat", "table"])

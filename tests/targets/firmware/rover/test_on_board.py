@@ -16,8 +16,6 @@ from targets.mcu.machine import Machine
 from targets.mcu.pins import Source
 from targets.mcu.serial_line import SerialFormat
 
-pytestmark = pytest.mark.slow
-
 BOARD = built_in_board("nucleo-f767zi")
 FORMAT = SerialFormat.parse("8N1")
 NS_PER_S = 1_000_000_000

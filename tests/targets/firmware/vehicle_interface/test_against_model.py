@@ -103,14 +103,13 @@ def check(board, model, played):
     assert board.resets == ["POR"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("play", [drive, trouble])
 @pytest.mark.parametrize("name", FEW)
 def test_it_says_what_the_model_says(on_board, model, stimuli, name, play):
     check(on_board(name), model(**settings_of(name)), play(stimuli))
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 @pytest.mark.parametrize("name", FEW)
 def test_an_agent_that_comes_late(on_board, model, stimuli, name):
     check(on_board(name), model(**settings_of(name)), late(stimuli))
@@ -125,7 +124,7 @@ def first_that_shows(model, make_stimuli, name):
     raise AssertionError(f"no play shows what {name} does")
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 @pytest.mark.parametrize("name", [name for name in IMAGES if name not in (*FEW, *UNPLAYED)])
 def test_so_it_does_with_each_defect(on_board, model, stimuli, name):
     play = first_that_shows(model, type(stimuli), name)

@@ -12,8 +12,6 @@ import pytest
 
 from protocols import autoware, carla
 
-pytestmark = pytest.mark.slow
-
 TICK_MS = 1.1
 STOPPED = carla.CommandFrame(mode=carla.Mode.EMERGENCY)
 AT_REST = carla.CommandFrame(steering=-0.0, mode=carla.Mode.MANUAL)

@@ -1,6 +1,6 @@
 """Random sequences on our machine: as QEMU executes them, and the same however a run is cut.
 
-20 400 sequences come from one seed. The first 400 are run every time, some more where HILBENCH_THOROUGH is set, all
+20 400 sequences come from one seed. The first 400 are run every time, some more where HILBENCH_EXHAUSTIVE is set, all
 where HILBENCH_EXHAUSTIVE is; there QEMU must be installed. QEMU 7.2 is not quite the other opinion that one would like,
 as Unicorn descends from an earlier version of it; `test_vectors` holds against the architecture manual.
 """
@@ -48,7 +48,7 @@ class Chunk:
 
 
 def marked(chunks):
-    marks = [pytest.mark.thorough] * FIRST + [pytest.mark.exhaustive] * (len(chunks) - FIRST)
+    marks = [pytest.mark.exhaustive("takes too long")] * FIRST + [pytest.mark.exhaustive("?")] * (len(chunks) - FIRST)
     return map(lambda numbers, mark: pytest.param(numbers, marks=mark), chunks, marks)
 
 
@@ -67,7 +67,7 @@ def chunk(request):
 @pytest.fixture
 def needs_qemu():
     if qemu.missing():
-        assert not os.environ.get("HILBENCH_THOROUGH"), f"a thorough run needs {qemu.PROGRAM}"
+        assert not os.environ.get("HILBENCH_EXHAUSTIVE"), f"a thorough run needs {qemu.PROGRAM}"
         pytest.skip(f"{qemu.PROGRAM} is not installed")
 
 
@@ -147,7 +147,7 @@ def test_a_difference_is_told_with_code_and_number():
     assert f"{image.cases[1].names[0]}: 0x" in told
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 class TestWhatIsExecuted:
     """That the series has what it is meant to have."""
 

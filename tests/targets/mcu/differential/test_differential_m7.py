@@ -37,7 +37,7 @@ def images_of(numbers):
 
 
 def marked(chunks):
-    marks = [pytest.mark.thorough] * FIRST + [pytest.mark.exhaustive] * (len(chunks) - FIRST)
+    marks = [pytest.mark.exhaustive("takes too long")] * FIRST + [pytest.mark.exhaustive("?")] * (len(chunks) - FIRST)
     return map(lambda numbers, mark: pytest.param(numbers, marks=mark), chunks, marks)
 
 
@@ -54,7 +54,7 @@ def chunk(request):
 @pytest.fixture
 def needs_qemu():
     if qemu.missing():
-        assert not os.environ.get("HILBENCH_THOROUGH"), f"a thorough run needs {qemu.PROGRAM}"
+        assert not os.environ.get("HILBENCH_EXHAUSTIVE"), f"a thorough run needs {qemu.PROGRAM}"
         pytest.skip(f"{qemu.PROGRAM} is not installed")
 
 
@@ -105,7 +105,7 @@ def test_a_difference_is_told_with_the_core():
     assert "s0: 0x" in told
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 def test_every_encoding_is_executed():
     executed = Counter()
     for numbers in (QUICK, *THOROUGH):

@@ -33,11 +33,13 @@ def any_image_in_any_run():
         if name in FEW or name in LONG:
             continue
         for label, run in RUNS.items():
-            yield pytest.param(name, run, marks=pytest.mark.exhaustive, id=f"{name}-{label}")
+            yield pytest.param(name, run, marks=pytest.mark.exhaustive("takes too long"), id=f"{name}-{label}")
 
 
 def long_ones_apart(names):
-    return [pytest.param(name, marks=pytest.mark.thorough) if name in LONG else name for name in names]
+    return [
+        pytest.param(name, marks=pytest.mark.exhaustive("takes too long")) if name in LONG else name for name in names
+    ]
 
 
 def check(name, run=PLAIN, **options):
@@ -62,7 +64,7 @@ def test_it_does_not_matter_how_any_image_is_run(name, run):
     check(name, run)
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("takes too long")
 @pytest.mark.parametrize("run", ["executing-all", "steps-of-100-us", "irregular-steps"])
 @pytest.mark.parametrize("name", sorted(LONG))
 def test_it_does_not_matter_how_a_long_one_is_run(name, run):

@@ -1,0 +1,67 @@
+"""docs/testing.md lists each test that is marked with a reason, and its reason.
+
+After a change that is meant, `HILBENCH_WRITE_TIERS=1 python -m pytest tests -k test_tiers` writes the lists anew.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import MARKED, WITH_A_REASON
+
+PAGE = Path(__file__).parents[2] / "docs" / "testing.md"
+WRITE = "HILBENCH_WRITE_TIERS"
+
+
+def listed(reasons: dict[str, list[str]]) -> list[str]:
+    """Return the lines for tests with a mark: file, then function, number of parameter sets, and reason."""
+    lines: list[str] = []
+    heading = ""
+    for test in sorted(reasons):
+        file, _, function = test.partition("::")
+        if file != heading:
+            heading = file
+            lines += ["", f"`{file}`", ""]
+        lines += [f"- {function} ({number}): {reason}" for reason, number in sorted(Counter(reasons[test]).items())]
+    return lines
+
+
+def begin(mark: str) -> str:
+    return f"<!-- {mark} -->"
+
+
+def end(mark: str) -> str:
+    return f"<!-- end of {mark} -->"
+
+
+def section(mark: str) -> list[str]:
+    """Return what the page lists for a mark."""
+    text = PAGE.read_text(encoding="utf-8")
+    return text.partition(begin(mark))[2].partition(end(mark))[0].splitlines()[1:]
+
+
+def write(mark: str, lines: list[str]) -> None:
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(begin(mark))
+    after = rest.partition(end(mark))[2]
+    PAGE.write_text("\n".join([before + begin(mark), *lines, "", end(mark) + after]), encoding="utf-8")
+
+
+@pytest.mark.parametrize("mark", WITH_A_REASON)
+def test_each_marked_test_is_listed_with_its_reason(request, mark):
+    reasons = request.config.stash[MARKED][mark]
+    if os.environ.get(WRITE):
+        write(mark, listed(reasons))
+    missing = [line for line in listed(reasons) if line not in section(mark)]
+    assert not missing, f"{PAGE.name} does not list, or not so: {missing}; {WRITE}=1 writes it anew"
+
+
+@pytest.mark.parametrize("mark", WITH_A_REASON)
+def test_nothing_is_listed_that_is_not_marked(request, mark):
+    here = request.config.invocation_params.dir
+    if {(here / path).resolve() for path in request.config.args} != {PAGE.parents[1] / "tests"}:
+        pytest.skip("only a run over all tests sees each mark")
+    assert section(mark) == [*listed(request.config.stash[MARKED][mark]), ""]
