@@ -16,7 +16,14 @@ check:            ## the main job: the virtual Pioneer against its conformance s
 	else echo 'PyBullet is not installed (no wheel for this Python or machine): physics = "plane"; what needs real physics is not applicable' >&2; \
 	exec $(BIN)/hilbench check pioneer-plane; fi
 
-test: dev lint types layers unit   ## the gate: what a change must pass (docs/testing.md); minutes
+test:             ## the gate: what a change must pass (docs/testing.md); minutes
+	@$(MAKE) --no-print-directory --jobs=2 --output-sync=target lint types layers collected
+	@$(MAKE) --no-print-directory unit
+
+# In a new clone it takes a while until pytest has rewritten the asserts of all tests: once, not in each worker.
+.PHONY: collected
+collected: dev
+	@$(BIN)/python -m pytest --collect-only -qq >/dev/null || $(BIN)/python -m pytest --collect-only -q
 
 .PHONY: dev
 dev:
@@ -38,6 +45,10 @@ unit: dev         ## on all cores
 .PHONY: exhaustive
 exhaustive: dev   ## every test there is; an hour and more
 	HILBENCH_EXHAUSTIVE=1 $(BIN)/python -m pytest -n auto --dist worksteal
+
+.PHONY: gate-runs
+gate-runs: dev    ## the gate twelve times: idle, beside busy loops, on one processor, as root in a closed folder, as a user; resumable
+	$(BIN)/python -m measure.gate_runs
 
 search: dev       ## the property tests again, with examples nobody has seen
 	HILBENCH_SEARCH=1 $(BIN)/python -m pytest -n auto --dist worksteal
