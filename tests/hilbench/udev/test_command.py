@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import importlib
 import json
 import os
 import resource
@@ -59,15 +58,23 @@ def machine(folder, monkeypatch):
 
 
 @pytest.fixture
-def nobody(folder):
-    """Go on as somebody who may do nothing; who is not root is that already."""
-    for name in ("hilbench.commands.udev", "hilbench.udev.explained", "hilbench.console", "hilbench.siblings"):
-        importlib.import_module(name)
-    before = os.geteuid()
-    if before == 0:
-        os.seteuid(NOBODY)
-    yield
-    os.seteuid(before)
+def ordinary_user(monkeypatch):
+    """Have the rules written by who may not write everywhere, and return who that is: nobody, if root runs the tests.
+
+    Only the writing is done as nobody, who may not even look into the folder that the code and the rules lie in.
+    """
+    runs_the_tests = os.geteuid()
+    writes = runs_the_tests or NOBODY
+
+    def install(*arguments):
+        os.seteuid(writes)
+        try:
+            return install_rules(*arguments)
+        finally:
+            os.seteuid(runs_the_tests)
+
+    monkeypatch.setattr("hilbench.udev.installing.install_rules", install)
+    return writes
 
 
 def call(*words):
@@ -125,28 +132,20 @@ def test_a_file_that_was_there_is_kept(machine, capsys):
     assert (machine.rules / f"{NAME}.old").read_text() == "# mine\n"
 
 
-def test_not_as_root_they_go_where_one_may_write(machine, folder, nobody, capsys):
+def test_not_as_root_they_go_where_one_may_write(machine, folder, ordinary_user):
     own = folder / "own"
-    if os.geteuid() == NOBODY:
-        os.seteuid(0)
-        own.mkdir()
-        os.chown(own, NOBODY, -1)
-        os.seteuid(NOBODY)
-    else:
-        own.mkdir()
+    own.mkdir()
+    os.chown(own, ordinary_user, -1)
     assert call("--install", "--directory", str(own)) == 0
-    assert (own / NAME).stat().st_uid == os.geteuid()
+    assert (own / NAME).stat().st_uid == ordinary_user
 
 
-def test_not_as_root_etc_is_refused_with_what_to_do(machine, nobody, capsys):
-    machine_folder = machine.rules
-    if os.geteuid() != NOBODY:
-        machine_folder.chmod(0o555)
+def test_not_as_root_etc_is_refused_with_what_to_do(machine, ordinary_user, capsys):
+    machine.rules.chmod(0o555)
     assert call("--install") == 3
     err = capsys.readouterr().err
-    assert err.startswith(f"hilbench: {machine_folder}: only root may write there; hilbench udev | sudo tee ")
-    with contextlib.suppress(PermissionError):
-        assert list(machine_folder.iterdir()) == []
+    assert err.startswith(f"hilbench: {machine.rules}: only root may write there; hilbench udev | sudo tee ")
+    assert list(machine.rules.iterdir()) == []
 
 
 @pytest.mark.parametrize(
@@ -262,11 +261,10 @@ def test_a_file_that_names_several_groups_is_of_none(machine):
     assert (machine.rules / NAME).read_text() == rules_text("uucp")
 
 
-def test_the_group_stands_in_what_there_is_to_do(machine, nobody, capsys):
+def test_the_group_stands_in_what_there_is_to_do(machine, ordinary_user, capsys):
     assert call("--group", "robots") == 0
     assert f"to install them: {INSTALL_BY} --group robots\n" in capsys.readouterr().err
-    if os.geteuid() != NOBODY:
-        machine.rules.chmod(0o555)
+    machine.rules.chmod(0o555)
     assert call("--install", "--group", "robots") == 3
     hint = f"hilbench udev --group robots | sudo tee {machine.rules / NAME} >/dev/null && "
     hint += "sudo udevadm control --reload-rules && sudo udevadm trigger --subsystem-match=usb "
