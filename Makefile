@@ -39,8 +39,8 @@ types: dev
 layers: dev
 	$(BIN)/lint-imports
 
-unit: dev         ## on all cores
-	$(BIN)/python -m pytest -n auto --dist worksteal
+unit: dev         ## on all cores; names what takes over a second
+	$(BIN)/python -m pytest -n auto --dist worksteal --durations=10 --durations-min=1
 
 .PHONY: exhaustive
 exhaustive: dev   ## every test there is; an hour and more
