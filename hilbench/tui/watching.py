@@ -102,7 +102,7 @@ class Watching(App[None]):
 
     def _take(self, follower: Follower) -> None:
         watch = Stopwatch()
-        while watch.elapsed_s() < _MOST_S:
+        while watch.elapsed_s() < self._most_s:
             events = follower.news()
             if self.model is None and follower.header:
                 self.model = BenchModel(follower.header)

@@ -13,16 +13,15 @@ from hilbench.live.session import LiveBench, LiveOptions
 from hilbench.mcu.command_line import open_target
 from hilbench.recordings.piecewise import Pieces
 from hilbench.testing import FakeHostClock
-from hilbench.tui.app import Dashboard
 from hilbench.tui.bench_process import Phase
 from hilbench.tui.memory import Memory
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.follower import Follower
 from hilbench.tui.model.replay import Replay
-from hilbench.tui.panes import Pane
 
 EXPECTED = Path(__file__).parent / "expected"
 WRITE = bool(os.environ.get("HILBENCH_WRITE_SCREENS"))
+A_DAY_S = 86_400
 ACTIONS = (
     "connect", "demo", "disconnect", "drive", "clear-faults", "inject", "mark", "pause", "quit", "resume", "speed",
     "step", "stop",
@@ -152,6 +151,16 @@ def rows(app):
     return ["".join(segment.text for segment in strip) for strip in app.screen._compositor.render_strips()]
 
 
+class Stopped:
+    """A stopwatch that stands still: how long a scene takes on this host changes nothing in it."""
+
+    def __init__(self):
+        self.stood_s = 0
+
+    def elapsed_s(self):
+        return self.stood_s
+
+
 class Stage:
     """One dashboard for many scenes: beginning one takes longer than most scenes do."""
 
@@ -163,16 +172,21 @@ class Stage:
     def play(self, process, scenario, size=(80, 24), *, replay=None, benches=(), open_bench=None, memory=None):
         """Open a bench or a recording on the dashboard, and let a scenario play with it."""
 
+        from hilbench.tui.app import Dashboard
+
         async def scene():
             if self._app is None or not self._app.is_running:
                 await self._end()
                 self._app = Dashboard(process, replay, ticking=False)
+                self._app.stopwatch = Stopped()
+                self._app.NOTIFICATION_TIMEOUT = A_DAY_S
                 self._running = self._app.run_test(size=size, notifications=True)
                 self._pilot = await self._running.__aenter__()
             app = self._app
             while len(app.screen_stack) > 1:
                 app.pop_screen()
             app.clear_notifications()
+            app.stopwatch.stood_s += A_DAY_S
             app._memory = memory or Memory()
             app._plots_of, app.theme = "", "textual-dark"
             app._benches, app._open_bench = list(benches), open_bench
@@ -183,7 +197,10 @@ class Stage:
             await settle(app, self._pilot)
             await scenario(app, self._pilot)
 
-        self._wait_for(scene())
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("textual.app.wait_for_idle", all_is_done)
+            patch.setattr("textual.pilot.wait_for_idle", all_is_done)
+            self._wait_for(scene())
 
     def close(self):
         self._wait_for(self._end())
@@ -198,8 +215,27 @@ class Stage:
         self._loop.run_until_complete(self._loop.create_task(coroutine, context=self._context))
 
 
+async def all_is_done(*_limits):
+    """Wait until nothing is left to be done: no message is on its way, and the screen is drawn.
+
+    It stands for Textual's `wait_for_idle`, which judges that by what the process has had of the processor.
+    """
+    from textual._context import active_app
+
+    app, loop = active_app.get(), asyncio.get_running_loop()
+    while True:
+        await asyncio.sleep(0)
+        while loop._ready:
+            await asyncio.sleep(0)
+        if not app.screen._update_timer._active.is_set():
+            return
+        app.screen._on_timer_update()
+
+
 async def settle(app, pilot):
     """Wait until no pane is laid out that is not to be seen, and the screen looks the same twice in a row."""
+    from hilbench.tui.panes import Pane
+
     last = None
     while True:
         await pilot.pause()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import select
 
 import pytest
@@ -270,18 +271,18 @@ def test_a_dashboard_that_is_too_slow_passes_over_what_is_old_and_says_so(proces
     data = process.journal.read_bytes()
     process.journal = tmp_path / "grows.jsonl"
     process.journal.write_bytes(data)
-    monkeypatch.setattr(watching, "_MOST_S", -1)  # no time to read anything
     monkeypatch.setattr(watching, "_MUCH_BYTES", 1000)
 
     async def scenario(app, pilot):
         app._follower.news()
+        app._most_s = -1  # no time to read anything
         for _ in range(watching._LOSING_LOOKS):
             assert app.passed_over == 0
             with process.journal.open("ab") as journal:
                 journal.write(data[data.index(b"\n") + 1 :])
             app.look()
         assert app.passed_over > 0
-        monkeypatch.setattr(watching, "_MOST_S", 5)
+        app._most_s = math.inf
         app.model = BenchModel(app._follower.header)
         app.look()
         assert f"{app.passed_over / 1e6:.1f} MB passed over" in app._headline()
