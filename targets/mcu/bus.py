@@ -79,10 +79,10 @@ class Bus:
         """Put a peripheral at its base; `ahb`: narrow writes leave the other lanes alone."""
         if ahb:
             self._ahb.add(peripheral.name)
-        for page in range(peripheral.base >> _PAGE_BITS, (peripheral.base + peripheral.size - 1 >> _PAGE_BITS) + 1):
-            self._pages[page] = peripheral
-            if isinstance(peripheral, TakesParts):
-                self._part_takers[page] = peripheral
+        pages = range(peripheral.base >> _PAGE_BITS, (peripheral.base + peripheral.size - 1 >> _PAGE_BITS) + 1)
+        self._pages.update(dict.fromkeys(pages, peripheral))
+        if isinstance(peripheral, TakesParts):
+            self._part_takers.update(dict.fromkeys(pages, peripheral))
 
     def add_quiet(self, base: int, size: int) -> None:
         """Let addresses without a peripheral read zero there, as behind a bridge, instead of faulting."""

@@ -48,6 +48,7 @@ _PAGE_BITS = 10  # M-profile pages are 1 KB
 _LDREX = re.compile(rb"[\x50-\x5f]\xe8|[\xd0-\xdf]\xe8.[\x40-\x5f]", re.DOTALL)
 _CLREX = b"\xbf\xf3\x2f\x8f"
 _ISB = b"\xbf\xf3\x6f\x8f"
+_ERASED = b"\xff" * 4096
 _CLREX_PLACE = 0xF000_0000  # in the vendor's region, where no program executes
 
 _READ_FN = ctypes.CFUNCTYPE(ctypes.c_uint64, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint, ctypes.c_void_p)
@@ -607,7 +608,7 @@ class UnicornEngine:
 
     def _note_code(self, base: int, data: bytes | bytearray) -> None:
         """Have SEV and ISB noticed wherever their encodings stand; where it is data, the hook is never called."""
-        data = bytes(data[: len(bytes(data).rstrip(b"\xff")) + 4])  # there may be megabytes of erased flash behind it
+        data = bytes(data[: _erased_from(data) + 4])  # there may be megabytes of erased flash behind it
         if self._traps.catches_divisions:
             self._traps.note_divisions(base, data)
         self._gate.note(base, data)
@@ -653,6 +654,14 @@ class UnicornEngine:
         if self.half(address) in (_SEV, 0xF3AF):
             self._event_sent = True
             self._words[1] = self._words[0]
+
+
+def _erased_from(data: bytes | bytearray) -> int:
+    """Return where, to a block, the erased end of flash begins."""
+    at = len(data)
+    while data[max(0, at - len(_ERASED)) : at] == _ERASED:
+        at -= len(_ERASED)
+    return at
 
 
 def _find_hints(data: bytes | bytearray) -> Iterator[int]:

@@ -6,6 +6,7 @@ which only wait for a mode to change do not hang.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import ClassVar
@@ -40,9 +41,13 @@ class Absent(Peripheral):
 
     def registers_of(self) -> Iterable[Register]:
         """Return the registers, all of them marked absent."""
-        for register in self.REGISTERS:
-            note = register.note or f"{self.name} is not modelled: {self.MISSING}"
-            yield replace(register, fidelity=Fidelity.ABSENT, note=note)
+        return self._marked(self.name)
+
+    @classmethod
+    @functools.cache
+    def _marked(cls, name: str) -> tuple[Register, ...]:
+        missing = f"{name} is not modelled: {cls.MISSING}"
+        return tuple(replace(one, fidelity=Fidelity.ABSENT, note=one.note or missing) for one in cls.REGISTERS)
 
     def read(self, offset: int) -> int:
         """Return what was written last, and say that nothing works."""
