@@ -57,7 +57,7 @@ class Aria:
         answered = False
         for _ in range(50):
             self._send(number)
-            body = self._packet(1.0)
+            body = self._packet(1.0 * self.line.patience)
             if body is None:
                 misses += 1
                 if misses == (11 if answered else 6):

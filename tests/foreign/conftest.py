@@ -81,7 +81,7 @@ class ServedRig:
     def ready(self):
         descriptor = self.process.stderr.fileno()
         while "stop with" not in self.said:
-            assert select.select((descriptor,), (), (), 30)[0], self.said
+            assert select.select((descriptor,), (), (), 60)[0], self.said
             more = os.read(descriptor, 4096)
             assert more, self.said
             self.said += more.decode()

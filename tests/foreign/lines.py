@@ -1,7 +1,8 @@
 """The line a foreign program holds: the same interface in bench time, on a pty, and on a socket.
 
 write(data); read() -> what has come; wait(seconds); now_s; set_baud(bit/s), OSError on a socket; flush(), forget what
-has come; close(), what also happens when the program dies.
+has come; close(), what also happens when the program dies. `patience` is how many times longer the program waits for an
+answer than the one it stands for: in host time an answer may be late because the host is.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ _SPEEDS = {
 
 class BenchLine:
     """A line in bench time, of which the program holds one end; `serial` as a tty, else as a socket."""
+
+    patience = 1
 
     def __init__(self, rig, *, serial):
         self.serial = serial
@@ -63,6 +66,8 @@ class BenchLine:
 
 class _HostLine:
     """What the lines to a served robot have in common: host time, and a descriptor that is read without waiting."""
+
+    patience = 60
 
     def __init__(self):
         self._host = MonotonicHostClock()
@@ -123,7 +128,7 @@ class TcpLine(_HostLine):
 
     def __init__(self, port):
         super().__init__()
-        self._socket = socket.create_connection(("127.0.0.1", port), timeout=10)
+        self._socket = socket.create_connection(("127.0.0.1", port), timeout=60)
         self._socket.setblocking(False)
 
     def write(self, data):

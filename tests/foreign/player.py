@@ -170,7 +170,7 @@ class PlayerDriver:
             self.longest_silence_s = max(self.longest_silence_s, waited_s)
             if body is not None:
                 return body
-            if waited_s > _PATIENCE_S:
+            if waited_s > _PATIENCE_S * self.line.patience:
                 raise FrozenError
             self.line.wait(0.005)
 

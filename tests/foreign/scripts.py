@@ -5,12 +5,10 @@ No step has a duration that must suffice: a host that is busy only takes longer.
 
 from __future__ import annotations
 
-PATIENCE_S = 20.0
 
-
-def until(client, condition):
+def until(client, condition, within_s=20.0):
     """Let the program run until its robot is as it should be."""
-    for _ in range(round(PATIENCE_S / 0.1)):
+    for _ in range(round(within_s * client.line.patience / 0.1)):
         if client.sip is not None and condition(client.sip):
             return
         client.run(0.1)
@@ -21,7 +19,7 @@ def at_speed(speed_mm_s):
     return lambda sip: abs(sip.left_mm_s - speed_mm_s) <= 10 and abs(sip.right_mm_s - speed_mm_s) <= 10
 
 
-def drive_a_little(client, speed_mm_s=200, for_s=2.0):
+def drive_a_little(client, speed_mm_s=200, until_mm=200):
     """Connect, enable, drive, stop; the robot does what it was told and says so."""
     assert client.connect()
     assert client.name == "hilbench"
@@ -30,30 +28,26 @@ def drive_a_little(client, speed_mm_s=200, for_s=2.0):
     until(client, at_speed(speed_mm_s))
     assert client.sip.motors
     assert client.sip.moving
-    client.run(for_s)
+    until(client, lambda sip: client.x_mm > until_mm)
     client.stop()
     until(client, lambda sip: not sip.moving)
     assert client.sip.motors
-    assert client.x_mm > 0.5 * speed_mm_s * for_s
 
 
-def die_while_driving(client):
+def die_while_driving(client, speed_mm_s=300):
     """Connect, drive, and vanish without a word."""
     assert client.connect()
-    drive_and_die(client)
+    drive_and_die(client, speed_mm_s)
 
 
-def drive_and_die(client):
+def drive_and_die(client, speed_mm_s=300):
     client.enable_motors()
-    client.drive(300)
-    until(client, at_speed(300))
+    client.drive(speed_mm_s)
+    until(client, at_speed(speed_mm_s))
     client.die()
 
 
 def find_the_robot_at_rest(client):
     """Connect as if nothing had ever happened."""
     assert client.connect()
-    client.run(0.3)
-    assert not client.sip.moving
-    assert not client.sip.motors
-    assert client.sip.left_mm_s == client.sip.right_mm_s == 0
+    until(client, lambda sip: not (sip.moving or sip.motors or sip.left_mm_s or sip.right_mm_s), 0.3)
