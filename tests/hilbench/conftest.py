@@ -4,6 +4,8 @@ import signal
 
 import pytest
 
+from tests.hilbench.forked import Forkable
+
 
 @pytest.fixture(autouse=True)
 def keep_signals():
@@ -12,3 +14,11 @@ def keep_signals():
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
+
+
+@pytest.fixture(scope="session")
+def forkable():
+    """Processes of the command that begin at once."""
+    made = Forkable({"PYTHONPATH": ""})
+    yield made
+    made.close()

@@ -13,9 +13,14 @@ from xml.etree import ElementTree
 
 import pytest
 
+from hilbench.cli import main
+from tests.hilbench.forked import CLOSED
+
 ROOT = Path(__file__).parents[2]
 HILBENCH = [sys.executable, "-c", "import sys; from hilbench.cli import main; sys.exit(main())"]
+IMAGES = ROOT / "targets" / "firmware" / "images"
 HEAVY = {"numpy", "pytest", "_pytest", "pybullet", "rich", "textual", "serial", "msgspec", "asyncio", "pydoc"}
+HEAVY |= {"elftools", "intelhex", "unicorn", "vcd"}
 
 SUITE = """\
 from hilbench.check import case
@@ -27,11 +32,11 @@ def my(clause):
 
 @pytest.fixture
 def run(tmp_path):
-    def process(words, *, command=HILBENCH, cwd=tmp_path, env=(), **more):
+    """Run a command in an interpreter that begins with it."""
+
+    def process(words, *, command=HILBENCH, cwd=tmp_path, env=()):
         surroundings = {**os.environ, "PYTHONPATH": "", **dict(env)}
-        return subprocess.run(
-            [*command, *words], cwd=cwd, env=surroundings, capture_output=True, text=True, timeout=60, **more
-        )
+        return subprocess.run([*command, *words], cwd=cwd, env=surroundings, capture_output=True, text=True)
 
     return process
 
@@ -42,78 +47,90 @@ def panel(folder, body="", name="test_panel.py"):
     return str(file)
 
 
-@pytest.mark.parametrize(
-    ("words", "allowed"),
-    [
-        ("--help", set()),
-        ("--version", set()),
-        ("check --help", set()),
-        ("serve --help", set()),
-        ("validate --help", set()),
-        ("doctor --help", set()),
-        ("ports", {"msgspec"}),
-        ("udev", set()),
-        ("nonsense", set()),
-        ("validate pioneer", {"msgspec", "numpy"}),
-        ("check pioneer-plane --list", {"msgspec", "numpy", "pytest", "_pytest", "serial"}),
-    ],
-)
-def test_no_command_imports_what_it_does_not_need(run, words, allowed):
-    program = (
-        "import sys; from hilbench.cli import main; main(); "
-        "sys.stderr.write('loaded:' + ' '.join({name.partition('.')[0] for name in sys.modules}))"
-    )
-    done = run(words.split(), command=[sys.executable, "-c", program])
-    loaded = set(done.stderr.partition("loaded:")[2].split())
-    assert "hilbench" in loaded
-    assert loaded & HEAVY <= allowed
+LOADED_AFTER_EACH = """\
+import json, sys
+from hilbench.cli import main
+with open("told", "w") as told:
+    for line in sys.argv[1:]:
+        code = main(line.split())
+        print(json.dumps([code, list(sys.modules)]), file=told)
+"""
+
+
+def loaded_after_each(run, folder, lines):
+    """Run commands one after the other in one process; yield of each its exit code and what is loaded after it."""
+    run(lines, command=[sys.executable, "-c", LOADED_AFTER_EACH], cwd=folder)
+    told = [json.loads(line) for line in (folder / "told").read_text().splitlines()]
+    return [(code, set(loaded)) for code, loaded in told]
+
+
+ALLOWED = {
+    "--help": set(),
+    "--version": set(),
+    "check --help": set(),
+    "serve --help": set(),
+    "run --help": set(),
+    "init --help": set(),
+    "validate --help": set(),
+    "doctor --help": set(),
+    "udev": set(),
+    "nonsense": set(),
+    "ports": {"msgspec"},
+    "validate pioneer": {"msgspec", "numpy"},
+    "validate boards.toml": {"msgspec", "numpy"},
+    "check pioneer-plane --list": {"msgspec", "numpy", "pytest", "_pytest", "serial"},
+}
+"""What each command may load; what one of them has loaded, the next one finds there."""
+
+
+def test_no_command_imports_what_it_does_not_need(run, tmp_path):
+    image = IMAGES / "echo-irq.elf"
+    (tmp_path / "boards.toml").write_text(f'version = 1\n[targets.a]\nboard = "bluepill"\nfirmware = "{image}"\n')
+    for line, (code, loaded) in zip(ALLOWED, loaded_after_each(run, tmp_path, ALLOWED), strict=True):
+        assert code == (2 if line == "nonsense" else 0), line
+        assert "hilbench" in loaded
+        assert {name.partition(".")[0] for name in loaded} & HEAVY <= ALLOWED[line], line
 
 
 DASHBOARD = {"textual", "hilbench.tui"}
+
+
+def test_the_dashboard_is_loaded_for_the_picture_of_a_case_that_failed_and_for_nothing_else(run, tmp_path):
+    passes = panel(tmp_path, name="test_passes.py")
+    fails = panel(tmp_path, '@my("A2")\ndef test_b(peer): peer.start(); assert False, "no"\n', "test_fails.py")
+    image = IMAGES / "bad-hardfault-loop.elf"
+    codes = {
+        f"check pioneer-plane --suite {passes} --screens shots": 0,
+        f"check pioneer-plane --suite {fails}": 1,
+        f"run bluepill:{image} --for 1ms": 0,
+        f"decode p2os {image}": 1,
+        f"check pioneer-plane --suite {fails} --screens shots --junit report.xml": 1,
+    }
+    *without, (drawn_code, drawn) = loaded_after_each(run, tmp_path, codes)
+    assert [*(code for code, _ in without), drawn_code] == [*codes.values()]
+    assert [line for line, (_, loaded) in zip(codes, without, strict=False) if loaded & DASHBOARD] == []
+    assert drawn >= DASHBOARD
+    assert [file.name for file in tmp_path.glob("shots/*")] == ["fails_b.svg"]
+    assert "FAIL fails/b: no" in (tmp_path / "shots" / "fails_b.svg").read_text().replace("&#160;", " ")
+
+
 LOADED = (
     "import sys; from hilbench.cli import main; code = main(); "
     "sys.stderr.write('loaded:' + ' '.join(sys.modules)); sys.exit(code)"
 )
 
 
-@pytest.mark.parametrize(
-    ("words", "code", "drawn"),
-    [
-        ("check pioneer-plane --suite {passes} --screens shots", 0, False),
-        ("check pioneer-plane --suite {fails}", 1, False),
-        ("check pioneer-plane --suite {fails} --screens shots --junit report.xml", 1, True),
-        ("run bluepill:{image} --for 1ms", 0, False),
-        ("decode p2os {image}", 1, False),
-    ],
-)
-def test_the_dashboard_is_loaded_for_the_picture_of_a_case_that_failed_and_for_nothing_else(
-    run, tmp_path, words, code, drawn
-):
-    files = {
-        "passes": panel(tmp_path, name="test_passes.py"),
-        "fails": panel(tmp_path, '@my("A2")\ndef test_b(peer): peer.start(); assert False, "no"\n', "test_fails.py"),
-        "image": ROOT / "targets" / "firmware" / "images" / "bad-hardfault-loop.elf",
-    }
-    done = run(words.format(**files).split(), command=[sys.executable, "-c", LOADED])
-    assert done.returncode == code, done.stderr
-    assert bool(DASHBOARD & set(done.stderr.partition("loaded:")[2].split())) == drawn
-    assert [file.name for file in tmp_path.glob("shots/*")] == (["fails_b.svg"] if drawn else [])
-    if drawn:
-        assert "FAIL fails/b: no" in (tmp_path / "shots" / "fails_b.svg").read_text().replace("&#160;", " ")
-
-
-def test_a_served_bench_loads_no_dashboard(tmp_path):
-    command = [sys.executable, "-c", LOADED, "serve", "rover-model", "--tcp", "0"]
-    served = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
-    assert "serving at" in served.stderr.readline()
-    served.send_signal(signal.SIGINT)
-    _, said = served.communicate(timeout=60)
+def test_a_served_bench_loads_no_dashboard(forkable):
+    with forkable.start("serve", "rover-model", "--tcp", "0", program=LOADED) as served:
+        assert b"serving at" in served.stderr.read(100)
+        served.send_signal(signal.SIGINT)
+        _, said = served.communicate()
     loaded = set(said.partition("loaded:")[2].split())
     assert "hilbench.serve" in loaded
     assert not DASHBOARD & loaded
 
 
-def test_a_reader_that_goes_away_is_no_error(tmp_path):
+def test_a_reader_that_goes_away_is_no_error(forkable, tmp_path):
     read, write = os.pipe()
     os.close(read)
     for words in (
@@ -121,8 +138,8 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path):
         ["check", "pioneer-plane", "--suite", panel(tmp_path)],
         ["check", "pioneer-plane", "--list"],
     ):
-        done = subprocess.run([*HILBENCH, *words], stdout=write, stderr=subprocess.PIPE, timeout=60)
-        assert (done.returncode, done.stderr) == (0, b"")
+        done = forkable.run(*words, stdout=write)
+        assert (done.returncode, done.error) == (0, "")
     os.close(write)
 
 
@@ -131,36 +148,39 @@ NO_OUTPUT = "hilbench: the standard output: cannot be written: it is closed\n"
 
 @pytest.mark.parametrize(
     ("closed", "code", "said"),
-    [("<&-", 0, ""), (">&-", 3, NO_OUTPUT), ("2>&-", 0, ""), ("<&- >&- 2>&-", 3, "")],
+    [
+        (["stdin"], 0, ""),
+        (["stdout"], 3, NO_OUTPUT),
+        (["stderr"], 0, ""),
+        (["stdin", "stdout", "stderr"], 3, ""),
+    ],
 )
-def test_closed_streams_get_no_file_and_lost_data_is_said(run, tmp_path, closed, code, said):
-    suite = panel(tmp_path)
-    script = f'"$@" check pioneer-plane --suite {suite} --journal j --json r.json {closed}'
-    done = run([], command=["sh", "-c", script, "sh", *HILBENCH])
-    assert (done.returncode, done.stderr) == (code, said)
+def test_closed_streams_get_no_file_and_lost_data_is_said(forkable, tmp_path, closed, code, said):
+    words = ["check", "pioneer-plane", "--suite", panel(tmp_path), "--journal", "j", "--json", "r.json"]
+    done = forkable.run(*words, cwd=tmp_path, **dict.fromkeys(closed, CLOSED))
+    assert (done.returncode, done.error) == (code, said)
     assert json.loads((tmp_path / "r.json").read_text())["exit_code"] == 0
     for line in (tmp_path / "j").read_text().splitlines():
         assert line.startswith("{")
 
 
 @pytest.mark.parametrize("words", ["--help", "check --help", "--version", "check pioneer-plane --list", "doctor"])
-def test_data_that_a_full_disk_does_not_take_is_no_success(words):
+def test_data_that_a_full_disk_does_not_take_is_no_success(forkable, words):
     with open("/dev/full", "w") as full:
-        done = subprocess.run([*HILBENCH, *words.split()], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+        done = forkable.run(*words.split(), stdout=full.fileno())
     said = "hilbench: the standard output: cannot be written: No space left on device\n"
-    assert (done.returncode, done.stderr) == (3, said)
+    assert (done.returncode, done.error) == (3, said)
 
 
 @pytest.mark.parametrize(
     ("words", "written"), [("--junit /dev/full --json r.json", True), ("--json /dev/full --junit r.xml", False)]
 )
-def test_the_report_of_a_check_knows_that_a_file_could_not_be_written(run, tmp_path, words, written):
-    done = run(["check", "pioneer-plane", "--suite", panel(tmp_path), *words.split()])
-    assert (done.returncode, done.stderr) == (
-        3,
-        "hilbench: /dev/full: cannot be written: No space left on device\n",
-    )
-    assert done.stdout.splitlines()[-1] == "exit 3: a file could not be written"
+def test_the_report_of_a_check_knows_that_a_file_could_not_be_written(tmp_path, monkeypatch, capfd, words, written):
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "pioneer-plane", "--suite", panel(tmp_path), *words.split()]) == 3
+    out, err = capfd.readouterr()
+    assert err == "hilbench: /dev/full: cannot be written: No space left on device\n"
+    assert out.splitlines()[-1] == "exit 3: a file could not be written"
     if written:
         assert json.loads((tmp_path / "r.json").read_text())["exit_code"] == 3
 
@@ -182,7 +202,16 @@ sys.exit(main())
 """
 
 
-@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize(
+    "number",
+    [
+        "SIGINT",
+        *(
+            pytest.param(name, marks=pytest.mark.exhaustive("the gate interrupts each of the imports by Ctrl-C"))
+            for name in ("SIGTERM", "SIGHUP")
+        ),
+    ],
+)
 @pytest.mark.parametrize("name", ["hilbench.cli", "hilbench.commands.check", "argparse", "hilbench.check.runner"])
 def test_an_interruption_of_an_import_is_one_line(run, name, number):
     program = INTERRUPTED_IMPORT.format(name=name, number=number)
@@ -191,16 +220,19 @@ def test_an_interruption_of_an_import_is_one_line(run, name, number):
 
 
 @pytest.mark.parametrize("command", ["run bluepill:none.elf", "check pioneer-plane --list", "serve pioneer --tcp 0"])
-def test_an_interruption_while_a_bench_is_read_is_one_line(run, command):
+def test_an_interruption_while_a_bench_is_read_is_one_line(forkable, command):
     """msgspec crashes when an exception comes out of a type that it looks at."""
-    program = INTERRUPTED_IMPORT.format(name="-", number="SIGINT").replace(
-        "from hilbench.__main__",
-        "import msgspec\nconvert = msgspec.convert\n"
-        "msgspec.convert = lambda *a, **b: (os.kill(os.getpid(), signal.SIGINT), convert(*a, **b))[1]\n"
-        "from hilbench.__main__",
-    )
-    done = run(command.split(), command=[sys.executable, "-c", program])
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "hilbench: interrupted\n")
+    program = """\
+import os, signal, sys
+import msgspec
+from hilbench.__main__ import main
+
+convert = msgspec.convert
+msgspec.convert = lambda *a, **b: (os.kill(os.getpid(), signal.SIGINT), convert(*a, **b))[1]
+sys.exit(main())
+"""
+    done = forkable.run(*command.split(), program=program)
+    assert (done.returncode, done.output, done.error) == (130, "", "hilbench: interrupted\n")
 
 
 def test_an_interruption_that_was_in_an_exec_is_130(run):
@@ -232,8 +264,8 @@ def test_the_command_of_the_package_is_the_process():
     assert project["scripts"] == {"hilbench": "hilbench.__main__:main"}
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_run_reports_what_was_run_and_what_was_not(tmp_path, number):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_an_interrupted_run_reports_what_was_run_and_what_was_not(forkable, tmp_path, number):
     os.mkfifo(tmp_path / "reached")
     slow = f"""
 @my("A2")
@@ -247,11 +279,11 @@ def test_b():
 def test_c(): pass
 """
     words = ["check", "pioneer-plane", "--suite", panel(tmp_path, slow), "--json", "r.json", "--junit", "r.xml"]
-    process = subprocess.Popen([*HILBENCH, *words], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
-    with (tmp_path / "reached").open() as fifo:
-        fifo.read()
-    process.send_signal(number)
-    out, _ = process.communicate(timeout=60)
+    with forkable.start(*words, cwd=tmp_path, stdout=subprocess.PIPE) as process:
+        with (tmp_path / "reached").open() as fifo:
+            fifo.read()
+        process.send_signal(number)
+        out, _ = process.communicate()
     report = json.loads((tmp_path / "r.json").read_text())
     assert process.returncode == report["exit_code"] == 130
     assert [case["verdict"] for case in report["cases"]] == ["pass", "not-run", "not-run"]
@@ -259,23 +291,25 @@ def test_c(): pass
     assert ElementTree.parse(tmp_path / "r.xml").getroot().get("tests") == "3"
 
 
-def test_piped_output_has_no_colours_and_no_progress(run, tmp_path):
-    done = run(["check", "pioneer-plane", "--suite", panel(tmp_path)], env={"FORCE_COLOR": "1", "CLICOLOR_FORCE": "1"})
+def test_piped_output_has_no_colours_and_no_progress(forkable, tmp_path):
+    words = ["check", "pioneer-plane", "--suite", panel(tmp_path)]
+    done = forkable.run(*words, env={"FORCE_COLOR": "1", "CLICOLOR_FORCE": "1"})
     assert done.returncode == 0
-    assert "\x1b" not in done.stdout
-    assert done.stderr == ""
+    assert "\x1b" not in done.output
+    assert done.error == ""
 
 
 @pytest.mark.parametrize(("no_color", "coloured"), [("", True), ("1", False)])
-def test_a_terminal_has_colours_unless_told_otherwise(tmp_path, no_color, coloured):
+def test_a_terminal_has_colours_unless_told_otherwise(forkable, tmp_path, no_color, coloured):
     controller, terminal = os.openpty()
-    environment = {**os.environ, "TERM": "xterm", "NO_COLOR": no_color}
+    environment = {"TERM": "xterm", "NO_COLOR": no_color}
     words = ["check", "pioneer-plane", "--suite", panel(tmp_path)]
-    with subprocess.Popen([*HILBENCH, *words], env=environment, stdout=terminal, stderr=terminal) as process:
+    with forkable.start(*words, env=environment, stdout=terminal, stderr=terminal) as process:
         os.close(terminal)
         text = b""
         while chunk := _read(controller):
             text += chunk
+        process.wait()
     os.close(controller)
     assert process.returncode == 0
     assert (b"\x1b[32mpass\x1b[0m" in text) is coloured
@@ -325,10 +359,10 @@ def hashes(report):
 
 
 @pytest.mark.parametrize("command", [HILBENCH, [sys.executable, "-m", "hilbench"]], ids=["script", "python -m"])
-def test_a_hostile_project_does_not_disturb_a_check(run, hostile, tmp_path, command):
+def test_a_hostile_project_does_not_disturb_a_check(run, hostile, tmp_path, capfd, command):
     words = ["check", "pioneer-plane", "--suite", "p2os-server", "-k", "S01 or S02 or S03", "--json", "-"]
-    expected = run(words)
-    assert expected.returncode == 0
+    assert main(words) == 0
+    expected = capfd.readouterr().out
     # the plugin is importable for pytest, the packages are not shadowed: that is the next test
     (tmp_path / "plugins").mkdir()
     (hostile / "random_order.py").rename(tmp_path / "plugins" / "random_order.py")
@@ -339,7 +373,7 @@ def test_a_hostile_project_does_not_disturb_a_check(run, hostile, tmp_path, comm
         env={**HOSTILE_ENVIRONMENT, "PYTHONPATH": str(tmp_path / "plugins")},
     )
     assert found.returncode == 0, found.stderr
-    assert hashes(json.loads(found.stdout)) == hashes(json.loads(expected.stdout))
+    assert hashes(json.loads(found.stdout)) == hashes(json.loads(expected))
 
 
 def _without_safe_path(command):
@@ -385,42 +419,45 @@ def test_fails(bench):
 """
 
 
-def test_plain_pytest_has_the_fixtures(run, tmp_path):
+PYTEST = "import sys, pytest; sys.exit(pytest.main())"
+
+
+def test_plain_pytest_has_the_fixtures(forkable, tmp_path):
     (tmp_path / "test_own.py").write_text(OWN)
     words = ["-q", "-rs", "-p", "no:cacheprovider", "-p", "hilbench.pytest_plugin", "--hilbench-bench", "pioneer-plane"]
-    done = run(words, command=[sys.executable, "-m", "pytest"])
-    assert "1 failed, 2 passed, 1 skipped" in done.stdout, done.stdout + done.stderr
-    assert "not applicable: no wings" in done.stdout
+    done = forkable.run(*words, program=PYTEST, cwd=tmp_path)
+    assert "1 failed, 2 passed, 1 skipped" in done.output, done.output + done.error
+    assert "not applicable: no wings" in done.output
     assert done.returncode == 1
 
 
-WITHOUT_PHYSICS = "import sys; sys.modules['pybullet'] = None; import pytest; sys.exit(pytest.main())"
+WITHOUT_PHYSICS = f"import sys; sys.modules['pybullet'] = None; {PYTEST}"
 
 
-def plain_pytest_without_physics(run, folder, clause, *words):
+def plain_pytest_without_physics(forkable, folder, clause, *words):
     text = f"from hilbench.check import case\n\n@case({clause!r})\ndef test_a(peer): pass\n\ndef test_plain(): pass\n"
     (folder / "test_own.py").write_text(text)
     more = ["-q", "-p", "no:cacheprovider", "-p", "hilbench.pytest_plugin", "--hilbench-bench", "pioneer"]
-    return run([*more, *words], command=[sys.executable, "-c", WITHOUT_PHYSICS])
+    return forkable.run(*more, *words, program=WITHOUT_PHYSICS, cwd=folder)
 
 
 @pytest.mark.parametrize(
     ("clause", "code", "why"),
     [("NOSUCH1", 2, "'NOSUCH1', which no catalogue holds"), ("S01", 3, "PyBullet is not installed")],
 )
-def test_plain_pytest_says_why_it_runs_nothing(run, tmp_path, clause, code, why):
-    done = plain_pytest_without_physics(run, tmp_path, clause)
-    assert done.returncode == code, done.stdout + done.stderr
-    assert why in done.stdout + done.stderr
+def test_plain_pytest_says_why_it_runs_nothing(forkable, tmp_path, clause, code, why):
+    done = plain_pytest_without_physics(forkable, tmp_path, clause)
+    assert done.returncode == code, done.output + done.error
+    assert why in done.output + done.error
 
 
 @pytest.mark.parametrize(
     ("words", "said"), [(["--collect-only"], "2 tests collected"), (["-k", "plain"], "1 passed, 1 deselected")]
 )
-def test_plain_pytest_misses_no_physics_for_what_does_not_run(run, tmp_path, words, said):
-    done = plain_pytest_without_physics(run, tmp_path, "S01", *words)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert said in done.stdout
+def test_plain_pytest_misses_no_physics_for_what_does_not_run(forkable, tmp_path, words, said):
+    done = plain_pytest_without_physics(forkable, tmp_path, "S01", *words)
+    assert done.returncode == 0, done.output + done.error
+    assert said in done.output
 
 
 def test_plain_pytest_in_a_folder_with_packages_of_our_names_stops_in_one_line(run, hostile):

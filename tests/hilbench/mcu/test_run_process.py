@@ -1,4 +1,4 @@
-"""`hilbench run` as people and scripts start it: pipes that close, Ctrl-C, wrong words, what is imported."""
+"""`hilbench run` as people and scripts start it: pipes that close, Ctrl-C, wrong words, what is written."""
 
 from __future__ import annotations
 
@@ -9,19 +9,16 @@ import select
 import shutil
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from hilbench.cli import main
 from hilbench.journal import Journal
+from tests.hilbench.forked import CLOSED, HILBENCH, PATIENCE_S
 
 IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
 HAL = f"bluepill:{IMAGES / 'style-hal.elf'}"
-MAIN = "import sys; from hilbench.cli import main; sys.exit(main())"
-HEAVY = {"elftools", "intelhex", "msgspec", "numpy", "pybullet", "pytest", "rich", "serial", "unicorn", "vcd"}
-PATIENCE_S = 60
 
 EVERYTHING = """\
 version = 1
@@ -40,30 +37,6 @@ other = "other.elf"
 [targets.robot]
 model = "pioneer-2dx"
 """
-
-
-def hilbench(*words, folder=None, program=MAIN, **options):
-    command = [sys.executable, "-c", program, *map(str, words)]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE_S, **options)
-
-
-@pytest.mark.parametrize("command", ["run", "init", "doctor", "serve"])
-def test_help_loads_nothing_heavy(command):
-    program = f"{MAIN.replace('sys.exit(main())', 'main()')}; print('loaded:', *sys.modules)"
-    done = hilbench(command, "--help", program=program)
-    loaded = {name.partition(".")[0] for name in done.stdout.partition("loaded:")[2].split()}
-    assert "hilbench" in loaded
-    assert loaded & HEAVY == set()
-
-
-def test_a_bench_file_is_read_without_an_engine(tmp_path):
-    (tmp_path / "b.toml").write_text(
-        f'version = 1\n[targets.a]\nboard = "bluepill"\nfirmware = "{IMAGES / "echo-irq.elf"}"\n'
-    )
-    program = f"{MAIN.replace('sys.exit(main())', 'main()')}; print('loaded:', *sys.modules)"
-    done = hilbench("validate", "b.toml", folder=tmp_path, program=program)
-    loaded = {name.partition(".")[0] for name in done.stdout.partition("loaded:")[2].split()}
-    assert loaded & {"elftools", "intelhex", "pybullet", "unicorn", "vcd"} == set()
 
 
 @pytest.mark.parametrize(
@@ -92,31 +65,33 @@ def test_a_bench_file_is_read_without_an_engine(tmp_path):
         (["serve", "bluepill:"], 2, "bluepill:: names no image"),
     ],
 )
-def test_what_is_wrong_is_one_line(tmp_path, words, code, said):
-    done = hilbench(*words, folder=tmp_path)
-    assert (done.returncode, done.stdout) == (code, "")
-    assert done.stderr.startswith(f"hilbench: {said}"), done.stderr
-    assert done.stderr.count("\n") == 1
+def test_what_is_wrong_is_one_line(tmp_path, monkeypatch, capfd, words, code, said):
+    monkeypatch.chdir(tmp_path)
+    assert main([*map(str, words)]) == code
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.startswith(f"hilbench: {said}")
+    assert err.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_is_no_file_or_too_large_is_not_read(tmp_path):
+def test_what_is_no_file_or_too_large_is_not_read(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
     os.mkfifo(tmp_path / "pipe")
     with (tmp_path / "large.bin").open("wb") as file:
         file.truncate((64 << 20) + 1)
-    done = hilbench("run", "bluepill:pipe", folder=tmp_path)
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-    done = hilbench("run", "bluepill:large.bin", folder=tmp_path)
-    assert (done.returncode, done.stderr) == (
-        2,
-        "hilbench: large.bin: too large for firmware: 67108865 bytes; name the ELF, HEX or BIN file\n",
-    )
+    assert main(["run", "bluepill:pipe"]) == 2
+    assert capfd.readouterr().err.count("\n") == 1
+    assert main(["run", "bluepill:large.bin"]) == 2
+    said = "hilbench: large.bin: too large for firmware: 67108865 bytes; name the ELF, HEX or BIN file\n"
+    assert capfd.readouterr().err == said
 
 
-def test_firmware_is_known_by_its_content(tmp_path):
-    shutil.copy(IMAGES / "style-hal.elf", tmp_path / "firmware")
-    done = hilbench("run", "firmware", folder=tmp_path)
-    assert done.stderr == "hilbench: firmware: is firmware, and no bench; write bluepill:firmware\n"
+def test_firmware_is_known_by_its_content(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(IMAGES / "style-hal.elf", "firmware")
+    main(["run", "firmware"])
+    assert capfd.readouterr().err == "hilbench: firmware: is firmware, and no bench; write bluepill:firmware\n"
 
 
 @pytest.mark.parametrize("command", ["run --vcd", "run --journal", "serve --journal", "check --json", "check --junit"])
@@ -150,90 +125,78 @@ def test_nothing_that_is_read_is_overwritten(tmp_path, monkeypatch, capfd, comma
 
 
 @pytest.mark.parametrize("option", ["--vcd", "--journal"])
-def test_a_recording_that_a_disk_has_no_room_for_is_no_success(tmp_path, option):
-    script = f'ulimit -f 1; "$@" run {HAL} --for 100ms --json {option} full'
-    done = subprocess.run(
-        ["bash", "-c", script, "sh", sys.executable, "-c", MAIN],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_S,
-    )
-    assert (done.returncode, done.stdout) == (3, "")
-    assert re.fullmatch(r"hilbench: full: the \w+ cannot be written: File too large; .*", done.stderr.splitlines()[-1])
-    assert "Traceback" not in done.stderr
+def test_a_recording_that_a_disk_has_no_room_for_is_no_success(forkable, tmp_path, option):
+    program = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024)); {HILBENCH}"
+    words = ["run", HAL, "--for", "100ms", "--json", option, "full"]
+    done = forkable.run(*words, program=program, cwd=tmp_path)
+    assert (done.returncode, done.output) == (3, "")
+    assert re.fullmatch(r"hilbench: full: the \w+ cannot be written: File too large; .*", done.error.splitlines()[-1])
+    assert "Traceback" not in done.error
 
 
-def test_a_device_takes_several_outputs(tmp_path):
-    done = hilbench("run", HAL, "--for", "1ms", "--vcd", "/dev/null", "--journal", "/dev/null", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+def test_a_device_takes_several_outputs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", HAL, "--for", "1ms", "--vcd", "/dev/null", "--journal", "/dev/null"]) == 0
 
 
-def test_a_reader_that_goes_away_is_no_error(tmp_path):
-    script = f'"$@" run {HAL} --for 50ms --follow | head -1'
-    done = subprocess.run(
-        ["bash", "-o", "pipefail", "-c", script, "sh", sys.executable, "-c", MAIN],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_S,
-    )
-    assert done.returncode == 0
-    assert done.stdout.split() == ["0.000000", "bluepill", "reset", "(POR)"]
-    assert done.stderr.startswith("ran 0.050000 s of bench time at ")
-    assert "Traceback" not in done.stderr
+def test_a_reader_that_goes_away_is_no_error(forkable):
+    with forkable.start("run", HAL, "--for", "50ms", "--follow", stdout=subprocess.PIPE) as process:
+        line = b""
+        while not line.endswith(b"\n"):
+            line += process.stdout.read(1)
+        process.hang_up()
+        _, error = process.communicate()
+    assert process.returncode == 0
+    assert line.split() == [b"0.000000", b"bluepill", b"reset", b"(POR)"]
+    assert error.startswith("ran 0.050000 s of bench time at ")
+    assert "Traceback" not in error
 
 
 @pytest.mark.parametrize("follow", [[], ["--follow"]])
-def test_progress_is_shown_on_a_terminal_unless_lines_are(follow):
+def test_progress_is_shown_on_a_terminal_unless_lines_are(forkable, follow):
     ours, theirs = os.openpty()
-    command = [sys.executable, "-c", MAIN, "run", f"bluepill:{IMAGES / 'bench-busy.elf'}", *follow]
-    process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs)
-    os.close(theirs)
-    said = b""
-    while b"of bench time, " not in said and b"period" not in said:
-        assert select.select((ours,), (), (), PATIENCE_S)[0], said
-        said += os.read(ours, 4096)
-    process.kill()
-    process.wait()
+    words = ["run", f"bluepill:{IMAGES / 'bench-busy.elf'}", *follow]
+    with forkable.start(*words, stdin=theirs, stdout=theirs, stderr=theirs):
+        os.close(theirs)
+        said = b""
+        while b"of bench time, " not in said and b"period" not in said:
+            assert select.select((ours,), (), (), PATIENCE_S)[0], said
+            said += os.read(ours, 4096)
     os.close(ours)
     assert (b"\x1b[K" in said) is not bool(follow)
 
 
-@pytest.mark.parametrize(("closed", "code"), [("<&-", 0), (">&-", 3), (">/dev/full", 3), ("2>&-", 0)])
-def test_closed_streams_get_no_file_and_lost_data_is_said(tmp_path, closed, code):
-    script = f'"$@" run {HAL} --for 10ms --follow --journal j --vcd w.vcd {closed}'
-    done = subprocess.run(
-        ["sh", "-c", script, "sh", sys.executable, "-c", MAIN],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_S,
-    )
+@pytest.mark.parametrize(("stream", "code"), [("stdin", 0), ("stdout", 3), ("full disk", 3), ("stderr", 0)])
+def test_closed_streams_get_no_file_and_lost_data_is_said(forkable, tmp_path, stream, code):
+    with open("/dev/full", "w") as full:
+        streams = {"stdout": full.fileno()} if stream == "full disk" else {stream: CLOSED}
+        words = ["run", HAL, "--for", "10ms", "--follow", "--journal", "j", "--vcd", "w.vcd"]
+        done = forkable.run(*words, cwd=tmp_path, **streams)
     assert done.returncode == code
-    assert ("hilbench: the standard output: cannot be written: " in done.stderr) is (code == 3)
-    assert done.stderr.count("\n") == 1 or code == 0
-    assert "Traceback" not in done.stderr
+    assert ("hilbench: the standard output: cannot be written: " in done.error) is (code == 3)
+    assert done.error.count("\n") == 1 or code == 0
+    assert "Traceback" not in done.error
     assert Journal.read(tmp_path / "j").ended
     assert (tmp_path / "w.vcd").read_text().startswith("$comment hilbench")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_run_leaves_whole_files(tmp_path, number):
-    command = [sys.executable, "-c", MAIN, "run", HAL, "--follow", "--journal", "j", "--vcd", "w.vcd"]
-    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    assert select.select((process.stdout,), (), (), PATIENCE_S)[0]
-    os.read(process.stdout.fileno(), 1)  # it runs
-    process.send_signal(number)
-    _, err = process.communicate(timeout=PATIENCE_S)
+def test_an_interrupted_run_leaves_whole_files(forkable, tmp_path, number):
+    words = ["run", HAL, "--follow", "--journal", "j", "--vcd", "w.vcd"]
+    with forkable.start(*words, cwd=tmp_path, stdout=subprocess.PIPE) as process:
+        process.stdout.read(1)  # it runs
+        process.send_signal(number)
+        _, error = process.communicate()
     assert process.returncode == 130
-    assert err.startswith(b"interrupted after ")
-    assert b"Traceback" not in err
+    assert error.startswith("interrupted after ")
+    assert "Traceback" not in error
     assert Journal.read(tmp_path / "j").ended
     assert (tmp_path / "w.vcd").read_text().splitlines()[-1]
 
 
-def test_json_of_a_crash():
-    done = hilbench("run", f"bluepill:{IMAGES / 'bad-lockup.elf'}", "--json")
-    report = json.loads(done.stdout)
-    assert (done.returncode, done.stderr, report["exit_code"]) == (1, "", 1)
+def test_json_of_a_crash(capfd):
+    assert main(["run", f"bluepill:{IMAGES / 'bad-lockup.elf'}", "--json"]) == 1
+    out, err = capfd.readouterr()
+    report = json.loads(out)
+    assert (err, report["exit_code"]) == ("", 1)
     assert (report["end"]["kind"], report["end"]["place"]) == ("lockup", "HardFault_Handler (lockup.c:8)")
