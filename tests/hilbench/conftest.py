@@ -19,6 +19,6 @@ def keep_signals():
 @pytest.fixture(scope="session")
 def forkable():
     """Processes of the command that begin at once."""
-    made = Forkable({"PYTHONPATH": ""})
+    made = Forkable({"PYTHONPATH": "", "LC_ALL": "C.UTF-8"})
     yield made
     made.close()

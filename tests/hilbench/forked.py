@@ -113,7 +113,9 @@ class Process:
                     heard[key.fileobj] += more
                     if not more:
                         selector.unregister(key.fileobj)
-        self.output, self.error = (heard.get(stream, b"").decode() for stream in (self.stdout, self.stderr))
+        self.output, self.error = (
+            heard.get(stream, b"").decode(errors="backslashreplace") for stream in (self.stdout, self.stderr)
+        )
         self.wait()
         return self.output, self.error
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -14,13 +12,10 @@ import pytest
 from hilbench.errors import UsageError
 from hilbench.journal import Journal
 from hilbench.names import as_utf8, escaped, escaped_all, file_name
+from tests.hilbench.forked import Forkable
 
 IMAGE = Path(__file__).parents[2] / "targets/firmware/images/style-hal.elf"
-MAIN = "import sys; from hilbench.cli import main; sys.exit(main())"
-LOCALES = {
-    "UTF-8": {"LC_ALL": "C.UTF-8"},
-    "ASCII": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
-}
+ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONPATH": ""}
 BENCH = """\
 version = 1
 suites = ["test_лампа.py"]
@@ -58,8 +53,16 @@ def test_a_name_in_a_file_is_one_of_the_file_system_and_back():
         as_utf8(os.fsdecode(b"\xff"))
 
 
-@pytest.fixture(params=LOCALES)
+@pytest.fixture(scope="module")
+def forkable_in_ascii():
+    made = Forkable(ASCII)
+    yield made
+    made.close()
+
+
+@pytest.fixture(params=["forkable", "forkable_in_ascii"])
 def run(tmp_path, request):
+    in_locale = request.getfixturevalue(request.param)
     folder = os.fsencode(tmp_path)
     for name in (b"k\xff.elf", "прошивка.elf".encode()):
         shutil.copy(IMAGE, os.path.join(folder, name))
@@ -73,10 +76,8 @@ def run(tmp_path, request):
             file.write(text)
 
     def process(*words, code=0):
-        command = [sys.executable, "-c", MAIN, *(word if isinstance(word, bytes) else word.encode() for word in words)]
-        environment = os.environ | LOCALES[request.param] | {"PYTHONPATH": ""}
-        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, timeout=60)
-        assert done.returncode == code, done.stderr
+        done = in_locale.run(*(word if isinstance(word, bytes) else word.encode() for word in words), cwd=tmp_path)
+        assert done.returncode == code, done.error
         return done
 
     return process
@@ -84,7 +85,7 @@ def run(tmp_path, request):
 
 @pytest.mark.parametrize("image", [b"k\xff.elf", "прошивка.elf".encode()])
 def test_an_image_runs_whatever_it_is_called(run, tmp_path, image):
-    assert b"reset (POR)" in run("run", b"bluepill:" + image, "--for", "1ms", "--follow").stdout
+    assert "reset (POR)" in run("run", b"bluepill:" + image, "--for", "1ms", "--follow").output
     run("run", b"bluepill:" + image, "--for", "1ms", "--journal", b"j\xff", "--vcd", "волны.vcd")
     names = os.listdir(os.fsencode(tmp_path))
     assert b"j\xff" in names
@@ -92,21 +93,21 @@ def test_an_image_runs_whatever_it_is_called(run, tmp_path, image):
 
 
 def test_a_bench_runs_whatever_it_and_its_files_are_called(run, tmp_path):
-    assert json.loads(run("run", b"b\xff.toml", "--for", "1ms", "--json").stdout)["bench"] == r"b\xff.toml"
+    assert json.loads(run("run", b"b\xff.toml", "--for", "1ms", "--json").output)["bench"] == r"b\xff.toml"
     run("run", b"b\xff.toml", "--for", "1ms", "--journal", "j", "--vcd", "w")
     assert Journal.read(tmp_path / "j").header["bench"] == r"b\xff.toml"
-    assert run("validate", b"b\xff.toml").stdout == b"b\\udcff.toml: ok\n"
+    assert run("validate", b"b\xff.toml").output == "b\\udcff.toml: ok\n"
 
 
 def test_a_suite_is_checked_whatever_it_is_called(run, tmp_path):
     files = ("--journal", "j", "--junit", "x", "--json", "r")
-    assert b"A1" in run("check", b"b\xff.toml", "--suite", b"test_\xff.py", *files).stdout
+    assert "A1" in run("check", b"b\xff.toml", "--suite", b"test_\xff.py", *files).output
     (case,) = json.loads((tmp_path / "r").read_text())["cases"]
     assert case["id"] == r"\xff/it_runs"
     # the same in every locale, and so its seed and its hash
-    report = json.loads(run("check", b"b\xff.toml", "-k", "лампа", "--json", "-").stdout)
+    report = json.loads(run("check", b"b\xff.toml", "-k", "лампа", "--json", "-").output)
     assert [case["id"] for case in report["cases"]] == ["лампа/it_runs"]
-    assert json.loads(run("check", b"b\xff.toml", "--list", "--json", "-").stdout)[0]["suite"] == "лампа"
+    assert json.loads(run("check", b"b\xff.toml", "--list", "--json", "-").output)[0]["suite"] == "лампа"
 
 
 def test_init_writes_names_that_a_bench_file_can_hold(run, tmp_path):
@@ -117,7 +118,7 @@ def test_init_writes_names_that_a_bench_file_can_hold(run, tmp_path):
 
 def test_init_says_what_a_bench_file_cannot_hold(run, tmp_path):
     done = run("init", "--board", "bluepill", "--image", b"k\xff.elf", code=2)
-    assert done.stderr == (
-        b"hilbench: k\\udcff.elf: its name is not UTF-8, and a bench file has no words for it; rename it\n"
+    assert done.error == (
+        "hilbench: k\\udcff.elf: its name is not UTF-8, and a bench file has no words for it; rename it\n"
     )
     assert not (tmp_path / "hilbench.toml").exists()

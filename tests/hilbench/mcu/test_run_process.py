@@ -156,7 +156,8 @@ def test_a_reader_that_goes_away_is_no_error(forkable):
 def test_progress_is_shown_on_a_terminal_unless_lines_are(forkable, follow):
     ours, theirs = os.openpty()
     words = ["run", f"bluepill:{IMAGES / 'bench-busy.elf'}", *follow]
-    with forkable.start(*words, stdin=theirs, stdout=theirs, stderr=theirs):
+    program = f"import hilbench.mcu.run; hilbench.mcu.run._PATIENCE_S = 0.01; {HILBENCH}"
+    with forkable.start(*words, program=program, stdin=theirs, stdout=theirs, stderr=theirs):
         os.close(theirs)
         said = b""
         while b"of bench time, " not in said and b"period" not in said:
