@@ -9,7 +9,7 @@ from functools import partial
 from textual.app import ComposeResult, SystemCommand
 from textual.driver import Driver
 from textual.screen import Screen
-from textual.widgets import Footer, Static
+from textual.widgets import Static
 
 from hilbench.errors import HilbenchError
 from hilbench.tui.bench_process import BenchProcess, Phase
@@ -25,6 +25,7 @@ from hilbench.tui.dialogs import (
     ToggleScreen,
     WordScreen,
 )
+from hilbench.tui.key_line import KeyLine
 from hilbench.tui.keys import BY_NAME, KEYS
 from hilbench.tui.memory import Memory
 from hilbench.tui.model.arrangement import ARRANGED, Arrangement
@@ -110,7 +111,7 @@ class Dashboard(VehicleActions, Saving):
         yield Body(*(_SPECIAL.get(name, partial(Pane, name))() for name in PANES), arrangement=ARRANGED["robot"][0])
         yield Strip()
         yield Timeline(self.replay).set_class(self.replay is not None, "recorded")
-        yield Footer(compact=True, show_command_palette=False)
+        yield KeyLine()
 
     def on_mount(self) -> None:
         """Begin to look. A signal that ends the process gives the terminal back first."""

@@ -198,6 +198,7 @@ class Stage:
             await scenario(app, self._pilot)
 
         with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("textual.screen.UPDATE_PERIOD", A_DAY_S)  # `all_is_done` draws, and no timer
             patch.setattr("textual.app.wait_for_idle", all_is_done)
             patch.setattr("textual.pilot.wait_for_idle", all_is_done)
             self._wait_for(scene())
