@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 import subprocess
 from pathlib import Path
@@ -11,6 +12,10 @@ import pytest
 from targets import firmware
 
 FIRMWARE = Path(firmware.__file__).parent
+SOURCES = {".c", ".h", ".ld", ".mk"}
+OTHER_SOURCES = {"Makefile", "TOOLCHAIN"}
+ONE_OF_EACH_FAMILY = ("bench-tick-1khz.elf", "f767-demo.elf", "h753-demo.elf")
+HOW_TO_BUILD = "the sources were changed? then: make -C targets/firmware commit"
 
 
 def version_line(program: str) -> str:
@@ -25,29 +30,59 @@ def toolchain() -> list[str]:
     return [version_line("arm-none-eabi-gcc"), version_line("arm-none-eabi-ld")]
 
 
-@pytest.fixture(scope="module")
-def built(tmp_path_factory):
-    """The images, built from a copy of the sources in a folder of another name."""
-    recorded = (FIRMWARE / "TOOLCHAIN").read_text(encoding="utf-8").splitlines()
-    present = toolchain()
-    if present != recorded:
-        pytest.skip(f"images are built with {recorded}; here: {present}")
-    folder = tmp_path_factory.mktemp("elsewhere") / "sources"
-    shutil.copytree(FIRMWARE, folder, ignore=shutil.ignore_patterns("images", "build", "__pycache__"))
-    done = subprocess.run(["make", "-j2"], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return folder / "build" / "images"
+@pytest.fixture
+def build(tmp_path):
+    """Builds what make is told to from a copy of the sources in a folder of another name; returns the images."""
+
+    def make(*targets: str) -> dict[str, bytes]:
+        recorded = (FIRMWARE / "TOOLCHAIN").read_text(encoding="utf-8").splitlines()
+        present = toolchain()
+        if present != recorded:
+            pytest.skip(f"images are built with {recorded}; here: {present}")
+        folder = tmp_path / "sources"
+        shutil.copytree(FIRMWARE, folder, ignore=shutil.ignore_patterns("images", "build", "__pycache__"))
+        done = subprocess.run(["make", "-j2", *targets], cwd=folder, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return contents(folder / "build" / "images")
+
+    return make
 
 
 def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-def test_the_same_images_are_built(built):
-    assert contents(built).keys() == contents(FIRMWARE / "images").keys()
+def sums() -> dict[str, str]:
+    """The SHA-256 of each source and image."""
+    files = [
+        path
+        for path in FIRMWARE.rglob("*")
+        if path.suffix in SOURCES or path.name in OTHER_SOURCES or path.parent == FIRMWARE / "images"
+    ]
+    return {path.relative_to(FIRMWARE).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
-def test_each_image_has_the_same_bytes(built):
+def test_sources_and_images_are_those_of_the_last_build():
+    lines = (FIRMWARE / "SHA256SUMS").read_text(encoding="utf-8").splitlines()
+    recorded = {name: digest for digest, name in (line.split("  ") for line in lines)}
+    different = sorted(name for name, _digest in recorded.items() ^ sums().items())
+    assert not different, f"{HOW_TO_BUILD}; different: {different}"
+
+
+def test_an_image_of_each_family_has_the_same_bytes(build):
+    built = build(*(f"build/images/{name}" for name in ONE_OF_EACH_FAMILY))
+    assert built.keys() == set(ONE_OF_EACH_FAMILY)
+    check(built)
+
+
+@pytest.mark.exhaustive("compiles every source; the gate compares sums, and builds an image of each family")
+def test_each_image_has_the_same_bytes(build):
+    built = build()
+    assert built.keys() == contents(FIRMWARE / "images").keys()
+    check(built)
+
+
+def check(built: dict[str, bytes]) -> None:
     committed = contents(FIRMWARE / "images")
-    different = sorted(name for name, data in contents(built).items() if data != committed.get(name))
-    assert not different, f"the sources were changed? then: make -C targets/firmware commit; different: {different}"
+    different = sorted(name for name, data in built.items() if data != committed[name])
+    assert not different, f"{HOW_TO_BUILD}; different: {different}"
