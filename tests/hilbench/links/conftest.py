@@ -1,21 +1,40 @@
 from __future__ import annotations
 
 import os
+import time
+from types import SimpleNamespace
 
 import pytest
+import serial.rfc2217
+import serial.urlhandler.protocol_socket
 
-from hilbench.clock import MonotonicHostClock, Scheduler
+from hilbench.clock import NS_PER_S, MonotonicHostClock, ScaledHostClock, Scheduler
+
+HURRY = 20
 
 
 @pytest.fixture
 def locked():
-    """A scheduler that follows the real host clock."""
+    """A scheduler that follows the real host clock, faster than it passes."""
     host = MonotonicHostClock()
     scheduler = Scheduler()
-    scheduler.lock(host)
+    scheduler.lock(ScaledHostClock(host, HURRY))
     yield scheduler
     assert scheduler._sources == [], "a port was not closed"
     host.close()
+
+
+def until(scheduler, condition):
+    """Run until `condition` holds; the limit, a minute of the host's, is only there for what hangs."""
+    assert scheduler.run_until(condition, scheduler.now_ns + 60 * HURRY * NS_PER_S), "it never happened"
+
+
+@pytest.fixture(autouse=True)
+def brisk_pyserial(monkeypatch):
+    """Have pyserial look every millisecond for what it waits for, and not sleep 0.3 s after each closing."""
+    brisk = SimpleNamespace(sleep=lambda _duration_s: time.sleep(0.001))
+    monkeypatch.setattr(serial.rfc2217, "time", brisk)
+    monkeypatch.setattr(serial.urlhandler.protocol_socket, "time", brisk)
 
 
 @pytest.fixture

@@ -16,6 +16,8 @@ from hilbench.links import Line, PtyDoor
 from hilbench.links.inotify import OpenCloseWatch
 from hilbench.links.uart import resample
 
+from .conftest import until
+
 S = 10**9
 
 
@@ -72,10 +74,6 @@ def make_door(locked, tmp_path):
     yield make
     for door in doors:
         door.close()
-
-
-def until(scheduler, condition):
-    assert scheduler.run_until(condition, scheduler.now_ns + 30 * S), "it never happened"
 
 
 def test_client_comes_talks_and_goes(locked, make_door):

@@ -24,11 +24,9 @@ from hilbench.links.port import ModemLines
 from hilbench.links.telnet import Data, Subnegotiation, TelnetDecoder, Verb, escape, negotiation, subnegotiation
 from hilbench.relay import Relay
 
+from .conftest import until
+
 S = 10**9
-
-
-def until(scheduler, condition):
-    assert scheduler.run_until(condition, scheduler.now_ns + 60 * S), "it never happened"
 
 
 class InThread:
@@ -70,7 +68,7 @@ def door(locked):
 
 @pytest.fixture
 def client(locked, door):
-    url = f"rfc2217://127.0.0.1:{door.port}"
+    url = f"rfc2217://127.0.0.1:{door.port}?timeout=60"
     made = do(locked, lambda: serial.serial_for_url(url, baudrate=115_200, timeout=20))
     yield made
     do(locked, made.close)
@@ -168,7 +166,7 @@ def test_lines_of_a_port_behind_are_told_to_a_client(locked, door, client):
 
 def test_a_client_that_comes_later_is_told_what_holds(locked, door):
     door.tell_lines(ModemLines(**LEVELS | {"dsr": False}))
-    url = f"rfc2217://127.0.0.1:{door.port}?poll_modem"
+    url = f"rfc2217://127.0.0.1:{door.port}?timeout=60&poll_modem"
     client = do(locked, lambda: serial.serial_for_url(url, baudrate=115_200, timeout=20))
     assert do(locked, lambda: (client.cts, client.dsr, client.ri, client.cd)) == (True, False, False, True)
     do(locked, client.close)
@@ -218,7 +216,7 @@ def test_lines_of_a_board_reach_the_client_through_a_relay(locked, door, board):
     port = SerialPort(locked, os.ttyname(slave), watch_lines=True)
     bench = Bench(locked, Journal(keep=100))
     Relay(bench, door, port, record=False)
-    url = f"rfc2217://127.0.0.1:{door.port}"
+    url = f"rfc2217://127.0.0.1:{door.port}?timeout=60"
     client = do(locked, lambda: serial.serial_for_url(url, baudrate=115_200, timeout=20))
     assert (client.cts, client.dsr, client.ri, client.cd) == (True, True, False, False)
     board.bits ^= termios.TIOCM_CTS | termios.TIOCM_CAR
@@ -238,7 +236,7 @@ def test_lines_of_a_board_reach_the_client_through_a_relay(locked, door, board):
 def test_lines_of_a_far_port_are_known(locked, door):
     """Our client of RFC 2217 at our door: what a chain of proxies hands on."""
     door.tell_lines(ModemLines(**LEVELS | {"cts": False}))
-    url = f"rfc2217://127.0.0.1:{door.port}@115200"
+    url = f"rfc2217://127.0.0.1:{door.port}?timeout=60@115200"
     port = do(locked, lambda: SerialPort(locked, url, watch_lines=True))
     told = []
     port.on_modem = lambda lines, at_ns: told.append(lines)
@@ -330,7 +328,7 @@ def test_the_next_client_begins_anew(locked, door, raw):
 def test_our_own_port_at_our_own_door(locked, door, monkeypatch):
     """Opening waits for the far end, so it is done in a thread; from then on nothing waits."""
     before = threading.active_count()
-    url = f"rfc2217://127.0.0.1:{door.port}"
+    url = f"rfc2217://127.0.0.1:{door.port}?timeout=60"
     opened = do(locked, lambda: serial.serial_for_url(url, baudrate=115_200, timeout=0.1))
     monkeypatch.setattr("hilbench.links.serialport.open_serial", lambda target, write_timeout_s: opened)
     port = SerialPort(locked, f"{url}@115200")
@@ -356,32 +354,47 @@ def test_a_far_end_that_speaks_no_telnet_is_said_in_one_line(locked):
     assert "\n" not in str(caught.value)
 
 
-def serve_without_lines(listener):
-    """Be a server that leaves DTR and RTS unanswered, as ser2net with a pseudo-terminal behind, for one client."""
+@contextlib.contextmanager
+def far_end_without_lines(listener, asked):
+    """Leave DTR and RTS unanswered for one client, as ser2net with a pseudo-terminal behind; `asked` when it asks."""
     session = ComPortServer(115_200)
-    client, _ = listener.accept()
-    with client, contextlib.suppress(ConnectionError):
-        client.sendall(session.answers)
-        while heard := client.recv(4096):
-            session.answers.clear()
-            if not any(isinstance(event, LinesSet) for event in session.receive(heard)):
-                client.sendall(session.answers)
+
+    def serve():
+        client, _ = listener.accept()
+        with client, contextlib.suppress(ConnectionError):
+            client.sendall(session.answers)
+            while heard := client.recv(4096):
+                session.answers.clear()
+                if any(isinstance(event, LinesSet) for event in session.receive(heard)):
+                    asked.set()
+                else:
+                    client.sendall(session.answers)
+
+    far = threading.Thread(target=serve)
+    far.start()
+    yield
+    far.join()
 
 
-def test_a_far_end_without_control_lines_is_said_with_what_to_do(locked):
+def test_a_far_end_without_control_lines_is_said_with_what_to_do(locked, monkeypatch):
+    asked = threading.Event()
+
+    class UntilAsked(serial.serialutil.Timeout):
+        """Ends when the far end has heard what it leaves unanswered, so that nobody waits for longer."""
+
+        def expired(self):
+            return asked.is_set() or super().expired()
+
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        url = f"rfc2217://127.0.0.1:{listener.getsockname()[1]}"
-        advised = f"{url}?ign_set_control"
-        for target in (url, advised):
-            far = threading.Thread(target=serve_without_lines, args=[listener])
-            far.start()
-            if target == advised:
-                SerialPort(locked, target).close()
-            else:
-                with pytest.raises(UnavailableError, match="option 'control'") as caught:
-                    SerialPort(locked, target)
-                assert caught.value.hint.endswith(f"if it has none: {advised}")
-            far.join()
+        url = f"rfc2217://127.0.0.1:{listener.getsockname()[1]}?timeout=60"
+        advised = f"{url}&ign_set_control"
+        with far_end_without_lines(listener, asked), monkeypatch.context() as patch:
+            patch.setattr("serial.rfc2217.Timeout", UntilAsked)
+            with pytest.raises(UnavailableError, match="option 'control'") as caught:
+                SerialPort(locked, url)
+        assert caught.value.hint.endswith(f"if it has none: {advised}")
+        with far_end_without_lines(listener, asked):
+            SerialPort(locked, advised).close()
 
 
 def test_what_to_do_keeps_what_the_url_asks_for(locked, monkeypatch):

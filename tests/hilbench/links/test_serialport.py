@@ -15,11 +15,9 @@ from hilbench.links import Line, PtyDoor, SerialPort, SerialTarget, parse_serial
 from hilbench.links.serial_device import _cannot_open
 from hilbench.udev.installing import port_group
 
+from .conftest import until
+
 S = 10**9
-
-
-def until(scheduler, condition):
-    assert scheduler.run_until(condition, scheduler.now_ns + 30 * S), "it never happened"
 
 
 @pytest.mark.parametrize(

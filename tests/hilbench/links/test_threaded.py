@@ -11,6 +11,8 @@ import serial
 
 from hilbench.links import SerialPort
 
+from .conftest import until
+
 S = 10**9
 
 
@@ -52,10 +54,6 @@ class Stub:
 @pytest.fixture
 def stub(opens):
     return opens(Stub())
-
-
-def until(scheduler, condition):
-    assert scheduler.run_until(condition, scheduler.now_ns + 30 * S), "it never happened"
 
 
 def test_all_is_written_in_order_and_nobody_waits(locked, stub):

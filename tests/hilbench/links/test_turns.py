@@ -18,6 +18,8 @@ from hilbench.links.outgoing import Outgoing, Turn
 from hilbench.links.port import Line
 from hilbench.testing import FakeHostClock
 
+from .conftest import until
+
 S = 10**9
 
 
@@ -77,10 +79,6 @@ def port(locked, stub):
     made = SerialPort(locked, "stub://x@9600")
     yield made
     made.close()
-
-
-def until(scheduler, condition):
-    assert scheduler.run_until(condition, scheduler.now_ns + 30 * S), "it never happened"
 
 
 def test_a_break_waits_for_the_bytes_before_it_and_those_behind_it_for_its_end(locked, stub, port):
