@@ -26,6 +26,18 @@ from hilbench.testing import FakeHostClock
 USB = UsbIdentity(vendor_id=0x0403, product_id=0x6001, serial_number="A1", location="1-1")
 
 
+class SilentHostClock(FakeHostClock):
+    """The host's clock of a bench whose real ports say nothing: time need not pass for that."""
+
+    def close(self):
+        assert self.watched == []
+
+
+@pytest.fixture(autouse=True)
+def no_waiting_for_silence(monkeypatch):
+    monkeypatch.setattr("hilbench.locked_providers.MonotonicHostClock", SilentHostClock)
+
+
 def locked_bench(late_ms=0):
     scheduler, clock = Scheduler(), FakeHostClock()
     scheduler.lock(clock)
