@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from tests.hilbench.forked import Forkable
+from tests.hilbench.forked import OF_OTHERS, Forkable
 
 
 @pytest.fixture(autouse=True)
@@ -20,5 +20,13 @@ def keep_signals():
 def forkable():
     """Processes of the command that begin at once."""
     made = Forkable({"PYTHONPATH": "", "LC_ALL": "C.UTF-8"})
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="session")
+def forkable_pytest():
+    """Processes of a pytest that has imported nothing of ours."""
+    made = Forkable({"PYTHONPATH": "", "LC_ALL": "C.UTF-8"}, OF_OTHERS)
     yield made
     made.close()

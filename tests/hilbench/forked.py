@@ -21,15 +21,20 @@ import threading
 from pathlib import Path
 
 HILBENCH = "import sys; from hilbench.__main__ import main; sys.exit(main())"
+PYTEST = "import sys, pytest; sys.exit(pytest.main())"
 PATIENCE_S = 60
 CLOSED = object()
 """A stream that is closed as the process begins."""
 
-IMPORTED = (
+COMMANDS = (
     "import hilbench.cli, hilbench.check.runner, hilbench.bench_provider, hilbench.serve, hilbench.mcu.serve, "
     "hilbench.mcu.run, targets.mcu.machine, hilbench.commands.check, hilbench.commands.run, hilbench.commands.serve, "
     "hilbench.commands.proxy, hilbench.proxy, hilbench.commands.doctor, hilbench.check.pytest_run, unicorn, vcd"
 )
+OF_OTHERS = (
+    "import crcmod, elftools.elf.elffile, msgspec, numpy, serial, unicorn, _pytest.config; _pytest.config.get_config()"
+)
+"""What is imported beforehand: all that a command needs; or, where pytest is to import ours itself, nothing of ours."""
 
 
 class Forkable:
@@ -37,11 +42,12 @@ class Forkable:
 
     Args:
         environment: what is added to the environment, as the interpreter begins.
+        imported: the statements that import.
     """
 
-    def __init__(self, environment=()):
+    def __init__(self, environment=(), imported=COMMANDS):
         self._ours, its = socket.socketpair()
-        command = [sys.executable, "-P", __file__, str(its.fileno())]
+        command = [sys.executable, "-P", __file__, str(its.fileno()), imported]
         self._process = subprocess.Popen(command, env=os.environ | dict(environment), pass_fds=[its.fileno()])
         its.close()
 
@@ -218,7 +224,7 @@ if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C at the tests ends this one by its connection
     asked = socket.socket(fileno=int(sys.argv[1]))
     asked.set_inheritable(False)
-    exec(IMPORTED, {})
+    exec(sys.argv[2], {})
     gc.freeze()
     program = _forked_when_asked(asked)
     signal.signal(signal.SIGINT, signal.default_int_handler)

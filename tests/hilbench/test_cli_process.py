@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import pytest
 
 from hilbench.cli import main
-from tests.hilbench.forked import CLOSED
+from tests.hilbench.forked import CLOSED, PYTEST
 
 ROOT = Path(__file__).parents[2]
 HILBENCH = [sys.executable, "-c", "import sys; from hilbench.cli import main; sys.exit(main())"]
@@ -417,9 +417,6 @@ def test_plain(): pass
 def test_fails(bench):
     assert 1 == 2
 """
-
-
-PYTEST = "import sys, pytest; sys.exit(pytest.main())"
 
 
 def test_plain_pytest_has_the_fixtures(forkable, tmp_path):

@@ -7,8 +7,6 @@ import importlib.util
 import os
 import pty
 import re
-import subprocess
-import sys
 import threading
 from pathlib import Path
 
@@ -17,15 +15,19 @@ import pytest
 from hilbench.clock import Scheduler
 from hilbench.links import Line, MemoryLink, ReconnectingPort
 from hilbench.ports.listing import PortInfo, UsbIdentity
+from tests.hilbench.forked import PYTEST
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/hardware-tests.md"
 
 
-def run(port, attached):
-    env = {**os.environ, "HILBENCH_HARDWARE_PORT": port, "HILBENCH_HARDWARE_WITH": attached}
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/hardware"]
-    return subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, timeout=120)
+@pytest.fixture
+def run(forkable_pytest):
+    def tests(port, attached):
+        env = {"HILBENCH_HARDWARE_PORT": port, "HILBENCH_HARDWARE_WITH": attached}
+        return forkable_pytest.run("-q", "-p", "no:cacheprovider", "tests/hardware", program=PYTEST, cwd=ROOT, env=env)
+
+    return tests
 
 
 @pytest.fixture
@@ -47,25 +49,25 @@ def echoing_port():
     os.close(master)
 
 
-def test_they_hold_on_a_port_that_echoes(echoing_port):
+def test_they_hold_on_a_port_that_echoes(run, echoing_port):
     done = run(f"{echoing_port}@115200", "echo")
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert re.search(r"\b4 passed, 8 skipped\b", done.stdout)
-    assert "beyond the wire: " in done.stdout
+    assert done.returncode == 0, done.output + done.error
+    assert re.search(r"\b4 passed, 8 skipped\b", done.output)
+    assert "beyond the wire: " in done.output
 
 
-def test_without_a_port_they_say_how_to_name_one():
+def test_without_a_port_they_say_how_to_name_one(run):
     done = run("", "")
     assert done.returncode == 0
-    assert "12 skipped" in done.stdout
-    assert "see docs/hardware-tests.md" in done.stdout
+    assert "12 skipped" in done.output
+    assert "see docs/hardware-tests.md" in done.output
 
 
-def test_what_is_attached_is_a_word_that_is_known():
+def test_what_is_attached_is_a_word_that_is_known(run):
     done = run("/dev/ttyNONE", "plug, persn")
     assert done.returncode == pytest.ExitCode.USAGE_ERROR
     words = "echo, greeting, modem-plug, person, plug"
-    assert f"HILBENCH_HARDWARE_WITH: nothing is called persn; there are {words}" in done.stdout + done.stderr
+    assert f"HILBENCH_HARDWARE_WITH: nothing is called persn; there are {words}" in done.output + done.error
 
 
 BOARD = UsbIdentity(vendor_id=0x0403, product_id=0x6001, serial_number="A50285BI", location="1-1.2")

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from hilbench.pytest_options import add_options
+from tests.hilbench.forked import PYTEST
 
 SCALE = "--hil-timeout-scale"
 ROOT = Path(__file__).parents[2]
@@ -24,7 +22,7 @@ def test_echo(peer):
 
 
 @pytest.fixture
-def plain_pytest(tmp_path):
+def plain_pytest(forkable_pytest, tmp_path):
     """Run pytest in a folder of its own, with the entry points of hilbench as an installed distribution has them."""
     site = tmp_path / "site"
     about = site / "anybody-1.0.dist-info"
@@ -34,12 +32,11 @@ def plain_pytest(tmp_path):
     folder = tmp_path / "project"
     folder.mkdir()
 
-    def run(*words, test=OWN, path=f"{site}{os.pathsep}{ROOT}", **more):
+    def run(*words, test=OWN, **more):
         (folder / "test_own.py").write_text(test)
-        environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
-        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "error", *words]
-        environment |= {"PYTHONPATH": path, **more}
-        return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120)
+        program = f"import sys; sys.path[:0] = {[str(site), str(ROOT)]}; {PYTEST}"
+        every = ("-q", "-p", "no:cacheprovider", "-W", "error", *words)
+        return forkable_pytest.run(*every, program=program, cwd=folder, env=more)
 
     return run
 
@@ -47,13 +44,13 @@ def plain_pytest(tmp_path):
 @pytest.mark.parametrize("words", [("--hil-bench",), ("-p", "hilbench.pytest_plugin", "--hilbench-bench")])
 def test_a_bench_brings_the_fixtures(plain_pytest, words):
     done = plain_pytest(*words, "pioneer-plane")
-    assert "1 passed" in done.stdout, done.stdout + done.stderr
+    assert "1 passed" in done.output, done.output + done.error
 
 
 def test_where_plugins_do_not_load_by_themselves(plain_pytest):
     words = ("-p", "hilbench.pytest_plugin", "--hil-bench", "pioneer-plane")
     done = plain_pytest(*words, PYTEST_DISABLE_PLUGIN_AUTOLOAD="1")
-    assert "1 passed" in done.stdout, done.stdout + done.stderr
+    assert "1 passed" in done.output, done.output + done.error
 
 
 @pytest.mark.parametrize(
@@ -88,8 +85,8 @@ def test_a_wrong_value_is_one_line_of_pytest(plain_pytest):
     done = plain_pytest("--hil-bench", "pioneer-plane", "--hil-timeout-scale=nan")
     assert done.returncode == pytest.ExitCode.USAGE_ERROR
     said = "error: argument --hil-timeout-scale/--hilbench-timeout-scale: 'nan' is not a factor of 1 to 1000\n"
-    assert said in done.stderr
-    assert "Traceback" not in done.stderr
+    assert said in done.error
+    assert "Traceback" not in done.error
 
 
 def test_who_does_not_ask_for_it_has_none_of_it(plain_pytest):
@@ -115,7 +112,7 @@ def world():
     return "flat"
 """
     done = plain_pytest(test=test)
-    assert "3 passed" in done.stdout, done.stdout + done.stderr
+    assert "3 passed" in done.output, done.output + done.error
 
 
 def test_the_distribution_has_the_entry_point():

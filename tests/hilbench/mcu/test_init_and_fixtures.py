@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -13,6 +10,7 @@ from hilbench.cli import main
 from hilbench.config import open_bench
 from hilbench.errors import UsageError
 from hilbench.mcu.under_test import boards_under_test
+from tests.hilbench.forked import PYTEST
 
 IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
 
@@ -89,13 +87,18 @@ def test_what_a_board_does_not_have(board, ask, said):
 # --- init
 
 
-def pytest_in(folder, *words):
-    environment = {**os.environ, "PYTHONPATH": ""}
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *words]
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120)
+@pytest.fixture
+def pytest_in(forkable, forkable_pytest):
+    """Run pytest; where warnings are errors, in a process that has not imported what pytest wants to import itself."""
+
+    def run(folder, *words):
+        used = forkable_pytest if "error" in words else forkable
+        return used.run("-p", "no:cacheprovider", *words, program=PYTEST, cwd=folder)
+
+    return run
 
 
-def test_what_init_writes_passes(tmp_path, capsys):
+def test_what_init_writes_passes(pytest_in, tmp_path, capsys):
     image = IMAGES / "style-registers.elf"
     folder = tmp_path / "project" / "tests"
     folder.mkdir(parents=True)
@@ -109,22 +112,32 @@ def test_what_init_writes_passes(tmp_path, capsys):
     (folder / "test_mine.py").write_text("def test_x(board): assert not board.end\n")
     # from the folder above, and with a pytest that turns warnings into errors
     done = pytest_in(tmp_path / "project", "-q", "-s", "-W", "error")
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "2 passed" in done.stdout
-    assert "board.PC13" in done.stdout
+    assert done.returncode == 0, done.output + done.error
+    assert "2 passed" in done.output
+    assert "board.PC13" in done.output
     done = pytest_in(folder, "-q", "test_mine.py", "--hilbench-bench", "hilbench.toml")
-    assert "1 passed" in done.stdout, done.stdout + done.stderr
+    assert "1 passed" in done.output, done.output + done.error
 
 
-@pytest.mark.parametrize("folder", ["tests", "firmware"])  # pytest reads the first one's conftest.py early
-def test_what_init_writes_is_found_by_a_pytest_that_has_it_loaded_already(tmp_path, folder):
+OTHER_WAY = pytest.mark.exhaustive("the gate has either folder, and either way to load the plugin")
+
+
+@pytest.mark.parametrize(
+    ("folder", "words"),  # pytest reads the conftest.py of tests early
+    [
+        ("tests", []),
+        ("firmware", ["-p", "hilbench.pytest_plugin"]),
+        pytest.param("tests", ["-p", "hilbench.pytest_plugin"], marks=OTHER_WAY),
+        pytest.param("firmware", [], marks=OTHER_WAY),
+    ],
+)
+def test_what_init_writes_is_found_by_a_pytest_that_has_it_loaded_already(pytest_in, tmp_path, folder, words):
     for name in (folder, "twice"):
         (tmp_path / name).mkdir()
         image = str(IMAGES / "style-registers.elf")
         assert main(["init", "--board", "bluepill", "--image", image, "--dir", str(tmp_path / name)]) == 0
-    for words in ([], ["-p", "hilbench.pytest_plugin"]):
-        done = pytest_in(tmp_path, "-q", "--import-mode=importlib", "-W", "error", *words)
-        assert "2 passed" in done.stdout, done.stdout + done.stderr
+    done = pytest_in(tmp_path, "-q", "--import-mode=importlib", "-W", "error", *words)
+    assert "2 passed" in done.output, done.output + done.error
 
 
 def test_a_conftest_of_the_user_stays_and_init_says_what_it_needs(tmp_path, capsys):
@@ -140,12 +153,12 @@ def test_a_conftest_of_the_user_stays_and_init_says_what_it_needs(tmp_path, caps
     assert (tmp_path / "conftest.py").read_text() == "# mine\n"
 
 
-def test_the_written_test_fails_when_the_firmware_crashes(tmp_path):
+def test_the_written_test_fails_when_the_firmware_crashes(pytest_in, tmp_path):
     image = IMAGES / "bad-lockup.elf"
     assert main(["init", "--board", "bluepill", "--image", str(image), "--dir", str(tmp_path)]) == 0
     done = pytest_in(tmp_path, "-q")
     assert done.returncode == 1
-    assert "board: lockup in HardFault_Handler" in done.stdout
+    assert "board: lockup in HardFault_Handler" in done.output
 
 
 def test_a_board_file_is_seen_from_where_the_bench_file_is(tmp_path, monkeypatch, capsys):
@@ -189,15 +202,15 @@ def test_what_init_refuses(tmp_path, monkeypatch, capsys, words, code, said):
     assert [path.name for path in tmp_path.iterdir()] == ["empty.elf"]
 
 
-def test_the_example_of_two_boards_passes():
+def test_the_example_of_two_boards_passes(pytest_in):
     done = pytest_in(Path(__file__).parents[3] / "examples/two-boards", "-q", "-W", "error")
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "2 passed" in done.stdout
+    assert done.returncode == 0, done.output + done.error
+    assert "2 passed" in done.output
 
 
-def test_a_board_fixture_without_a_board_says_so(tmp_path):
+def test_a_board_fixture_without_a_board_says_so(pytest_in, tmp_path):
     (tmp_path / "test_it.py").write_text('pytest_plugins = ["hilbench.pytest_plugin"]\ndef test_it(board): pass\n')
     done = pytest_in(tmp_path, "-q")
-    assert "no hilbench.toml beside it or above it; write one: hilbench init --help" in done.stdout
+    assert "no hilbench.toml beside it or above it; write one: hilbench init --help" in done.output
     done = pytest_in(tmp_path, "-q", "-p", "hilbench.pytest_plugin", "--hilbench-bench", "pioneer-plane")
-    assert "pioneer-plane: has no emulated board" in done.stdout
+    assert "pioneer-plane: has no emulated board" in done.output
