@@ -65,7 +65,7 @@ def sums() -> dict[str, str]:
 def test_sources_and_images_are_those_of_the_last_build():
     lines = (FIRMWARE / "SHA256SUMS").read_text(encoding="utf-8").splitlines()
     recorded = {name: digest for digest, name in (line.split("  ") for line in lines)}
-    different = sorted(name for name, _digest in recorded.items() ^ sums().items())
+    different = sorted({name for name, _digest in recorded.items() ^ sums().items()})
     assert not different, f"{HOW_TO_BUILD}; different: {different}"
 
 
