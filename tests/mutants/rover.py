@@ -14,6 +14,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 from hilbench.check import CheckOptions, run_suites
+from hilbench.check.provider import CaseBench, CaseInfo
 from hilbench.check.results import Report
 from hilbench.clock import NS_PER_S
 from hilbench.config import open_bench
@@ -49,6 +50,7 @@ from targets.firmware import image_path
 from targets.robots.rover import BEHAVIOURS, DEFECTS, Behaviour, RoverRobot, RoverSettings, behaviour_of
 from targets.robots.rover.control import Motors
 from tests.mutants.defects_page import DefectsPage, Found, by_clauses, killers
+from tests.mutants.each_its_own import Fault
 
 SHOWN = 3
 """So many of the clauses that find a defect in the model are run on the emulated board."""
@@ -366,6 +368,21 @@ def run(mutant: RoverMutant | None, select: str = "") -> Report:
         for make in mutant.patches if mutant is not None else ():
             stack.enter_context(make())
         return run_suites(options, provider)
+
+
+def fault(mutant: RoverMutant, clause_id: str) -> Fault:
+    """A mutant as something that a clause has to find."""
+    shared = Shared(bench_file=open_bench("rover-model"), timeout_scale=1.0, journal=Journal())
+    provider = RoverProvider(shared, make_rover=mutant.make)
+
+    @contextlib.contextmanager
+    def open_case(case: CaseInfo) -> Iterator[CaseBench]:
+        with contextlib.ExitStack() as stack:
+            for make in mutant.patches:
+                stack.enter_context(make())
+            yield stack.enter_context(provider.open_case(case))
+
+    return Fault(name=mutant.id, clause_id=clause_id, select=mutant.profile, open_case=open_case)
 
 
 def run_image(name: str, clauses: Sequence[str]) -> Report:

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
 from types import MappingProxyType
 
-import pytest
-
 from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
+from hilbench.cli import main
+from hilbench.client_under_test import EXEC_CAPABILITIES
 from hilbench.config import open_bench
+from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
+from hilbench.locked_providers import ExecProvider
 from hilbench.options import TargetChoice
 from hilbench.rover.ground_station import GroundStation
-from hilbench.rover.provider import RoverProvider, make_host
+from hilbench.rover.provider import RoverProvider, foreign_host
 from hilbench.shared import Shared
 from protocols.pkt import (
     CLIENT_TABLE,
@@ -30,14 +30,14 @@ from protocols.pkt import (
     UnknownReport,
 )
 from protocols.pkt.clauses import HOST_CLAUSES
+from tests.mutants.each_its_own import Fault, judge
+from tests.mutants.in_bench_time import ForeignClientInBenchTime, saying
 
 OPTIONS = CheckOptions(bench="rover-model", suites=("pkt-host",))
 
 
-def run(select="", make=make_host):
-    shared = Shared(bench_file=open_bench("rover-model"), timeout_scale=1.0, journal=Journal())
-    options = CheckOptions(bench="rover-model", suites=("pkt-host",), select=select)
-    return run_suites(options, RoverProvider(shared, make_host=make))
+def shared_bench():
+    return Shared(bench_file=open_bench("rover-model"), timeout_scale=1.0, journal=Journal())
 
 
 def test_each_clause_is_cited_by_one_function_in_each_of_its_profiles():
@@ -47,7 +47,7 @@ def test_each_clause_is_cited_by_one_function_in_each_of_its_profiles():
 
 
 def test_our_hosts_pass():
-    report = run()
+    report = run_suites(OPTIONS, make_provider(OPTIONS))
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
 
 
@@ -127,39 +127,39 @@ MUTANTS = [
 ]
 
 
-@pytest.mark.parametrize(("clause", "select", "make"), MUTANTS, ids=lambda value: str(value)[:30])
-def test_a_faulty_host_is_found(clause, select, make):
-    report = run(select, make)
-    assert {case.clause_ids[0] for case in report.cases if case.verdict is Verdict.FAIL} == {clause}
+def test_each_clause_finds_each_host_that_is_wrong_for_it():
+    faults = [
+        Fault(
+            name=f"{select} {number}",
+            clause_id=clause,
+            select=select,
+            open_case=RoverProvider(shared_bench(), make_host=make).open_case,
+        )
+        for number, (clause, select, make) in enumerate(MUTANTS)
+    ]
+    verdicts = judge(OPTIONS, make_provider(OPTIONS), faults)
+    assert verdicts.not_found == {}
+    assert verdicts.found_by == {clause.id for clause in HOST_CLAUSES}
 
 
-def test_each_clause_finds_something():
-    assert {clause.id for clause in HOST_CLAUSES} == {clause for clause, _, _ in MUTANTS}
+REQUEST = bytes.fromhex("504B54210100E1F00A")
 
 
-PROGRAM = """
-import serial, sys
-port = serial.Serial(sys.argv[1], 115200, timeout=0.3)
-while True:
-    port.write(bytes.fromhex("504B54210100E1F00A"))
-    port.read(4096)
-"""
-
-
-def test_a_foreign_host(tmp_path):
-    """A program that we start, through a pty and pyserial: what it sends is judged, and no more."""
-    (tmp_path / "host.py").write_text(PROGRAM)
-    command = f"exec:{sys.executable} {tmp_path / 'host.py'} {{pty}}"
-    options = replace(OPTIONS, targets=(TargetChoice(spec=command),), select="P50 or P52 or P57")
-    report = run_suites(options, make_provider(options))
+def test_a_foreign_host_is_judged_by_what_it_sends():
+    """And by no more than that; here it requests for ever, also when it is to leave."""
+    shared = shared_bench()
+    options = replace(OPTIONS, select="P50 or P52 or P57")
+    report = run_suites(options, ForeignClientInBenchTime(shared, foreign_host(shared), saying(REQUEST, 0.3)))
     verdicts = {case.clause_ids[0]: case.verdict for case in report.cases}
-    failed = verdicts.pop("P52")
-    assert failed in {Verdict.FAIL, Verdict.INCONCLUSIVE}  # the latter on a host that was late
-    assert verdicts == {"P50": Verdict.PASS, "P57": Verdict.NOT_APPLICABLE}
+    assert verdicts == {"P50": Verdict.PASS, "P52": Verdict.FAIL, "P57": Verdict.NOT_APPLICABLE}
 
 
-def test_no_such_target():
-    command = [sys.executable, "-m", "hilbench", "check", "rover-model", "--target", "rovr"]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 2
-    assert done.stderr.startswith("hilbench: --target rovr: not a target; ")
+def test_a_program_is_a_foreign_host():
+    provider = make_provider(replace(OPTIONS, targets=(TargetChoice(spec="exec:station {pty}"),)))
+    assert isinstance(provider, ExecProvider)
+    assert provider.capabilities == {"PKT!", "program 'documented'", *EXEC_CAPABILITIES}
+
+
+def test_no_such_target(capsys):
+    assert main(["check", "rover-model", "--target", "rovr"]) == ExitCode.USAGE
+    assert capsys.readouterr().err.startswith("hilbench: --target rovr: not a target; ")

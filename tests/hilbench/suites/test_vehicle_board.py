@@ -11,9 +11,10 @@ from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from protocols.carla.clauses import BOARD_CLAUSES
 from targets.robots.vehicle_interface import DEFECTS
 from tests.mutants.defects_page import killers
+from tests.mutants.each_its_own import judge, one_for_each
 from tests.mutants.vehicle.page import PAGE
 from tests.mutants.vehicle.published import CURES
-from tests.mutants.vehicle.runs import run, to_run
+from tests.mutants.vehicle.runs import fault, run
 from tests.mutants.vehicle.tables import BY_HAND, all_mutants
 
 OPTIONS = CheckOptions(bench="vehicle-model", suites=("vehicle-board",))
@@ -33,9 +34,9 @@ def test_each_clause_is_cited_by_one_function_in_each_of_its_profiles():
     assert len(functions) == len(BOARD_CLAUSES) >= 60
 
 
-@pytest.mark.exhaustive("takes too long")
+@pytest.mark.slow("all that is asked of the board, once; more than four minutes of bench time")
 def test_the_hardened_board_passes():
-    options = replace(OPTIONS, select="hardened")
+    options = replace(OPTIONS, select="[hardened]")
     report = run_suites(options, make_provider(options))
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
     assert report.exit_code == 0
@@ -44,29 +45,29 @@ def test_the_hardened_board_passes():
     }
 
 
-@pytest.mark.exhaustive("takes too long")
+@pytest.mark.exhaustive("the published profiles too, which take twice as long again; the gate has the hardened one")
 def test_the_board_passes_in_every_profile(report):
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
     assert report.exit_code == 0
 
 
-@pytest.mark.exhaustive("takes too long")
+@pytest.mark.exhaustive("of all profiles together; the tests of the model take each edge by itself")
 def test_every_edge_of_the_control_task_is_taken(report):
     covered = {coverage.peer: coverage for coverage in report.observed.coverage}
     assert covered["control task"].edges_missed == ()
     assert covered["modes of the board"].states_missed == ()
 
 
-@pytest.mark.parametrize("mutant", all_mutants(), ids=lambda mutant: mutant.id)
-def test_a_faulty_board_is_found(mutant):
-    """By the first clause that the page names for it."""
-    (clause,) = to_run(FOUND[mutant.id])
-    assert killers(run(mutant, clause)) == (clause,)
+@pytest.mark.slow("each clause of the board and a fault that it has to find")
+def test_each_clause_finds_a_faulty_board():
+    mutants, clause_ids = {mutant.id: mutant for mutant in all_mutants()}, [clause.id for clause in BOARD_CLAUSES]
+    chosen = [fault(mutants[name], clause_id) for clause_id, name in one_for_each(clause_ids, FOUND)]
+    verdicts = judge(OPTIONS, make_provider(OPTIONS), chosen)
+    assert verdicts.not_found == {}
+    assert verdicts.found_by == {*clause_ids}
 
 
-def test_each_clause_finds_something():
-    found = {clause for clauses in FOUND.values() for clause in clauses}
-    assert {clause.id for clause in BOARD_CLAUSES} - found == set()
+def test_the_page_names_each_faulty_board():
     assert FOUND.keys() == {*DEFECTS, *(mutant.id for mutant in (*CURES, *BY_HAND))}
 
 
@@ -77,6 +78,6 @@ def test_each_published_defect_is_found_by_what_is_asked_instead():
         assert set(FOUND[name]) & asked
 
 
-@pytest.mark.exhaustive("takes too long")
+@pytest.mark.exhaustive("each faulty board against all clauses; the gate has one for each clause")
 def test_the_page_is_up_to_date():
     assert {mutant.id: killers(run(mutant)) for mutant in all_mutants()} == FOUND

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,34 +10,35 @@ import pytest
 
 from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
+from hilbench.client_under_test import EXEC_CAPABILITIES
 from hilbench.config import open_bench
 from hilbench.journal import Journal
+from hilbench.locked_providers import ExecProvider
 from hilbench.options import TargetChoice
 from hilbench.shared import Shared
-from hilbench.vehicle.provider import VehicleProvider
+from hilbench.vehicle.provider import VehicleProvider, foreign_simulator
 from protocols.carla import AckermannCommand, Commanded, CommandLimits, ManualCommand, Mode, Signs
 from protocols.carla.clauses import HOST_CLAUSES
 from targets.robots.car_host import BEHAVIOURS, DEFECTS, CarHost
 from tests.mutants.car_host import FAULTY_HOSTS
+from tests.mutants.each_its_own import Fault, judge
+from tests.mutants.in_bench_time import ForeignClientInBenchTime, saying
 
 ROW = re.compile(r"^\| `(?P<name>[\w-]+)` \| [^|]+ \| (?P<clauses>VS[^|]+) \|$", re.MULTILINE)
 PAGE = (Path(__file__).parents[3] / "docs" / "vehicle.md").read_text(encoding="utf-8")
 FOUND = {row["name"]: tuple(row["clauses"].split(", ")) for row in ROW.finditer(PAGE)}
-FOREIGN = """
-import sys
-import serial
-port = serial.Serial(sys.argv[1], 921600, timeout=0.05)
-while True:
-    port.write(bytes.fromhex("23410000000042000000004300000000440000000024" + sys.argv[2]))
-    port.read(4096)
-"""
+STATUS = bytes.fromhex("23410000000042000000004300000000440000000024")
 
 OPTIONS = CheckOptions(bench="vehicle-model", suites=("vehicle-host",))
 
 
+LONG = "(VS20 or VS25) and not [hardened]"
+
+
 @pytest.fixture(scope="module")
 def report():
-    return run_suites(OPTIONS, make_provider(OPTIONS))
+    options = replace(OPTIONS, select=f"not ({LONG})")
+    return run_suites(options, make_provider(options))
 
 
 def test_each_clause_is_cited_by_one_function_in_each_of_its_profiles():
@@ -49,9 +49,18 @@ def test_each_clause_is_cited_by_one_function_in_each_of_its_profiles():
     assert len(functions) == len(HOST_CLAUSES) >= 40
 
 
+@pytest.mark.slow("all that is asked of the simulator's side, once; two and a half minutes of bench time")
 def test_the_simulator_s_side_passes_in_every_profile(report):
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
     assert report.exit_code == 0
+
+
+@pytest.mark.exhaustive("the two longest cases, which the gate has in the hardened profile alone")
+def test_the_published_ones_pass_the_long_cases():
+    options = replace(OPTIONS, select=LONG)
+    report = run_suites(options, make_provider(options))
+    assert {case.verdict for case in report.cases} == {Verdict.PASS}
+    assert len(report.cases) == 4
 
 
 def test_every_edge_of_its_table_is_taken(report):
@@ -63,10 +72,13 @@ def test_the_page_names_each_defect():
     assert FOUND.keys() == DEFECTS.keys()
 
 
+def shared_bench():
+    return Shared(bench_file=open_bench("vehicle-model"), timeout_scale=1.0, journal=Journal())
+
+
 def judged(make, select):
     """What the suite makes of such hosts, by clause."""
-    shared = Shared(bench_file=open_bench("vehicle-model"), timeout_scale=1.0, journal=Journal())
-    report = run_suites(replace(OPTIONS, select=select), VehicleProvider(shared, make_host=make))
+    report = run_suites(replace(OPTIONS, select=select), VehicleProvider(shared_bench(), make_host=make))
     return {case.clause_ids[0]: case.verdict for case in report.cases}
 
 
@@ -77,11 +89,10 @@ def with_defect(name):
     return make
 
 
-@pytest.mark.parametrize("name", DEFECTS)
-def test_a_faulty_one_is_found(name):
-    """By each clause that the page names for it."""
-    found = judged(with_defect(name), f"[hardened] and ({' or '.join(FOUND[name])})")
-    assert found == dict.fromkeys(FOUND[name], Verdict.FAIL)
+def fault(name, make, clause, select="[hardened]"):
+    """A host as something that a clause has to find."""
+    open_case = VehicleProvider(shared_bench(), make_host=make).open_case
+    return Fault(name=name, clause_id=clause, select=select, open_case=open_case)
 
 
 def test_torn_frames_and_waiting_are_told_apart():
@@ -91,14 +102,9 @@ def test_torn_frames_and_waiting_are_told_apart():
     assert judged(with_defect("H5"), f"[hardened] and ({' or '.join(torn)})") == dict.fromkeys(torn, Verdict.PASS)
 
 
-def test_each_hazard_is_missed_where_it_is_gone():
+def as_hardened(settings, power_on_ns):
     """A hardened host where the published one is expected: no clause that describes a hazard passes."""
-    hazards = [clause.id for clause in HOST_CLAUSES if "hardened" not in clause.profiles]
-
-    def make(settings, power_on_ns):
-        return CarHost(settings, power_on_ns=power_on_ns, behaviour=BEHAVIOURS["hardened"])
-
-    assert judged(make, f"[v0] and ({' or '.join(hazards)})") == dict.fromkeys(hazards, Verdict.FAIL)
+    return CarHost(settings, power_on_ns=power_on_ns, behaviour=BEHAVIOURS["hardened"])
 
 
 class Hasty(CarHost):
@@ -232,39 +238,55 @@ OTHERS = (
 )
 
 
-@pytest.mark.parametrize(("kind", "clauses"), [*OTHERS, *FAULTY_HOSTS])
-def test_another_faulty_one_is_found(kind, clauses):
+def of_kind(kind):
     def make(settings, power_on_ns):
         return kind(settings, power_on_ns=power_on_ns)
 
-    assert judged(make, f"[hardened] and ({' or '.join(clauses)})") == dict.fromkeys(clauses, Verdict.FAIL)
+    return make
 
 
-def test_each_clause_finds_something():
-    hardened = {clause.id for clause in HOST_CLAUSES if "hardened" in clause.profiles}
-    found = {clause for clauses in FOUND.values() for clause in clauses} | {one for _, some in OTHERS for one in some}
-    assert hardened - found == set()
+@pytest.mark.slow("each clause of the simulator's side and each fault that it has to find")
+def test_each_clause_finds_each_fault_that_is_named_for_it():
+    faults = [fault(name, with_defect(name), clause) for name, clauses in FOUND.items() for clause in clauses]
+    for kind, clauses in (*OTHERS, *FAULTY_HOSTS):
+        faults += [fault(kind.__name__, of_kind(kind), clause) for clause in clauses]
+    hazards = [clause.id for clause in HOST_CLAUSES if "hardened" not in clause.profiles]
+    faults += [fault("hardened", as_hardened, clause, "[v0]") for clause in hazards]
+    verdicts = judge(OPTIONS, make_provider(OPTIONS), faults)
+    assert verdicts.not_found == {}
+    assert verdicts.found_by == {clause.id for clause in HOST_CLAUSES}
 
 
+@pytest.mark.slow("our firmware runs 4 s of bench time on the emulated board, against our simulator's side")
 def test_board_and_simulator_s_side_on_the_emulated_bench():
     """Each with its own image; a simulator's side that does not pause is found there, too."""
-    options = CheckOptions(bench="vehicle", suites=("vehicle-host",), select="VS01 or VS18")
+    cases = on_the_emulated_bench("VS01 or (VS18 and [hardened])")
+    assert sorted({case.clause_ids[0] for case in cases}) == ["VS01", "VS18"]
+    assert len(cases) == 4
+
+
+@pytest.mark.exhaustive("as with the hardened firmware, which is in the gate")
+def test_published_board_and_simulator_s_side_on_the_emulated_bench():
+    assert len(on_the_emulated_bench("VS18 and not [hardened]")) == 2
+
+
+def on_the_emulated_bench(select):
+    """Return cases that pass."""
+    options = CheckOptions(bench="vehicle", suites=("vehicle-host",), select=select)
     cases = run_suites(options, make_provider(options)).cases
     assert {case.id: case.cause for case in cases if case.verdict is not Verdict.PASS} == {}
-    assert sorted({case.clause_ids[0] for case in cases}) == ["VS01", "VS18"]
-    assert len(cases) == 6
+    return cases
 
 
-@pytest.mark.parametrize(
-    ("behind", "expected"),
-    [("", {Verdict.PASS}), ("00", {Verdict.FAIL, Verdict.INCONCLUSIVE})],  # inconclusive on a host that was late
-)
-def test_a_foreign_one_is_judged_by_its_statuses(tmp_path, behind, expected):
-    program = tmp_path / "bridge.py"
-    program.write_text(FOREIGN)
-    target = TargetChoice(spec=f"exec:{sys.executable} {program} {{pty}} '{behind}'")
-    options = replace(OPTIONS, targets=(target,), select="[hardened] and (VS13 or VS14)")
-    cases = run_suites(options, make_provider(options)).cases
-    verdicts = {case.clause_ids[0]: case.verdict for case in cases}
-    assert verdicts.pop("VS13") in expected
-    assert verdicts == {"VS14": Verdict.NOT_APPLICABLE}
+@pytest.mark.parametrize(("behind", "expected"), [(b"", Verdict.PASS), (b"\0", Verdict.FAIL)])
+def test_a_foreign_one_is_judged_by_its_statuses(behind, expected):
+    shared = shared_bench()
+    provider = ForeignClientInBenchTime(shared, foreign_simulator(shared), saying(STATUS + behind, 0.05))
+    cases = run_suites(replace(OPTIONS, select="[hardened] and (VS13 or VS14)"), provider).cases
+    assert {case.clause_ids[0]: case.verdict for case in cases} == {"VS13": expected, "VS14": Verdict.NOT_APPLICABLE}
+
+
+def test_a_program_is_a_foreign_one():
+    provider = make_provider(replace(OPTIONS, targets=(TargetChoice(spec="exec:bridge {pty}"),)))
+    assert isinstance(provider, ExecProvider)
+    assert provider.capabilities == {"CARLA", "simulator", "program 'hardened'", *EXEC_CAPABILITIES}

@@ -15,6 +15,7 @@ from hilbench.shared import Shared
 from hilbench.vehicle.provider import VehicleProvider
 from protocols.carla.clauses import BOARD_CLAUSES
 from targets.firmware import image_path
+from tests.mutants.each_its_own import Fault
 from tests.mutants.vehicle.mutant import SLOW, VehicleMutant
 
 SHOWN = 1
@@ -30,6 +31,13 @@ def run(mutant: VehicleMutant | None, select: str = "") -> Report:
         words.append(f"({' or '.join(mutant.about)})" if mutant.about else f"not ({' or '.join(SLOW)})")
     options = CheckOptions(bench="vehicle-model", suites=("vehicle-board",), select=" and ".join(words))
     return run_suites(options, provider)
+
+
+def fault(mutant: VehicleMutant, clause_id: str) -> Fault:
+    """A mutant as something that a clause has to find."""
+    shared = Shared(bench_file=open_bench("vehicle-model"), timeout_scale=1.0, journal=Journal())
+    open_case = VehicleProvider(shared, make_vehicle=mutant.make).open_case
+    return Fault(name=mutant.id, clause_id=clause_id, select=f"[{mutant.profile}]", open_case=open_case)
 
 
 def image_of(defect: str) -> Path:
