@@ -19,6 +19,7 @@ from protocols.autoware import (
     encode_message,
     longest_frame,
 )
+from tests.protocols.share import examples
 
 SECOND = 1_000_000_000
 MAX_HELD = max(NOISE_RUN, longest_frame())
@@ -48,7 +49,7 @@ def test_every_byte_is_reported_once(stream):
 
 @every_role
 def test_any_cut_of_any_stream_gives_the_same_events(role):
-    @settings(deadline=None)
+    @settings(deadline=None, max_examples=examples(100))
     @given(st.lists(st.tuples(streams(), st.integers(0, 2 * SECOND)), max_size=5))
     def check(bursts):
         whole, single = Connection(role), Connection(role)
@@ -69,12 +70,12 @@ def test_any_cut_of_any_stream_gives_the_same_events(role):
 
 
 @every_role
-def test_a_hundred_thousand_bytes(role):
+def test_forty_thousand_bytes(role):
     """Half noise, half frames with a bit turned now and then, in pieces of any size."""
     chance = random.Random(role.name)
     connection = Connection(role)
     stream = bytearray()
-    while len(stream) < 100_000:
+    while len(stream) < 40_000:
         stream += chance.choice(FRAMES) if chance.random() < 0.7 else chance.randbytes(chance.randrange(20))
         if chance.random() < 0.1:
             stream[-1 - chance.randrange(5)] ^= 1 << chance.randrange(8)
@@ -86,4 +87,4 @@ def test_a_hundred_thousand_bytes(role):
         at += size
         assert connection.held <= MAX_HELD
     assert connection.counters.bytes_in == len(stream)
-    assert connection.counters.frames_in > 2000
+    assert connection.counters.frames_in > 800

@@ -23,6 +23,7 @@ from protocols.autoware import (
     Transmit,
 )
 from protocols.testing import LATENCY_NS, Pair, lossy, unchanged
+from tests.protocols.share import examples, seeds
 
 MS = 1_000_000
 SECOND = 1000 * MS
@@ -94,7 +95,7 @@ def test_a_board_that_falls_silent_is_lost_and_found_again():
     assert (len(pair.of(BoardLost)), len(pair.of(BoardFound))) == (1, 2)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(6, 2))
 def test_on_a_faulty_line_what_arrives_was_sent(seed):
     pair = Vehicle(lossy(seed, drop=0.2, flip=0.2, repeat=0.1, noise=0.3))
     pair.connect()
@@ -107,7 +108,7 @@ def test_on_a_faulty_line_what_arrives_was_sent(seed):
     assert pair.client.counters.bad_crcs + pair.client.counters.cut_short > 0
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(st.lists(st.tuples(st.sampled_from(["client", "server"]), st.integers(0, 2 * SECOND)), max_size=12))
 def test_a_line_that_goes_down_at_any_time_comes_back(pauses):
     pair = Vehicle()
@@ -124,7 +125,7 @@ def test_a_line_that_goes_down_at_any_time_comes_back(pauses):
 
 
 def test_each_message_survives_both_directions(messages, alike):
-    @settings(deadline=None)
+    @settings(deadline=None, max_examples=examples(100))
     @given(st.lists(messages(Sender.AGENT)), st.lists(messages(Sender.BOARD)))
     def check(commands, reports):
         for role, other, sent in ((Role.AGENT, Role.BOARD, commands), (Role.BOARD, Role.AGENT, reports)):

@@ -35,6 +35,7 @@ from protocols.p2os import (
     ServerState as S,
 )
 from protocols.testing import Pair, lossy, unchanged
+from tests.protocols.share import examples, seeds
 
 SECOND = 1_000_000_000
 CYCLE_NS = SECOND // 10
@@ -79,7 +80,7 @@ def test_clean_line():
     assert [command.number for command in (event.command for event in pair.of(CommandReceived))][-1] == N.ENABLE
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", seeds(20, 5))
 def test_bad_line(seed):
     pair = RobotPair(
         damage=lossy(seed, drop=0.05, flip=0.05, repeat=0.05, noise=0.1),
@@ -234,4 +235,4 @@ class AnyUse(RuleBasedStateMachine):
 
 
 TestAnyUse = AnyUse.TestCase
-TestAnyUse.settings = settings(deadline=None, max_examples=40, stateful_step_count=25)
+TestAnyUse.settings = settings(deadline=None, max_examples=examples(60), stateful_step_count=25)

@@ -40,6 +40,7 @@ from protocols.pkt import (
     hides_newline,
 )
 from protocols.testing import Pair, lossy, unchanged
+from tests.protocols.share import examples, seeds
 
 SECOND = 1_000_000_000
 SILENCE_NS = SECOND
@@ -117,7 +118,7 @@ def options_of(profile):
     return {"frames": server.frames, "schema": server.schema}
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", seeds(10, 3))
 def test_bad_line(seed):
     pair = RoverPair(damage=lossy(seed, drop=0.05, flip=0.05, repeat=0.05, noise=0.1))
     pair.connect()
@@ -261,7 +262,7 @@ class AnyUse(RuleBasedStateMachine):
 
 
 TestAnyUse = AnyUse.TestCase
-TestAnyUse.settings = settings(deadline=None, max_examples=25, stateful_step_count=20)
+TestAnyUse.settings = settings(deadline=None, max_examples=examples(50), stateful_step_count=20)
 
 
 def test_options_can_be_mixed():
