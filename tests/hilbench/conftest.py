@@ -5,6 +5,7 @@ import signal
 import pytest
 
 from tests.hilbench.forked import OF_OTHERS, Forkable
+from tests.hilbench.hosts import SkippingHost
 
 
 @pytest.fixture(autouse=True)
@@ -30,3 +31,9 @@ def forkable_pytest():
     made = Forkable({"PYTHONPATH": "", "LC_ALL": "C.UTF-8"}, OF_OTHERS)
     yield made
     made.close()
+
+
+@pytest.fixture
+def skips(monkeypatch):
+    """Benches with something attached skip what they would wait for; see `SkippingHost` for what that is good for."""
+    monkeypatch.setattr("hilbench.locked_providers.MonotonicHostClock", SkippingHost)

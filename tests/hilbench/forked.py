@@ -12,6 +12,7 @@ import gc
 import io
 import json
 import os
+import select
 import selectors
 import signal
 import socket
@@ -94,6 +95,7 @@ class Process:
 
     Attributes:
         output, error: what has been read of its streams by `communicate`.
+        said: what has been read of its standard error by `hear`.
     """
 
     def __init__(self, told, pipes):
@@ -103,7 +105,16 @@ class Process:
         self.returncode = None
         self.stdout = open(pipes[1], "rb", buffering=0) if 1 in pipes else None  # noqa: SIM115 - closed by __exit__
         self.stderr = open(pipes[2], "rb", buffering=0) if 2 in pipes else None  # noqa: SIM115 - closed by __exit__
-        self.output = self.error = ""
+        self.output = self.error = self.said = ""
+
+    def hear(self, words, times=1):
+        """Wait until it has said these words so many times; return all that it has said."""
+        while self.said.count(words) < times:
+            assert select.select((self.stderr,), (), (), PATIENCE_S)[0], self.said
+            more = self.stderr.read(4096)
+            assert more, self.said
+            self.said += more.decode()
+        return self.said
 
     def communicate(self):
         """Read its streams to their ends, and wait for its own; return what was read."""

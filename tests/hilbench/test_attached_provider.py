@@ -49,6 +49,8 @@ class RobotInSession:
         scheduler.after(20 * NS_PER_MS, lambda: self.live(scheduler))
 
 
+@pytest.mark.real_time("a robot at a pseudo-terminal is closed; how long that takes is not judged")
+@pytest.mark.slow("the line is to be silent for a while before it is left")
 def test_the_session_is_closed_before_the_first_case_and_after_the_last() -> None:
     with robot_in_session() as (robot, name):
         provider = make_provider(CheckOptions(targets=(TargetChoice(spec=f"serial:{name}"),)))
@@ -63,6 +65,7 @@ def test_the_session_is_closed_before_the_first_case_and_after_the_last() -> Non
         assert bytes(robot.written) == STOP + ENABLE_0 + CLOSE_1
 
 
+@pytest.mark.usefixtures("skips")
 @pytest.mark.parametrize(
     ("suite", "rate", "speed"),
     [

@@ -122,7 +122,7 @@ LOADED = (
 
 def test_a_served_bench_loads_no_dashboard(forkable):
     with forkable.start("serve", "rover-model", "--tcp", "0", program=LOADED) as served:
-        assert b"serving at" in served.stderr.read(100)
+        served.hear("serving at")
         served.send_signal(signal.SIGINT)
         _, said = served.communicate()
     loaded = set(said.partition("loaded:")[2].split())

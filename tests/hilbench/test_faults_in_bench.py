@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
+import signal
 import socket
-import subprocess
 import sys
 import textwrap
 from itertools import pairwise
@@ -21,9 +21,12 @@ from hilbench.config import open_bench
 from hilbench.errors import UsageError
 from hilbench.fault_entries import FaultEntry
 from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink
 from hilbench.links.faults import FaultKind
+from hilbench.locked_providers import LockedProvider
 from hilbench.options import TargetChoice
 from protocols.p2os import SyncEcho, encode_packet
+from tests.hilbench.forked import PATIENCE_S
 
 HEAD = 'version = 1\n[world]\nphysics = "plane"\n[targets.robot]\nmodel = "pioneer-2dx"\n'
 LINES = HEAD.count("\n")
@@ -289,12 +292,11 @@ def test_opened_again(peer, bench):
 def check_loop(tmp_path, bench_file):
     """Run the suite above at a port whose Tx and Rx are joined, in real time."""
 
-    def run(*faults):
+    def run(*faults, select=""):
         suite = tmp_path / "test_loop.py"
         suite.write_text(textwrap.dedent(LOOP_SUITE))
-        options = CheckOptions(
-            bench=bench_file(*faults), suites=(str(suite),), targets=(TargetChoice(spec="serial:loop://"),)
-        )
+        targets = (TargetChoice(spec="serial:loop://"),)
+        options = CheckOptions(bench=bench_file(*faults), suites=(str(suite),), targets=targets, select=select)
         provider = make_provider(options)
         try:
             return run_suites(options, provider)
@@ -304,14 +306,38 @@ def check_loop(tmp_path, bench_file):
     return run
 
 
+@pytest.fixture
+def in_bench_time(monkeypatch, skips):
+    """Let a line in memory take the place of the port."""
+
+    def open_serial(self, target):
+        line = MemoryLink(self._scheduler, Line(baud=target.baud), name="loop")
+        line.b.on_receive = lambda data, _at_ns: line.b.write(data)
+        self._ports.append(line.a)
+        return line.a
+
+    monkeypatch.setattr(LockedProvider, "_open_serial", open_serial)
+
+
+@pytest.mark.usefixtures("in_bench_time")
 def test_a_sound_port(check_loop):
     assert [clause.verdict for clause in check_loop().clauses] == [Verdict.PASS] * 3
 
 
+FLIP = 'towards = "robot.host"\nkind = "flip"\nbyte = 2\nbit = 0'
+
+
+@pytest.mark.real_time("a port is opened as the one of a board is; a host that is late makes the case inconclusive")
+def test_a_faulty_port_in_real_time(check_loop):
+    (first, *_) = check_loop(FLIP, select="L1").clauses
+    assert first.verdict in NO_PASS
+    assert "b'abbd'" in first.cause
+
+
+@pytest.mark.usefixtures("in_bench_time")
 def test_a_faulty_port_strikes_in_every_case_anew(check_loop):
-    fault = 'towards = "robot.host"\nkind = "flip"\nbyte = 2\nbit = 0'
-    report = check_loop(fault)
-    assert {clause.verdict for clause in report.clauses} <= NO_PASS
+    report = check_loop(FLIP)
+    assert {clause.verdict for clause in report.clauses} == {Verdict.FAIL}
     assert "b'abbd'" in report.clauses[0].cause
     assert "b'wxxz'" in report.clauses[1].cause
     assert "b'ccd'" in report.clauses[2].cause, "byte 2 of the case, whatever was opened in between"
@@ -321,10 +347,11 @@ def test_a_faulty_port_strikes_in_every_case_anew(check_loop):
     assert "faults flip byte 2 bit 0 towards robot.host" in first_line
 
 
+@pytest.mark.usefixtures("in_bench_time")
 def test_a_disconnection_is_the_lines_and_does_not_lose_the_target(check_loop):
     report = check_loop('kind = "disconnect"\nat_s = 0\nduration_s = 100')
-    assert {clause.verdict for clause in report.clauses[:2]} <= NO_PASS
-    assert report.clauses[2].verdict in NO_PASS, "opened again, but the first byte was lost before"
+    assert {clause.verdict for clause in report.clauses[:2]} == {Verdict.FAIL}
+    assert report.clauses[2].verdict is Verdict.FAIL, "opened again, but the first byte was lost before"
     assert report.stopped == ""
 
 
@@ -368,27 +395,23 @@ def test_a_foreign_client_is_misheard(tmp_path, bench_file):
     assert verdicts[1] in NO_PASS
 
 
-def test_serve_has_the_faults_on_its_door(bench_file, tmp_path):
+def test_serve_has_the_faults_on_its_door(forkable, bench_file, tmp_path):
     journal = tmp_path / "journal.jsonl"
-    command = [sys.executable, "-m", "hilbench", "serve", bench_file(TOWARDS + 'kind = "drop"\nbyte = 0')]
-    with subprocess.Popen(
-        [*command, "--tcp", "127.0.0.1:0", "--journal", str(journal)], stderr=subprocess.PIPE, text=True
-    ) as serving:
-        try:
-            said = iter(serving.stderr.readline, "")
-            port = int(next(line for line in said if "serving at tcp" in line).split(",")[0].rpartition(":")[2])
-            assert "faults on the line: drop byte 0 towards peer" in next(said)
-            with socket.create_connection(("127.0.0.1", port), timeout=60) as client:
-                client.sendall(ECHO)
-                got = b""
-                while len(got) < len(ECHO) - 1:
-                    got += client.recv(100)
-            assert got == ECHO[1:]
-        finally:
-            serving.terminate()
-            serving.communicate(timeout=60)
+    bench = bench_file(TOWARDS + 'kind = "drop"\nbyte = 0')
+    with forkable.start("serve", bench, "--tcp", "127.0.0.1:0", "--journal", journal) as serving:
+        said = serving.hear("stop with")
+        port = int(re.search(r"serving at tcp .*:(\d+),", said)[1])
+        assert "faults on the line: drop byte 0 towards peer" in said
+        with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as client:
+            client.sendall(ECHO)
+            got = b""
+            while len(got) < len(ECHO) - 1:
+                got += client.recv(100)
+        assert got == ECHO[1:]
+        serving.send_signal(signal.SIGTERM)
+        serving.communicate()
     recording = Journal.read(journal)
     events = recording.events
     assert recording.header["faults"] == ["drop byte 0 towards peer"]
-    assert recording.header["bench_sha256"] == open_bench(command[-1]).digest
+    assert recording.header["bench_sha256"] == open_bench(bench).digest
     assert [event["fault"] for event in events if event["kind"] == "fault"] == ["drop"]

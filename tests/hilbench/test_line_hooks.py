@@ -179,6 +179,7 @@ def case(number):
     return CaseInfo(id=f"case {number}", clause_ids=(), seed=0)
 
 
+@pytest.mark.usefixtures("skips")
 def test_hooks_are_done_at_the_opening_and_before_each_case(tmp_path, board):
     file = bench_file(tmp_path, 'boot = ["run /bin/true"]\nreset = ["wait 1ms"]')
     provider = make_provider(CheckOptions(bench=str(file), targets=(TargetChoice(spec=f"serial:{board.path}"),)))
@@ -190,6 +191,7 @@ def test_hooks_are_done_at_the_opening_and_before_each_case(tmp_path, board):
     assert hooks == ["boot", "reset", "reset"]
 
 
+@pytest.mark.usefixtures("skips")
 def test_a_case_whose_board_goes_is_no_verdict_and_the_next_one_waits_for_its_return(tmp_path, board, monkeypatch):
     file = bench_file(tmp_path, "")
     provider = make_provider(CheckOptions(bench=str(file), targets=(TargetChoice(spec=f"serial:{board.path}"),)))

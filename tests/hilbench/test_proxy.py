@@ -8,7 +8,6 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 import threading
 import tty
 
@@ -19,29 +18,18 @@ from hilbench.errors import UsageError
 from hilbench.journal import Journal
 from hilbench.proxy import read_faults
 from protocols.pkt import PROFILES, RequestTelemetry, encode_command, encode_frame
+from tests.hilbench.forked import PATIENCE_S
 
-PATIENCE_S = 60
 REQUEST = encode_frame(encode_command(RequestTelemetry()), PROFILES["documented"].client.frames)
 
 
 class Proxy:
     """The command, with its client at a TCP door."""
 
-    def __init__(self, folder, *words):
-        command = [sys.executable, "-m", "hilbench", "proxy", "tcp:0", *map(str, words)]
-        self.process = subprocess.Popen(
-            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True
-        )
-        self.said = ""
-        self.hear("stop with Ctrl-C")
-        port = int(self.said.split("tcp 127.0.0.1:")[1].split()[0])
+    def __init__(self, process):
+        self.process = process
+        port = int(process.hear("stop with Ctrl-C").split("tcp 127.0.0.1:")[1].split()[0])
         self.client = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
-
-    def hear(self, words):
-        while words not in self.said:
-            line = self.process.stderr.readline()
-            assert line, self.said
-            self.said += line
 
     def receive(self, count):
         data = b""
@@ -54,24 +42,19 @@ class Proxy:
     def end(self):
         """Stop it; return what it printed."""
         self.process.send_signal(signal.SIGINT)
-        out, said = self.process.communicate(timeout=PATIENCE_S)
-        self.said += said
+        out, self.said = self.process.communicate()
         assert self.process.returncode == 0, self.said
         return out
 
-    def close(self):
-        self.client.close()
-        self.process.kill()
-        self.process.communicate()
-
 
 @pytest.fixture
-def proxy(tmp_path):
+def proxy(forkable, tmp_path):
     with contextlib.ExitStack() as stack:
 
         def start(*words):
-            made = Proxy(tmp_path, *words)
-            stack.callback(made.close)
+            command = ("proxy", "tcp:0", *map(str, words))
+            made = Proxy(stack.enter_context(forkable.start(*command, cwd=tmp_path, stdout=subprocess.PIPE)))
+            stack.callback(made.client.close)
             return made
 
         yield start
@@ -121,9 +104,8 @@ def test_what_passed_is_in_the_journal_of_a_proxy_that_was_killed(proxy, board, 
     assert read(master, 6) == b"before"
     patience = threading.Event()
     while b"6265666f7265" not in (tmp_path / "passed.jsonl").read_bytes():
-        assert between.process.poll() is None
         patience.wait(0.02)
-    between.process.kill()
+    between.process.send_signal(signal.SIGKILL)
     between.process.wait()
     recording = Journal.read(tmp_path / "passed.jsonl")
     assert (recording.problem, recording.ended) == (None, False)
@@ -152,8 +134,8 @@ def test_a_far_end_that_hangs_up_is_looked_for(proxy):
         far.sendall(b"back!")
         assert between.receive(5) == b"back!"
         far.close()
-        between.hear("server: the line is down")
-        between.hear("server: the line is up")  # the listener is there, and takes whoever comes
+        between.process.hear("server: the line is down")
+        between.process.hear("server: the line is up")  # the listener is there, and takes whoever comes
         between.end()
 
 

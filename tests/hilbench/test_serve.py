@@ -82,12 +82,7 @@ class Served:
 
     def has_said(self, words):
         """Wait until it has said these words."""
-        descriptor = self.process.stderr.fileno()
-        while words not in self.said:
-            assert select.select((descriptor,), (), (), PATIENCE_S)[0], self.said
-            more = os.read(descriptor, 4096)
-            assert more, self.said
-            self.said += more.decode()
+        self.said = self.process.hear(words)
         return self
 
     @property

@@ -87,14 +87,8 @@ class Served:
         self.process = process
         self.said = ""
 
-    def has_said(self, words):
-        return self.has_said_often(words, 1)
-
-    def has_said_often(self, words, times):
-        while self.said.count(words) < times:
-            more = self.process.stderr.read(4096)
-            assert more, self.said
-            self.said += more.decode()
+    def has_said(self, words, times=1):
+        self.said = self.process.hear(words, times)
         return self
 
     def end(self, number=signal.SIGINT):
@@ -153,14 +147,14 @@ def test_an_echo_on_a_pty_and_a_hundred_clients(serve, tmp_path):
     assert "serving bluepill.usart1 at u1 (/dev/pts/" in served.said
     assert "at the rate the firmware sets" in served.said
     assert echoes(tmp_path / "u1")
-    served.has_said_often("a client left", 1)  # to find that out it lets go of a descriptor for a moment
+    served.has_said("a client left", 1)  # to find that out it lets go of a descriptor for a moment
     before = len(os.listdir(f"/proc/{served.process.pid}/fd"))
     for number in range(100):
         client = open_pty(tmp_path / "u1", termios.B115200)
         # What a client leaves unread is thrown away when the next one opens, so the first bytes are fresh.
         assert exchange(client, bytes([number])) == bytes([number])
         os.close(client)
-    served.has_said_often("a client left", 101)
+    served.has_said("a client left", 101)
     assert len(os.listdir(f"/proc/{served.process.pid}/fd")) < before + 10
     assert served.end() == 0
     assert served.said.count("a client came") == served.said.count("a client left") == 101
