@@ -1,9 +1,11 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import contextvars
 import json
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -22,6 +24,15 @@ from hilbench.tui.model.replay import Replay
 EXPECTED = Path(__file__).parent / "expected"
 WRITE = bool(os.environ.get("HILBENCH_WRITE_SCREENS"))
 A_DAY_S = 86_400
+IN_NO_HURRY = """
+import os, signal, sys
+from hilbench.__main__ import main
+os.nice = lambda by: open("nice", "w").write(str(by))
+alarm = signal.alarm
+signal.alarm = lambda seconds: alarm(60 * seconds)
+sys.exit(main())
+"""
+"""Who draws gives way to others and ends in some seconds: beside others' work on this host that is next to nothing."""
 ACTIONS = (
     "connect", "demo", "disconnect", "drive", "clear-faults", "inject", "mark", "pause", "quit", "resume", "speed",
     "step", "stop",
@@ -169,10 +180,13 @@ class Stage:
         self._context = contextvars.copy_context()
         self._app = self._running = self._pilot = None
 
-    def play(self, process, scenario, size=(80, 24), *, replay=None, benches=(), open_bench=None, memory=None):
-        """Open a bench or a recording on the dashboard, and let a scenario play with it."""
+    def play(self, process, scenario, size=(80, 24), *, replay=None, benches=(), open_bench=None, **of_person):
+        """Open a bench or a recording on the dashboard, and let a scenario play with it.
 
+        Of the person there may be a `memory` of the last time, and `pads`.
+        """
         from hilbench.tui.app import Dashboard
+        from hilbench.tui.pad_hand import PadHand
 
         async def scene():
             if self._app is None or not self._app.is_running:
@@ -187,7 +201,8 @@ class Stage:
                 app.pop_screen()
             app.clear_notifications()
             app.stopwatch.stood_s += A_DAY_S
-            app._memory = memory or Memory()
+            app._memory = of_person.get("memory") or Memory()
+            app._pad = PadHand(of_person.get("pads"))
             app._plots_of, app.theme = "", "textual-dark"
             app._benches, app._open_bench = list(benches), open_bench
             app.open(process, replay)
@@ -197,10 +212,7 @@ class Stage:
             await settle(app, self._pilot)
             await scenario(app, self._pilot)
 
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("textual.screen.UPDATE_PERIOD", A_DAY_S)  # `all_is_done` draws, and no timer
-            patch.setattr("textual.app.wait_for_idle", all_is_done)
-            patch.setattr("textual.pilot.wait_for_idle", all_is_done)
+        with waiting_for_all():
             self._wait_for(scene())
 
     def close(self):
@@ -231,6 +243,16 @@ async def all_is_done(*_limits):
         if not app.screen._update_timer._active.is_set():
             return
         app.screen._on_timer_update()
+
+
+@contextlib.contextmanager
+def waiting_for_all():
+    """Have a pilot wait for `all_is_done`, which draws, and no timer."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("textual.screen.UPDATE_PERIOD", A_DAY_S)
+        patch.setattr("textual.app.wait_for_idle", all_is_done)
+        patch.setattr("textual.pilot.wait_for_idle", all_is_done)
+        yield
 
 
 async def settle(app, pilot):
@@ -266,6 +288,19 @@ def on_new_screen():
 def on_screen(_stage):
     """Play a scenario with a dashboard over a recording."""
     return _stage.play
+
+
+@pytest.fixture
+def all_done():
+    """A dashboard of one's own waits as the one of `on_screen` does."""
+    with waiting_for_all():
+        yield
+
+
+@pytest.fixture
+def command():
+    """The words that begin `hilbench` as a process of its own, which may take its time."""
+    return [sys.executable, "-c", IN_NO_HURRY]
 
 
 @pytest.fixture(name="rows")

@@ -13,12 +13,16 @@ import pytest
 from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
 from hilbench.live.folders import Session, sessions
+from hilbench.tui import bench_process
 from hilbench.tui.bench_process import BenchProcess, Phase
+
+REAL_TIME = pytest.mark.real_time("a bench runs in a process of its own")
 
 
 @pytest.fixture
 def start(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr(bench_process, "_PATIENCE_S", 600.0)
     begun = []
 
     def begin(what="rover-model"):
@@ -40,6 +44,7 @@ def poll_until(process, phase):
     return refused
 
 
+@REAL_TIME
 def test_a_bench_is_started_asked_and_stopped(start):
     process = start()
     poll_until(process, Phase.LIVE)
@@ -55,6 +60,7 @@ def test_a_bench_is_started_asked_and_stopped(start):
     assert not folder.exists()
 
 
+@REAL_TIME
 def test_a_bench_that_is_killed_is_seen_to_be(start):
     process = start()
     poll_until(process, Phase.LIVE)
@@ -72,26 +78,20 @@ def test_a_bench_that_cannot_begin_says_why(start):
     assert process.never_began == ExitCode.USAGE
 
 
-def test_a_bench_that_was_left_is_found_again(start):
-    process = start()
-    poll_until(process, Phase.LIVE)
-    process.leave()
-    (session,) = sessions()
-    assert session.name == process.session.name
-    again = BenchProcess(session)
-    poll_until(again, Phase.LIVE)
-    again.stop()
-    assert not session.folder.exists()
-
-
-def test_a_bench_has_its_folder_as_long_as_it_lives(start):
+@REAL_TIME
+def test_a_bench_that_was_left_has_its_folder_and_is_found_there(start):
     process = start()
     poll_until(process, Phase.LIVE)
     process.leave()  # as one whose dashboard was killed
     folder = os.open(process.session.folder, os.O_RDONLY)
     with pytest.raises(BlockingIOError):
         fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    os.kill(int(process.about["pid"]), signal.SIGKILL)
+    (session,) = sessions()
+    assert session.name == process.session.name
+    again = BenchProcess(session)
+    poll_until(again, Phase.LIVE)
+    again.stop()
+    assert not session.folder.exists()
     process._process.wait()
     fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
     os.close(folder)

@@ -13,6 +13,8 @@ import sys
 import pytest
 
 PATIENCE_S = 60
+REAL_TIME = pytest.mark.real_time("a bench runs in a process of its own, and a dashboard in a terminal that vanishes")
+OTHERS = pytest.mark.exhaustive("the gate loses a terminal in both ways, with a bench and with a recording")
 WITH_SIGNAL = ("sh", "-c", 'exec "$@" <"$0" >"$0" 2>&1')
 """The first terminal that the leader of a session opens is its controlling terminal: its loss is told by SIGHUP."""
 
@@ -22,7 +24,6 @@ class Terminal:
 
     def __init__(self, words, folder, *, signalled):
         self.descriptor, inside = pty.openpty()
-        words = [sys.executable, "-m", "hilbench", *words]
         given = (
             {"args": [*WITH_SIGNAL, os.ttyname(inside), *words], "stdin": subprocess.DEVNULL}
             if signalled
@@ -53,11 +54,11 @@ class Terminal:
 
 
 @pytest.fixture
-def terminal(tmp_path):
+def terminal(command, tmp_path):
     begun = []
 
     def start(*words, signalled):
-        begun.append(Terminal(words, tmp_path, signalled=signalled))
+        begun.append(Terminal([*command, *words], tmp_path, signalled=signalled))
         return begun[-1]
 
     yield start
@@ -95,11 +96,13 @@ def asking(terminal, tmp_path):
     subprocess.run(stop, env={**os.environ, "XDG_RUNTIME_DIR": str(tmp_path)}, check=True)
 
 
-@pytest.mark.parametrize("signalled", [True, False], ids=["SIGHUP", "EIO"])
+@REAL_TIME
+@pytest.mark.parametrize("signalled", [True, pytest.param(False, marks=OTHERS)], ids=["SIGHUP", "EIO"])
 def test_while_it_asks_how_to_leave(asking, signalled):
     assert asking(signalled=signalled).vanish() == 0
 
 
+@REAL_TIME
 def test_a_terminal_that_nobody_reads_any_more_holds_nobody_who_is_told_to_end(asking):
     shown = asking(signalled=False)
     shown.process.terminate()
@@ -107,7 +110,9 @@ def test_a_terminal_that_nobody_reads_any_more_holds_nobody_who_is_told_to_end(a
     os.close(shown.descriptor)
 
 
-@pytest.mark.parametrize(("keys", "signalled"), [("", False), ("?", True), ("5", False)])
+@pytest.mark.parametrize(
+    ("keys", "signalled"), [("", False), pytest.param("?", True, marks=OTHERS), pytest.param("5", False, marks=OTHERS)]
+)
 def test_whatever_a_recording_shows(terminal, journals, keys, signalled):
     shown = terminal("replay", str(journals["rover"]), signalled=signalled)
     shown.wait_for("recorded")

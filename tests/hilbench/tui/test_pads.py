@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 import os
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.tui.app import Dashboard
 from hilbench.tui.model.pad import DEAD_MAN, DEAD_ZONE, EVENT, PadState
 from hilbench.tui.pad_hand import PadHand
 from hilbench.tui.pads import LOOK_EVERY_S, Pads
@@ -172,19 +170,17 @@ def test_only_what_the_bench_can_is_asked(device, process_of):
     hand.close()
 
 
-def test_the_dashboard_shows_the_pad_and_drives_by_it(device, process_of):
+def test_the_dashboard_shows_the_pad_and_drives_by_it(device, process_of, on_screen, rows):
     path, move = device
     process = process_of("pioneer")
+    pads = Pads(path.parent)
 
-    async def go():
-        app = Dashboard(process, pads=Pads(path.parent), ticking=False)
-        async with app.run_test(size=(100, 30)) as pilot:
-            await pilot.pause()
-            move(event(BUTTON, DEAD_MAN, 1), axis(1, -1))
-            app.look()
-            await pilot.pause()
-            head = "".join(segment.text for segment in app.screen._compositor.render_strips()[0])
-            assert "pad +1.00 ahead +0.00 left, drives" in head
-            assert ("drive", {"forward": 1.0, "turn": 0.0, "pad": True}) in process.sent
+    async def scenario(app, pilot):
+        move(event(BUTTON, DEAD_MAN, 1), axis(1, -1))
+        app.look()
+        await pilot.pause()
+        assert "pad +1.00 ahead +0.00 left, drives" in rows(app)[0]
+        assert ("drive", {"forward": 1.0, "turn": 0.0, "pad": True}) in process.sent
 
-    asyncio.run(go())
+    on_screen(process, scenario, (100, 30), pads=pads)
+    pads.close()

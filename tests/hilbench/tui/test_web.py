@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import http.client
+import importlib.util
 import os
 import signal
 import socket
@@ -13,11 +14,11 @@ from urllib.parse import urlsplit
 
 import pytest
 
-pytest.importorskip("textual_serve")
+from hilbench.cli import main
 
-import aiohttp
+pytestmark = pytest.mark.skipif(importlib.util.find_spec("textual_serve") is None, reason="it is not installed")
 
-PATIENCE_S = 60
+PATIENCE_S = 600
 HILBENCH = [sys.executable, "-m", "hilbench"]
 
 
@@ -61,6 +62,8 @@ UPGRADE = {
 
 async def look(url, keys):
     """Open a page's websocket, press keys when something is drawn, and read until it is asked how to leave."""
+    import aiohttp
+
     async with aiohttp.ClientSession() as session, session.ws_connect(url, timeout=aiohttp.ClientWSTimeout()) as page:
         drawn, pressed = b"", False
         async for message in page:
@@ -73,6 +76,7 @@ async def look(url, keys):
     return drawn
 
 
+@pytest.mark.real_time("a bench, what serves it and what draws it are processes of their own")
 def test_a_page_is_shown_with_the_token_and_nothing_without(served, tmp_path):
     process, address = served
     assert (address.scheme, address.hostname) == ("http", "127.0.0.1")
@@ -112,7 +116,7 @@ def test_a_page_is_shown_with_the_token_and_nothing_without(served, tmp_path):
     assert not list((tmp_path / "hilbench").iterdir())
 
 
-@pytest.mark.exhaustive("takes too long")
+@pytest.mark.exhaustive("the gate ends a server whose page has been left; here one is open")
 def test_a_page_that_is_open_does_not_hold_up_the_end(served, tmp_path):
     process, address = served
     with socket.create_connection((address.hostname, address.port)) as page:
@@ -132,25 +136,26 @@ def test_a_page_that_is_open_does_not_hold_up_the_end(served, tmp_path):
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        (["nonsense.toml", "--web"], 2, "nonsense.toml"),
+        (["nonsense.toml", "--web"], 2, "nonsense.toml: "),
         (["rover-model", "--web", "70000"], 2, "--web: '70000' is no TCP port"),
         (["--web", "rover-model"], 2, "--web: 'rover-model' is no TCP port; a bench stands before it"),
         (["rover-model", "--web-host", "0.0.0.0"], 2, "--web-host: goes with --web"),
         (["rover-model", "--web", "--web-host", "203.0.113.1"], 3, "--web 0 at 203.0.113.1: cannot listen"),
-        (["rover-model", "--target", "serial:/dev/none", "--web"], 3, "/dev/none"),
+        (["rover-model", "--target", "serial:/dev/none", "--web"], 3, "the bench ended with exit code 3: /dev/none"),
     ],
 )
-def test_what_cannot_be_served_is_said_in_one_line(environment, tmp_path, words, code, said):
-    done = subprocess.run(
-        [*HILBENCH, *words], capture_output=True, text=True, cwd=tmp_path, env=environment, timeout=60
-    )
-    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (code, "", 1)
-    assert said in done.stderr
+def test_what_cannot_be_served_is_said_in_one_line(words, code, said, capfd, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr("hilbench.tui.web._serve", lambda *_: pytest.fail("it is served"))
+    assert main(words) == code
+    out, err = capfd.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert err.startswith(f"hilbench: {said}")
 
 
-def test_who_lacks_what_serves_it_is_told_how_to_get_it(environment, tmp_path):
-    program = "import sys; sys.modules['textual_serve'] = None; from hilbench.cli import main; sys.exit(main())"
-    command = [sys.executable, "-c", program, "rover-model", "--web"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=environment, timeout=60)
+def test_who_lacks_what_serves_it_is_told_how_to_get_it(capfd, monkeypatch):
+    monkeypatch.setitem(sys.modules, "textual_serve", None)
+    assert main(["rover-model", "--web"]) == 3
     said = "hilbench: --web: what shows the dashboard in a browser is not installed; pip install 'hilbench[web]'\n"
-    assert (done.returncode, done.stdout, done.stderr) == (3, "", said)
+    assert capfd.readouterr() == ("", said)
