@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hilbench.bench_provider import make_provider
 from hilbench.check.verdicts import Verdict
 from hilbench.clock import NS_PER_S, Scheduler
 from hilbench.links import Line, MemoryLink
+from hilbench.options import CheckOptions
 from protocols.p2os import CLIENT_TABLE, SERVER_TABLE, DropReason, Sip, SonarReading, checksum, encode_frame
+from protocols.p2os.clauses import CLAUSES
 from tests.mutants import farm
-from tests.mutants.bench import FaultyBody, run_mutant
+from tests.mutants.bench import FaultyBody, fault, run_mutant
 from tests.mutants.catalogue import all_mutants, mutants_of
+from tests.mutants.each_its_own import Verdicts, judge, one_for_each
 from tests.mutants.mutant import BodyFault, Family, Mutant
 from tests.mutants.pages import _ranges, killing_nothing, page, unexplained
 from tests.mutants.record import Entry, Record, merged, save
@@ -318,23 +326,42 @@ def test_a_body_without_a_fault_is_itself() -> None:
 # --- found out, or not
 
 
-@pytest.mark.parametrize(
-    ("id_", "clause"),
-    [
-        ("echo0-wrong", "S01"),
-        ("checksum-ignored", "S09"),
-        ("commands-before-open", "S07"),
-        ("stray-fa", "S10"),
-        ("server:OPEN/CLOSE_1:no-CLOSE_SESSION", "S41"),
-        ("c-vel2-swapped", "C24"),
-        ("c-any-echo", "C05"),
-        ("client:SYNC2_SENT/IDENTIFIED:removed", "C02"),
-    ],
-)
-def test_a_mutant_is_found_out_by_its_clause(id_: str, clause: str) -> None:
-    (mutant,) = mutants_of(ids=(id_,))
-    report = run_mutant(mutant, mutant.family, select=clause)
-    assert [(found.id, found.verdict) for found in report.clauses] == [(clause, Verdict.FAIL)]
+RECORDED = msgspec.json.decode((Path(__file__).parents[2] / "docs" / "mutants.json").read_bytes(), type=Record)
+SUITES = ("p2os-server", "p2os-client", "pioneer-motion")
+
+
+def found_in(suite: str) -> dict[str, list[str]]:
+    """By mutant, the clauses of a suite that find it, as the page says."""
+    by_id = {mutant.id: mutant for mutant in MUTANTS if suite in mutant.family.suites}
+    entries = {id_: entry.verdicts for id_, entry in RECORDED.mutants.items() if id_ in by_id}
+    return {id_: [one for one, said in verdicts.items() if said is Verdict.FAIL] for id_, verdicts in entries.items()}
+
+
+def looked_for(suite: str, pairs: Iterable[tuple[str, str]], *, motion: bool = False) -> Verdicts:
+    """What comes of mutants, each before a clause."""
+    by_id = {mutant.id: mutant for mutant in MUTANTS}
+    faults = [fault(by_id[id_], clause_id, motion=motion) for clause_id, id_ in pairs]
+    return judge(CheckOptions(bench="pioneer", suites=(suite,)), make_provider(CheckOptions(bench="pioneer")), faults)
+
+
+@pytest.mark.slow("each clause of P2OS and of motion and a mutant that it has to find")
+@pytest.mark.needs_bullet
+@pytest.mark.parametrize("suite", SUITES)
+def test_each_clause_finds_a_mutant(suite: str) -> None:
+    clause_ids = [clause.id for clause in CLAUSES if clause.suite == suite]
+    verdicts = looked_for(suite, one_for_each(clause_ids, found_in(suite)))
+    assert verdicts.not_found == {}
+    assert verdicts.found_by == {*clause_ids}
+
+
+@pytest.mark.exhaustive("each mutant that is found, by a clause that few find it by; the gate has one for each clause")
+@pytest.mark.needs_bullet
+@pytest.mark.parametrize("suite", SUITES)
+def test_each_mutant_is_found(suite: str) -> None:
+    found = found_in(suite)
+    finds = Counter(clause for clauses in found.values() for clause in clauses)
+    pairs = [(min(clauses, key=finds.__getitem__), id_) for id_, clauses in found.items() if clauses]
+    assert looked_for(suite, pairs, motion=suite == "pioneer-motion").not_found == {}
 
 
 @pytest.mark.parametrize(("family", "select"), [(Family.SERVER_HAND, "S01 or S09"), (Family.CLIENT_HAND, "C02 or C24")])

@@ -24,6 +24,7 @@ from hilbench.pioneer.robot import PioneerPlan, make_robot, plan_of
 from protocols.p2os import ClientOptions, Connection, Event, Role, ServerOptions, Table, client_table, server_table
 from protocols.p2os.states import State, Trigger
 from targets.robots.pioneer import Chassis, PioneerRobot, RobotSettings, server_options
+from tests.mutants.each_its_own import Fault
 from tests.mutants.mutant import BodyFault, Family, Mutant
 from tests.mutants.wire import Tap
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
@@ -37,6 +38,13 @@ def run_mutant(mutant: Mutant | None, family: Family, *, select: str = "", suite
         return run_suites(CheckOptions(suites=suites or family.suites, select=select), provider)
     finally:
         provider.close()
+
+
+def fault(mutant: Mutant, clause_id: str, *, motion: bool = False) -> Fault:
+    """A mutant as something that a clause has to find; `motion` as for `MutantProvider`."""
+    shared = Shared(bench_file=open_bench("pioneer"), timeout_scale=1.0, journal=Journal())
+    open_case = MutantProvider(shared, mutant, motion=motion).open_case
+    return Fault(name=mutant.id, clause_id=clause_id, open_case=open_case)
 
 
 def edges_taken() -> frozenset[tuple[State, Trigger]]:

@@ -33,6 +33,7 @@ from protocols.p2os import (
     pack_bytes,
 )
 from protocols.p2os.clauses import CLAUSES
+from tests.mutants.each_its_own import Fault, judge
 
 MUST_FAIL = {clause.id for clause in CLAUSES if clause.suite == "p2os-client"}
 
@@ -356,13 +357,13 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize("name", list(WRONG))
-def test_a_wrong_client_is_caught(name):
-    make_client, clauses = WRONG[name]
-    outcome = run_suites(options(" or ".join(sorted(clauses))), provider(make_client))
-    verdicts = {clause.id: clause.verdict for clause in outcome.clauses}
-    assert verdicts == dict.fromkeys(clauses, Verdict.FAIL)
-
-
-def test_for_every_clause_there_is_a_wrong_client():
-    assert {clause for _, clauses in WRONG.values() for clause in clauses} == MUST_FAIL
+@pytest.mark.slow("each clause of a client and each wrong client that it has to catch")
+def test_each_clause_catches_each_client_that_is_wrong_for_it():
+    faults = [
+        Fault(name=name, clause_id=clause, open_case=provider(make_client).open_case)
+        for name, (make_client, clauses) in WRONG.items()
+        for clause in sorted(clauses)
+    ]
+    verdicts = judge(options(), provider(), faults)
+    assert verdicts.not_found == {}
+    assert verdicts.found_by == MUST_FAIL

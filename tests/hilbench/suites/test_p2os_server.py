@@ -6,8 +6,8 @@ whose fault is in what they do with a command.
 
 from __future__ import annotations
 
+import contextlib
 import random
-from contextlib import ExitStack
 from dataclasses import replace
 from unittest.mock import patch
 
@@ -33,16 +33,23 @@ from targets.robots.pioneer.hostbaud import HostBaud
 from targets.robots.pioneer.limits import SessionLimits
 from targets.robots.pioneer.motion import Motion
 from targets.robots.pioneer.sonar import SonarArrays
+from tests.mutants.bench import MutantProvider
+from tests.mutants.each_its_own import Fault, judge
 
 SETTLE_S = 0.3
 BUDGET_S = 290.0
 
 
 NEED_A_SCENE = {"S54", "S56"}
+LONG = {"S52"}
+
+
+def shared(bench):
+    return Shared(bench_file=open_bench(bench), timeout_scale=1.0, journal=Journal())
 
 
 def provider(bench="pioneer"):
-    return VirtualProvider(Shared(bench_file=open_bench(bench), timeout_scale=1.0, journal=Journal()))
+    return VirtualProvider(shared(bench))
 
 
 def options(select=""):
@@ -58,8 +65,13 @@ def planned():
 
 
 @pytest.fixture(scope="module")
-def report():
-    return run_suites(options(), provider())
+def on_the_plane():
+    return run_suites(options(), provider("pioneer-plane"))
+
+
+@pytest.fixture(scope="module")
+def in_scenes():
+    return run_suites(options(" or ".join(NEED_A_SCENE)), provider())
 
 
 def test_each_clause_is_cited_by_exactly_one_function(planned):
@@ -67,27 +79,34 @@ def test_each_clause_is_cited_by_exactly_one_function(planned):
     assert sorted(clause_id for clause_id, _ in cited) == [c.id for c in CLAUSES if c.suite == "p2os-server"]
 
 
-@pytest.mark.needs_bullet
-def test_the_virtual_robot_passes(report):
-    assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
-    assert report.exit_code == 0
-
-
-def test_on_the_plane_it_passes_what_needs_no_scene():
-    report = run_suites(options(), provider("pioneer-plane"))
-    left_out = {case.clause_ids[0] for case in report.cases if case.verdict is Verdict.NOT_APPLICABLE}
+@pytest.mark.slow("all that is asked of a robot, once; three minutes of bench time")
+def test_on_the_plane_it_passes_what_needs_no_scene(on_the_plane):
+    left_out = {case.clause_ids[0] for case in on_the_plane.cases if case.verdict is Verdict.NOT_APPLICABLE}
     assert left_out == NEED_A_SCENE
-    passed = {clause.id for clause in report.clauses if clause.verdict is Verdict.PASS}
-    assert passed == {clause.id for clause in report.clauses} - NEED_A_SCENE
+    passed = {clause.id for clause in on_the_plane.clauses if clause.verdict is Verdict.PASS}
+    assert passed == {clause.id for clause in on_the_plane.clauses} - NEED_A_SCENE
 
 
 @pytest.mark.needs_bullet
-def test_each_case_takes_the_time_it_declares(planned, report):
-    took = {case.id: case.bench_time_s for case in report.cases}
+def test_in_scenes_it_passes_the_rest(in_scenes):
+    assert {clause.id: clause.verdict for clause in in_scenes.clauses} == dict.fromkeys(NEED_A_SCENE, Verdict.PASS)
+
+
+@pytest.mark.needs_bullet
+def test_each_case_takes_the_time_it_declares(planned, on_the_plane, in_scenes):
+    took = {case.id: case.bench_time_s for case in (*on_the_plane.cases, *in_scenes.cases)}
     declared = {case.id: case.bench_time_s for case in planned}
     wrong = {i: (took[i], s) for i, s in declared.items() if abs(took[i] - s) > 0.3 * s + 0.5}
     assert wrong == {}
     assert sum(declared.values()) + SETTLE_S * len(declared) <= BUDGET_S
+
+
+@pytest.mark.needs_bullet
+@pytest.mark.exhaustive("on PyBullet throughout; the gate has it on the plane, and in scenes what needs one")
+def test_the_virtual_robot_passes_with_full_physics():
+    report = run_suites(options(), provider())
+    assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
+    assert report.exit_code == 0
 
 
 # --- robots that are wrong inside
@@ -226,15 +245,36 @@ def wrong_robots():
     )
 
 
+def judged(wrong):
+    """What comes of robots that are wrong inside: rows as of `wrong_robots`."""
+
+    def opening(faulty):
+        @contextlib.contextmanager
+        def open_case(case):
+            with faulty, right.open_case(case) as bench:
+                yield bench
+
+        return open_case
+
+    right = MutantProvider(shared("pioneer"), None, motion=False)
+    faults = [Fault(name=what, clause_id=clause, open_case=opening(faulty)) for clause, what, faulty in wrong]
+    return judge(options(), right, faults)
+
+
 @pytest.mark.needs_bullet
-@pytest.mark.parametrize(
-    ("clause_id", "wrong"), [pytest.param(c, wrong, id=f"{c} {what}") for c, what, wrong in wrong_robots()]
-)
-def test_a_wrong_robot_violates_its_clause(clause_id, wrong):
-    with ExitStack() as stack:
-        stack.enter_context(wrong)
-        report = run_suites(options(clause_id), provider())
-    assert [clause.verdict for clause in report.clauses] == [Verdict.FAIL], [clause.cause for clause in report.clauses]
+@pytest.mark.slow("fifty robots, each before the clause that it violates")
+def test_each_wrong_robot_violates_its_clause():
+    wrong = [row for row in wrong_robots() if row[0] not in LONG]
+    verdicts = judged(wrong)
+    assert verdicts.not_found == {}
+    assert verdicts.found_by == {clause for clause, _, _ in wrong}
+
+
+@pytest.mark.exhaustive("fifty seconds of bench time each; in the gate a mutant violates this clause")
+def test_each_robot_that_is_wrong_far_away_violates_its_clause():
+    verdicts = judged([row for row in wrong_robots() if row[0] in LONG])
+    assert verdicts.not_found == {}
+    assert verdicts.found_by == LONG
 
 
 # --- robots that can do less, and are right
@@ -245,20 +285,18 @@ def of_the_line(**less):
     return patch.object(_session, "ROBOTS", {"p2dx": replace(ROBOTS["p2dx"], **less)})
 
 
-@pytest.mark.needs_bullet
 @pytest.mark.parametrize("clause_id", ["S30", "S31"])
 def test_a_robot_without_move_is_not_asked_for_it(clause_id):
     deaf = handler("MOVE", lambda c, v: None)
     with deaf, of_the_line(has_move=False):
-        report = run_suites(options(clause_id), provider())
+        report = run_suites(options(clause_id), provider("pioneer-plane"))
     assert [clause.verdict for clause in report.clauses] == [Verdict.NOT_APPLICABLE]
 
 
-@pytest.mark.needs_bullet
 def test_a_slow_robot_is_given_the_time_it_needs():
     slow = instead(Motion, "velocity", lambda do: lambda self, mm_s: do(self, min(mm_s, 400)))
     with slow, of_the_line(max_speed_mm_s=400):
-        report = run_suites(options("S52"), provider())
+        report = run_suites(options("S52"), provider("pioneer-plane"))
     assert [clause.verdict for clause in report.clauses] == [Verdict.PASS], [clause.cause for clause in report.clauses]
 
 

@@ -12,6 +12,7 @@ from hilbench.exit_codes import ExitCode
 from protocols.p2os.motion_clauses import MOTION_CLAUSES
 
 NEEDS_A_SCENE = {"M13", "M14", "M15", "M16", "M17", "M21", "M22"}
+WITH_FULL_PHYSICS = NEEDS_A_SCENE | {"M19"}  # which takes less time on the plane
 MOST_BENCH_TIME_S = 200
 
 
@@ -29,8 +30,8 @@ def causes(report):
 
 
 @pytest.fixture(scope="module")
-def on_bullet():
-    return check("pioneer")
+def in_scenes():
+    return check("pioneer", select=" or ".join(WITH_FULL_PHYSICS))
 
 
 @pytest.fixture(scope="module")
@@ -38,38 +39,7 @@ def on_the_plane():
     return check("pioneer-plane")
 
 
-@pytest.mark.needs_bullet
-class TestOnBullet:
-    def test_every_clause_passes(self, on_bullet):
-        assert causes(on_bullet) == {}
-        assert on_bullet.exit_code == ExitCode.OK
-        assert {clause.id for clause in on_bullet.clauses} == {clause.id for clause in MOTION_CLAUSES}
-        assert {clause.verdict for clause in on_bullet.clauses} == {Verdict.PASS}
-
-    def test_it_takes_as_long_as_it_says(self, on_bullet, require_declared_times):
-        assert on_bullet.bench_time_s <= MOST_BENCH_TIME_S
-        require_declared_times(on_bullet, check("pioneer", act=list_cases))
-
-    def test_every_clause_records_figures(self, on_bullet):
-        for clause in on_bullet.clauses:
-            cases = [case for case in on_bullet.cases if clause.id in case.clause_ids]
-            figures = [measure for case in cases for measure in case.measures if "came after" not in measure.name]
-            assert figures, clause.id
-            assert all(math.isfinite(measure.value) for measure in figures)
-
-    def test_equal_runs_have_equal_hashes(self, on_bullet):
-        again = check("pioneer", select="M05 or M13 or M16")
-        hashes = {case.id: case.case_hash for case in on_bullet.cases}
-        assert len(again.cases) == 3
-        assert {case.id: case.case_hash for case in again.cases}.items() <= hashes.items()
-
-    def test_another_seed_is_another_room_and_no_other_verdict(self, on_bullet):
-        other = check("pioneer", select="M16", seed=7)
-        assert causes(other) == {}
-        (case,) = other.cases
-        assert case.case_hash not in {one.case_hash for one in on_bullet.cases}
-
-
+@pytest.mark.slow("all that is asked of the motion of a robot, once; two minutes of bench time")
 class TestOnThePlane:
     def test_what_needs_no_scene_passes(self, on_the_plane):
         passed = {clause.id for clause in on_the_plane.clauses if clause.verdict is Verdict.PASS}
@@ -81,3 +51,49 @@ class TestOnThePlane:
         assert left_out == NEEDS_A_SCENE
         missing = {case.clause_ids[0]: set(case.missing) for case in on_the_plane.cases if case.missing}
         assert all("scene" in names for names in missing.values())
+
+
+@pytest.mark.needs_bullet
+@pytest.mark.slow("what needs a scene has full physics; one and a half minutes of bench time")
+class TestInScenes:
+    def test_what_needs_a_scene_passes(self, in_scenes):
+        assert causes(in_scenes) == {}
+        assert in_scenes.exit_code == ExitCode.OK
+        assert {clause.id for clause in in_scenes.clauses} == WITH_FULL_PHYSICS
+
+    def test_it_takes_as_long_as_it_says(self, in_scenes, on_the_plane, require_declared_times):
+        clauses = [*in_scenes.clauses, *(one for one in on_the_plane.clauses if one.id not in WITH_FULL_PHYSICS)]
+        declared = check("pioneer", act=list_cases)
+        require_declared_times(clauses, declared)
+        assert sum(case.bench_time_s for case in declared) <= MOST_BENCH_TIME_S
+
+    def test_every_clause_records_figures(self, in_scenes, on_the_plane):
+        figures = {}
+        for case in (*in_scenes.cases, *on_the_plane.cases):
+            of_case = [measure for measure in case.measures if "came after" not in measure.name]
+            assert all(math.isfinite(measure.value) for measure in of_case)
+            figures.setdefault(case.clause_ids[0], []).extend(of_case)
+        assert all(figures.values()), figures
+        assert figures.keys() == {clause.id for clause in MOTION_CLAUSES}
+
+    def test_equal_runs_have_equal_hashes(self, in_scenes, on_the_plane):
+        hashes = {case.id: case.case_hash for case in (*on_the_plane.cases, *in_scenes.cases)}
+        again = [*check("pioneer", select="M13").cases, *check("pioneer-plane", select="M05").cases]
+        assert len(again) == 2
+        assert {case.id: case.case_hash for case in again}.items() <= hashes.items()
+
+    def test_another_seed_is_another_room_and_no_other_verdict(self, in_scenes):
+        other = check("pioneer", select="M16", seed=7)
+        assert causes(other) == {}
+        (case,) = other.cases
+        assert case.case_hash not in {one.case_hash for one in in_scenes.cases}
+
+
+@pytest.mark.needs_bullet
+@pytest.mark.exhaustive("on PyBullet throughout; the gate has it on the plane, and in scenes what needs one")
+def test_every_clause_passes_with_full_physics(require_declared_times):
+    report = check("pioneer")
+    assert causes(report) == {}
+    assert {clause.verdict for clause in report.clauses} == {Verdict.PASS}
+    assert {clause.id for clause in report.clauses} == {clause.id for clause in MOTION_CLAUSES}
+    require_declared_times(report.clauses, check("pioneer", act=list_cases))
