@@ -15,12 +15,6 @@ from hilbench.check import CheckOptions, run_suites
 from hilbench.cli import main
 from hilbench.errors import UnavailableError
 
-HILBENCH = [sys.executable, "-m", "hilbench"]
-
-
-def run(*words, **options):
-    return subprocess.run([*HILBENCH, *words], capture_output=True, text=True, timeout=60, **options)
-
 
 @pytest.mark.parametrize(
     ("target", "about"),
@@ -32,12 +26,12 @@ def run(*words, **options):
         ("exec:echo 'unbalanced {pty}", "quotation"),
     ],
 )
-def test_a_target_that_cannot_be_meant_is_wrong_usage(target, about):
+def test_a_target_that_cannot_be_meant_is_wrong_usage(capfd, target, about):
     suite, clause = ("p2os-server", "S01") if "://" in target else ("p2os-client", "C02")
-    done = run("check", "--target", target, "--suite", suite, "-k", clause)
-    assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
-    (line,) = done.stderr.splitlines()
+    assert main(["check", "--target", target, "--suite", suite, "-k", clause]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    (line,) = err.splitlines()
     assert about in line
 
 
@@ -93,15 +87,15 @@ def test_what_needs_no_physics_does_not_miss_it(words, said, capfd):
 
 
 @pytest.mark.parametrize("words", [("--json", "same", "--junit", "same"), ("--json", "suite.py")])
-def test_a_report_does_not_overwrite_what_the_run_needs(words, tmp_path):
+def test_a_report_does_not_overwrite_what_the_run_needs(words, tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "suite.py").write_text("")
-    done = run("check", "pioneer-plane", "--suite", "suite.py", *words, cwd=tmp_path)
-    assert done.returncode == 2
-    assert "would overwrite" in done.stderr
+    assert main(["check", "pioneer-plane", "--suite", "suite.py", *words]) == 2
+    assert "would overwrite" in capfd.readouterr().err
     assert (tmp_path / "suite.py").read_text() == ""
 
 
-def test_a_second_interrupt_does_not_tear_the_report_apart(tmp_path):
+def test_a_second_interrupt_does_not_tear_the_report_apart(forkable, tmp_path):
     report, suite, fifo = (tmp_path / name for name in ("report.json", "test_long.py", "reached"))
     os.mkfifo(fifo)
     suite.write_text(
@@ -111,19 +105,19 @@ def test_a_second_interrupt_does_not_tear_the_report_apart(tmp_path):
     )
     words = ["check", "pioneer-plane", "--suite", "p2os-server", "--suite", str(suite), "--json", str(report)]
     words += ["-k", "S0 or X1"]
-    process = subprocess.Popen([*HILBENCH, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert fifo.read_text() == "here"
-    for _ in range(3):
-        process.send_signal(signal.SIGINT)
-    out, _ = process.communicate(timeout=60)
+    with forkable.start(*words, stdout=subprocess.PIPE) as process:
+        assert fifo.read_text() == "here"
+        for _ in range(3):
+            process.send_signal(signal.SIGINT)
+        out, _ = process.communicate()
     assert process.returncode == 130
     assert "stopped: interrupted" in out
     assert report.exists()
 
 
-def test_a_client_that_ends_at_once_is_not_judged_but_missing():
+def test_a_client_that_ends_at_once_is_not_judged_but_missing(capfd):
     command = f"exec:{sys.executable} -c 'raise SystemExit(3)' {{pty}}"
-    done = run("check", "--suite", "p2os-client", "--target", command, "-k", "C02 or C03")
-    assert done.returncode == 3
-    assert "the client exited with status 3 before it sent anything" in done.stdout
-    assert "1 not run" in done.stdout
+    assert main(["check", "--suite", "p2os-client", "--target", command, "-k", "C02 or C03"]) == 3
+    out, _ = capfd.readouterr()
+    assert "the client exited with status 3 before it sent anything" in out
+    assert "1 not run" in out

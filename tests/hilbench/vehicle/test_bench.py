@@ -236,7 +236,7 @@ def test_suites_of_the_vehicle_mean_its_bench(tmp_path, monkeypatch, capsys):
             {"VB01", "VB11H", "VB12"}, marks=pytest.mark.exhaustive("one clause shows that the ports are used")
         ),
     ],
-    ids=len,
+    ids=["one clause", "three"],
 )
 def test_a_board_behind_two_ptys(tmp_path, clauses):
     """Through pseudo-terminals and pyserial, in real time: what can be seen on the lines alone is judged."""
