@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.serial_line import LineHistory, LineReceiver, SerialFormat, SerialFrame
+from tests.targets.random_share import examples
 
 FORMATS = st.builds(
     SerialFormat,
@@ -100,7 +101,7 @@ def traffic(draw):
     return unit, frames, at + 40 * own
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(in_the_gate=100, in_all=300), deadline=None)
 @given(traffic=traffic(), line_format=FORMATS)
 def test_reads_what_a_receiver_sees_tick_by_tick(traffic, line_format):
     unit, frames, length = traffic

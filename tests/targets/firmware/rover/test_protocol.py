@@ -22,6 +22,7 @@ from protocols.pkt import (
 )
 from targets.firmware import image_names
 from targets.robots.rover import DEFECTS, RoverRobot, RoverSettings
+from tests.targets.random_share import examples
 
 PROFILES = {"rover": "documented", "rover-g2": "g2", "rover-g0": "g0", "rover-term": "term-doc"}
 SPOILT = {f"rover-{name}": name for name in DEFECTS if f"rover-{name}" in image_names()}
@@ -142,7 +143,7 @@ def steps(image, schema, frame):
 def test_the_image_is_the_model(rover, image):
     first = Twins(rover, image)
 
-    @settings(max_examples=12)
+    @settings(max_examples=examples(in_the_gate=4, in_all=12))
     @given(steps(image, first.schema, first.frame))
     def same(script):
         twins = Twins(rover, image)

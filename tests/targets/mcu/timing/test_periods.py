@@ -26,6 +26,7 @@ from tests.targets.mcu.timing.assembly import (
     Code,
     program,
 )
+from tests.targets.random_share import examples
 
 MS = 1_000_000
 CYCLE_NS = 125
@@ -100,7 +101,7 @@ class TestTimers:
         assert len(found) >= 7
         assert differences(found) == {period}
 
-    @settings(max_examples=40)
+    @settings(max_examples=examples(in_the_gate=15, in_all=40))
     @given(
         prescaler=st.integers(0, 30),
         reload=st.integers(1, 400),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from tests.targets.random_share import examples
 
 UE, RE, TE, FIFOEN = 1 << 0, 1 << 2, 1 << 3, 1 << 29
 ORE, RXNE, TC, TXE, TXFE, RXFF, RXFT, TXFT = (1 << bit for bit in (3, 5, 6, 7, 23, 24, 26, 27))
@@ -21,29 +23,34 @@ steps = st.lists(st.tuples(writes, st.integers(0, 30_000)), max_size=40)
 
 
 def act(port, what, value):
+    """Do it; return the cycle at which the line is free again."""
     match what:
         case "RDR":
             port.peek("RDR")
         case "hear":
             if port.usart.baud_hz:
-                port.hear(value, wait=False)
+                return port.chip.time.cycle_at(port.hear(value, wait=False).end_s)
         case "low" | "high":
             port.rx.drive(what == "high")
         case _:
             port.poke(what, value)
+    return port.now
 
 
+@settings(max_examples=examples(in_the_gate=40, in_all=100))
 @given(steps=steps)
 def test_rules_hold(make_fifo_port, steps):
     port = make_fifo_port()
+    free = 0
     for (what, value), cycles in steps:
-        act(port, what, value)
+        free = max(free, act(port, what, value))
         port.chip.advance(cycles)
         flags, fifos = port.peek("ISR"), port.peek("CR1") & FIFOEN
         assert fifos or not flags & (RXFF | RXFT | TXFT | TXFE)
         assert not flags & RXFF or flags & RXNE
         assert not flags & TXFE or flags & TXE
         assert not flags & TC or flags & TXE
+    port.chip.advance_to(max(port.now, free))
     port.rx.drive(True)
     port.poke("CR1", 0)
     for register in ("CR2", "CR3", "PRESC"):

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
+from tests.targets.random_share import examples
 
 TXE, TC = 0x80, 0x40
 UE, M, PCE, PS, TE, RE, SBK = 0x2000, 0x1000, 0x400, 0x200, 8, 4, 1
@@ -353,13 +354,13 @@ class TestWire:
         assert (note.kind, note.where) == ("misuse", "USART1_TX")
         assert "PA9" in note.text
 
+    @settings(deadline=None, max_examples=examples(in_the_gate=30, in_all=100))
     @given(
         values=st.lists(st.integers(0, 255), min_size=1, max_size=4),
         watch=st.sampled_from((Watch.LIVE, Watch.RECORD)),
         looks=st.lists(st.integers(1, 200), max_size=5),
         change=st.one_of(st.none(), st.integers(1, 400)),
     )
-    @settings(deadline=None)
     def test_the_level_of_the_pin(self, make_port, values, watch, looks, change):
         """Whoever looks, and whenever: the edges are those of the frames, re-timed by the chip's own clock."""
         port = make_port().open()
