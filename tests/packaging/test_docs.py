@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from hilbench.cli import main
+
 ROOT = Path(__file__).parent.parent.parent
 PAGES = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("udev/*.md")]
 LINK = re.compile(r"\]\((?!https?:|mailto:|#)([^)#\s]+)")
@@ -20,26 +22,26 @@ def test_generated_pages_are_up_to_date() -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_links_lead_somewhere(page: Path) -> None:
-    missing = [link for link in LINK.findall(page.read_text()) if not (page.parent / link).exists()]
-    assert missing == []
+def test_links_lead_somewhere() -> None:
+    for page in PAGES:
+        missing = [link for link in LINK.findall(page.read_text()) if not (page.parent / link).exists()]
+        assert missing == [], page
 
 
-def test_the_suite_in_the_docs_runs(tmp_path: Path) -> None:
+def test_the_suite_in_the_docs_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
     (text,) = PYTHON_BLOCK.findall((ROOT / "docs/checks.md").read_text())
     suite = tmp_path / "our_panel.py"
     suite.write_text(text)
-    command = [sys.executable, "-m", "hilbench", "check", "pioneer-plane", "--suite", str(suite)]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "2 clauses: 2 pass" in done.stdout
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "pioneer-plane", "--suite", str(suite)]) == 0
+    assert "2 clauses: 2 pass" in capfd.readouterr().out
 
 
 @pytest.mark.parametrize("bench", sorted((ROOT / "examples").rglob("*.toml")), ids=lambda bench: bench.stem)
 def test_example_benches_are_right(bench: Path) -> None:
-    done = subprocess.run([sys.executable, "-m", "hilbench", "validate", str(bench)], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    assert main(["validate", str(bench)]) == 0
 
 
 def test_the_protocol_example_in_the_docs_shakes_hands() -> None:

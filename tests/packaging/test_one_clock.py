@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent.parent
 CLOCKS = {"time", "datetime", "timeit", "sched"}
+MAY_IMPORT_ONE = re.compile(rf"\b(import|from)\b[^\n#]*\b({'|'.join(CLOCKS)})\b")
 
 
 def imported(file: Path) -> set[str]:
     names: set[str] = set()
-    for node in ast.walk(ast.parse(file.read_text())):
+    text = file.read_text().replace("\\\n", " ")
+    if not MAY_IMPORT_ONE.search(text):
+        return names
+    for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
             names |= {alias.name.partition(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:

@@ -26,6 +26,15 @@ def wheel(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
+def home(wheel, tmp_path_factory):
+    """A folder with it, unpacked like an installer does it; the dependencies are those of this environment."""
+    folder = tmp_path_factory.mktemp("site")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
 def names(wheel):
     with zipfile.ZipFile(wheel) as archive:
         return archive.namelist()
@@ -53,11 +62,7 @@ def test_the_licence_comes_along(names):
 
 
 @pytest.mark.parametrize("bench", [pytest.param("pioneer", marks=pytest.mark.needs_bullet), "pioneer-plane"])
-def test_an_installed_wheel_has_its_command_and_its_data(wheel, tmp_path, bench):
-    """Unpacked like an installer does it, with the dependencies of this environment."""
-    home = tmp_path / "site"
-    with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(home)
+def test_an_installed_wheel_has_its_command_and_its_data(home, tmp_path, bench):
     program = (
         f"import sys; sys.path.insert(0, {str(home)!r}); "
         "from hilbench.cli import main; import hilbench; "
@@ -79,10 +84,7 @@ def test_it_holds_boards_and_the_images_of_our_own_firmware_but_nothing_built_be
     assert not [name for name in names if "/build/" in name or name.endswith((".o", ".map", ".pyc"))]
 
 
-def test_an_installed_wheel_runs_an_image_on_a_board(wheel, tmp_path):
-    home = tmp_path / "site"
-    with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(home)
+def test_an_installed_wheel_runs_an_image_on_a_board(home, tmp_path):
     program = (
         f"import sys; sys.path.insert(0, {str(home)!r}); "
         "from hilbench.cli import main; from targets.firmware import image_path; image = image_path('style-hal'); "
@@ -96,10 +98,7 @@ def test_an_installed_wheel_runs_an_image_on_a_board(wheel, tmp_path):
     assert "bluepill.usart2       > style-hal at 72000000 Hz" in done.stdout
 
 
-def test_an_installed_wheel_has_the_udev_rules(wheel, tmp_path):
-    home = tmp_path / "site"
-    with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(home)
+def test_an_installed_wheel_has_the_udev_rules(home, tmp_path):
     program = (
         f"import sys; sys.path.insert(0, {str(home)!r}); from hilbench.cli import main; "
         "sys.exit(main(['udev', '--group', 'dialout']))"
