@@ -9,12 +9,16 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
+
+from tests.hilbench.forked import Forkable
 
 ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "targets/firmware/images"
@@ -56,15 +60,25 @@ def shell(tmp_path):
     environment = {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}", "PYTHONPATH": "", "COLUMNS": "80"}
     environment |= {"PYTHONDONTWRITEBYTECODE": "1", "PYTEST_ADDOPTS": ""}
 
+    forkable = Forkable(environment)
+
     def run(command):
+        if command.startswith("hilbench ") and ";" not in command:
+            with tempfile.TemporaryFile() as both:
+                words = shlex.split(command)[1:]
+                forkable.run(*words, cwd=tmp_path, stdout=both.fileno(), stderr=both.fileno())
+                both.seek(0)
+                return both.read().decode()
         merged = f"exec 2>&1; {command}"
         return subprocess.run(
-            ["sh", "-c", merged], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120
+            ["sh", "-c", merged], cwd=tmp_path, env=environment, capture_output=True, text=True
         ).stdout
 
-    return run
+    yield run
+    forkable.close()
 
 
+@pytest.mark.slow("a dozen commands, and a pytest, one after the other")
 def test_the_page_can_be_followed_word_by_word(shell, tmp_path):
     done = 0
     for kind, text in BLOCK.findall(PAGE):
