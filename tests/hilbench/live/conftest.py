@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import select
@@ -12,8 +13,8 @@ import pytest
 
 from hilbench.live.folders import Session
 
-PATIENCE_S = 30
-LOOKS_PER_S = 20
+PATIENCE_S = 600
+LOOK_EVERY_S = 0.02
 
 
 class Live:
@@ -58,15 +59,14 @@ class Live:
     def wait_for(self, condition):
         """Read the journal until an event is there; give it back."""
         looked_at = 0
-        for _ in range(PATIENCE_S * LOOKS_PER_S):
+        while True:
             events = self.events()
             for event in events[looked_at:]:
                 if condition(event):
                     return event
             looked_at = len(events)
             assert self.process.poll() is None, self.session.talk.read_text()
-            select.select((self.process.pid_fd,), (), (), 1 / LOOKS_PER_S)
-        raise AssertionError(f"not told in {PATIENCE_S} s; the last: {self.seen[-1]}")
+            select.select((self.process.pid_fd,), (), (), LOOK_EVERY_S)
 
     def leave(self):
         self.answers.close()
@@ -88,12 +88,27 @@ class Live:
 @pytest.fixture
 def live(tmp_path):
     """Start live benches; they end with the test."""
+    with benches(tmp_path) as start:
+        yield start
+
+
+@pytest.fixture(scope="module")
+def rover(tmp_path_factory):
+    """A rover that several tests ask for something, one after the other; its station is in touch with it."""
+    with benches(tmp_path_factory.mktemp("rover")) as start:
+        bench = start("rover-model")
+        bench.wait_for(lambda event: event["kind"] == "machine" and event.get("state") == "LINKED")
+        yield bench
+
+
+@contextlib.contextmanager
+def benches(folder):
     begun = []
 
     def start(bench="pioneer-plane", *words):
-        folder = tmp_path / f"session-{len(begun)}"
-        folder.mkdir(mode=0o700)
-        begun.append(Live(folder, bench, *words))
+        session = folder / f"session-{len(begun)}"
+        session.mkdir(mode=0o700)
+        begun.append(Live(session, bench, *words))
         begun[-1].join()
         return begun[-1]
 

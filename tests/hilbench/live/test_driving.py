@@ -138,13 +138,16 @@ def test_the_demo_driver_turns_before_a_wall(live):
 
 
 @pytest.mark.needs_bullet
-def test_the_rover_is_shown_on_a_floor_and_the_demo_driver_goes_round_on_it(live):
+def test_the_rover_is_shown_on_a_floor_goes_round_on_it_and_is_reset(live):
     one = live("rover", scene=scene_for(open_target("rover")))
     assert one.bench.journal.header["live"]["scene"]["name"] == ROVER_ROOM
-    one.bench.run_for(4.0)
+    one.bench.run_for(2.0)
     turned = [after["yaw_rad"] - before["yaw_rad"] for before, after in itertools.pairwise(told(one, "pose"))]
     assert sum(turn > 0 for turn in turned) > 0.8 * len(turned)
     assert max(abs(pose["x_m"]) for pose in told(one, "pose")) < 500_000
+    one.actions.obey({"do": "reset"})
+    one.bench.run_for(0.02)
+    assert [event["source"] for event in told(one, "reset")] == ["brain"] * 2
 
 
 def test_a_stand_in_a_file_of_ones_own_is_meant(tmp_path):
