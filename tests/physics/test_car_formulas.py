@@ -16,6 +16,7 @@ from worlds.car_parameters import DEFAULTS as P
 from worlds.motion import PlanarPose, PlanarVelocity
 
 HZ = 240
+BETWEEN = pytest.mark.exhaustive("the gate has the formula at other values, at the ends of what holds")
 
 
 def ackermann(**fields):
@@ -59,7 +60,14 @@ def fitted_radius_m(car, seconds):
 
 @pytest.mark.parametrize(
     ("speed_m_s", "angle_deg", "worst"),
-    [(10, 1, 4e-5), (10, 2, 1e-4), (10, 5, 5e-4), (20, 1, 2e-4), (20, 2, 5e-4), (5, 2, 5e-4)],
+    [
+        pytest.param(10, 1, 4e-5, marks=BETWEEN),
+        pytest.param(10, 2, 1e-4, marks=BETWEEN),
+        (10, 5, 5e-4),
+        pytest.param(20, 1, 2e-4, marks=BETWEEN),
+        (20, 2, 5e-4),
+        (5, 2, 5e-4),
+    ],
 )
 def test_a_steady_circle_is_that_of_the_linear_bicycle(speed_m_s, angle_deg, worst):
     """The formula takes angles for their sines, so the error grows with their squares: 0.002 % to 0.16 %."""
@@ -161,7 +169,7 @@ def test_dynamic_turns_into_kinematic_as_the_car_slows_down():
         before = car.yaw_rate_rad_s
 
 
-@pytest.mark.parametrize("accel", [0.3, 1.0, 2.5])
+@pytest.mark.parametrize("accel", [pytest.param(0.3, marks=BETWEEN), 1.0, 2.5])
 def test_a_limited_acceleration_is_exact_and_so_is_the_speed(accel):
     car = moving(0.0, ackermann(speed_m_s=8.3, accel_m_s2=accel))
     rows = run(car, 8.3 / accel + 1)
@@ -171,7 +179,10 @@ def test_a_limited_acceleration_is_exact_and_so_is_the_speed(accel):
     assert sum(a > 0 for a in accels) / HZ == pytest.approx(8.3 / accel, abs=1 / HZ)
 
 
-@pytest.mark.parametrize(("jerk", "accel"), [(0.7, 1.5), (1.0, 1.5), (2.5, 1.5), (2.5, 3.0), (10.0, 2.0)])
+@pytest.mark.parametrize(
+    ("jerk", "accel"),
+    [(0.7, 1.5), pytest.param(1.0, 1.5, marks=BETWEEN), pytest.param(2.5, 1.5, marks=BETWEEN), (2.5, 3.0), (10.0, 2.0)],
+)
 def test_a_limited_jerk_gives_the_fastest_profile_without_overshoot(jerk, accel):
     """Up by the jerk to the limit, or as far as half the way allows, and down: v / a + a / j, or 2 sqrt(v / j)."""
     speed = 8.3

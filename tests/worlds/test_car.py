@@ -73,7 +73,9 @@ def test_on_the_plane_a_car_has_no_wheels_to_command_and_no_obstacles(car):
 
 
 @pytest.mark.needs_bullet
-@pytest.mark.parametrize("step_hz", [100, 240, 1000])
+@pytest.mark.parametrize(
+    "step_hz", [100, 240, pytest.param(1000, marks=pytest.mark.exhaustive("the gate has two other lengths of a step"))]
+)
 def test_without_contacts_the_physics_is_the_model_to_the_last_digits(car, step_hz):
     """A slalom of 10 s at up to 10 m/s: no drift, whatever the step."""
     body, model = car(step_hz=step_hz), CarDynamics()

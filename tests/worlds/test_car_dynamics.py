@@ -53,7 +53,7 @@ def test_left_is_left():
     assert max(car.steering_rad, car.yaw_rate_rad_s, car.pose.y_m, car.pose.yaw_rad) < 0
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=8)
 @given(
     angle=st.floats(0.02, 0.5),
     speed=st.floats(0.5, 12.0),
@@ -106,7 +106,7 @@ def test_brakes_hold_and_do_not_turn_back():
     assert drive(car, CarCommand(throttle=0.1), 1.0).lon_speed_m_s > 0.1
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=12)
 @given(
     speed=st.floats(0.2, 12.0),
     brake=st.floats(0.05, 1.0),
@@ -203,7 +203,7 @@ def test_placing_takes_motion_and_commands_away():
     assert drive(car, car.layer.command, 0.01).lon_speed_m_s == 0.0
 
 
-@pytest.mark.parametrize("hz", [50, 100, 480, 1000])
+@pytest.mark.parametrize("hz", [50, 480])
 def test_the_way_does_not_depend_on_the_step(hz):
     """Over the change from rolling to slipping tyres and back."""
     command = CarCommand(mode=CommandMode.ACKERMANN, steering_rad=0.3, speed_m_s=4.0, accel_m_s2=0.5)

@@ -18,7 +18,9 @@ def push(body, left, right, seconds):
         body.world.step()
 
 
-@pytest.mark.parametrize("step_hz", [240, 1000])
+@pytest.mark.parametrize(
+    "step_hz", [240, pytest.param(1000, marks=pytest.mark.exhaustive("the gate has it at rest at 1000 steps a second"))]
+)
 def test_straight_to_a_tenth_of_a_percent(pioneer, drive, step_hz):
     body = pioneer(step_hz=step_hz)
     pose = drive(body, left=1, right=1, distance_m=1.5)
@@ -63,17 +65,17 @@ def test_on_the_spot_the_reference_point_stands_still(pioneer):
     [(240, True, False), (240, True, True), (240, False, False), (240, False, True), (1000, False, True)],
 )
 def test_at_rest_it_stays_where_it_is(pioneer, step_hz, held, driven):
-    """Within 0.01 degrees and 0.05 mm in ten minutes, body and wheels alike; here a fortieth of the time."""
+    """Within 0.01 degrees and 0.05 mm in ten minutes, body and wheels alike; here in five seconds."""
     body = pioneer(step_hz=step_hz)
     if driven:
         push(body, 3.0, -1.0, 1.0)
     rest(body, 2.0, held)
     before, wheels_before = body.world.pose(), body.wheel_angles_rad()
-    rest(body, 15.0, held)
+    rest(body, 5.0, held)
     after, wheels_after = body.world.pose(), body.wheel_angles_rad()
-    assert math.degrees(abs(after.yaw_rad - before.yaw_rad)) < 0.01 / 40
-    assert math.dist(after.position_m, before.position_m) < 0.05e-3 / 40
-    assert math.dist(wheels_after, wheels_before) * DEFAULTS.wheel_radius_m < 0.05e-3 / 40
+    assert math.degrees(abs(after.yaw_rad - before.yaw_rad)) < 0.01 / 120
+    assert math.dist(after.position_m, before.position_m) < 0.05e-3 / 120
+    assert math.dist(wheels_after, wheels_before) * DEFAULTS.wheel_radius_m < 0.05e-3 / 120
 
 
 def rest(body, seconds, held):
@@ -93,9 +95,21 @@ def test_near_is_not_touching(pioneer, gap_m):
     assert body.bumpers() == (0, 0)
 
 
-def test_at_a_wall_the_wheels_stop_dead_under_full_load(pioneer):
-    body = pioneer("wall")
-    push(body, 0.3 / 0.0825, 0.3 / 0.0825, 8.0)
+@pytest.fixture
+def at_the_wall(pioneer):
+    """Drive a robot against the wall, from a hand's breadth before it."""
+
+    def opener(wheel_rad_s=4.0):
+        body = pioneer("wall")
+        body.world.place(2.0 - 0.210 - 0.1, 0.0, 0.0)
+        push(body, wheel_rad_s, wheel_rad_s, 2.0)
+        return body
+
+    return opener
+
+
+def test_at_a_wall_the_wheels_stop_dead_under_full_load(at_the_wall):
+    body = at_the_wall(0.3 / 0.0825)
     assert body.motor_loads() == pytest.approx((1.0, 1.0), abs=1e-6)
     assert abs(body.world.joint(LEFT).speed_rad_s * DEFAULTS.wheel_radius_m) < 1e-3
     assert abs(body.world.joint(RIGHT).speed_rad_s * DEFAULTS.wheel_radius_m) < 1e-3
@@ -103,18 +117,17 @@ def test_at_a_wall_the_wheels_stop_dead_under_full_load(pioneer):
     assert body.world.pose().position_m[0] == pytest.approx(2.0 - 0.210, abs=1e-3)
 
 
-def test_with_more_torque_the_wheels_spin_on_the_floor_instead(pioneer):
-    world = pioneer("wall").world
-    for _ in range(8 * 240):
+def test_with_more_torque_the_wheels_spin_on_the_floor_instead(at_the_wall):
+    world = at_the_wall().world
+    for _ in range(2 * 240):
         world.command(LEFT, 4.0, 4.0)
         world.command(RIGHT, 4.0, 4.0)
         world.step()
     assert world.joint(LEFT).speed_rad_s == pytest.approx(4.0, rel=0.01)
 
 
-def test_a_pressed_bumper_stays_pressed_in_every_step(pioneer):
-    body = pioneer("wall")
-    push(body, 4.0, 4.0, 8.0)
+def test_a_pressed_bumper_stays_pressed_in_every_step(at_the_wall):
+    body = at_the_wall()
     masks = set()
     for _ in range(240):
         push(body, 4.0, 4.0, 1 / 240)
@@ -122,16 +135,14 @@ def test_a_pressed_bumper_stays_pressed_in_every_step(pioneer):
     assert masks == {(0b00100, 0)}
 
 
-def test_backing_off_frees_the_bumper(pioneer):
-    body = pioneer("wall")
-    push(body, 4.0, 4.0, 8.0)
+def test_backing_off_frees_the_bumper(at_the_wall):
+    body = at_the_wall()
     push(body, -2.0, -2.0, 1.0)
     assert body.bumpers() == (0, 0)
 
 
-def test_after_place_nothing_is_touched_until_the_next_step(pioneer):
-    body = pioneer("wall")
-    push(body, 4.0, 4.0, 8.0)
+def test_after_place_nothing_is_touched_until_the_next_step(at_the_wall):
+    body = at_the_wall()
     body.world.place(0.0, 0.0, 0.0)
     assert body.world.contacts() == ()
     assert body.bumpers() == (0, 0)
@@ -174,9 +185,8 @@ def test_each_segment_has_its_bit_left_to_right(pioneer, end, segment):
     assert (rear if end == "front" else front) == 0
 
 
-def test_contacts_name_part_and_obstacle_and_place(pioneer):
-    body = pioneer("wall")
-    push(body, 4.0, 4.0, 8.0)
+def test_contacts_name_part_and_obstacle_and_place(at_the_wall):
+    body = at_the_wall()
     assert {contact.part for contact in body.world.contacts()} == {"caster", LEFT, RIGHT, FRONT_BUMPER}
     for contact in body.world.contacts(FRONT_BUMPER):
         assert contact.other == "wall"

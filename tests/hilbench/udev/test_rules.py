@@ -56,15 +56,16 @@ def test_udev_itself_finds_nothing():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize(("kind", "product"), EVERY_DEVICE, ids=lambda part: str(getattr(part, "name", part)))
-def test_each_device_of_the_table_is_known_to_the_rules(kind, product):
-    made = port(kind.vendor_id, product, ID_SERIAL_SHORT="A1", ID_PATH="pci-0-usb-0:1.2:1.2")
-    assert made.links == [f"hilbench/{kind.name}-A1-if02", "hilbench/at-pci-0-usb-0:1.2:1.2"]
-    assert (made.tags, made.group, made.mode) == (["uaccess"], "dialout", "0660")
-    assert (made.properties["ID_MM_PORT_IGNORE"], made.properties["ID_MM_DEVICE_IGNORE"]) == ("1", "1")
-    device, _ = usb_device(kind.vendor_id, product)
-    assert device.properties["ID_MM_DEVICE_IGNORE"] == "1"
-    assert (device.tags == ["uaccess"]) == kind.name.startswith("stlink")
+def test_each_device_of_the_table_is_known_to_the_rules():
+    for kind, product in EVERY_DEVICE:
+        which = f"{kind.name} {product:04x}"
+        made = port(kind.vendor_id, product, ID_SERIAL_SHORT="A1", ID_PATH="pci-0-usb-0:1.2:1.2")
+        assert made.links == [f"hilbench/{kind.name}-A1-if02", "hilbench/at-pci-0-usb-0:1.2:1.2"], which
+        assert (made.tags, made.group, made.mode) == (["uaccess"], "dialout", "0660"), which
+        assert (made.properties["ID_MM_PORT_IGNORE"], made.properties["ID_MM_DEVICE_IGNORE"]) == ("1", "1"), which
+        device, _ = usb_device(kind.vendor_id, product)
+        assert device.properties["ID_MM_DEVICE_IGNORE"] == "1", which
+        assert (device.tags == ["uaccess"]) == kind.name.startswith("stlink"), which
 
 
 @given(st.integers(0, 0xFFFF), st.integers(0, 0xFFFF))
@@ -91,12 +92,13 @@ def test_when_a_device_goes_nothing_is_done():
     assert port(0x0403, 0x6001, action="remove", ID_PATH="here").links == []
 
 
-@pytest.mark.parametrize(("kind", "product"), EVERY_DEVICE, ids=lambda part: str(getattr(part, "name", part)))
-def test_brltty_does_not_know_generic_chips_unless_somebody_needs_it(kind, product):
-    device, before = usb_device(kind.vendor_id, product)
-    assert device.properties["PRODUCT"] == (f"not-for-brltty/{before}" if kind.name in BRLTTY_KINDS else before)
-    kept, before = usb_device(kind.vendor_id, product, files=frozenset({"/etc/hilbench/keep-brltty"}))
-    assert kept.properties["PRODUCT"] == before
+def test_brltty_does_not_know_generic_chips_unless_somebody_needs_it():
+    for kind, product in EVERY_DEVICE:
+        device, before = usb_device(kind.vendor_id, product)
+        expected = f"not-for-brltty/{before}" if kind.name in BRLTTY_KINDS else before
+        assert device.properties["PRODUCT"] == expected, kind.name
+        kept, before = usb_device(kind.vendor_id, product, files=frozenset({"/etc/hilbench/keep-brltty"}))
+        assert kept.properties["PRODUCT"] == before, kind.name
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -149,12 +151,11 @@ def test_header_split_at_the_end_of_a_bad_frame():
     assert frames(read(bad + SYNC0[1:])) == [SYNC0]
 
 
-@pytest.mark.parametrize("at", range(3, 9))
-@pytest.mark.parametrize("bit", range(8))
-def test_any_flipped_bit_behind_the_count_is_noticed(at, bit):
-    raw = bytearray(bytes.fromhex("FAFB060B3BC800D33B"))
-    raw[at] ^= 1 << bit
-    assert frames(read(bytes(raw))) == []
+def test_any_flipped_bit_behind_the_count_is_noticed():
+    for at, bit in itertools.product(range(3, 9), range(8)):
+        raw = bytearray(bytes.fromhex("FAFB060B3BC800D33B"))
+        raw[at] ^= 1 << bit
+        assert frames(read(bytes(raw))) == [], (at, bit)
 
 
 def test_unfinished_frame_is_given_up_after_the_last_byte():

@@ -84,16 +84,16 @@ def test_factors(name, distance, sonar, turn, speed, turn_rate):
     assert (robot.max_speed_mm_s, robot.max_turn_deg_s) == (speed, turn_rate)
 
 
-@pytest.mark.parametrize("robot", [*ROBOTS.values(), *ROBOT_VARIANTS.values()], ids=[*ROBOTS, *ROBOT_VARIANTS])
-def test_a_robot_is_consistent(robot):
-    assert robot.front_mm + robot.rear_mm == pytest.approx(robot.length_mm)
-    assert robot.units_per_turn == (1024 if robot.vel2_unit_mm_s == 4 else 4096)
-    assert robot.source
-    for pose in robot.sonars:
-        if pose is not None:
-            assert abs(pose.x_mm) <= robot.length_mm
-            assert abs(pose.y_mm) <= robot.width_mm / 2
-            assert abs(math.remainder(pose.th_deg - math.degrees(math.atan2(pose.y_mm, pose.x_mm)), 360)) < 55
+def test_every_robot_is_consistent():
+    for name, robot in [*ROBOTS.items(), *ROBOT_VARIANTS.items()]:
+        assert robot.front_mm + robot.rear_mm == pytest.approx(robot.length_mm), name
+        assert robot.units_per_turn == (1024 if robot.vel2_unit_mm_s == 4 else 4096), name
+        assert robot.source, name
+        for pose in filter(None, robot.sonars):
+            assert abs(pose.x_mm) <= robot.length_mm, name
+            assert abs(pose.y_mm) <= robot.width_mm / 2, name
+            outwards_deg = math.degrees(math.atan2(pose.y_mm, pose.x_mm))
+            assert abs(math.remainder(pose.th_deg - outwards_deg, 360)) < 55, name
 
 
 def test_sonars_of_a_2dx():
