@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import pytest
+
 
 @dataclass(frozen=True)
 class Defect:
@@ -18,6 +20,18 @@ class Defect:
 
     def __str__(self):
         return f"{self.test}: {self.what}"
+
+
+def first_of_each(defects, *attributes):
+    """Return them as parameters; the gate has the first of those that have the same test, owner, or both."""
+    seen = set()
+    found = []
+    for defect in defects:
+        place = tuple(getattr(defect, attribute) for attribute in attributes)
+        marks = pytest.mark.exhaustive("another defect in a place of which the gate has one") if place in seen else ()
+        found.append(pytest.param(defect, id=str(defect), marks=marks))
+        seen.add(place)
+    return found
 
 
 def finds_it(run):

@@ -9,6 +9,7 @@ import pytest
 from targets.firmware import image_names
 
 LIMIT_MS = 500
+OTHER_TIMING = pytest.mark.exhaustive("the other timing model; the gate has golden traces with it")
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ def test_all_are_run():
     assert sorted([*ENDS, "bad-stuck"]) == [name for name in image_names() if name.startswith("bad-")]
 
 
-@pytest.mark.parametrize("timing", ["flat", "table"])
+@pytest.mark.parametrize("timing", ["flat", pytest.param("table", marks=OTHER_TIMING)])
 @pytest.mark.parametrize("name", ENDS)
 def test_how_it_ends(start, name, timing):
     run = start(name, timing=timing).to(LIMIT_MS)
@@ -73,6 +74,7 @@ def test_how_it_ends(start, name, timing):
     assert run.sent["USART1"] == line * max(1, run.resets.count("IWDG"))
 
 
+@pytest.mark.exhaustive("each in other ways; the gate has such images in two ways each in traces/test_goldens.py")
 @pytest.mark.parametrize("name", [*ENDS, "bad-stuck"])
 def test_it_ends_at_the_same_cycle_however_it_is_run(start, name):
     def end(step_ns=None, **options):

@@ -35,7 +35,7 @@ from targets.mcu.stm32f1.gpio import Gpio
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.usart import Usart
-from tests.targets.firmware.defect import Defect, finds_it
+from tests.targets.firmware.defect import Defect, finds_it, first_of_each
 
 DEFECTS = [
     # --- USART
@@ -301,17 +301,7 @@ def takes_ms():
     return measure
 
 
-def sampled():
-    """Every defect; all but the first for each self-test take their time."""
-    seen = set()
-    for defect in DEFECTS:
-        yield pytest.param(
-            defect, id=str(defect), marks=pytest.mark.exhaustive("takes too long") if defect.test in seen else ()
-        )
-        seen.add(defect.test)
-
-
-@pytest.mark.parametrize("defect", list(sampled()))
+@pytest.mark.parametrize("defect", first_of_each(DEFECTS, "test"))
 def test_it_is_found(start, takes_ms, put_in, defect):
     name = f"selftest-{defect.test}"
     usual_ms = takes_ms(start, name)

@@ -11,10 +11,11 @@ NOTES = {
     "timers": ["TIM6_0x34"],
 }
 LIMIT_MS = 50
+OTHER_TIMING = pytest.mark.exhaustive("the other timing model; the gate has golden traces with it")
 
 
 @pytest.mark.parametrize("name", CHECKS)
-@pytest.mark.parametrize("timing", ["flat", "table"])
+@pytest.mark.parametrize("timing", ["flat", pytest.param("table", marks=OTHER_TIMING)])
 def test_every_check_holds(start, name, timing):
     run = start(f"f767-{name}", timing=timing).to(LIMIT_MS)
     passed, failed = run.checks
@@ -23,6 +24,7 @@ def test_every_check_holds(start, name, timing):
     assert [note.where for note in run.machine.notes.all] == NOTES.get(name, [])
 
 
+@pytest.mark.exhaustive("each self-test in other ways; the gate has fifteen images so in traces/test_goldens.py")
 @pytest.mark.parametrize("name", CHECKS)
 def test_it_ends_at_the_same_cycle_however_it_is_run(start, name):
     def end(step_ns=None, **options):

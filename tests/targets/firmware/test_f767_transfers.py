@@ -13,7 +13,7 @@ from targets.mcu.stm32.dma_slot import Slot
 from targets.mcu.stm32.dma_stream import Setting, Stream
 from targets.mcu.stm32.i2c import I2c
 from targets.mcu.stm32.i2c_wire import Wire
-from tests.targets.firmware.defect import Defect, finds_it
+from tests.targets.firmware.defect import Defect, finds_it, first_of_each
 
 LIMIT_MS = 50
 
@@ -69,7 +69,7 @@ DEFECTS = [
 ]
 
 
-@pytest.mark.parametrize("defect", DEFECTS, ids=str)
+@pytest.mark.parametrize("defect", first_of_each(DEFECTS, "test", "owner"))
 def test_it_is_found(start, put_in, defect):
     put_in(defect)
     assert finds_it(start(f"f767-{defect.test}").to(LIMIT_MS)), "the self-test passes all the same"

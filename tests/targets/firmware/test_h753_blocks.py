@@ -13,7 +13,7 @@ from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dmamux import DmaMux
 from targets.mcu.stm32.usart_fifo import FifoUsart
 from targets.mcu.stm32h7.dma_reach import DmaReach
-from tests.targets.firmware.defect import Defect, finds_it
+from tests.targets.firmware.defect import Defect, finds_it, first_of_each
 
 CHECKS = {"adc16": 38, "dmamux": 19, "usart-fifo": 32}
 NOTES = {
@@ -22,10 +22,11 @@ NOTES = {
     "usart-fifo": ["USART2_CR1", "USART2_PRESC"],
 }
 LIMIT_MS = {"adc16": 25, "dmamux": 2, "usart-fifo": 6}
+OTHER_TIMING = pytest.mark.exhaustive("the other timing model; the gate has golden traces with it")
 
 
 @pytest.mark.parametrize("name", CHECKS)
-@pytest.mark.parametrize("timing", ["flat", "table"])
+@pytest.mark.parametrize("timing", ["flat", pytest.param("table", marks=OTHER_TIMING)])
 def test_every_check_holds(start, name, timing):
     run = start(f"h753-{name}", timing=timing).to(LIMIT_MS[name])
     passed, failed = run.checks
@@ -34,6 +35,7 @@ def test_every_check_holds(start, name, timing):
     assert [note.where for note in run.machine.notes.all] == NOTES[name]
 
 
+@pytest.mark.exhaustive("each self-test in other ways; the gate has fifteen images so in traces/test_goldens.py")
 @pytest.mark.parametrize("name", ["dmamux", "usart-fifo"])
 def test_it_ends_at_the_same_cycle_however_it_is_run(start, name):
     def end(step_ns=None, **options):
@@ -94,7 +96,7 @@ DEFECTS = [
 ]
 
 
-@pytest.mark.parametrize("defect", DEFECTS, ids=str)
+@pytest.mark.parametrize("defect", first_of_each(DEFECTS, "test", "owner"))
 def test_it_is_found(start, put_in, defect):
     put_in(defect)
     assert finds_it(start(f"h753-{defect.test}").to(LIMIT_MS[defect.test])), "the self-test passes all the same"

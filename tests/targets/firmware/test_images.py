@@ -11,12 +11,13 @@ from elftools.elf.elffile import ELFFile
 from targets import firmware
 from targets.firmware import image_names, image_path
 
+ONE_OF_EACH_KIND = {name.partition("-")[0]: name for name in image_names()}.values()
 SELFTESTS = [name for name in image_names() if name.startswith("selftest-")]
 
 
-@pytest.mark.parametrize("name", image_names())
-def test_every_image_is_found_by_its_name(name):
-    assert image_path(name).name == f"{name}.elf"
+def test_every_image_is_found_by_its_name():
+    for name in image_names():
+        assert image_path(name).name == f"{name}.elf"
 
 
 def test_other_formats_are_found_by_their_ending():
@@ -34,20 +35,31 @@ def test_every_self_test_has_an_image():
     assert sorted(f"selftest-{source.stem}" for source in sources) == SELFTESTS
 
 
-@pytest.mark.parametrize("name", image_names())
+@pytest.mark.parametrize("name", ONE_OF_EACH_KIND)
 def test_functions_and_lines_can_be_looked_up(name):
+    check_symbols(name)
+
+
+@pytest.mark.exhaustive("every image; the gate has one of each kind")
+def test_functions_and_lines_of_any_image_can_be_looked_up():
+    for name in image_names():
+        check_symbols(name)
+
+
+def check_symbols(name):
     elf = ELFFile(io.BytesIO(image_path(name).read_bytes()))
-    assert elf.get_section_by_name(".symtab").get_symbol_by_name("main")
+    assert elf.get_section_by_name(".symtab").get_symbol_by_name("main"), name
     units = list(elf.get_dwarf_info().iter_CUs())
     tops = [unit.get_top_DIE().attributes for unit in units]
     folders = {top["DW_AT_comp_dir"].value.decode() for top in tops}
-    assert all(folder == "." or folder.endswith("/libgcc") for folder in folders)  # libgcc's is the distribution's
-    names = {top["DW_AT_name"].value.decode() for top in tops if top["DW_AT_comp_dir"].value == b"."}
-    assert names & {
+    # libgcc's is the distribution's
+    assert all(folder == "." or folder.endswith("/libgcc") for folder in folders), name
+    sources = {top["DW_AT_name"].value.decode() for top in tops if top["DW_AT_comp_dir"].value == b"."}
+    assert sources & {
         "common/startup.c",
         "f767/startup.c",
         "h753/startup.c",
         "rover/startup.c",
         "vehicle_interface/startup.c",
-    }
-    assert not any(name.startswith("/") for name in names)
+    }, name
+    assert not any(source.startswith("/") for source in sources), name

@@ -31,15 +31,17 @@ CHECKS = {
 FAILS = {"unaligned": ["ldm-faults", "stm-faults", "ldrd-faults", "strd-faults"]}
 """What the emulated chip does not do as silicon does: the ledger tells it at SCB_CCR."""
 
-QUICK = [
-    pytest.param(name, marks=pytest.mark.exhaustive("takes too long") if name in ("iwdg", "usart") else ())
-    for name in CHECKS
-]
 LIMIT_MS = 1000
 
 
 def test_all_self_tests_are_run():
     assert [f"selftest-{name}" for name in CHECKS] == [name for name in image_names() if name.startswith("selftest-")]
+
+
+def with_the_gate_having(*few):
+    """Return the names; those that are not among the few are left to the exhaustive tests."""
+    rest = pytest.mark.exhaustive(f"the other self-tests; the gate has {', '.join(few)}")
+    return [pytest.param(name, marks=() if name in few else rest) for name in CHECKS]
 
 
 def check_all(start, name, timing):
@@ -58,7 +60,7 @@ def test_every_check_holds(start, name):
     check_all(start, name, "flat")
 
 
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", with_the_gate_having("cpu", "faults", "systick"))
 def test_every_check_holds_with_other_timing(start, name):
     check_all(start, name, "table")
 
@@ -68,12 +70,12 @@ def end(start, name, step_ns=None, **options):
     return run.machine.ended, run.console, run.sent, run.resets
 
 
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", with_the_gate_having("crc", "nvic", "tim"))
 def test_it_ends_at_the_same_cycle_however_it_is_run(start, name):
     assert end(start, name) == end(start, name, step_ns=77_777, skip_idle=False)
 
 
-@pytest.mark.exhaustive("takes too long")
+@pytest.mark.exhaustive("each self-test in four ways; the gate has three of them in one")
 @pytest.mark.parametrize("name", CHECKS)
 @pytest.mark.parametrize(("step_ns", "skip_idle"), [(1009, True), (77_777, False)])
 @pytest.mark.parametrize("timing", ["flat", "table"])

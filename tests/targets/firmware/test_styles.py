@@ -7,6 +7,7 @@ import itertools
 import pytest
 
 TEXT = bytes(range(256))
+OTHER_TIMING = pytest.mark.exhaustive("the other timing model; the gate has golden traces with it")
 
 
 def periods_ms(run, pin):
@@ -94,7 +95,7 @@ def test_the_boot_loader_stays(start, name, pin):
     assert len(run.edges_ms("PC13")) > 5
 
 
-@pytest.mark.parametrize("timing", ["flat", "table"])
+@pytest.mark.parametrize("timing", ["flat", pytest.param("table", marks=OTHER_TIMING)])
 @pytest.mark.parametrize(
     ("name", "usarts", "baud"),
     [
