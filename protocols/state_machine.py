@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping
 from types import MappingProxyType
 from typing import Generic, Protocol, TypeVar
 
-__all__ = ["Edge", "LineCounters", "StateMachine"]
+__all__ = ["Edge", "LineCounters", "StateMachine", "earliest"]
 
 _NS_PER_S = 1_000_000_000
 
@@ -24,6 +24,13 @@ EventT = TypeVar("EventT")
 CountersT = TypeVar("CountersT", bound="LineCounters")
 _State_co = TypeVar("_State_co", covariant=True)
 _Action_co = TypeVar("_Action_co", covariant=True)
+
+
+def earliest(one_ns: int | None, other_ns: int | None) -> int | None:
+    """The earlier of two times, of which each may be None for never; asked for with each byte."""
+    if one_ns is None or (other_ns is not None and other_ns < one_ns):
+        return other_ns
+    return one_ns
 
 
 class Edge(Protocol[_State_co, _Action_co]):
@@ -139,7 +146,7 @@ class StateMachine(ABC, Generic[StateT, TriggerT, ActionT, TimerT, EventT, Count
 
     def next_deadline_ns(self) -> int | None:
         """When the next timer runs out, in ns of bench time."""
-        return min(self._timers.values(), default=None)
+        return min(self._timers.values()) if self._timers else None
 
     @property
     def deadlines(self) -> Mapping[TimerT, int]:

@@ -48,7 +48,7 @@ from protocols.carla.states import (
     Timer,
     Trigger,
 )
-from protocols.state_machine import StateMachine
+from protocols.state_machine import StateMachine, earliest
 
 __all__ = ["UNINITIALISED_FRAME", "BoardMachine"]
 
@@ -264,8 +264,7 @@ class BoardMachine(StateMachine[Step, Trigger, Action, Timer, Event, Counters]):
 
     def next_deadline_ns(self) -> int | None:
         """When a wait ends or the driving stack's side has something to do, in ns of bench time."""
-        deadlines = (super().next_deadline_ns(), self.stack.next_deadline_ns())
-        return min((deadline for deadline in deadlines if deadline is not None), default=None)
+        return earliest(super().next_deadline_ns(), self.stack.next_deadline_ns())
 
     def expire_next(self) -> None:
         """Lets the earliest thing happen; the control task comes first, as it has the higher priority."""

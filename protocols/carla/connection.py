@@ -39,6 +39,7 @@ from protocols.carla.states import (
     Timer,
     Trigger,
 )
+from protocols.state_machine import earliest
 
 __all__ = ["Connection"]
 
@@ -175,8 +176,7 @@ class Connection:
 
     def next_deadline_ns(self) -> int | None:
         """When `advance` has something to do, in ns of bench time; None if nothing is waited for."""
-        deadlines = (self._machine.reader.next_deadline_ns(), self._machine.next_deadline_ns())
-        return min((deadline for deadline in deadlines if deadline is not None), default=None)
+        return earliest(self._machine.reader.next_deadline_ns(), self._machine.next_deadline_ns())
 
     # --- the board
 

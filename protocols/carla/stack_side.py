@@ -13,6 +13,7 @@ from protocols.carla.events import AgentChanged, Event, ModeAnswered, ModeReport
 from protocols.carla.frames import Mode
 from protocols.carla.options import BoardOptions, EmergencyReport
 from protocols.carla.states import ModeTrigger
+from protocols.state_machine import earliest
 
 __all__ = ["NOT_READY", "StackSide"]
 
@@ -118,8 +119,7 @@ class StackSide:
 
     def next_deadline_ns(self) -> int | None:
         """When a report is due or the driving stack was silent for too long, in ns of bench time."""
-        deadlines = (self._report_ns, self._silence_ns)
-        return min((deadline for deadline in deadlines if deadline is not None), default=None)
+        return earliest(self._report_ns, self._silence_ns)
 
     def expire(self, now_ns: int) -> None:
         """Does what is due: silence before a report."""

@@ -37,7 +37,7 @@ from protocols.p2os.states import (
     Timer,
     Trigger,
 )
-from protocols.state_machine import Edge
+from protocols.state_machine import Edge, earliest
 
 __all__ = ["Connection"]
 
@@ -115,8 +115,7 @@ class Connection:
 
     def next_deadline_ns(self) -> int | None:
         """When `advance` has something to do, in ns of bench time; None if nothing is waited for."""
-        deadlines = (self._machine.next_deadline_ns(), self._reader.next_deadline_ns())
-        return min((deadline for deadline in deadlines if deadline is not None), default=None)
+        return earliest(self._machine.next_deadline_ns(), self._reader.next_deadline_ns())
 
     def send(self, message: Command | ServerPacket, now_ns: int) -> bytes:
         """The bytes of a message of the program's own, to be written to the line now.

@@ -30,6 +30,7 @@ from protocols.carla import (
     ModeReported,
     StatusReported,
 )
+from protocols.state_machine import earliest
 from targets.robots.vehicle_interface.behaviour import BEHAVIOURS, Behaviour
 from targets.robots.vehicle_interface.defects import DEFECTS
 from targets.robots.vehicle_interface.events import LightsSwitched
@@ -180,8 +181,7 @@ class VehicleInterface:
         if self._hung_ns is not None:
             watchdog_s = self.behaviour.body.watchdog_s
             return None if watchdog_s is None else self._hung_ns + round(watchdog_s * _NS_PER_S)
-        due = (self.simulator.next_deadline_ns(), self.stack.next_deadline_ns())
-        return min((ns for ns in due if ns is not None), default=None)
+        return earliest(self.simulator.next_deadline_ns(), self.stack.next_deadline_ns())
 
     def line_down(self, line: str, now_ns: int) -> Sent:
         """A line is gone; a UART does not notice."""
