@@ -21,6 +21,7 @@ from hilbench.recordings.pcapng import LEFT_OUT
 from hilbench.recordings.reading import parse_recording
 from hilbench.recordings.vcd_file import write_vcd
 
+EVERY_BYTE = pytest.mark.exhaustive("the gate cuts at every seventh byte")
 _texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
 _values = st.none() | st.booleans() | st.integers(-(2**53), 2**53) | _texts | st.lists(st.integers(0, 9), max_size=3)
 _fields = st.dictionaries(_texts.filter(lambda name: name not in {"ns", "kind", "source", "data"}), _values, max_size=3)
@@ -109,13 +110,14 @@ def _marked(count=10, seed=5):
 class TestCut:
     """Of a file that ends anywhere there is every event that is wholly in it, and nothing that is not."""
 
-    def test_at_any_byte(self, form, recording_of):
+    @pytest.mark.parametrize("step", [7, pytest.param(1, marks=EVERY_BYTE)])
+    def test_at_any_byte(self, form, recording_of, step):
         write, _ = form
         whole = recording_of(_marked())
         data = write(whole)
         ends = [data.index(event["mark"].encode()) for event in whole.events]
         lost = 0
-        for cut in range(1, len(data)):
+        for cut in range(1, len(data), step):
             found = parse_recording(data[:cut], "it")
             assert found.events == whole.events[: len(found.events)]
             # What stands before the mark of the next event is whole, whatever the format puts behind each.
@@ -146,7 +148,8 @@ class TestCut:
         with contextlib.suppress(UnavailableError):
             parse_recording(bytes(data), "it")
 
-    def test_waveforms_at_any_byte(self, tmp_path, recording_of):
+    @pytest.mark.parametrize("step", [7, pytest.param(1, marks=EVERY_BYTE)])
+    def test_waveforms_at_any_byte(self, tmp_path, recording_of, step):
         levels = random.Random(3)
         edges = [
             {"ns": at * 1000, "kind": "pin", "source": f"brain.P{levels.choice('AB')}1", "level": levels.random() < 0.5}
@@ -155,7 +158,7 @@ class TestCut:
         path = tmp_path / "pins.vcd"
         write_vcd(recording_of(edges), path)
         data, whole = path.read_bytes(), read_vcd(path).tracks
-        for cut in range(data.index(b"$dumpvars") + 12, len(data)):
+        for cut in range(data.index(b"$dumpvars") + 12, len(data), step):
             path.write_bytes(data[:cut])
             found = read_vcd(path)
             for name, track in found.tracks.items():
