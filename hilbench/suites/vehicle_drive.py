@@ -89,13 +89,16 @@ def drive(bench: BoardCase) -> Drive:
 @on_track("VD01", "VD02", "VD11", lasts_s=55.0)
 def test_a_lap(drive: Drive) -> None:
     drive.start()
-    drive.until(lambda: drive.driver.travelled_m >= drive.path.length_m or drive.is_astray, LAP_WITHIN_S)
+    require_driven(drive, drive.path.length_m)
+
+
+def require_driven(drive: Drive, way_m: float) -> None:
+    """Let the car be driven so far; require that it keeps in its lane, is reported truly and is steered as asked."""
+    drive.until(lambda: drive.driver.travelled_m >= way_m or drive.is_astray, LAP_WITHIN_S)
     if drive.is_astray:
         require_in_lane(drive, drive.moments, "VD01")
-    if drive.driver.travelled_m < drive.path.length_m:
-        raise Violation(
-            f"{drive.driver.travelled_m:.0f} m of {drive.path.length_m:.0f} m in {LAP_WITHIN_S:g} s", drive.said()
-        )
+    if drive.driver.travelled_m < way_m:
+        raise Violation(f"{drive.driver.travelled_m:.0f} m of {way_m:.0f} m in {LAP_WITHIN_S:g} s", drive.said())
     require_in_lane(drive, drive.moments, "VD01")
     require_mode(drive, 0.0, Mode.AUTOWARE, "VD01")
     for report_s, report in drive.reports:
