@@ -22,7 +22,13 @@ import threading
 from pathlib import Path
 
 HILBENCH = "import sys; from hilbench.__main__ import main; sys.exit(main())"
-PYTEST = "import sys, pytest; sys.exit(pytest.main())"
+PYTEST = """\
+import sys
+import pytest
+
+plugins = [f"-pno:{name}" for name in ("hypothesispytest", "xdist", "xdist.looponfail")]  # nobody here wants them
+sys.exit(pytest.main([*plugins, *sys.argv[1:]]))
+"""
 PATIENCE_S = 60
 CLOSED = object()
 """A stream that is closed as the process begins."""

@@ -428,7 +428,7 @@ def test_plain_pytest_has_the_fixtures(forkable, tmp_path):
     assert done.returncode == 1
 
 
-WITHOUT_PHYSICS = f"import sys; sys.modules['pybullet'] = None; {PYTEST}"
+WITHOUT_PHYSICS = f"import sys\nsys.modules['pybullet'] = None\n{PYTEST}"
 
 
 def plain_pytest_without_physics(forkable, folder, clause, *words):

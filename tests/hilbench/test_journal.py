@@ -67,7 +67,7 @@ def test_round_trip(tmp_path):
 
 def test_cut_at_any_byte_is_readable_up_to_the_cut(tmp_path):
     path = tmp_path / "j.jsonl"
-    write_journal(path)
+    write_journal(path, 8)
     whole = path.read_bytes()
     events = Journal.read(path).events
     header_bytes = whole.index(b"\n") + 1

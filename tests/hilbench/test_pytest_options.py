@@ -34,7 +34,7 @@ def plain_pytest(forkable_pytest, tmp_path):
 
     def run(*words, test=OWN, **more):
         (folder / "test_own.py").write_text(test)
-        program = f"import sys; sys.path[:0] = {[str(site), str(ROOT)]}; {PYTEST}"
+        program = f"import sys\nsys.path[:0] = {[str(site), str(ROOT)]}\n{PYTEST}"
         every = ("-q", "-p", "no:cacheprovider", "-W", "error", *words)
         return forkable_pytest.run(*every, program=program, cwd=folder, env=more)
 

@@ -77,7 +77,7 @@ def test_the_step_changes_nothing(emulate):
         emulated.bench.journal.begin_case("it", 0)
         emulated.bench.run_for(0.02)
         emulated.ports["brain.usart1"].write(b"hello")
-        emulated.bench.run_for(0.1)
+        emulated.bench.run_for(0.04)
         return emulated.bench.journal.end_case(emulated.bench.now_ns)
 
     assert len({trace(step_ns) for step_ns in (1000, 100_000, 1_000_000, 7_777_777, 50_000_000)}) == 1

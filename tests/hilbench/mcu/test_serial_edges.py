@@ -56,12 +56,12 @@ def test_a_line_without_rest_is_no_fast_pin(tmp_path):
     """It sends for whole windows of the log, and is looked at for only a part of the time."""
     emulated = EmulatedBench(open_target(f"bluepill:{IMAGES / 'echo-irq.elf'}"), journal=tmp_path / "j")
     emulated.bench.run_for(0.01)
-    emulated.ports["bluepill.usart1"].write(bytes(range(256)) * 14)
-    emulated.bench.run_for(0.4)
+    emulated.ports["bluepill.usart1"].write(bytes(range(256)) * 10)
+    emulated.bench.run_for(0.3)
     emulated.close()
     events = Journal.read(tmp_path / "j").events
     assert [event["kind"] for event in events if event["source"] == "bluepill.PA9"] == ["pin"]
-    assert sum(len(event["data"]) // 2 for event in events if event["kind"] == "tx") == 256 * 14
+    assert sum(len(event["data"]) // 2 for event in events if event["kind"] == "tx") == 256 * 10
 
 
 def test_what_is_told_of_a_line_does_not_depend_on_the_step(tmp_path):

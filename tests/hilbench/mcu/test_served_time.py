@@ -96,7 +96,7 @@ def test_nothing_drifts_in_ten_minutes():
     assert {frame.bit_s * 115_200 for frame in frames} == {1}
 
 
-def test_bytes_without_a_pause_keep_to_the_rate_for_ten_minutes(emulate):
+def test_bytes_without_a_pause_keep_to_the_rate_for_minutes(emulate):
     """The start bit of byte k is due k frames after the first: the roundings to a nanosecond do not add up."""
     starts_ns = []
 
@@ -106,9 +106,9 @@ def test_bytes_without_a_pause_keep_to_the_rate_for_ten_minutes(emulate):
 
     emulated = emulate(program, step_ns=NS_PER_S)
     emulated.bench.run_for(1)
-    count = 120 * 600
+    count = 120 * 100
     emulated.ports["brain.usart1"].write(bytes(count))
-    emulated.bench.run_for(601)
+    emulated.bench.run_for(101)
     assert len(starts_ns) == count
     late_ns = {start_ns - NS_PER_S - k * NS_PER_S // 120 for k, start_ns in enumerate(starts_ns)}
     assert late_ns <= set(range(15))  # each begins with a cycle of the chip, the next one
