@@ -26,7 +26,7 @@ def pipe():
         yield reader, writer
 
 
-def decoder_to(writer, patience_s=30.0):
+def decoder_to(writer, patience_s=600.0):
     return LiveDecoder("pkt", DecodeOptions(), Console(out=writer), as_json=False, patience_s=patience_s)
 
 
