@@ -120,6 +120,7 @@ LOADED = (
 )
 
 
+@pytest.mark.real_time("a process that serves; its words are waited for, and nothing is timed")
 def test_a_served_bench_loads_no_dashboard(forkable):
     with forkable.start("serve", "rover-model", "--tcp", "0", program=LOADED) as served:
         served.hear("serving at")

@@ -19,7 +19,7 @@ from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.pioneer.client import P2osClient
 
-WAIT_S = 20
+WAIT_S = 60
 """How long a test waits for a program, in seconds; a program that is right needs a fraction of one."""
 
 

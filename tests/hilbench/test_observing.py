@@ -165,6 +165,7 @@ def test_everything_about_a_case_is_in_the_json(virtual):
 # --- a port in real time
 
 
+@pytest.mark.real_time("a run in real time says how exact it was; it may have been late")
 def test_a_run_in_real_time_has_no_hash_and_says_why(in_real_time):
     assert in_real_time.run_hash is None
     assert in_real_time.cases[0].case_hash == ""
@@ -179,6 +180,7 @@ def test_a_run_in_real_time_has_no_hash_and_says_why(in_real_time):
     assert facts["run_hash"] == ""
 
 
+@pytest.mark.real_time("a run in real time says how exact it was; it may have been late")
 def test_a_run_in_real_time_tells_how_exact_it_was(in_real_time):
     observed = in_real_time.observed
     assert (observed.coverage, observed.ledger) == ((), None)
@@ -191,6 +193,7 @@ def test_a_run_in_real_time_tells_how_exact_it_was(in_real_time):
     assert f"port: {observed.port.sent} bytes sent, {observed.port.received} received, none lost" in lines
 
 
+@pytest.mark.real_time("a run in real time says how exact it was; it may have been late")
 def test_breaks_that_a_port_cannot_send_are_not_passed_over(in_real_time):
     port = PortCounters(sent=1, breaks=2, breaks_unsent=3)
     report = msgspec.structs.replace(in_real_time, observed=Observations(port=port))

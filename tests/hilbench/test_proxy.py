@@ -21,6 +21,7 @@ from protocols.pkt import PROFILES, RequestTelemetry, encode_command, encode_fra
 from tests.hilbench.forked import PATIENCE_S
 
 REQUEST = encode_frame(encode_command(RequestTelemetry()), PROFILES["documented"].client.frames)
+SERVED = pytest.mark.real_time("a process that serves; its words and bytes are waited for, and nothing is timed")
 
 
 class Proxy:
@@ -77,6 +78,7 @@ def read(descriptor, count):
     return data
 
 
+@SERVED
 def test_bytes_pass_both_ways_and_into_the_journal(proxy, board, tmp_path):
     master, name = board
     between = proxy(f"serial:{name}", "--journal", "passed.jsonl")
@@ -97,6 +99,7 @@ def test_bytes_pass_both_ways_and_into_the_journal(proxy, board, tmp_path):
     assert passed == {"client": every, "server": every[::-1]}
 
 
+@SERVED
 def test_what_passed_is_in_the_journal_of_a_proxy_that_was_killed(proxy, board, tmp_path):
     master, name = board
     between = proxy(f"serial:{name}", "--journal", "passed.jsonl")
@@ -112,6 +115,7 @@ def test_what_passed_is_in_the_journal_of_a_proxy_that_was_killed(proxy, board, 
     assert b"before".hex() in {event.get("data") for event in recording.events}
 
 
+@SERVED
 def test_faults_strike_and_frames_are_printed(proxy, tmp_path):
     faults = tmp_path / "faults.toml"
     faults.write_text('[[faults]]\nkind = "flip"\nprobability = 1\nbit = 7\nfrom = "b"\n')
@@ -125,6 +129,7 @@ def test_faults_strike_and_frames_are_printed(proxy, tmp_path):
     assert "fault flip probability 1 bit 7 towards a struck (" in between.said
 
 
+@SERVED
 def test_a_far_end_that_hangs_up_is_looked_for(proxy):
     with socket.create_server(("127.0.0.1", 0)) as listener:
         between = proxy(f"socket://127.0.0.1:{listener.getsockname()[1]}")

@@ -24,6 +24,7 @@ SYNC2 = bytes.fromhex("FAFB03020002")
 SIP = re.compile(rb"\xfa\xfb.\x32", re.DOTALL)
 FAST = ("--baud", "115200", "--any-baud")
 BENCHES = pytest.mark.parametrize("bench", [pytest.param("pioneer", marks=pytest.mark.needs_bullet), "pioneer-plane"])
+SERVED = pytest.mark.real_time("a process that serves; its words and bytes are waited for, and nothing is timed")
 
 
 class Client:
@@ -161,6 +162,7 @@ def refused(serve, *words):
 
 @BENCHES
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@SERVED
 def test_it_is_stopped_by_a_signal_and_leaves_nothing(serve, link, number, bench):
     served = serve("--pty", link, "--tcp", 0, bench=bench).ready()
     client = served.at_tcp()
@@ -176,6 +178,7 @@ def test_it_is_stopped_by_a_signal_and_leaves_nothing(serve, link, number, bench
 
 @BENCHES
 @pytest.mark.parametrize("moment", ["__init__", "close"])
+@SERVED
 def test_signals_while_it_begins_or_ends_leave_nothing(serve, link, moment, bench):
     program = f"""
 import os, signal, sys
@@ -200,6 +203,7 @@ sys.exit(main())
     assert not link.is_symlink()
 
 
+@SERVED
 def test_what_a_killed_one_leaves_is_cleared_away_and_its_journal_can_be_read(serve, link, tmp_path):
     served = serve("--pty", link, "--journal", tmp_path / "j").ready()
     client = served.at_pty(link)
@@ -228,6 +232,7 @@ def test_the_help_says_how_it_ends(capfd):
 # --- what keeps it from beginning
 
 
+@SERVED
 def test_a_path_or_a_port_that_is_taken(serve, link, tmp_path):
     served = serve("--pty", link, "--tcp", 0).ready()
     code, said = refused(serve, "--pty", link)
@@ -281,6 +286,7 @@ def test_no_door(serve):
 # --- what clients do
 
 
+@SERVED
 def test_many_clients_at_both_doors_leave_no_descriptors(serve, link):
     served = serve("--pty", link, "--tcp", 0, *FAST).ready()
     before = served.descriptors()
@@ -293,6 +299,7 @@ def test_many_clients_at_both_doors_leave_no_descriptors(serve, link):
     assert served.said.count("a client came") == served.said.count("a client left") == 16
 
 
+@SERVED
 def test_at_either_door_the_first_has_the_line(serve, link):
     served = serve("--pty", link, "--tcp", 0, *FAST).ready()
     first = served.at_pty(link)
@@ -309,6 +316,7 @@ def test_at_either_door_the_first_has_the_line(serve, link):
     assert served.end() == 0
 
 
+@SERVED
 def test_a_second_tcp_client_is_turned_away(serve):
     served = serve("--tcp", 0, *FAST).ready()
     first = served.at_tcp()
@@ -322,6 +330,7 @@ def test_a_second_tcp_client_is_turned_away(serve):
 
 
 @pytest.mark.parametrize("door", ["pty", "tcp"])
+@SERVED
 def test_a_client_that_dies_in_session_finds_the_robot_free_at_once(serve, link, door):
     """A line whose last client has closed it is hung up, however soon the next one opens it."""
     served = serve("--pty", link, "--tcp", 0, *FAST).ready()
@@ -343,6 +352,7 @@ FORGETFUL = f"import hilbench.links.tcp; hilbench.links.tcp._UNREAD_BYTES = 1000
 
 @pytest.mark.slow("the line takes two seconds for more bytes than the system keeps for the reader of a pty")
 @pytest.mark.parametrize("door", ["pty", "tcp"])
+@SERVED
 def test_a_client_that_does_not_read_harms_nobody(serve, link, door):
     served = serve("--pty", link, "--tcp", 0, *FAST, program=FORGETFUL).ready()
     deaf = served.at_pty(link) if door == "pty" else served.at_tcp(4096)
@@ -354,6 +364,7 @@ def test_a_client_that_does_not_read_harms_nobody(serve, link, door):
     assert re.search(r"[1-9]\d* of them dropped: nobody read", served.said), served.said
 
 
+@SERVED
 def test_a_wrong_rate_garbles_and_is_told_once(serve, link):
     served = serve("--pty", link).ready()
     client = served.at_pty(link)
@@ -372,6 +383,7 @@ def test_a_wrong_rate_garbles_and_is_told_once(serve, link):
     ) in served.said
 
 
+@SERVED
 def test_any_baud_garbles_nothing(serve, link):
     served = serve("--pty", link, "--any-baud").ready()
     client = served.at_pty(link)
@@ -385,6 +397,7 @@ def test_any_baud_garbles_nothing(serve, link):
 
 
 @pytest.mark.parametrize("stream", ["closed", "broken", "full"])
+@SERVED
 def test_nobody_hears_it(serve, link, stream):
     read, write = os.pipe()
     words: dict[str, object] = {"stderr": write}

@@ -19,6 +19,7 @@ from hilbench.options import PtyDoor, ServeOptions, TcpDoor
 from tests.hilbench.forked import PATIENCE_S
 
 IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
+SERVED = pytest.mark.real_time("a process that serves; its words and bytes are waited for, and nothing is timed")
 
 
 # --- which USART gets which door
@@ -142,6 +143,7 @@ def echoes(path):
         os.close(descriptor)
 
 
+@SERVED
 def test_an_echo_on_a_pty_and_a_hundred_clients(serve, tmp_path):
     served = serve(f"bluepill:{IMAGES / 'echo-irq.elf'}", "--pty", "./u1", "--journal", "j").has_said("stop with")
     assert "serving bluepill.usart1 at u1 (/dev/pts/" in served.said
@@ -164,6 +166,7 @@ def test_an_echo_on_a_pty_and_a_hundred_clients(serve, tmp_path):
     assert journal.count('"kind":"reset"') == 1  # at power-on: it is the same board for all of them
 
 
+@SERVED
 def test_of_a_board_with_a_virtual_com_port_that_one_is_served(serve, tmp_path):
     served = serve(f"nucleo-f767zi:{IMAGES / 'f767-demo.elf'}").has_said("stop with")
     assert served.said.count("serving ") == 1
@@ -177,6 +180,7 @@ def test_of_a_board_with_a_virtual_com_port_that_one_is_served(serve, tmp_path):
     assert served.end() == 0
 
 
+@SERVED
 def test_each_usart_on_a_door_of_its_own(serve, tmp_path):
     served = serve(f"bluepill:{IMAGES / 'echo-all.elf'}", "--tcp", "usart2=0", "--pty", "usart1=a", "--pty", "usart3=c")
     served.has_said("stop with")
@@ -188,6 +192,7 @@ def test_each_usart_on_a_door_of_its_own(serve, tmp_path):
     assert served.end(signal.SIGTERM) == 0
 
 
+@SERVED
 def test_a_client_at_a_wrong_rate_gets_garbage_and_is_told(serve, tmp_path):
     served = serve(f"bluepill:{IMAGES / 'echo-irq.elf'}").has_said("stop with")
     assert echoes(tmp_path / "bluepill-usart1")

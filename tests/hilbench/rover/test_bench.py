@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import signal
-import subprocess
-import sys
 
 import pytest
 import serial
@@ -15,6 +13,7 @@ from hilbench.cli import main
 from hilbench.config import open_bench, read_bench
 from hilbench.errors import UsageError
 from targets.robots.rover import RoverSettings
+from tests.hilbench.forked import PATIENCE_S
 
 HEAD = """version = 1
 [targets.rover]
@@ -103,16 +102,17 @@ def test_suites_of_the_rover_mean_its_bench(tmp_path, monkeypatch, capsys):
     assert "/dev/none" in capsys.readouterr().out
 
 
-def test_it_is_served(tmp_path):
-    command = [sys.executable, "-m", "hilbench", "serve", "rover-model", "--pty", str(tmp_path / "rover")]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as served:
-        assert "115200 baud" in served.stderr.readline()
-        assert served.stderr.readline() == "stop with Ctrl-C\n"
-        with serial.Serial(str(tmp_path / "rover"), 115200, timeout=20) as port:
+@pytest.mark.real_time("a process that serves; its bytes are waited for, and nothing is timed")
+def test_it_is_served(forkable, tmp_path):
+    with forkable.start("serve", "rover-model", "--pty", tmp_path / "rover") as served:
+        first, last = served.hear("stop with Ctrl-C\n").splitlines()
+        assert "115200 baud" in first
+        assert last == "stop with Ctrl-C"
+        with serial.Serial(str(tmp_path / "rover"), 115200, timeout=PATIENCE_S) as port:
             port.write(bytes.fromhex("504B54210101F1D10A"))
             assert bytes.fromhex("504B542103810100F3C70A") in port.read_until(bytes.fromhex("810100F3C70A"))
         served.send_signal(signal.SIGINT)
-        assert served.wait(20) == 0
+        assert served.wait() == 0
 
 
 def test_a_rover_that_is_served_stands_nowhere(tmp_path, capsys):

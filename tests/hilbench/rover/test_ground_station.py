@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import subprocess
+import runpy
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -186,9 +186,10 @@ def test_a_turn_to_the_left_runs_the_right_wheels(make):
     assert there.station.options.schema is Schema.V2
 
 
-def test_the_example_drives():
-    script = Path(__file__).parents[3] / "examples" / "clients" / "drive_rover.py"
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "wheels  97.3" in done.stdout
-    assert done.stdout.splitlines()[-1].startswith("  2.9")
+def test_the_example_drives(monkeypatch, capfd):
+    monkeypatch.setattr(sys, "argv", ["drive_rover.py"])
+    runpy.run_path(str(Path(__file__).parents[3] / "examples" / "clients" / "drive_rover.py"), run_name="__main__")
+    out, err = capfd.readouterr()
+    assert err == ""
+    assert "wheels  97.3" in out
+    assert out.splitlines()[-1].startswith("  2.9")

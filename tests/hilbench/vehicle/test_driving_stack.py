@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import subprocess
+import runpy
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -248,11 +248,12 @@ def test_the_same_run_twice_gives_the_same_journal(make):
     assert run() == run()
 
 
-def test_the_example_drives():
-    script = Path(__file__).parents[3] / "examples" / "clients" / "driving_stack.py"
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (0, "")
-    lines = done.stdout.splitlines()
+def test_the_example_drives(monkeypatch, capfd):
+    monkeypatch.setattr(sys, "argv", ["driving_stack.py"])
+    runpy.run_path(str(Path(__file__).parents[3] / "examples" / "clients" / "driving_stack.py"), run_name="__main__")
+    out, err = capfd.readouterr()
+    assert err == ""
+    lines = out.splitlines()
     assert "mode AUTONOMOUS" in lines[0]
     assert any("3.00 m/s" in line for line in lines)
     assert "0.00 m/s" in lines[-1]
