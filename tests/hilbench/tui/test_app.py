@@ -8,10 +8,8 @@ import select
 
 import pytest
 
-from hilbench.tui import watching
 from hilbench.tui.bench_process import Phase
 from hilbench.tui.model.bench import BenchModel
-from hilbench.tui.panes import PANES, FramesPane, Pane
 
 SIZES = {"80x24": (80, 24), "200x60": (200, 60)}
 
@@ -26,11 +24,13 @@ def test_the_whole_screen_looks_as_it_did(process_of, expect, bench, size, on_sc
 
 
 def test_each_pane_can_have_the_screen(process_of, on_screen):
+    from hilbench.tui.panes import PANES
+
     async def scenario(app, pilot):
         for name, pane in PANES.items():
             await pilot.press(pane.key)
             await pilot.pause()
-            assert [pane.id for pane in app.query(Pane) if pane.display] == [name]
+            assert [pane.id for pane in app.query("Pane") if pane.display] == [name]
             assert app.focused is not None
             assert app.focused.id == name
         await pilot.press("escape")
@@ -114,7 +114,7 @@ def test_a_frame_is_found_held_and_opened(process_of, on_screen, rows, settle):
         screen = "\n".join(rows(app))
         assert "[FA FB][03][00][00 00]" in screen
         assert "Sip" not in screen
-        frames = app.query_one(FramesPane)
+        frames = app.query_one("#frames")
         held = frames.held
         await pilot.press("up", "up")
         assert frames.held is held
@@ -180,6 +180,7 @@ def test_another_bench_is_opened(process_of, on_screen):
     on_screen(first, scenario, benches=[("pioneer", "a robot"), ("rover-model", "a rover")], open_bench=open_bench)
 
 
+@pytest.mark.exhaustive("test_session_by_keys runs a suite and reads a verdict; here is one of somebody's own")
 def test_a_suite_is_run_and_its_verdicts_are_read(process_of, tmp_path, on_screen, rows):
     suite = tmp_path / "test_mine.py"
     suite.write_text(
@@ -227,16 +228,6 @@ def test_the_screen_is_saved(process_of, tmp_path, monkeypatch, on_screen):
     assert "<svg" in saved.read_text()
 
 
-def test_help_explains_every_key_that_is_bound(process_of, on_screen, rows):
-    async def scenario(app, pilot):
-        await pilot.press("question_mark")
-        await pilot.pause()
-        assert "What you see" in "\n".join(rows(app))
-        await pilot.press("escape")
-
-    on_screen(process_of("pioneer"), scenario)
-
-
 def test_a_refusal_is_shown(process_of, on_screen, rows):
     process = process_of("pioneer")
 
@@ -267,6 +258,8 @@ def test_nothing_but_the_text_is_needed(process_of, monkeypatch, on_new_screen):
 
 
 def test_a_dashboard_that_is_too_slow_passes_over_what_is_old_and_says_so(process_of, on_screen, tmp_path, monkeypatch):
+    from hilbench.tui import watching
+
     process = process_of("rover")
     data = process.journal.read_bytes()
     process.journal = tmp_path / "grows.jsonl"

@@ -8,9 +8,7 @@ from hypothesis import strategies as st
 from rich.text import Span, Text
 
 from hilbench.recordings.piecewise import Pieces
-from hilbench.tui.lines import pieces
 from hilbench.tui.model.replay import NS_PER_S, Replay
-from hilbench.tui.panes import Pane
 from hilbench.tui.recorded import RecordedBench
 
 STYLES = ("", "bold", "dim", "red", "bold reverse", "cyan")
@@ -29,6 +27,8 @@ def texts(draw):
 
 @given(texts())
 def test_each_cell_has_the_styles_that_lie_over_it(text):
+    from hilbench.tui.lines import pieces
+
     found = [(letter, styles) for piece, styles in pieces(text) for letter in piece]
     ground = (text.style,) if text.style else ()
     wanted = []
@@ -54,13 +54,13 @@ def playing(on_screen, recordings, tmp_path):
 @pytest.mark.parametrize("bench", ["pioneer", "vehicle"])
 def test_what_is_drawn_bit_by_bit_is_what_is_drawn_at_once(playing, rows, settle, bench):
     async def scenario(app, pilot):
-        for _ in range(16):
+        for _ in range(8):
             app.replay.go_by(NS_PER_S // 20)
             app.look()
             await pilot.pause()
         step_by_step = rows(app)
         app.screen.refresh(layout=True)
-        for pane in app.query(Pane):
+        for pane in app.query("Pane"):
             pane.refresh()
         await settle(app, pilot)
         assert rows(app) == step_by_step
@@ -71,7 +71,7 @@ def test_what_is_drawn_bit_by_bit_is_what_is_drawn_at_once(playing, rows, settle
 def test_what_has_not_changed_is_not_drawn(playing, settle):
     async def scenario(app, pilot):
         await settle(app, pilot)
-        log = app.query_one("#log", Pane)
+        log = app.query_one("#log")
         app.model.taken += 1  # as if an event had come that tells the log nothing
         app.look()
         assert not log._repaint_regions
@@ -87,7 +87,7 @@ def test_what_has_not_changed_is_not_drawn(playing, settle):
 def test_without_news_nobody_looks(playing, settle, monkeypatch):
     async def scenario(app, pilot):
         await settle(app, pilot)
-        monkeypatch.setattr(Pane, "look", lambda _self: pytest.fail("a pane was asked"))
+        monkeypatch.setattr("hilbench.tui.panes.Pane.look", lambda _self: pytest.fail("a pane was asked"))
         app.look()
 
     playing("pioneer", scenario)

@@ -3,19 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from textual.widgets import Footer, Select
-from textual.widgets._footer import FooterKey
-from textual.widgets._select import SelectOverlay
 
 from hilbench.tui.bench_process import Phase
-from hilbench.tui.checks_pane import ChecksPane
-from hilbench.tui.keys import BY_NAME, NEEDS
-from hilbench.tui.panes import PANES, FramesPane
 from hilbench.tui.recorded import RecordedBench
 
 BENCHES = [("pioneer", "a robot")]
-LEFT_OUT = {"Leave", *(f"Show {pane.title} alone" for name, pane in PANES.items() if name != "link")}
-"""One pane for all: `test_app` gives each of them the screen."""
 OF_VEHICLES = ("mode", "press", "stack", "simulator", "lamps", "restart", "reset")
 
 
@@ -33,7 +25,7 @@ def test_a_key_of_the_footer_can_be_clicked(process_of, on_screen):
     process = process_of("pioneer")
 
     async def click(app, pilot, key):
-        (shown,) = [one for one in app.query_one(Footer).query(FooterKey) if one.key_display == key]
+        (shown,) = [one for one in app.query("FooterKey") if one.key_display == key]
         await pilot.click(shown)
         await pilot.pause()
 
@@ -49,6 +41,20 @@ def test_a_key_of_the_footer_can_be_clicked(process_of, on_screen):
     on_screen(process, scenario)
 
 
+def test_the_footer_is_put_together_anew_only_where_other_keys_are_offered(process_of, on_screen):
+    async def scenario(app, pilot):
+        shown = list(app.query("FooterKey"))
+        await pilot.press("question_mark", "escape")
+        assert list(app.query("FooterKey")) == shown
+        app.query_one("#frames").focus()
+        await pilot.pause()
+        assert {key.description for key in app.query("FooterKey")} - {key.description for key in shown} == {
+            "Bytes", "Hold",
+        }  # fmt: skip
+
+    on_screen(process_of("pioneer"), scenario, (200, 60))
+
+
 def test_a_fault_is_put_in_by_mouse(process_of, on_screen):
     process = process_of("vehicle")
 
@@ -57,7 +63,7 @@ def test_a_fault_is_put_in_by_mouse(process_of, on_screen):
         await pilot.pause()
         await pilot.click("#kind")
         await pilot.pause()
-        overlay = app.screen.query_one("#kind", Select).query_one(SelectOverlay)
+        overlay = app.screen.query_one("#kind SelectOverlay")
         await pilot.click(overlay, offset=(4, 2))
         await pilot.pause()
         await pilot.click("#put")
@@ -90,7 +96,7 @@ def test_a_click_beside_a_form_closes_it_and_asks_for_nothing(process_of, on_scr
 
 def test_a_frame_is_pointed_at_opened_and_left_by_mouse(process_of, on_screen):
     async def scenario(app, pilot):
-        frames = app.query_one(FramesPane)
+        frames = app.query_one("#frames")
         bottom = frames.content_size.height
         await pilot.click(frames, offset=(9, bottom - 1))
         await pilot.pause()
@@ -124,7 +130,7 @@ def test_a_clause_is_pointed_at_and_opened_by_mouse(process_of, journal_file, on
     async def scenario(app, pilot):
         await pilot.press("0")
         await pilot.pause()
-        checks = app.query_one(ChecksPane)
+        checks = app.query_one("#checks")
         await pilot.click(checks, offset=(9, 4))
         await pilot.pause()
         assert (checks.chosen, checks.opened) == ("suite/c3", False)
@@ -165,7 +171,7 @@ def test_the_wheel_goes_through_a_recording(replay_of, on_screen, tmp_path):
 
 def state_of(app, process):
     """Return what an action may change, but for what it says."""
-    frames = app.query_one(FramesPane)
+    frames = app.query_one("#frames")
     plots = app.query_one("#plots")
     replay = app.replay
     told = None if replay is None else (replay.now_ns, replay.model.taken, replay.playing)
@@ -177,6 +183,11 @@ def state_of(app, process):
 def test_each_command_of_the_palette_does_something_or_says_why_not(
     process_of, replay_of, on_screen, kind, tmp_path, monkeypatch
 ):
+    from hilbench.tui.keys import BY_NAME, NEEDS
+    from hilbench.tui.panes import PANES
+
+    # One pane for all: `test_app` gives each of them the screen.
+    left_out = {"Leave", *(f"Show {pane.title} alone" for name, pane in PANES.items() if name != "link")}
     monkeypatch.chdir(tmp_path)
     process = process_of("vehicle" if kind == "vehicle" else "rover")
     replay = None
@@ -188,7 +199,7 @@ def test_each_command_of_the_palette_does_something_or_says_why_not(
         process, replay = RecordedBench(tmp_path), replay_of("rover")
 
     async def scenario(app, pilot):
-        offered = [one for one in app.get_system_commands(app.screen) if one.title not in LEFT_OUT]
+        offered = [one for one in app.get_system_commands(app.screen) if one.title not in left_out]
         assert {"Theme", "Explain this screen"} <= {one.title for one in offered}
         for command in offered:
             app.zoomed = "log" if command.title == "Show all panes" else ""
@@ -233,14 +244,14 @@ def test_brackets_in_what_somebody_wrote_are_brackets(process_of, on_screen, row
     process.refusals = ["mark: [/b] is [no mark"]
 
     async def scenario(app, pilot):
-        app.query_one(FramesPane).filter("[/b] [red")
+        app.query_one("#frames").filter("[/b] [red")
         app.look()
         assert said(app) == ["mark: [/b] is [no mark"]
         await pilot.press("b")
         await pilot.pause()
         screen = "\n".join(rows(app))
         assert "my [/b] bench" in screen
-        assert app.query_one(FramesPane)._border_subtitle.plain == "filter: [/b] [red"
+        assert app.query_one("#frames")._border_subtitle.plain == "filter: [/b] [red"
 
     benches = [(f"bench-{number}", "my [/b] bench") for number in range(3)]
     on_screen(process, scenario, benches=benches)

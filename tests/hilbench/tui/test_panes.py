@@ -6,15 +6,13 @@ import csv
 import json
 
 import pytest
-from textual.binding import Binding
 
-from hilbench.tui.body import Body
-from hilbench.tui.keys import BY_NAME, KEYS
 from hilbench.tui.memory import Memory
 from hilbench.tui.model.frames import KEPT_FRAMES
-from hilbench.tui.panes import PANES, FramesPane, PlotsPane
+from hilbench.tui.views.help import help_text
 
 WIDE = (200, 60)
+ACTIONS = ("connect", "demo", "drive", "inject", "pause", "step", "stop")
 
 
 def width_of(app, name):
@@ -68,7 +66,7 @@ def test_a_border_is_dragged(process_of, on_screen, edge, to, grows):
 
 def test_panes_are_hidden_and_moved_by_name(process_of, on_screen):
     async def scenario(app, pilot):
-        body = app.query_one(Body)
+        body = app.query_one("Body")
         await pilot.press("P", "enter", "down", "right")
         await pilot.pause()
         assert "link" not in body.shown
@@ -83,10 +81,10 @@ def test_panes_are_hidden_and_moved_by_name(process_of, on_screen):
 
 def test_where_there_is_little_room_the_next_pane_takes_the_place_of_a_hidden_one(process_of, on_screen):
     async def scenario(app, pilot):
-        assert list(app.query_one(Body).shown) == ["world", "frames"]
+        assert list(app.query_one("Body").shown) == ["world", "frames"]
         await pilot.press("P", "space", "escape")
         await pilot.pause()
-        assert list(app.query_one(Body).shown) == ["frames", "plots"]
+        assert list(app.query_one("Body").shown) == ["frames", "plots"]
 
     on_screen(process_of("pioneer"), scenario)
 
@@ -118,7 +116,7 @@ def test_signals_are_chosen_and_seen_over_another_time(process_of, on_screen, ro
     memory = Memory()
 
     async def scenario(app, pilot):
-        plots = app.query_one(PlotsPane)
+        plots = app.query_one("#plots")
         usual = list(plots.plotted)
         await pilot.press("L", "enter", "escape", "greater_than_sign", "9")
         await pilot.pause()
@@ -148,7 +146,7 @@ def test_what_is_selected_is_exported(process_of, on_screen, tmp_path, monkeypat
         for number in (0, 1, 2):
             await export(app, pilot, number)
         await pilot.press("5", "up", "escape")
-        frames = app.query_one(FramesPane)
+        frames = app.query_one("#frames")
         assert len(frames.selected()) == len(app.model.frames.matching("> pulse", KEPT_FRAMES))
         for number in (3, 6):
             await export(app, pilot, number)
@@ -187,30 +185,39 @@ def test_a_folder_that_cannot_be_written_is_said(process_of, on_screen, rows, tm
 # --- help and the palette
 
 
-@pytest.mark.parametrize(
-    ("bench", "teaches"),
-    [
-        ("pioneer", "SYNC2 open the session, then the robot sends a SIP"),
-        ("rover", "A rover that hears nobody stops"),
-        ("vehicle", "press the joystick's switch"),
-    ],
-)
-def test_help_tells_of_this_bench(process_of, on_screen, bench, teaches):
+TEACHES = {
+    "pioneer": "SYNC2 open the session, then the robot sends a SIP",
+    "rover": "A rover that hears nobody stops",
+    "vehicle": "press the joystick's switch",
+}
+
+
+@pytest.mark.parametrize("bench", TEACHES)
+def test_help_tells_of_this_bench(model_of, bench):
+    text = " ".join(help_text(model_of(bench), (*ACTIONS, "press"), [], recorded=False).split())
+    assert TEACHES[bench] in text
+    assert "[b]Try[/b]" in text
+
+
+def test_help_tells_of_the_panes_that_have_something_to_show(process_of, on_screen):
+    from hilbench.tui.panes import PANES
+
     async def scenario(app, pilot):
         await pilot.press("question_mark")
-        await pilot.pause()
         shown = str(app.screen.query_one("#help Static").render())
-        assert teaches in " ".join(shown.split())
-        assert "Try" in shown
+        assert "What you see" in shown
+        assert TEACHES["pioneer"] in " ".join(shown.split())
         for pane in app.available():
             assert PANES[pane].title in shown
 
-    process = process_of(bench)
-    process.actions = (*process.actions, "press")
-    on_screen(process, scenario, (132, 40))
+    on_screen(process_of("pioneer"), scenario, (132, 40))
 
 
 def test_the_palette_has_every_action_that_a_key_has(process_of, on_screen):
+    from textual.binding import Binding
+
+    from hilbench.tui.keys import BY_NAME, KEYS
+
     bound = {one.action.partition("(")[0] for one in KEYS if isinstance(one, Binding)}
     named = {name for name, _ in BY_NAME.values()}
     assert bound - named == {"resize"}

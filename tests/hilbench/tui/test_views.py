@@ -11,7 +11,6 @@ from hilbench.decode.reading import DecodeOptions
 from hilbench.decode.regions import regions
 from hilbench.links import LinkCounters
 from hilbench.tui.model.bench import BenchModel
-from hilbench.tui.panes import PANES
 from hilbench.tui.views.above import world_view
 from hilbench.tui.views.canvas import Canvas
 from hilbench.tui.views.frames import frame_view
@@ -24,13 +23,19 @@ S = 1_000_000_000
 SIZES = {"small": (38, 9), "large": (76, 30)}
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("pane", PANES)
+@pytest.fixture
+def panes():
+    from hilbench.tui.panes import PANES
+
+    return PANES
+
+
 @pytest.mark.parametrize("bench", ["pioneer", "rover", "vehicle"])
-def test_every_pane_of_every_bench_looks_as_it_did(model_of, expect, bench, pane, size):
-    width, height = SIZES[size]
-    lines = PANES[pane][1](model_of(bench), width, height)
-    expect(f"{bench}-{pane}-{size}", [line.plain for line in lines[:height]])
+def test_every_pane_of_every_bench_looks_as_it_did(panes, model_of, expect, bench):
+    model = model_of(bench)
+    for (name, pane), (size, (width, height)) in itertools.product(panes.items(), SIZES.items()):
+        lines = pane.view(model, width, height)
+        expect(f"{bench}-{name}-{size}", [line.plain for line in lines[:height]])
 
 
 @pytest.mark.parametrize(
@@ -57,25 +62,23 @@ def test_a_bench_that_the_host_does_not_keep_up_with_is_shown_as_such(recent, sp
 
 
 @pytest.mark.parametrize("until_s", [0.0, 0.05, 0.3, 4.5])
-@pytest.mark.parametrize("pane", PANES)
-def test_no_pane_is_wider_than_its_room(model_of, pane, until_s):
+def test_no_pane_is_wider_than_its_room(panes, model_of, until_s):
     model = model_of("pioneer", until_s)
-    for width in (12, 30, 57, 120):
-        for height in (2, 5, 20):
-            lines = PANES[pane][1](model, width, height)
-            assert max(line.cell_len for line in lines) <= max(width, 34)
+    for name, width, height in itertools.product(panes, (12, 30, 57, 120), (2, 5, 20)):
+        widest = max(line.cell_len for line in panes[name].view(model, width, height))
+        assert widest <= max(width, 34), f"{name}, {width} x {height}"
 
 
-@pytest.mark.parametrize("pane", PANES)
-def test_a_pane_of_nothing_says_so(pane):
-    lines = PANES[pane][1](BenchModel({}), 40, 5)
-    assert lines[0].plain
+def test_a_pane_of_nothing_says_so(panes):
+    for name, pane in panes.items():
+        assert pane.view(BenchModel({}), 40, 5)[0].plain, name
 
 
-def test_colour_says_nothing_that_the_text_does_not(model_of):
-    states = [line.plain for line in PANES["states"][1](model_of("pioneer"), 60, 20)]
+def test_colour_says_nothing_that_the_text_does_not(panes, model_of):
+    model = model_of("pioneer")
+    states = [line.plain for line in panes["states"].view(model, 60, 20)]
     assert [line for line in states if "▶" in line and "OPEN" in line]
-    frames = [line.plain for line in PANES["frames"][1](model_of("pioneer"), 60, 20)]
+    frames = [line.plain for line in panes["frames"].view(model, 60, 20)]
     assert all(" > " in line or " < " in line for line in frames)
 
 
@@ -235,14 +238,14 @@ def test_pins_of_several_boards_stand_below_their_names():
     assert short == ["arm", "PA0", "PA1", "brain", "PA0", "and"]  # the light that never lit goes first
 
 
-@pytest.mark.parametrize("height", range(3, 14))
-def test_analog_pins_are_seen_beside_a_cockpit_in_any_room(model_of, height):
+def test_analog_pins_are_seen_beside_a_cockpit_in_any_room(panes, model_of):
     model = model_of("vehicle")
     model.take({"ns": model.ns, "kind": "pin", "source": f"brain.PA{at}", "level": True} for at in range(9))
     model.take([{"ns": model.ns, "kind": "volts", "source": "bench",
                  "pins": {"brain.PF11": [1.0, 3.3], "brain.PF12": [2.0, 3.3]}}])  # fmt: skip
-    lines = [line.plain for line in PANES["pins"].view(model, 58, height)]
-    assert len(lines) <= height
-    assert "stick" in lines[0]
-    seen = [line.split()[0] for line in lines if " V of " in line]
-    assert seen == ["PF11", "PF12"][: max(1, height - 2)]
+    for height in range(3, 14):
+        lines = [line.plain for line in panes["pins"].view(model, 58, height)]
+        assert len(lines) <= height
+        assert "stick" in lines[0], height
+        seen = [line.split()[0] for line in lines if " V of " in line]
+        assert seen == ["PF11", "PF12"][: max(1, height - 2)], height
