@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from targets.robots.pioneer.axis import HALT, Axis, PositionGoal, Servo, SpeedGoal
 from targets.robots.pioneer.profile import Limits
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 LIMITS = Limits(speed=600.0, acceleration=300.0, deceleration=300.0)
 SERVO = Servo(gain_per_s=5.0, window=50.0, correction=30.0)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from protocols.p2os import Command, CommandNumber, Sip, vel2
 from protocols.p2os.arguments import BytePacking
 from targets.robots.pioneer import BumpStopped, CommandIgnored, Refusal, RobotSettings, StallCleared, Stalled
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 SYNC0 = "FAFB03000000"
 VEL_200, VEL_BACK_200, VEL_0 = "FAFB060B3BC800D33B", "FAFB060B1BC800D31B", "FAFB060B3B00000B3B"

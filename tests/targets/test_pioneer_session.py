@@ -33,7 +33,7 @@ from targets.robots.pioneer import (
     Refusal,
     RobotSettings,
 )
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 SYNC0, SYNC1, SYNC2 = "FAFB03000000", "FAFB03010001", "FAFB03020002"
 OPEN_1, CLOSE_1 = "FAFB06013B0100023B", "FAFB06023B0100033B"

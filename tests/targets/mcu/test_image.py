@@ -17,7 +17,7 @@ from intelhex import IntelHex
 from targets.firmware import image_path
 from targets.mcu.errors import ImageError
 from targets.mcu.image import limits_for, load_image
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 CHIP = limits_for("STM32F103C8")
 FLASH = 0x0800_0000

@@ -15,7 +15,7 @@ from targets.mcu.engine.api import Reg
 from targets.mcu.image import Image, Segment, limits_for, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.symbols import NO_SYMBOLS
-from tests.targets.random_share import examples
+from tests.targets.share import examples, matrix
 
 FLASH, RAM, STACK = 0x0800_0000, 0x2000_0000, 0x2000_5000
 CODE = FLASH + 0x100
@@ -262,7 +262,15 @@ class TestCore:
 
 
 class TestEnds:
-    @pytest.mark.parametrize("options", [{}, {"skip_idle": False}], ids=["skipping", "stepping"])
+    @pytest.mark.parametrize(
+        "options",
+        [
+            pytest.param({}, id="skipping"),
+            pytest.param(
+                {"skip_idle": False}, id="stepping", marks=pytest.mark.exhaustive("stepping ends alike, below")
+            ),
+        ],
+    )
     @pytest.mark.parametrize(
         ("name", "kind", "words"),
         [
@@ -281,7 +289,17 @@ class TestEnds:
         assert machine.ended.ns < 10 * MS
         assert all(word in machine.ended.cause for word in words), machine.ended.cause
 
-    @pytest.mark.parametrize("name", ["bad-hardfault-loop", "bad-jump-erased", "bad-lockup", "bad-stack-overflow"])
+    @pytest.mark.parametrize(
+        "name",
+        [
+            "bad-jump-erased",
+            "bad-lockup",
+            *(
+                pytest.param(name, marks=pytest.mark.exhaustive("other ends in four ways; the gate has two"))
+                for name in ("bad-hardfault-loop", "bad-stack-overflow")
+            ),
+        ],
+    )
     def test_the_end_is_the_same_however_it_is_run(self, board, name):
         def end(step_ns, skip):
             machine = Machine(board, load_image(image_path(name), limits_for(board.chip)), skip_idle=skip)
@@ -320,8 +338,7 @@ class TestMasks:
         machine.run_to(3 * MS)
         return bytes(machine.ram[:1024]), machine.cycle, machine.engine.instructions
 
-    @pytest.mark.parametrize("timing", ["flat", "table"])
-    @pytest.mark.parametrize("skip", [True, False])
+    @pytest.mark.parametrize(("timing", "skip"), matrix(["flat", "table"], [True, False]))
     def test_it_is_the_same_boundary_however_it_is_found(self, board, monkeypatch, timing, skip):
         options = {"timing": timing, "skip_idle": skip}
         expected = self.noted(board, monkeypatch, -1, **options)

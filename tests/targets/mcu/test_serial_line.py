@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.serial_line import LineHistory, LineReceiver, SerialFormat, SerialFrame
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 FORMATS = st.builds(
     SerialFormat,

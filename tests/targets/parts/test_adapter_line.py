@@ -22,7 +22,7 @@ from targets.parts.p2os_adapter import (
     SpeedSent,
 )
 from targets.parts.testing import PartBench
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 MS = 1_000_000
 VEL, RVEL, ENABLE, PULSE = CommandNumber.VEL, CommandNumber.RVEL, CommandNumber.ENABLE, CommandNumber.PULSE

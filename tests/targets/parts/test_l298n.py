@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from targets.parts import Ports
 from targets.parts.l298n import L298n, L298nOverload, L298nSettings, bridge_shares
 from targets.parts.testing import PartBench, Wire
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 MS = 1_000_000
 STEP_NS = 4_166_667

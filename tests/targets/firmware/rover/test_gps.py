@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocols.pkt import FrameReader
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 PLACE = "3437.05000,S,05822.09800,W"  # 34.6175 S, 58.3683 W
 

@@ -22,7 +22,7 @@ from protocols.pkt import (
 )
 from targets.firmware import image_names
 from targets.robots.rover import DEFECTS, RoverRobot, RoverSettings
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 PROFILES = {"rover": "documented", "rover-g2": "g2", "rover-g0": "g0", "rover-term": "term-doc"}
 SPOILT = {f"rover-{name}": name for name in DEFECTS if f"rover-{name}" in image_names()}

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocols.pkt import FrameReader, decode_report
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 LEFT_FRONT, RIGHT_FRONT, LEFT_BACK, RIGHT_BACK = range(4)
 

@@ -12,7 +12,7 @@ from protocols import autoware, carla
 from protocols.carla.joystick import manual_command
 from protocols.carla.reading import LiveParser, StreamReader
 from tests.targets.firmware.calls import Code
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 MS = 1_000_000
 READER_BYTES, STATUS_BYTES = 22 + 2 + 4 * 22 + 4, 16

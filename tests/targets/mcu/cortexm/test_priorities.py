@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from targets.mcu.cortexm.exceptions import Exceptions
 from targets.mcu.engine.api import Reg
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 NUMBERS = [2, 3, 4, 5, 6, 11, 12, 14, 15, 16, 17, 18, 40, 58]
 CONFIGURABLE = NUMBERS[2:]

@@ -1,7 +1,7 @@
 """Random sequences on our machine: as QEMU executes them, and the same however a run is cut.
 
-20 400 sequences come from one seed. The first 400 are run every time, some more where HILBENCH_EXHAUSTIVE is set, all
-where HILBENCH_EXHAUSTIVE is; there QEMU must be installed. QEMU 7.2 is not quite the other opinion that one would like,
+20 400 sequences come from one seed. The first 400 are run every time, all where HILBENCH_EXHAUSTIVE is set; there QEMU
+must be installed. QEMU 7.2 is not quite the other opinion that one would like,
 as Unicorn descends from an earlier version of it; `test_vectors` holds against the architecture manual.
 """
 
@@ -24,7 +24,6 @@ from tests.targets.mcu.differential.report import differences
 SEED = 1
 QUICK = range(400)
 THOROUGH = [range(start, start + 2000) for start in range(QUICK.stop, QUICK.stop + 20_000, 2000)]
-FIRST = 2  # chunks of `THOROUGH` that .ci/run has the time for
 EXECUTED_MIN = 10
 
 _counts: dict[range, Counter] = {}
@@ -47,14 +46,12 @@ class Chunk:
         return sum((coverage.executed(image) for image in self.images), Counter())
 
 
-def marked(chunks):
-    marks = [pytest.mark.exhaustive("takes too long")] * FIRST + [pytest.mark.exhaustive("?")] * (len(chunks) - FIRST)
-    return map(lambda numbers, mark: pytest.param(numbers, marks=mark), chunks, marks)
+REST = pytest.mark.exhaustive("twenty thousand random sequences; the gate has four hundred of them")
 
 
 @pytest.fixture(
     scope="module",
-    params=[QUICK, *marked(THOROUGH)],
+    params=[QUICK, *(pytest.param(numbers, marks=REST) for numbers in THOROUGH)],
     ids=lambda numbers: f"{numbers.start}-{numbers.stop - 1}",
 )
 def chunk(request):
@@ -126,7 +123,13 @@ def test_the_timing_model_changes_nothing_else():
     assert not differences(image, SEED, whole, run_in_steps(*make_machine(image.data, "table"), image))
 
 
-@pytest.mark.parametrize("number", [CASES, CASES + 17, 2 * CASES - 1])
+@pytest.mark.parametrize(
+    "number",
+    [
+        CASES + 17,
+        *(pytest.param(n, marks=pytest.mark.exhaustive("the first and the last, too")) for n in (CASES, 2 * CASES - 1)),
+    ],
+)
 def test_a_sequence_alone_does_what_it_does_among_others(number):
     image = make_image(SEED, range(CASES, 2 * CASES))
     alone, place = image_of(SEED, number), number - CASES
@@ -147,7 +150,7 @@ def test_a_difference_is_told_with_code_and_number():
     assert f"{image.cases[1].names[0]}: 0x" in told
 
 
-@pytest.mark.exhaustive("takes too long")
+@pytest.mark.exhaustive("counts what all twenty thousand sequences execute")
 class TestWhatIsExecuted:
     """That the series has what it is meant to have."""
 

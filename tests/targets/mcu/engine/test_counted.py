@@ -17,7 +17,7 @@ from targets.mcu.image import Image, Segment
 from targets.mcu.machine import Machine
 from targets.mcu.symbols import NO_SYMBOLS
 from tests.targets.mcu.engine.thumb_code import BASE, BASE_REGISTER, OTHER_REGISTER, stretches
-from tests.targets.random_share import examples
+from tests.targets.share import examples, matrix
 
 FLASH, CODE = 0x0800_0000, 0x0800_0100
 BOARD = built_in_board("bluepill")
@@ -142,9 +142,8 @@ LOOPS = {
 }
 
 
+@pytest.mark.parametrize(("loop", "counter"), matrix(list(LOOPS), list(counters)))
 @pytest.mark.parametrize("timing", ["flat", "table"])
-@pytest.mark.parametrize("counter", counters)
-@pytest.mark.parametrize("loop", LOOPS)
 def test_a_waiting_loop_is_the_same_passed_over_as_executed(loop, counter, timing):
     address, setup = counters[counter]
     span_ns = MS if timing == "flat" else MS // 8
@@ -154,8 +153,10 @@ def test_a_waiting_loop_is_the_same_passed_over_as_executed(loop, counter, timin
     )
 
 
-@pytest.mark.parametrize("loop", ["O2", "halfword", "O0", "adding", "call", "frame", "tries", "micros", "it"])
-@pytest.mark.parametrize("timing", ["flat", "table"])
+@pytest.mark.parametrize(
+    ("loop", "timing"),
+    matrix(["O2", "halfword", "O0", "adding", "call", "frame", "tries", "micros", "it"], ["flat", "table"]),
+)
 def test_most_of_a_wait_is_passed_over(loop, timing):
     address, setup = counters["tim2"]
     rig = (OTHER_REGISTER, address), (4, address), (5, 600)

@@ -14,7 +14,7 @@ from targets.mcu.engine.thumb import FLAGS, Follower, NotUnderstood
 from targets.mcu.engine.thumb_steps import step
 from tests.targets.mcu.engine.conftest import Machine
 from tests.targets.mcu.engine.thumb_code import BASE, BASE_REGISTER, NARROW, WIDE, stretches
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 SETS = 4
 

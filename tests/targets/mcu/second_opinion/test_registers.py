@@ -43,12 +43,12 @@ def test_every_part_is_compared(bench):
     assert sorted([*PARTS, *THEY_HAVE_NOT, *ABSENT]) == sorted(bench.parts)
 
 
-@pytest.mark.parametrize("part", [*PARTS, *ABSENT])
-def test_reset_values(bench, compare, make_program, part):
-    names = registers_of(bench, part)
-    steps = [("read4", name, 0, (name, "reset")) for name in names]
-    complaints, _ = compare(make_program(bench, [*CLOCKS[: None if part != "PWR" else 3], *steps]))
-    assert not complaints, "\n".join(["", *complaints])
+def test_reset_values(bench, compare, make_program):
+    for parts, clocks in ((["PWR"], CLOCKS[:3]), ([part for part in (*PARTS, *ABSENT) if part != "PWR"], CLOCKS)):
+        names = [name for part in parts for name in registers_of(bench, part)]
+        steps = [("read4", name, 0, (name, "reset")) for name in names]
+        complaints, _ = compare(make_program(bench, [*clocks, *steps]))
+        assert not complaints, "\n".join(["", *complaints])
 
 
 @pytest.mark.parametrize("part", PARTS)

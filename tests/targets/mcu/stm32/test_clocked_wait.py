@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from targets.mcu.stm32.clocked_wait import ClockedWait
 from targets.mcu.timebase import Timebase
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 
 @pytest.fixture

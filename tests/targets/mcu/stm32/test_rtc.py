@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from targets.mcu.stm32.rtc import Rtc
 from targets.mcu.stm32.rtc_calendar import DAY, Alarm, date_of, date_register, seconds_of, time_register
 from targets.mcu.testing import FakeChip, peek, poke
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 LSE = Fraction(32_768)
 TICK = 1 / LSE

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from targets.mcu.pins import PadMode
 from targets.mcu.testing import peek, poke
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 
 def test_reset_values(pinout):

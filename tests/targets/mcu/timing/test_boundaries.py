@@ -6,6 +6,7 @@ import pytest
 
 from targets.mcu.engine.api import Reg
 from tests.targets.mcu.timing.assembly import BX_LR, HANG, SCS, Code
+from tests.targets.share import matrix
 
 PENDSV = 14
 ICSR, PENDSVSET = SCS + 0xD04, 1 << 28
@@ -27,7 +28,7 @@ ROUNDS = (
 HANDLER = Code(0x432F, BX_LR)  # orrs r7, r5
 
 
-@pytest.mark.parametrize("step_ns", [None, 10_000])
+@pytest.mark.parametrize(("skip_idle", "timing", "step_ns"), matrix([True, False], ["flat", "table"], [None, 10_000]))
 def test_an_exception_that_a_store_makes_pending_is_taken_after_the_store(start, skip_idle, timing, step_ns):
     machine = start(ROUNDS, {PENDSV: HANDLER}, skip_idle=skip_idle, timing=timing)
     taken = []

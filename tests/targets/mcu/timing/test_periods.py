@@ -26,7 +26,7 @@ from tests.targets.mcu.timing.assembly import (
     Code,
     program,
 )
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 MS = 1_000_000
 CYCLE_NS = 125

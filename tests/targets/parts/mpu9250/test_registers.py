@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from targets.parts.mpu9250.registers import FACTORY, REGISTERS, Reg
 from targets.parts.testing import PartBench
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 READ_ONLY = [*range(0x35, 0x37), *range(0x3A, 0x61), 0x72, 0x73, 0x75]
 OUTPUTS = range(0x3B, 0x49)

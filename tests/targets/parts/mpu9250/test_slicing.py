@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from targets.mcu.i2c_bus import I2cBus
 from targets.parts.mpu9250 import Mpu9250, Mpu9250Settings
 from targets.parts.testing import PartBench
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 MS = 1_000_000
 WRITES = st.one_of(

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.parts.neo6m.ubx import Dropped, Inlet, Line, UbxMessage, fletcher, frame
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 ACK, NAK = 1, 0
 FRAMES = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 ON, SWSTART, JSWSTART, DMA = 1, 1 << 30, 1 << 22, 1 << 8
 

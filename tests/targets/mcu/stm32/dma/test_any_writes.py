@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 RAM, PORT, NOWHERE = 0x2000_0000, 0x4001_0000, 0x6000_0000
 EN, MINC, PINC = 1, 1 << 10, 1 << 9

@@ -17,7 +17,7 @@ from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Channels, Requests
 from targets.mcu.stm32.usart_fifo import FifoUsart
 from targets.mcu.testing import FakeChip, peek, poke
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 HCLK_HZ = 240_000_000
 RAM, USARTS = 0x2000_0000, (0x4000_4400, 0x4000_4800)

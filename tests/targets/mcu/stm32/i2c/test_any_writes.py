@@ -7,7 +7,7 @@ from fractions import Fraction
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 START, STOP = 1 << 13, 1 << 14
 REGISTERS = ("CR1", "CR2", "TIMINGR", "TIMEOUTR", "ISR", "ICR", "TXDR", "OAR1")

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 START, STOP, RELOAD, AUTOEND, PECBYTE = 1 << 13, 1 << 14, 1 << 24, 1 << 25, 1 << 26
 ADD10, HEAD10R = 1 << 11, 1 << 12

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
 from targets.mcu.testing import peek, poke
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 
 def setup(timer, **registers):

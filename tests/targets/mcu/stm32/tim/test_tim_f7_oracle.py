@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
 from targets.mcu.stm32.tim.kinds import F7_KINDS
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 SMALL = st.integers(0, 12)
 NAMES = st.sampled_from(["TIM1", "TIM3"])

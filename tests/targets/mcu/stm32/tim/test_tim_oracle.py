@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 SMALL = st.integers(0, 12)
 ENABLES = st.integers(0, 0x3FFF)

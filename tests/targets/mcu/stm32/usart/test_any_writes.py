@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 UE, RE, TE, FIFOEN = 1 << 0, 1 << 2, 1 << 3, 1 << 29
 ORE, RXNE, TC, TXE, TXFE, RXFF, RXFT, TXFT = (1 << bit for bit in (3, 5, 6, 7, 23, 24, 26, 27))

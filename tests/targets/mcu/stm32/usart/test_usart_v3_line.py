@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.serial_line import SerialFormat
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 PE, FE, NF, ORE, IDLE, RXNE, TC, TXE = (1 << bit for bit in range(8))
 LBDF, CTSIF, RTOF, BUSY, CMF, SBKF, RWU = (1 << bit for bit in (8, 9, 11, 16, 17, 18, 19))

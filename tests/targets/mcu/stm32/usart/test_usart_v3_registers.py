@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 PE, FE, NF, ORE, IDLE, RXNE, TC, TXE, LBDF, CTSIF, CTS, RTOF, EOBF = (1 << bit for bit in range(13))
 BUSY, CMF, SBKF, RWU, WUF, TEACK, REACK = (1 << bit for bit in range(16, 23))

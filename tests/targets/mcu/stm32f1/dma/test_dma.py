@@ -7,7 +7,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.errors import BusFault
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 RAM, PORT, NOWHERE = 0x2000_0000, 0x4001_0000, 0x6000_0000
 EN, TCIE, HTIE, TEIE, DIR, CIRC, PINC, MINC, MEM2MEM = (1 << bit for bit in (0, 1, 2, 3, 4, 5, 6, 7, 14))

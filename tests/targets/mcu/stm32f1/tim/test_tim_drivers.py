@@ -13,6 +13,7 @@ import pytest
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32f1.dma import Dma
 from targets.mcu.testing import peek, poke
+from tests.targets.share import matrix
 
 CEN, OPM, DIR, ARPE = 1, 8, 0x10, 0x80
 RAM = 0x2000_0000
@@ -393,8 +394,7 @@ ENCODER = {
 }
 
 
-@pytest.mark.parametrize("mode", ENCODER)
-@pytest.mark.parametrize("ic_filter", [0, 3, 15])
+@pytest.mark.parametrize(("mode", "ic_filter"), matrix(list(ENCODER), [0, 3, 15]))
 @pytest.mark.parametrize("polarity", [0x00, 0x02, 0x20])
 def test_an_encoder_at_100_khz_in_both_directions(board, mode, ic_filter, polarity):
     """HAL_TIM_Encoder_Start on TIM4 at PB6 and PB7: 100 000 edges a second for up to 0.1 s, and half of that back."""

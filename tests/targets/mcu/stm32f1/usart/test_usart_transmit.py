@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 TXE, TC = 0x80, 0x40
 UE, M, PCE, PS, TE, RE, SBK = 0x2000, 0x1000, 0x400, 0x200, 8, 4, 1

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import pytest
 
+from tests.targets.share import matrix
+
 PE, FE, NE, ORE, IDLE, RXNE, TC, TXE, LBD, CTS = (1 << bit for bit in range(10))
 SBK, RWU, RE, TE, IDLEIE, RXNEIE, TCIE, TXEIE, PEIE, PS, PCE, WAKE, M, UE = (1 << bit for bit in range(14))
 EIE, HDSEL, DMAR, DMAT, RTSE, CTSE = 1, 8, 0x40, 0x80, 0x100, 0x200
@@ -17,6 +19,7 @@ IRQ = {"USART1": 37, "USART2": 38, "USART3": 39}
 BASE = {"USART1": 0x4001_3800, "USART2": 0x4000_4400, "USART3": 0x4000_4800}
 DMA_CHANNELS = {"USART1": (4, 5), "USART2": (7, 6), "USART3": (2, 3)}
 TEXT = b"The quick brown fox jumps over the lazy dog.\r\n"
+NAMES = list(IRQ)
 
 
 class TestLibopencm3:
@@ -42,8 +45,7 @@ class TestLibopencm3:
             pass
         return usart.DR & 0x1FF
 
-    @pytest.mark.parametrize("name", ["USART1", "USART2", "USART3"])
-    @pytest.mark.parametrize("baud", [9600, 115200, 921600])
+    @pytest.mark.parametrize(("name", "baud"), matrix(NAMES, [9600, 115200, 921600]))
     def test_blocking(self, make_board, name, baud):
         cpu, usart, _, far = make_board(name, baud)
         self.setup(cpu, usart, name, baud)
@@ -358,8 +360,7 @@ class TestHal:
         data = bytes(value & (0x7F if line_format[0] == "7" else 0xFF) for value in hal.receive(10))
         assert data == TEXT[:10]
 
-    @pytest.mark.parametrize("name", ["USART1", "USART2", "USART3"])
-    @pytest.mark.parametrize("brr", [1250, 312, 78])
+    @pytest.mark.parametrize(("name", "brr"), matrix(NAMES, [1250, 312, 78]))
     def test_by_interrupt_both_ways(self, make_hal, name, brr):
         hal, cpu, far = make_hal(name, brr)
         hal.receive_it(len(TEXT))
@@ -396,8 +397,7 @@ class TestHal:
         cpu.wait_for(lambda: len(hal.events) == 2)
         assert hal.events[1] == ("received", b"cde")
 
-    @pytest.mark.parametrize("name", ["USART1", "USART2", "USART3"])
-    @pytest.mark.parametrize("brr", [625, 78, 16])
+    @pytest.mark.parametrize(("name", "brr"), matrix(NAMES, [625, 78, 16]))
     def test_dma_both_ways(self, make_hal, name, brr):
         hal, cpu, far = make_hal(name, brr)
         hal.receive_dma(len(TEXT))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.targets.random_share import examples
+from tests.targets.share import examples
 
 RXNE, TXE = 0x20, 0x80
 FLAWS = 0xF
