@@ -42,8 +42,13 @@ def draw(header: Mapping[str, Any], events: Sequence[Mapping[str, Any]], said: s
 
 
 async def _draw(still: _Still) -> str:
+    """Draw until two pictures are the same: how soon all panes have their sizes depends on the host."""
     async with still.run_test(size=PICTURE_SIZE) as pilot:
-        await pilot.pause()
-        still.look()  # the panes have their sizes by now
-        await pilot.pause()
-        return in_cells(still.export_screenshot(title=f"hilbench {still.model.name if still.model else ''}"))
+        drawn, before = "", None
+        while drawn != before:
+            before = drawn
+            await pilot.pause()
+            still.look()
+            await pilot.pause()
+            drawn = still.export_screenshot(title=f"hilbench {still.model.name if still.model else ''}")
+        return in_cells(drawn)

@@ -7,6 +7,8 @@ from xml.etree import ElementTree
 
 import pytest
 
+pytestmark = pytest.mark.usefixtures("all_done")
+
 
 def drawn(*told):
     """Return the words in the picture of what was told."""
