@@ -68,7 +68,7 @@ def test_each_bench_has_been_checked_whole_through_each_door():
     assert {(row["bench"], row["door"]) for row in rows} == set(itertools.product(WHOLE, DOORS))
 
 
-@pytest.mark.exhaustive("takes too long")
+@pytest.mark.exhaustive("whole suites through a door; the gate has one case through each (through/test_through.py)")
 def test_a_whole_check_through_a_door_is_that_in_memory(tmp_path, capfd):
     words = ["--whole", "--bench", "rover-model", "--door", "memory", "--door", "tcp", "--docs", str(tmp_path)]
     assert main(words) == 0
@@ -82,7 +82,7 @@ def test_the_page_is_made_of_its_record():
     assert page(record, whole_page(whole)) == (DOCS / "doors-verdicts.md").read_text()
 
 
-@pytest.mark.exhaustive("takes too long")
+@pytest.mark.exhaustive("a case in real time through a door; the gate has such cases in virtual time (through/)")
 def test_a_case_through_a_door_says_what_it_says_in_memory(tmp_path, capfd):
     words = ["--bench", "rover-model", "-k", "P01", "--door", "memory", "--door", "rfc2217", "--docs", str(tmp_path)]
     assert main(words) == 0

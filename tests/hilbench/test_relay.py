@@ -22,6 +22,7 @@ from hilbench.rover.ground_station import GroundStation
 from hilbench.testing import LinkUnderTest, check_link
 from protocols.pkt import ClientState
 
+EMULATED = pytest.mark.exhaustive("the gate has the model of the rover; here its firmware is emulated")
 FAULTS = (
     FaultEntry(kind="flip", probability=0.02, bit=3, towards="b"),
     FaultEntry(kind="drop", probability=0.02, count=2, towards="a"),
@@ -227,9 +228,7 @@ def test_breaks_are_handed_on_and_no_bytes_are_recorded_unasked():
     ]
 
 
-@pytest.mark.parametrize(
-    "bench_name", ["rover-model", pytest.param("rover", marks=pytest.mark.exhaustive("takes too long"))]
-)
+@pytest.mark.parametrize("bench_name", ["rover-model", pytest.param("rover", marks=EMULATED)])
 def test_a_station_and_a_rover_notice_nothing(bench_name):
     """The emulated one runs the rover's firmware."""
     bench = Bench(Scheduler(), Journal())
