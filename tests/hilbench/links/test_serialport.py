@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import errno
 import fcntl
 import os
@@ -101,13 +102,15 @@ def test_errors_are_one_line_and_say_what_to_do(locked):
     assert "\n" not in str(caught.value)
 
 
-def test_permission_denied_names_the_group(tmp_path):
+def test_permission_denied_names_the_group(tmp_path, monkeypatch):
+    host = dataclasses.replace(this_host(), groups=frozenset(), groups_of_account=frozenset())  # of who is in none
+    monkeypatch.setattr("hilbench.host.this_host", lambda: host)
     path = tmp_path / "port"
     path.touch()
     target = SerialTarget(url=str(path), baud=9600)
     error = serial.SerialException(errno.EACCES, "could not open port")
-    group = __import__("grp").getgrgid(path.stat().st_gid).gr_name
-    wanted = port_group(this_host()) if group == "root" else group  # nobody is told to join the group of root
+    group = host.group_name(path.stat().st_gid)
+    wanted = port_group(host) if group == "root" else group  # nobody is told to join the group of root
     assert f"usermod -aG {wanted} " in str(_cannot_open(target, error))
     missing = SerialTarget(url="/dev/ttyNONE", baud=9600)
     assert "start it with --device /dev/ttyNONE" in str(_cannot_open(missing, error))
