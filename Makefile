@@ -50,6 +50,10 @@ exhaustive: dev   ## every test there is; an hour and more
 gate-runs: dev    ## the gate twelve times: idle, beside busy loops, on one processor, as root in a closed folder, as a user; resumable
 	$(BIN)/python -m measure.gate_runs
 
+.PHONY: gate-proof
+gate-proof: dev   ## small defects put into the product, and what of them the gate finds (docs/gate-proof.md); three hours, resumable
+	$(BIN)/python -m measure.gate_proof
+
 search: dev       ## the property tests again, with examples nobody has seen
 	HILBENCH_SEARCH=1 $(BIN)/python -m pytest -n auto --dist worksteal
 

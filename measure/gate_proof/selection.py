@@ -1,0 +1,161 @@
+"""Finds the tests that a defect is put before, and the order in which they run."""
+
+from __future__ import annotations
+
+import difflib
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Mapping, Sequence, Set
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from measure.gate_proof.defects import Defect, lines_in_functions, names_imported
+from measure.gate_proof.plugins.gate_tracer import PACKAGES
+from measure.gate_proof.recording import Recording, Test
+
+SLOW_S = 2.0
+"""A test that takes longer comes after the others of its file."""
+NEIGHBOURS_S = 30.0
+"""So much time is given to tests that do not run the line, but stand in a file with some that do: a cache that one test
+fills hides from the record that others depend on it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """The tests for a defect.
+
+    Attributes:
+        order: their names, in the order in which they run.
+        covering: how many of them run the line, or use the module that it belongs to.
+    """
+
+    order: Sequence[str]
+    covering: int
+
+
+class Tree:
+    """A tree at a commit, and what its tests ran.
+
+    Args:
+        root: where it is.
+        recordings: of its tests; a test in several counts once.
+    """
+
+    def __init__(self, root: Path, recordings: Sequence[Recording]) -> None:
+        self.root = root
+        self._recordings = recordings
+        self.tests: Mapping[str, Test] = {name: test for one in recordings for name, test in one.tests.items()}
+        self._by_file: dict[str, list[str]] = defaultdict(list)
+        for name in self.tests:
+            self._by_file[file_of(name)].append(name)
+        self.by_line = cache(self._tests_by_line)
+        self.users = cache(self._users)
+        self.reach = cache(self._reach)
+
+    def source(self, path: str) -> bytes | None:
+        """Return the text of a module, if there is one."""
+        file = self.root / path
+        return file.read_bytes() if file.is_file() else None
+
+    def modules(self) -> list[str]:
+        """Return the paths of all modules of the product."""
+        files = (file for package in PACKAGES for file in (self.root / package).rglob("*.py"))
+        return sorted(str(file.relative_to(self.root)) for file in files)
+
+    def _tests_by_line(self, path: str) -> dict[int, set[str]]:
+        found: dict[int, set[str]] = defaultdict(set)
+        for recording in self._recordings:
+            for line, tests in recording.tests_by_line(path).items():
+                found[line] |= tests
+        return found
+
+    def _users(self, path: str) -> frozenset[str]:
+        """Return the tests that call anything in a module."""
+        called = lines_in_functions(self.source(path) or b"")
+        return frozenset(name for line, tests in self.by_line(path).items() if line in called for name in tests)
+
+    def importers(self, path: str) -> list[str]:
+        """Return the modules that import a module."""
+        return self._importers().get(module_name(path), [])
+
+    @cache  # noqa: B019 - a tree lives as long as the program
+    def _importers(self) -> dict[str, list[str]]:
+        found: dict[str, list[str]] = defaultdict(list)
+        for path in self.modules():
+            for name in set(names_imported(self.source(path) or b"")):
+                found[name].append(path)
+        return found
+
+    def _reach(self, path: str) -> frozenset[str]:
+        """Return the tests that call anything in a module, or in one that imports it."""
+        return self.users(path).union(*(self.users(importer) for importer in self.importers(path)))
+
+    def covering(self, defect: Defect) -> Set[str]:
+        """Return the tests that run the changed line, or that use what it defines where it runs at import."""
+        if not defect.in_function:
+            return self.reach(defect.path)
+        by_line = self.by_line(defect.path)
+        *lines, statement = defect.lines
+        return set().union(*(by_line.get(line, ()) for line in lines)) or set(by_line.get(statement, ()))
+
+    def selection(self, defect: Defect, without: Collection[str] = ()) -> Selection:
+        """Return the tests for a defect.
+
+        Args:
+            defect: the defect.
+            without: tests that are not to be run.
+        """
+        covering = self.covering(defect) - set(without)
+        beside = {name for file in {file_of(name) for name in covering} for name in self._by_file[file]}
+        beside -= covering | set(without)
+        own = self._own(defect.path)
+        order = self._in_order(covering, own)
+        order += _within(self._in_order(beside, own), self.tests, NEIGHBOURS_S)
+        return Selection(order, len(covering))
+
+    def known(self, order: Iterable[str]) -> list[str]:
+        """Return all tests that stand in the files of some."""
+        return [name for file in {file_of(name) for name in order} for name in self._by_file[file]]
+
+    def _own(self, path: str) -> str:
+        """Return how the file of a module's own tests begins."""
+        folder, _, name = path.removesuffix(".py").rpartition("/")
+        return f"tests/{folder}/test_{name.lstrip('_')}"
+
+    def _in_order(self, names: Collection[str], own: str) -> list[str]:
+        """Order tests by file: the module's own, then those that take least together."""
+        by_file: dict[str, list[str]] = defaultdict(list)
+        for name in (name for name in self.tests if name in names):
+            by_file[file_of(name)].append(name)
+        took = {file: sum(self.tests[name].took_s for name in found) for file, found in by_file.items()}
+        files = sorted(by_file, key=lambda file: (not file.startswith(own), took[file], file))
+        return [
+            name for file in files for name in sorted(by_file[file], key=lambda one: self.tests[one].took_s > SLOW_S)
+        ]
+
+
+def file_of(name: str) -> str:
+    """Return the file of a test."""
+    return name.partition("::")[0]
+
+
+def module_name(path: str) -> str:
+    """Return a module's dotted name."""
+    return path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+
+
+def _within(order: Sequence[str], tests: Mapping[str, Test], limit_s: float) -> list[str]:
+    """Return the first of some tests, as many as fit into a time."""
+    taken, spent_s = [], 0.0
+    for name in order:
+        spent_s += tests[name].took_s
+        if spent_s > limit_s:
+            break
+        taken.append(name)
+    return taken
+
+
+def moved_lines(old: bytes, new: bytes) -> dict[int, int]:
+    """Return where the lines of a text have gone in a newer one; those that were changed are left out."""
+    blocks = difflib.SequenceMatcher(None, old.splitlines(), new.splitlines(), autojunk=False).get_matching_blocks()
+    return {one.a + 1 + line: one.b + 1 + line for one in blocks for line in range(one.size)}
