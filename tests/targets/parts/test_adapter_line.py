@@ -85,10 +85,10 @@ def test_keep_alive(adapter) -> None:
     """G18: PULSE every 0.5 s, ENABLE every 0.1 s."""
     adapter.connect()
     since_ns = adapter.now_ns
-    adapter.run(10.0)
+    adapter.run(5.0)
     for number, period_ms in ((PULSE, 500), (ENABLE, 100)):
         times_ns = [ns for ns in adapter.robot.times_ns(number) if ns > since_ns]
-        assert len(times_ns) == pytest.approx(10_000 / period_ms, rel=0.03)
+        assert len(times_ns) == pytest.approx(5_000 / period_ms, rel=0.03)
         assert all(period_ms * MS < b - a <= (period_ms + 2) * MS for a, b in itertools.pairwise(times_ns))
 
 
@@ -97,7 +97,7 @@ def test_timers_of_whole_seconds(make_adapter) -> None:
     adapter = make_adapter(whole_seconds=True)
     adapter.connect()
     adapter.codes(3, 3)
-    adapter.run(10.0)
+    adapter.run(7.0)
     for number, period_ms in ((PULSE, 1000), (VEL, 3000)):
         times_ns = adapter.robot.times_ns(number)[1:]
         assert all(period_ms * MS <= b - a <= (period_ms + 2) * MS for a, b in itertools.pairwise(times_ns))
@@ -164,7 +164,7 @@ def test_the_published_adapter_tries_once(make_adapter) -> None:
     adapter.connect()
     adapter.run(5.0)
     adapter.robot.mute = False
-    adapter.run(10.0)
+    adapter.run(4.0)
     assert not adapter.told(RobotConnected)
     adapter.put("p2dx_con", False)
     adapter.run(0.1)
@@ -192,7 +192,7 @@ def test_an_unknown_robot_is_taken_for_a_p2dx(make_adapter, bare_robot) -> None:
 def test_g17_firmware_that_stands_still_is_not_noticed(adapter) -> None:
     adapter.connect()
     adapter.codes(3, 3)
-    adapter.run(20.0)
+    adapter.run(8.0)
     assert not adapter.told(SafeStopped)
     assert {event.speed_mm_s for event in adapter.told(SpeedSent)} == {187}
 
@@ -202,7 +202,7 @@ def test_g17_the_safe_profile_stops_and_goes_on_with_the_next_change(make_adapte
     adapter.connect()
     adapter.codes(3, 3)
     start_ns = adapter.now_ns
-    adapter.run(10.0)
+    adapter.run(4.0)
     (stopped_ns,) = [ns for ns, event in adapter.bench.events if isinstance(event, SafeStopped)]
     assert stopped_ns - start_ns == pytest.approx(3000 * MS, abs=5 * MS)
     assert adapter.told(SpeedSent)[-1] == SpeedSent(speed_mm_s=0, turn_deg_s=0)
@@ -210,7 +210,7 @@ def test_g17_the_safe_profile_stops_and_goes_on_with_the_next_change(make_adapte
     adapter.run(0.1)
     assert adapter.told(SpeedSent)[-1].speed_mm_s == 156
     adapter.codes(0, 0)
-    adapter.run(10.0)
+    adapter.run(4.0)
     assert len(adapter.told(SafeStopped)) == 1
 
 

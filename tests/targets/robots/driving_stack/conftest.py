@@ -52,6 +52,7 @@ class Drive:
             if step % 3 == 0:
                 command = self.driver.command(pose, speed_m_s)
                 self.commands.append(command)
+            if step % 9 == 0:
                 self.offsets_m.append(self.driver.path.place(self.bicycle.x_m, self.bicycle.y_m).offset_m)
             self.bicycle.obey(command)
             self.speeds_m_s.append(self.bicycle.speed_m_s)

@@ -87,7 +87,7 @@ def test_from_beside_the_path_it_comes_back_to_it(drive, straight):
 
 def test_a_circle_is_driven_at_the_speed_that_its_radius_allows(drive, circle):
     loop = drive(circle)
-    loop.run(60.0)
+    loop.run(40.0)
     steady = loop.speeds_m_s[-2000:]
     assert min(steady) == pytest.approx(math.sqrt(2.0 * 30), rel=0.01)
     assert max(steady) == pytest.approx(math.sqrt(2.0 * 30), rel=0.01)
@@ -129,7 +129,7 @@ def test_the_wrong_sign_loses_the_path(drive, circle):
 
 def test_laps_are_counted(drive, circle):
     loop = drive(circle)
-    loop.run(120.0, until=lambda: loop.driver.travelled_m >= 2.5 * circle.length_m)
+    loop.run(120.0, until=lambda: loop.driver.travelled_m >= 1.5 * circle.length_m)
     assert loop.driver.place.s_m == pytest.approx(0.5 * circle.length_m, abs=1.0)
     assert not loop.driver.arrived
 
