@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 import pytest
+from hypothesis import settings
 
 _ALL = bool(os.environ.get("HILBENCH_EXHAUSTIVE") or os.environ.get("HILBENCH_SEARCH"))
 
@@ -12,6 +13,10 @@ _ALL = bool(os.environ.get("HILBENCH_EXHAUSTIVE") or os.environ.get("HILBENCH_SE
 def examples(count):
     """Return how many of so many drawn examples are tried: a third in the gate, the same ones every time."""
     return count if _ALL else -(-count // 3)
+
+
+# For a property that sets nothing else.
+drawn = settings(max_examples=examples(100))
 
 
 def seeds(count, in_gate):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from protocols.autoware import (
@@ -19,7 +19,7 @@ from protocols.autoware import (
     encode_message,
     longest_frame,
 )
-from tests.protocols.share import examples
+from tests.protocols.share import drawn
 
 SECOND = 1_000_000_000
 MAX_HELD = max(NOISE_RUN, longest_frame())
@@ -40,6 +40,7 @@ def streams(draw):
     return bytes(stream)
 
 
+@drawn
 @given(streams())
 def test_every_byte_is_reported_once(stream):
     reader = FrameReader()
@@ -49,7 +50,7 @@ def test_every_byte_is_reported_once(stream):
 
 @every_role
 def test_any_cut_of_any_stream_gives_the_same_events(role):
-    @settings(deadline=None, max_examples=examples(100))
+    @drawn
     @given(st.lists(st.tuples(streams(), st.integers(0, 2 * SECOND)), max_size=5))
     def check(bursts):
         whole, single = Connection(role), Connection(role)

@@ -24,6 +24,7 @@ from protocols.autoware import (
     encode_message,
     payload_size,
 )
+from tests.protocols.share import drawn
 
 SIZES = {
     "AgentOnline": 1,
@@ -65,6 +66,7 @@ def test_every_class_has_its_description_its_id_and_its_size():
 
 
 def test_every_message_comes_back(messages, alike):
+    @drawn
     @given(messages())
     def check(message):
         payload = encode_message(message)

@@ -40,7 +40,7 @@ from protocols.p2os import (
     decode_packet,
     encode_packet,
 )
-from tests.protocols.share import examples
+from tests.protocols.share import drawn, examples
 
 
 def unsigned(size=1):
@@ -240,6 +240,7 @@ tails = st.builds(
 )
 
 
+@drawn
 @given(tails, st.integers(0, 19))
 def test_late_firmware_tail_is_read_as_far_as_it_goes(tail, size):
     data = tail.encode()

@@ -30,7 +30,7 @@ from protocols.pkt import (
     hides_newline,
     longest_frame,
 )
-from tests.protocols.share import examples
+from tests.protocols.share import drawn, examples
 
 SECOND = 1_000_000_000
 LEN = FramingOptions()
@@ -190,6 +190,7 @@ def test_a_sound_frame_alone_is_found(options):
     check()
 
 
+@drawn
 @given(st.lists(st.one_of(st.binary(max_size=30), st.just(LED_ON)), max_size=12), st.binary(max_size=90))
 def test_with_scan_a_frame_behind_any_noise_is_found_once_the_line_rests(noise, tail):
     """Whatever stands in front, the last frame comes out at the latest when what swallowed it is given up."""
