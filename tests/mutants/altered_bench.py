@@ -6,11 +6,9 @@ a clause that fails.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
-
-import pytest
+from typing import TypeVar
 
 from hilbench.bench_file import BenchFile
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
@@ -25,8 +23,15 @@ from hilbench.options import TargetChoice
 from hilbench.shared import Shared
 from targets.firmware import image_path
 from tests.mutants.alterations import Alteration
+from tests.mutants.each_its_own import Fault, judge
 
 AnyResult = TypeVar("AnyResult")
+Row = tuple[str, str, Alteration | None, Mapping[str, str]]
+
+
+def first_of_each(rows: Iterable[Row]) -> list[Row]:
+    """Return the first row of each clause."""
+    return list({row[0]: row for row in reversed([*rows])}.values())
 
 
 def unaltered(bench_file: BenchFile) -> BenchFile:
@@ -72,13 +77,16 @@ class AlteredBench:
         alter: Alteration,
         images: Mapping[str, str],
     ) -> AnyResult:
+        options = CheckOptions(bench=self.bench, suites=(self.suite,), select=select)
+        return act(options, self._provider(alter, images))
+
+    def _provider(self, alter: Alteration, images: Mapping[str, str]) -> BoardProvider:
         choices = [
             TargetChoice(name=f"brain.{name}", spec=f"{self.board}:{image_path(image)}")
             for name, image in images.items()
         ]
         shared = Shared(bench_file=open_bench(self.bench), timeout_scale=1.0, journal=Journal())
-        options = CheckOptions(bench=self.bench, suites=(self.suite,), select=select)
-        return act(options, BoardProvider(shared, choices, alter=alter))
+        return BoardProvider(shared, choices, alter=alter)
 
     # --- what tests require of it
 
@@ -89,16 +97,25 @@ class AlteredBench:
         assert report.exit_code == ExitCode.OK, report.exit_code
         assert report.run_hash, report.no_run_hash
 
-    def require_found(
-        self, clause_id: str, select: str, alter: Alteration | None, images: Mapping[str, str] | None = None
-    ) -> None:
-        """Require that a mistake fails its clause, and that whatever fails does so by a verdict."""
-        report = self.check(f"{clause_id} and {select}", alter=alter, images=images)
-        assert {case.verdict for case in report.cases} <= {Verdict.PASS, Verdict.FAIL}, failures(report)
-        failed = {clause.id: clause for clause in report.clauses if clause.verdict is Verdict.FAIL}
-        assert clause_id in failed, f"found by {[*failed]}, not by {clause_id}"
-        violation = any(clause.counts for clause in failed.values())
-        assert report.exit_code == (ExitCode.VIOLATION if violation else ExitCode.OK), report.exit_code
+    def require_found(self, rows: Iterable[Row]) -> set[str]:
+        """Require that each mistake fails its clause, and whatever fails, by a verdict; return these clauses.
+
+        Args:
+            rows: clause, selection of its cases, mistake (None for none), images that run instead.
+        """
+        faults = [
+            Fault(
+                name=f"{select} {number}",
+                clause_id=clause_id,
+                select=select,
+                open_case=self._provider(alter or unaltered, images).open_case,
+            )
+            for number, (clause_id, select, alter, images) in enumerate(rows)
+        ]
+        options = CheckOptions(bench=self.bench, suites=(self.suite,))
+        verdicts = judge(options, self._provider(unaltered, {}), faults)
+        assert verdicts.not_found == {}, verdicts.not_found
+        return verdicts.found_by
 
     def require_complete(self, found_clause_ids: Iterable[str]) -> None:
         """Require that every clause has a case that can run here, and a mistake that it finds."""
@@ -123,13 +140,3 @@ class AlteredBench:
         again = {case.id: case.case_hash for case in self.check(select).cases}
         assert again, f"nothing is selected by {select}"
         assert again.items() <= hashes.items(), again.items() - hashes.items()
-
-
-def one_each(rows: Sequence[tuple[Any, ...]]) -> list[Any]:
-    """Return parameters of which the first of each clause, the first column, is in the gate and the others are not."""
-    seen, marked = set(), []
-    for row in rows:
-        marks = pytest.mark.exhaustive("another mutant of its clause is in the gate") if row[0] in seen else ()
-        marked.append(pytest.param(*row, marks=marks))
-        seen.add(row[0])
-    return marked
