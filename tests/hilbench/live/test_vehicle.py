@@ -142,9 +142,9 @@ def test_stop_stops_whoever_rules(driving):
     driving.do("stop")
     seen = driving.run(1.5)
     assert (seen["speed_m_s"], driving.mode) == (0.0, Sight.AUTOWARE)
-    assert driving.run(1.0)["speed_m_s"] == 0.0
+    assert driving.run(0.3)["speed_m_s"] == 0.0
     driving.do("demo")
-    assert driving.run(1.0)["speed_m_s"] > 0.5
+    assert driving.run(0.6)["speed_m_s"] > 0.5
 
 
 def test_the_modes_are_asked_for_and_the_answers_told(driving):
@@ -229,7 +229,7 @@ def test_a_car_without_reverse_gear_is_put_back_to_where_it_began(driving):
     driving.run(0.2)
     pose = driving.told("pose")[-1]
     assert abs(pose["x_m"]) < 100_000
-    assert driving.run(1.0)["speed_m_s"] > 0.5
+    assert driving.run(0.6)["speed_m_s"] > 0.5
 
 
 REFUSED = {
@@ -290,9 +290,9 @@ def test_a_board_at_two_ports_is_driven_by_the_stack_once_it_is_asked_for(at_por
     bench.run_for(3.5)
     assert vehicle.machines["board"].state is Sight.MANUAL  # and he is not asked again
     driver.commands["mode"]({"mode": "AUTOWARE"})
-    bench.run_for(1.0)
+    bench.run_for(0.5)
     driver.stop()
-    bench.run_for(2.0)
+    bench.run_for(1.5)
     assert vehicle.look()["speed_m_s"] == 0.0
 
 

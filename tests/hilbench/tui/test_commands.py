@@ -19,7 +19,9 @@ import pytest
 
 from hilbench.cli import main
 from hilbench.commands import dashboard
+from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
+from hilbench.live.folders import Session
 from hilbench.tui.bench_process import BenchProcess
 
 PATIENCE_S = 60
@@ -134,6 +136,7 @@ def test_a_dashboard_that_is_killed_leaves_the_bench_and_its_recording_whole(ter
 
 
 @REAL_TIME
+@pytest.mark.exhaustive("the gate kills a bench that no terminal shows, and shows one that has ended (test_app)")
 def test_a_bench_that_is_killed_leaves_the_dashboard_and_the_cause(terminal, tmp_path):
     shown = terminal("rover-model")
     shown.wait_for("station")
@@ -156,11 +159,44 @@ def test_a_recording_is_opened_and_what_is_arranged_in_it_remembered(terminal, j
     assert '"textual-light"' in (tmp_path / "state" / "hilbench" / "dashboard.json").read_text()
 
 
+@pytest.mark.exhaustive("the gate has the exit code without a terminal, and why a bench ended on a screen (test_app)")
 def test_a_port_that_is_not_there_is_said_on_the_screen(terminal, tmp_path):
     shown = terminal("--target", f"serial:{tmp_path / 'none'}")
     shown.wait_for("exit code 3")
     shown.press("q")
     assert shown.end() == 3
+
+
+class Ended:
+    """A bench's process that has ended by itself."""
+
+    stdout = None
+
+    def __init__(self, code):
+        self.returncode = code
+
+    def poll(self):
+        return self.returncode
+
+
+class Shown:
+    """In the place of a dashboard: somebody looks until the bench has ended, and leaves."""
+
+    return_code = 0
+
+    def __init__(self, process, **_more):
+        self.process = process
+
+    def run(self):
+        self.process.poll()
+
+
+@pytest.mark.parametrize("code", [ExitCode.USAGE, ExitCode.UNAVAILABLE, ExitCode.OK])
+def test_a_bench_that_never_began_ends_the_command_with_its_exit_code(code, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    monkeypatch.setattr(dashboard, "_give_way", lambda: None)
+    monkeypatch.setattr("hilbench.tui.app.Dashboard", Shown)
+    assert dashboard.show(BenchProcess(Session(tmp_path), Ended(code))) == code
 
 
 @pytest.mark.parametrize(
