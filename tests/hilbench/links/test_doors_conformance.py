@@ -29,7 +29,7 @@ def test_pty_and_serial_port(locked, tmp_path, baud):
         port = SerialPort(locked, f"serial:{path}@{baud or 115_200}")
         return LinkUnderTest(scheduler=locked, a=door, b=port, baud=baud)
 
-    check_link(make_link, large_bytes=LARGE)
+    check_link(make_link, large_bytes=LARGE, patience_s=60)
     assert not (tmp_path / "port").is_symlink()
 
 
@@ -40,4 +40,4 @@ def test_tcp_and_serial_port(locked, baud):
         port = SerialPort(locked, f"socket://127.0.0.1:{door.port}")
         return LinkUnderTest(scheduler=locked, a=door, b=port, baud=baud)
 
-    check_link(make_link, large_bytes=LARGE)
+    check_link(make_link, large_bytes=LARGE, patience_s=60)

@@ -16,7 +16,7 @@ from hilbench.links import Line, PtyDoor
 from hilbench.links.inotify import OpenCloseWatch
 from hilbench.links.uart import resample
 
-from .conftest import until
+from .conftest import HURRY, until
 
 S = 10**9
 
@@ -60,6 +60,11 @@ class Log:
     def line(self, up, at_ns):
         self.lines.append(up)
         self.order.append(up)
+
+
+@pytest.fixture
+def pace():
+    return HURRY
 
 
 @pytest.fixture

@@ -331,10 +331,10 @@ def test_a_line_without_an_identity_is_looked_for_where_it_was(tmp_path):
     port = ReconnectingPort(scheduler, target, ports=list, open_port=SerialPort)
     (tmp_path / "port").unlink()
     board.pull_out()
-    assert scheduler.run_until(lambda: not port.line_is_up, 30 * NS_PER_S)
+    assert scheduler.run_until(lambda: not port.line_is_up, 60 * NS_PER_S)
     board = PtyBoard()
     (tmp_path / "port").symlink_to(board.name)
-    assert scheduler.run_until(lambda: port.line_is_up, scheduler.now_ns + 30 * NS_PER_S)
+    assert scheduler.run_until(lambda: port.line_is_up, scheduler.now_ns + 60 * NS_PER_S)
     port.close()
     board.pull_out()
     host.close()
@@ -446,7 +446,7 @@ class Far:
         return self.ours
 
     def until(self, condition):
-        assert self.scheduler.run_until(condition, self.scheduler.now_ns + 30 * NS_PER_S), "it never happened"
+        assert self.scheduler.run_until(condition, self.scheduler.now_ns + 60 * NS_PER_S), "it never happened"
 
     def close(self):
         self.closed.set()

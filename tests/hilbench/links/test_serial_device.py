@@ -17,6 +17,8 @@ from hilbench.links.serial_device import LineErrors, ModemLines, line_errors, mo
 from hilbench.links.serial_target import located
 from hilbench.ports.listing import PortInfo, UsbIdentity
 
+from .conftest import HURRY
+
 MS = 10**6
 TIOCGICOUNT = 0x545D
 TIOCSBRK, TIOCCBRK = 0x5427, 0x5428
@@ -46,6 +48,11 @@ class Uart:
         if request in (termios.TIOCEXCL, termios.TIOCNXCL, termios.TIOCMBIS, termios.TIOCMBIC):
             return 0
         return self.real(descriptor, request, argument)
+
+
+@pytest.fixture
+def pace():
+    return HURRY
 
 
 @pytest.fixture

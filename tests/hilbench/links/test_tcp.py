@@ -8,9 +8,14 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Line, TcpDoor
 from hilbench.links.tcp import parse_tcp_address
 
-from .conftest import until
+from .conftest import HURRY, until
 
 S = 10**9
+
+
+@pytest.fixture
+def pace():
+    return HURRY
 
 
 @pytest.fixture

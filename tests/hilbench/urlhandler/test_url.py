@@ -22,7 +22,7 @@ REQUEST = encode_frame(encode_command(RequestTelemetry()), PROFILES["documented"
 def opened():
     ports = []
 
-    def open_url(url, baud=115_200, timeout=30, **more):
+    def open_url(url, baud=115_200, timeout=60, **more):
         ports.append(serial.serial_for_url(url, baud, timeout=timeout, **more))
         return ports[-1]
 
@@ -117,7 +117,7 @@ def test_a_rate_that_is_not_the_lines_makes_garbage(opened):
 @pytest.mark.parametrize("how", ["", "&fast"])
 def test_firmware_on_an_emulated_board(opened, how):
     port = opened(f"hilbench://bluepill?image={IMAGES / 'echo-irq.elf'}{how}", timeout=0.05)
-    for _ in range(200):  # before it has set up its USART the line is deaf
+    for _ in range(1200):  # before it has set up its USART the line is deaf
         port.write(b"?")
         if port.read(1):
             break
@@ -132,7 +132,7 @@ def test_a_read_that_waits_can_be_cancelled_and_a_closed_port_says_so(opened):
     reader = threading.Thread(target=lambda: got.append(port.read(10**6)))
     reader.start()
     port.cancel_read()
-    reader.join(30)
+    reader.join(60)
     assert not reader.is_alive()
     port.close()
     for action in (port.read, lambda: port.in_waiting, lambda: port.cts, lambda: port.ri, lambda: port.write(b"x")):
