@@ -256,17 +256,16 @@ def waiting_for_all():
 
 
 async def settle(app, pilot):
-    """Wait until no pane is laid out that is not to be seen, and the screen looks the same twice in a row."""
+    """Look, and wait until that is drawn, and no pane is laid out that is not to be seen."""
     from hilbench.tui.panes import Pane
 
-    last = None
-    while True:
+    placed = displayed = None
+    while placed is None or not placed <= displayed:
         await pilot.pause()
         app.look()
+        await pilot.pause()
         placed = {widget.id for widget in app.screen._compositor.visible_widgets if isinstance(widget, Pane)}
-        if placed <= {pane.id for pane in app.query(Pane) if pane.display} and rows(app) == last:
-            return
-        last = rows(app)
+        displayed = {pane.id for pane in app.query(Pane) if pane.display}
 
 
 @pytest.fixture(scope="session")
