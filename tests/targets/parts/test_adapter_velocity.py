@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -23,26 +24,25 @@ TURN_DEG_S = dict(zip(range(-7, 8), (-9, -7, -6, -5, -4, -2, -1, 0, 1, 2, 4, 5, 
 """What goes to the robot for it."""
 
 
-@pytest.mark.parametrize("left", CODES)
-@pytest.mark.parametrize("right", CODES)
-def test_all_codes_as_published(left, right) -> None:
-    velocity = velocity_of_codes(left, right, PUBLISHED)
-    assert velocity == (SPEED_MM_S[left + right] / 1000, TURN_MRAD_S[right - left] / 1000)
-    assert wire_speeds(velocity, PUBLISHED) == (SPEED_MM_S[left + right], TURN_DEG_S[right - left])
+def test_all_codes_as_published() -> None:
+    for left, right in itertools.product(CODES, repeat=2):
+        velocity = velocity_of_codes(left, right, PUBLISHED)
+        assert velocity == (SPEED_MM_S[left + right] / 1000, TURN_MRAD_S[right - left] / 1000), (left, right)
+        speeds = wire_speeds(velocity, PUBLISHED)
+        assert speeds == (SPEED_MM_S[left + right], TURN_DEG_S[right - left]), (left, right)
 
 
-@pytest.mark.parametrize("left", CODES)
-@pytest.mark.parametrize("right", CODES)
-def test_without_integer_arithmetic_the_scale_is_straight(left, right) -> None:
+def test_without_integer_arithmetic_the_scale_is_straight() -> None:
     exact = P2osAdapterSettings(integer_arithmetic=False)
-    speed_m_s, turn_rad_s = velocity_of_codes(left, right, exact)
-    assert speed_m_s == pytest.approx((left + right) * 0.03125)
-    assert turn_rad_s == pytest.approx((right - left) * 0.02125)
-    published = velocity_of_codes(left, right, PUBLISHED)
-    assert abs(speed_m_s - published.speed_m_s) < 0.001
-    assert abs(turn_rad_s - published.turn_rad_s) <= 0.001
-    speed_mm_s, _ = wire_speeds(Velocity(speed_m_s, turn_rad_s), exact)
-    assert abs(speed_mm_s - (left + right) * 31.25) <= 0.5
+    for left, right in itertools.product(CODES, repeat=2):
+        speed_m_s, turn_rad_s = velocity_of_codes(left, right, exact)
+        assert speed_m_s == pytest.approx((left + right) * 0.03125), (left, right)
+        assert turn_rad_s == pytest.approx((right - left) * 0.02125), (left, right)
+        published = velocity_of_codes(left, right, PUBLISHED)
+        assert abs(speed_m_s - published.speed_m_s) < 0.001, (left, right)
+        assert abs(turn_rad_s - published.turn_rad_s) <= 0.001, (left, right)
+        speed_mm_s, _ = wire_speeds(Velocity(speed_m_s, turn_rad_s), exact)
+        assert abs(speed_mm_s - (left + right) * 31.25) <= 0.5, (left, right)
 
 
 def test_integer_arithmetic_shows() -> None:

@@ -84,22 +84,23 @@ def execute(make, at):
 
 @pytest.mark.parametrize("timing", ["flat", "table"])
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize(("letters", "place"), PLACES)
-def test_in_an_it_block(execute, timing, case, letters, place):
+def test_in_an_it_block(execute, timing, case):
     failing, address, kind, refusal = CASES[case]
-    mask = int("".join("01"[letter == "E"] for letter in letters[1:]) + "1", 2)
     others = OTHERS[:2] + OTHERS[:1] if address == IN_FLASH else OTHERS  # see `rollback`
-    block = [*others[:place], failing, *others[place:]]
-    program = NOP, IT_EQ | mask, *(half for halves in block for half in halves)
-    (expected,), *_ = execute(timing, GOOD, *program)
+    for letters, place in PLACES:
+        mask = int("".join("01"[letter == "E"] for letter in letters[1:]) + "1", 2)
+        block = [*others[:place], failing, *others[place:]]
+        program = NOP, IT_EQ | mask, *(half for halves in block for half in halves)
+        (expected,), *_ = execute(timing, GOOD, *program)
 
-    _, stop, found, engine = execute(timing, address, *program)
-    assert (stop.kind, stop.fault, stop.address, stop.refusal) == (StopKind.FAULT, kind, address, refusal)
-    assert found == expected
-    xpsr = T | Z | (mask & 3) << 25 | (mask & 0xFC) << 8
-    for _ in range(place):
-        xpsr = advanced(xpsr)
-    assert engine.get(Reg.XPSR) == xpsr
+        _, stop, found, engine = execute(timing, address, *program)
+        where = f"I{letters}, instruction {place}"
+        assert (stop.kind, stop.fault, stop.address, stop.refusal) == (StopKind.FAULT, kind, address, refusal), where
+        assert found == expected, where
+        xpsr = T | Z | (mask & 3) << 25 | (mask & 0xFC) << 8
+        for _ in range(place):
+            xpsr = advanced(xpsr)
+        assert engine.get(Reg.XPSR) == xpsr, where
 
 
 @pytest.mark.parametrize("timing", ["flat", "table"])
