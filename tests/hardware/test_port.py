@@ -67,7 +67,7 @@ def test_what_is_sent_comes_back(attached):
     attached.run(None, 0.5)  # a board that was reset may greet
     port.got.clear()
     port.write(SENTENCE * 10)
-    attached.run(lambda: len(port.got) >= 560, 5)
+    attached.run(lambda: len(port.got) >= 560, 60)
     assert bytes(port.got) == SENTENCE * 10
     errors = port.counters
     assert (errors.framing_errors, errors.lost, errors.breaks) == (0, 0, 0)

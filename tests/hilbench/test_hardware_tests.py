@@ -15,17 +15,26 @@ import pytest
 from hilbench.clock import Scheduler
 from hilbench.links import Line, MemoryLink, ReconnectingPort
 from hilbench.ports.listing import PortInfo, UsbIdentity
-from tests.hilbench.forked import PYTEST
+from tests.hilbench.forked import ALREADY_IMPORTED, PATIENCE_S, PYTEST
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/hardware-tests.md"
 
 
+PATIENT = f"""\
+import hilbench.doctor.calibrate as calibrate
+calibrate._FIRST_NS = calibrate._LOST_NS = {PATIENCE_S} * 10**9
+calibrate.ROUND_TRIPS = 20
+{PYTEST}"""
+"""A pytest for which no byte is lost because the host is late."""
+
+
 @pytest.fixture
-def run(forkable_pytest):
+def run(forkable):
     def tests(port, attached):
         env = {"HILBENCH_HARDWARE_PORT": port, "HILBENCH_HARDWARE_WITH": attached}
-        return forkable_pytest.run("-q", "-p", "no:cacheprovider", "tests/hardware", program=PYTEST, cwd=ROOT, env=env)
+        words = ("-q", "-p", "no:cacheprovider", *ALREADY_IMPORTED, "tests/hardware")
+        return forkable.run(*words, program=PATIENT, cwd=ROOT, env=env)
 
     return tests
 

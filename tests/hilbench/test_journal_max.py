@@ -10,6 +10,7 @@ from hilbench import arguments
 from hilbench.cli import main
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.journal import Journal
+from targets.firmware import image_path
 
 LIMIT = 4000
 
@@ -39,7 +40,21 @@ def test_what_is_no_size_says_so(text):
 
 def test_a_run_stays_within_it_and_its_parts_follow_each_other(tmp_path, capfd):
     path = tmp_path / "run.jsonl"
-    assert main(["run", "bluepill", "--for", "25s", "--journal", str(path), "--journal-max", "100kB"]) == 0
+    assert (
+        main(
+            [
+                "run",
+                f"bluepill:{image_path('style-hal')}",
+                "--for",
+                "6s",
+                "--journal",
+                str(path),
+                "--journal-max",
+                "100kB",
+            ]
+        )
+        == 0
+    )
     before = path.with_name("run.jsonl.1")
     assert path.stat().st_size + before.stat().st_size < 110_000
     first, last = Journal.read(before), Journal.read(path)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hilbench.pytest_options import add_options
-from tests.hilbench.forked import PYTEST
+from tests.hilbench.forked import ALREADY_IMPORTED, PYTEST
 
 SCALE = "--hil-timeout-scale"
 ROOT = Path(__file__).parents[2]
@@ -22,7 +22,7 @@ def test_echo(peer):
 
 
 @pytest.fixture
-def plain_pytest(forkable_pytest, tmp_path):
+def plain_pytest(forkable, tmp_path):
     """Run pytest in a folder of its own, with the entry points of hilbench as an installed distribution has them."""
     site = tmp_path / "site"
     about = site / "anybody-1.0.dist-info"
@@ -32,11 +32,11 @@ def plain_pytest(forkable_pytest, tmp_path):
     folder = tmp_path / "project"
     folder.mkdir()
 
-    def run(*words, test=OWN, **more):
+    def run(*words, test=OWN, forkable=forkable, **more):
         (folder / "test_own.py").write_text(test)
         program = f"import sys\nsys.path[:0] = {[str(site), str(ROOT)]}\n{PYTEST}"
-        every = ("-q", "-p", "no:cacheprovider", "-W", "error", *words)
-        return forkable_pytest.run(*every, program=program, cwd=folder, env=more)
+        every = ("-q", "-p", "no:cacheprovider", "-W", "error", *ALREADY_IMPORTED, *words)
+        return forkable.run(*every, program=program, cwd=folder, env=more)
 
     return run
 
@@ -89,7 +89,7 @@ def test_a_wrong_value_is_one_line_of_pytest(plain_pytest):
     assert "Traceback" not in done.error
 
 
-def test_who_does_not_ask_for_it_has_none_of_it(plain_pytest):
+def test_who_does_not_ask_for_it_has_none_of_it(plain_pytest, forkable_pytest):
     test = """
 import sys
 
@@ -111,7 +111,7 @@ import pytest
 def world():
     return "flat"
 """
-    done = plain_pytest(test=test)
+    done = plain_pytest(test=test, forkable=forkable_pytest)
     assert "3 passed" in done.output, done.output + done.error
 
 

@@ -10,7 +10,7 @@ from hilbench.cli import main
 from hilbench.config import open_bench
 from hilbench.errors import UsageError
 from hilbench.mcu.under_test import boards_under_test
-from tests.hilbench.forked import PYTEST
+from tests.hilbench.forked import ALREADY_IMPORTED, PYTEST
 
 IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
 
@@ -88,12 +88,9 @@ def test_what_a_board_does_not_have(board, ask, said):
 
 
 @pytest.fixture
-def pytest_in(forkable, forkable_pytest):
-    """Run pytest; where warnings are errors, in a process that has not imported what pytest wants to import itself."""
-
-    def run(folder, *words):
-        used = forkable_pytest if "error" in words else forkable
-        return used.run("-p", "no:cacheprovider", *words, program=PYTEST, cwd=folder)
+def pytest_in(forkable):
+    def run(folder, *words, forkable=forkable):
+        return forkable.run("-p", "no:cacheprovider", *words, program=PYTEST, cwd=folder)
 
     return run
 
@@ -111,7 +108,7 @@ def test_what_init_writes_passes(pytest_in, tmp_path, capsys):
     assert bench.boards["board"].firmware.resolve() == image
     (folder / "test_mine.py").write_text("def test_x(board): assert not board.end\n")
     # from the folder above, and with a pytest that turns warnings into errors
-    done = pytest_in(tmp_path / "project", "-q", "-s", "-W", "error")
+    done = pytest_in(tmp_path / "project", "-q", "-s", "-W", "error", *ALREADY_IMPORTED)
     assert done.returncode == 0, done.output + done.error
     assert "2 passed" in done.output
     assert "board.PC13" in done.output
@@ -131,12 +128,15 @@ OTHER_WAY = pytest.mark.exhaustive("the gate has either folder, and either way t
         pytest.param("firmware", [], marks=OTHER_WAY),
     ],
 )
-def test_what_init_writes_is_found_by_a_pytest_that_has_it_loaded_already(pytest_in, tmp_path, folder, words):
+def test_what_init_writes_is_found_by_a_pytest_that_has_it_loaded_already(
+    pytest_in, forkable_pytest, tmp_path, folder, words
+):
     for name in (folder, "twice"):
         (tmp_path / name).mkdir()
         image = str(IMAGES / "style-registers.elf")
         assert main(["init", "--board", "bluepill", "--image", image, "--dir", str(tmp_path / name)]) == 0
-    done = pytest_in(tmp_path, "-q", "--import-mode=importlib", "-W", "error", *words)
+    words = ["-q", "--import-mode=importlib", "-W", "error", *words]
+    done = pytest_in(tmp_path, *words, forkable=forkable_pytest)
     assert "2 passed" in done.output, done.output + done.error
 
 
@@ -203,7 +203,7 @@ def test_what_init_refuses(tmp_path, monkeypatch, capsys, words, code, said):
 
 
 def test_the_example_of_two_boards_passes(pytest_in):
-    done = pytest_in(Path(__file__).parents[3] / "examples/two-boards", "-q", "-W", "error")
+    done = pytest_in(Path(__file__).parents[3] / "examples/two-boards", "-q", "-W", "error", *ALREADY_IMPORTED)
     assert done.returncode == 0, done.output + done.error
     assert "2 passed" in done.output
 
