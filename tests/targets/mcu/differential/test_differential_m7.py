@@ -25,7 +25,6 @@ from tests.targets.mcu.differential.report import differences
 SEED = 1
 QUICK = range(400)
 THOROUGH = [range(start, start + 2000) for start in range(QUICK.stop, QUICK.stop + 20_000, 2000)]
-FIRST = 2  # chunks of `THOROUGH` that .ci/run has the time for
 EXECUTED_MIN = 10
 BOARD = "mps2-an500"
 STEPPED = 40  # sequences of an image that are run instruction by instruction
@@ -36,14 +35,12 @@ def images_of(numbers):
     return [make_image(SEED, range(start, start + CASES), M7) for start in starts]
 
 
-def marked(chunks):
-    marks = [pytest.mark.exhaustive("takes too long")] * FIRST + [pytest.mark.exhaustive("?")] * (len(chunks) - FIRST)
-    return map(lambda numbers, mark: pytest.param(numbers, marks=mark), chunks, marks)
+REST = pytest.mark.exhaustive("twenty thousand random sequences; the gate has four hundred of them")
 
 
 @pytest.fixture(
     scope="module",
-    params=[QUICK, *marked(THOROUGH)],
+    params=[QUICK, *(pytest.param(numbers, marks=REST) for numbers in THOROUGH)],
     ids=lambda numbers: f"{numbers.start}-{numbers.stop - 1}",
 )
 def chunk(request):
@@ -105,7 +102,7 @@ def test_a_difference_is_told_with_the_core():
     assert "s0: 0x" in told
 
 
-@pytest.mark.exhaustive("takes too long")
+@pytest.mark.exhaustive("counts what all twenty thousand sequences execute")
 def test_every_encoding_is_executed():
     executed = Counter()
     for numbers in (QUICK, *THOROUGH):

@@ -26,7 +26,7 @@ from tests.targets.mcu.timing.assembly import (
     Code,
     program,
 )
-from tests.targets.share import examples
+from tests.targets.share import examples, matrix
 
 MS = 1_000_000
 CYCLE_NS = 125
@@ -69,9 +69,12 @@ def rises(start):
 
 
 class TestSysTick:
-    @pytest.mark.parametrize("reload", [199, 1000, 7999, 9999, 71_999])
-    @pytest.mark.parametrize(("control", "divider"), [(7, 1), (3, 8)], ids=["HCLK", "HCLK/8"])
-    def test_the_period_is_the_reload_value_and_one(self, entries, timing, skip_idle, reload, control, divider):
+    @pytest.mark.parametrize(
+        ("reload", "control", "timing", "skip_idle"),
+        matrix([199, 1000, 7999, 9999, 71_999], [7, 3], ["flat", "table"], [True, False]),
+    )
+    def test_the_period_is_the_reload_value_and_one(self, entries, timing, skip_idle, reload, control):
+        divider = 1 if control & 4 else 8  # of HCLK
         setup = Code().poke((SYSTICK + 4, reload), (SYSTICK + 8, 0), (SYSTICK, control))
         period = (reload + 1) * divider
         found = entries(setup, SYSTICK_NUMBER, 10 * period * CYCLE_NS, timing=timing, skip_idle=skip_idle)
@@ -89,8 +92,12 @@ class TestSysTick:
 
 
 class TestTimers:
-    @pytest.mark.parametrize(("prescaler", "reload"), [(0, 499), (7, 99), (71, 9), (799, 999)])
-    def test_the_period_of_update_interrupts(self, entries, timing, skip_idle, prescaler, reload):
+    @pytest.mark.parametrize(
+        ("factors", "timing", "skip_idle"),
+        matrix([(0, 499), (7, 99), (71, 9), (799, 999)], ["flat", "table"], [True, False]),
+    )
+    def test_the_period_of_update_interrupts(self, entries, timing, skip_idle, factors):
+        prescaler, reload = factors
         setup = Code().poke((RCC + 0x1C, 1), (TIM2 + 0x28, prescaler), (TIM2 + 0x2C, reload))
         setup.poke((TIM2 + 0x14, 1), (TIM2 + 0x10, 0), (TIM2 + 0xC, 1), (0xE000_E100, 1 << 28)).load(
             2, TIM2 + 0x10
