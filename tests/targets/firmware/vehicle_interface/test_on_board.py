@@ -113,8 +113,8 @@ def left_without_commands(stimuli):
 @pytest.mark.parametrize(
     ("name", "sent"),
     [
-        ("vehicle-v0", MOVING),
-        pytest.param("vehicle-h7", MOVING, marks=THE_SAME_CODE),
+        pytest.param("vehicle-v0", MOVING, marks=WITH_THE_DEFECT),
+        pytest.param("vehicle-h7", MOVING, marks=WITH_THE_DEFECT),
         ("vehicle", carla.CommandFrame(steering=MOVING.steering, mode=carla.Mode.AUTOWARE)),
     ],
 )
@@ -127,6 +127,7 @@ def test_what_is_sent_for_missing_commands(on_board, stimuli, name, sent):
     assert abs(found[manual][0] - missing[-1][0] - 110) <= TICK_MS
 
 
+@pytest.mark.exhaustive("what the published firmware does; slow commands show it of the hardened one")
 def test_a_command_clears_the_misses(on_board, stimuli):
     """Nine misses, one command, nine misses, one command."""
     stimuli.online(50.2).status(*every(50, 100.3, 2400)).command(140.7, 1180.7, 2220.7, **COMMAND)
@@ -164,7 +165,7 @@ def in_manual(stimuli):
     ("name", "hz", "period_ms"),
     [
         ("vehicle", 20, 60),
-        ("vehicle", 10, 100),
+        pytest.param("vehicle", 10, 100, marks=pytest.mark.exhaustive("another rate of the simulator")),
         pytest.param("vehicle-v0", 20, 60, marks=THE_SAME_CODE),
         pytest.param("vehicle-v0", 10, 100, marks=THE_SAME_CODE),
     ],
@@ -182,7 +183,8 @@ def test_the_simulator_falls_silent_in_manual(on_board, stimuli, name):
     assert all_near(periods(found[stop - 10 : stop + 1]), 160)
 
 
-@pytest.mark.parametrize("name", ["vehicle-v1", pytest.param("vehicle-flag-clash", marks=THE_SAME_CODE)])
+@pytest.mark.exhaustive("five seconds; the gate compares V1 with its model, which raises them, too")
+@pytest.mark.parametrize("name", ["vehicle-v1", "vehicle-flag-clash"])
 def test_the_false_emergencies_of_v1(on_board, stimuli, name):
     in_manual(stimuli).status(*every(50, 1650.3, 5400), lon_speed_m_s=3.0)
     said = on_board(name).play(stimuli, 5400)
@@ -298,6 +300,7 @@ def test_a_task_that_hangs_is_noticed(on_board, stimuli, task):
     assert board.resets == ["POR", "IWDG"]
 
 
+@pytest.mark.exhaustive("what the defect leads to; the gate shows that the watchdog notices")
 def test_without_a_watchdog_nobody_notices(on_board, stimuli):
     board = on_board("vehicle-no-watchdog")
     board.machine.at_ns(400_000_000, lambda: hang(board, "control"))
