@@ -32,7 +32,7 @@ STATUS = bytes.fromhex("23410000000042000000004300000000440000000024")
 OPTIONS = CheckOptions(bench="vehicle-model", suites=("vehicle-host",))
 
 
-LONG = "(VS20 or VS25) and not [hardened]"
+LONG = "VS20 or (VS25 and not [hardened])"
 
 
 @pytest.fixture(scope="module")
@@ -55,12 +55,12 @@ def test_the_simulator_s_side_passes_in_every_profile(report):
     assert report.exit_code == 0
 
 
-@pytest.mark.exhaustive("the two longest cases, which the gate has in the hardened profile alone")
+@pytest.mark.exhaustive("ten seconds of processor time; the gate has what finds a fault in them")
 def test_the_published_ones_pass_the_long_cases():
     options = replace(OPTIONS, select=LONG)
     report = run_suites(options, make_provider(options))
     assert {case.verdict for case in report.cases} == {Verdict.PASS}
-    assert len(report.cases) == 4
+    assert len(report.cases) == 5
 
 
 def test_every_edge_of_its_table_is_taken(report):
