@@ -35,15 +35,20 @@ PATIENCE_S = 60
 CLOSED = object()
 """A stream that is closed as the process begins."""
 
-COMMANDS = (
-    "import hilbench.cli, hilbench.check.runner, hilbench.bench_provider, hilbench.serve, hilbench.mcu.serve, "
-    "hilbench.mcu.run, targets.mcu.machine, hilbench.commands.check, hilbench.commands.run, hilbench.commands.serve, "
-    "hilbench.commands.proxy, hilbench.proxy, hilbench.commands.doctor, hilbench.check.pytest_run, unicorn, vcd"
-)
-OF_OTHERS = (
-    "import crcmod, elftools.elf.elffile, msgspec, numpy, serial, unicorn, _pytest.config; _pytest.config.get_config()"
-)
-"""What is imported beforehand: all that a command needs; or, where pytest is to import ours itself, nothing of ours."""
+OF_OTHERS = """
+import crcmod, elftools.elf.elffile, msgspec, numpy, serial, unicorn.unicorn_py3.arch.arm
+import _pytest.config; _pytest.config.get_config()
+"""
+COMMANDS = f"""{OF_OTHERS}
+import vcd
+import hilbench.bench_provider, hilbench.check.pytest_run, hilbench.check.runner, hilbench.cli, hilbench.siblings
+import hilbench.commands.check, hilbench.commands.doctor, hilbench.commands.proxy, hilbench.commands.run
+import hilbench.commands.serve, hilbench.doctor.report, hilbench.doctor.software, hilbench.mcu.command_line
+import hilbench.mcu.run, hilbench.mcu.serve, hilbench.proxy, hilbench.serve, hilbench.udev.installing
+import protocols.carla.clauses, protocols.p2os.clauses, protocols.pkt.clauses
+import targets.mcu.engine.table_timing, targets.mcu.machine, targets.mcu.stm32f1.chip, worlds.plane
+"""
+"""What is imported beforehand: all that a command needs; or, where pytest is to import ours itself, that of others."""
 
 
 class Forkable:
