@@ -119,6 +119,7 @@ def test_only_a_late_case_is_in_doubt():
     assert doubted(outcome_of(Violation("no answer")), case_of().doubt()).verdict is Verdict.FAIL
 
 
+@pytest.mark.slow("a bench that is served is stopped for half a second, behind a proxy")
 @pytest.mark.real_time("it measures the lateness of a process that is stopped; the later it is, the clearer")
 @pytest.mark.parametrize("doors", [pytest.param(1, marks=WITHOUT_PROXY), 2])
 def test_a_process_that_is_stopped_is_found_late_by_a_check_at_its_door_and_behind_a_proxy(

@@ -91,6 +91,7 @@ def has_ended(about):
         os.close(process)
 
 
+@pytest.mark.slow("a bench and two dashboards, one after the other, each a process")
 @REAL_TIME
 def test_a_bench_is_opened_left_found_again_and_stopped(terminal, tmp_path):
     opened = terminal("rover-model")
