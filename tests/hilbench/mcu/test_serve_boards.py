@@ -131,14 +131,18 @@ def open_pty(path, baud=None):
 
 
 def echoes(path):
-    """Ask until the firmware is up: before that the line is deaf."""
-    descriptor = open_pty(path)
+    """Ask until the firmware is up: before that the line is deaf. Then nothing is under way any more."""
+    descriptor, got = open_pty(path), b""
     try:
         for _ in range(PATIENCE_S * 20):
             os.write(descriptor, b"?")
             if select.select((descriptor,), (), (), 0.05)[0]:
-                return os.read(descriptor, 1) == b"?"
-        return False
+                break
+        os.write(descriptor, b"!")
+        while not got.endswith(b"!"):
+            assert select.select((descriptor,), (), (), PATIENCE_S)[0], got
+            got += os.read(descriptor, 4096)
+        return set(got) == set(b"?!")
     finally:
         os.close(descriptor)
 
