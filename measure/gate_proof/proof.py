@@ -258,9 +258,9 @@ def in_tree(defect: Defect, tree: Tree) -> Defect | None:
 def module(path: str, new: Tree, old: Tree) -> Module:
     """Return a module with the defects in lines that the tests of either gate run: what no longer runs counts too."""
     source = new.source(path) or b""
-    ran = {line for line, tests in new.by_line(path).items() if tests}
+    ran = new.lines_run(path)
     moved = moved_lines(old.source(path) or b"", source)
-    ran |= {moved[line] for line, tests in old.by_line(path).items() if tests and line in moved}
+    ran |= {moved[line] for line in old.lines_run(path) if line in moved}
     reached = bool(new.reach(path) or old.reach(path))
     found = defects_of(path, source) if ran or reached else []
     fit = [one for one in found if (not ran.isdisjoint(one.lines) if one.in_function else reached)]

@@ -60,19 +60,13 @@ class Recording:
         for number, fixture in self._store.execute("SELECT test, fixture FROM shares"):
             self._users[fixture].add(self._names[number])
 
-    def tests_by_line(self, path: str) -> Mapping[int, set[str]]:
-        """Return the tests that run each line of a file; of those that run while tests are collected, none."""
-        found: dict[int, set[str]] = defaultdict(set)
-        for context, lines in self._ran(path):
-            tests = {self._names[context]} if context in self._names else self._users.get(context, set())
-            for line in _numbers(lines):
-                found[line] |= tests
-        return found
-
-    def _ran(self, path: str) -> Iterator[tuple[int, bytes]]:
-        yield from self._store.execute(
-            "SELECT context, lines FROM ran JOIN file ON file.id = file WHERE path = ?", (path,)
-        )
+    def ran(self, path: str) -> Iterator[tuple[frozenset[str], int]]:
+        """Give the tests that ran something of a file, with its lines as bits; nothing of what collecting tests ran."""
+        rows = self._store.execute("SELECT context, lines FROM ran JOIN file ON id = file WHERE path = ?", (path,))
+        for context, lines in rows:
+            tests = {self._names[context]} if context in self._names else self._users.get(context)
+            if tests:
+                yield frozenset(tests), int.from_bytes(lines, "little")
 
     def totals(self, tree: Path) -> dict[str, Counter[str]]:
         """Return what was reached of each package: counts of statements and branches, and of those that ran."""
@@ -96,13 +90,6 @@ class Recording:
             wanted = ("num_statements", "covered_lines", "num_branches", "covered_branches")
             totals[package].update({key: told[key] for key in wanted})
         return totals
-
-
-def _numbers(lines: bytes) -> Iterator[int]:
-    for at, eight in enumerate(lines):
-        for bit in range(8):
-            if eight >> bit & 1:
-                yield at * 8 + bit
 
 
 def record(copy: Copy, into: Path, words: Sequence[str], workers: int, environment: Mapping[str, str]) -> int:

@@ -48,9 +48,6 @@ class Tree:
         self._by_file: dict[str, list[str]] = defaultdict(list)
         for name in self.tests:
             self._by_file[file_of(name)].append(name)
-        self.by_line = cache(self._tests_by_line)
-        self.users = cache(self._users)
-        self.reach = cache(self._reach)
 
     def source(self, path: str) -> bytes | None:
         """Return the text of a module, if there is one."""
@@ -62,17 +59,26 @@ class Tree:
         files = (file for package in PACKAGES for file in (self.root / package).rglob("*.py"))
         return sorted(str(file.relative_to(self.root)) for file in files)
 
-    def _tests_by_line(self, path: str) -> dict[int, set[str]]:
-        found: dict[int, set[str]] = defaultdict(set)
-        for recording in self._recordings:
-            for line, tests in recording.tests_by_line(path).items():
-                found[line] |= tests
-        return found
+    @cache  # noqa: B019 - a tree lives as long as the program
+    def _ran(self, path: str) -> list[tuple[frozenset[str], int]]:
+        return [row for recording in self._recordings for row in recording.ran(path)]
 
-    def _users(self, path: str) -> frozenset[str]:
+    def running(self, path: str, lines: Iterable[int]) -> set[str]:
+        """Return the tests that run any of some lines of a module."""
+        mask = _bits(lines)
+        return {name for tests, bits in self._ran(path) if bits & mask for name in tests}
+
+    def lines_run(self, path: str) -> set[int]:
+        """Return the lines of a module that tests run."""
+        bits = 0
+        for _, more in self._ran(path):
+            bits |= more
+        return {line for line in range(bits.bit_length()) if bits >> line & 1}
+
+    @cache  # noqa: B019 - a tree lives as long as the program
+    def users(self, path: str) -> frozenset[str]:
         """Return the tests that call anything in a module."""
-        called = lines_in_functions(self.source(path) or b"")
-        return frozenset(name for line, tests in self.by_line(path).items() if line in called for name in tests)
+        return frozenset(self.running(path, lines_in_functions(self.source(path) or b"")))
 
     def importers(self, path: str) -> list[str]:
         """Return the modules that import a module."""
@@ -86,7 +92,8 @@ class Tree:
                 found[name].append(path)
         return found
 
-    def _reach(self, path: str) -> frozenset[str]:
+    @cache  # noqa: B019 - a tree lives as long as the program
+    def reach(self, path: str) -> frozenset[str]:
         """Return the tests that call anything in a module, or in one that imports it."""
         return self.users(path).union(*(self.users(importer) for importer in self.importers(path)))
 
@@ -94,9 +101,8 @@ class Tree:
         """Return the tests that run the changed line, or that use what it defines where it runs at import."""
         if not defect.in_function:
             return self.reach(defect.path)
-        by_line = self.by_line(defect.path)
         *lines, statement = defect.lines
-        return set().union(*(by_line.get(line, ()) for line in lines)) or set(by_line.get(statement, ()))
+        return self.running(defect.path, lines) or self.running(defect.path, [statement])
 
     def selection(self, defect: Defect, without: Collection[str] = ()) -> Selection:
         """Return the tests for a defect.
@@ -132,6 +138,14 @@ class Tree:
         return [
             name for file in files for name in sorted(by_file[file], key=lambda one: self.tests[one].took_s > SLOW_S)
         ]
+
+
+def _bits(lines: Iterable[int]) -> int:
+    """Return lines as bits."""
+    bits = 0
+    for line in lines:
+        bits |= 1 << line
+    return bits
 
 
 def file_of(name: str) -> str:

@@ -196,14 +196,9 @@ def recorded(folder):
 
 def test_a_line_has_the_tests_that_run_it_themselves_by_a_fixture_or_in_a_process(tmp_path):
     one, two = "tests/worlds/test_m.py::one", "tests/worlds/test_m.py::two"
-    assert recorded(tmp_path).tests_by_line("worlds/m.py") == {
-        1: {one, two},
-        2: {one, two},
-        8: {one},
-        9: {two},
-        20: {two},
-        21: {two},
-    }
+    tree = Tree(tmp_path, [recorded(tmp_path)])
+    by_line = {line: tree.running("worlds/m.py", [line]) for line in tree.lines_run("worlds/m.py")}
+    assert by_line == {1: {one, two}, 2: {one, two}, 8: {one}, 9: {two}, 20: {two}, 21: {two}}
 
 
 def test_the_tests_of_a_defect_are_those_of_its_line_then_those_beside_them(tmp_path):

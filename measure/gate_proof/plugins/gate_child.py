@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import atexit
 import os
 from pathlib import Path
 
 if os.environ.get("GATE_PROOF_CONTEXT"):
-    from gate_tracer import CONTEXT, FOLDER, TREE, Child, Tracer, forks_tell
+    from gate_tracer import CONTEXT, FOLDER, TREE, Child, Tracer
 
-    _tracer = Tracer(Path(os.environ[TREE]))
-    _places = Path(os.environ[FOLDER]), Path(os.environ[CONTEXT])
-    atexit.register(Child(_tracer, *_places).write)
-    forks_tell(_tracer, *_places)
+    Child(Tracer(Path(os.environ[TREE])), Path(os.environ[FOLDER]), Path(os.environ[CONTEXT]), forked_alone=False)

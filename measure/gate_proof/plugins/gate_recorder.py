@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 from gate_store import COLLECTING, Part
-from gate_tracer import CONTEXT, FOLDER, TREE, Tracer, forks_tell
+from gate_tracer import CONTEXT, FOLDER, TREE, Child, Tracer
 
 
 def processor_s() -> float:
@@ -43,7 +43,7 @@ class Recorder:
         self._now = folder / f"now-{os.getpid()}"
         self._now.write_text(COLLECTING, encoding="utf-8")
         os.environ[CONTEXT] = str(self._now)
-        forks_tell(self._tracer, folder, self._now)
+        Child(self._tracer, folder, self._now, forked_alone=True)
 
     def _switch(self, context: str) -> str:
         """Begin another context; return the one that was."""

@@ -6,10 +6,11 @@ folder on the path of a copy's environment.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
-import itertools
 import json
 import os
+import time
 from pathlib import Path
 from typing import NoReturn
 
@@ -50,42 +51,46 @@ class Tracer:
 
 
 class Child:
-    """A process that a test has started or forked; it writes what it ran when it ends.
+    """What a process does that a test has started or forked: it writes what it ran when it ends.
 
     Args:
         tracer: what measures.
         folder: where to write.
-        now: the file with the name of the test.
+        now: the file with the name of the test that is running.
+        forked_alone: this process is none of them, but those that are forked from it are.
     """
 
-    def __init__(self, tracer: Tracer, folder: Path, now: Path) -> None:
+    def __init__(self, tracer: Tracer, folder: Path, now: Path, *, forked_alone: bool) -> None:
         self._tracer = tracer
         self._folder = folder
-        self._numbers = itertools.count()
-        self._context = now.read_text(encoding="utf-8")
+        self._now = now
+        self._due = False
+        self._context = ""
+        if not forked_alone:
+            self._begin()
+        atexit.register(self._write)
+        os.register_at_fork(after_in_child=self._begin)
+        leave = os._exit
 
-    def write(self) -> None:
-        """Write what ran since the last time; somebody who may not write here, or comes too late, leaves it."""
-        told = {"context": self._context, "arcs": self._tracer.take()}
-        name = f"child-{os.getpid()}-{next(self._numbers)}.json"
+        def end(status: int) -> NoReturn:
+            self._write()
+            leave(status)
+
+        os._exit = end
+
+    def _begin(self) -> None:
+        """Forget what the process ran that this one is forked from."""
+        self._tracer.take()
         with contextlib.suppress(OSError):
-            (self._folder / name).write_text(json.dumps(told), encoding="utf-8")
+            self._context = self._now.read_text(encoding="utf-8")
+            self._due = True
 
-
-def forks_tell(tracer: Tracer, folder: Path, now: Path) -> None:
-    """Let the processes that are forked from this one write what they ran, if they leave by ``os._exit``."""
-    leave, child = os._exit, None
-
-    def begin() -> None:
-        nonlocal child
-        tracer.take()
-        with contextlib.suppress(OSError):
-            child = Child(tracer, folder, now)
-
-    def end(status: int) -> NoReturn:
-        if child is not None:
-            child.write()
-        leave(status)
-
-    os.register_at_fork(after_in_child=begin)
-    os._exit = end
+    def _write(self) -> None:
+        """Write, once; somebody who may not write here, or comes too late, leaves it."""
+        if self._due:
+            self._due = False
+            told = {"context": self._context, "arcs": self._tracer.take()}
+            with contextlib.suppress(OSError):
+                (self._folder / f"child-{os.getpid()}-{time.monotonic_ns()}.json").write_text(
+                    json.dumps(told), encoding="utf-8"
+                )
