@@ -132,7 +132,7 @@ class _Batch:
             return _Ran(trouble, where, self.failed, self.cpu_s)
         if self.failed:
             return _Ran("failed", self.failed[0], self.failed, self.cpu_s)
-        if self.process.returncode in {0, _NONE_LEFT}:
+        if self.process.returncode in {0, _NONE_LEFT} and not self.running:
             return _Ran(cpu_s=self.cpu_s)
         return _Ran("died" if self.running else "import", where, cpu_s=self.cpu_s)
 

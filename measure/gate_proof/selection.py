@@ -80,9 +80,14 @@ class Tree:
         """Return the tests that call anything in a module."""
         return frozenset(self.running(path, lines_in_functions(self.source(path) or b"")))
 
-    def importers(self, path: str) -> list[str]:
-        """Return the modules that import a module."""
-        return self._importers().get(module_name(path), [])
+    def importers(self, path: str) -> set[str]:
+        """Return the modules that import a module, also by way of a package that hands its names on."""
+        found, fresh = set[str](), [path]
+        while fresh:
+            more = set(self._importers().get(module_name(fresh.pop()), ())) - found
+            found |= more
+            fresh += [one for one in more if one.endswith("/__init__.py")]
+        return found
 
     @cache  # noqa: B019 - a tree lives as long as the program
     def _importers(self) -> dict[str, list[str]]:
