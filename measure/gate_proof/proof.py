@@ -111,7 +111,9 @@ class Proof:
         say(f"records what the tests of {self.commit_of(name)} run ({name}): twice the time that they take")
         with a_folder() as folder:
             copy = copy_of(self.commit_of(name), folder / "copy")
-            record(copy, self.folder / f"{name}.sqlite", [*chosen, *self.plan.tests], self._workers, environment)
+            words = [*chosen, *self.plan.tests]
+            if not record(copy, self.folder / f"{name}.sqlite", words, self._workers, environment):
+                raise SystemExit("gate-proof: pytest did not come to its end; what it said is above")
 
     @contextmanager
     def tree(self, gate: str) -> Iterator[Tree]:
