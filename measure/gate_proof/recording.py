@@ -18,7 +18,6 @@ from measure.gate_proof.copies import Copy
 from measure.gate_proof.plugins.gate_store import COLLECTING, Part
 from measure.gate_proof.plugins.gate_tracer import FOLDER, PACKAGES, TREE
 
-
 _AT_THE_END = {0, 1, 5}
 """What pytest returns when all tests were run: they passed, some failed, there were none."""
 
