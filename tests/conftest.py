@@ -6,21 +6,27 @@ left out, and `tests/packaging/test_tiers.py` holds that list against the marks.
 
 from __future__ import annotations
 
+import gc
 import importlib.util
 import os
+import sys
 
 import pytest
 from hypothesis import settings
 
+from tests.share import examples
+
 # Time on the host is nothing to judge by, and a change is judged by the same examples whenever it is judged: see the
 # rules for tests in CONTRIBUTING.md. `make search` looks for new examples.
-settings.register_profile("hilbench", deadline=None, derandomize=True)
+settings.register_profile("hilbench", deadline=None, derandomize=True, max_examples=examples(100))
 settings.register_profile("search", deadline=None, print_blob=True)
 settings.load_profile("search" if os.environ.get("HILBENCH_SEARCH") else "hilbench")
 
 EXHAUSTIVE = "HILBENCH_EXHAUSTIVE"
 WITH_A_REASON = ("exhaustive", "slow", "real_time")
 MARKED = pytest.StashKey[dict[str, dict[str, list[str]]]]()
+HEAVY = ("pybullet", "textual", "unicorn")
+LOADED = pytest.StashKey[list[str]]()
 
 
 def pytest_runtest_setup(item):
@@ -31,12 +37,19 @@ def pytest_runtest_setup(item):
 def pytest_collection_modifyitems(config, items):
     """Note the reasons that tests are marked with, and leave out what is marked ``exhaustive``."""
     config.stash[MARKED] = {name: reasons(items, name) for name in WITH_A_REASON}
+    config.stash[LOADED] = [name for name in HEAVY if name in sys.modules]
     if os.environ.get(EXHAUSTIVE):
         return
     left_out = [item for item in items if item.get_closest_marker("exhaustive")]
     if left_out:
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if not item.get_closest_marker("exhaustive")]
+
+
+def pytest_collection_finish():
+    """Spare the garbage collector some hundred thousand objects of the collection, which live as long as the tests."""
+    gc.collect()
+    gc.freeze()
 
 
 def reasons(items, name):

@@ -1,4 +1,4 @@
-"""docs/testing.md lists each test that is marked with a reason, and its reason.
+"""docs/testing.md lists each test that is marked with a reason, and its reason; and to collect tests is cheap.
 
 After a change that is meant, `HILBENCH_WRITE_TIERS=1 python -m pytest tests -k test_tiers` writes the lists anew.
 """
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.conftest import MARKED, WITH_A_REASON
+from tests.conftest import LOADED, MARKED, WITH_A_REASON
 
 PAGE = Path(__file__).parents[2] / "docs" / "testing.md"
 WRITE = "HILBENCH_WRITE_TIERS"
@@ -65,3 +65,7 @@ def test_nothing_is_listed_that_is_not_marked(request, mark):
     if {(here / path).resolve() for path in request.config.args} != {PAGE.parents[1] / "tests"}:
         pytest.skip("only a run over all tests sees each mark")
     assert section(mark) == [*listed(request.config.stash[MARKED][mark]), ""]
+
+
+def test_no_physics_emulator_or_dashboard_is_imported_to_collect_tests(request):
+    assert request.config.stash[LOADED] == []

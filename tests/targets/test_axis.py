@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from targets.robots.pioneer.axis import HALT, Axis, PositionGoal, Servo, SpeedGoal
 from targets.robots.pioneer.profile import Limits
-from tests.targets.share import examples
+from tests.share import examples
 
 LIMITS = Limits(speed=600.0, acceleration=300.0, deceleration=300.0)
 SERVO = Servo(gain_per_s=5.0, window=50.0, correction=30.0)
@@ -32,7 +32,7 @@ def drive(axis: Axis, position: float, steps: list[float], gain: float = 1.0) ->
     second=st.floats(-5000, 5000),
     dt_s=st.sampled_from([0.001, 1 / 240, 0.01, 0.05]),
 )
-@settings(deadline=None, max_examples=examples(in_the_gate=20, in_all=60))
+@settings(max_examples=examples(60))
 def test_lands_exactly_even_when_replanned_midway(target: float, cut_at: int, second: float, dt_s: float) -> None:
     axis = Axis(SERVO, LIMITS)
     axis.pursue(PositionGoal(position=target), LIMITS)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from protocols.p2os import Command, CommandNumber, Sip, vel2
 from protocols.p2os.arguments import BytePacking
 from targets.robots.pioneer import BumpStopped, CommandIgnored, Refusal, RobotSettings, StallCleared, Stalled
-from tests.targets.share import examples
+from tests.share import examples
 
 SYNC0 = "FAFB03000000"
 VEL_200, VEL_BACK_200, VEL_0 = "FAFB060B3BC800D33B", "FAFB060B1BC800D31B", "FAFB060B3B00000B3B"
@@ -155,7 +155,7 @@ def test_head_settles_on_both_sides(ready) -> None:  # S28
     grip=st.sampled_from([1.0, 0.97]),
     wait_s=st.floats(0.05, 4.0),
 )
-@settings(deadline=None, max_examples=examples(in_the_gate=8, in_all=25))
+@settings(max_examples=examples(25))
 def test_any_heading_is_reached_the_short_way(rig_class, headings: list[int], grip: float, wait_s: float) -> None:
     rig = rig_class(RobotSettings(), steps_hz=100)
     rig.chassis.grip = grip
@@ -195,7 +195,7 @@ def test_move(ready, command: str, distance_mm: int) -> None:  # S30
 
 
 @given(distance=st.integers(-3000, 3000), hz=st.sampled_from([50, 240, 1000]))
-@settings(deadline=None, max_examples=examples(in_the_gate=4, in_all=12))
+@settings(max_examples=examples(12))
 def test_any_move_lands_whatever_the_step(rig_class, distance: int, hz: int) -> None:
     rig = rig_class(RobotSettings(), steps_hz=hz)
     rig.ready()

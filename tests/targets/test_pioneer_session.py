@@ -33,7 +33,7 @@ from targets.robots.pioneer import (
     Refusal,
     RobotSettings,
 )
-from tests.targets.share import examples
+from tests.share import examples
 
 SYNC0, SYNC1, SYNC2 = "FAFB03000000", "FAFB03010001", "FAFB03020002"
 OPEN_1, CLOSE_1 = "FAFB06013B0100023B", "FAFB06023B0100033B"
@@ -414,7 +414,7 @@ def test_a_string_where_a_number_belongs_is_refused(ready) -> None:
         max_size=40,
     )
 )
-@settings(deadline=None, max_examples=examples(in_the_gate=30, in_all=60))
+@settings(max_examples=examples(60))
 def test_no_command_can_break_the_robot(make_rig_globally: Callable[[], object], bodies: list) -> None:
     rig = make_rig_globally()
     rig.ready()

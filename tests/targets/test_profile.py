@@ -75,7 +75,7 @@ def test_distance_plan_is_continuous_and_within_limits(speed: float, distance: f
 
 
 @given(speed=speeds, distance=distances, limits=limits)
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 def test_a_plan_covers_the_integral_of_its_speed(speed: float, distance: float, limits: Limits) -> None:
     plan = plan_distance(speed, distance, limits)
     ends = [0.0]

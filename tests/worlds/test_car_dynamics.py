@@ -53,7 +53,7 @@ def test_left_is_left():
     assert max(car.steering_rad, car.yaw_rate_rad_s, car.pose.y_m, car.pose.yaw_rad) < 0
 
 
-@settings(deadline=None, max_examples=8)
+@settings(max_examples=8)
 @given(
     angle=st.floats(0.02, 0.5),
     speed=st.floats(0.5, 12.0),
@@ -106,7 +106,7 @@ def test_brakes_hold_and_do_not_turn_back():
     assert drive(car, CarCommand(throttle=0.1), 1.0).lon_speed_m_s > 0.1
 
 
-@settings(deadline=None, max_examples=12)
+@settings(max_examples=12)
 @given(
     speed=st.floats(0.2, 12.0),
     brake=st.floats(0.05, 1.0),

@@ -67,7 +67,7 @@ def test_free_distance_follows_the_heading_and_the_width():
     assert away.free_ahead_m() == math.inf
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(seed=st.integers(0, 2**32))
 def test_the_room_leaves_space_round_the_start_and_between_boxes(seed):
     scene = find_scene("room-with-boxes", seed)

@@ -71,7 +71,7 @@ def test_time_on_the_wire():
     assert min(spacing) >= BYTE_NS
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32), st.floats(0, 1))
 def test_chance_is_decided_by_the_seed(seed, probability):
     faults = [Fault(kind=kind, probability=probability, count=2) for kind in (FaultKind.DROP, FaultKind.NOISE)]

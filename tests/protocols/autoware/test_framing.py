@@ -25,7 +25,6 @@ from protocols.autoware import (
     encode_message,
     longest_frame,
 )
-from tests.protocols.share import drawn
 
 VECTORS = [
     (AgentOnline(), "7E 00 00 01 00 01 C1 C0"),
@@ -60,13 +59,11 @@ def test_the_crc_is_that_of_another_hand():
     assert all(crc16(bytes((byte,))) == other(bytes((byte,))) for byte in range(256))
 
 
-@drawn
 @given(st.binary(max_size=80))
 def test_the_crc_of_anything_is_that_of_another_hand(data):
     assert crc16(data) == crcmod.predefined.mkPredefinedCrcFun("crc-16")(data)
 
 
-@drawn
 @given(st.binary(min_size=1, max_size=64))
 def test_a_flag_begins_a_frame_and_stands_nowhere_else(payload):
     frame = encode_frame(payload)
@@ -76,7 +73,6 @@ def test_a_flag_begins_a_frame_and_stands_nowhere_else(payload):
     assert FrameReader().receive(frame) == [Frame(raw=frame, source=0, payload=payload)]
 
 
-@drawn
 @given(st.binary(max_size=40), st.binary(min_size=1, max_size=64))
 def test_a_frame_behind_anything_is_found(noise, payload):
     frame = encode_frame(payload)

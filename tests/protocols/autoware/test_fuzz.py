@@ -19,7 +19,6 @@ from protocols.autoware import (
     encode_message,
     longest_frame,
 )
-from tests.protocols.share import drawn
 
 SECOND = 1_000_000_000
 MAX_HELD = max(NOISE_RUN, longest_frame())
@@ -40,7 +39,6 @@ def streams(draw):
     return bytes(stream)
 
 
-@drawn
 @given(streams())
 def test_every_byte_is_reported_once(stream):
     reader = FrameReader()
@@ -50,7 +48,6 @@ def test_every_byte_is_reported_once(stream):
 
 @every_role
 def test_any_cut_of_any_stream_gives_the_same_events(role):
-    @drawn
     @given(st.lists(st.tuples(streams(), st.integers(0, 2 * SECOND)), max_size=5))
     def check(bursts):
         whole, single = Connection(role), Connection(role)

@@ -24,7 +24,6 @@ from protocols.autoware import (
     encode_message,
     payload_size,
 )
-from tests.protocols.share import drawn
 
 SIZES = {
     "AgentOnline": 1,
@@ -66,7 +65,6 @@ def test_every_class_has_its_description_its_id_and_its_size():
 
 
 def test_every_message_comes_back(messages, alike):
-    @drawn
     @given(messages())
     def check(message):
         payload = encode_message(message)

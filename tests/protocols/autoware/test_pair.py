@@ -23,7 +23,7 @@ from protocols.autoware import (
     Transmit,
 )
 from protocols.testing import LATENCY_NS, Pair, lossy, unchanged
-from tests.protocols.share import examples, seeds
+from tests.share import examples, seeds
 
 MS = 1_000_000
 SECOND = 1000 * MS
@@ -108,7 +108,7 @@ def test_on_a_faulty_line_what_arrives_was_sent(seed):
     assert pair.client.counters.bad_crcs + pair.client.counters.cut_short > 0
 
 
-@settings(deadline=None, max_examples=examples(60))
+@settings(max_examples=examples(60))
 @given(st.lists(st.tuples(st.sampled_from(["client", "server"]), st.integers(0, 2 * SECOND)), max_size=12))
 def test_a_line_that_goes_down_at_any_time_comes_back(pauses):
     pair = Vehicle()
@@ -125,7 +125,6 @@ def test_a_line_that_goes_down_at_any_time_comes_back(pauses):
 
 
 def test_each_message_survives_both_directions(messages, alike):
-    @settings(deadline=None, max_examples=examples(100))
     @given(st.lists(messages(Sender.AGENT)), st.lists(messages(Sender.BOARD)))
     def check(commands, reports):
         for role, other, sent in ((Role.AGENT, Role.BOARD, commands), (Role.BOARD, Role.AGENT, reports)):

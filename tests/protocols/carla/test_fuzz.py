@@ -25,7 +25,7 @@ from protocols.carla import (
     encode_status,
     with_quirks,
 )
-from tests.protocols.share import examples
+from tests.share import examples
 
 MS = 1_000_000
 SECOND = 1_000_000_000
@@ -49,7 +49,6 @@ def end_of(profile, role, quirks=()):
 
 @pytest.mark.parametrize(("profile", "role"), ENDS)
 @given(pieces=PIECES, cuts=st.lists(st.integers(1, 30), max_size=60))
-@settings(deadline=None, max_examples=examples(100))
 def test_how_bytes_are_cut_does_not_matter(profile, role, pieces, cuts):
     data = b"".join(pieces)
     whole, cut = end_of(profile, role), end_of(profile, role)
@@ -65,7 +64,6 @@ def test_how_bytes_are_cut_does_not_matter(profile, role, pieces, cuts):
 
 @pytest.mark.parametrize(("profile", "role"), ENDS)
 @given(steps=st.lists(st.tuples(st.binary(max_size=60), st.integers(0, 300)), max_size=40))
-@settings(deadline=None, max_examples=examples(100))
 def test_whatever_the_bytes(profile, role, steps):
     connection, now_ns = end_of(profile, role), 0
     for data, wait_ms in steps:
@@ -114,7 +112,7 @@ def put(board, what, value, now_ns):
 
 @pytest.mark.parametrize("quirk", [None, *QUIRKS])
 @given(inputs=st.lists(INPUTS, max_size=40))
-@settings(deadline=None, max_examples=examples(30))
+@settings(max_examples=examples(30))
 def test_whatever_is_said_and_done_to_a_board(quirk, inputs):
     board, now_ns, frames = end_of("hardened", Role.BOARD, [quirk] if quirk else []), 0, []
     for what, value in [("agent", True), *inputs, ("wait", 3000)]:

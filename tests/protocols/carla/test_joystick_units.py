@@ -21,7 +21,6 @@ from protocols.carla import (
     encode_command,
     manual_command,
 )
-from tests.protocols.share import drawn
 
 READING = st.integers(0, 65535)
 
@@ -37,7 +36,6 @@ def test_an_axis_at_its_points(axis):
     assert axis.position(axis.least) == -1
 
 
-@drawn
 @given(READING, READING)
 def test_an_axis_never_turns_back(a, b):
     low, high = sorted((a, b))
@@ -71,7 +69,6 @@ def test_beyond_the_calibration_is_beyond_one_without_a_clamp():
     assert manual_command(0, 0, clamp=True) == ManualCommand(steer=1.0, brake=1.0)
 
 
-@drawn
 @given(READING, READING)
 def test_a_clamped_stick_stays_within_its_ranges(x, y):
     command = manual_command(x, y, clamp=True)

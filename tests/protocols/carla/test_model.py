@@ -398,7 +398,7 @@ class Rules(Driven):
         assert due_ns - self.now * MS <= 110 * MS
 
 
-SETTINGS = settings(deadline=None, max_examples=20, stateful_step_count=25)
+SETTINGS = settings(max_examples=20, stateful_step_count=25)
 
 
 def run(machine):

@@ -18,7 +18,7 @@ from protocols.carla import (
     encode_status,
 )
 from protocols.testing import LATENCY_NS, Pair, lossy
-from tests.protocols.share import seeds
+from tests.share import seeds
 
 MS = 1_000_000
 SECOND = 1_000_000_000

@@ -25,7 +25,6 @@ from protocols.carla import (
     encode_command,
     encode_status,
 )
-from tests.protocols.share import drawn
 
 FLOAT = st.floats(width=32, allow_nan=False)
 STATUSES = st.builds(
@@ -72,20 +71,17 @@ def test_a_command_is_read_with_and_without_its_nul(name):
     assert decode_command(vector.data[:29]) == decode_command(vector.data)
 
 
-@drawn
 @given(STATUSES)
 @example(StatusFrame(lon_speed_m_s=-0.0))
 def test_statuses_survive_the_line(status):
     assert decode_status(encode_status(status)) == status
 
 
-@drawn
 @given(COMMANDS)
 def test_commands_survive_the_line(command):
     assert decode_command(encode_command(command)) == command
 
 
-@drawn
 @given(STATUSES, st.integers(0, 21), st.integers(1, 255))
 def test_a_damaged_letter_is_seen_and_a_damaged_value_is_not(status, at, turned):
     data = bytearray(encode_status(status))

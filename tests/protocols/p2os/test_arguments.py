@@ -24,20 +24,17 @@ from protocols.p2os import (
     unpack_signed_bytes,
 )
 from protocols.p2os.commands import encode_command_body
-from tests.protocols.share import drawn
 
 arguments = st.one_of(st.none(), st.integers(-65535, 65535), st.binary(max_size=195))
 commands = st.builds(Command, st.integers(0, 255), arguments)
 byte = st.integers(0, 255)
 
 
-@drawn
 @given(commands)
 def test_round_trip(command):
     assert decode_command(encode_command_body(command)) == command
 
 
-@drawn
 @given(byte, st.binary(max_size=194))
 def test_uncounted_nul_is_ignored(number, text):
     body = encode_command_body(Command(number, text), form=ArgumentForm.STRING_WITH_NUL)
@@ -45,7 +42,6 @@ def test_uncounted_nul_is_ignored(number, text):
     assert decode_command(body) == Command(number, text)
 
 
-@drawn
 @given(st.binary(min_size=1, max_size=205), st.booleans())
 def test_any_body_is_read_or_refused(body, raw_tty):
     try:
@@ -57,7 +53,6 @@ def test_any_body_is_read_or_refused(body, raw_tty):
     assert isinstance(command.text, bytes)
 
 
-@drawn
 @given(byte, byte, st.sampled_from(BytePacking))
 def test_two_bytes_come_through_in_both_packings(high, low, packing):
     argument = pack_bytes(high, low, packing)

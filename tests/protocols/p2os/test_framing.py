@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from protocols.p2os import Dropped, DropReason, Frame, FrameReader, LocalProtocolError, checksum, encode_frame
 from protocols.p2os.framing import MAX_COUNT_TOLERANT, NOISE_RUN
-from tests.protocols.share import drawn
 
 SYNC0 = bytes.fromhex("FAFB03000000")
 PULSES = [encode_frame(bytes((number,))) for number in range(4)]
@@ -57,7 +56,6 @@ def streams_and_cuts(draw):
     return stream, [stream[a:b] for a, b in zip([0, *cuts], [*cuts, len(stream)], strict=True)]
 
 
-@drawn
 @given(streams_and_cuts())
 def test_any_cut_of_any_stream_gives_the_same(case):
     stream, parts = case
@@ -71,7 +69,6 @@ def test_any_cut_of_any_stream_gives_the_same(case):
     assert all(reader.held == 0 for reader in (whole, cut, single))
 
 
-@drawn
 @given(streams, st.sampled_from((200, 207, 255)))
 def test_what_is_held_is_bounded(stream, max_count):
     reader = FrameReader(max_count=max_count)
@@ -80,14 +77,12 @@ def test_what_is_held_is_bounded(stream, max_count):
         assert reader.held <= max(max_count + 2, NOISE_RUN)
 
 
-@drawn
 @given(st.lists(st.one_of(bodies.map(encode_frame), st.binary(max_size=300).map(lambda b: b.replace(b"\xfa", b"")))))
 def test_every_good_frame_between_noise_without_fa_is_found(parts):
     expected = [part for part in parts if part.startswith(b"\xfa\xfb")]
     assert frames(read(b"".join(parts))) == expected
 
 
-@drawn
 @given(st.binary(min_size=1, max_size=198))
 def test_checksum_is_the_sum_byte_by_byte(body):
     total = 0
@@ -99,7 +94,6 @@ def test_checksum_is_the_sum_byte_by_byte(body):
     assert frames(read(encode_frame(body))) == [encode_frame(body)]
 
 
-@drawn
 @given(st.binary(min_size=255, max_size=700))
 def test_checksum_of_what_is_longer_than_a_frame(body):
     even = len(body) & ~1

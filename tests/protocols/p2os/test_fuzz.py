@@ -26,7 +26,7 @@ from protocols.p2os import (
     encode_packet,
 )
 from protocols.p2os.framing import NOISE_RUN
-from tests.protocols.share import examples
+from tests.share import examples
 
 MAX_HELD = max(203, NOISE_RUN)
 SECOND = 1_000_000_000
@@ -78,7 +78,7 @@ ROLES = pytest.mark.parametrize(
 
 @ROLES
 def test_any_cut_of_any_stream_gives_the_same_events(make, frames):
-    @settings(deadline=None, max_examples=examples(200))
+    @settings(max_examples=examples(200))
     @given(st.lists(st.tuples(streams(frames), st.integers(0, 2 * SECOND)), max_size=6))
     def check(bursts):
         whole, single = make(), make()
@@ -100,7 +100,7 @@ def test_any_cut_of_any_stream_gives_the_same_events(make, frames):
 
 @ROLES
 def test_mutated_bytes_at_any_time(make, frames):
-    @settings(deadline=None, max_examples=examples(150))
+    @settings(max_examples=examples(150))
     @given(st.lists(st.tuples(st.one_of(streams(frames), st.binary(max_size=300)), st.integers(0, SECOND)), max_size=8))
     def check(bursts):
         connection = make()

@@ -40,7 +40,7 @@ from protocols.p2os import (
     decode_packet,
     encode_packet,
 )
-from tests.protocols.share import drawn, examples
+from tests.share import examples
 
 
 def unsigned(size=1):
@@ -141,7 +141,7 @@ HANDSHAKE_PACKETS = {
 
 @pytest.mark.parametrize("kind", SESSION_PACKETS, ids=lambda kind: kind.__name__)
 def test_round_trip_in_session(kind):
-    @settings(deadline=None, max_examples=examples(60))
+    @settings(max_examples=examples(60))
     @given(SESSION_PACKETS[kind])
     def check(packet):
         assert decode_packet(packet.encode()) == packet
@@ -151,7 +151,7 @@ def test_round_trip_in_session(kind):
 
 @pytest.mark.parametrize("kind", HANDSHAKE_PACKETS, ids=lambda kind: kind.__name__)
 def test_round_trip_before_the_session(kind):
-    @settings(deadline=None, max_examples=examples(60))
+    @settings(max_examples=examples(60))
     @given(HANDSHAKE_PACKETS[kind])
     def check(packet):
         assert decode_packet(packet.encode(), connected=False) == packet
@@ -166,7 +166,7 @@ any_body = st.one_of(
 )
 
 
-@settings(deadline=None, max_examples=examples(500))
+@settings(max_examples=examples(500))
 @given(any_body, st.booleans(), st.booleans())
 def test_any_body_is_read_or_refused(body, connected, wide_status):
     try:
@@ -179,7 +179,7 @@ def test_any_body_is_read_or_refused(body, connected, wide_status):
 
 @pytest.mark.parametrize("kind", {**SESSION_PACKETS, **HANDSHAKE_PACKETS}, ids=lambda kind: kind.__name__)
 def test_every_cut_body_is_read_or_refused(kind):
-    @settings(deadline=None, max_examples=examples(15))
+    @settings(max_examples=examples(15))
     @given((SESSION_PACKETS | HANDSHAKE_PACKETS)[kind], st.data())
     def check(packet, data):
         body = packet.encode()
@@ -240,7 +240,6 @@ tails = st.builds(
 )
 
 
-@drawn
 @given(tails, st.integers(0, 19))
 def test_late_firmware_tail_is_read_as_far_as_it_goes(tail, size):
     data = tail.encode()

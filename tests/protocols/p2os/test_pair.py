@@ -35,7 +35,7 @@ from protocols.p2os import (
     ServerState as S,
 )
 from protocols.testing import Pair, lossy, unchanged
-from tests.protocols.share import examples, seeds
+from tests.share import examples, seeds
 
 SECOND = 1_000_000_000
 CYCLE_NS = SECOND // 10
@@ -235,4 +235,4 @@ class AnyUse(RuleBasedStateMachine):
 
 
 TestAnyUse = AnyUse.TestCase
-TestAnyUse.settings = settings(deadline=None, max_examples=examples(60), stateful_step_count=25)
+TestAnyUse.settings = settings(max_examples=examples(60), stateful_step_count=25)

@@ -32,7 +32,6 @@ from protocols.p2os import (
     wheel_speed_raw,
 )
 from protocols.p2os.units import Pose
-from tests.protocols.share import drawn
 
 P2DX = ROBOTS["p2dx"]
 GOLDEN = Sip(
@@ -170,7 +169,6 @@ def test_captured_packet_of_a_real_robot():
 walks = st.lists(st.tuples(st.integers(-119, 119), st.integers(-119, 119), st.integers(-600, 600)), max_size=80)
 
 
-@drawn
 @given(walks, st.sampled_from((0x7FFF, 0xFFFF)), st.integers(-40000, 40000))
 def test_pose_runs_on_where_counters_wrap(walk, mask, start):
     tracker = PoseTracker(P2DX)
@@ -217,7 +215,6 @@ def test_the_heading_error_has_the_unit_of_the_heading(aria, unit_rad):
     assert reading.heading_error_rad == pytest.approx(100 * unit_rad)
 
 
-@drawn
 @given(st.floats(-1e5, 1e5), st.sampled_from(sorted(ROBOTS)))
 def test_position_in_raw_units(mm, name):
     robot = ROBOTS[name]
@@ -227,7 +224,6 @@ def test_position_in_raw_units(mm, name):
     assert min(difference, 32768 - difference) <= 0.5 + 1e-6
 
 
-@drawn
 @given(st.floats(-50, 50), st.sampled_from(sorted(ROBOTS)))
 def test_heading_in_raw_units(rad, name):
     robot = ROBOTS[name]
@@ -237,7 +233,6 @@ def test_heading_in_raw_units(rad, name):
     assert abs(math.remainder(raw * 2 * math.pi / turn - rad, 2 * math.pi)) <= math.pi / turn + 1e-9
 
 
-@drawn
 @given(st.integers(-1000, 1000))
 def test_wheel_speeds_there_and_back(raw):
     for robot in ROBOTS.values():

@@ -45,7 +45,6 @@ from protocols.pkt import (
     encode_report,
     hides_newline,
 )
-from tests.protocols.share import drawn
 
 SECOND = 1_000_000_000
 REQUEST = encode_frame(b"\x00")
@@ -294,7 +293,6 @@ def test_a_line_is_cut_by_time_and_by_length():
         LineReader(timeout_ns=0)
 
 
-@drawn
 @given(st.lists(st.one_of(st.just(GENERAL), st.binary(max_size=9), st.just(b"\n")), max_size=9), st.integers(1, 20))
 def test_lines_do_not_depend_on_how_they_are_cut(parts, size):
     stream = b"".join(parts)

@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocols.pkt.crc import crc16, crc_source
-from tests.protocols.share import drawn
 
 
 def bit_by_bit(payload):
@@ -33,19 +32,16 @@ def test_known_values(payload, expected):
     assert crc16(payload) == bit_by_bit(payload) == expected
 
 
-@drawn
 @given(st.binary(max_size=200))
 def test_equal_to_its_definition_and_to_the_standard_librarys(payload):
     assert crc16(payload) == bit_by_bit(payload) == binascii.crc_hqx(payload, 0xFFFF)
 
 
-@drawn
 @given(st.binary(max_size=96))
 def test_payload_and_crc_together_leave_nothing(payload):
     assert crc16(payload + crc16(payload).to_bytes(2, "big")) == 0
 
 
-@drawn
 @given(st.binary(min_size=1, max_size=96), st.integers(0, 8 * 96 - 1))
 def test_every_single_bit_error_is_seen(payload, bit):
     bit %= 8 * len(payload)

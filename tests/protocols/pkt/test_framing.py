@@ -30,7 +30,7 @@ from protocols.pkt import (
     hides_newline,
     longest_frame,
 )
-from tests.protocols.share import drawn, examples
+from tests.share import examples
 
 SECOND = 1_000_000_000
 LEN = FramingOptions()
@@ -133,7 +133,7 @@ every_option = pytest.mark.parametrize(
 )
 
 
-@settings(deadline=None, max_examples=examples(150))
+@settings(max_examples=examples(150))
 @given(streams())
 def test_the_firmwares_decoder(stream):
     assert made_by(FrameReader(LEN), stream) == firmware_len(stream)
@@ -143,7 +143,7 @@ def test_the_firmwares_decoder(stream):
 def test_the_documents_diagram(strict, raw_limit):
     options = FramingOptions(framing=Framing.TERM, strict_diagram=strict)
 
-    @settings(deadline=None, max_examples=examples(80))
+    @settings(max_examples=examples(80))
     @given(streams(TERM))
     def check(stream):
         assert made_by(FrameReader(options), stream) == diagram_term(stream, raw_limit)
@@ -153,7 +153,7 @@ def test_the_documents_diagram(strict, raw_limit):
 
 @every_option
 def test_every_byte_is_reported_once_and_cutting_changes_nothing(options):
-    @settings(deadline=None, max_examples=examples(40))
+    @settings(max_examples=examples(40))
     @given(st.lists(st.tuples(streams(options), st.integers(0, SECOND)), max_size=4), st.integers(1, 40))
     def check(bursts, size):
         whole, pieces = FrameReader(options, keep_buffer=True), FrameReader(options, keep_buffer=True)
@@ -180,7 +180,7 @@ def test_every_byte_is_reported_once_and_cutting_changes_nothing(options):
 
 @every_option
 def test_a_sound_frame_alone_is_found(options):
-    @settings(deadline=None, max_examples=examples(40))
+    @settings(max_examples=examples(40))
     @given(st.binary(min_size=1, max_size=62))
     def check(payload):
         if options.framing is Framing.LEN or options.tolerant_newline or not hides_newline(payload):
@@ -190,7 +190,6 @@ def test_a_sound_frame_alone_is_found(options):
     check()
 
 
-@drawn
 @given(st.lists(st.one_of(st.binary(max_size=30), st.just(LED_ON)), max_size=12), st.binary(max_size=90))
 def test_with_scan_a_frame_behind_any_noise_is_found_once_the_line_rests(noise, tail):
     """Whatever stands in front, the last frame comes out at the latest when what swallowed it is given up."""

@@ -30,7 +30,7 @@ from protocols.pkt import (
     encode_report,
     longest_frame,
 )
-from tests.protocols.share import examples
+from tests.share import examples
 
 SECOND = 1_000_000_000
 MAX_HELD = LINE_LIMIT + 256 + longest_frame()
@@ -79,7 +79,7 @@ every_end = pytest.mark.parametrize(
 
 @every_end
 def test_any_cut_of_any_stream_gives_the_same_events(profile, role):
-    @settings(deadline=None, max_examples=examples(40))
+    @settings(max_examples=examples(40))
     @given(st.lists(st.tuples(streams(frames_for(profile, role)), st.integers(0, 2 * SECOND)), max_size=5))
     def check(bursts):
         whole, single = end_of(profile, role), end_of(profile, role)

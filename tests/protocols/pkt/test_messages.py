@@ -53,7 +53,6 @@ from protocols.pkt import (
     unwrap,
 )
 from protocols.pkt.units import AccelerationUnit
-from tests.protocols.share import drawn
 
 V1, V1B, V2 = Schema.V1, Schema.V1B, Schema.V2
 every_schema = pytest.mark.parametrize("schema", list(Schema), ids=lambda schema: schema.name)
@@ -136,7 +135,6 @@ REPORTS_OF = {
 
 @every_schema
 def test_every_command_comes_back(schema):
-    @drawn
     @given(st.one_of(COMMANDS_OF[schema]))
     def check(command):
         payload = encode_command(command, schema)
@@ -150,7 +148,6 @@ def test_every_command_comes_back(schema):
 
 @every_schema
 def test_every_report_comes_back(schema):
-    @drawn
     @given(st.one_of(REPORTS_OF[schema]))
     def check(report):
         payload = encode_report(report, schema)
@@ -170,7 +167,6 @@ def test_every_command_and_report_of_the_tables_is_tested(schema):
 
 @every_schema
 def test_any_payload_is_read_or_refused(schema):
-    @drawn
     @given(st.binary(max_size=97))
     def check(payload):
         for decode, encode in ((decode_command, encode_command), (decode_report, encode_report)):
@@ -319,7 +315,6 @@ def test_code_and_manual_read_the_same_report_otherwise():
     assert attitude_wxyz(still, MANUAL) == (0.0, 1.0, 0.0, 0.0)
 
 
-@drawn
 @given(st.lists(st.integers(0, 255), max_size=20), st.integers(0, 255))
 def test_a_counter_that_wraps_is_followed(steps, first):
     truth = first

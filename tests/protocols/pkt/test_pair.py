@@ -40,7 +40,7 @@ from protocols.pkt import (
     hides_newline,
 )
 from protocols.testing import Pair, lossy, unchanged
-from tests.protocols.share import examples, seeds
+from tests.share import examples, seeds
 
 SECOND = 1_000_000_000
 SILENCE_NS = SECOND
@@ -262,7 +262,7 @@ class AnyUse(RuleBasedStateMachine):
 
 
 TestAnyUse = AnyUse.TestCase
-TestAnyUse.settings = settings(deadline=None, max_examples=examples(50), stateful_step_count=20)
+TestAnyUse.settings = settings(max_examples=examples(50), stateful_step_count=20)
 
 
 def test_options_can_be_mixed():

@@ -11,8 +11,6 @@ import io
 import struct
 
 from elftools.elf.elffile import ELFFile
-from unicorn import UC_ARCH_ARM, UC_HOOK_CODE, UC_MODE_THUMB, Uc
-from unicorn import arm_const as arm
 
 from targets.firmware import image_path
 
@@ -23,7 +21,6 @@ STOP = FLASH + FLASH_BYTES - 0x1000  # where calls return to
 _STACK_TOP, _SCRATCH = RAM_BYTES - 0x8000, RAM_BYTES - 0x7000
 
 FPU_ON = 1 << 30
-_ARGUMENTS = (arm.UC_ARM_REG_R0, arm.UC_ARM_REG_R1, arm.UC_ARM_REG_R2, arm.UC_ARM_REG_R3)
 
 
 @functools.cache
@@ -53,17 +50,21 @@ class Code:
     """
 
     def __init__(self, name):
+        import unicorn
+        from unicorn import arm_const
+
+        self._unicorn, self._arm = unicorn, arm_const
         segments, self.symbols = elf_of(name)
         self._ram = self.symbols["ld_data_start"] & ~(RAM_BYTES - 1)
-        self.uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB)
-        self.uc.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M7)
+        self.uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB)
+        self.uc.ctl_set_cpu_model(arm_const.UC_CPU_ARM_CORTEX_M7)
         for base, size in ((FLASH, FLASH_BYTES), (self._ram, RAM_BYTES), (SYSTEM, SYSTEM_BYTES)):
             self.uc.mem_map(base, size)
         for address, data in segments:
             self.uc.mem_write(address, data)
         start, end = self.symbols["ld_data_start"], self.symbols["ld_data_end"]
         self.uc.mem_write(start, bytes(self.uc.mem_read(self.symbols["ld_data_load"], end - start)))
-        self.uc.reg_write(arm.UC_ARM_REG_FPEXC, FPU_ON)
+        self.uc.reg_write(arm_const.UC_ARM_REG_FPEXC, FPU_ON)
 
     def catch(self, name, function):
         """Let `function(code)` stand in for one of the image's; what it returns is r0, unless it is None."""
@@ -72,29 +73,29 @@ class Code:
         def hook(uc, _address, _size, _user):
             value = function(self)
             if value is not None:
-                uc.reg_write(arm.UC_ARM_REG_R0, value)
-            uc.reg_write(arm.UC_ARM_REG_PC, uc.reg_read(arm.UC_ARM_REG_LR))
+                uc.reg_write(self._arm.UC_ARM_REG_R0, value)
+            uc.reg_write(self._arm.UC_ARM_REG_PC, uc.reg_read(self._arm.UC_ARM_REG_LR))
 
-        self.uc.hook_add(UC_HOOK_CODE, hook, begin=address, end=address)
+        self.uc.hook_add(self._unicorn.UC_HOOK_CODE, hook, begin=address, end=address)
 
     def call(self, name, *arguments, floats=()):
         """Call a function; integers and floats have registers of their own. Return r0."""
-        for register, value in zip(_ARGUMENTS, arguments, strict=False):
-            self.uc.reg_write(register, value & 0xFFFFFFFF)
+        for number, value in enumerate(arguments):
+            self.uc.reg_write(self._arm.UC_ARM_REG_R0 + number, value & 0xFFFFFFFF)
         for number, value in enumerate(floats):
-            self.uc.reg_write(arm.UC_ARM_REG_S0 + number, as_bits(value))
-        self.uc.reg_write(arm.UC_ARM_REG_SP, self._ram + _STACK_TOP)
-        self.uc.reg_write(arm.UC_ARM_REG_LR, STOP | 1)
+            self.uc.reg_write(self._arm.UC_ARM_REG_S0 + number, as_bits(value))
+        self.uc.reg_write(self._arm.UC_ARM_REG_SP, self._ram + _STACK_TOP)
+        self.uc.reg_write(self._arm.UC_ARM_REG_LR, STOP | 1)
         self.uc.emu_start(self.symbols[name] | 1, STOP, count=5_000_000)
-        assert self.uc.reg_read(arm.UC_ARM_REG_PC) & ~1 == STOP, f"{name} does not come back"
-        return self.uc.reg_read(arm.UC_ARM_REG_R0)
+        assert self.uc.reg_read(self._arm.UC_ARM_REG_PC) & ~1 == STOP, f"{name} does not come back"
+        return self.uc.reg_read(self._arm.UC_ARM_REG_R0)
 
     def argument(self, number):
-        return self.uc.reg_read(arm.UC_ARM_REG_R0 + number)
+        return self.uc.reg_read(self._arm.UC_ARM_REG_R0 + number)
 
     @property
     def float_argument(self):
-        return as_float(self.uc.reg_read(arm.UC_ARM_REG_S0))
+        return as_float(self.uc.reg_read(self._arm.UC_ARM_REG_S0))
 
     @property
     def float_result(self):

@@ -17,7 +17,7 @@ from intelhex import IntelHex
 from targets.firmware import image_path
 from targets.mcu.errors import ImageError
 from targets.mcu.image import limits_for, load_image
-from tests.targets.share import examples
+from tests.share import examples
 
 CHIP = limits_for("STM32F103C8")
 FLASH = 0x0800_0000
@@ -377,7 +377,7 @@ def test_an_elf_without_anything_to_load(save):
 @settings(
     suppress_health_check=[HealthCheck.function_scoped_fixture],
     deadline=None,
-    max_examples=examples(in_the_gate=100, in_all=300),
+    max_examples=examples(300),
 )
 @given(changes=st.lists(st.tuples(st.integers(0, 2**16), st.integers(0, 255)), min_size=1, max_size=8))
 def test_a_damaged_elf_is_loaded_or_refused_and_nothing_else(save, changes):

@@ -15,7 +15,7 @@ from targets.mcu.engine.api import Reg
 from targets.mcu.image import Image, Segment, limits_for, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.symbols import NO_SYMBOLS
-from tests.targets.share import examples, matrix
+from tests.share import examples, matrix
 
 FLASH, RAM, STACK = 0x0800_0000, 0x2000_0000, 0x2000_5000
 CODE = FLASH + 0x100
@@ -141,7 +141,7 @@ class TestTime:
         machine.run_to(MS)
         assert first_ns < machine.now_ns < 20_000
 
-    @settings(max_examples=examples(in_the_gate=8, in_all=20), deadline=None)
+    @settings(max_examples=examples(20))
     @given(
         cuts=st.lists(st.integers(1, 400_000), max_size=12),
         inputs=st.lists(st.integers(0, 400_000), max_size=4),

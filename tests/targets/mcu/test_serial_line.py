@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.serial_line import LineHistory, LineReceiver, SerialFormat, SerialFrame
-from tests.targets.share import examples
+from tests.share import examples
 
 FORMATS = st.builds(
     SerialFormat,
@@ -101,7 +101,7 @@ def traffic(draw):
     return unit, frames, at + 40 * own
 
 
-@settings(max_examples=examples(in_the_gate=100, in_all=300), deadline=None)
+@settings(max_examples=examples(300))
 @given(traffic=traffic(), line_format=FORMATS)
 def test_reads_what_a_receiver_sees_tick_by_tick(traffic, line_format):
     unit, frames, length = traffic

@@ -22,7 +22,7 @@ from targets.parts.p2os_adapter import (
     SpeedSent,
 )
 from targets.parts.testing import PartBench
-from tests.targets.share import examples
+from tests.share import examples
 
 MS = 1_000_000
 VEL, RVEL, ENABLE, PULSE = CommandNumber.VEL, CommandNumber.RVEL, CommandNumber.ENABLE, CommandNumber.PULSE
@@ -235,7 +235,7 @@ def test_g19_the_game_pad(make_adapter, trigger_mm_s, speed_mm_s) -> None:
 
 
 @given(st.lists(st.tuples(st.integers(0, 400), st.binary(max_size=60)), max_size=25))
-@settings(max_examples=examples(in_the_gate=10, in_all=30), deadline=None)
+@settings(max_examples=examples(30))
 def test_nonsense_from_the_robot_never_raises(chunks) -> None:
     bench = PartBench(P2osAdapter, P2osAdapterSettings(dead_time_s=0.0))
     bench.wires["p2dx_con"].set(True, 0)
@@ -265,7 +265,7 @@ def _sum(body: bytes) -> bytes:
 
 
 @given(st.lists(_FRAMES, max_size=20))
-@settings(max_examples=examples(in_the_gate=10, in_all=30), deadline=None)
+@settings(max_examples=examples(30))
 def test_sound_frames_with_any_contents_never_raise(frames) -> None:
     bench = PartBench(P2osAdapter, P2osAdapterSettings(dead_time_s=0.0, encoder_form="wheel", dd7_8_driven=True))
     bench.wires["p2dx_con"].set(True, 0)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import itertools
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.parts import Ports
 from targets.parts.l298n import L298n, L298nOverload, L298nSettings, bridge_shares
 from targets.parts.testing import PartBench, Wire
-from tests.targets.share import examples
 
 MS = 1_000_000
 STEP_NS = 4_166_667
@@ -104,7 +103,6 @@ def wire_of(edges):
 EDGES = st.dictionaries(st.integers(0, 1_000), st.booleans(), max_size=8)
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=100))
 @given(EDGES, EDGES, EDGES, st.lists(st.integers(1, 999), max_size=6))
 def test_shares_are_exact_and_do_not_depend_on_the_cuts(enable, first, second, cuts):
     wires = wire_of(enable), wire_of(first), wire_of(second)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocols.pkt import FrameReader
-from tests.targets.share import examples
+from tests.share import examples
 
 PLACE = "3437.05000,S,05822.09800,W"  # 34.6175 S, 58.3683 W
 
@@ -107,7 +107,7 @@ def test_a_receiver_without_a_fix_has_not_failed(rover):
     assert not any(frame.payload[5] & 2 for frame in frames if frame.payload[0] == 0x80)
 
 
-@settings(max_examples=examples(in_the_gate=10, in_all=20))
+@settings(max_examples=examples(20))
 @given(
     latitude=st.floats(-89.99, 89.99),
     longitude=st.floats(-179.99, 179.99),
@@ -122,7 +122,7 @@ def test_any_place(rover_factory, latitude, longitude):
     assert position(heard)[1:] == (pytest.approx(latitude, abs=1e-5), pytest.approx(longitude, abs=2e-5))
 
 
-@settings(max_examples=examples(in_the_gate=10, in_all=30))
+@settings(max_examples=examples(30))
 @given(
     st.lists(st.sampled_from(["$", "*", ",", "GPGGA", "GPRMC", "\r\n", "7F", "x" * 60, "3437.05,S", "\0"]), max_size=30)
 )

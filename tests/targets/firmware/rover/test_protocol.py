@@ -23,7 +23,7 @@ from protocols.pkt import (
 )
 from targets.firmware import image_names
 from targets.robots.rover import DEFECTS, RoverRobot, RoverSettings
-from tests.targets.share import examples
+from tests.share import examples
 
 PROFILES = {"rover": "documented", "rover-g2": "g2", "rover-g0": "g0", "rover-term": "term-doc"}
 SPOILT = {f"rover-{name}": name for name in DEFECTS if f"rover-{name}" in image_names()}
@@ -148,7 +148,7 @@ def steps(image, schema, frame):
 def test_the_image_is_the_model(rover, image):
     schema, frames = language_of(RoverRobot(settings_of(image)))
 
-    @settings(max_examples=examples(in_the_gate=4, in_all=12))
+    @settings(max_examples=examples(12))
     @given(steps(image, schema, functools.partial(encode_frame, options=frames)))
     def same(script):
         twins = Twins(rover, image)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocols.pkt import FrameReader, decode_report
-from tests.targets.share import examples
+from tests.share import examples
 
 LEFT_FRONT, RIGHT_FRONT, LEFT_BACK, RIGHT_BACK = range(4)
 
@@ -40,7 +40,7 @@ class Bench:
         return [decode_report(payload) for payload in payloads if payload[0] == 0x83][-1]
 
 
-@settings(max_examples=examples(in_the_gate=6, in_all=15))
+@settings(max_examples=examples(15))
 @given(rpm=st.floats(12.1, 990.0))
 def test_an_even_speed_is_shown(rover_factory, rpm):
     report = Bench(rover_factory).turn(rpm, 1.0).report

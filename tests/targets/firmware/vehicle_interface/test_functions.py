@@ -5,14 +5,13 @@ from __future__ import annotations
 import struct
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from protocols import autoware, carla
 from protocols.carla.joystick import manual_command
 from protocols.carla.reading import LiveParser, StreamReader
 from tests.targets.firmware.calls import Code
-from tests.targets.share import examples
 
 MS = 1_000_000
 READER_BYTES, STATUS_BYTES = 22 + 2 + 4 * 22 + 4, 16
@@ -47,7 +46,6 @@ def status_at(data):
     return carla.StatusFrame(**dict(zip(carla.StatusFrame.__slots__, struct.unpack("<4f", data), strict=True)))
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=100))
 @given(st.lists(st.tuples(st.integers(0, 150), PIECES), max_size=6))
 def test_statuses_are_found_as_the_protocol_finds_them(vehicle, pieces):
     """Whatever comes, and however long it pauses."""
@@ -123,7 +121,6 @@ COUNTS = st.integers(0, 65_535) | st.sampled_from([1057, 1062, 33_469, 33_470, 3
 
 
 @pytest.mark.parametrize(("name", "clamp"), [("vehicle", True), ("vehicle-no-clamp", False)])
-@settings(max_examples=examples(in_the_gate=30, in_all=100))
 @given(x=COUNTS, y=COUNTS)
 def test_the_joystick(name, clamp, x, y):
     code = Code(name)

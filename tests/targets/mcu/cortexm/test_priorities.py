@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.mcu.cortexm.exceptions import Exceptions
 from targets.mcu.engine.api import Reg
-from tests.targets.share import examples
 
 NUMBERS = [2, 3, 4, 5, 6, 11, 12, 14, 15, 16, 17, 18, 40, 58]
 CONFIGURABLE = NUMBERS[2:]
@@ -42,7 +41,6 @@ def oracle(pending, enabled, active, priorities, prigroup, primask, basepri, fau
 some = st.sets(st.sampled_from(NUMBERS))
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=100))
 @given(
     pending=some,
     enabled=some,

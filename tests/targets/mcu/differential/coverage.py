@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 
-import unicorn
-
 from targets.mcu.engine.unicorn_engine import UnicornEngine
 from tests.targets.mcu.differential import m7
 from tests.targets.mcu.differential.emulated import make_machine, run
@@ -34,6 +32,8 @@ def executed_on_m7(image: Image) -> Counter[tuple[int, int]]:
 
 def _count_visits(engine: UnicornEngine, image: Image) -> Counter[int]:
     """Have the visits of each instruction of the sequences counted, by address."""
+    import unicorn
+
     visits: Counter[int] = Counter()
 
     def visit(_core: object, address: int, _size: int, _data: object) -> None:

@@ -16,8 +16,8 @@ from targets.mcu.engine.counted import CountedLoops
 from targets.mcu.image import Image, Segment
 from targets.mcu.machine import Machine
 from targets.mcu.symbols import NO_SYMBOLS
+from tests.share import examples, matrix
 from tests.targets.mcu.engine.thumb_code import BASE, BASE_REGISTER, OTHER_REGISTER, stretches
-from tests.targets.share import examples, matrix
 
 FLASH, CODE = 0x0800_0000, 0x0800_0100
 BOARD = built_in_board("bluepill")
@@ -163,7 +163,7 @@ def test_most_of_a_wait_is_passed_over(loop, timing):
     assert compare(LOOPS[loop], [MS], timing=timing, registers=rig, setup=setup) > 200
 
 
-@settings(max_examples=examples(in_the_gate=20, in_all=60), deadline=None)
+@settings(max_examples=examples(60))
 @given(
     body=stretches(0, 4),
     condition=st.integers(0, 13),

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from targets.mcu.engine.api import Reg
 from targets.mcu.engine.thumb import FLAGS, Follower, NotUnderstood
 from targets.mcu.engine.thumb_steps import step
+from tests.share import examples
 from tests.targets.mcu.engine.conftest import Machine
 from tests.targets.mcu.engine.thumb_code import BASE, BASE_REGISTER, NARROW, WIDE, stretches
-from tests.targets.share import examples
 
 SETS = 4
 
@@ -69,7 +69,7 @@ def machine():
     return Machine()
 
 
-@settings(max_examples=examples(in_the_gate=50, in_all=120), deadline=None)
+@settings(max_examples=examples(120))
 @given(stretches(), st.lists(st.tuples(registers, st.integers(0, 15)), min_size=SETS, max_size=SETS))
 def test_it_computes_what_the_engine_computes(machine, items, sets):
     code = [half for item in items for halves in item for half in halves]

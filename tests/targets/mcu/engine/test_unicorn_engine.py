@@ -6,8 +6,6 @@ import itertools
 from typing import ClassVar
 
 import pytest
-import unicorn
-from unicorn import arm_const
 
 from targets.mcu.engine import calibration
 from targets.mcu.engine.api import FaultKind, Reg, StopKind
@@ -19,11 +17,15 @@ LDR_R0_R1, STR_R0_R1, STR_R0_R1_4, ADDS_R0, BX_R1 = 0x6808, 0x6008, 0x6048, 0x30
 
 
 def test_the_pinned_unicorn_is_the_one_tried():
+    import unicorn
+
     assert unicorn.uc_version()[2] == 0x0201_04FF
     assert calibration.UNICORN_VERSION == (2, 1, 4)
 
 
 def test_another_unicorn_is_refused(monkeypatch):
+    import unicorn
+
     monkeypatch.setattr(unicorn, "uc_version", lambda: (2, 1, 0x0201_05FF))
     with pytest.raises(EngineError, match=r"2\.1\.5") as refused:
         calibration.open_unicorn()
@@ -40,6 +42,9 @@ def test_the_counter_is_found_by_trial():
 
 
 def test_mclass_mode_would_be_another_core():
+    import unicorn
+    from unicorn import arm_const
+
     core = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
     assert core.ctl_get_cpu_model() != arm_const.UC_CPU_ARM_CORTEX_M3
 
@@ -418,6 +423,8 @@ class TestWithoutPrivilege:
 
 
 def test_virtual_tlb_asks_once_per_page(machine, at):
+    import unicorn
+
     asked = itertools.count()
     fill = machine.engine._on_tlb_fill
     machine.engine._uc.hook_add(unicorn.UC_HOOK_TLB_FILL, lambda *a: (next(asked), fill(*a))[1])

@@ -6,12 +6,11 @@ import math
 from fractions import Fraction
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.mcu.stm32.clocked_wait import ClockedWait
 from targets.mcu.timebase import Timebase
-from tests.targets.share import examples
 
 
 @pytest.fixture
@@ -38,7 +37,6 @@ def test_a_wait_that_is_stopped_or_replaced_never_ends(time):
 rates = st.fractions(min_value=0, max_value=40, max_denominator=7).map(lambda rate: rate if rate >= 1 else Fraction(0))
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=100))
 @given(
     ticks=st.fractions(min_value=0, max_value=50, max_denominator=2),
     changes=st.lists(st.tuples(rates, st.integers(0, 300))),
@@ -59,7 +57,6 @@ def test_it_ends_when_the_ticks_have_passed_at_whatever_rates(ticks, changes):
     assert ended == [expected]
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=100))
 @given(
     rate=st.fractions(min_value=1, max_value=40, max_denominator=11), spans=st.lists(st.integers(1, 900), max_size=30)
 )

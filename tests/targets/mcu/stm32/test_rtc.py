@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from targets.mcu.stm32.rtc import Rtc
 from targets.mcu.stm32.rtc_calendar import DAY, Alarm, date_of, date_register, seconds_of, time_register
 from targets.mcu.testing import FakeChip, peek, poke
-from tests.targets.share import examples
+from tests.share import examples
 
 LSE = Fraction(32_768)
 TICK = 1 / LSE
@@ -501,7 +501,7 @@ class TestArithmetic:
         date, time = date_register(seconds, weekday), time_register(seconds, half_days=half_days)
         assert seconds_of(date, time, half_days=half_days) == (seconds, weekday)
 
-    @settings(max_examples=examples(in_the_gate=25, in_all=60))
+    @settings(max_examples=examples(60))
     @given(data=st.data())
     def test_alarms_as_found_second_by_second(self, data):
         masks = data.draw(st.sampled_from([0x80, 0x8080, 0x0080_8080, 0x8080_8080, 0x8000_0080, 0x8080_8000, 0]))

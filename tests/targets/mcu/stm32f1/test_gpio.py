@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.mcu.pins import PadMode
 from targets.mcu.testing import peek, poke
-from tests.targets.share import examples
 
 
 def test_reset_values(pinout):
@@ -66,7 +65,6 @@ def test_bsrr_sets_resets_and_set_wins(pinout):
     assert peek(port, "IDR") == 0x0010
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=100))
 @given(
     nibbles=st.lists(st.sampled_from(sorted(MODES)), min_size=16, max_size=16),
     odr=st.integers(0, 0xFFFF),

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from targets.mcu.engine.api import Reg
+from tests.share import matrix
 from tests.targets.mcu.timing.assembly import BX_LR, HANG, SCS, Code
-from tests.targets.share import matrix
 
 PENDSV = 14
 ICSR, PENDSVSET = SCS + 0xD04, 1 << 28

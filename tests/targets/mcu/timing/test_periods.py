@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from targets.boards import built_in_board
 from targets.mcu.engine.api import Reg
 from targets.mcu.machine import Machine
+from tests.share import examples, matrix
 from tests.targets.mcu.timing.assembly import (
     BX_LR,
     CLOCK_72_MHZ,
@@ -26,7 +27,6 @@ from tests.targets.mcu.timing.assembly import (
     Code,
     program,
 )
-from tests.targets.share import examples, matrix
 
 MS = 1_000_000
 CYCLE_NS = 125
@@ -108,7 +108,7 @@ class TestTimers:
         assert len(found) >= 7
         assert differences(found) == {period}
 
-    @settings(max_examples=examples(in_the_gate=15, in_all=40))
+    @settings(max_examples=examples(40))
     @given(
         prescaler=st.integers(0, 30),
         reload=st.integers(1, 400),

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.parts.mpu9250.registers import FACTORY, REGISTERS, Reg
 from targets.parts.testing import PartBench
-from tests.targets.share import examples
 
 READ_ONLY = [*range(0x35, 0x37), *range(0x3A, 0x61), 0x72, 0x73, 0x75]
 OUTPUTS = range(0x3B, 0x49)
@@ -165,7 +164,6 @@ MESSAGES = st.lists(
 )
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=100))
 @given(MESSAGES)
 def test_no_bytes_raise_anything(messages) -> None:
     from targets.mcu.i2c_bus import I2cBus

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from targets.mcu.i2c_bus import I2cBus
 from targets.parts.mpu9250 import Mpu9250, Mpu9250Settings
 from targets.parts.testing import PartBench
-from tests.targets.share import examples
+from tests.share import examples
 
 MS = 1_000_000
 WRITES = st.one_of(
@@ -64,7 +64,7 @@ def _play(script, step_ns: int, looks) -> tuple[list[bytes], list]:
     return read, bench.wires["int"].edges
 
 
-@settings(max_examples=examples(in_the_gate=25, in_all=60))
+@settings(max_examples=examples(60))
 @given(STEPS, st.sampled_from([1 * MS, 4_166_667, 20 * MS]), st.lists(st.floats(0, 1), max_size=3).map(sorted))
 def test_any_script_gives_the_same_however_it_is_cut(script, step_ns, looks) -> None:
     assert _play(script, step_ns, looks) == _play(script, 7 * MS, [])

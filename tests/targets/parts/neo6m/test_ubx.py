@@ -7,11 +7,10 @@ import operator
 import struct
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.parts.neo6m.ubx import Dropped, Inlet, Line, UbxMessage, fletcher, frame
-from tests.targets.share import examples
 
 ACK, NAK = 1, 0
 FRAMES = [
@@ -88,7 +87,6 @@ def test_clean_messages_all_arrive(sent) -> None:
     assert list(Inlet().receive(b"".join(map(frame, sent)))) == sent
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=100))
 @given(st.binary(min_size=1000, max_size=1500))
 def test_little_is_kept(data) -> None:
     inlet = Inlet()

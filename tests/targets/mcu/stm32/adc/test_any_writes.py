@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-
-from tests.targets.share import examples
 
 ON, SWSTART, JSWSTART, DMA = 1, 1 << 30, 1 << 22, 1 << 8
 
@@ -42,7 +40,6 @@ def act(rig, what, value):
             rig.poke(what, value)
 
 
-@settings(max_examples=examples(in_the_gate=40, in_all=100))
 @given(steps=steps)
 def test_rules_hold(make_rig, expected, steps):
     rig = make_rig()

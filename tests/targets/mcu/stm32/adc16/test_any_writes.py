@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-
-from tests.targets.share import examples
 
 EN, DIS, START, JSTART, STOP, JSTOP, CAL = 1 << 0, 1 << 1, 1 << 2, 1 << 3, 1 << 4, 1 << 5, 1 << 31
 REGULATOR, DEEP = 1 << 28, 1 << 29
@@ -52,7 +50,6 @@ def act(rig, what, value):
             rig.poke(what, value)
 
 
-@settings(max_examples=examples(in_the_gate=40, in_all=100))
 @given(steps=steps)
 def test_rules_hold(make_rig, expected, steps):
     rig = make_rig()

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-
-from tests.targets.share import examples
 
 RAM, PORT, NOWHERE = 0x2000_0000, 0x4001_0000, 0x6000_0000
 EN, MINC, PINC = 1, 1 << 10, 1 << 9
@@ -45,7 +43,6 @@ def act(rig, number, what, value):
             rig.poke(f"S{number}{what}", value)
 
 
-@settings(max_examples=examples(in_the_gate=40, in_all=100))
 @given(steps=steps)
 def test_rules_hold(make_rig, steps):
     rig = make_rig()

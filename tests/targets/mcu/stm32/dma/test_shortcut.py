@@ -8,7 +8,7 @@ from functools import partial
 
 import hypothesis.strategies as st
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from targets.mcu.serial_line import SerialFormat, SerialFrame
 from targets.mcu.services import Watch
@@ -17,7 +17,6 @@ from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Channels, Requests
 from targets.mcu.stm32.usart_fifo import FifoUsart
 from targets.mcu.testing import FakeChip, peek, poke
-from tests.targets.share import examples
 
 HCLK_HZ = 240_000_000
 RAM, USARTS = 0x2000_0000, (0x4000_4400, 0x4000_4800)
@@ -98,7 +97,6 @@ SOME = st.binary(min_size=2, max_size=16)
 END = 90_000
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=100))
 @given(
     data=st.tuples(SOME, SOME),
     heard=st.tuples(SOME, SOME),

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-
-from tests.targets.share import examples
 
 START, STOP = 1 << 13, 1 << 14
 REGISTERS = ("CR1", "CR2", "TIMINGR", "TIMEOUTR", "ISR", "ICR", "TXDR", "OAR1")
@@ -89,7 +87,6 @@ def act(rig, name, value):
         rig.poke(name, value)
 
 
-@settings(max_examples=examples(in_the_gate=40, in_all=100))
 @given(steps=steps, stretch=st.sampled_from([0, 0, 3000]))
 def test_rules_hold(make_rig, steps, stretch):
     rig = make_rig(Grammar())

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-
-from tests.targets.share import examples
 
 START, STOP, RELOAD, AUTOEND, PECBYTE = 1 << 13, 1 << 14, 1 << 24, 1 << 25, 1 << 26
 ADD10, HEAD10R = 1 << 11, 1 << 12
@@ -309,7 +307,6 @@ class TestPacketErrorCode:
         assert rig.flags() == {"STOPF"} | ({"PECERR"} if wrong else set())
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=100))
 @given(
     data=st.binary(min_size=1, max_size=12),
     start=st.integers(0, 255),

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
 from targets.mcu.testing import peek, poke
-from tests.targets.share import examples
+from tests.share import examples
 
 
 def setup(timer, **registers):
@@ -117,7 +117,7 @@ def test_a_timer_that_does_not_run_has_no_event(make_timer):
     assert chip.time.next_cycle() is None
 
 
-@settings(max_examples=examples(in_the_gate=15, in_all=50), deadline=None)
+@settings(max_examples=examples(50))
 @given(
     cuts=st.lists(st.integers(1, 50), max_size=60),
     reads=st.lists(st.sampled_from(["CNT", "SR", "CR1", "DIER"]), min_size=60, max_size=60),

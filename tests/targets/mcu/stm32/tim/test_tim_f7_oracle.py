@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
 from targets.mcu.stm32.tim.kinds import F7_KINDS
-from tests.targets.share import examples
+from tests.share import examples
 
 SMALL = st.integers(0, 12)
 NAMES = st.sampled_from(["TIM1", "TIM3"])
@@ -92,7 +92,7 @@ def play(bench, actions, first=()):
     bench.compare_log()
 
 
-@settings(max_examples=examples(in_the_gate=40, in_all=100), deadline=None)
+@settings(max_examples=examples(100))
 @given(actions=steps(inputs=False), name=NAMES, watch=st.sampled_from(list(Watch)))
 def test_outputs(make_bench, actions, name, watch):
     bench = make_bench(name, kinds=F7_KINDS)
@@ -104,7 +104,7 @@ def test_outputs(make_bench, actions, name, watch):
         bench.compare_edges()
 
 
-@settings(max_examples=examples(in_the_gate=40, in_all=150), deadline=None)
+@settings(max_examples=examples(150))
 @given(actions=steps(inputs=True), name=NAMES)
 def test_inputs(make_bench, actions, name):
     bench = make_bench(name, kinds=F7_KINDS)
@@ -125,7 +125,7 @@ def test_an_input_of_both_edges_captures_each(make_bench, name):
     assert len(bench.chip.dma(f"{name}_CH1").pulses) == 3
 
 
-@settings(max_examples=examples(in_the_gate=40, in_all=200), deadline=None)
+@settings(max_examples=examples(200))
 @given(
     actions=steps(inputs=False, combinations=True),
     first=combined(),

@@ -33,7 +33,7 @@ def sampled(changes, period, samples, end):
     return edges
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     code=st.sampled_from(sorted(CODES)), dts=st.sampled_from([1, 2, 4]), gaps=st.lists(st.integers(1, 80), max_size=40)
 )

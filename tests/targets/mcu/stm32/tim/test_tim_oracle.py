@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
-from tests.targets.share import examples
+from tests.share import examples
 
 SMALL = st.integers(0, 12)
 ENABLES = st.integers(0, 0x3FFF)
@@ -113,7 +113,7 @@ def play(bench, steps, look=lambda: None):
     bench.compare()
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=120), deadline=None)
+@settings(max_examples=examples(120))
 @given(steps=steps_of(BASE, OUTPUTS, READS), divider=st.sampled_from([1, 1, 2]))
 def test_registers_are_right_after_every_step(make_bench, steps, divider):
     bench = make_bench(divider=divider)
@@ -122,7 +122,7 @@ def test_registers_are_right_after_every_step(make_bench, steps, divider):
     bench.compare_edges()
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=120), deadline=None)
+@settings(max_examples=examples(120))
 @given(steps=steps_of(BASE, OUTPUTS))
 def test_registers_are_right_when_nobody_looks_in_between(make_bench, steps):
     bench = make_bench()
@@ -135,7 +135,7 @@ def test_registers_are_right_when_nobody_looks_in_between(make_bench, steps):
     bench.compare_log()
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=120), deadline=None)
+@settings(max_examples=examples(120))
 @given(steps=steps_of(BASE, ADVANCED, READS), watch=st.sampled_from(list(Watch)))
 def test_outputs_of_tim1(make_bench, steps, watch):
     bench = make_bench("TIM1")
@@ -151,7 +151,7 @@ WATCH = [st.tuples(st.just("watch"), st.tuples(st.integers(0, 6), st.sampled_fro
 CLOCK = [st.tuples(st.just("clock"), st.integers(1, 3))]
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=120), deadline=None)
+@settings(max_examples=examples(120))
 @given(steps=steps_of(BASE, OUTPUTS, WATCH), name=st.sampled_from(["TIM1", "TIM2"]))
 def test_watching_changes_nothing_but_what_is_seen(make_bench, steps, name):
     bench = make_bench(name)
@@ -165,7 +165,7 @@ def test_watching_changes_nothing_but_what_is_seen(make_bench, steps, name):
         bench.compare_outputs()
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=120), deadline=None)
+@settings(max_examples=examples(120))
 @given(steps=steps_of(BASE, ADVANCED, CLOCK), watch=st.sampled_from(list(Watch)))
 def test_the_clock_may_change_at_any_time(make_bench, steps, watch):
     bench = make_bench("TIM1")
@@ -178,7 +178,7 @@ def test_the_clock_may_change_at_any_time(make_bench, steps, watch):
         bench.compare_edges()
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=120), deadline=None)
+@settings(max_examples=examples(120))
 @given(steps=steps_of(BASE, INPUTS, EDGES, READS), name=st.sampled_from(["TIM1", "TIM2"]))
 def test_inputs_triggers_and_captures(make_bench, steps, name):
     bench = make_bench(name)
@@ -187,7 +187,7 @@ def test_inputs_triggers_and_captures(make_bench, steps, name):
     bench.compare_edges()
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=120), deadline=None)
+@settings(max_examples=examples(120))
 @given(
     setup=st.tuples(st.integers(1, 3), st.integers(0, 3), st.integers(1, 20), st.integers(0, 1)),
     moves=st.lists(st.tuples(st.integers(0, 5), st.sampled_from(["CH1", "CH2"])), min_size=20, max_size=80),

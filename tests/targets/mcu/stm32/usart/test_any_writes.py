@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-
-from tests.targets.share import examples
 
 UE, RE, TE, FIFOEN = 1 << 0, 1 << 2, 1 << 3, 1 << 29
 ORE, RXNE, TC, TXE, TXFE, RXFF, RXFT, TXFT = (1 << bit for bit in (3, 5, 6, 7, 23, 24, 26, 27))
@@ -37,7 +35,6 @@ def act(port, what, value):
     return port.now
 
 
-@settings(max_examples=examples(in_the_gate=40, in_all=100))
 @given(steps=steps)
 def test_rules_hold(make_fifo_port, steps):
     port = make_fifo_port()

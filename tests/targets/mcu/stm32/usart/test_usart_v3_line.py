@@ -5,11 +5,10 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.mcu.serial_line import SerialFormat
-from tests.targets.share import examples
 
 PE, FE, NF, ORE, IDLE, RXNE, TC, TXE = (1 << bit for bit in range(8))
 LBDF, CTSIF, RTOF, BUSY, CMF, SBKF, RWU = (1 << bit for bit in (8, 9, 11, 16, 17, 18, 19))
@@ -241,7 +240,6 @@ def test_tolerance(port, cr1, over8, one_sample, percent, side):
     assert bool(port.words[0][1] & (NF | FE)) is (side == "outside")
 
 
-@settings(max_examples=examples(in_the_gate=30, in_all=100))
 @given(
     values=st.lists(st.integers(0, 0x1FF), min_size=1, max_size=4),
     cr1=st.sampled_from([0, M0, M1, PCE, M0 | PCE | PS]),

@@ -5,10 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-
-from tests.targets.share import examples
 
 PE, FE, NF, ORE, IDLE, RXNE, TC, TXE, LBDF, CTSIF, CTS, RTOF, EOBF = (1 << bit for bit in range(13))
 BUSY, CMF, SBKF, RWU, WUF, TEACK, REACK = (1 << bit for bit in range(16, 23))
@@ -203,7 +201,6 @@ ENABLES = {  # RM0410 table "USART interrupt requests": enable, and the flags th
 
 
 @pytest.mark.parametrize("enable", ENABLES)
-@settings(max_examples=examples(in_the_gate=30, in_all=100))
 @given(flags=st.integers(0, 0x7F_FFFF))
 def test_the_interrupt_is_the_level_of_flags_and_enables(make_port, enable, flags):
     port = make_port().open(past_preamble=False)

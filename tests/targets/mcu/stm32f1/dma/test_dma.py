@@ -7,7 +7,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.errors import BusFault
-from tests.targets.share import examples
+from tests.share import examples
 
 RAM, PORT, NOWHERE = 0x2000_0000, 0x4001_0000, 0x6000_0000
 EN, TCIE, HTIE, TEIE, DIR, CIRC, PINC, MINC, MEM2MEM = (1 << bit for bit in (0, 1, 2, 3, 4, 5, 6, 7, 14))
@@ -381,7 +381,7 @@ CHANNEL = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=examples(in_the_gate=60, in_all=200), deadline=None, phases=(Phase.generate,))
+@settings(max_examples=examples(200), phases=(Phase.generate,))
 @given(setup=st.dictionaries(st.integers(1, 7), CHANNEL, min_size=1, max_size=4))
 def test_random_configurations(make_rig, setup):
     rig = make_rig()

@@ -13,7 +13,7 @@ import pytest
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32f1.dma import Dma
 from targets.mcu.testing import peek, poke
-from tests.targets.share import matrix
+from tests.share import matrix
 
 CEN, OPM, DIR, ARPE = 1, 8, 0x10, 0x80
 RAM = 0x2000_0000

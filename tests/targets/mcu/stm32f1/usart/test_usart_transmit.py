@@ -5,11 +5,10 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
-from tests.targets.share import examples
 
 TXE, TC = 0x80, 0x40
 UE, M, PCE, PS, TE, RE, SBK = 0x2000, 0x1000, 0x400, 0x200, 8, 4, 1
@@ -354,7 +353,6 @@ class TestWire:
         assert (note.kind, note.where) == ("misuse", "USART1_TX")
         assert "PA9" in note.text
 
-    @settings(deadline=None, max_examples=examples(in_the_gate=30, in_all=100))
     @given(
         values=st.lists(st.integers(0, 255), min_size=1, max_size=4),
         watch=st.sampled_from((Watch.LIVE, Watch.RECORD)),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.targets.share import matrix
+from tests.share import matrix
 
 PE, FE, NE, ORE, IDLE, RXNE, TC, TXE, LBD, CTS = (1 << bit for bit in range(10))
 SBK, RWU, RE, TE, IDLEIE, RXNEIE, TCIE, TXEIE, PEIE, PS, PCE, WAKE, M, UE = (1 << bit for bit in range(14))

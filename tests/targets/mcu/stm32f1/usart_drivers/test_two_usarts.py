@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.targets.share import examples
+from tests.share import examples
 
 RXNE, TXE = 0x20, 0x80
 FLAWS = 0xF
@@ -79,7 +79,7 @@ def run(*stations):
 WORDS = st.lists(st.integers(0, 0x1FF), max_size=12)
 
 
-@settings(max_examples=examples(in_the_gate=20, in_all=60), deadline=None)
+@settings(max_examples=examples(60))
 @given(
     text=st.sampled_from(sorted(FORMATS)),
     clocks=st.tuples(st.sampled_from((8_000_000, 36_000_000, 72_000_000)), st.sampled_from((8_000_000, 24_000_000))),
