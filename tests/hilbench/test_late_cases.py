@@ -147,7 +147,8 @@ def test_a_process_that_is_stopped_is_found_late_by_a_check_at_its_door_and_behi
 
 def test_who_has_no_place_to_tell_it_serves_all_the_same(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    (tmp_path / "hilbench").mkdir(mode=0o755)
+    (tmp_path / "hilbench").mkdir()
+    (tmp_path / "hilbench").chmod(0o755)  # whatever the umask
     said = []
     run_until_stopped(Scheduler(), said.append, lambda: True, notice=Notice())
     assert said[0].startswith("a check at these doors is not told how late this bench is: ")

@@ -350,8 +350,27 @@ def test_a_client_that_dies_in_session_finds_the_robot_free_at_once(serve, link,
     assert served.said.count("a client came") == 4
 
 
-FORGETFUL = f"import hilbench.links.tcp; hilbench.links.tcp._UNREAD_BYTES = 1000; {HILBENCH}"
-"""Serving that keeps little for a TCP client that does not read; what a pty keeps is the system's: 20 000 bytes."""
+FORGETFUL = f"""\
+import sys
+import hilbench.links.tcp
+from hilbench.links import PtyDoor, TcpDoor
+
+def telling(put):
+    def give(door, data, at_ns):
+        before = door.counters.lost
+        put(door, data, at_ns)
+        if door.counters.lost > before == 0:
+            print("there is no more room", file=sys.stderr, flush=True)
+    return give
+
+hilbench.links.tcp._UNREAD_BYTES = 1000
+for door in (PtyDoor, TcpDoor):
+    door._put = telling(door._put)
+{HILBENCH}"""
+"""Serving that keeps little for a TCP client that does not read, and says when that is full.
+
+What a pty keeps is the system's: up to 22 000 bytes.
+"""
 
 
 @pytest.mark.slow("the line takes two seconds for more bytes than the system keeps for the reader of a pty")
@@ -360,7 +379,8 @@ FORGETFUL = f"import hilbench.links.tcp; hilbench.links.tcp._UNREAD_BYTES = 1000
 def test_a_client_that_does_not_read_harms_nobody(serve, link, door):
     served = serve("--pty", link, "--tcp", 0, *FAST, program=FORGETFUL).ready()
     deaf = served.at_pty(link) if door == "pty" else served.at_tcp(4096)
-    deaf.flood(24_000 if door == "pty" else 8_000)
+    deaf.flood(30_000 if door == "pty" else 8_000)
+    served.has_said("there is no more room")
     deaf.say_no_more()
     served.has_said("a client left")
     assert served.at_pty(link).is_answered_after_what_is_under_way()

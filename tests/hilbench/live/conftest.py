@@ -59,7 +59,7 @@ class Live:
     def wait_for(self, condition):
         """Read the journal until an event is there; give it back."""
         looked_at = 0
-        while True:
+        for _ in range(round(PATIENCE_S / LOOK_EVERY_S)):
             events = self.events()
             for event in events[looked_at:]:
                 if condition(event):
@@ -67,6 +67,7 @@ class Live:
             looked_at = len(events)
             assert self.process.poll() is None, self.session.talk.read_text()
             select.select((self.process.pid_fd,), (), (), LOOK_EVERY_S)
+        raise AssertionError(f"it is not told; the last: {self.seen[-1]}")
 
     def leave(self):
         self.answers.close()
