@@ -31,7 +31,7 @@ sys.exit(pytest.main([*plugins, *sys.argv[1:]]))
 """
 ALREADY_IMPORTED = ("-W", "ignore:Module already imported so cannot be rewritten")
 """What pytest, told to make errors of warnings, is told besides where ours is imported beforehand."""
-PATIENCE_S = 60
+PATIENCE_S = 600
 CLOSED = object()
 """A stream that is closed as the process begins."""
 

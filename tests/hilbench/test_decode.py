@@ -18,6 +18,7 @@ from hilbench.decode.reading import DecodeOptions
 from hilbench.decode.sources import read_chunks
 from hilbench.journal import Journal
 from protocols import autoware, carla, p2os, pkt
+from tests.hilbench.forked import PATIENCE_S
 
 REQUEST = bytes.fromhex("504B54210100E1F00A")
 THROTTLES = bytes.fromhex("504B54210A030000003F000080BE038C420A")
@@ -348,7 +349,7 @@ def test_what_comes_is_shown_at_once_and_a_signal_ends_it():
         ran.stdin.flush()
         assert ran.stdout.readline() == b"       0  REQUEST_TMY\n"
         ran.send_signal(signal.SIGINT)
-        assert ran.wait(20) == 130
+        assert ran.wait(PATIENCE_S) == 130
         assert ran.stderr.read() == b"hilbench: interrupted\n"
         ran.stdin.close()
 
@@ -363,7 +364,7 @@ def test_a_reader_that_goes_ends_it():
     ):
         assert ran.stdout.readline().startswith(b"       0  !! no sync word: 00 00")
         ran.stdout.close()
-        assert ran.wait(20) == 1
+        assert ran.wait(PATIENCE_S) == 1
         assert ran.stderr.read().startswith(b"0 frames, ")
 
 

@@ -69,7 +69,7 @@ def door(locked):
 @pytest.fixture
 def client(locked, door):
     url = f"rfc2217://127.0.0.1:{door.port}?timeout=60"
-    made = do(locked, lambda: serial.serial_for_url(url, baudrate=115_200, timeout=20))
+    made = do(locked, lambda: serial.serial_for_url(url, baudrate=115_200, timeout=60))
     yield made
     do(locked, made.close)
 
@@ -167,7 +167,7 @@ def test_lines_of_a_port_behind_are_told_to_a_client(locked, door, client):
 def test_a_client_that_comes_later_is_told_what_holds(locked, door):
     door.tell_lines(ModemLines(**LEVELS | {"dsr": False}))
     url = f"rfc2217://127.0.0.1:{door.port}?timeout=60&poll_modem"
-    client = do(locked, lambda: serial.serial_for_url(url, baudrate=115_200, timeout=20))
+    client = do(locked, lambda: serial.serial_for_url(url, baudrate=115_200, timeout=60))
     assert do(locked, lambda: (client.cts, client.dsr, client.ri, client.cd)) == (True, False, False, True)
     do(locked, client.close)
 
@@ -217,7 +217,7 @@ def test_lines_of_a_board_reach_the_client_through_a_relay(locked, door, board):
     bench = Bench(locked, Journal(keep=100))
     Relay(bench, door, port, record=False)
     url = f"rfc2217://127.0.0.1:{door.port}?timeout=60"
-    client = do(locked, lambda: serial.serial_for_url(url, baudrate=115_200, timeout=20))
+    client = do(locked, lambda: serial.serial_for_url(url, baudrate=115_200, timeout=60))
     assert (client.cts, client.dsr, client.ri, client.cd) == (True, True, False, False)
     board.bits ^= termios.TIOCM_CTS | termios.TIOCM_CAR
     until(locked, lambda: not client.cts)

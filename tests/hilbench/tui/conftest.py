@@ -26,13 +26,15 @@ WRITE = bool(os.environ.get("HILBENCH_WRITE_SCREENS"))
 A_DAY_S = 86_400
 IN_NO_HURRY = """
 import os, signal, sys
+import hilbench.tui.bench_process
 from hilbench.__main__ import main
+hilbench.tui.bench_process._PATIENCE_S = 600
 os.nice = lambda by: open("nice", "w").write(str(by))
 alarm = signal.alarm
 signal.alarm = lambda seconds: alarm(60 * seconds)
 sys.exit(main())
 """
-"""Who draws gives way to others and ends in some seconds: beside others' work on this host that is next to nothing."""
+"""Who draws gives way to others; it and its bench end in some seconds: beside others' work that is next to nothing."""
 ACTIONS = (
     "connect", "demo", "disconnect", "drive", "clear-faults", "inject", "mark", "pause", "quit", "resume", "speed",
     "step", "stop",

@@ -24,7 +24,7 @@ from hilbench.journal import Journal
 from hilbench.live.folders import Session
 from hilbench.tui.bench_process import BenchProcess
 
-PATIENCE_S = 60
+PATIENCE_S = 600
 REAL_TIME = pytest.mark.real_time("a bench runs in a process of its own, and a dashboard in a terminal")
 
 

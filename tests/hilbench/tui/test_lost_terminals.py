@@ -12,7 +12,7 @@ import sys
 
 import pytest
 
-PATIENCE_S = 60
+PATIENCE_S = 600
 REAL_TIME = pytest.mark.real_time("a bench runs in a process of its own, and a dashboard in a terminal that vanishes")
 OTHERS = pytest.mark.exhaustive("the gate loses a terminal in both ways, with a bench and with a recording")
 WITH_SIGNAL = ("sh", "-c", 'exec "$@" <"$0" >"$0" 2>&1')

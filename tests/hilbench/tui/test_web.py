@@ -19,7 +19,6 @@ from hilbench.cli import main
 pytestmark = pytest.mark.skipif(importlib.util.find_spec("textual_serve") is None, reason="it is not installed")
 
 PATIENCE_S = 600
-HILBENCH = [sys.executable, "-m", "hilbench"]
 
 
 @pytest.fixture
@@ -28,10 +27,10 @@ def environment(tmp_path):
 
 
 @pytest.fixture
-def served(tmp_path, environment):
+def served(command, tmp_path, environment):
     """Serve a bench; yield the process and its address, and see it end."""
     process = subprocess.Popen(
-        [*HILBENCH, "rover-model", "--web"],
+        [*command, "rover-model", "--web"],
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         cwd=tmp_path, env=environment, text=True, start_new_session=True,
     )  # fmt: skip
