@@ -145,8 +145,9 @@ def test_a_line_that_is_slower_than_the_recorded_one_is_waited_for(foreign, repl
     assert (code, json.loads(out)["cases"][0]["answered"]) == (0, 200)
 
 
-def test_answers_that_take_longer_than_in_the_recording_are_waited_for(foreign, replay):
+def test_answers_that_take_longer_than_in_the_recording_are_waited_for(foreign, replay, monkeypatch):
     """More comes back than was said, so that the last answer comes long after the last word."""
+    monkeypatch.setattr("hilbench.recordings.replaying.SETTLE_S", 0.01)
     request, general = encode_frame(b"\x00"), encode_frame(encode_report(GeneralReport(), Schema.V2))
     path = foreign(("tx", "client", 10, request * 300, 0), ("tx", "server", 20, general * 300, 10))
     _, out, _ = replay(path, "--into", "rover-model", "--json")
