@@ -12,8 +12,10 @@ import os
 import sys
 
 import pytest
+from _pytest import runner
 from hypothesis import settings
 
+from hilbench.check.room import with_room
 from tests.share import examples
 
 # Time on the host is nothing to judge by, and a change is judged by the same examples whenever it is judged: see the
@@ -44,6 +46,11 @@ def pytest_collection_modifyitems(config, items):
     if left_out:
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if not item.get_closest_marker("exhaustive")]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_protocol(item, nextitem):
+    return with_room(runner.pytest_runtest_protocol, item, nextitem)
 
 
 def pytest_collection_finish():

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from hilbench.check.plugin import CheckPlugin
+from hilbench.check.room import with_room
 
 _INI = Path(__file__).with_name("pytest.ini")
 
@@ -58,7 +59,7 @@ def run_pytest(files: Sequence[Path], plugin: CheckPlugin, *, collect_only: bool
     arguments = [*_ARGUMENTS, *(["--collect-only"] if collect_only else []), *(str(file) for file in files)]
     printed = io.StringIO()
     with _own_environment(), contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
-        pytest.main(arguments, plugins=[plugin])
+        with_room(pytest.main, arguments, plugins=[plugin])
     return printed.getvalue()
 
 
