@@ -5,13 +5,13 @@ import json
 import os
 import select
 import signal
-import socket
 import subprocess
 import sys
 
 import pytest
 
 from hilbench.live.folders import Session
+from hilbench.live.local_socket import connect_to
 
 PATIENCE_S = 600
 LOOK_EVERY_S = 0.02
@@ -33,9 +33,8 @@ class Live:
         self.seen, self.read_to, self.client = [], 0, None
 
     def join(self):
-        self.client = socket.socket(socket.AF_UNIX)
+        self.client = connect_to(self.session.socket)
         self.client.settimeout(PATIENCE_S)
-        self.client.connect(str(self.session.socket))
         self.answers = self.client.makefile("r")
 
     def ask(self, do, **more):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from pathlib import Path
 
 import pytest
 
@@ -89,7 +90,8 @@ def test_where_there_is_little_room_the_next_pane_takes_the_place_of_a_hidden_on
     on_screen(process_of("pioneer"), scenario)
 
 
-def test_a_file_that_is_damaged_is_a_line_in_the_log(process_of, on_screen, rows, tmp_path):
+def test_a_file_that_is_damaged_is_a_line_in_the_log(process_of, on_screen, rows, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "state").write_text("{")
 
     async def scenario(app, pilot):
@@ -97,7 +99,7 @@ def test_a_file_that_is_damaged_is_a_line_in_the_log(process_of, on_screen, rows
         await pilot.pause()
         assert sum("is damaged; the panes are" in row for row in rows(app)) == 1
 
-    on_screen(process_of("pioneer"), scenario, (160, 30), memory=Memory(tmp_path / "state"))
+    on_screen(process_of("pioneer"), scenario, (160, 30), memory=Memory(Path("state")))
 
 
 def test_light_and_dark_are_remembered(process_of, on_screen):
