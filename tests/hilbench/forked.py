@@ -114,7 +114,7 @@ class Process:
     def __init__(self, told, pipes):
         self._told = told
         told.settimeout(PATIENCE_S)
-        self.pid = int.from_bytes(told.recv(4, socket.MSG_WAITALL), "big")
+        self.pid = self._hear_number()
         self.returncode = None
         self.stdout = open(pipes[1], "rb", buffering=0) if 1 in pipes else None  # noqa: SIM115 - closed by __exit__
         self.stderr = open(pipes[2], "rb", buffering=0) if 2 in pipes else None  # noqa: SIM115 - closed by __exit__
@@ -151,8 +151,13 @@ class Process:
 
     def wait(self):
         if self.returncode is None:
-            self.returncode = int.from_bytes(self._told.recv(4, socket.MSG_WAITALL), "big", signed=True)
+            self.returncode = self._hear_number()
         return self.returncode
+
+    def _hear_number(self):
+        said = self._told.recv(4, socket.MSG_WAITALL)
+        assert said, "what it is forked from has ended, or could not begin"
+        return int.from_bytes(said, "big", signed=True)
 
     def hang_up(self):
         """Read no more of its output."""
