@@ -13,15 +13,16 @@ import sys
 
 import pytest
 from _pytest import runner
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from hilbench.check.room import with_room
 from tests.share import examples
 
 # Time on the host is nothing to judge by, and a change is judged by the same examples whenever it is judged: see the
 # rules for tests in CONTRIBUTING.md. `make search` looks for new examples.
-settings.register_profile("hilbench", deadline=None, derandomize=True, max_examples=examples(100))
-settings.register_profile("search", deadline=None, print_blob=True)
+BY_THE_CLOCK = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
+settings.register_profile("hilbench", **BY_THE_CLOCK, derandomize=True, max_examples=examples(100))
+settings.register_profile("search", **BY_THE_CLOCK, print_blob=True)
 settings.load_profile("search" if os.environ.get("HILBENCH_SEARCH") else "hilbench")
 
 EXHAUSTIVE = "HILBENCH_EXHAUSTIVE"

@@ -72,7 +72,10 @@ class Forkable:
             return process
 
     def start(self, *words, program=HILBENCH, cwd=None, env=(), stdin=None, stdout=None, stderr=subprocess.PIPE):
-        """Start a command. A stream is a descriptor, PIPE, CLOSED or None, which leads nowhere."""
+        """Start a command. A stream is a descriptor, PIPE, CLOSED or None, which leads nowhere.
+
+        Its environment is that in which the process that is forked from began, with `env` added.
+        """
         told, teller = socket.socketpair()
         nowhere = os.open(os.devnull, os.O_RDWR)
         pipes, given, opened = {}, [], [nowhere, teller.detach()]

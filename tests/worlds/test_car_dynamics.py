@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.share import examples
 from worlds.car_commands import CarCommand, CommandMode
 from worlds.car_dynamics import CarDynamics
 from worlds.car_parameters import DEFAULTS, CarParameters
@@ -16,6 +17,7 @@ from worlds.errors import WorldError
 from worlds.motion import PlanarPose, PlanarVelocity
 
 HZ = 240
+OTHER_STEPS = pytest.mark.exhaustive("the gate has a step on either side of the usual one")
 ACKERMANN = CarCommand(mode=CommandMode.ACKERMANN)
 
 
@@ -53,7 +55,7 @@ def test_left_is_left():
     assert max(car.steering_rad, car.yaw_rate_rad_s, car.pose.y_m, car.pose.yaw_rad) < 0
 
 
-@settings(max_examples=8)
+@settings(max_examples=examples(25))
 @given(
     angle=st.floats(0.02, 0.5),
     speed=st.floats(0.5, 12.0),
@@ -106,7 +108,7 @@ def test_brakes_hold_and_do_not_turn_back():
     assert drive(car, CarCommand(throttle=0.1), 1.0).lon_speed_m_s > 0.1
 
 
-@settings(max_examples=12)
+@settings(max_examples=examples(40))
 @given(
     speed=st.floats(0.2, 12.0),
     brake=st.floats(0.05, 1.0),
@@ -203,7 +205,7 @@ def test_placing_takes_motion_and_commands_away():
     assert drive(car, car.layer.command, 0.01).lon_speed_m_s == 0.0
 
 
-@pytest.mark.parametrize("hz", [50, 480])
+@pytest.mark.parametrize("hz", [50, 480, *(pytest.param(hz, marks=OTHER_STEPS) for hz in (100, 1000))])
 def test_the_way_does_not_depend_on_the_step(hz):
     """Over the change from rolling to slipping tyres and back."""
     command = CarCommand(mode=CommandMode.ACKERMANN, steering_rad=0.3, speed_m_s=4.0, accel_m_s2=0.5)

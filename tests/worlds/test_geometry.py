@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.share import examples
 from worlds import Box
 from worlds.geometry import (
     _nearest_in_cone,
@@ -88,7 +89,7 @@ def test_a_cone_sees_a_post_that_its_axis_misses():
     assert cone_distance_m((0, 0, 0), (1, 0, 0), math.radians(5), [post]) is None
 
 
-@settings(max_examples=80)
+@settings(max_examples=examples(200))
 @given(box=boxes, pose=poses, half_angle_deg=st.floats(1, 60))
 def test_what_the_cone_finds_is_on_the_box_and_in_the_cone(box, pose, half_angle_deg):
     apex, yaw, pitch = pose
@@ -101,7 +102,7 @@ def test_what_the_cone_finds_is_on_the_box_and_in_the_cone(box, pose, half_angle
         assert dot(offset, axis) >= math.cos(math.radians(half_angle_deg)) * math.hypot(*offset) - 1e-6
 
 
-@settings(max_examples=80)
+@settings(max_examples=examples(200))
 @given(box=boxes, pose=poses, half_angle_deg=st.floats(1, 60))
 def test_no_ray_inside_the_cone_is_nearer(box, pose, half_angle_deg):
     apex, yaw, pitch = pose

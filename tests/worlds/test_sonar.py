@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import pytest
 
+from tests.share import ALL
 from worlds import Box, Scene, UnknownNameError
 from worlds.geometry import add, cone_distance_m, ray_distance_m, rotation, turn
 from worlds.vehicles.pioneer_2dx import DEFAULTS, Pioneer2dxBody
@@ -17,6 +18,8 @@ pytestmark = pytest.mark.needs_bullet
 HALF_ANGLE = math.radians(15)
 EDGE_M = 2e-3
 EXACT_M = 1e-6
+PLACES = 40 if ALL else 20
+SEEDS = (1, 9, 22, 28) if ALL else (9, 22)
 
 
 def free_places(scene, count, seed):
@@ -69,7 +72,7 @@ def test_ranges_match_exact_geometry(pioneer, discs, scene):
     body = pioneer(scene, seed=3)
     boxes = body.world.scene.boxes
     echoes = exact = 0
-    for x, y, yaw in free_places(body.world.scene, 20, seed=1):
+    for x, y, yaw in free_places(body.world.scene, PLACES, seed=1):
         body.world.place(x, y, yaw)
         for number, disc in enumerate(discs):
             echo = body.sonar_range_m(number)
@@ -79,7 +82,7 @@ def test_ranges_match_exact_geometry(pioneer, discs, scene):
                 echoes += 1
                 exact += echo == pytest.approx(sampled_m(body, disc, boxes), abs=1e-6)
                 assert echo >= min(cone_m(body, disc, EDGE_M), 5.0) - EXACT_M
-    assert echoes > 30
+    assert echoes > 1.5 * PLACES
     assert exact >= 0.95 * echoes
 
 
@@ -110,7 +113,7 @@ def test_what_is_wider_than_the_gap_between_two_rays_is_heard(open_it, distance_
 def test_in_seeded_rooms_no_reading_is_far_too_long(pioneer, discs):
     """Boxes are 0.3 to 0.6 m wide; with rays 7.5 degrees apart one of them went unseen, and 1.3 m were too many."""
     worst = 0.0
-    for seed in (9, 22):
+    for seed in SEEDS:
         body = pioneer("room-with-boxes", seed=seed)
         for x, y, yaw in free_places(body.world.scene, 25, seed=seed):
             body.world.place(x, y, yaw)

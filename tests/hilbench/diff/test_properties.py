@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.diff.capture import Capture, Track
 from hilbench.diff.compare import Options, compare
 
 ORDER = Options(order_only=True)
-FEW = settings(max_examples=40)
 
 
 @st.composite
@@ -36,7 +35,6 @@ def warped(one, warp):
     return capture(times, warp(one.end_ns))
 
 
-@FEW
 @given(captures(), st.integers(0, 10**9))
 def test_a_recording_is_equal_to_itself_whenever_it_was_made(one, later_ns):
     comparison = compare(one, warped(one, lambda ns: ns + later_ns), Options())
@@ -45,7 +43,6 @@ def test_a_recording_is_equal_to_itself_whenever_it_was_made(one, later_ns):
     assert comparison.anchor.late_ns == later_ns
 
 
-@FEW
 @given(captures(), st.integers(2, 7))
 def test_the_order_does_not_depend_on_how_fast_it_goes(one, factor):
     slow = warped(one, lambda ns: ns * factor)
@@ -54,7 +51,6 @@ def test_the_order_does_not_depend_on_how_fast_it_goes(one, factor):
     assert compare(longer, slow, ORDER).first is None
 
 
-@FEW
 @given(captures(), captures(), st.integers(0, 2000), st.booleans())
 def test_who_comes_first_does_not_matter(one, other, tolerance_ns, order_only):
     options = Options(tolerance_ns=tolerance_ns, order_only=order_only)
@@ -66,7 +62,6 @@ def test_who_comes_first_does_not_matter(one, other, tolerance_ns, order_only):
         assert there.first.change.at_ns == back.first.change.at_ns
 
 
-@FEW
 @given(captures(least=4), st.data())
 def test_a_change_that_is_gone_is_found(one, data):
     name = data.draw(st.sampled_from([name for name, track in one.tracks.items() if len(track)]))
@@ -79,7 +74,6 @@ def test_a_change_that_is_gone_is_found(one, data):
     assert compare(one, capture(less, one.end_ns), Options()).first is not None
 
 
-@FEW
 @given(captures(least=2), st.data())
 def test_a_recording_that_is_cut_is_never_equal_to_the_whole_one_unless_that_is_asked_for(one, data):
     every = sorted(ns for track in one.tracks.values() for ns in track.times_ns)

@@ -10,7 +10,7 @@ import sys
 from contextlib import ExitStack, closing
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.bench import Bench
@@ -354,7 +354,6 @@ def slow_bench(share):
 
 
 class TestWaits:
-    @settings(max_examples=40)
     @given(st.floats(0.1, 1), st.lists(st.tuples(st.floats(0.01, 1), st.floats(0, 9)), min_size=1, max_size=8))
     def test_as_much_time_passes_for_a_slow_bench_as_is_waited(self, share, waits_s):
         bench = slow_bench(share)

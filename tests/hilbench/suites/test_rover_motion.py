@@ -18,7 +18,7 @@ pytestmark = pytest.mark.needs_bullet
 
 IDS = {clause.id for clause in CLAUSES}
 BENCH = AlteredBench(bench="rover", board="nucleo-f767zi", suite="rover-motion", clause_ids=IDS)
-SHORT = "flags or inertial_sensor_at_rest"
+SHORT = "flags or inertial_sensor_at_rest or unequal_throttles or an_empty_battery"
 
 
 def motor(**settings):

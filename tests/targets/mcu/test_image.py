@@ -375,7 +375,7 @@ def test_an_elf_without_anything_to_load(save):
 
 
 @settings(
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
     deadline=None,
     max_examples=examples(300),
 )
