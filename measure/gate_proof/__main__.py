@@ -103,6 +103,7 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("--count", type=int, default=300, help="how many defects, about (default: 300)")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="side by side (default: one a core)")
     parser.add_argument("--out", type=Path, default=OUT, help=f"the folder (default: {OUT.relative_to(ROOT)})")
+    parser.add_argument("--forget", nargs="+", default=[], metavar="ID", help="judge these defects anew")
     parser.add_argument("--tests", nargs="+", default=[], metavar="PATH", help="these tests alone; no page of the docs")
     chosen = parser.parse_args(words)
     unknown = set(chosen.steps) - {*STEPS, "again"}
@@ -112,6 +113,8 @@ def main(words: Sequence[str]) -> int:
     proof = Proof(
         chosen.out, Plan(commit, chosen.before, chosen.seed, chosen.count, tuple(chosen.tests)), chosen.workers
     )
+    if chosen.forget:
+        proof.forget(chosen.forget)
     if "again" in chosen.steps:
         proof.again(commit)
     for step in [name for name in chosen.steps if name in STEPS] or STEPS:

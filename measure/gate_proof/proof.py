@@ -143,6 +143,8 @@ class Proof:
         for told in self._told():
             if told["what"] == "again" and gate == GATE:
                 found = {name: one for name, one in found.items() if one.outcome and one.outcome.found}
+            elif told["what"] == "forget":
+                found = {name: one for name, one in found.items() if name not in told["ids"]}
             elif told["what"] == "result" and told["gate"] == gate:
                 outcome = Outcome(**told["outcome"]) if told["outcome"] else None
                 found[told["id"]] = Result(told["id"], gate, outcome)
@@ -173,6 +175,10 @@ class Proof:
         (self.folder / f"{GATE}.sqlite").unlink(missing_ok=True)
         self._keep(dataclasses.replace(self.plan, commit=commit))
         self._tell(what="again", commit=commit)
+
+    def forget(self, names: Sequence[str]) -> None:
+        """Judge some defects anew, by their ids."""
+        self._tell(what="forget", ids=names)
 
     def left(self, gate: str, defects: Sequence[Defect]) -> list[Defect]:
         """Return the defects that have not been put before the tests of a gate, in an order that says nothing."""

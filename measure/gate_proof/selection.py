@@ -107,7 +107,13 @@ class Tree:
         if not defect.in_function:
             return self.reach(defect.path)
         *lines, statement = defect.lines
-        return self.running(defect.path, lines) or self.running(defect.path, [statement])
+        found = self.running(defect.path, lines) or self.running(defect.path, [statement])
+        return found if self._is_called(defect.path, (*lines, statement)) else found | self.reach(defect.path)
+
+    def _is_called(self, path: str, lines: Iterable[int]) -> bool:
+        """Whether some test ran lines of a module otherwise than while it was imported."""
+        mask, inside = _bits(lines), _bits(lines_in_functions(self.source(path) or b""))
+        return any(bits & mask and not bits & ~inside for _, bits in self._ran(path))
 
     def selection(self, defect: Defect, without: Collection[str] = ()) -> Selection:
         """Return the tests for a defect.

@@ -179,6 +179,12 @@ def test_what_was_missed_is_put_before_better_tests(tmp_path):
     assert set(under_way.results(OLD)) == {"two"}
 
 
+def test_a_defect_is_judged_anew_when_it_is_asked_for(tmp_path):
+    under_way = proof(tmp_path, told("one", GATE), told("two", GATE))
+    under_way.forget(["one"])
+    assert set(under_way.results(GATE)) == {"two"}
+
+
 def recorded(folder):
     """Two tests that share a fixture, one of which starts a process."""
     part = Part(folder / "part-1.sqlite")
@@ -209,6 +215,19 @@ def test_the_tests_of_a_defect_are_those_of_its_line_then_those_beside_them(tmp_
     chosen = tree.selection(second)
     assert (chosen.order, chosen.covering) == (["tests/worlds/test_m.py::two", "tests/worlds/test_m.py::one"], 1)
     assert tree.selection(constant).covering == 2
+
+
+def test_what_a_module_calls_as_it_is_imported_is_tested_by_all_who_use_it(tmp_path):
+    (tmp_path / "worlds").mkdir()
+    (tmp_path / "worlds" / "m.py").write_text("def f():\n    return a < 2\n\ndef g():\n    return b < 2\n\nF = f()\n")
+    part = Part(tmp_path / "part-1.sqlite")
+    for name, arcs in {"t.py::one": [(1, 4), (4, 7), (7, 2)], "t.py::two": [(-4, 5)], "u.py::three": [(-4, 5)]}.items():
+        part.ran(name, {"worlds/m.py": arcs})
+        part.ended(name, (0.1, 0.2), "passed", [])
+    part.close()
+    tree = Tree(tmp_path, [Recording(tmp_path / "part-1.sqlite")])
+    covering = {one.where: len(tree.covering(one)) for one in defects_of("worlds/m.py", tree.source("worlds/m.py"))}
+    assert covering == {"f": 3, "g": 2}
 
 
 def test_lines_that_moved_are_known_again():
