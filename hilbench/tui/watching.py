@@ -58,6 +58,7 @@ class Watching(App[None]):
         """Watch another bench, or a recording."""
         self.forget()
         self.process, self.replay = process, replay
+        self.passed_over = self._waiting = self._losing = 0
 
     def forget(self) -> None:
         """Know nothing of the bench any more."""

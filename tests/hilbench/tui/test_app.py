@@ -279,6 +279,9 @@ def test_a_dashboard_that_is_too_slow_passes_over_what_is_old_and_says_so(proces
         app.model = BenchModel(app._follower.header)
         app.look()
         assert f"{app.passed_over / 1e6:.1f} MB passed over" in app._headline()
+        app.open(process_of("pioneer"))
+        app.look()
+        assert "passed over" not in app._headline()
 
     on_screen(process, scenario)
 
