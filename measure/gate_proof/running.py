@@ -81,7 +81,8 @@ class _Batch:
     tests: Mapping[str, Test]
     running: str = ""
     failed: list[str] = field(default_factory=list)
-    since_s: float = 0.0
+    waited_s: float = 0.0
+    looked_s: float = 0.0
     since_cpu_s: float = 0.0
     cpu_s: float = 0.0
     read: int = 0
@@ -112,12 +113,14 @@ class _Batch:
         self.cpu_s = max(self.cpu_s, now.cpu_s)
         test = self.tests.get(self.running, _NEVER_RECORDED)
         cpu_s = self.cpu_s - self.since_cpu_s
-        wall_s = time.monotonic() - self.since_s
+        # Of a time in which this program did not run either, as when both are stopped, next to nothing counts.
+        looked_s, self.looked_s = self.looked_s, time.monotonic()
+        self.waited_s += min(self.looked_s - looked_s, 2 * _LOOK_S)
         if now.memory > MEMORY:
             return "takes all memory"
         if cpu_s > (CPU_S + CPU_FACTOR * test.cpu_s if self.collected else COLLECTING_CPU_S):
             return "hangs"
-        if wall_s > max(IDLE_S, IDLE_FACTOR * test.wall_s) and cpu_s < IDLE_SHARE * wall_s:
+        if self.waited_s > max(IDLE_S, IDLE_FACTOR * test.wall_s) and cpu_s < IDLE_SHARE * self.waited_s:
             return "hangs"
         return ""
 
@@ -235,7 +238,7 @@ class Bench:
             return ""
         trouble = batch.trouble()
         if batch.follow():
-            batch.since_s, batch.since_cpu_s = time.monotonic(), batch.cpu_s
+            batch.waited_s, batch.since_cpu_s = 0.0, batch.cpu_s
             return ""
         return trouble
 
@@ -260,7 +263,7 @@ class Bench:
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
             )
-        return _Batch(name, process, log, self._tree.tests, since_s=time.monotonic())
+        return _Batch(name, process, log, self._tree.tests, looked_s=time.monotonic())
 
 
 def _parts(order: Sequence[str], tests: Mapping[str, Test]) -> Iterator[Sequence[str]]:
