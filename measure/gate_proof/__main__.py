@@ -2,10 +2,10 @@
 
 The steps are record, choose, run, old and report; without one, all of them, in this order. What each has found is kept
 in a folder, so that Ctrl-C and another run lose nothing but the test at hand. The tree that is measured is the one that
-is committed: copies of it are made in a temporary folder, and nobody's checkout is touched. It takes
-some three quarters of an hour on two cores. After tests were added for what was missed, commit them and say ``again``: what was found stays found, and
-the rest is put before the tests of that commit. Why something is missed stands in ``measure/gate_proof/reasons.toml``,
-by the ids of the table.
+is committed: copies of it are made in a temporary folder, and nobody's checkout is touched. It takes an hour or two on
+two cores. After tests were added for what was missed, commit them and say ``again`` with the steps: what was found
+stays found, and the rest is put before the tests of that commit. Why something is missed stands in
+``measure/gate_proof/reasons.toml``, by the ids of the table.
 """
 
 from __future__ import annotations
