@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import secrets
 import select
 import shlex
@@ -130,6 +131,8 @@ def serve_web(start: StartBench, host: str, port: int) -> None:
     Raises:
         UnavailableError: the port is taken, or the bench does not begin.
     """
+    # A page's dashboard may take longer to end than the loop: no news to whoever has just pressed Ctrl-C.
+    logging.getLogger("asyncio").setLevel(logging.ERROR)
     with _listening(host, port) as listener:
         token = secrets.token_urlsafe(_TOKEN_BYTES)
         dashboard = WebDashboard(start, token)
