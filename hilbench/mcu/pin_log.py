@@ -111,7 +111,7 @@ class PinLog:
         self._watched = [_Watched(pin, place) for place, pin in enumerate(pin for pin in pins if pin.bonded)]
         self._by_name = {watched.pin.name: watched for watched in self._watched}
         for watched in self._watched:
-            watched.pin.record()
+            watched.pin.follow()
         group.after_round.append(self._collect)
         self._next(bench.now_ns + WINDOW_NS, self._end_window)
 
@@ -119,7 +119,7 @@ class PinLog:
         """Tell nothing of the edges of a frame that begins now at a pin."""
         watched = self._by_name.get(pin)
         if watched is not None:
-            if not watched.pin.recording:
+            if not watched.pin.following:
                 watched.frames.clear()
             begin_ns = frame.start_ns
             watched.frames.append((begin_ns, frame.end_ns))
@@ -132,7 +132,7 @@ class PinLog:
         self._bench.scheduler.at(when_ns, action, order=EventClass.CHECK, source=f"{self._name}.pins")
 
     def _collect(self, _reached_ns: int) -> None:
-        taken = [(self._by_name[pin.name], edges) for pin, edges in self._pins.take_all_edges()]
+        taken = [(self._by_name[pin.name], edges) for pin, edges in self._pins.take_followed()]
         for watched, edges in sorted(taken, key=lambda each: each[0].place):
             self._take(watched, edges)
 
@@ -159,15 +159,15 @@ class PinLog:
     def _end_window(self) -> None:
         self._collect(self._bench.now_ns)
         for watched in self._watched:
-            span_ns = WINDOW_NS if watched.pin.recording else LOOK_NS
+            span_ns = WINDOW_NS if watched.pin.following else LOOK_NS
             fast = watched.count * WINDOW_NS > SLOW_EDGES * span_ns
             if fast or watched.was_fast:
                 self._tell_fast(watched, span_ns)
             watched.was_fast = fast
             watched.was_busy = watched.seen * WINDOW_NS > SLOW_EDGES * span_ns
             watched.seen = watched.count = 0
-            if not watched.pin.recording:
-                watched.pin.record()
+            if not watched.pin.following:
+                watched.pin.follow()
         if self._everything is None and any(watched.was_busy for watched in self._watched):
             self._next(self._bench.now_ns + LOOK_NS, self._look_away)
         self._next(self._bench.now_ns + WINDOW_NS, self._end_window)
@@ -183,4 +183,4 @@ class PinLog:
         self._collect(self._bench.now_ns)
         for watched in self._watched:
             if watched.was_busy and watched.seen * WINDOW_NS > SLOW_EDGES * LOOK_NS:
-                watched.pin.record(on=False)
+                watched.pin.follow(on=False)

@@ -95,7 +95,8 @@ class Pin:
     Attributes:
         name: such as ``PA0``.
         bonded: False if the package has no such pin: the pad is there, but nothing outside can reach it.
-        recording: True while edges are kept; see `record`.
+        recording: True while edges are kept for whoever holds the pin; see `record`.
+        following: True while they are kept for who reads all pins; see `follow`.
         nets: the wires that end here.
         outputs: signals that the pad carries while it is in an alternate function; the first that drives wins.
         inputs: signals that listen to the pad.
@@ -109,6 +110,7 @@ class Pin:
         "_claim",
         "_digital",
         "_edges",
+        "_followed",
         "_latch",
         "_level",
         "_listeners",
@@ -123,6 +125,7 @@ class Pin:
         "alternate",
         "bank",
         "bonded",
+        "following",
         "inputs",
         "lazy",
         "mask",
@@ -136,6 +139,7 @@ class Pin:
         self.name = name
         self.bonded = bonded
         self.recording = False
+        self.following = False
         self.nets: tuple[Net, ...] = ()
         self.outputs: tuple[PinOutput, ...] = ()
         self.inputs: tuple[PinInput, ...] = ()
@@ -156,6 +160,7 @@ class Pin:
         self._level: bool | None = None
         self._reads_high = False
         self._edges: list[Edge] = []
+        self._followed: list[Edge] = []
         self._listeners: list[Callable[[int, int, bool | None], None]] = []
 
     # --- for the outside
@@ -204,6 +209,18 @@ class Pin:
         """Return the edges recorded since they were last taken, and forget them."""
         self.refresh()
         taken, self._edges = self._edges, []
+        return taken
+
+    def follow(self, on: bool = True) -> None:
+        """Begin or end to keep the edges for `Pins.take_followed`: those of `record` are another's, and stay."""
+        self.refresh()
+        self.following = on
+        self.update_watch()
+
+    def take_followed(self) -> list[Edge]:
+        """Return the edges kept since they were last taken by `follow`, and forget them."""
+        self.refresh()
+        taken, self._followed = self._followed, []
         return taken
 
     def on_edge(self, callback: Callable[[int, int, bool | None], None]) -> None:
@@ -323,7 +340,7 @@ class Pin:
         for signal in self.inputs:
             if signal.on_change is not None:
                 return Watch.LIVE
-        return Watch.RECORD if self.recording else Watch.NOBODY
+        return Watch.RECORD if self.recording or self.following else Watch.NOBODY
 
     def update_watch(self) -> None:
         """Tell the signals that are carried who looks at them now."""
@@ -346,7 +363,7 @@ class Pin:
         level = self._resolved()
         if level is not self._level:
             self._level = level
-            if self.recording or self._listeners:
+            if self.following or self.recording or self._listeners:
                 self._tell_edge(self._pins.time.now if cycle is None else cycle, level)
         if (self._level is True and self._digital) is not self._reads_high:
             self._input_changed()
@@ -445,10 +462,13 @@ class Pin:
 
     def _tell_edge(self, cycle: int, level: bool | None) -> None:
         ns = self._pins.time.ns(cycle)
-        if self.recording:
-            if not self._edges:
+        edge = Edge(cycle, ns, level)
+        if self.following:
+            if not self._followed:
                 self._pins.with_edges.append(self)
-            self._edges.append(Edge(cycle, ns, level))
+            self._followed.append(edge)
+        if self.recording:
+            self._edges.append(edge)
         for callback in tuple(self._listeners):
             callback(cycle, ns, level)
 
@@ -484,7 +504,7 @@ class Pins:
         deliver: called with a bench time in ns and an action for it, when a wire brings something from another chip.
             The machine sets it; until then such an action happens at once.
         with_outputs: the pins that carry signals of the chip, if they are set to.
-        with_edges: the pins that had an edge to record when they had none; see `take_all_edges`.
+        with_edges: the followed pins that had an edge when they had none; see `take_followed`.
     """
 
     def __init__(
@@ -517,17 +537,17 @@ class Pins:
             raise BoardError(f"the chip has no pin {name}", hint="pins are named like PA0 or PC13")
         return pin
 
-    def take_all_edges(self) -> list[tuple[Pin, list[Edge]]]:
-        """Return the edges of all pins that are being recorded, and forget them; pins without any cost nothing.
+    def take_followed(self) -> list[tuple[Pin, list[Edge]]]:
+        """Return the edges of all pins that are followed, and forget them; pins without any cost nothing.
 
         They come in no particular order, but in the same one whenever the same happens.
         """
         for pin in self.with_outputs:
-            if pin.lazy and pin.recording:
+            if pin.lazy and pin.following:
                 pin.refresh()
-        pins = [pin for pin in self.with_edges if pin.recording]
-        self.with_edges = [pin for pin in self.with_edges if not pin.recording]
-        return [(pin, edges) for pin in pins if (edges := pin.take_edges())]
+        pins = [pin for pin in self.with_edges if pin.following]
+        self.with_edges = [pin for pin in self.with_edges if not pin.following]
+        return [(pin, edges) for pin in pins if (edges := pin.take_followed())]
 
     def __contains__(self, name: object) -> bool:
         return name in self._pins

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,8 @@ from hilbench.errors import UsageError
 from hilbench.mcu.under_test import boards_under_test
 from tests.hilbench.forked import ALREADY_IMPORTED, PYTEST
 
-IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
+ROOT = Path(__file__).parents[3]
+IMAGES = ROOT / "targets/firmware/images"
 
 
 @pytest.fixture
@@ -61,6 +63,15 @@ def test_a_test_sees_pins_lights_console_and_notes(board):
     assert brain.console == "traced\n"
     assert brain.transcript[0].split(maxsplit=2)[1:] == ["brain.PC13", "high (LED PC13 off)"]
     assert (brain.end, brain.notes) == (None, [])
+
+
+def test_a_test_records_a_pin_that_the_bench_watches_too(board):
+    brain = board(greeting)
+    pin = brain.pin("PC13")
+    pin.record()
+    brain.run(0.01)
+    assert [(edge.ns, edge.level) for edge in pin.take_edges()] == [(0, True), (8_000_000, False)]
+    assert [line.split(maxsplit=2)[1] for line in brain.transcript].count("brain.PC13") == 2
 
 
 def test_a_run_is_over_when_the_firmware_is(board):
@@ -138,6 +149,20 @@ def test_what_init_writes_is_found_by_a_pytest_that_has_it_loaded_already(
     words = ["-q", "--import-mode=importlib", "-W", "error", *words]
     done = pytest_in(tmp_path, *words, forkable=forkable_pytest)
     assert "2 passed" in done.output, done.output + done.error
+
+
+def test_the_tests_in_readme_and_docs_pass(pytest_in, tmp_path):
+    pages = [(ROOT / page).read_text() for page in ("README.md", "docs/firmware.md")]
+    blocks = [block for page in pages for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL)]
+    assert blocks
+    assert (
+        main(["init", "--board", "bluepill", "--image", str(IMAGES / "style-irq-dma.elf"), "--dir", str(tmp_path)]) == 0
+    )
+    for number, block in enumerate(blocks):
+        (tmp_path / f"test_block_{number}.py").write_text(block)
+    done = pytest_in(tmp_path, "-q", "-W", "error", *ALREADY_IMPORTED)
+    (passed,) = re.findall(r"^\d+ passed", pages[1], re.MULTILINE)
+    assert passed in done.output, done.output + done.error
 
 
 def test_a_conftest_of_the_user_stays_and_init_says_what_it_needs(tmp_path, capsys):

@@ -48,22 +48,38 @@ def test_outputs_decide_the_level():
 
 
 def test_the_edges_of_all_pins_are_taken_at_once():
-    """Those of a pin that is not recorded any more stay until it is recorded again, or asked."""
+    """Those of a pin that is not followed any more stay until it is followed again, or asked."""
     chip, pins = make()
     for name in ("PA2", "PA0", "PA1"):
         push_pull(pins[name], False)
-        pins[name].record()
+        pins[name].follow()
     for name in ("PA2", "PA0", "PA2"):
         chip.advance(1)
         pins[name].set_latch(pins[name].level is False)
-    pins["PA0"].record(on=False)
-    assert [(pin.name, [edge.cycle for edge in edges]) for pin, edges in pins.take_all_edges()] == [("PA2", [1, 3])]
-    assert pins.take_all_edges() == []
-    pins["PA0"].record()
-    assert [(pin.name, [edge.cycle for edge in edges]) for pin, edges in pins.take_all_edges()] == [("PA0", [2])]
+    pins["PA0"].follow(on=False)
+    assert [(pin.name, [edge.cycle for edge in edges]) for pin, edges in pins.take_followed()] == [("PA2", [1, 3])]
+    assert pins.take_followed() == []
+    pins["PA0"].follow()
+    assert [(pin.name, [edge.cycle for edge in edges]) for pin, edges in pins.take_followed()] == [("PA0", [2])]
     pins["PA2"].set_latch(True)
-    assert len(pins["PA2"].take_edges()) == 1
-    assert pins.take_all_edges() == []
+    assert len(pins["PA2"].take_followed()) == 1
+    assert pins.take_followed() == []
+
+
+def test_who_reads_all_pins_takes_nothing_from_who_records_one():
+    chip, pins = make()
+    pin = pins["PA0"]
+    push_pull(pin, False)
+    pin.follow()
+    pin.record()
+    chip.advance(1)
+    pin.set_latch(True)
+    ((_, followed),) = pins.take_followed()
+    pin.follow(on=False)
+    chip.advance(1)
+    pin.set_latch(False)
+    assert [edge.cycle for edge in followed] == [1]
+    assert [edge.cycle for edge in pin.take_edges()] == [1, 2]
 
 
 def test_a_pull_yields_to_a_driver_and_comes_back():
@@ -340,7 +356,10 @@ class Square:
 @given(
     st.lists(
         st.tuples(
-            st.integers(0, 37), st.sampled_from(["record", "stop", "listen", "unlisten", "take", "take all", "level"])
+            st.integers(0, 37),
+            st.sampled_from(
+                ["record", "stop", "follow", "let go", "listen", "unlisten", "take", "take followed", "level"]
+            ),
         ),
         max_size=30,
     )
@@ -353,6 +372,7 @@ def test_lazy_edges_are_those_of_a_pin_that_is_always_watched(steps):
     pin = pins["PA0"]
     pin.configure(PadMode.AF_PUSH_PULL, latch=False, pull=None)
     expected, got, heard, live = [], [], [], []
+    expected_followed, followed = [], []
 
     def listen(cycle, ns, level):
         heard.append((cycle, level))
@@ -363,22 +383,28 @@ def test_lazy_edges_are_those_of_a_pin_that_is_always_watched(steps):
         span = [(c, c % 20 == 10) for c in range(10, chip.time.now + 1, 10) if c > before]
         if pin.recording:
             expected += span
+        if pin.following:
+            expected_followed += span
         if listen in pin._listeners:
             live += span
         if step in ("record", "stop"):
             pin.record(step == "record")
+        elif step in ("follow", "let go"):
+            pin.follow(step == "follow")
         elif step == "listen" and listen not in pin._listeners:
             pin.on_edge(listen)
         elif step == "unlisten" and listen in pin._listeners:
             pin.off_edge(listen)
         elif step == "take":
             got += [(edge.cycle, edge.level) for edge in pin.take_edges()]
-        elif step == "take all":
-            got += [(edge.cycle, edge.level) for _, edges in pins.take_all_edges() for edge in edges]
+        elif step == "take followed":
+            followed += [(edge.cycle, edge.level) for _, edges in pins.take_followed() for edge in edges]
         else:
             now = chip.time.now
             assert pin.level is (None if now < 10 else now // 10 % 2 == 1)
     got += [(edge.cycle, edge.level) for edge in pin.take_edges()]
+    followed += [(edge.cycle, edge.level) for edge in pin.take_followed()]
     assert got == expected
+    assert followed == expected_followed
     assert heard == live
     assert square.events == len(live)
