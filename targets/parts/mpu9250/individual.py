@@ -39,6 +39,7 @@ class Individual:
         gyro_test_dps: likewise.
         mag_codes: ASAX, ASAY, ASAZ.
         zero_field_ut: what the magnetometer adds, in its own axes.
+        clock_error: by which part its clock is too fast.
     """
 
     factory: Mapping[int, int]
@@ -50,6 +51,7 @@ class Individual:
     gyro_test_dps: tuple[float, ...]
     mag_codes: tuple[int, ...]
     zero_field_ut: tuple[float, ...]
+    clock_error: float
 
     @classmethod
     def of(cls, settings: Mpu9250Settings, seed: int) -> Individual:
@@ -76,6 +78,8 @@ class Individual:
             gyro_test_dps=tuple(2620 / 131 * test * (1 + part) for test, part in zip(tests[3:], wrong, strict=True)),
             mag_codes=_whole(seed, "mag codes", *_MAG_CODES),
             zero_field_ut=_within(seed, "zero field", settings.zero_field_ut),
+            clock_error=settings.clock_error_percent / 100
+            + _within(seed, "clock", settings.clock_tolerance_percent / 100)[0],
         )
 
 

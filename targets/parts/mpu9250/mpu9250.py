@@ -10,6 +10,7 @@ What is not modelled: `Mpu9250.ABSENT`.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 from targets.mcu.i2c_bus import I2cSlave
 from targets.parts.mpu9250.ak8963 import AK8963_ADDRESS, Ak8963
@@ -20,6 +21,7 @@ from targets.parts.mpu9250.notes import Notes
 from targets.parts.mpu9250.registers import LAST_ADDRESS, Reg
 from targets.parts.mpu9250.sensing import Sensing
 from targets.parts.mpu9250.settings import Mpu9250Settings
+from targets.parts.noise import uniforms
 from targets.parts.part import Direction, Part, Ports, Quantity, Terminal
 
 __all__ = ["Mpu9250"]
@@ -76,7 +78,7 @@ class Mpu9250(Part):
             ak8963,
             Interrupts(ports.output("int")),
             self._notes,
-            clock_error=settings.clock_error_percent / 100,
+            phase=partial(_phase, seed, settings.clock_phase_percent / 100),
         )
         self._slave = _Slave(self._chip, ak8963, 0x69 if settings.ad0 else 0x68, self._notes)
         self._ready_ns = round(settings.ready_ms * 1e6)
@@ -102,6 +104,11 @@ class Mpu9250(Part):
     def advance(self, now_ns: int) -> None:
         """Take the samples that are due."""
         self._chip.advance(now_ns)
+
+
+def _phase(seed: int, most: float, number: int) -> float:
+    """The share of a sample period that the clock has gone when it is started or changed for the `number`-th time."""
+    return most * uniforms(seed, "clock phase", number)[0]
 
 
 class _Slave:

@@ -24,8 +24,16 @@ class Mpu9250Settings:
     ready_ms: float = setting(
         11.0, "ms", f"{_PS} section 3.4.2, typical: no acknowledge after power-on before", least=0
     )
-    clock_error_percent: float = setting(
-        0.0, "%", f"choice; {_PS} section 3.4.2 allows 1 with the PLL of the gyroscope", least=-5, greatest=5
+    clock_tolerance_percent: float = setting(
+        1.0, "%", f"{_PS} sections 3.4.2 and 4.15: with the PLL of the gyroscope, seeded", least=0, greatest=5
+    )
+    clock_error_percent: float = setting(0.0, "%", "choice: beyond what is drawn", least=-5, greatest=5)
+    clock_phase_percent: float = setting(
+        100.0,
+        "%",
+        "choice: how much of a sample period its clock may have gone when the program starts or changes it, seeded",
+        least=0,
+        greatest=100,
     )
     temperature_degc: float = setting(25.0, "degC", "choice: room temperature", least=-40, greatest=85)
     mount_roll_deg: float = setting(

@@ -29,6 +29,7 @@ zero_g_xy_mg = 0
 zero_g_z_mg = 0
 sensitivity_percent = 0
 zero_field_ut = 0
+clock_tolerance_percent = 0
 [parts.imu.signals]
 ax = "world.ax"
 ay = "world.ay"

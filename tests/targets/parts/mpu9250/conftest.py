@@ -24,6 +24,8 @@ IDEAL = {
     "zero_rate_dps": 0,
     "sensitivity_percent": 0,
     "zero_field_ut": 0,
+    "clock_tolerance_percent": 0,
+    "clock_phase_percent": 0,
 }
 
 

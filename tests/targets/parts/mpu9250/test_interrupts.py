@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from targets.parts.mpu9250.individual import Individual
+from targets.parts.mpu9250.settings import Mpu9250Settings
+
 MS = 1_000_000
 US = 1_000
 
@@ -291,3 +294,38 @@ def test_a_still_sensor_sleeps_on(make_imu) -> None:
     imu.write(0x38, 0x40)
     imu.run(300)
     assert imu.rises() == []
+
+
+# --- the clock is the part's own
+
+
+def data_seen(imu, reads: int = 250) -> list[int]:
+    """Read as a published rover does: any read clears, WHO_AM_I, and 0.2 ms later INT_STATUS, every 100 ms."""
+    for register, value in ((0x6B, 0x01), (0x1A, 0x03), (0x19, 0x04), (0x37, 0x12)):  # 41 Hz, 200 samples a second
+        imu.write(register, value)
+    seen = []
+    for number in range(reads):
+        imu.run_to((200 + 100 * number) * MS)
+        assert imu.byte(0x75) == 0x71
+        imu.run(0.1)  # and 0.1 ms of bus
+        seen.append(imu.byte(0x3A))
+    return seen
+
+
+def test_a_program_that_clears_before_it_asks_sees_data_now_and_then(make_imu) -> None:
+    """Samples and reads drift through each other: the share is that of the time between the two reads, 4 %."""
+    imu = make_imu(step_ns=20 * MS, clock_tolerance_percent=1.0, clock_phase_percent=100.0)
+    seen = data_seen(imu)
+    assert 0.02 < sum(seen) / len(seen) < 0.06
+
+
+def test_without_a_clock_of_its_own_it_would_always_be_the_same(make_imu) -> None:
+    assert sum(data_seen(make_imu(step_ns=20 * MS), reads=50)) in (0, 50)
+
+
+def test_each_part_has_its_own_rate_and_phase() -> None:
+    drawn = [Individual.of(Mpu9250Settings(), seed).clock_error for seed in range(200)]
+    assert len(set(drawn)) == 200
+    assert max(map(abs, drawn)) <= 0.01
+    assert min(drawn) < -0.004
+    assert max(drawn) > 0.004
