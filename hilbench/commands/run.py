@@ -36,6 +36,8 @@ def parser() -> Parser:
     add("--follow", action="store_true", help="print console text and events as they come")
     add("--edges", action="store_true",
         help="with --follow and --journal: edges of serial lines, too, not only their bytes")  # fmt: skip
+    add("--notes", choices=("causes", "all"), default="causes",
+        help="notes on what the firmware did: a line for each cause, or for all (default: causes)")  # fmt: skip
     add_journal(made)
     add("--vcd", metavar="FILE", type=typed(arguments.output_file),
         help="write pins, nets and serial lines as waveforms (GTKWave, PulseView)")  # fmt: skip
@@ -72,6 +74,7 @@ def run(parsed: argparse.Namespace) -> int:
         realtime=parsed.realtime,
         as_json=parsed.json,
         seed=parsed.seed,
+        each_note=parsed.notes == "all",
     )
     interruption.raise_once()
     return run(options, bench_file, Console())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -15,6 +16,8 @@ LINE_IDLE_NS = 100 * NS_PER_MS
 LINE_BYTES = 160
 I2C_BYTES = 16
 """Of a message on an I2C bus so many bytes are shown (choice)."""
+TOLD_NOTES = 2
+"""Of one cause so many notes are told whole (choice)."""
 ROUNDING_NS = 1
 """Spans between edges whose times are rounded down to the nanosecond differ so much by that alone."""
 
@@ -82,10 +85,13 @@ class Narrator:
     Args:
         emulated: the bench.
         say: takes the lines.
+        each_note: tell each note; else the first of a cause, and that there are more.
     """
 
-    def __init__(self, emulated: EmulatedBench, say: Say) -> None:
+    def __init__(self, emulated: EmulatedBench, say: Say, *, each_note: bool = True) -> None:
         self._emulated = emulated
+        self._each_note = each_note
+        self._causes: Counter[tuple[object, ...]] = Counter()
         self._say = say
         self._lines: list[TextLines] = []
         names = [*emulated.ports, *(f"{name}.semihosting" for name in emulated.machines)]
@@ -133,11 +139,22 @@ class Narrator:
             case "reset":
                 return f"reset ({event['reason']})"
             case "note":
-                at = f" ({event['at']})" if event["at"] else ""
-                return f"note: {event['where']}: {event['text']}{at}"
+                return self._note(event)
             case "event" if event["name"] == "I2cTransaction":
                 return _i2c_words(event["value"])
         return ""
+
+    def _note(self, event: Mapping[str, Any]) -> str:
+        cause = event["source"], event["note"], event["text"]
+        self._causes[cause] += 1
+        if self._each_note or self._causes[cause] <= TOLD_NOTES:
+            at = f" ({event['at']})" if event["at"] else ""
+            return f"note: {event['where']}: {event['text']}{at}"
+        return (
+            f"note: {event['where']}, and more of this cause (--notes all)"
+            if self._causes[cause] == TOLD_NOTES + 1
+            else ""
+        )
 
     def _pin(self, event: Mapping[str, Any]) -> str:
         level = {True: "high", False: "low", None: "floats"}[event["level"]]

@@ -1,4 +1,4 @@
-"""What the firmware did that a user should know of, for the screen: what is said of many registers is said once."""
+"""What the firmware did that a user should know of, for the screen: what has one cause is said once."""
 
 from __future__ import annotations
 
@@ -9,23 +9,24 @@ __all__ = ["note_lines"]
 _MOST_LINES = 2  # that say the same
 
 
-def note_lines(notes: Iterable[Mapping[str, object]]) -> list[str]:
-    """Return lines for notes; where many registers of a peripheral share one, with the place of the first.
+def note_lines(notes: Iterable[Mapping[str, object]], *, each: bool = False) -> list[str]:
+    """Return lines for notes; where many places share one, with the place of the first.
 
     Args:
-        notes: in order, with `board`, `kind`, `where` (``CAN_MCR``), `text` and `at`, the place in the program or "".
+        notes: in order, with `board`, `kind`, `where` (``CAN_MCR``, ``PE3``), `text` and `at`, the place in the program
+            or "".
+        each: a line for each of them.
     """
     groups: dict[tuple[object, ...], list[Mapping[str, object]]] = {}
     for note in notes:
-        peripheral = str(note["where"]).partition("_")[0]
-        groups.setdefault((note["board"], note["kind"], peripheral, note["text"]), []).append(note)
-    return [line for group in groups.values() for line in _lines(group)]
+        groups.setdefault((note["board"], note["kind"], note["text"]), []).append(note)
+    return [line for group in groups.values() for line in _lines(group, each=each)]
 
 
-def _lines(notes: list[Mapping[str, object]]) -> list[str]:
-    if len(notes) <= _MOST_LINES:
+def _lines(notes: list[Mapping[str, object]], *, each: bool) -> list[str]:
+    if each or len(notes) <= _MOST_LINES:
         return [_line(note) for note in notes]
-    return [_line(notes[0], f" and {len(notes) - 1} more registers")]
+    return [_line(notes[0], f" and {len(notes) - 1} more")]
 
 
 def _line(note: Mapping[str, object], more: str = "") -> str:

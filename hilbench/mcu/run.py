@@ -40,6 +40,7 @@ class RunOptions:
         realtime: keep pace with the wall clock.
         as_json: say how it went as JSON.
         seed: seed of the run.
+        each_note: a line for each note; else those of one cause share one.
     """
 
     for_ns: int | None = None
@@ -51,6 +52,7 @@ class RunOptions:
     realtime: bool = False
     as_json: bool = False
     seed: int = 0
+    each_note: bool = False
 
 
 def run(
@@ -81,11 +83,11 @@ def run(
     watch = Stopwatch()
     with contextlib.ExitStack() as open_files:
         open_files.callback(emulated.close)
-        narrator = Narrator(emulated, console.data) if options.follow else None
+        narrator = Narrator(emulated, console.data, each_note=options.each_note) if options.follow else None
         interrupted = _run(options, emulated, console, watch)
         if narrator is not None:
             narrator.finish()
-        report = _Report(emulated, watch.elapsed_s(), interrupted=interrupted)
+        report = _Report(emulated, watch.elapsed_s(), interrupted=interrupted, each_note=options.each_note)
         data, text = report.data(), report.text()
         # How it went is told when nothing can go wrong any more: a full disk may have no room for the last lines.
         try:
@@ -164,8 +166,9 @@ class _Progress:
 class _Report:
     """How it went."""
 
-    def __init__(self, emulated: EmulatedBench, host_s: float, *, interrupted: bool) -> None:
+    def __init__(self, emulated: EmulatedBench, host_s: float, *, interrupted: bool, each_note: bool) -> None:
         self._emulated = emulated
+        self._each_note = each_note
         self._host_s = host_s
         self._interrupted = interrupted
         self._bench_s = (emulated.end.ns if emulated.end else emulated.bench.now_ns) / NS_PER_S
@@ -215,9 +218,11 @@ class _Report:
         lines.append(f"{stopped} {self._bench_s:.6f} s of bench time at {factor:.2f} x real time")
         lines += [f"  {name}: {port.counters.received} bytes sent" for name, port in self._used_lines()]
         lines += [f"  {name}: {text}, at the end" for name, text in self._waiting()]
-        notes = note_lines(self._emulated.notes())
+        count = len(self._emulated.notes())
+        notes = note_lines(self._emulated.notes(), each=self._each_note)
         if notes:
-            lines.append(f"{len(notes)} note{'s' if len(notes) > 1 else ''} on what the firmware did:")
+            shown = f", in {len(notes)} lines (--notes all for each)" if len(notes) < count else ""
+            lines.append(f"{count} note{'s' if count > 1 else ''} on what the firmware did{shown}:")
             lines += [f"  {note}" for note in notes]
         return "\n".join(lines)
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from targets.mcu.armv7e_m import first_beyond_armv7_m
 from targets.mcu.errors import ImageError
 from targets.mcu.symbols import Symbol, Symbols, damage
 
@@ -150,7 +151,36 @@ def _check_attributes(elf: ELFFile, where: str, cpu: str) -> Iterator[str]:
         raise ImageError(text, where=where, hint=f"build it for {_called(cpu)} (-mcpu={cpu} -mthumb)")
     architecture = attributes.get("TAG_CPU_ARCH", 0)
     if architecture in NEWER_ARCHITECTURES and architecture > ARCHITECTURES[cpu]:
-        yield f"built for {NEWER_ARCHITECTURES[architecture]}: instructions that a {_called(cpu)} lacks will fault"
+        yield from _beyond(elf, NEWER_ARCHITECTURES[architecture], cpu)
+
+
+def _beyond(elf: ELFFile, built_for: str, cpu: str) -> Iterator[str]:
+    """Tell of an image that calls itself newer than its core; not if its code has nothing that the core lacks."""
+    pieces = list(_thumb(elf)) if cpu == "cortex-m3" else []
+    if not pieces:
+        yield f"built for {built_for}: instructions that a {_called(cpu)} lacks will fault"
+    for address, code in pieces:
+        if (at := first_beyond_armv7_m(code)) is not None:
+            yield f"built for {built_for}: a {_called(cpu)} lacks the instruction at 0x{address + at:08X}: it faults"
+            return
+
+
+def _thumb(elf: ELFFile) -> Iterator[tuple[int, bytes]]:
+    """Yield (address, code) of each stretch between mapping symbols (ARM IHI0044, section 5.5.5: $t, $d)."""
+    from elftools.elf.sections import SymbolTableSection
+
+    table = elf.get_section_by_name(".symtab")
+    marks: dict[int, list[tuple[int, bool]]] = {}
+    for symbol in table.iter_symbols() if isinstance(table, SymbolTableSection) else ():
+        if symbol.name[:2] in ("$t", "$d", "$a") and isinstance(symbol["st_shndx"], int):
+            marks.setdefault(symbol["st_shndx"], []).append((symbol["st_value"], symbol.name[:2] == "$t"))
+    for index, found in sorted(marks.items()):
+        section = elf.get_section(index)
+        base, data = section["sh_addr"], section.data()
+        found.sort()
+        for (begin, is_code), (end, _) in zip(found, [*found[1:], (base + len(data), False)], strict=True):
+            if is_code:
+                yield begin, data[begin - base : end - base]
 
 
 def _called(cpu: str) -> str:

@@ -143,7 +143,7 @@ class Peripheral:
         if reader is not None:
             return reader()
         if offset not in self.registers:
-            self.note("reserved", f"0x{offset:02X}", "a read of an address without a register gives 0")
+            self._note_nothing(offset, "a read of an address without a register gives 0")
             return 0
         if offset in self._absent:
             self._note_absent(offset)
@@ -153,7 +153,7 @@ class Peripheral:
         """Write the word at `offset`, with its effects."""
         register = self.registers.get(offset)
         if register is None:
-            self.note("reserved", f"0x{offset:02X}", "a write to an address without a register has no effect")
+            self._note_nothing(offset, "a write to an address without a register has no effect")
             return
         if register.ignored & value:
             self._note_ignored(register, value & register.ignored)
@@ -182,6 +182,9 @@ class Peripheral:
     def _note_ignored(self, register: Register, bits: int) -> None:
         why = register.note or "is remembered without effect"
         self.note("unmodelled", f"{register.name}", f"bits 0x{bits:X}: {why}")
+
+    def _note_nothing(self, offset: int, text: str) -> None:
+        self.note("reserved", f"0x{offset:02X}", text)
 
     def _note_absent(self, offset: int) -> None:
         register = self.registers[offset]

@@ -479,8 +479,6 @@ class Core:
         if words is None:
             return
         number = words[7] & 0x1FF
-        if words[6] & 1:
-            self._notes.add("misuse", "exception frame", "the return address on the stack is odd; bit 0 is ignored")
         frame.restore(self._cpu, words, self._exc_return, align=self.scb.stack_align)
         self._step = _NO_STEP
         self.running = number

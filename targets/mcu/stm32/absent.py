@@ -46,8 +46,16 @@ class Absent(Peripheral):
     @classmethod
     @functools.cache
     def _marked(cls, name: str) -> tuple[Register, ...]:
-        missing = f"{name} is not modelled: {cls.MISSING}"
+        missing = cls._missing(name)
         return tuple(replace(one, fidelity=Fidelity.ABSENT, note=one.note or missing) for one in cls.REGISTERS)
+
+    @classmethod
+    def _missing(cls, name: str) -> str:
+        return f"{name} is not modelled: {cls.MISSING}"
+
+    def _note_nothing(self, offset: int, _text: str) -> None:
+        """Not every register is listed (one set for each endpoint of USB), so nothing is said of what silicon has."""
+        self.note("unmodelled", f"0x{offset:02X}", self._missing(self.name))
 
     def read(self, offset: int) -> int:
         """Return what was written last, and say that nothing works."""

@@ -55,27 +55,51 @@ def test_it_ends_when_the_time_is_up_and_says_how_it_went(ran):
     assert "1 note on what the firmware did:\n  brain: ADC1_CR2: ADC1 is not modelled\n" in err
 
 
-def test_notes_that_say_the_same_of_one_peripheral_are_one_line(ran):
+def noisy(machine):
+    for where in ("CAN_MCR", "ADC1_CR2", *(f"CAN_FR{number}" for number in range(4)), "ADC1_CR1"):
+        machine.notes.add("unmodelled", where, f"{where[:3]} is not modelled")
+    for number in range(29):
+        machine.notes.add("misuse", f"PE{number}", "configured by the program, but this package has no such pin")
+    machine.notes.add("misuse", "CAN_MSR", "CAN is not modelled")
+    machine.notes.add("unmodelled", "CAN_BTR", "the rate is only kept")
+
+
+def test_notes_of_one_cause_are_one_line(ran):
     """The journal and JSON have each."""
-
-    def program(machine):
-        for where in ("CAN_MCR", "ADC1_CR2", *(f"CAN_FR{number}" for number in range(4)), "ADC1_CR1", "CAN2_X"):
-            machine.notes.add("unmodelled", where, f"{where[:3]} is not modelled")
-        machine.notes.add("misuse", "CAN_MSR", "CAN is not modelled")
-        machine.notes.add("unmodelled", "CAN_BTR", "the rate is only kept")
-
-    _, _, err = ran(program)
+    _, _, err = ran(noisy)
     assert err.partition(" x real time\n")[2].splitlines() == [
-        "6 notes on what the firmware did:",
-        "  brain: CAN_MCR and 4 more registers: CAN is not modelled",
+        "38 notes on what the firmware did, in 6 lines (--notes all for each):",
+        "  brain: CAN_MCR and 4 more: CAN is not modelled",
         "  brain: ADC1_CR2: ADC is not modelled",
         "  brain: ADC1_CR1: ADC is not modelled",
-        "  brain: CAN2_X: CAN is not modelled",
+        "  brain: PE0 and 28 more: configured by the program, but this package has no such pin",
         "  brain: CAN_MSR: CAN is not modelled",
         "  brain: CAN_BTR: the rate is only kept",
     ]
-    _, out, _ = ran(program, as_json=True)
-    assert len(json.loads(out)["notes"]) == 10
+    _, out, _ = ran(noisy, as_json=True)
+    assert len(json.loads(out)["notes"]) == 38
+
+
+def test_each_note_is_told_if_wanted(ran):
+    _, _, err = ran(noisy, each_note=True)
+    lines = err.partition(" x real time\n")[2].splitlines()
+    assert lines[0] == "38 notes on what the firmware did:"
+    assert len(lines) == 39
+
+
+def test_follow_tells_the_first_notes_of_a_cause_and_that_there_are_more(ran):
+    def of_pins(out):
+        return [line.split(maxsplit=2)[2] for line in out.splitlines() if "PE" in line]
+
+    said = "configured by the program, but this package has no such pin"
+    _, out, _ = ran(noisy, follow=True)
+    assert of_pins(out) == [
+        f"note: PE0: {said}",
+        f"note: PE1: {said}",
+        "note: PE2, and more of this cause (--notes all)",
+    ]
+    _, out, _ = ran(noisy, follow=True, each_note=True)
+    assert len(of_pins(out)) == 29
 
 
 def test_follow_tells_everything_line_by_line_in_order_of_time(ran):

@@ -239,6 +239,18 @@ def test_a_cortex_m4_image_is_let_through_with_a_note(save):
     assert "ARMv7E-M" in load_image(save(simple_elf(arch=13)), CHIP).notes[0]
 
 
+@pytest.mark.parametrize(("wide", "said"), [((0xFB02, 0x4103), False), ((0xFB12, 0x4103), True)])  # MLA, SMLABB
+def test_what_a_linker_calls_armv7e_m_is_noted_if_it_has_such_instructions(save, wide, said):
+    """A library is enough for the linker; mapping symbols tell code from data."""
+    data = bytearray(firmware())
+    at = RESET_AT + 8
+    struct.pack_into("<HHHH", data, at, *wide, 0xFB12, 0x4103)
+    marks = [(name, FLASH + offset, 0, 0) for name, offset in (("$d", 0), ("$t", RESET_AT), ("$d.1", at + 4))]
+    notes = load_image(save(elf_file([(FLASH, FLASH, bytes(data), len(data))], symbols=marks, arch=13)), CHIP).notes
+    assert any(f"lacks the instruction at 0x{FLASH + at:08X}" in note for note in notes) is said
+    assert any("ARMv7E-M" in note for note in notes) is said
+
+
 # --- symbols
 
 

@@ -173,6 +173,17 @@ def test_what_is_absent_says_so_at_the_first_touch(nucleo):
     assert touched == {"SPI1", "CAN1", "ETH", "USB_OTG_FS", "LTDC", "QUADSPI"}
 
 
+def test_of_a_register_that_an_absent_block_does_not_list_only_that_is_said(nucleo):
+    """DIEPCTL1 of USB is there on silicon (RM0410, OTG_DIEPCTLx), one set of registers for each endpoint."""
+    machine = nucleo()
+    usb = machine.chip.peripherals["USB_OTG_FS"]
+    usb.write(0x920, 1)
+    assert usb.read(0x920) == 0
+    (note,) = machine.notes.all
+    assert (note.kind, note.where) == ("unmodelled", "USB_OTG_FS_0x920")
+    assert note.text.startswith("USB_OTG_FS is not modelled")
+
+
 def test_resets_that_drivers_wait_for_end_at_once(nucleo):
     chip = nucleo().chip
     poke(chip.peripherals["ETH"], "DMABMR", 0x2_0101)
