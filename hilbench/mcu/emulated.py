@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import partial
+from math import ceil
 from pathlib import Path
 
 from hilbench.bench import Bench
@@ -81,6 +83,19 @@ class End:
         return f"{self.board}: {self.kind} {at}: {self.cause.removeprefix(f'{self.kind}: ')}"
 
 
+@dataclass(slots=True)
+class Resets:
+    """How often a board was reset by one cause.
+
+    Attributes:
+        count: how often.
+        last_ns: bench time of the last one.
+    """
+
+    count: int = 0
+    last_ns: int = 0
+
+
 class EmulatedBench:
     """See the module.
 
@@ -108,6 +123,7 @@ class EmulatedBench:
         surroundings: parts, and a robot or a vehicle in its world, as far as the bench has them.
         at_close: called before the bench closes.
         end: how the firmware of the first board that ended came to its end; None while all run.
+        resets: of each board, by cause.
     """
 
     def __init__(
@@ -136,6 +152,7 @@ class EmulatedBench:
         self.consoles: dict[str, list[Callable[[bytes, int], None]]] = {}
         self.on_console: Callable[[str], None] = lambda _name: None
         self.end: End | None = None
+        self.resets: dict[tuple[str, str], Resets] = {}
         with contextlib.ExitStack() as undo:
             self.machines = self._make_machines(make_machine)
             if bench is None:
@@ -174,6 +191,10 @@ class EmulatedBench:
         registers = [_register_at(machine, address) for address in loop.polled]
         polls = f", polling {', '.join(registers)}" if registers else ""
         return f"waits in {machine.place(loop.pc)}{polls}"
+
+    def starting(self, name: str) -> Mapping[str, int]:
+        """Return when the oscillators of a board that start at present will be ready, by name, in ns of bench time."""
+        return {clock: ceil(ready_s * NS_PER_S) for clock, ready_s in self.machines[name].chip.starting.items()}
 
     def write_journal(self, path: Path, max_bytes: int | None = None) -> None:
         """Write the journal to a file from now on, with what has happened so far; see `Journal` for `max_bytes`.
@@ -359,7 +380,12 @@ class EmulatedBench:
             self._output(name, partial(tap, data, now_ns))
 
     def _reset(self, name: str, cause: str) -> None:
-        self._output(name, lambda: self.bench.record("reset", name, reason=cause))
+        self._output(name, partial(self._record_reset, name, cause))
+
+    def _record_reset(self, name: str, cause: str) -> None:
+        resets = self.resets.setdefault((name, cause), Resets())
+        resets.count, resets.last_ns = resets.count + 1, self.bench.now_ns
+        self.bench.record("reset", name, reason=cause)
 
     def _note(self, name: str, note: Note) -> None:
         self._output(name, lambda: self._record_note(name, note))

@@ -204,6 +204,11 @@ class _Report:
                 for name, port in self._emulated.ports.items()
             },
             "waiting": dict(self._waiting()),
+            "starting": {name: dict(self._emulated.starting(name)) for name in self._emulated.machines},
+            "resets": [
+                {"board": board, "reason": reason, "count": resets.count, "last_ns": resets.last_ns}
+                for (board, reason), resets in self._emulated.resets.items()
+            ],
             "notes": self._emulated.notes(),
             "exit_code": int(self.exit_code),
         }
@@ -217,14 +222,25 @@ class _Report:
         stopped = "interrupted after" if self._interrupted else "ran"
         lines.append(f"{stopped} {self._bench_s:.6f} s of bench time at {factor:.2f} x real time")
         lines += [f"  {name}: {port.counters.received} bytes sent" for name, port in self._used_lines()]
+        for (board, reason), resets in self._emulated.resets.items():
+            times = f"{resets.count} resets, the last" if resets.count > 1 else "1 reset,"
+            lines.append(f"  {board}: {times} at {resets.last_ns / NS_PER_S:.6f} s ({reason})")
         lines += [f"  {name}: {text}, at the end" for name, text in self._waiting()]
-        count = len(self._emulated.notes())
-        notes = note_lines(self._emulated.notes(), each=self._each_note)
-        if notes:
-            shown = f", in {len(notes)} lines (--notes all for each)" if len(notes) < count else ""
-            lines.append(f"{count} note{'s' if count > 1 else ''} on what the firmware did{shown}:")
-            lines += [f"  {note}" for note in notes]
-        return "\n".join(lines)
+        lines += [
+            f"  {name}: {clock} starts, and is ready at {ready_ns / NS_PER_S:.6f} s"
+            for name in self._emulated.machines
+            for clock, ready_ns in self._emulated.starting(name).items()
+        ]
+        return "\n".join(lines + self._note_lines())
+
+    def _note_lines(self) -> list[str]:
+        notes = self._emulated.notes()
+        lines = note_lines(notes, each=self._each_note)
+        if not lines:
+            return []
+        shown = f", in {len(lines)} lines (--notes all for each)" if len(lines) < len(notes) else ""
+        head = f"{len(notes)} note{'s' if len(notes) > 1 else ''} on what the firmware did{shown}:"
+        return [head, *(f"  {line}" for line in lines)]
 
     def _waiting(self) -> list[tuple[str, str]]:
         """Return which boards wait in a loop at the end, and where."""

@@ -120,6 +120,10 @@ class Chip(Protocol):
     def peripherals(self) -> Mapping[str, Peripheral]:
         """Every peripheral, by name."""
 
+    @property
+    def starting(self) -> Mapping[str, Fraction]:
+        """When the oscillators that start will be ready, by name, in seconds of bench time."""
+
 
 class Machine(Protocol):
     """A chip that executes firmware.

@@ -160,6 +160,11 @@ class Chip(abc.ABC):
 
     @property
     @abc.abstractmethod
+    def starting(self) -> Mapping[str, Fraction]:
+        """When the clocks that start will be ready, by name, in seconds of bench time."""
+
+    @property
+    @abc.abstractmethod
     def memories(self) -> Sequence[Memory]:
         """All memory that a program sees, none above another."""
 

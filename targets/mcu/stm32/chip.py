@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING, Protocol
 
 from targets.mcu.chip import Chip, DeepSleep, FlashMemory, Memory
@@ -117,6 +118,11 @@ class BasicChip(Chip):
         """Put what the resistors on the board do to the pins."""
         for name, level in board.pulled(straps).items():
             self.pins[name].set_source("board", Source(self.pins.vdd_volts if level else 0.0, _PULL_OHMS))
+
+    @property
+    def starting(self) -> Mapping[str, Fraction]:
+        """When the clocks that start will be ready; see `BasicRcc.starting`."""
+        return self.rcc.starting
 
     # --- for the machine
 

@@ -77,6 +77,12 @@ class Oscillator:
         if self.works:
             self._event = self._in(self._start_s, True)
 
+    @property
+    def ready_s(self) -> Fraction | None:
+        """Bench time at which it will be ready; None if it is, or will not be."""
+        event = self._event
+        return event.time_s if event is not None and self.on and not self.ready and self.works else None
+
     def _in(self, seconds: Fraction, ready: bool) -> Event:
         time = self._time
         return time.at_time(time.seconds(time.now) + seconds, lambda: self._become(ready))

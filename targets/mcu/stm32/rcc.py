@@ -165,6 +165,12 @@ class BasicRcc(Peripheral, abc.ABC):
                 self._resettable.append((peripherals[name], bus, 1 << bit))
         self._apply_gates()
 
+    @property
+    def starting(self) -> Mapping[str, Fraction]:
+        """When the oscillators and PLLs that start will be ready, by name, in seconds of bench time."""
+        ready = {name: oscillator.ready_s for name, oscillator in self._oscillators.items()}
+        return {name: ready_s for name, ready_s in ready.items() if ready_s is not None}
+
     # --- what a family says
 
     @abc.abstractmethod

@@ -51,7 +51,9 @@ class FakeMachine:
                 ("USART3", 0x4000_4800, 39),
             )
         }
-        self.chip = SimpleNamespace(pins=pins, usarts=usarts, i2cs={}, peripherals=usarts, signals=Signals(pins))
+        self.chip = SimpleNamespace(
+            pins=pins, usarts=usarts, i2cs={}, peripherals=usarts, signals=Signals(pins), starting={}
+        )
         self.waits_in = None
         self.asleep = None
         self.on_console = lambda _text, _channel: None

@@ -6,6 +6,8 @@ import io
 import json
 import os
 import signal
+from fractions import Fraction
+from functools import partial
 
 import pytest
 
@@ -53,6 +55,31 @@ def test_it_ends_when_the_time_is_up_and_says_how_it_went(ran):
     assert err.startswith("ran 0.100000 s of bench time at ")
     assert "brain.usart1: 12 bytes sent" in err
     assert "1 note on what the firmware did:\n  brain: ADC1_CR2: ADC1 is not modelled\n" in err
+
+
+def test_resets_are_counted_by_cause_without_follow(ran):
+    def program(machine):
+        for ms, cause in ((10, "IWDG"), (20, "PIN"), (30, "IWDG")):
+            machine.at_ns(ms * 1_000_000, partial(machine.on_reset, cause))
+
+    _, _, err = ran(program)
+    assert "  brain: 2 resets, the last at 0.030000 s (IWDG)\n" in err
+    assert "  brain: 1 reset, at 0.020000 s (PIN)\n" in err
+    _, out, _ = ran(program, as_json=True)
+    assert json.loads(out)["resets"] == [
+        {"board": "brain", "reason": "IWDG", "count": 2, "last_ns": 30_000_000},
+        {"board": "brain", "reason": "PIN", "count": 1, "last_ns": 20_000_000},
+    ]
+
+
+def test_an_oscillator_that_starts_at_the_end_says_when_it_will_be_ready(ran):
+    def program(machine):
+        machine.chip.starting["LSE"] = Fraction(2_000_123_457, 10**9)
+
+    _, _, err = ran(program)
+    assert "  brain: LSE starts, and is ready at 2.000123 s\n" in err
+    _, out, _ = ran(program, as_json=True)
+    assert json.loads(out)["starting"] == {"brain": {"LSE": 2_000_123_457}}
 
 
 def noisy(machine):

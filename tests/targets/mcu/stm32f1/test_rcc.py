@@ -417,8 +417,23 @@ def test_the_backup_domain_survives_a_reset_but_not_power_on(world):
 def test_lse_needs_a_crystal():
     world = build(lse=False)
     poke(world.rcc, "BDCR", 1)
+    assert world.rcc.starting == {}
     world.chip.advance_s(Fraction(10))
     assert peek(world.rcc, "BDCR") == 1
+
+
+def test_what_starts_and_when_it_is_ready(world):
+    """Asked at 1 s, of what was switched on at 0 s; a change of the clock meanwhile changes nothing."""
+    poke(world.rcc, "BDCR", 1)
+    ready_s = world.rcc.starting["LSE"]
+    poke(world.rcc, "CFGR", 0x80)  # HPRE
+    world.chip.advance_s(Fraction(1))
+    assert world.rcc.starting == {"LSE": ready_s}
+    world.chip.advance_s(ready_s - Fraction(1))
+    assert world.rcc.starting == {}
+    assert peek(world.rcc, "BDCR") & 2
+    poke(world.rcc, "BDCR", 0)
+    assert world.rcc.starting == {}
 
 
 @pytest.mark.parametrize(("choice", "rate"), [(2, 40_000), (3, 62_500)])
