@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import ceil
@@ -35,6 +36,9 @@ _FRAME_BITS = 8
 """Of a frame of ten bits this much must have gone by at most when its receiver learns of it."""
 _LOCKSTEPS_PER_BIT = 4
 """A frame whose edges are late by up to a quarter of a bit is read rightly in most cases, by more in few (choice)."""
+
+_LOOKS, _FUNCTIONS_TOLD = 32, 3
+"""How many looks at a program that neither waits nor sleeps are kept, and what is told of them (choice)."""
 
 MachineFactory = Callable[[EmulatedBoard, Image], Machine]
 
@@ -153,6 +157,7 @@ class EmulatedBench:
         self.on_console: Callable[[str], None] = lambda _name: None
         self.end: End | None = None
         self.resets: dict[tuple[str, str], Resets] = {}
+        self._looks: dict[str, deque[int]] = {name: deque(maxlen=_LOOKS) for name in bench_file.boards}
         with contextlib.ExitStack() as undo:
             self.machines = self._make_machines(make_machine)
             if bench is None:
@@ -161,6 +166,7 @@ class EmulatedBench:
             self.bench = bench
             self._group = MachineGroup(self.bench, self.machines, step_ns=step_ns)
             self._group.on_ended = self._ended
+            self._group.after_round.append(self._look)
             self._waveforms = Waveforms(vcd) if vcd is not None else None
             if self._waveforms is not None:
                 undo.callback(self._close_waveforms)
@@ -180,17 +186,32 @@ class EmulatedBench:
         return self._notes
 
     def waiting(self, name: str) -> str:
-        """Return where the program of a board waits or sleeps at present, for people; empty if it does neither."""
+        """Return where the program of a board waits, sleeps or was when it was last looked at, for people; or ""."""
         machine = self.machines[name]
         if machine.asleep is not None:
             mode, pc = machine.asleep
             return f"sleeps in {machine.place(pc)}" + (f", in {mode} mode" if mode != "Sleep" else "")
         loop = machine.waits_in
         if loop is None:
-            return ""
+            return self._running(machine, self._looks[name])
         registers = [_register_at(machine, address) for address in loop.polled]
         polls = f", polling {', '.join(registers)}" if registers else ""
         return f"waits in {machine.place(loop.pc)}{polls}"
+
+    @staticmethod
+    def _running(machine: Machine, looks: Sequence[int]) -> str:
+        """Return in which functions a program was that neither waits nor sleeps: most often, at the ends of steps."""
+        if not looks:
+            return ""
+        most = Counter(map(machine.function, looks)).most_common(_FUNCTIONS_TOLD)
+        return f"runs, at {len(looks)} looks in {', '.join(f'{function} ({count})' for function, count in most)}"
+
+    def _look(self, _reached_ns: int) -> None:
+        for name, machine in self.machines.items():
+            if machine.asleep is None and machine.waits_in is None:
+                self._looks[name].append(machine.pc)
+            else:
+                self._looks[name].clear()
 
     def starting(self, name: str) -> Mapping[str, int]:
         """Return when the oscillators of a board that start at present will be ready, by name, in ns of bench time."""
@@ -383,8 +404,9 @@ class EmulatedBench:
         self._output(name, partial(self._record_reset, name, cause))
 
     def _record_reset(self, name: str, cause: str) -> None:
-        resets = self.resets.setdefault((name, cause), Resets())
-        resets.count, resets.last_ns = resets.count + 1, self.bench.now_ns
+        if cause != "POR":  # that is how it begins
+            resets = self.resets.setdefault((name, cause), Resets())
+            resets.count, resets.last_ns = resets.count + 1, self.bench.now_ns
         self.bench.record("reset", name, reason=cause)
 
     def _note(self, name: str, note: Note) -> None:

@@ -155,6 +155,10 @@ class Machine(Protocol):
         """The loop in which the program waits for something to happen, or None."""
 
     @property
+    def pc(self) -> int:
+        """Address of the instruction that is executed next."""
+
+    @property
     def asleep(self) -> tuple[str, int] | None:
         """How the CPU sleeps, ``Sleep``, ``Stop`` or ``Standby``, and since which instruction; None if it does not."""
 
@@ -175,6 +179,9 @@ class Machine(Protocol):
 
     def forget_resets(self) -> None:
         """Take note that something has come from outside, so that resets from here on are no endless loop yet."""
+
+    def function(self, pc: int) -> str:
+        """Return the name of the function at an address, or the address."""
 
     def place(self, pc: int) -> str:
         """Return function and source line of an address, as far as the image tells, otherwise the address."""

@@ -174,6 +174,10 @@ class Machine:
 
     # --- for people
 
+    def function(self, pc: int) -> str:
+        """Return the name of the function at an address, or the address."""
+        return self.image.function_at(pc) or f"0x{pc:08X}"
+
     def place(self, pc: int) -> str:
         """Return ``function (file.c:42)`` for an address, as far as the image tells; otherwise the address."""
         function, line = self.image.function_at(pc), self.image.line_at(pc)
@@ -185,6 +189,11 @@ class Machine:
     def waits_in(self) -> Loop | None:
         """The loop that changes nothing in which the program is at present, or None."""
         return self._idle.found
+
+    @property
+    def pc(self) -> int:
+        """Address of the instruction that is executed next."""
+        return self.engine.get(Reg.PC)
 
     @property
     def asleep(self) -> tuple[str, int] | None:

@@ -56,6 +56,7 @@ class FakeMachine:
         )
         self.waits_in = None
         self.asleep = None
+        self.pc = 0x0800_0100
         self.on_console = lambda _text, _channel: None
         self.on_reset = lambda _cause: None
         self.ended = None
@@ -97,6 +98,9 @@ class FakeMachine:
 
     def forget_resets(self):
         pass
+
+    def function(self, pc):
+        return f"f{pc & 0xFFF:X}"
 
     def place(self, pc):
         return f"0x{pc:08X}"
