@@ -7,6 +7,9 @@ while the handler has not returned.
 A jump to itself cannot be left. Any other loop may wait for something, as handlers do that print: only after a second
 in which nothing was written (a choice) it waits for ever. One that sleeps is lost if nothing may still come that is
 more urgent than the fault; an NMI is not waited for, nor a button.
+
+A supervisor call that was escalated returns behind itself and is a way to enter a kernel: it may come back as often as
+it likes.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
+from targets.mcu.cortexm.exceptions import Number
 from targets.mcu.cortexm.faults import Fault
 from targets.mcu.timebase import Event, Timebase
 
@@ -56,7 +60,8 @@ class FaultWatch:
     def fault(self, fault: Fault) -> None:
         """Take a fault that has just happened."""
         what = fault.pc, fault.sp, fault.causes
-        self._same = self._same + 1 if what == self._last else 1
+        again = what == self._last and fault.origin != Number.SVCALL
+        self._same = self._same + 1 if again else 1
         self._last = what
         if self._same >= _SAME_FAULTS:
             self.hopeless = fault

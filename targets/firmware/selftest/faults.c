@@ -111,6 +111,7 @@ static void escalation(void)
     provoke(system_call, 0);
     check_equal("masked-svc-is-hardfault", caught.exception, EXCEPTION_HARDFAULT);
     check_equal("masked-svc-forced", caught.hfsr, HFSR_FORCED);
+    check_equal("masked-svc-returns-behind-it", caught.pc, address_of(system_call) + 2); // B1.5.4, B1.5.6
     irq_enable();
 
     exception_priority(EXCEPTION_USAGEFAULT, 5);

@@ -514,9 +514,13 @@ class Core:
         if exceptions.group_priority(exceptions.priorities[Number.SVCALL]) < self._execution_priority():
             exceptions.pend(1 << Number.SVCALL)
         else:
-            # A synchronous HardFault, so the frame names the instruction itself (choice: the manual lets one wonder)
-            self._cpu.set(Reg.PC, self._cpu.get(Reg.PC) - 2)
+            # What is escalated returns to where it would have by nature (DDI0403 section B1.5.4), which is behind the
+            # instruction for SVCall (`ReturnAddress`). QEMU does so, and kernels look for the SVC before that address.
+            behind = self._cpu.get(Reg.PC)
+            self._cpu.set(Reg.PC, behind - 2)  # the record names the instruction
             self._fault(Number.SVCALL)
+            if self.locked_up is None:
+                self._cpu.set(Reg.PC, behind)
         self._stack_unless_locked()
 
     def _breakpoint(self, _stop: Stop) -> None:

@@ -285,6 +285,7 @@ DEFECTS = [
     Defect("no line stays pending", "exti", Exceptions, "unpend", "~numbers | self._high & ~self.active", "~numbers"),
     Defect("STIR does nothing", "nvic", Nvic, "_trigger", "exceptions.pend(1 << Number.FIRST_IRQ + irq)", "pass"),
     Defect("no escalation", "faults", Core, "_escalated", "own < now", "True"),
+    Defect("an escalated SVC is repeated", "faults", Core, "_supervisor_call", "PC, behind)", "PC, behind - 2)"),
     Defect("FORCED is not set", "faults", Core, "_fault", "hfsr |= Hfsr.FORCED", "pass"),
     Defect("returns are not checked", "faults", Core, "_is_legal", "return False", "return True"),
 ]

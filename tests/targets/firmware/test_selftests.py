@@ -12,7 +12,7 @@ CHECKS = {
     "dma": 43,
     "dwt-itm": 14,
     "exti": 31,
-    "faults": 35,
+    "faults": 36,
     "flash": 50,
     "gpio": 46,
     "iwdg": 23,

@@ -71,6 +71,15 @@ def test_kernel(start, name):
     assert not run.misuses
 
 
+def test_a_kernel_that_is_entered_by_an_escalated_supervisor_call(start):
+    run = start("style-escalated-svc").record("PA0", "PA1", "PC13").to(250)
+    assert run.sent["USART1"] == b"toggles 20\r\ntoggles 40\r\n"
+    for pin, period in (("PA0", 1), ("PA1", 5)):
+        assert all(abs(found - period) < 0.02 for found in periods_ms(run, pin)[1:])
+    assert not run.edges_ms("PC13")[1:]
+    assert not run.machine.notes.all
+
+
 def test_sleep_and_stop(start):
     run = start("style-ll-sleep").record("PC13").drive("PA0", (1500, True), (1510, False)).to(1499)
     assert run.sent["USART1"] == b"stop\r\n"

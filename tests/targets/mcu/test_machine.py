@@ -423,6 +423,14 @@ class TestFaultHandlers:
 
         return crashed
 
+    def test_a_kernel_that_is_entered_by_an_escalated_call_is_no_fault_over_and_over(self, start):
+        code = (0xB672, 0x2000, 0xDF00, 0x3001, 0xE7FC)  # cpsid i; movs r0, #0; svc #0; adds r0, #1; b to the svc
+        handler = Segment(self.HANDLER, struct.pack("<H", 0x4770))
+        machine = start(*code, vectors=[(3, self.HANDLER | 1)], more=(handler,))
+        machine.run_to(8 * MS)
+        assert machine.ended is None
+        assert machine.engine.get(Reg.R0) > 2000
+
     def test_it_may_print_before_it_hangs(self, crash):
         machine = crash(*self.PRINT, HANG)
         machine.run_to(MS * 3 // 2)

@@ -163,13 +163,18 @@ class TestEscalation:
         rig.fault(FaultKind.READ, NOWHERE)
         assert rig.began == [BUS, HARD]
 
-    def test_an_escalated_supervisor_call_names_itself(self, rig):
+    @pytest.mark.parametrize(("mask", "value"), [(Reg.PRIMASK, 1), (Reg.BASEPRI, 0x20)])
+    def test_an_escalated_supervisor_call_returns_behind_itself(self, rig, mask, value):
+        """As SVCall would: the kernels that mask interrupts and call find the instruction before the stacked PC."""
         pc = rig.cpu.get(Reg.PC)
-        rig.cpu.set(Reg.PRIMASK, 1)
+        rig.core.exceptions.set_priority(Number.SVCALL, 0x20)
+        rig.cpu.set(mask, value)
         rig.svc()
-        assert stacked_pc(rig) == pc
-        assert rig.core.last_fault.causes == ("SVC",)
-        assert "supervisor call" in rig.core.last_fault.describe()
+        assert rig.began == [HARD]
+        assert stacked_pc(rig) == pc + 2
+        fault = rig.core.last_fault
+        assert (fault.causes, fault.pc) == (("SVC",), pc)
+        assert "supervisor call" in fault.describe()
 
     def test_a_breakpoint_without_debugger(self, rig):
         pc = rig.cpu.get(Reg.PC)
