@@ -7,6 +7,9 @@ reload value of zero stops at zero, and enabling does not itself reload: it goes
 The clock is HCLK, or HCLK/8 from a divider that runs on its own (choice: it steps at multiples of eight cycles since
 the chip was made). Both divide HCLK, so a change of the clock needs no care here. The value is computed when it is
 read; COUNTFLAG and the exception are events.
+
+In silicon no two stores come to it in one cycle; with less than a cycle for an instruction they do here. A LOAD written
+in the cycle in which VAL was cleared then comes after the reload from the LOAD before it, as the program has it.
 """
 
 from __future__ import annotations
@@ -51,6 +54,7 @@ class SysTick(LaneBlock):
         self._event: Event | None = None
         self._start = 0  # the counter was `_value` from cycle `_start` on
         self._value = 0
+        self._cleared: int | None = None  # the cycle at which VAL was written, unless the reload from it is taken
         self._flag = 0
         self._held = False
 
@@ -59,7 +63,7 @@ class SysTick(LaneBlock):
         return (*self._REGISTERS, Register("CALIB", _CALIB, self._calibration, 0))
 
     def reset(self) -> None:
-        """Stop, with all registers zero; that LOAD and VAL are, which silicon leaves unknown, is a choice."""
+        """Stop, with all registers zero; that LOAD and VAL are, which silicon leaves unknown, is a choice; QEMU too."""
         super().reset()
         self.time.cancel(self._event)
         self._event = None
@@ -92,6 +96,10 @@ class SysTick(LaneBlock):
     def write_LOAD(self, value: int) -> None:
         """Set the value to reload; it takes effect when the counter is next reloaded."""
         self._settle()
+        now = self.time.now
+        if self._cleared == now and self._counts() and self[_CTRL] & _CLKSOURCE:
+            self._value, self._start = self[_LOAD], now + 1
+        self._cleared = None
         self[_LOAD] = value
         self._plan()
 
@@ -103,6 +111,7 @@ class SysTick(LaneBlock):
         """Clear the counter and COUNTFLAG, whatever is written; no exception follows from it."""
         self._settle()
         self._value = self._flag = 0
+        self._start = self._cleared = self.time.now
         self._plan()
 
     def is_live(self, offset: int) -> bool:
@@ -111,7 +120,7 @@ class SysTick(LaneBlock):
 
     def count(self, offset: int) -> Count | None:
         """Return how VAL counts down to zero."""
-        if offset != _VAL or not self._counts():
+        if offset != _VAL or not self._counts() or self._start > self.time.now:
             return None
         ahead, value, first = self._steps(self.time.now) - self._value, self._value, 0
         if ahead > 0:  # it was reloaded since
@@ -130,10 +139,10 @@ class SysTick(LaneBlock):
         return bool(self[_CTRL] & _ENABLE) and not self._held
 
     def _steps(self, cycle: int) -> int:
-        """Return how often the counter has stepped from `_start` to `cycle`."""
+        """Return how often the counter has stepped from `_start` to `cycle`, which may be the one before it."""
         if self[_CTRL] & _CLKSOURCE:
-            return cycle - self._start
-        return cycle // _REFERENCE_DIVIDER - self._start // _REFERENCE_DIVIDER
+            return max(cycle - self._start, 0)
+        return max(cycle // _REFERENCE_DIVIDER - self._start // _REFERENCE_DIVIDER, 0)
 
     def _cycle_of(self, steps: int) -> int:
         """Return the cycle at which the counter has stepped `steps` times from `_start`; for 0 one not after that."""
@@ -154,7 +163,8 @@ class SysTick(LaneBlock):
         """Make the present value the one to count on from, after what was due."""
         self._catch_up()
         now = self.time.now
-        self._value, self._start = self._value_at(now), now
+        if self._start < now:
+            self._value, self._start = self._value_at(now), now
 
     def _catch_up(self) -> None:
         """Let a zero that is due happen before an access, which may come late within an IT block."""

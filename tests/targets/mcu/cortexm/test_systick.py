@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from targets.mcu.cortexm.exceptions import Exceptions, Number
@@ -126,6 +126,39 @@ def test_load_zero_stops_at_the_next_zero(bench):
     assert bench.chip.time.next_cycle() is None
 
 
+def test_a_load_written_in_the_cycle_of_the_clearing_comes_after_the_reload(bench):
+    """LOAD = v, VAL = 0, LOAD = 0: one tick in v + 1 cycles, also where the stores take no cycle of their own."""
+    start(bench, 0, ENABLE | TICKINT | HCLK)
+    bench.chip.advance(20)
+    for value in (9, 99):
+        poke(bench.timer, "LOAD", value)
+        poke(bench.timer, "VAL", 0)
+        poke(bench.timer, "LOAD", 0)
+        assert bench.timer.count(0x18) is None
+        bench.chip.advance(1)
+        assert peek(bench.timer, "VAL") == bench.timer.count(0x18).value == value
+        bench.chip.advance(value - 1)
+        assert not bench.pending
+        bench.chip.advance(1)
+        assert bench.taken()
+        bench.chip.advance(1000)
+        assert peek(bench.timer, "VAL") == 0
+        assert not bench.pending
+
+
+def test_a_load_for_a_counter_that_found_zero_takes_effect_a_cycle_later(bench):
+    start(bench, 0, ENABLE | TICKINT | HCLK)
+    poke(bench.timer, "VAL", 0)
+    poke(bench.timer, "LOAD", 5)
+    poke(bench.timer, "LOAD", 7)
+    values = []
+    for _ in range(4):
+        bench.chip.advance(1)
+        values.append(peek(bench.timer, "VAL"))
+    assert values == [0, 7, 6, 5]
+    assert not bench.pending
+
+
 def test_stopping_keeps_the_value_and_starting_goes_on(bench):
     start(bench, 9, ENABLE | TICKINT | HCLK)
     bench.chip.advance(4)
@@ -203,10 +236,22 @@ class Stepper:
 
     def __init__(self):
         self.control = self.load = self.value = self.flag = self.pending = self.cycle = 0
+        self.cleared = self.reloaded = False  # in this cycle
+
+    def clear(self):
+        self.value = self.flag = 0
+        self.cleared, self.reloaded = True, False
+
+    def set_load(self, value):
+        if self.cleared and self.control & ENABLE and self.control & HCLK:
+            self.value, self.reloaded = self.load, True
+        self.cleared = False
+        self.load = value
 
     def step(self):
         self.cycle += 1
-        if not self.control & ENABLE or (not self.control & HCLK and self.cycle % 8):
+        reloaded, self.cleared, self.reloaded = self.reloaded, False, False
+        if reloaded or not self.control & ENABLE or (not self.control & HCLK and self.cycle % 8):
             return
         if self.value:
             self.value -= 1
@@ -222,12 +267,14 @@ actions = st.one_of(
     st.tuples(st.just("load"), st.integers(0, 12)),
     st.tuples(st.just("control"), st.integers(0, 7)),
     st.tuples(st.just("value"), st.integers(0, 9)),
+    st.tuples(st.just("one shot"), st.integers(0, 12)),
     st.tuples(st.just("read control"), st.just(0)),
     st.tuples(st.just("take"), st.just(0)),
 )
 
 
 @given(st.lists(actions, max_size=40))
+@example([("control", ENABLE | TICKINT | HCLK), ("one shot", 5), ("wait", 4), ("wait", 1), ("wait", 1), ("wait", 60)])
 def test_as_the_stepper(steps):
     bench, model = Bench(), Stepper()
     for action, argument in steps:
@@ -237,13 +284,19 @@ def test_as_the_stepper(steps):
                 model.step()
         elif action == "load":
             poke(bench.timer, "LOAD", argument)
-            model.load = argument
+            model.set_load(argument)
         elif action == "control":
             poke(bench.timer, "CTRL", argument)
             model.control = argument
         elif action == "value":
             poke(bench.timer, "VAL", argument)
-            model.value = model.flag = 0
+            model.clear()
+        elif action == "one shot":
+            start(bench, argument, bench.timer[0x10])
+            poke(bench.timer, "LOAD", 0)
+            model.set_load(argument)
+            model.clear()
+            model.set_load(0)
         elif action == "read control":
             assert peek(bench.timer, "CTRL") == model.control | model.flag
             model.flag = 0
