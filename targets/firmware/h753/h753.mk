@@ -24,6 +24,7 @@ H753_CHECK := common/check common/console common/text
 $(eval $(call h753,demo,h753/demo f767/number h753/clock))
 $(eval $(call h753,chip,h753/chip h753/clock $(H753_CHECK)))
 $(eval $(call h753,sleep,h753/sleep h753/clock))
+$(eval $(call h753,one-shot,h753/one_shot h753/clock))
 $(eval $(call h753,usart-fifo,h753/usart_fifo h753/clock $(H753_CHECK)))
 $(eval $(call h753,dmamux,h753/dmamux h753/clock $(H753_CHECK)))
 $(eval $(call h753,adc16,h753/adc16 h753/clock $(H753_CHECK)))

@@ -121,7 +121,7 @@ class Core:
         trace_enabled = lambda: self.scb.trace_enabled  # noqa: E731
         ids = kind.component_ids
         self.itm = Itm(services, self._privileged, ids["ITM"], trace_enabled)
-        self.dwt = Dwt(services, self._privileged, ids["DWT"], trace_enabled, locked=kind.locked_debug)
+        self.dwt = Dwt(services, self._privileged, ids["DWT"], trace_enabled, lock=kind.dwt_lock)
         self._floats = self._make_floats()
         scs = Scs(services, self._privileged, self.systick, self.nvic, self.scb, *self._others)
         fpb, tpiu = Fpb(services, self._privileged, ids["FPB"]), Tpiu(services, self._privileged, ids["TPIU"])

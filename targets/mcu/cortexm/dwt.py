@@ -6,7 +6,8 @@ registers do the same is assumed). CYCCNT is a free-running count of HCLK; that 
 (the architecture counts sleeping cycles in, a chip may stop the clock).
 
 In a Cortex-M7 software has to write a key to LAR before it can write anything else: without it CYCCNT stays at 0 unless
-a debugger has been there (DDI0489 section 12.3.2; DDI0403 section D1 of the CoreSight lock).
+a debugger has been there (DDI0489 section 12.3.2; DDI0403 section D1 of the CoreSight lock). Not so in an STM32H7: see
+`kinds`.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ class Dwt(DebugBlock):
 
     Args:
         part: its identification, PID0 to PID3.
-        locked: it has a lock.
+        lock: LSR after power-on, `kinds.LOCKED` or 0 for registers that lock nothing; None: there are none.
         trace_enabled: returns DEMCR.TRCENA.
     """
 
@@ -64,10 +65,10 @@ class Dwt(DebugBlock):
         part: Sequence[int],
         trace_enabled: Callable[[], bool],
         *,
-        locked: bool = False,
+        lock: int | None = None,
     ) -> None:
         self._part = part
-        self._has_lock = locked
+        self._lock = lock
         super().__init__("DWT", 0xE000_1000, services, privileged)
         self._trace_enabled = trace_enabled
         self._start: int | None = None  # the cycle at which the counter was 0, while it counts
@@ -75,7 +76,7 @@ class Dwt(DebugBlock):
 
     def registers_of(self) -> Iterable[Register]:
         """Return the registers, with the core's own identification, and the lock if there is one."""
-        lock = (Register("LAR", _LAR), Register("LSR", _LSR, _LOCK_PRESENT | _LOCKED, 0)) if self._has_lock else ()
+        lock = () if self._lock is None else (Register("LAR", _LAR), Register("LSR", _LSR, self._lock, 0))
         return (*_registers(), *lock, *component_id(self._part, 0xE))
 
     def power_on(self) -> None:
@@ -98,7 +99,7 @@ class Dwt(DebugBlock):
         """Write as somebody who may."""
         if not self._trace_enabled():
             self.note("misuse", "TRCENA", "a write while DEMCR.TRCENA is clear is lost")
-        elif self._has_lock and offset != _LAR and self[_LSR] & _LOCKED:
+        elif self._lock and offset != _LAR and self[_LSR] & _LOCKED:
             self.note("misuse", "LAR", "a write without the key 0xC5ACCE55 in LAR before it is lost")
         else:
             super().write_word(offset, value)
@@ -115,7 +116,8 @@ class Dwt(DebugBlock):
 
     def write_LAR(self, value: int) -> None:
         """Take the key, or lock again."""
-        self[_LSR] = _LOCK_PRESENT if value == _KEY else _LOCK_PRESENT | _LOCKED
+        if self._lock:
+            self[_LSR] = _LOCK_PRESENT if value == _KEY else _LOCK_PRESENT | _LOCKED
 
     def read_LAR(self) -> int:
         """Return 0: it can only be written."""

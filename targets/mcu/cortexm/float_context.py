@@ -53,7 +53,7 @@ class FloatContext:
         self._cpu.set_float_context(automatic=fpu.automatic, fpscr=fpu.status_in_new_context(self._fpscr))
 
     def choose_access(self) -> None:
-        """Tell the CPU who may use floating point: 2, which is reserved, is nobody (choice)."""
+        """Tell the CPU who may use floating point: 2, which is reserved, is nobody (choice; QEMU too)."""
         access = self._access()
         self._cpu.set_float_access(FloatAccess.NOBODY if access == 2 else FloatAccess(access))
 

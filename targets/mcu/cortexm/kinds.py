@@ -11,7 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-__all__ = ["CORES", "CORTEX_M3", "CORTEX_M7", "CORTEX_M7_R1P1", "CoreKind", "FpuKind"]
+__all__ = ["CORES", "CORTEX_M3", "CORTEX_M7", "CORTEX_M7_R1P1", "LOCKED", "CoreKind", "FpuKind"]
+
+LOCKED = 0b11
+"""LSR: there is a lock, and it is locked (DDI0403 section D1.1)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +49,7 @@ class CoreKind:
         fpu: the floating-point extension, or None.
         ccsidr: sizes of the caches, as CCSIDR tells them by what CSSELR selects: data, instructions; none: no caches.
         tcm: the tightly coupled memories' control registers after reset, ITCMCR and DTCMCR; none: no such memories.
-        locked_debug: DWT ignores writes until LAR has its key.
+        dwt_lock: what LSR of the DWT reads after power-on: `LOCKED`, or 0 where LAR locks nothing; None: there is none.
         component_ids: PID0 to PID3 of the debug blocks, by block (DDI0403 section C1.2.4).
         flat_cpi: cycles per instruction at 0, 1, ... flash wait states, for the timing model ``flat``.
     """
@@ -67,7 +70,7 @@ class CoreKind:
     fpu: FpuKind | None
     ccsidr: tuple[int, ...]
     tcm: tuple[int, ...]
-    locked_debug: bool
+    dwt_lock: int | None
     component_ids: Mapping[str, tuple[int, int, int, int]]
     flat_cpi: tuple[Fraction, ...]
 
@@ -95,7 +98,7 @@ CORTEX_M3 = CoreKind(
     fpu=None,
     ccsidr=(),
     tcm=(),
-    locked_debug=False,
+    dwt_lock=None,
     component_ids={
         "SCS": (0x00, 0xB0, 0x1B, 0x00),
         "DWT": (0x02, 0xB0, 0x1B, 0x00),
@@ -135,7 +138,7 @@ CORTEX_M7 = CoreKind(
     ccsidr=(0xF00F_E019, 0xF01F_E009),
     # 16 KB and 128 KB, both enabled, for chips start from them; the other bits are assumed (DDI0489 section 3.3.13)
     tcm=(0x29, 0x41),
-    locked_debug=True,
+    dwt_lock=LOCKED,
     component_ids={  # DDI0489, tables of the ROM table and of the blocks; that ST left TPIU as Arm made it is assumed
         "SCS": (0x0C, 0xB0, 0x0B, 0x00),
         "DWT": (0x02, 0xB0, 0x0B, 0x00),
@@ -158,6 +161,10 @@ CORTEX_M7_R1P1 = replace(
     systick_calibration=0x3E8,  # RM0433 section 19.1.1: 1000, one millisecond at 1 MHz
     mpu_regions=16,  # PM0253 section 4.6: of the STM32H7
     tcm=(0x39, 0x41),  # 64 KB and 128 KB
+    # Evidence from published programs: Klipper has a "STM32F7 specific DWT unlock", and has counted on CYCCNT without
+    # one on the STM32H7 since 2020; OWL's firmware says that it is "required on F7" and leaves it out on the H7. That
+    # there is no lock, rather than one that is open, is a choice: only a read of LSR could tell.
+    dwt_lock=0,
 )
 
 CORES = {kind.name: kind for kind in (CORTEX_M3, CORTEX_M7, CORTEX_M7_R1P1)}

@@ -67,7 +67,7 @@ class Mpu(LaneBlock):
         return size < _LEAST_WITH_SUBREGIONS or not attributes >> 8 + offset * 8 // size & 1
 
     def reset(self) -> None:
-        """Go to the state after reset; that regions are zero, which silicon leaves unknown, is a choice."""
+        """Go to the state after reset; that regions are zero, which silicon leaves unknown, is a choice; QEMU too."""
         super().reset()
         self._regions = [(0, 0)] * self._count
 

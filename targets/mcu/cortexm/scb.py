@@ -265,7 +265,7 @@ class Scb(LaneBlock):
         return value
 
     def write_ICSR(self, value: int) -> None:
-        """Make NMI, PendSV and SysTick pending or not. Of both at once, setting wins (choice)."""
+        """Make NMI, PendSV and SysTick pending or not. Of both at once, setting wins (choice; QEMU too)."""
         if value & _PENDSVCLR:
             self._exceptions.unpend(1 << Number.PENDSV)
         if value & _PENDSTCLR:
@@ -316,7 +316,7 @@ class Scb(LaneBlock):
     def write_CPACR(self, value: int) -> None:
         """Allow or deny floating point; both fields must be the same."""
         if (value & _CP11) >> 2 != value & _CP10:
-            self.note("misuse", "CPACR", "CP10 and CP11 differ, which is UNPREDICTABLE; CP10 counts (choice)")
+            self.note("misuse", "CPACR", "CP10 and CP11 differ, which is UNPREDICTABLE; CP10 counts (choice; QEMU too)")
         self[_CPACR] = value
         self.on_coprocessors()
 

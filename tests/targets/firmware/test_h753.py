@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 
@@ -102,6 +103,17 @@ def test_it_echoes(start):
     run = start("h753-demo").send("USART3", b"hello", baud=115_200, at_ms=21).to(20)
     run.sent["USART3"].clear()
     assert run.to(25).sent["USART3"] == b"hello"
+
+
+@pytest.mark.parametrize("timing", ["flat", "table"])
+def test_timers_by_a_cycle_counter_that_nobody_unlocked_and_one_shot_after_another(start, timing):
+    run = start("h753-one-shot", timing=timing).record("PB0", "PE1").to(25)
+    assert run.resets == ["POR"]
+    for pin, period in (("PB0", 480_000), ("PE1", 144_000)):
+        cycles = [edge.cycle for edge in run.machine.chip.pins[pin].edges[1:]]
+        assert len(cycles) > 20
+        assert all(abs(later - cycle - period) < 150 for cycle, later in itertools.pairwise(cycles))
+    assert not run.machine.notes.all
 
 
 def test_the_button_ends_stop_mode_and_standby(start):

@@ -151,6 +151,21 @@ class TestCycleCounter:
         m7.write(DEMCR, TRCENA)
         assert m7.read(DWT_LSR) == 3
 
+    def test_an_stm32h7_needs_no_key(self, make_rig):
+        """Programs that count on it there leave LAR alone or ask LSR first; both have to work."""
+        h7 = make_rig(CORTEX_M7_R1P1)
+        h7.write(DEMCR, TRCENA)
+        assert h7.read(DWT_LSR) == 0
+        h7.write(DWT_CTRL, 1)
+        h7.advance(100)
+        assert h7.read(DWT_CYCCNT) == 100
+        for value in (KEY, 0):
+            h7.write(DWT_LAR, value)
+            assert (h7.read(DWT_LAR), h7.read(DWT_LSR)) == (0, 0)
+        h7.write(DWT_CYCCNT, 7)
+        assert h7.read(DWT_CYCCNT) == 7
+        assert not h7.chip.noted()
+
     def test_an_m3_needs_no_key(self, rig):
         rig.write(DEMCR, TRCENA)
         rig.write(DWT_CTRL, 1)

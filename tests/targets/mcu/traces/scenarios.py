@@ -273,7 +273,7 @@ _OWN: dict[str, Scenario] = {
             ),
         ),
         Scenario(image="h753-chip", span_ns=1200 * MS),
-        *(Scenario(image=f"h753-{name}", span_ns=25 * MS) for name in ("adc16", "dmamux", "usart-fifo")),
+        *(Scenario(image=f"h753-{name}", span_ns=25 * MS) for name in ("adc16", "dmamux", "one-shot", "usart-fifo")),
         *(
             Scenario(
                 image=f"{board}-sleep",
