@@ -35,7 +35,8 @@ def parser() -> Parser:
     )
     add = made.add_argument
     add("--board", metavar="BOARD",
-        help="built-in board (bluepill, nucleo-f767zi, nucleo-h753zi), or a file of yours (.toml)")  # fmt: skip
+        help="built-in board (bluepill, nucleo-f103rb, nucleo-f767zi, nucleo-h753zi), "
+        "or a file of yours (.toml)")  # fmt: skip
     add("--image", metavar="IMAGE", type=Path, help="what would be flashed: ELF, Intel HEX or raw binary")
     add("--protocol", metavar="PROTOCOL", choices=("p2os", "pkt"),
         help="for a board at a serial port: what it speaks, p2os or pkt")  # fmt: skip

@@ -10,7 +10,7 @@ from targets.mcu.chip import Chip, DeepSleep, FlashMemory, Memory
 from targets.mcu.pins import Source
 from targets.mcu.services import IrqLine
 from targets.mcu.stm32.iwdg import Iwdg
-from targets.mcu.stm32.rcc import BackupPart, BasicRcc
+from targets.mcu.stm32.rcc import BackupPart, BasicRcc, BoardClocks
 from targets.mcu.stm32.wwdg import Wwdg
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["BasicChip", "Power"]
 
 _PULL_OHMS = 10_000.0  # of resistors on the board; a choice where its schematic says otherwise
+_US_PER_S = 1_000_000
 
 
 class _Powered(Protocol):
@@ -46,6 +47,9 @@ class Power(_Powered, Protocol):
 
     def enter_standby(self) -> bool:
         """Enter Standby; False if a wake-up flag is set."""
+
+    def backup_writable(self) -> bool:
+        """Say whether DBP opens the backup domain for writing."""
 
 
 class _Settings(Protocol):
@@ -101,6 +105,17 @@ class BasicChip(Chip):
         self.rcc.connect(gates, self.peripherals, others=(self.core.systick,), backup=backup)
         self.rcc.on_nmi = self.core.set_nmi
         self.exti.on_event = self.core.receive_event
+
+    def _board_clocks(self, board: Board) -> BoardClocks:
+        """Return what RCC has to know of the board."""
+        return {
+            "hse_hz": board.hse_hz,
+            "hse_is_clock": board.hse_bypass,
+            "hse_start_s": Fraction(board.hse_startup_us, _US_PER_S),
+            "lse": board.lse_hz is not None,
+            "lse_start_s": Fraction(board.lse_startup_us, _US_PER_S),
+            "backup_writable": self.pwr.backup_writable,
+        }
 
     def _make_iwdg(self, base: int, *, window: bool = False) -> Iwdg:
         """Return the independent watchdog, which RCC feeds with LSI; see `Iwdg`."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Mapping
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, cast
 
 from targets.mcu.bus import Bus
@@ -24,7 +23,6 @@ from targets.mcu.stm32.clock_tree import KernelClockTree
 from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.gpio import thresholds
 from targets.mcu.stm32.pin_functions import PinFunctions
-from targets.mcu.stm32.rcc import BoardClocks
 from targets.mcu.stm32.rtc import Rtc
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.timebase import Timebase
@@ -38,14 +36,9 @@ __all__ = ["ITCM_RAM", "M7Chip"]
 ITCM_RAM, RAM_BASE = 0x0000_0000, 0x2000_0000
 TIME_STAMP_PIN = "PC13"  # RTC_TS (DS11532 and DS12117, additional functions)
 
-_US_PER_S = 1_000_000
-
 
 class _Power(Power, Protocol):
-    """PWR, with what it opens, and what it has to do with Stop and Standby."""
-
-    def backup_writable(self) -> bool:
-        """Say whether DBP opens the backup domain for writing."""
+    """PWR, with what it has to do with Stop and Standby."""
 
     def enter_stop(self) -> None:
         """The clocks stand still."""
@@ -140,17 +133,6 @@ class M7Chip(BasicChip):
         """Make everything else."""
 
     # --- what a family needs for that
-
-    def _board_clocks(self, board: Board) -> BoardClocks:
-        """Return what RCC has to know of the board."""
-        return {
-            "hse_hz": board.hse_hz,
-            "hse_is_clock": board.hse_bypass,
-            "hse_start_s": Fraction(board.hse_startup_us, _US_PER_S),
-            "lse": board.lse_hz is not None,
-            "lse_start_s": Fraction(board.lse_startup_us, _US_PER_S),
-            "backup_writable": self.pwr.backup_writable,
-        }
 
     def _map_ram(self) -> list[Memory]:
         """Return the RAM from 0x20000000 on, that beside the core, and then the rest as the variant has it."""

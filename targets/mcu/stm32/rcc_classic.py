@@ -102,6 +102,8 @@ class ClassicRcc(BasicRcc):
         if (value ^ self[CR]) & HSEBYP and self[CR] & HSEON:
             self.note("misuse", "CR.HSEBYP", "can be changed only while HSEON = 0; it keeps its value")
             value ^= HSEBYP
+        if value & HSEON & ~self[CR] and self._hse_is_clock and not value & HSEBYP:
+            self.note("assumed", "CR.HSEBYP", "OSC_IN is driven by a clock: the oscillator is assumed to pass it on")
         if value >> 3 & 0x1F != DEFAULT_TRIM:
             mhz = self.HSI_HZ // 1_000_000
             self.note("unmodelled", "CR.HSITRIM", f"is remembered; HSI stays at exactly {mhz} MHz")

@@ -6,7 +6,6 @@ Addresses: RM0008 table 3. Interrupts: RM0008 table 63. Clock gates: RM0008 sect
 from __future__ import annotations
 
 from collections.abc import Mapping
-from fractions import Fraction
 from typing import TYPE_CHECKING, ClassVar
 
 from targets.mcu.bus import BIT_BAND, Bus
@@ -78,8 +77,6 @@ AHB_PERIPHERALS = frozenset({"DMA1", "RCC", "FLASH", "CRC"})
 BRIDGES = ((0x4000_0000, 0x1_0000), (0x4001_0000, 0x8000))
 RAM_BASE = 0x2000_0000
 
-_US_PER_S = 1_000_000
-
 
 class Stm32f103(BasicChip):
     """The STM32F103; see `targets.mcu.chip.Chip`."""
@@ -145,11 +142,7 @@ class Stm32f103(BasicChip):
             0x4002_1000,
             services,
             self._tree,
-            hse_hz=board.hse_hz,
-            hse_start_s=Fraction(board.hse_startup_us, _US_PER_S),
-            lse=board.lse_hz is not None,
-            lse_start_s=Fraction(board.lse_startup_us, _US_PER_S),
-            backup_writable=self.pwr.backup_writable,
+            **self._board_clocks(board),
         )
         size = board.variant.flash_bytes
         self._flash = Flash(0x4002_2000, services, self._tree, size=size, hsi_on=self.rcc.hsi_on)

@@ -21,8 +21,6 @@ from targets.mcu.stm32.rcc_classic import (
     CR,
     CR_BITS,
     CSR_BITS,
-    HSEBYP,
-    HSEON,
     PLLON,
     ClassicRcc,
     ready_bits,
@@ -196,8 +194,6 @@ class Rcc(ClassicRcc):
     def write_CR(self, value: int) -> None:
         """As in every family, and PLLI2SON, PLLSAION."""
         was_on = self.pll_on
-        if value & HSEON & ~self[CR] and self._hse_is_clock and not value & HSEBYP:
-            self.note("assumed", "CR.HSEBYP", "OSC_IN is driven by a clock: the oscillator is assumed to pass it on")
         super().write_CR(value)
         for name, bit in (("PLLI2S", PLLI2SON), ("PLLSAI", PLLSAION)):
             self._feed_other_pll(name, bool(value & bit))

@@ -24,6 +24,22 @@ def test_the_blue_pill_is_what_its_schematic_says():
     assert board.pulled(Straps(boot1=1))["PB2"] is True
 
 
+def test_the_nucleo_with_the_f103_is_what_its_manual_says():
+    """UM1724: the clock of the ST-LINK, USART2 to it, LD2 at D13, B1 to ground; PA2 and PA3 reach no header."""
+    board = built_in_board("nucleo-f103rb")
+    assert (board.chip, board.hse_hz, board.hse_bypass, board.lse_hz) == ("STM32F103RB", 8_000_000, True, 32_768)
+    assert (board.variant.flash_bytes, board.variant.ram_bytes, len(board.variant.pins)) == (128 << 10, 20 << 10, 51)
+    assert [(led.name, led.pin, led.active) for led in board.leds] == [("LD2", "PA5", "high")]
+    assert board.usarts == ("USART2", "USART1", "USART3")
+    assert board.pulled() == {"PC13": True, "PB2": False}
+    contacts = {connector.name: len(connector.pins) for connector in board.connectors}
+    assert contacts == {"ST-LINK": 6, "CN5": 10, "CN6": 8, "CN8": 6, "CN9": 8, "CN7": 38, "CN10": 38}
+    morpho = {contact for connector in board.connectors[-2:] for contact in connector.pins}
+    assert board.variant.pins - morpho == {"PA2", "PA3"}
+    arduino = {contact for connector in board.connectors[1:5] for contact in connector.pins}
+    assert set(board.pins) - arduino == {"D0", "D1"}
+
+
 def test_the_nucleo_is_what_its_manual_says():
     board = built_in_board("nucleo-f767zi")
     assert (board.chip, board.hse_hz, board.hse_bypass, board.lse_hz) == ("STM32F767ZI", 8_000_000, True, 32_768)

@@ -17,13 +17,17 @@ from targets.mcu.machine import Machine
 from targets.mcu.serial_line import SerialFormat
 
 MS = 1_000_000
-BOARDS = {"f767": built_in_board("nucleo-f767zi"), "h753": built_in_board("nucleo-h753zi")}
+BOARDS = {
+    "f767": built_in_board("nucleo-f767zi"),
+    "h753": built_in_board("nucleo-h753zi"),
+    "style-hse-bypass": built_in_board("nucleo-f103rb"),
+}
 BLUE_PILL = built_in_board("bluepill")
 FORMAT = SerialFormat.parse("8N1")
 
 
 def board_of(name):
-    return BOARDS.get(name[:4], BLUE_PILL)
+    return BOARDS.get(name) or BOARDS.get(name[:4], BLUE_PILL)
 
 
 @functools.cache

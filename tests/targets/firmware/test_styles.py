@@ -43,6 +43,14 @@ def test_hal_pwm_grows_with_each_tick(start):
     assert {later - earlier for (earlier, _), (later, _) in itertools.pairwise(pulses)} == {1_000_000}
 
 
+def test_a_clock_at_osc_in_is_the_way_to_72_mhz_on_the_nucleo(start):
+    run = start("style-hse-bypass").record("PA5").send("USART2", b"twice", baud=115_200, at_ms=20)
+    run.drive("PC13", (70, False), (80, None), (90, False), (100, None)).to(210)
+    assert run.sent["USART2"] == b"style-hse-bypass at 72000000 Hz\r\ntwicebutton 1\r\nbutton 2\r\n"
+    assert set(map(round, periods_ms(run, "PA5"))) == {50}
+    assert not run.machine.notes.all
+
+
 def test_interrupts_and_dma(start):
     run = start("style-irq-dma").record("PC13", "PB1")
     run.drive("PA0", (50, False), (51, True), (70, False), (71, None))

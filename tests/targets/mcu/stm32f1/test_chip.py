@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 
 from targets.boards import built_in_board
@@ -10,11 +12,33 @@ from targets.mcu.image import limits_for, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.testing import peek, poke
 
+BLUE_PILL = built_in_board("bluepill")
+
+
+def chip_on(board):
+    return Machine(board, load_image(image_path("selftest-crc"), limits_for(board.chip))).chip
+
 
 @pytest.fixture
 def chip():
-    board = built_in_board("bluepill")
-    return Machine(board, load_image(image_path("selftest-crc"), limits_for(board.chip))).chip
+    return chip_on(BLUE_PILL)
+
+
+@pytest.mark.parametrize(
+    ("is_clock", "bypass", "ready", "noted"),
+    [
+        *((True, True, True, []), (True, False, True, ["assumed"])),
+        *((False, False, True, []), (False, True, False, ["misuse"])),
+    ],
+)
+def test_hsebyp_works_where_the_board_drives_osc_in(is_clock, bypass, ready, noted):
+    """RM0008 section 7.2.1: HSEBYP is for an external clock, a crystal needs the oscillator."""
+    chip = chip_on(dataclasses.replace(BLUE_PILL, hse_bypass=is_clock))
+    poke(chip.rcc, "CR", 0x83 | bypass << 18)
+    poke(chip.rcc, "CR", 0x83 | bypass << 18 | 1 << 16)
+    chip.services.time.run_due(1_000_000)
+    assert bool(peek(chip.rcc, "CR") & 1 << 17) is ready
+    assert [note.kind for note in chip.services.notes.all if note.where == "RCC_CR.HSEBYP"] == noted
 
 
 def open_backup_domain(chip):

@@ -25,6 +25,7 @@ BLUE_PILL = built_in_board("bluepill")
 BOARDS = {
     "f767": built_in_board("nucleo-f767zi"),
     "h753": built_in_board("nucleo-h753zi"),
+    "style-hse-bypass": built_in_board("nucleo-f103rb"),
     "vehicle": built_in_board("nucleo-h753zi"),
 }
 _MOST_STEPS, _PLACES = 4000, 8
@@ -53,7 +54,7 @@ class Scenario:
 
     @property
     def board(self) -> Board:
-        return BOARDS.get(self.image.partition("-")[0], BLUE_PILL)
+        return BOARDS.get(self.image) or BOARDS.get(self.image.partition("-")[0], BLUE_PILL)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -253,6 +254,14 @@ _OWN: dict[str, Scenario] = {
             inputs=drives("PA0", (50 * MS, True), (51 * MS, False), (1200 * MS, True), (1210 * MS, None)),
         ),
         Scenario(image="style-registers", span_ns=1600 * MS),
+        Scenario(
+            image="style-hse-bypass",
+            span_ns=120 * MS,
+            inputs=(
+                *sends("USART2", b"echo", baud=115_200, at_ns=20 * MS),
+                *drives("PC13", (70 * MS, False), (80 * MS, None)),
+            ),
+        ),
         Scenario(
             image="f767-demo",
             span_ns=300 * MS,
