@@ -2,6 +2,9 @@
 
 The tables `FIXED` and `REMAPS` are the pins of every alternate function of the medium-density devices (RM0008 tables 38
 to 55, DS5319 table 5). A field with a reserved value leaves the signals where they are (choice) and is noted.
+
+SWJ_CFG is write-only: "when read, the value is undefined" (section 9.4.2). It reads as it was last written (choice):
+published board support polls for that, and a change of another field that reads MAPR first leaves the debug pins alone.
 """
 
 from __future__ import annotations
@@ -115,6 +118,7 @@ _DEBUG_PINS = {
 }
 """Which of them it keeps, by SWJ_CFG; other values have no effect."""
 
+_SWJ_CFG = 0b111 << 24
 _PD01_REMAP = 1 << 15
 _EVOE = 1 << 7
 _PORTS = "ABCDE"
@@ -146,7 +150,8 @@ class Afio(Peripheral):
             0x04,
             writable=0x071F_FFFF,
             ignored=0x001F_0000,
-            note="TIM5CH4_IREMAP and the ADC's trigger remaps are remembered without effect",
+            note="TIM5CH4_IREMAP and the ADC's trigger remaps are remembered without effect; "
+            "SWJ_CFG reads as written (choice)",
         ),
         Register("EXTICR1", 0x08, writable=0xFFFF),
         Register("EXTICR2", 0x0C, writable=0xFFFF),
@@ -189,9 +194,9 @@ class Afio(Peripheral):
     # --- remapping
 
     def write_MAPR(self, value: int) -> None:
-        """Move signals; SWJ_CFG cannot be read back and reads 0 (RM0008: undefined)."""
+        """Move signals, and keep or free the pins of the debug port."""
         old = self[0x04]
-        self[0x04] = value & ~(0b111 << 24)
+        self[0x04] = value
         for remap in REMAPS:
             field = value >> remap.shift & remap.mask
             if field == old >> remap.shift & remap.mask:
@@ -202,9 +207,15 @@ class Afio(Peripheral):
                 self.note("reserved", f"MAPR.{remap.field}", f"the value {field:#04b} is reserved: nothing is moved")
         if (old ^ value) & _PD01_REMAP:
             self._give_oscillator_pins(remapped=bool(value & _PD01_REMAP))
-        kept = _DEBUG_PINS.get(value >> 24 & 0b111)
+        kept = _DEBUG_PINS.get((value & _SWJ_CFG) >> 24)
         if kept is not None:
             self._give_debug_pins(kept)
+
+    def read_MAPR(self) -> int:
+        """All as written."""
+        if self[0x04] & _SWJ_CFG:
+            self.note("assumed", "MAPR.SWJ_CFG", "is write-only and read: it reads as it was last written")
+        return self[0x04]
 
     def _route(self, pins: Mapping[str, str]) -> None:
         for signal, pin in pins.items():

@@ -97,6 +97,13 @@ def test_sleep_and_stop(start):
     assert not run.misuses
 
 
+def test_swj_cfg_is_polled_until_it_reads_back(start):
+    run = start("style-swj").record("PB3").to(20)
+    assert run.sent["USART1"] == b"only SWD is left\r\n"
+    assert set(periods_ms(run, "PB3")[1:]) == {1.0}
+    assert [(note.kind, note.where) for note in run.machine.notes.all] == [("assumed", "AFIO_MAPR.SWJ_CFG")]
+
+
 @pytest.mark.parametrize("name", ["boot-combined", "boot-application"])
 def test_the_application_runs_at_its_address(start, name):
     run = start(name).to(50)

@@ -78,16 +78,20 @@ DEBUG = ("PA13", "PA14", "PA15", "PB3", "PB4")
 def test_swj_cfg_frees_pins(pinout, value, kept):
     poke(pinout.afio, "MAPR", value << 24)
     assert tuple(name for name in DEBUG if pinout.pins[name].claimed_by) == kept
-    assert peek(pinout.afio, "MAPR") == 0
+    assert peek(pinout.afio, "MAPR") == value << 24
+    assert pinout.chip.noted("assumed") == (["AFIO_MAPR.SWJ_CFG"] if value else [])
 
 
-def test_swj_cfg_111_keeps_what_was_freed_and_a_read_modify_write_takes_it_back(pinout):
+@pytest.mark.parametrize("swj_cfg", [0b010, 0b111])
+def test_what_was_freed_stays_so_with_111_and_when_mapr_is_read_changed_and_written(pinout, swj_cfg):
     poke(pinout.afio, "MAPR", 0b010 << 24)
-    poke(pinout.afio, "MAPR", 0b111 << 24 | 1)
-    assert pinout.pins["PB3"].claimed_by is None
+    poke(pinout.afio, "MAPR", swj_cfg << 24 | 1)
     poke(pinout.afio, "MAPR", peek(pinout.afio, "MAPR") | 2)
+    assert pinout.pins["PB3"].claimed_by is None
+    poke(pinout.afio, "MAPR", 3)
     assert pinout.pins["PB3"].claimed_by == "the debug port"
     pinout.afio.reset()
+    assert peek(pinout.afio, "MAPR") == 0
     assert pinout.pins["PB4"].level is True
     assert pinout.pins["PA14"].level is False
 
@@ -103,7 +107,7 @@ def test_oscillator_pins_are_a_port_only_when_remapped(pinout):
 
 def test_what_is_only_remembered_is_noted(pinout):
     poke(pinout.afio, "MAPR", 0xFFFF_FFFF & ~(0b11 << 26))
-    assert peek(pinout.afio, "MAPR") == 0x001F_FFFF
+    assert peek(pinout.afio, "MAPR") == 0x031F_FFFF
     assert pinout.chip.noted("unmodelled") == ["AFIO_MAPR"]
 
 

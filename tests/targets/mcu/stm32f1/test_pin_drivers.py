@@ -82,7 +82,7 @@ def test_hal_remaps(pinout):
     modify(pinout.afio, "MAPR", 3 << 10, 7 << 24 | 2 << 10)
     assert pinout.signals.route_of("TIM3_CH2") == "PB5"
     assert pinout.pins["PA15"].claimed_by is None
-    assert peek(pinout.afio, "MAPR") == 2 << 10
+    assert peek(pinout.afio, "MAPR") == 7 << 24 | 2 << 10
 
 
 def test_a_freed_jtag_pin_is_a_pin_like_any_other(pinout):
