@@ -15,7 +15,6 @@ __all__ = [
     "Dma2d",
     "Fmc",
     "Jpeg",
-    "LowPowerTimer",
     "Ltdc",
     "Mdios",
     "Otg",
@@ -23,13 +22,6 @@ __all__ = [
     "Sai",
     "Spdif",
 ]
-
-
-class LowPowerTimer(Absent):
-    """The low-power timer: it does not count."""
-
-    MISSING = "it does not count"
-    REGISTERS = registers("ISR: ICR IER CFGR CR CMP ARR=1 CNT:")
 
 
 class Spdif(Absent):

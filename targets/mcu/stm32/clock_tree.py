@@ -72,11 +72,13 @@ class KernelRates(BusRates):
         all_timers: TIMPRE: the timers run at the rate of AHB as long as the bus is divided by 4 at most, else at 4
             times its rate.
         kernels: rate of the clock that each peripheral with a choice runs on; 0 for none.
+        in_stop: those of them that have chosen LSE or LSI, which run on in Stop mode.
         ahb: HCLK cycles per tick of AHB; above 1 only where the CPU has a clock of its own, which counts as HCLK here.
     """
 
     all_timers: bool
     kernels: Mapping[str, Fraction] = field(default_factory=dict)
+    in_stop: frozenset[str] = frozenset()
     ahb: int = 1
 
     def timer(self, divider: int) -> int:
@@ -161,3 +163,7 @@ class KernelClockTree(BasicClockTree[AnyKernelRates]):
     def kernel_hz(self, peripheral: str) -> Fraction:
         """Return the rate of a peripheral's own clock; 0 in Stop mode, or while its source does not run."""
         return Fraction(0) if self.stopped else self.rates.kernels[peripheral]
+
+    def low_power_hz(self, peripheral: str) -> Fraction:
+        """Return the rate of the clock of a peripheral that goes on counting in Stop mode if that clock does."""
+        return self.rates.kernels[peripheral] if peripheral in self.rates.in_stop else self.kernel_hz(peripheral)

@@ -20,7 +20,7 @@ from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
 from targets.mcu.stm32.rtc_calendar import Alarm, date_register, seconds_of, time_register
-from targets.mcu.timebase import Event
+from targets.mcu.stm32.ticks import Ticks
 
 __all__ = ["Rtc"]
 
@@ -37,6 +37,7 @@ ALRAWF, ALRBWF, WUTWF, SHPF, INITS, RSF, INITF, INIT = (1 << bit for bit in rang
 ALRAF, ALRBF, WUTF, TSF, TSOVF, RECALPF = 1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12, 1 << 16
 CLEARABLE = 0x7F00
 KEYS = (0xCA, 0x53)
+TRIGGERS = ("RTC_ALRA", "RTC_ALRB")  # the flags of the alarms, for who is triggered by them
 ALARM_LINE, STAMP_LINE, WAKE_LINE = "EXTI17", "EXTI21", "EXTI22"
 OPEN = frozenset({ISR, WPR, TAMPCR, OR, *range(BKP0R, BKP0R + 4 * BACKUP_WORDS, 4)})
 """What the key does not protect; of ISR only INIT is."""
@@ -111,17 +112,13 @@ class Rtc(Peripheral):
         backup_writable: Callable[[], bool] = lambda: True,
         exti_lines: tuple[str, str, str] = (ALARM_LINE, STAMP_LINE, WAKE_LINE),
     ) -> None:
-        self._rtc_hz = rtc_hz
         self._backup_writable = backup_writable
         super().__init__("RTC", base, services)
         self.on_wake: Callable[[], None] = lambda: None
         self._alarm_line, self._stamp_line, self._wake_line = (services.output(name) for name in exti_lines)
+        self._triggers = tuple(services.output(name) for name in TRIGGERS)
         self._stamp = services.input("RTC_TS")
-        self._hz: Fraction | None = None
-        self._tick = 0  # at bench time `_since_s`
-        self._since_s = Fraction(0)
-        self._due: dict[str, tuple[int, Callable[[], None]]] = {}
-        self._events: dict[str, Event] = {}
+        self._ticks = Ticks(self.time, rtc_hz)
         self._clear()
 
     def registers_of(self) -> Iterator[Register]:
@@ -132,8 +129,8 @@ class Rtc(Peripheral):
         self._keys = 0  # how many have been given
         self._running = True
         self._first_weekday = 0
-        self._start = _Start(self._ticks(), Fraction(0), 0, 0, 0)
-        self._start = _Start(self._ticks(), Fraction(0), 0, self._reload, 0)
+        self._start = _Start(self._ticks.now(), Fraction(0), 0, 0, 0)
+        self._start = _Start(self._ticks.now(), Fraction(0), 0, self._reload, 0)
         self._shown: tuple[int, int] | None = None  # seconds and count that a read has frozen
         self._copied_from = 0  # the tick from which on shadow registers are copied
         self._factor = Fraction(1)
@@ -143,7 +140,7 @@ class Rtc(Peripheral):
 
     def reset(self) -> None:
         """A reset of the chip reaches the shadow registers, RSF and INIT (RM0410 section 32.3.9)."""
-        self._refresh()
+        self._ticks.refresh()
         self[ISR] &= ~(RSF | INIT)
         self._shown = None
         if self[ISR] & INITF:
@@ -153,68 +150,22 @@ class Rtc(Peripheral):
     def reset_backup(self) -> None:
         """A reset of the backup domain clears everything."""
         super().reset()
-        for name in list(self._due):
-            self._forget(name)
+        self._ticks.forget_all()
         self._stamp.on_change = None
         self._clear()
         self._drive()
 
     def clock_changed(self) -> None:
         """RTCCLK has another rate, or stands still, or runs again."""
-        self._refresh()
+        self._ticks.refresh()
 
     def before_clock_change(self) -> None:
         """Count up to now."""
-        self._refresh()
+        self._ticks.refresh()
 
     def after_clock_change(self) -> None:
         """Perhaps RTCCLK is another one."""
-        self._refresh()
-
-    # --- ticks
-
-    def _now_s(self) -> Fraction:
-        return self.time.seconds(self.time.now)
-
-    def _ticks(self) -> int:
-        """Return the ticks of RTCCLK so far."""
-        if self._hz is None:
-            return self._tick
-        return self._tick + int((self._now_s() - self._since_s) * self._hz)
-
-    def _refresh(self) -> None:
-        """Take the present rate of RTCCLK."""
-        hz = self._rtc_hz() or None
-        if hz == self._hz:
-            return
-        ticks = self._ticks()
-        if self._hz is not None:
-            self._since_s += (ticks - self._tick) / self._hz
-        else:
-            self._since_s = self._now_s()
-        self._tick, self._hz = ticks, hz
-        for name, (tick, action) in list(self._due.items()):
-            self._at(name, tick, action)
-
-    def _at(self, name: str, tick: int, action: Callable[[], None]) -> None:
-        """Have something happen at a tick, in place of what has this name."""
-        self._forget(name)
-        self._due[name] = tick, action
-        if self._hz is None:
-            return
-
-        def happen() -> None:
-            del self._due[name], self._events[name]
-            action()
-
-        self._events[name] = self.time.at_time(self._since_s + (tick - self._tick) / self._hz, happen)
-
-    def _after(self, name: str, ticks: int, action: Callable[[], None]) -> None:
-        self._at(name, self._ticks() + ticks, action)
-
-    def _forget(self, name: str) -> None:
-        self._due.pop(name, None)
-        self.time.cancel(self._events.pop(name, None))
+        self._ticks.refresh()
 
     # --- the calendar
 
@@ -252,7 +203,7 @@ class Rtc(Peripheral):
 
     def _settle(self) -> _Start:
         """Count from the present on."""
-        self._start = self._calendar(self._ticks())
+        self._start = self._calendar(self._ticks.now())
         return self._start
 
     def _move(self, seconds: int, count: int) -> None:
@@ -271,7 +222,7 @@ class Rtc(Peripheral):
 
     def _shadow(self) -> tuple[int, int] | None:
         """Return what shadow registers show: seconds and sub-second count; None before the first copy."""
-        ticks = self._ticks()
+        ticks = self._ticks.now()
         if self[CR] & BYPSHAD:
             now = self._calendar(ticks)
             return now.seconds, now.count
@@ -295,12 +246,12 @@ class Rtc(Peripheral):
 
     def read_DR(self) -> int:
         """Return the date; all three go on."""
-        self._refresh()
+        self._ticks.refresh()
         shown, self._shown = self._shadow(), None
         return _FIRST_DATE if shown is None else date_register(shown[0], self._first_weekday)
 
     def _freeze(self) -> tuple[int, int] | None:
-        self._refresh()
+        self._ticks.refresh()
         shown = self._shadow()
         if not self[CR] & BYPSHAD:
             self._shown = shown
@@ -310,7 +261,7 @@ class Rtc(Peripheral):
 
     def write(self, offset: int, value: int) -> None:
         """Write the word at `offset`, if backup domain and key allow it."""
-        self._refresh()
+        self._ticks.refresh()
         if not self._backup_writable():
             self.note("misuse", "DBP", "a write while PWR_CR1.DBP is clear is lost")
         elif self._keys < len(KEYS) and offset not in OPEN:
@@ -348,14 +299,14 @@ class Rtc(Peripheral):
     def _set(self, date: int, time: int) -> None:
         seconds, self._first_weekday = seconds_of(date, time, half_days=bool(self[CR] & FMT))
         self._keep_waiting(seconds - self._start.seconds)
-        self._start = _Start(self._ticks(), Fraction(0), 0, self._reload, seconds)
+        self._start = _Start(self._ticks.now(), Fraction(0), 0, self._reload, seconds)
         self[ISR] = self[ISR] | INITS if date >> 16 & 0xFF else self[ISR] & ~INITS
 
     def write_PRER(self, value: int) -> None:
         """Set both prescalers, in initialization mode."""
         if not self._needs_initialization("PRER"):
             self[PRER] = value
-            self._start = _Start(self._ticks(), Fraction(0), 0, self._reload, self._start.seconds)
+            self._start = _Start(self._ticks.now(), Fraction(0), 0, self._reload, self._start.seconds)
 
     def write_ISR(self, value: int) -> None:
         """Flags and RSF are cleared by writing 0; INIT as written, if the keys were given."""
@@ -371,10 +322,10 @@ class Rtc(Peripheral):
     def _initialize(self, wanted: bool) -> None:
         if wanted and not self[ISR] & INIT:
             self[ISR] |= INIT
-            self._after("INITF", ALLOWED_AFTER, self._stop)
+            self._ticks.after("INITF", ALLOWED_AFTER, self._stop)
         elif not wanted and self[ISR] & INIT:
             self[ISR] &= ~INIT
-            self._forget("INITF")
+            self._ticks.forget("INITF")
             if self[ISR] & INITF:
                 self._leave_initialization()
 
@@ -386,7 +337,7 @@ class Rtc(Peripheral):
 
     def _leave_initialization(self) -> None:
         self[ISR] &= ~INITF
-        self._start = _Start(self._ticks() + STARTS_AFTER, Fraction(0), 0, self._reload, self._start.seconds)
+        self._start = _Start(self._ticks.now() + STARTS_AFTER, Fraction(0), 0, self._reload, self._start.seconds)
         self._running = True
         self._await_copy()
         self._plan()
@@ -395,11 +346,11 @@ class Rtc(Peripheral):
         """Let RSF rise with the next copy."""
         self[ISR] &= ~RSF
         self._shown = None
-        following = (self._ticks() | 1) + 1
-        self._forget("RSF")
+        following = (self._ticks.now() | 1) + 1
+        self._ticks.forget("RSF")
         if not self[CR] & BYPSHAD:
             self._copied_from = following
-            self._at("RSF", following, self._copied)
+            self._ticks.at("RSF", following, self._copied)
 
     def _copied(self) -> None:
         if not self[ISR] & (INITF | SHPF):
@@ -418,7 +369,7 @@ class Rtc(Peripheral):
             self._begin_waiting()
         elif not value & WUTE:
             self._wake_second = None
-            self._forget("WUTF")
+            self._ticks.forget("WUTF")
         if (value ^ old) & BYPSHAD:
             self._await_copy()
         self._stamp.on_change = self._stamped if value & TSE else None
@@ -429,10 +380,10 @@ class Rtc(Peripheral):
         """Let registers of an alarm or of the wake-up be written only while it is disabled."""
         name = f"allow {flag}"
         if enabled:
-            self._forget(name)
+            self._ticks.forget(name)
             self[ISR] &= ~flag
         elif was:
-            self._after(name, ALLOWED_AFTER, lambda: self._raise(flag))
+            self._ticks.after(name, ALLOWED_AFTER, lambda: self._raise(flag))
 
     def _raise(self, flag: int) -> None:
         self[ISR] |= flag
@@ -479,7 +430,7 @@ class Rtc(Peripheral):
             return
         self[ISR] = self[ISR] & ~RSF | SHPF
         ticks = -(-((self._divider - now.prescaled - now.phase) / self._factor) // 1)
-        self._after("SHPF", int(ticks), lambda: self._shift(value))
+        self._ticks.after("SHPF", int(ticks), lambda: self._shift(value))
 
     def read_SHIFTR(self) -> int:
         """Write-only."""
@@ -498,7 +449,7 @@ class Rtc(Peripheral):
             return
         self[CALR] = value
         self[ISR] |= RECALPF
-        self._after("RECALPF", RECALIBRATED_AFTER * self._divider, self._recalibrate)
+        self._ticks.after("RECALPF", RECALIBRATED_AFTER * self._divider, self._recalibrate)
 
     def _recalibrate(self) -> None:
         self[ISR] &= ~RECALPF
@@ -519,14 +470,14 @@ class Rtc(Peripheral):
     def _plan_alarm(self, flag: int) -> None:
         name = f"alarm {flag}"
         offset, sub_seconds = (ALRMAR, ALRMASSR) if flag == ALRAF else (ALRMBR, ALRMBSSR)
-        self._forget(name)
+        self._ticks.forget(name)
         if not self[CR] & flag or not self._running:  # ALRAE and ALRBE are where their flags are in ISR
             return
         now = self._settle()
         alarm = Alarm(self[offset], self[sub_seconds], bool(self[CR] & FMT), self._first_weekday)
         found = alarm.after(now.seconds, now.count, self._reload)
         if found is not None:
-            self._at(name, self._tick_of(*found), lambda: self._alarmed(flag))
+            self._ticks.at(name, self._tick_of(*found), lambda: self._alarmed(flag))
 
     def _alarmed(self, flag: int) -> None:
         self[ISR] |= flag
@@ -542,14 +493,14 @@ class Rtc(Peripheral):
             self._wake_second = self._settle().seconds + self[WUTR] + 1 + (0x1_0000 if choice & 0b010 else 0)
             self._plan_seconds(self._wake_second)
         else:
-            self._after("WUTF", (self[WUTR] + 1) * (16 >> choice), self._waited)
+            self._ticks.after("WUTF", (self[WUTR] + 1) * (16 >> choice), self._waited)
 
     def _plan_seconds(self, second: int) -> None:
         self._settle()
         if self._running:
-            self._at("WUTF", self._tick_of(second, self._reload), self._waited)
+            self._ticks.at("WUTF", self._tick_of(second, self._reload), self._waited)
         else:
-            self._forget("WUTF")
+            self._ticks.forget("WUTF")
 
     def _waited(self) -> None:
         self[ISR] |= WUTF
@@ -565,7 +516,7 @@ class Rtc(Peripheral):
         if self[ISR] & TSF:
             self[ISR] |= TSOVF
             return
-        now = self._calendar(self._ticks())
+        now = self._calendar(self._ticks.now())
         self[TSTR] = time_register(now.seconds, half_days=bool(self[CR] & FMT))
         self[TSDR] = date_register(now.seconds, self._first_weekday) & 0xFFFF
         self[TSSSR] = now.count
@@ -581,3 +532,5 @@ class Rtc(Peripheral):
         self._alarm_line.set(bool(alarms))
         self._wake_line.set(bool(flags & WUTF and enabled & WUTIE))
         self._stamp_line.set(bool(flags & TSF and enabled & TSIE))
+        for output, flag in zip(self._triggers, (ALRAF, ALRBF), strict=True):
+            output.set(bool(flags & flag))

@@ -21,7 +21,6 @@ from targets.mcu.stm32.absent_blocks import (
     Dma2d,
     Fmc,
     Jpeg,
-    LowPowerTimer,
     Ltdc,
     Mdios,
     Otg,
@@ -96,7 +95,6 @@ class Can28(Can):
 
 
 _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
-    (LowPowerTimer, "LPTIM1", 0x4000_2400),
     (Can, "CAN3", 0x4000_3400),
     (Spi, "SPI2", 0x4000_3800),
     (Spi, "SPI3", 0x4000_3C00),

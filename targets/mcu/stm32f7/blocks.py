@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from types import MappingProxyType
 
 from targets.mcu.pins import Pins
 from targets.mcu.services import Services
@@ -11,13 +12,14 @@ from targets.mcu.stm32.adc import Adc
 from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Channels, Requests
 from targets.mcu.stm32.i2c import I2c
+from targets.mcu.stm32.lptim import LowPowerTimer, LptimKind
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.kinds import F7_KINDS
 from targets.mcu.stm32.usart import Usart
 from targets.mcu.stm32f7 import adc_inputs, dma_map
 from targets.mcu.stm32f7.clocks import ClockTree
 
-__all__ = ["adcs", "dma_controllers", "i2cs", "timers", "usarts"]
+__all__ = ["adcs", "dma_controllers", "i2cs", "low_power_timer", "timers", "usarts"]
 
 _USARTS = {
     "USART1": (0x4001_1000, 37),
@@ -51,11 +53,24 @@ _TIMERS = {
     "TIM13": 0x4000_1C00,
     "TIM14": 0x4000_2000,
 }
+# RM0410 section 26: LPTIM1 external trigger connection; table 46 and section 11.3: line 23 of EXTI.
+_LPTIM1 = LptimKind(
+    irq=93,
+    triggers=MappingProxyType({0: "LPTIM1_ETR", 1: "RTC_ALRA", 2: "RTC_ALRB"}),
+    missing=MappingProxyType({3: "RTC_TAMP1", 4: "RTC_TAMP2", 5: "RTC_TAMP3"}),
+    wake_line="EXTI23",
+)
 
 
 def timers(services: Services) -> tuple[Timer, ...]:
     """Return the timers."""
     return tuple(Timer(name, base, services, F7_KINDS[name]) for name, base in _TIMERS.items())
+
+
+def low_power_timer(services: Services, tree: ClockTree) -> LowPowerTimer:
+    """Return LPTIM1. Its interrupt comes out of Stop mode only by its line of EXTI (RM0410 section 11.3)."""
+    name = "LPTIM1"
+    return LowPowerTimer(name, 0x4000_2400, services, _LPTIM1, kernel_hz=partial(tree.low_power_hz, name))
 
 
 def usarts(services: Services, tree: ClockTree) -> tuple[Usart, ...]:

@@ -25,7 +25,7 @@ from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f7.absent import absent_peripherals
 from targets.mcu.stm32f7.af_table import ALTERNATE_FUNCTIONS
-from targets.mcu.stm32f7.blocks import adcs, dma_controllers, i2cs, timers, usarts
+from targets.mcu.stm32f7.blocks import adcs, dma_controllers, i2cs, low_power_timer, timers, usarts
 from targets.mcu.stm32f7.clocks import ClockTree
 from targets.mcu.stm32f7.dbgmcu import Dbgmcu
 from targets.mcu.stm32f7.flash import Flash
@@ -128,6 +128,7 @@ class Stm32f767(M7Chip):
             *self.usarts.values(),
             *self.i2cs.values(),
             *self._timers.values(),
+            low_power_timer(services, self._tree),
             *dma_controllers(services, self._requests),
             adcs(services, self._requests, self.pins, self.rcc.adc_enabled),
             *absent_peripherals(services),

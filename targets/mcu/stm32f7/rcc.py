@@ -346,7 +346,8 @@ class Rcc(ClassicRcc):
         tree, pll = self.tree, pll_rates(self[PLLCFGR], self.hse_hz)
         all_timers = bool(self[DCKCFGR1] & TIMPRE)
         rates = rates_of(self[CFGR], self._source, self.hse_hz, pll, all_timers=all_timers)
-        rates = replace(rates, kernels=self._kernel_rates(rates, pll))
+        in_stop = frozenset(name for name in self._kernels if self._clock_of(name) in ("LSE", "LSI"))
+        rates = replace(rates, kernels=self._kernel_rates(rates, pll), in_stop=in_stop)
         halted = tree.stopped if stopped is None else stopped
         if rates == tree.rates and halted is tree.stopped:
             return
@@ -358,6 +359,10 @@ class Rcc(ClassicRcc):
 
         self._tell_change(change)
         self._check_rates()
+
+    def _clock_of(self, peripheral: str) -> str:
+        choice = self._kernels[peripheral]
+        return choice.clocks[self[DCKCFGR2] >> choice.shift & choice.mask]
 
     def _kernel_rates(self, rates: Rates, pll: PllRates) -> Mapping[str, Fraction]:
         none = Fraction(0)
@@ -376,8 +381,8 @@ class Rcc(ClassicRcc):
             "-": none,
         }
         found: dict[str, Fraction] = {}
-        for name, choice in self._kernels.items():
-            clock = choice.clocks[self[DCKCFGR2] >> choice.shift & choice.mask]
+        for name in self._kernels:
+            clock = self._clock_of(name)
             found[name] = found["RNG"] if clock == "CK48" else clocks[clock]
         return found
 

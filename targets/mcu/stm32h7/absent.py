@@ -20,7 +20,6 @@ from targets.mcu.stm32.absent_blocks import (
     Dma2d,
     Fmc,
     Jpeg,
-    LowPowerTimer,
     Ltdc,
     Mdios,
     Otg,
@@ -46,12 +45,6 @@ class Spi(Absent):
     REGISTERS = registers(
         "CR1 CR2 CFG1=70007 CFG2 IER SR=1002: IFCR @20 TXDR @30 RXDR: @40 CRCPOLY=107 TXCRC: RXCRC: UDRDR I2SCFGR"
     )
-
-
-class LowPowerTimerWithInputs(LowPowerTimer):
-    """The low-power timer with a choice of inputs."""
-
-    REGISTERS = (*LowPowerTimer.REGISTERS, *registers("@24 CFGR2"))
 
 
 class Fdcan(Absent):
@@ -232,7 +225,6 @@ class AxiInterconnect(Absent):
 
 
 _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
-    (LowPowerTimerWithInputs, "LPTIM1", 0x4000_2400),
     (Spi, "SPI2", 0x4000_3800),
     (Spi, "SPI3", 0x4000_3C00),
     (Spdif, "SPDIFRX", 0x4000_4000),
@@ -273,10 +265,6 @@ _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
     (DelayBlock, "DLYB_SDMMC1", 0x5200_8000),
     (Ramecc, "RAMECC1", 0x5200_9000),
     (Spi, "SPI6", 0x5800_1400),
-    (LowPowerTimerWithInputs, "LPTIM2", 0x5800_2400),
-    (LowPowerTimerWithInputs, "LPTIM3", 0x5800_2800),
-    (LowPowerTimer, "LPTIM4", 0x5800_2C00),
-    (LowPowerTimer, "LPTIM5", 0x5800_3000),
     (Comp, "COMP", 0x5800_3800),
     (Vrefbuf, "VREFBUF", 0x5800_3C00),
     (SaiWithPdm, "SAI4", 0x5800_5400),

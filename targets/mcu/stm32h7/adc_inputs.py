@@ -2,14 +2,16 @@
 
 Channels: DS12117, pin definitions (the positive inputs INP). PA0_C, PA1_C, PC2_C and PC3_C are joined to PA0, PA1, PC2
 and PC3 by switches that are closed after a reset (SYSCFG_PMCR), and stand for them here. Triggers: RM0433, external
-triggers for regular and injected channels; those that are compare channels, TRGO2, lines of EXTI, HRTIM and LPTIM are
-not modelled.
+triggers for regular and injected channels; those that are compare channels, TRGO2, lines of EXTI and HRTIM are not
+modelled.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+
+from targets.mcu.stm32.lptim import inside
 
 __all__ = ["CHANNELS", "INJECTED_TRIGGERS", "INSIDE", "REGULAR_TRIGGERS"]
 
@@ -36,6 +38,8 @@ INSIDE: Mapping[str, Mapping[int, str]] = MappingProxyType(
 )
 """What else stands at channels; see `adc16.Inside`."""
 
+_LPTIM = {18: inside("LPTIM1"), 19: inside("LPTIM2"), 20: inside("LPTIM3")}  # in both tables
+
 REGULAR_TRIGGERS: Mapping[int, str] = MappingProxyType(
     {
         4: "TIM3_TRGO",
@@ -45,6 +49,7 @@ REGULAR_TRIGGERS: Mapping[int, str] = MappingProxyType(
         12: "TIM4_TRGO",
         13: "TIM6_TRGO",
         14: "TIM15_TRGO",
+        **_LPTIM,
     }
 )
 """Signals by EXTSEL."""
@@ -57,6 +62,7 @@ INJECTED_TRIGGERS: Mapping[int, str] = MappingProxyType(
         12: "TIM3_TRGO",
         14: "TIM6_TRGO",
         15: "TIM15_TRGO",
+        **_LPTIM,
     }
 )
 """Signals by JEXTSEL."""

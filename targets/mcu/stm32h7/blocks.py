@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
+from types import MappingProxyType
 
 from targets.mcu.pins import Pins
 from targets.mcu.services import Services
@@ -13,6 +14,7 @@ from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.dmamux import DmaMux, Outlets
 from targets.mcu.stm32.i2c import I2c
+from targets.mcu.stm32.lptim import LowPowerTimer, LptimKind, inside
 from targets.mcu.stm32.lpuart import LowPowerUart
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.h7_kinds import H7_KINDS
@@ -20,7 +22,7 @@ from targets.mcu.stm32.usart_fifo import FifoUsart
 from targets.mcu.stm32h7 import adc_inputs, dma_map
 from targets.mcu.stm32h7.dma_reach import DmaReach
 
-__all__ = ["KernelHz", "adcs", "dma_controllers", "i2cs", "timers", "usarts"]
+__all__ = ["KernelHz", "adcs", "dma_controllers", "i2cs", "low_power_timers", "timers", "usarts"]
 
 KernelHz = Callable[[str], Fraction]
 """Returns the rate of a peripheral's own clock by the peripheral's name; 0 while it stands still."""
@@ -58,6 +60,50 @@ _TIMERS = {
     "TIM17": 0x4001_4800,
 }
 _DMA_IRQS = ((11, 12, 13, 14, 15, 16, 17, 47), (56, 57, 58, 59, 60, 68, 69, 70))
+# RM0433 section 43.3.2, inputs and triggers; 19.1.2, vectors; 20.4, event inputs of EXTI: the line that wakes up, and
+# for two of them one of the output. The triggers of LPTIM3 to LPTIM5 are from memory.
+_TRIGGERS = MappingProxyType({1: "RTC_ALRA", 2: "RTC_ALRB"})
+_MISSING = MappingProxyType({3: "RTC_TAMP1", 4: "RTC_TAMP2", 5: "RTC_TAMP3", 6: "COMP1_OUT", 7: "COMP2_OUT"})
+_FROM_SAI = MappingProxyType({4: "SAI4_FS_A", 5: "SAI4_FS_B"})
+
+
+def _lptim(number: int, irq: int, output_line: str = "") -> LptimKind:
+    """Return what LPTIM1 or LPTIM2 has."""
+    return LptimKind(
+        irq=irq,
+        bus="APB1" if number == 1 else "APB4",
+        reset_bits=True,
+        inputs=0xFF,
+        triggers=MappingProxyType({0: f"LPTIM{number}_ETR", **_TRIGGERS}),
+        missing=_MISSING,
+        output_line=output_line,
+    )
+
+
+def _small_lptim(number: int, irq: int, output_line: str = "") -> LptimKind:
+    """Return what LPTIM3, LPTIM4 or LPTIM5 has: no pins but its output, and the others' outputs as triggers."""
+    others = {index: inside(f"LPTIM{other}") for index, other in enumerate((2, 3, 4, 5)) if other != number}
+    return LptimKind(
+        irq=irq,
+        bus="APB4",
+        encoder=False,
+        reset_bits=True,
+        inputs=0xF if number == 3 else 0,
+        pin_input=False,
+        triggers=MappingProxyType(others),
+        missing=_FROM_SAI,
+        output_line=output_line,
+    )
+
+
+_LPTIMS = {
+    "LPTIM1": (0x4000_2400, 47, _lptim(1, 93)),
+    "LPTIM2": (0x5800_2400, 48, _lptim(2, 138, "EXTI49")),
+    "LPTIM3": (0x5800_2800, 50, _small_lptim(3, 139, "EXTI51")),
+    "LPTIM4": (0x5800_2C00, 52, _small_lptim(4, 140)),
+    "LPTIM5": (0x5800_3000, 53, _small_lptim(5, 141)),
+}
+"""Address, the line of EXTI that wakes up, and what it has."""
 
 
 def usarts(services: Services, kernel_hz: KernelHz) -> tuple[FifoUsart, ...]:
@@ -77,6 +123,16 @@ def usarts(services: Services, kernel_hz: KernelHz) -> tuple[FifoUsart, ...]:
 def timers(services: Services) -> tuple[Timer, ...]:
     """Return the timers."""
     return tuple(Timer(name, base, services, H7_KINDS[name]) for name, base in _TIMERS.items())
+
+
+def low_power_timers(
+    services: Services, kernel_hz: KernelHz, unmasked: Callable[[int], bool]
+) -> tuple[LowPowerTimer, ...]:
+    """Return the low-power timers; `unmasked` says of a direct line of EXTI whether it wakes the CPU up."""
+    return tuple(
+        LowPowerTimer(name, base, services, kind, kernel_hz=partial(kernel_hz, name), wakes=partial(unmasked, line))
+        for name, (base, line, kind) in _LPTIMS.items()
+    )
 
 
 def i2cs(services: Services, kernel_hz: KernelHz) -> tuple[I2c, ...]:

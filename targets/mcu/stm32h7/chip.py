@@ -25,7 +25,7 @@ from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32h7.absent import absent_peripherals
 from targets.mcu.stm32h7.af_table import ALTERNATE_FUNCTIONS
-from targets.mcu.stm32h7.blocks import adcs, dma_controllers, i2cs, timers, usarts
+from targets.mcu.stm32h7.blocks import adcs, dma_controllers, i2cs, low_power_timers, timers, usarts
 from targets.mcu.stm32h7.clocks import HSI_HZ, ClockTree
 from targets.mcu.stm32h7.dbgmcu import Dbgmcu
 from targets.mcu.stm32h7.exti import Exti
@@ -145,6 +145,7 @@ class Stm32h753(M7Chip):
             Hsem(0x5802_6400, services),
             *self.usarts.values(),
             *self._timers.values(),
+            *low_power_timers(services, self._tree.low_power_hz, self.exti.unmasks),
             *dma_controllers(services, self._requests, self.core.data_may_be_cached),
             *adcs(services, self._requests, self.pins, self._tree.kernel_hz),
             *self.i2cs.values(),

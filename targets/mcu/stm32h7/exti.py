@@ -119,6 +119,10 @@ class Exti(Peripheral):
             for group in range(3)
         )
 
+    def unmasks(self, line: int) -> bool:
+        """Say whether CPUIMR lets a direct line wake the CPU up."""
+        return bool(self[_CPU_GROUP * (line // 32) + IMR] >> line % 32 & 1)
+
     def _listener(self, line: int) -> Callable[[bool], None]:
         group, bit = line // 32, 1 << line % 32
 

@@ -36,6 +36,7 @@ from targets.mcu.stm32h7.rcc_plls import PLLS, RccWithPlls
 __all__ = ["Rcc"]
 
 _LINES = 0x3FF  # what CIER can let through
+_KERNEL_REGISTERS = {"D1CCIPR": at.D1CCIPR, "D2CCIP1R": at.D2CCIP1R, "D2CCIP2R": at.D2CCIP2R, "D3CCIPR": at.D3CCIPR}
 
 # DS12117, characteristics of HSI, CSI, HSI48, LSI and the PLLs, the slower figure of each table; from memory.
 _START_S = {
@@ -298,7 +299,8 @@ class Rcc(RccWithPlls):
             sysclk = tree.rates.sysclk
         all_timers = bool(self[at.CFGR] & at.TIMPRE)
         rates = rates_of(sysclk, self[at.D1CFGR], self[at.D2CFGR], self[at.D3CFGR], all_timers=all_timers)
-        rates = replace(rates, kernels=self._kernel_rates(rates, plls))
+        in_stop = frozenset(name for name in KERNEL_CHOICES if self._clock_of(name) in ("LSE", "LSI"))
+        rates = replace(rates, kernels=self._kernel_rates(rates, plls), in_stop=in_stop)
         halted = tree.stopped if stopped is None else stopped
         if rates == tree.rates and halted is tree.stopped:
             return
@@ -310,6 +312,10 @@ class Rcc(RccWithPlls):
 
         self._tell_change(change)
         self._check_rates()
+
+    def _clock_of(self, peripheral: str) -> str:
+        choice = KERNEL_CHOICES[peripheral]
+        return choice.clocks[self[_KERNEL_REGISTERS[choice.register]] >> choice.shift & choice.mask]
 
     def _kernel_rates(self, rates: Rates, plls: list[PllRates]) -> Mapping[str, Fraction]:
         ready = {name: oscillator.ready for name, oscillator in self._oscillators.items()}
@@ -329,11 +335,7 @@ class Rcc(RccWithPlls):
         clocks["PER"] = clocks.get(per, Fraction(0))
         clocks |= {bus: rates.hclk / divider for bus, divider in rates.dividers().items()}
         clocks |= {"SYSCLK": rates.sysclk}
-        registers = {"D1CCIPR": at.D1CCIPR, "D2CCIP1R": at.D2CCIP1R, "D2CCIP2R": at.D2CCIP2R, "D3CCIPR": at.D3CCIPR}
-        return {
-            name: clocks.get(choice.clocks[self[registers[choice.register]] >> choice.shift & choice.mask], Fraction(0))
-            for name, choice in KERNEL_CHOICES.items()
-        }
+        return {name: clocks.get(self._clock_of(name), Fraction(0)) for name in KERNEL_CHOICES}
 
     def _check_rates(self) -> None:
         for where, text in violations(self.tree.rates, self._scale()):

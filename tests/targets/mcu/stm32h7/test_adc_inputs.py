@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from targets.mcu.stm32h7.adc_inputs import CHANNELS, INSIDE
+from targets.mcu.stm32h7.adc_inputs import CHANNELS, INJECTED_TRIGGERS, INSIDE, REGULAR_TRIGGERS
 
 # DS12117, pin definitions, "additional functions"; ADC12 and ADC123 are those that share the channel.
 PINS = """
@@ -63,3 +63,8 @@ def test_pins_and_what_is_inside_make_twenty_channels(unit, count):
     inside = INSIDE.get(unit, {})
     assert not set(inside) & set(CHANNELS[unit])
     assert set(inside) | set(CHANNELS[unit]) == set(range(20))
+
+
+def test_low_power_timers_trigger_both_groups():
+    for triggers in (REGULAR_TRIGGERS, INJECTED_TRIGGERS):
+        assert [triggers[number] for number in (18, 19, 20)] == ["lptim1_out", "lptim2_out", "lptim3_out"]
