@@ -61,6 +61,9 @@ class CaseBase(ABC):
         bench: whose time and journal the case uses.
         case: what is known of it.
         faults: what goes wrong on its line, if anything does.
+
+    Attributes:
+        on_lacks: asked by `lacks`; where something of the bench is emulated, it answers.
     """
 
     _senses: Senses = MappingProxyType({})
@@ -73,6 +76,7 @@ class CaseBase(ABC):
         self._hash = ""
         self._watch: Watch | None = None
         self._began_ns = bench.now_ns
+        self.on_lacks: Callable[[], str] = str
         bench.journal.begin_case(case.id, bench.now_ns)
 
     @property
@@ -105,6 +109,10 @@ class CaseBase(ABC):
         cause = " and ".join(f"{name} {one}" for name, one in late.items() if 4 * one.whole_ns >= most_ns)
         whole_ns = sum(one.whole_ns for one in late.values())
         return Doubt(lateness_s=whole_ns / NS_PER_S, cause=cause, lived=self.bench.far_lived(since_ns))
+
+    def lacks(self) -> str:
+        """Return on what that is not modelled a target waits, for people; empty if on nothing of the kind."""
+        return self.on_lacks()
 
     def case_hash(self) -> str:
         """Return the hash over the canonical events of this case; empty in real time, where it would mean nothing."""

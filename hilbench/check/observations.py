@@ -78,6 +78,28 @@ class Ledger(msgspec.Struct, frozen=True, kw_only=True):
     ignored: tuple[IgnoredCommand, ...] = ()
 
 
+class EmulationNote(msgspec.Struct, frozen=True, kw_only=True):
+    """Something about the firmware of an emulated board that a reader of its verdicts should know.
+
+    Attributes:
+        board: the board, by its name in the bench.
+        kind: ``unmodelled`` (it touched what the model lacks), ``clock-off``, ``misuse`` (silicon would not do what was
+            meant), ``reserved`` (no such register), ``assumed`` (the model chose what the manual leaves open),
+            ``image``, ``reset`` (not by button or power), ``fault``, or how it came to its end, such as ``lockup``.
+        where: register and bits, or what else it is about.
+        text: what was done and what comes of it.
+        at: the place in the program, the first time; empty where there is none.
+        case_ids: the cases in which it was seen.
+    """
+
+    board: str
+    kind: str
+    where: str
+    text: str
+    at: str
+    case_ids: tuple[str, ...]
+
+
 class Pace(msgspec.Struct, frozen=True, kw_only=True):
     """How well the host kept up with bench time, on a bench in real time.
 
@@ -136,12 +158,14 @@ class Observations(msgspec.Struct, frozen=True, kw_only=True):
         ledger: fidelity of the virtual target; null if none was built.
         pace: how well the host kept up; null on a bench in virtual time.
         port: counters of the port; null on a bench without one.
+        notes: on the firmware of emulated boards, each once.
     """
 
     coverage: tuple[Coverage, ...] = ()
     ledger: Ledger | None = None
     pace: Pace | None = None
     port: PortCounters | None = None
+    notes: tuple[EmulationNote, ...] = ()
 
 
 @runtime_checkable

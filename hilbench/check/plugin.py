@@ -16,10 +16,10 @@ import pytest
 
 from hilbench.check.cases import spec_of
 from hilbench.check.collector import Collector, PlannedCase
-from hilbench.check.doubt import doubted
+from hilbench.check.doubt import doubted, excused
 from hilbench.check.outcome import PASSED, Outcome, outcome_of, printable
 from hilbench.check.planning import plan_case, refuse_conflicts
-from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo, CaseView, Doubtful, Preparing, Viewable
+from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo, CaseView, Doubtful, Lacking, Preparing, Viewable
 from hilbench.check.recorder import recording, uncertain
 from hilbench.check.results import CaseResult
 from hilbench.check.screens import SHOWN_VERDICTS, Screens
@@ -76,9 +76,12 @@ class _CaseRun:
 
     def _ask(self, bench: CaseBench) -> None:
         self.bench_time_s = (bench.now_ns - self.began_ns) / NS_PER_S
+        told = self.outcome
         if isinstance(bench, Doubtful):
-            told, self.outcome = self.outcome, doubted(self.outcome, bench.doubt())
-            self.in_doubt = self.outcome.verdict is not told.verdict
+            self.outcome = doubted(self.outcome, bench.doubt())
+        if isinstance(bench, Lacking) and self.outcome.verdict is not Verdict.PASS:
+            self.outcome = excused(self.outcome, bench.lacks())
+        self.in_doubt = self.outcome.verdict is not told.verdict
         if self.outcome.verdict is not Verdict.PASS:
             self.outcome = _with_evidence(self.outcome, tuple(bench.evidence()))
         bench.finish(self.outcome.verdict.value, self.outcome.cause)

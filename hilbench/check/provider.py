@@ -158,6 +158,17 @@ class Doubtful(Protocol):
         """Return how late things were in the case; called once, before `CaseBench.finish`."""
 
 
+@runtime_checkable
+class Lacking(Protocol):
+    """What the bench of a case may have besides: a target that is emulated, and what its emulation lacks."""
+
+    def lacks(self) -> str:
+        """Return on what that is not modelled the target waits, for people; empty if it waits on nothing of the kind.
+
+        Called once, of a case that did not pass, before `CaseBench.finish`.
+        """
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaseView:
     """What there is to be seen of a case at one moment, for those who draw it.

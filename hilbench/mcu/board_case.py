@@ -126,7 +126,9 @@ class BoardCase(CaseBase, BoardBench):
         return about | about_pkt("checker", {}, program if program in PROFILES else "documented")
 
     def _packets(self) -> Sequence[str]:
-        return self.board.transcript[-_LINES_OF_EVIDENCE:]
+        waiting = ((name, self.emulated.waiting(name)) for name in self.boards)
+        at_the_end = [f"{name} {text}, at the end" for name, text in waiting if text]
+        return [*at_the_end, *self.board.transcript[-_LINES_OF_EVIDENCE:]]
 
 
 def _there(thing: ThingT | None, what: str) -> ThingT:

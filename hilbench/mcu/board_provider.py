@@ -15,6 +15,7 @@ import msgspec
 
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile, EmulatedBoard, PartPlan
+from hilbench.check.observations import Observations
 from hilbench.check.provider import CaseInfo, CaseSetup
 from hilbench.clock import Scheduler
 from hilbench.config import read_bench
@@ -23,6 +24,7 @@ from hilbench.journal import Journal
 from hilbench.mcu.board_case import BoardBench, BoardCase
 from hilbench.mcu.command_line import open_target
 from hilbench.mcu.emulated import EmulatedBench
+from hilbench.mcu.noted import Noted, lacking
 from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
 from hilbench.rover.hands import hands_on
@@ -56,6 +58,7 @@ class BoardProvider:
         self._shared = shared
         self._alter = alter
         self._images = _Images(self._variants, choices)
+        self._noted = Noted()
 
     @property
     def suites(self) -> Sequence[str]:
@@ -89,6 +92,10 @@ class BoardProvider:
         about = self._shared.describe(f"emulated {boards}", physics)
         return {**about, "instead": self._images.text} if self._images.text else about
 
+    def observed(self) -> Observations:
+        """Return what there is to note of the firmware, over all cases so far."""
+        return Observations(notes=self._noted.notes())
+
     def prepare(self, cases: Sequence[CaseInfo]) -> None:
         """Make sure that what somebody wants to be checked is checked by one of these cases at least.
 
@@ -119,21 +126,26 @@ class BoardProvider:
             yield open_car_host(self._shared, bench, case)[0]
             return
         with contextlib.ExitStack() as opened:
+            there: list[EmulatedBench] = []
 
             def add(bench: Bench, setup: CaseSetup, scene: str) -> EmulatedBench:
                 idle = not scene and "world" not in case.needs
                 bench_file = replace(self._bench_file(setup, scene), without_car=idle)
-                return opened.enter_context(contextlib.closing(EmulatedBench(bench_file, seed=case.seed, bench=bench)))
+                emulated = EmulatedBench(bench_file, seed=case.seed, bench=bench)
+                opened.enter_context(contextlib.closing(emulated))
+                opened.callback(self._noted.take, case.id, emulated)
+                there.append(emulated)
+                return emulated
 
             def open_other(setup: CaseSetup, scene: str) -> BoardBench:
                 beside = Bench(Scheduler(), Journal(), timeout_scale=bench.timeout_scale)
                 return BoardBench(add(beside, setup, scene))
 
             emulated = add(bench, case.setup, case.scene)
-            if "simulator" in case.needs:
-                yield self._pair(bench, case, emulated)
-            else:
-                yield BoardCase(bench, case, emulated, open_other)
+            pair = "simulator" in case.needs
+            made = self._pair(bench, case, emulated) if pair else BoardCase(bench, case, emulated, open_other)
+            made.on_lacks = lambda: lacking(there)
+            yield made
 
     def close(self) -> None:
         """Close what the benches of the run had in common."""

@@ -23,17 +23,23 @@ from hilbench.mcu.seams import Ending, Machine
 from hilbench.mcu.usart_port import UsartPort
 from hilbench.mcu.vcd import Waveforms
 from hilbench.wiring.surroundings import Surroundings
+from targets.mcu.cortexm.faults import Fault
 from targets.mcu.errors import McuError
-from targets.mcu.fidelity import Note
+from targets.mcu.fidelity import Fidelity, Note
 from targets.mcu.image import Image
 from targets.mcu.nets import Nets
 from targets.mcu.pins import Pin
+from targets.mcu.registers import Peripheral, Register
 from targets.mcu.serial_line import SerialFrame
 
 __all__ = ["EmulatedBench", "End", "MachineFactory", "make_machine"]
 
 _FRAME_BITS = 8
 """Of a frame of ten bits this much must have gone by at most when its receiver learns of it."""
+_GLANCES, _GLANCE_NS = 50, 20_000
+"""How often, and how far each time, a chip runs ahead to see in which loop it waits (choices)."""
+_FROM_OUTSIDE = frozenset({"POR", "PIN"})
+"""Resets that say nothing of the firmware: power and the button."""
 _LOCKSTEPS_PER_BIT = 4
 """A frame whose edges are late by up to a quarter of a bit is read rightly in most cases, by more in few (choice)."""
 
@@ -153,6 +159,7 @@ class EmulatedBench:
         self.images: Mapping[str, Image] = {name: load(emulated) for name, emulated in bench_file.boards.items()}
         self.at_close: list[Callable[[], None]] = []
         self._notes: list[dict[str, object]] = []
+        self._happened: dict[tuple[str, str, str], dict[str, object]] = {}
         self.consoles: dict[str, list[Callable[[bytes, int], None]]] = {}
         self.on_console: Callable[[str], None] = lambda _name: None
         self.end: End | None = None
@@ -184,6 +191,24 @@ class EmulatedBench:
     def notes(self) -> list[dict[str, object]]:
         """Return what the firmware touched that is not modelled, or got wrong, in order of bench time."""
         return self._notes
+
+    def noted(self) -> list[dict[str, object]]:
+        """Return `notes`, with resets that came from within, faults, and how firmware came to its end; each once."""
+        ended = [] if self.end is None or self.end.good else [_entry_of(self.end)]
+        return [*self._notes, *self._happened.values(), *ended]
+
+    def lacking(self, name: str) -> str:
+        """Return on what that is not modelled the program of a board waits, for people; empty: on nothing of the kind.
+
+        Asked at the end of a case. An interrupt may just have come, so the chip runs ahead until its loop is seen.
+        """
+        machine = self.machines[name]
+        for _ in range(_GLANCES):
+            if machine.waits_in is None and machine.asleep is None and machine.ended is None:
+                machine.run_to(machine.now_ns + _GLANCE_NS)
+        polled = machine.waits_in.polled if machine.waits_in is not None else ()
+        absent = [_absent_at(machine, address) for address in polled]
+        return f"{name} {self.waiting(name)}; {absent[0]}" if absent and all(absent) else ""
 
     def waiting(self, name: str) -> str:
         """Return where the program of a board waits, sleeps or was when it was last looked at, for people; or ""."""
@@ -306,6 +331,7 @@ class EmulatedBench:
         machine = self.machines[name]
         machine.on_console = partial(self._console, name)
         machine.on_reset = partial(self._reset, name)
+        machine.on_fault = partial(self._fault, name)
         machine.notes.on_note = partial(self._note, name)
         for text in self.images[name].notes:
             self.bench.record("note", name, note="image", where=str(self.images[name].path.name), text=text, at="")
@@ -401,6 +427,8 @@ class EmulatedBench:
             self._output(name, partial(tap, data, now_ns))
 
     def _reset(self, name: str, cause: str) -> None:
+        if cause not in _FROM_OUTSIDE:
+            self._happen(name, "reset", cause)
         self._output(name, partial(self._record_reset, name, cause))
 
     def _record_reset(self, name: str, cause: str) -> None:
@@ -408,6 +436,13 @@ class EmulatedBench:
             resets = self.resets.setdefault((name, cause), Resets())
             resets.count, resets.last_ns = resets.count + 1, self.bench.now_ns
         self.bench.record("reset", name, reason=cause)
+
+    def _fault(self, name: str, fault: Fault) -> None:
+        self._happen(name, "fault", fault.describe(), self.machines[name].place(fault.pc))
+
+    def _happen(self, name: str, kind: str, text: str, at: str = "") -> None:
+        about = {"board": name, "ns": self.machines[name].now_ns, "kind": kind, "where": kind, "text": text, "at": at}
+        self._happened.setdefault((name, kind, text), about)
 
     def _note(self, name: str, note: Note) -> None:
         self._output(name, lambda: self._record_note(name, note))
@@ -432,9 +467,30 @@ class EmulatedBench:
         self.bench.record("end", name, reason=end.kind, status=end.status, pc=end.pc, at=end.place, cause=end.cause)
 
 
+def _entry_of(end: End) -> dict[str, object]:
+    about = {"kind": end.kind, "where": end.kind, "text": end.cause.removeprefix(f"{end.kind}: "), "at": end.place}
+    return {"board": end.board, "ns": end.ns, **about}
+
+
+def _part_at(machine: Machine, address: int) -> tuple[Peripheral | None, Register | None]:
+    parts = machine.chip.peripherals.values()
+    part = next((part for part in parts if part.base <= address < part.base + part.size), None)
+    return part, part.registers.get(address - part.base & ~3) if part is not None else None
+
+
 def _register_at(machine: Machine, address: int) -> str:
-    for part in machine.chip.peripherals.values():
-        register = part.registers.get(address - part.base & ~3)
-        if part.base <= address < part.base + part.size and register is not None:
-            return f"{part.name}_{register.name}"
-    return f"0x{address:08X}"
+    part, register = _part_at(machine, address)
+    return f"0x{address:08X}" if part is None or register is None else f"{part.name}_{register.name}"
+
+
+def _absent_at(machine: Machine, address: int) -> str:
+    """Return why a register that is polled never says what is waited for, if that is because we lack it.
+
+    A block whose clock is off answers nothing anywhere: that is none of these.
+    """
+    part, register = _part_at(machine, address)
+    if part is None or not part.clocked:
+        return ""
+    there = [register] if register is not None else [*part.registers.values()]  # a block that is absent lacks some
+    lacks = bool(there) and all(one.fidelity is Fidelity.ABSENT for one in there)
+    return (there[0].note or f"{part.name} is not modelled") if lacks else ""

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Protocol
 
+from targets.mcu.cortexm.faults import Fault
 from targets.mcu.fidelity import Notes
 from targets.mcu.i2c_bus import I2cBus
 from targets.mcu.pins import Pins
@@ -132,11 +133,13 @@ class Machine(Protocol):
         notes: what the firmware touched that is not modelled, and what silicon would not have done for it.
         on_console: called with text of the firmware's console and the channel it came by.
         on_reset: called with the cause after each reset.
+        on_fault: called with each fault.
     """
 
     notes: Notes
     on_console: Callable[[bytes, str], None]
     on_reset: Callable[[str], None]
+    on_fault: Callable[[Fault], None]
 
     @property
     def chip(self) -> Chip:

@@ -15,6 +15,7 @@ not run            ``<error type="not-run">``: a run that was cut short is not g
 Clause, level, source, verdict and cause are properties of each test case; seed, run hash and the parts of the bench
 are properties of the suite. The picture of the screen at the moment a clause failed is a property too, and an
 attachment, as GitLab and the Jenkins plugin "JUnit Attachments" read it: ``[[ATTACHMENT|FILE]]`` in ``<system-out>``.
+That of a suite has what there is to note of the firmware of emulated boards.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby
 from xml.etree import ElementTree as ET
 
+from hilbench.check.report import footer
 from hilbench.check.results import ClauseResult, Report
 from hilbench.check.verdicts import Verdict
 from hilbench.names import escaped
@@ -48,6 +50,8 @@ def _add_suite(root: ET.Element, report: Report, suite: str, clauses: Sequence[C
     _add_properties(element, {"hilbench": report.hilbench, **facts})
     for clause in clauses:
         _add_clause(element, clause)
+    if notes := footer.notes_of(report, suite):
+        ET.SubElement(element, "system-out").text = _clean("\n".join([f"{footer.notes_counted(notes)}:", *notes]))
     cases = element.findall("testcase")
     element.set("tests", str(len(cases)))
     for kind, attribute in (("failure", "failures"), ("error", "errors"), ("skipped", "skipped")):

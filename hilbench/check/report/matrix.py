@@ -125,7 +125,8 @@ def _summary(report: Report, colours: bool) -> list[str]:
         not_run = sum(case.verdict is Verdict.NOT_RUN for case in report.cases)
         lines.append(f"stopped: {report.stopped}; {not_run} cases not run")
     style = "green" if code is ExitCode.OK else "bold red"
-    return [*lines, _painted(f"exit {report.exit_code}: {report.exit_meaning}", style, colours)]
+    said = [f"exit {report.exit_code}: {report.exit_meaning}", footer.notes_counted(footer.notes_of(report))]
+    return [*lines, _painted("; ".join(filter(None, said)), style, colours)]
 
 
 def _counted(counts: Counts) -> str:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from hilbench.check import Inconclusive, Verdict, Violation, at_least, at_most, near
 from hilbench.check.collector import Collector
-from hilbench.check.doubt import BORNE_S, Doubt, doubted
+from hilbench.check.doubt import BORNE_S, Doubt, doubted, excused
 from hilbench.check.outcome import outcome_of
 from hilbench.check.plugin import CheckPlugin
 from hilbench.check.pytest_run import run_pytest
@@ -181,3 +181,33 @@ def test_under_plain_pytest_too_what_is_in_doubt_is_neither_a_pass_nor_a_violati
     assert (passed.outcome, slow.outcome, unanswered.outcome) == ("passed", "failed", "failed")
     assert str(slow.longrepr).startswith("inconclusive: less time passed")
     assert str(unanswered.longrepr) == "inconclusive: no answer: not held against the target, for " + CAUSE
+
+
+LACKS = "brain waits in main, polling CEC_ISR; CEC is not modelled"
+
+
+@pytest.mark.parametrize("error", [Violation("no answer"), AssertionError("no answer")])
+def test_what_a_target_fails_to_do_while_it_waits_on_what_is_not_modelled_is_not_held_against_it(error):
+    outcome = excused(outcome_of(error), LACKS)
+    assert (outcome.verdict, outcome.cause) == (
+        Verdict.INCONCLUSIVE,
+        f"no answer: not held against the target, for {LACKS}",
+    )
+    assert excused(outcome_of(error), "") == outcome_of(error)
+
+
+def test_a_verdict_that_cannot_be_told_anyway_names_it_too_and_a_defect_stays_one():
+    assert excused(outcome_of(Inconclusive("too slow")), LACKS).cause == f"too slow; {LACKS}"
+    assert excused(outcome_of(RuntimeError("defect")), LACKS) == outcome_of(RuntimeError("defect"))
+
+
+def test_a_bench_is_asked_what_it_lacks_of_cases_that_do_not_pass(check, provider):
+    def lacks(bench):
+        bench.asked = True
+        return LACKS
+
+    provider.bench = type("LackingBench", (provider.bench,), {"lacks": lacks, "asked": False})
+    report = check('@my("A1")\ndef test_a(bench): pass\n\n@my("A2")\ndef test_b(bench): assert False, "no answer"\n')
+    assert [case.verdict for case in report.cases] == [Verdict.PASS, Verdict.INCONCLUSIVE]
+    assert [bench.asked for bench in provider.opened] == [False, True]
+    assert report.exit_code == 4

@@ -11,6 +11,7 @@ import msgspec
 import pytest
 
 from hilbench.check import CheckOptions, Report, list_cases, run_check
+from hilbench.check.observations import EmulationNote, Observations
 from hilbench.check.report import junit, listing, matrix
 from hilbench.check.report.schema import report_json, report_schema
 from hilbench.console import Console
@@ -214,3 +215,38 @@ def test_clauses_stand_in_the_order_of_their_numbers(check):
         def test_b(bench): pass
         """)
     assert [clause.id for clause in report.clauses] == ["X9", "X10"]
+
+
+def noted(report, *notes):
+    return msgspec.structs.replace(report, observed=Observations(notes=notes))
+
+
+def note(where, *, suite="panel"):
+    return EmulationNote(board="brain", kind="unmodelled", where=where, text=f"{where} is not modelled", at="main",
+                         case_ids=(f"{suite}/a",))  # fmt: skip
+
+
+def test_notes_are_in_every_report_and_the_last_line_counts_them(report):
+    without = matrix.render(report, colours=False, width=None).splitlines()
+    lines = matrix.render(noted(report, note("CEC"), note("DAC")), colours=False, width=None).splitlines()
+    at = lines.index("2 notes on what the firmware did:")
+    assert lines[at + 1 : at + 3] == [
+        "  brain: CEC: CEC is not modelled (main)",
+        "  brain: DAC: DAC is not modelled (main)",
+    ]
+    assert lines[-1] == f"{without[-1]}; 2 notes on what the firmware did"
+    assert [line for line in lines if line not in lines[at : at + 3]][:-1] == without[:-1]
+    one = matrix.render(noted(report, note("CEC")), colours=False, width=None).splitlines()
+    assert one[-1] == f"{without[-1]}; 1 note on what the firmware did"
+
+
+def test_junit_has_the_notes_of_each_suite(report):
+    told = noted(report, note("CEC"), note("DAC", suite="another"))
+    (suite,) = ElementTree.fromstring(junit.junit_xml(told).encode())
+    assert suite.find("system-out").text == ("1 note on what the firmware did:\nbrain: CEC: CEC is not modelled (main)")
+    assert junit.junit_xml(report).count("system-out") == 0
+
+
+def test_json_has_the_notes_with_their_cases(report):
+    told = noted(report, note("CEC"))
+    assert json.loads(report_json(told))["observed"]["notes"][0]["case_ids"] == ["panel/a"]

@@ -51,17 +51,20 @@ FOUND_BY = {
 FOUND_IN_MOTION = {"status-zero": "R21"}
 """By the suite rover-motion; its own tests run it."""
 UNFOUND = {"kd-ki-getters": "no clause asks for 0x85"}
-OTHERS = {"9600", "dma", "g0", "g2", "pid-report", "pwm-1khz", "term", "v1b"}
+OTHERS = {"9600", "dma", "g0", "g2", "log-no-0x81", "log-waits", "pid-report", "pwm-1khz", "term", "v1b"}
 """Images that are no documented rover with a defect."""
 
 
-def verdicts(image, clauses):
+def checked(image, clauses):
     choices = [TargetChoice(name="brain.documented", spec=f"nucleo-f767zi:{image_path(image)}")]
     shared = Shared(bench_file=open_bench("rover"), timeout_scale=1.0, journal=Journal())
     select = f"documented and ({' or '.join(sorted(set(clauses)))})"
     options = CheckOptions(bench="rover", suites=("pkt-board",), select=select)
-    report = run_suites(options, BoardProvider(shared, choices))
-    return {case.clause_ids[0]: case.verdict for case in report.cases}
+    return run_suites(options, BoardProvider(shared, choices))
+
+
+def verdicts(image, clauses):
+    return {case.clause_ids[0]: case.verdict for case in checked(image, clauses).cases}
 
 
 def test_every_image_is_known():
@@ -90,3 +93,20 @@ def test_the_defect_is_found(defect, clause):
 @pytest.mark.parametrize("image", ["rover", "rover-dma"])
 def test_the_rover_without_defects_passes_them_all(image):
     assert set(verdicts(image, FOUND_BY.values()).values()) == {Verdict.PASS}
+
+
+@pytest.mark.exhaustive("seconds of bench time; the gate has a short case on each of these images")
+@pytest.mark.parametrize(
+    ("image", "found", "code"),
+    [
+        ("log-waits", {"P01": Verdict.INCONCLUSIVE, "P02D": Verdict.INCONCLUSIVE}, 4),
+        ("log-no-0x81", {"P01": Verdict.PASS, "P02D": Verdict.FAIL}, 1),
+    ],
+)
+def test_a_rover_that_asks_for_what_the_emulation_lacks(image, found, code):
+    report = checked(f"rover-{image}", found)
+    assert {case.clause_ids[0]: case.verdict for case in report.cases} == found
+    assert report.exit_code == code
+    assert any(note.where.startswith("QUADSPI") for note in report.observed.notes)
+    waits = [case for case in report.cases if case.verdict is Verdict.INCONCLUSIVE]
+    assert all("polling QUADSPI_SR; QUADSPI is not modelled" in case.cause for case in waits)

@@ -51,6 +51,8 @@ typedef struct {
 #define RCC_AHB1_GPIO(port) (1u << ((port) - 'A'))
 #define RCC_AHB1_DMA1 (1u << 21)
 
+#define RCC_AHB3_QUADSPI (1u << 1)
+
 #define RCC_APB1_TIM2 (1u << 0)
 #define RCC_APB1_TIM5 (1u << 3)
 #define RCC_APB1_USART2 (1u << 17)

@@ -1,0 +1,143 @@
+"""What an emulation lacks belongs to the verdict: no gap of ours is blamed on a firmware that waits there.
+
+The images ask a serial flash behind QUADSPI, which the emulated F767 lacks, before they begin.
+"""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+
+import pytest
+
+from hilbench.cli import main
+from targets.firmware import image_path
+from targets.mcu.stm32.absent_blocks import Quadspi
+
+BENCH = """
+version = 1
+suites = ["suite.py"]
+[targets.brain]
+board = "nucleo-f767zi"
+firmware = '{image}'
+"""
+SUITE = """
+from hilbench.check import case
+
+@case("X1", text="The board answers.", source="here")
+def test_answers(bench):
+    bench.board.run(0.004)
+    assert False, "no answer"
+
+@case("X2", text="The board runs.", source="here")
+def test_runs(bench):
+    bench.board.run(0.001)
+"""
+
+
+def checked(tmp_path, capsys, image):
+    (tmp_path / "bench.toml").write_text(BENCH.format(image=image_path(image)))
+    (tmp_path / "suite.py").write_text(SUITE)
+    files = ["--json", str(tmp_path / "r.json"), "--junit", str(tmp_path / "r.xml")]
+    code = main(["check", str(tmp_path / "bench.toml"), *files])
+    report = json.loads((tmp_path / "r.json").read_text())
+    return code, report, capsys.readouterr().out.splitlines(), (tmp_path / "r.xml").read_text()
+
+
+def test_a_clause_that_fails_while_the_firmware_waits_on_what_we_lack_is_inconclusive(tmp_path, capsys):
+    code, report, lines, junit = checked(tmp_path, capsys, "rover-log-waits")
+    assert code == report["exit_code"] == 4
+    failed, passed = report["cases"]
+    where = "waits in __wrap_main (log_memory.c:36), polling QUADSPI_SR; QUADSPI is not modelled: no memory answers"
+    assert failed["verdict"] == "inconclusive"
+    assert failed["cause"] == f"no answer: not held against the target, for brain {where}"
+    assert f"brain {where.partition(';')[0]}, at the end" in failed["evidence"]
+    assert passed["verdict"] == "pass"
+    first, *_ = (note for note in report["observed"]["notes"] if note["kind"] == "unmodelled")
+    assert (first["board"], first["where"], first["at"]) == ("brain", "QUADSPI_DCR", "__wrap_main (log_memory.c:26)")
+    assert first["case_ids"] == ["suite/answers", "suite/runs"]
+    said = (
+        "QUADSPI_DCR and 4 more registers: QUADSPI is not modelled: no memory answers (__wrap_main (log_memory.c:26))"
+    )
+    assert f"  brain: {said}" in lines
+    assert said in junit
+    assert lines[-1] == "exit 4: inconclusive; 1 note on what the firmware did"
+
+
+def test_having_touched_what_we_lack_excuses_nothing(tmp_path, capsys):
+    code, report, lines, junit = checked(tmp_path, capsys, "rover-log-no-0x81")
+    assert code == report["exit_code"] == 1
+    assert [case["verdict"] for case in report["cases"]] == ["fail", "pass"]
+    assert report["cases"][0]["cause"] == "no answer"
+    assert "QUADSPI is not modelled" in junit
+    assert lines[-1] == "exit 1: the target violates a clause; 1 note on what the firmware did"
+
+
+@pytest.fixture
+def waiting(emulate):
+    """A board whose program waits in a loop that polls these registers, seen a while after an interrupt."""
+
+    def build(*polled, seen_after=3):
+        emulated = emulate(lambda _machine: None)
+        machine = emulated.machines["brain"]
+        block = machine.fake.add(Quadspi("QUADSPI", 0xA000_1000, machine.fake.services))
+        machine.chip.peripherals["QUADSPI"] = block
+        run_to, loop = machine.run_to, SimpleNamespace(pc=0x0800_0100, polled=polled)
+
+        def run(limit_ns):
+            run_to(limit_ns)
+            machine.waits_in = loop if len(machine.runs) >= seen_after else None
+
+        machine.run_to = run
+        return emulated, block
+
+    return build
+
+
+QUADSPI_SR, QUADSPI_MISSING, USART1_SR = 0xA000_1008, 0xA000_1100, 0x4001_3800
+
+
+@pytest.mark.parametrize(
+    ("polled", "absent"),
+    [
+        ((QUADSPI_SR,), True),
+        ((QUADSPI_MISSING,), True),
+        ((QUADSPI_SR, QUADSPI_SR + 1), True),
+        ((USART1_SR,), False),
+        ((QUADSPI_SR, USART1_SR), False),
+        ((), False),
+        ((0x2000_0000,), False),
+    ],
+)
+def test_it_waits_on_what_we_lack_where_nothing_else_could_end_the_wait(waiting, polled, absent):
+    emulated, _ = waiting(*polled)
+    assert bool(emulated.lacking("brain")) is absent
+
+
+def test_a_block_whose_clock_is_off_is_the_firmware_s_own_mistake(waiting):
+    emulated, block = waiting(QUADSPI_SR)
+    block.clocked = False
+    assert emulated.lacking("brain") == ""
+
+
+def test_a_program_that_waits_in_no_loop_is_not_looked_for_without_end(waiting):
+    emulated, _ = waiting(QUADSPI_SR, seen_after=10_000)
+    assert emulated.lacking("brain") == ""
+
+
+def test_resets_from_within_and_faults_are_noted_once(emulate):
+    emulated = emulate(lambda _machine: None)
+    machine = emulated.machines["brain"]
+    fault = SimpleNamespace(describe=lambda: "HardFault: a read of nothing", pc=0x0800_0200)
+    for cause in ("POR", "PIN", "IWDG", "IWDG"):
+        machine.on_reset(cause)
+        machine.on_fault(fault)
+    noted = [(note["kind"], note["text"], note["at"]) for note in emulated.noted()]
+    assert noted == [("fault", "HardFault: a read of nothing", "0x08000200"), ("reset", "IWDG", "")]
+
+
+def test_how_a_firmware_came_to_its_end_is_noted_unless_it_is_well(emulate):
+    for kind, status, noted in (("lockup", 1, ["lockup"]), ("exit", 0, []), ("exit", 3, ["exit"])):
+        emulated = emulate(lambda machine, kind=kind, status=status: machine.end(kind, status))
+        emulated.bench.run_until(lambda: False, 0.02)
+        assert [note["kind"] for note in emulated.noted()] == noted
