@@ -56,9 +56,7 @@ def test_a_clause_that_fails_while_the_firmware_waits_on_what_we_lack_is_inconcl
     first, *_ = (note for note in report["observed"]["notes"] if note["kind"] == "unmodelled")
     assert (first["board"], first["where"], first["at"]) == ("brain", "QUADSPI_DCR", "__wrap_main (log_memory.c:26)")
     assert first["case_ids"] == ["suite/answers", "suite/runs"]
-    said = (
-        "QUADSPI_DCR and 4 more registers: QUADSPI is not modelled: no memory answers (__wrap_main (log_memory.c:26))"
-    )
+    said = "QUADSPI_DCR and 4 more: QUADSPI is not modelled: no memory answers (__wrap_main (log_memory.c:26))"
     assert f"  brain: {said}" in lines
     assert said in junit
     assert lines[-1] == "exit 4: inconclusive; 1 note on what the firmware did"
