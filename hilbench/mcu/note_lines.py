@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-__all__ = ["note_lines"]
+__all__ = ["note_lines", "notes_counted"]
 
 _MOST_LINES = 2  # that say the same
 
@@ -21,6 +21,12 @@ def note_lines(notes: Iterable[Mapping[str, object]], *, each: bool = False) -> 
     for note in notes:
         groups.setdefault((note["board"], note["kind"], note["text"]), []).append(note)
     return [line for group in groups.values() for line in _lines(group, each=each)]
+
+
+def notes_counted(count: int, lines: int = 0, hint: str = "") -> str:
+    """Say how many notes there are, and in how many lines they are told if in fewer; `hint` how to get each."""
+    fewer = f", in {lines} lines{hint}" if 0 < lines < count else ""
+    return f"{count} note{'s' if count > 1 else ''} on what the firmware did{fewer}"
 
 
 def _lines(notes: list[Mapping[str, object]], *, each: bool) -> list[str]:

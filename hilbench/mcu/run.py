@@ -15,7 +15,7 @@ from hilbench.exit_codes import ExitCode
 from hilbench.mcu.emulated import EmulatedBench, MachineFactory, make_machine
 from hilbench.mcu.group import FREE_STEP_NS, LOCKED_STEP_NS
 from hilbench.mcu.narration import Narrator
-from hilbench.mcu.note_lines import note_lines
+from hilbench.mcu.note_lines import note_lines, notes_counted
 from hilbench.mcu.usart_port import UsartPort
 from hilbench.names import json_text
 from hilbench.serving import STOP_SIGNALS
@@ -238,9 +238,8 @@ class _Report:
         lines = note_lines(notes, each=self._each_note)
         if not lines:
             return []
-        shown = f", in {len(lines)} lines (--notes all for each)" if len(lines) < len(notes) else ""
-        head = f"{len(notes)} note{'s' if len(notes) > 1 else ''} on what the firmware did{shown}:"
-        return [head, *(f"  {line}" for line in lines)]
+        head = notes_counted(len(notes), len(lines), " (--notes all for each)")
+        return [f"{head}:", *(f"  {line}" for line in lines)]
 
     def _waiting(self) -> list[tuple[str, str]]:
         """Return which boards wait in a loop at the end, and where."""

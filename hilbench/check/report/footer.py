@@ -9,7 +9,7 @@ import msgspec
 from hilbench.check.observations import Coverage, Ledger, Pace, PortCounters
 from hilbench.check.results import Report, TightMargin, relative_margin
 from hilbench.check.verdicts import Measure
-from hilbench.mcu.note_lines import note_lines
+from hilbench.mcu.note_lines import note_lines, notes_counted
 
 _MOST_NAMES = 6
 
@@ -26,22 +26,18 @@ def lines(report: Report) -> list[str]:
         found.append(_pace(observed.pace))
     if observed.port is not None:
         found.append(_port(observed.port))
-    notes = notes_of(report)
-    return [*found, f"{notes_counted(notes)}:", *(f"  {note}" for note in notes)] if notes else found
+    return [*found, *notes_told(report, indent="  ")]
 
 
-def notes_of(report: Report, suite: str = "") -> list[str]:
-    """Return what there is to note of the firmware of emulated boards, of one suite or of all."""
-    return note_lines(
+def notes_told(report: Report, suite: str = "", *, indent: str = "") -> list[str]:
+    """Return what there is to note of the firmware of emulated boards, of one suite or of all, with a head."""
+    notes = [
         msgspec.structs.asdict(note)
         for note in report.observed.notes
         if not suite or any(case_id.startswith(f"{suite}/") for case_id in note.case_ids)
-    )
-
-
-def notes_counted(notes: Sequence[str]) -> str:
-    """Say how many notes there are; empty if there are none."""
-    return f"{len(notes)} note{'s' if len(notes) > 1 else ''} on what the firmware did" if notes else ""
+    ]
+    told = note_lines(notes)
+    return [f"{notes_counted(len(notes), len(told))}:", *(f"{indent}{line}" for line in told)] if told else []
 
 
 def margin_text(measure: Measure | None) -> str:

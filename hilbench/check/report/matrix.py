@@ -9,6 +9,7 @@ from hilbench.check.report import footer
 from hilbench.check.results import ClauseResult, Counts, Report
 from hilbench.check.verdicts import Verdict
 from hilbench.exit_codes import ExitCode
+from hilbench.mcu.note_lines import notes_counted
 
 _EVIDENCE_LINES = 12
 _PLAIN_WIDTH = 10_000
@@ -125,8 +126,8 @@ def _summary(report: Report, colours: bool) -> list[str]:
         not_run = sum(case.verdict is Verdict.NOT_RUN for case in report.cases)
         lines.append(f"stopped: {report.stopped}; {not_run} cases not run")
     style = "green" if code is ExitCode.OK else "bold red"
-    said = [f"exit {report.exit_code}: {report.exit_meaning}", footer.notes_counted(footer.notes_of(report))]
-    return [*lines, _painted("; ".join(filter(None, said)), style, colours)]
+    said, notes = f"exit {report.exit_code}: {report.exit_meaning}", len(report.observed.notes)
+    return [*lines, _painted(f"{said}; {notes_counted(notes)}" if notes else said, style, colours)]
 
 
 def _counted(counts: Counts) -> str:

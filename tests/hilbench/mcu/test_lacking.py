@@ -59,7 +59,7 @@ def test_a_clause_that_fails_while_the_firmware_waits_on_what_we_lack_is_inconcl
     said = "QUADSPI_DCR and 4 more: QUADSPI is not modelled: no memory answers (__wrap_main (log_memory.c:26))"
     assert f"  brain: {said}" in lines
     assert said in junit
-    assert lines[-1] == "exit 4: inconclusive; 1 note on what the firmware did"
+    assert lines[-1] == "exit 4: inconclusive; 5 notes on what the firmware did"
 
 
 def test_having_touched_what_we_lack_excuses_nothing(tmp_path, capsys):
@@ -68,7 +68,7 @@ def test_having_touched_what_we_lack_excuses_nothing(tmp_path, capsys):
     assert [case["verdict"] for case in report["cases"]] == ["fail", "pass"]
     assert report["cases"][0]["cause"] == "no answer"
     assert "QUADSPI is not modelled" in junit
-    assert lines[-1] == "exit 1: the target violates a clause; 1 note on what the firmware did"
+    assert lines[-1] == "exit 1: the target violates a clause; 5 notes on what the firmware did"
 
 
 @pytest.fixture
