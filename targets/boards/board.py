@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import takewhile
 from typing import Any, Literal
 
 from targets.mcu.errors import BoardError
@@ -166,7 +167,7 @@ class Board:
             parts["buttons"] = tuple(Button(**button) for button in parts.get("buttons", ()))
             parts["connectors"] = tuple(Connector(**_with_tuples(item)) for item in parts.get("connectors", ()))
             if parts["chip"] not in VARIANTS:
-                raise BoardError(f"no chip '{parts['chip']}'", hint=f"chips: {', '.join(VARIANTS)}")
+                raise BoardError(f"no chip '{parts['chip']}'", hint=f"chips: {', '.join(_nearest(str(parts['chip'])))}")
             return cls(**parts)
         except KeyError as error:
             raise BoardError(f"the key {error} is missing") from None
@@ -197,6 +198,19 @@ class Board:
         if name in self.pins:
             return self.pins[name]
         return name if name in self.variant.pins else None
+
+
+def _nearest(chip: str) -> list[str]:
+    """Return the chips that can be chosen, and are most like one that cannot, the nearest first."""
+    from difflib import get_close_matches
+
+    name = chip.upper()
+    alike = get_close_matches(name, VARIANTS, n=len(VARIANTS), cutoff=0)
+
+    def begins_alike(one: str) -> int:
+        return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(one, name, strict=False)))
+
+    return sorted(alike, key=begins_alike, reverse=True)[:3]
 
 
 def _with_tuples(data: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from targets.mcu.variant import Variant
+from targets.mcu.variants import VARIANTS, Variant
 
-__all__ = ["FLASH_BASE", "RAM_BASE", "ChipLimits", "fitting", "limits_for", "limits_of"]
+__all__ = ["FLASH_BASE", "RAM_BASE", "ChipLimits", "fitting", "limits_for", "limits_of", "past_end"]
 
 KB = 1024
 FLASH_BASE, RAM_BASE = 0x0800_0000, 0x2000_0000
+_NEAR = 4 * KB  # so far behind the end of a memory is by a mistake of it (choice)
 FLASH_SPACE = 16 * KB * KB  # what the memory map sets aside is more; none of these chips fills it
 
 
@@ -54,7 +55,8 @@ _STM32H7 = _Series(
 
 _SERIES = MappingProxyType(
     {
-        # DS5319, DS6087, DS5792 and DS7130, ordering information; table: a medium-density device (RM0008, table 63)
+        # DS6087, DS5319 and DS5792, ordering information; table: up to medium density (RM0008, table 63), the rest of a
+        # longer one says nothing new
         "STM32F103": _Series(
             sizes_kb=MappingProxyType(
                 {
@@ -65,8 +67,6 @@ _SERIES = MappingProxyType(
                     "C": (256, 48),
                     "D": (384, 64),
                     "E": (512, 64),
-                    "F": (768, 96),
-                    "G": (1024, 96),
                 }
             ),
             cpu="cortex-m3",
@@ -194,10 +194,41 @@ def limits_of(variant: Variant) -> ChipLimits:
     return ChipLimits(name=variant.name, flash_size=variant.flash_bytes, ram_size=variant.ram_bytes)
 
 
-def fitting(series: str, flash: int, ram: int) -> str | None:
-    """Return in words which chip has that many bytes of flash and RAM, of `series` if possible; None for no chip."""
-    for name in sorted(_SERIES, key=lambda name: name != series):
-        for letter, (flash_kb, ram_kb) in _SERIES[name].sizes_kb.items():
-            if flash <= flash_kb * KB and ram <= ram_kb * KB:
-                return f"it would fit an {name}x{letter} ({flash_kb} KB of flash, {ram_kb} KB of RAM)"
+def fitting(chip: ChipLimits, flash: int, ram: int) -> Variant | None:
+    """Return the chip that can be emulated and has that many bytes of flash and RAM; None for none.
+
+    The nearest one: of the same series if possible, in the same package if possible, and no larger than needed.
+    """
+    fits = [one for one in VARIANTS.values() if flash <= one.flash_bytes and ram <= one.ram_bytes]
+
+    def distance(one: Variant) -> tuple[bool, bool, int, int]:
+        return (
+            not one.name.startswith(chip.series),
+            not chip.name.startswith(one.name[:-1]),
+            one.flash_bytes,
+            one.ram_bytes,
+        )
+
+    return min(fits, key=distance, default=None)
+
+
+def past_end(chip: ChipLimits, address: int) -> str | None:
+    """Say that an address lies behind the end of flash or RAM, and which chip of the series has more.
+
+    None where that explains nothing: neither has a chip of the series memory there, nor is the end near.
+    """
+    for what, base, size in (("flash", FLASH_BASE, chip.flash_size), ("RAM", RAM_BASE, chip.ram_size)):
+        needed = address + 1 - base
+        if needed <= size:
+            continue
+        larger = fitting(chip, needed, 0) if what == "flash" else fitting(chip, 0, needed)
+        if larger is not None and not larger.name.startswith(chip.series):
+            larger = None
+        if larger is None and needed > size + _NEAR:
+            continue
+        text = f"past the end of the {what} of the {chip.name}, {size // KB} KB from 0x{base:08X} on"
+        if larger is None:
+            return text
+        has = larger.flash_bytes if what == "flash" else larger.ram_bytes
+        return f"{text}; the {larger.name} has {has // KB} KB"
     return None

@@ -1,10 +1,10 @@
-"""Which chip a family of microcontrollers is; its blocks are loaded when it is asked for."""
+"""Which chip a part number is; its blocks are loaded when it is asked for."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from targets.mcu.variant import Family
+from targets.mcu.variant import Variant
 
 if TYPE_CHECKING:
     from targets.mcu.chip import Chip
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 __all__ = ["chip_of"]
 
 
-def chip_of(family: Family) -> type[Chip]:
-    """Return the chip of a family."""
-    if family == "stm32f1":
-        from targets.mcu.stm32f1.chip import Stm32f103
+def chip_of(variant: Variant) -> type[Chip]:
+    """Return the chip that a part number is."""
+    if variant.family == "stm32f1":
+        from targets.mcu.stm32f1.chip import stm32f103_with
 
-        return Stm32f103
-    if family == "stm32h7":
+        return stm32f103_with(variant.flash_bytes)
+    if variant.family == "stm32h7":
         from targets.mcu.stm32h7.chip import Stm32h753
 
         return Stm32h753

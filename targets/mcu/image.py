@@ -229,10 +229,12 @@ def _guess_base(data: bytes, chip: ChipLimits) -> int:
 
 
 def _fitting(chip: ChipLimits, flash: int, ram: int) -> str:
-    found = fitting(chip.series, flash, ram)
-    if found is not None and chip.series in found:
-        return found
-    return f"no {chip.series} is that large" + (f"; {found}" if found else "")
+    found = fitting(chip, flash, ram)
+    if found is None:
+        return f"no {chip.series} is that large"
+    flash_kb, ram_kb = found.flash_bytes // 1024, found.ram_bytes // 1024
+    text = f"it would fit an {found.name} ({flash_kb} KB of flash, {ram_kb} KB of RAM)"
+    return text if found.name.startswith(chip.series) else f"no {chip.series} is that large; {text}"
 
 
 def _check_places(contents: _Contents, where: str, chip: ChipLimits, notes: list[str]) -> None:
@@ -269,7 +271,7 @@ def _check_ram(address: int, size: int, where: str, chip: ChipLimits) -> None:
     needed = address + size - RAM_BASE
     if needed > chip.ram_size:
         text = f"needs {needed} bytes of RAM, {chip.name} has {chip.ram_size}"
-        fits = fitting(chip.series, 0, needed)
+        fits = fitting(chip, 0, needed)
         hint = _fitting(chip, 0, needed) if fits else f"no RAM is at 0x{address:08X}: check the linker script"
         raise ImageError(text, where=where, hint=hint)
 
@@ -320,7 +322,7 @@ def _check_stack_pointer(stack_pointer: int, where: str, chip: ChipLimits) -> No
     elsewhere = chip.ram_at(stack_pointer - 4) is not None
     if not (elsewhere or RAM_BASE < stack_pointer <= chip.ram_end or 0 < stack_pointer <= chip.itcm_size):
         needed = stack_pointer - RAM_BASE
-        near = needed > 0 and fitting(chip.series, 0, needed)
+        near = needed > 0 and fitting(chip, 0, needed)
         hint = _fitting(chip, 0, needed) if near else "is this an image for a Cortex-M, and from its first byte on?"
         raise ImageError(
             text + f"is outside the RAM of {chip.name} (0x{RAM_BASE:08X} to 0x{chip.ram_end:08X})",

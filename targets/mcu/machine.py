@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 from targets.mcu.bus import ALIAS_SIZE, Bus
 from targets.mcu.chip import DeepSleep
+from targets.mcu.chip_limits import limits_of, past_end
 from targets.mcu.chips import chip_of
 from targets.mcu.cortexm.core import Core
 from targets.mcu.cortexm.faults import Fault
@@ -94,7 +95,7 @@ class Machine:
         self.on_reset: Callable[[str], None] = lambda _cause: None
         self.on_fault: Callable[[Fault], None] = lambda _fault: None
         self._straps = straps or board.straps
-        chip_class = chip_of(board.variant.family)
+        chip_class = chip_of(board.variant)
         self.engine = UnicornEngine(make_timing(timing, chip_class.CORE), chip_class.CORE)
         self.time = Timebase(chip_class.START_HZ)
         self.notes = Notes(self._moment, self._pc_in_flight)
@@ -441,10 +442,11 @@ class Machine:
         return text
 
     def _explain(self, fault: Fault) -> str:
-        """Return what is known of an address that should not have been executed."""
+        """Return what is known of an address that should not have been accessed or executed."""
         if self.chip.in_flash(fault.pc) and self.engine.half(fault.pc) == 0xFFFF:
             return "; the flash is erased there: a jump or call to code that was never programmed"
-        diagnosis = self.chip.diagnose(fault.pc)
+        address = fault.pc if fault.address is None else fault.address
+        diagnosis = self.chip.diagnose(fault.pc) or past_end(limits_of(self.board.variant), address)
         return f"; {diagnosis}" if diagnosis else ""
 
     def _end(

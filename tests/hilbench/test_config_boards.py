@@ -147,7 +147,7 @@ def test_what_is_wrong_is_one_line_with_its_place(read, tmp_path, text, line, me
     ("text", "line", "message"),
     [
         (MINE + "hse = 8\n", 4, "unknown key 'hse'; did you mean 'hse_hz'?"),
-        (MINE.replace("103RB", "103RE"), 2, "'STM32F103RE' is not a value it takes; did you mean 'STM32F103R"),
+        (MINE.replace("103RB", "103RG"), 2, "'STM32F103RG' is not a value it takes; did you mean 'STM32F103RE'?"),
         (MINE.replace("12000000", "12"), 3, "hse_hz must be between 1000000 and 25000000, not 12"),
         (MINE + "[[leds]]\nname = 'a'\npin = 'PE0'\n", 4, "leds names 'PE0', which the STM32F103RB does not have"),
         (MINE + "[[leds]]\nname = 'a'\npin = 'PA0'\nactive = 'lo'\n", 7, "did you mean 'low'?"),

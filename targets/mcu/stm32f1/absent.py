@@ -4,7 +4,8 @@ Values are kept as written. Flags that hardware would set stay clear, but for th
 before it has begun: the calibration of a converter ends at once, the RTC is always synchronised, CAN enters and leaves
 its initialisation and sleep modes at once, on a bus on which nobody else answers.
 
-Registers: RM0008 sections 11 (ADC), 18 (RTC), 23 (USB), 24 (bxCAN), 25 (SPI), 26 (I2C).
+Registers: RM0008 sections 11 (ADC), 12 (DAC), 13 (DMA), 14, 15 and 17 (timers), 18 (RTC), 21 (FSMC), 22 (SDIO), 23
+(USB), 24 (bxCAN), 25 (SPI), 26 (I2C), 27 (USART).
 """
 
 from __future__ import annotations
@@ -12,11 +13,13 @@ from __future__ import annotations
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
-from targets.mcu.stm32.absent import Absent, Can
+from targets.mcu.stm32.absent import Absent, Can, registers
+from targets.mcu.stm32f1.densities import MEDIUM, Density
 
-__all__ = ["Adc", "I2c", "Rtc", "Spi", "Usb", "UsbMemory", "absent_peripherals"]
+__all__ = ["Rtc", "absent_peripherals"]
 
 HALF = 0xFFFF
+_WITHOUT_A_GATE = ("RTC", "USB_SRAM")  # of their own
 
 
 class Rtc(Absent):
@@ -133,6 +136,78 @@ class Spi(Absent):
     )
 
 
+class SpiI2s(Absent):
+    """An SPI or I2S interface: the transmit buffer is always empty, nothing arrives."""
+
+    MISSING = Spi.MISSING
+    REGISTERS = registers("CR1 CR2 SR=2: DR CRCPR=7 RXCRCR: TXCRCR: I2SCFGR I2SPR=2")
+
+
+class Uart(Absent):
+    """A UART: the transmit register is always empty, nothing arrives."""
+
+    MISSING = "nothing is sent, nothing arrives"
+    REGISTERS = registers("SR=C0: DR BRR CR1 CR2 CR3 GTPR")
+
+
+class Tim(Absent):
+    """A timer with four channels."""
+
+    MISSING = "it does not count"
+    REGISTERS = registers(
+        "CR1 CR2 SMCR DIER SR EGR CCMR1 CCMR2 CCER CNT PSC ARR=FFFF RCR CCR1 CCR2 CCR3 CCR4 BDTR DCR DMAR"
+    )
+
+
+class BasicTim(Absent):
+    """A timer without channels."""
+
+    MISSING = "it does not count"
+    REGISTERS = registers("CR1 CR2 @C DIER SR EGR @24 CNT PSC ARR=FFFF")
+
+
+class Dac(Absent):
+    """The converters to analog: the outputs stay at 0 V."""
+
+    MISSING = "the outputs stay at 0 V"
+    REGISTERS = registers("CR SWTRIGR DHR12R1 DHR12L1 DHR8R1 DHR12R2 DHR12L2 DHR8R2 DHR12RD DHR12LD DHR8RD DOR1: DOR2:")
+
+
+class Sdio(Absent):
+    """The SD card interface: no card answers, and no timeout ends."""
+
+    MISSING = "no card answers"
+    REGISTERS = registers(
+        "POWER CLKCR ARG CMD RESPCMD: RESP1: RESP2: RESP3: RESP4: DTIMER DLEN DCTRL DCOUNT: STA: ICR MASK "
+        "@48 FIFOCNT: @80 FIFO"
+    )
+
+
+class Fsmc(Absent):
+    """The controller of external memory: no memory answers where it would be."""
+
+    MISSING = "no external memory is there"
+    REGISTERS = registers(
+        "BCR1=30DB BTR1=FFFFFFF BCR2=30D2 BTR2=FFFFFFF BCR3=30D2 BTR3=FFFFFFF BCR4=30D2 BTR4=FFFFFFF "
+        "@60 PCR2=18 SR2=40 PMEM2=FCFCFCFC PATT2=FCFCFCFC @74 ECCR2: "
+        "@80 PCR3=18 SR3=40 PMEM3=FCFCFCFC PATT3=FCFCFCFC @94 ECCR3: "
+        "@A0 PCR4=18 SR4=40 PMEM4=FCFCFCFC PATT4=FCFCFCFC PIO4=FCFCFCFC "
+        "@104 BWTR1=FFFFFFF @10C BWTR2=FFFFFFF @114 BWTR3=FFFFFFF @11C BWTR4=FFFFFFF"
+    )
+
+
+class Dma2(Absent):
+    """The second DMA controller, of five channels: no transfer is made."""
+
+    MISSING = "nothing is transferred"
+    REGISTERS = registers(
+        "ISR: IFCR "
+        + " ".join(
+            f"@{20 * number - 12:X} CCR{number} CNDTR{number} CPAR{number} CMAR{number}" for number in range(1, 6)
+        )
+    )
+
+
 class Usb(Absent):
     """The USB device interface with no host at the other end: no reset, no frame, no packet."""
 
@@ -178,11 +253,12 @@ class UsbMemory(Peripheral):
         self._words[offset >> 2] = value & HALF
 
 
-def absent_peripherals(services: Services) -> list[Peripheral]:
-    """Return everything of the medium-density STM32F103 that is not modelled, at its address (RM0008 table 3)."""
-    return [
+def absent_peripherals(services: Services, density: Density = MEDIUM) -> list[Peripheral]:
+    """Return everything of an STM32F103 of a density that is not modelled, at its address (RM0008 table 3)."""
+    spi2 = SpiI2s if "SPI3" in density.gates else Spi
+    everything = (
         Rtc("RTC", 0x4000_2800, services),
-        Spi("SPI2", 0x4000_3800, services),
+        spi2("SPI2", 0x4000_3800, services),
         I2c("I2C1", 0x4000_5400, services),
         I2c("I2C2", 0x4000_5800, services),
         Usb("USB", 0x4000_5C00, services),
@@ -191,4 +267,17 @@ def absent_peripherals(services: Services) -> list[Peripheral]:
         Adc("ADC1", 0x4001_2400, services),
         Adc("ADC2", 0x4001_2800, services),
         Spi("SPI1", 0x4001_3000, services),
-    ]
+        Tim("TIM5", 0x4000_0C00, services),
+        BasicTim("TIM6", 0x4000_1000, services),
+        BasicTim("TIM7", 0x4000_1400, services),
+        SpiI2s("SPI3", 0x4000_3C00, services),
+        Uart("UART4", 0x4000_4C00, services),
+        Uart("UART5", 0x4000_5000, services),
+        Dac("DAC", 0x4000_7400, services),
+        Tim("TIM8", 0x4001_3400, services),
+        Adc("ADC3", 0x4001_3C00, services),
+        Sdio("SDIO", 0x4001_8000, services),
+        Dma2("DMA2", 0x4002_0400, services),
+        Fsmc("FSMC", 0xA000_0000, services),
+    )
+    return [part for part in everything if part.name in density.gates or part.name in _WITHOUT_A_GATE]

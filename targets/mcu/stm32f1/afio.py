@@ -1,7 +1,7 @@
 """AFIO of the STM32F1: which pin carries which signal, and which port an EXTI line has (RM0008 sections 9.3 and 9.4).
 
-The tables `FIXED` and `REMAPS` are the pins of every alternate function of the medium-density devices (RM0008 tables 38
-to 55, DS5319 table 5). A field with a reserved value leaves the signals where they are (choice) and is noted.
+The tables `FIXED` and `REMAPS` are the pins of every alternate function of what is modelled (RM0008 tables 38 to 55,
+DS5319 table 5). A field with a reserved value leaves the signals where they are (choice) and is noted.
 
 SWJ_CFG is write-only: "when read, the value is undefined" (section 9.4.2). It reads as it was last written (choice):
 published board support polls for that, and a change of another field that reads MAPR first leaves the debug pins alone.
@@ -9,7 +9,7 @@ published board support polls for that, and a change of another field that reads
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -121,7 +121,8 @@ _DEBUG_PINS = {
 _SWJ_CFG = 0b111 << 24
 _PD01_REMAP = 1 << 15
 _EVOE = 1 << 7
-_PORTS = "ABCDE"
+_PORTS = "ABCDEFG"
+_MAPR2 = Register("MAPR2", 0x1C, writable=1 << 10, ignored=1 << 10, note="FSMC_NADV: there is no FSMC")
 
 
 class Afio(Peripheral):
@@ -135,6 +136,7 @@ class Afio(Peripheral):
         signals: the signals it routes.
         shared_oscillator_pins: whether PD0 and PD1 are the pins of the oscillator unless PD01_REMAP is set, as they are
             on packages of up to 64 pins (RM0008 section 9.3.3).
+        has_mapr2: the chip has an FSMC, and a register for its NADV.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
@@ -168,7 +170,9 @@ class Afio(Peripheral):
         signals: Signals,
         *,
         shared_oscillator_pins: bool = True,
+        has_mapr2: bool = False,
     ) -> None:
+        self._more = (_MAPR2,) if has_mapr2 else ()
         super().__init__(name, base, services)
         self._shared_oscillator_pins = shared_oscillator_pins
         self._pins = pins
@@ -178,6 +182,10 @@ class Afio(Peripheral):
         for signal, pin in FIXED.items():
             signals.route(signal, pin)
         self.reset()
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers of this chip."""
+        return (*self.REGISTERS, *self._more)
 
     def reset(self) -> None:
         """Every signal goes to its default pin, all debug pins to the debug port, every EXTI line to port A."""
@@ -258,18 +266,22 @@ class Afio(Peripheral):
     def _choose_ports(self, offset: int, first: int, value: int) -> None:
         self[offset] = value
         for index in range(4):
-            port, line = value >> 4 * index & 0xF, first + index
-            self._signals.route(f"EXTI{line}", f"P{_PORTS[port]}{line}" if port < len(_PORTS) else None)
+            line = first + index
+            self._signals.route(f"EXTI{line}", self._pin(value >> 4 * index & 0xF, line))
+
+    def _pin(self, port: int, number: int) -> str | None:
+        """Return a pin by its port as registers number them, or None if the chip has no such port."""
+        name = f"P{_PORTS[port]}{number}" if port < len(_PORTS) else ""
+        return name if name in self._pins else None
 
     # --- event output
 
     def write_EVCR(self, value: int) -> None:
         """Choose the pin of EVENTOUT."""
         self[0x00] = value
-        port = value >> 4 & 0b111
-        enabled = value & _EVOE and port < len(_PORTS)
-        self._signals.route("EVENTOUT", f"P{_PORTS[port]}{value & 0xF}" if enabled else None)
-        self._event_out.set(False if enabled else None)
+        pin = self._pin(value >> 4 & 0b111, value & 0xF) if value & _EVOE else None
+        self._signals.route("EVENTOUT", pin)
+        self._event_out.set(None if pin is None else False)
 
     def send_event(self) -> None:
         """The core has executed SEV: a pulse on EVENTOUT."""

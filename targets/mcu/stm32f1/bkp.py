@@ -1,17 +1,18 @@
-"""BKP: ten half-words that survive everything but power-off and tampering (RM0008 section 6, medium density)."""
+"""BKP: half-words that survive everything but power-off and tampering (RM0008 section 6)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import ClassVar
 
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
+from targets.mcu.stm32f1.densities import MEDIUM, Density
 
 __all__ = ["Bkp"]
 
 TAMPER_IRQ = 2
-DATA = range(0x04, 0x2C, 4)
+DATA = (*range(0x04, 0x2C, 4), *range(0x40, 0xC0, 4))  # DR1 to DR10, DR11 to DR42
 RTCCR, CR, CSR = 0x2C, 0x30, 0x34
 TPE, TPAL = 1 << 0, 1 << 1
 CTE, CTI, TPIE, TEF, TIF = 1 << 0, 1 << 1, 1 << 2, 1 << 8, 1 << 9
@@ -24,20 +25,27 @@ class Bkp(Peripheral):
         base: address of its first register.
         services: what the chip offers; the pin is its input ``TAMPER``, asked for when TPE is set.
         backup_writable: says whether PWR_CR.DBP opens the backup domain; without it writes are lost.
+        density: says how many half-words there are.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
-        *(Register(f"DR{number}", offset, 0, 0xFFFF) for number, offset in enumerate(DATA, 1)),
         Register("RTCCR", RTCCR, 0, 0x3FF, 0x3FF, note="the calibration and output of the RTC are not modelled"),
         Register("CR", CR, 0, TPE | TPAL),
         Register("CSR", CSR, 0, CTE | CTI | TPIE),
     )
 
-    def __init__(self, base: int, services: Services, *, backup_writable: Callable[[], bool]) -> None:
+    def __init__(
+        self, base: int, services: Services, *, backup_writable: Callable[[], bool], density: Density = MEDIUM
+    ) -> None:
+        self._data = DATA[: density.backup_registers]
         super().__init__("BKP", base, services)
         self._writable = backup_writable
         self._irq = services.irq(TAMPER_IRQ)
         self._tamper = services.input("TAMPER")
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the half-words of this density, and the rest."""
+        return (*(Register(f"DR{n}", offset, 0, 0xFFFF) for n, offset in enumerate(self._data, 1)), *self.REGISTERS)
 
     def reset(self) -> None:
         """A reset of the chip reaches TPIE and the flag of the interrupt only."""
@@ -78,7 +86,7 @@ class Bkp(Peripheral):
         active = level is not bool(self[CR] & TPAL)  # TPAL = 0: a high level is tampering
         if not (self[CR] & TPE and active):
             return
-        for offset in DATA:
+        for offset in self._data:
             self[offset] = 0
         self[CSR] |= TEF | TIF if self[CSR] & TPIE else TEF
         self._irq.set(bool(self[CSR] & TIF))

@@ -1,11 +1,12 @@
-"""The medium-density STM32F103: which peripherals there are, where, and how they are tied together.
+"""The STM32F103 of low, medium and high density: where the peripherals are, and how they are tied together.
 
-Addresses: RM0008 table 3. Interrupts: RM0008 table 63. Clock gates: RM0008 sections 7.3.6 to 7.3.8.
+Addresses: RM0008 table 3. Interrupts: RM0008 table 63. Which peripherals there are: `targets.mcu.stm32f1.densities`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 from targets.mcu.bus import BIT_BAND, Bus
@@ -27,9 +28,10 @@ from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.clocks import ClockTree
 from targets.mcu.stm32f1.crc import Crc
 from targets.mcu.stm32f1.dbgmcu import Dbgmcu
+from targets.mcu.stm32f1.densities import HIGH, LOW, MEDIUM, Density, density_of
 from targets.mcu.stm32f1.dma import Dma
 from targets.mcu.stm32f1.flash import Flash
-from targets.mcu.stm32f1.gpio import Gpio
+from targets.mcu.stm32f1.gpio import PADS, PADS_OF_HIGH_DENSITY, Gpio
 from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
@@ -41,50 +43,32 @@ if TYPE_CHECKING:
     from targets.boards import Board
     from targets.boards.board import Straps
 
-__all__ = ["Stm32f103"]
+__all__ = ["Stm32f103", "stm32f103_with"]
 
-GATES = {
-    "DMA1": ("AHB", 0),
-    "CRC": ("AHB", 6),
-    "AFIO": ("APB2", 0),
-    "GPIOA": ("APB2", 2),
-    "GPIOB": ("APB2", 3),
-    "GPIOC": ("APB2", 4),
-    "GPIOD": ("APB2", 5),
-    "GPIOE": ("APB2", 6),
-    "ADC1": ("APB2", 9),
-    "ADC2": ("APB2", 10),
-    "TIM1": ("APB2", 11),
-    "SPI1": ("APB2", 12),
-    "USART1": ("APB2", 14),
-    "TIM2": ("APB1", 0),
-    "TIM3": ("APB1", 1),
-    "TIM4": ("APB1", 2),
-    "WWDG": ("APB1", 11),
-    "SPI2": ("APB1", 14),
-    "USART2": ("APB1", 17),
-    "USART3": ("APB1", 18),
-    "I2C1": ("APB1", 21),
-    "I2C2": ("APB1", 22),
-    "USB": ("APB1", 23),
-    "CAN": ("APB1", 25),
-    "BKP": ("APB1", 27),
-    "PWR": ("APB1", 28),
-}
 TIMERS = {"TIM1": 0x4001_2C00, "TIM2": 0x4000_0000, "TIM3": 0x4000_0400, "TIM4": 0x4000_0800}
-AHB_PERIPHERALS = frozenset({"DMA1", "RCC", "FLASH", "CRC"})
+USARTS = {"USART1": (0x4001_3800, "APB2", 37), "USART2": (0x4000_4400, "APB1", 38), "USART3": (0x4000_4800, "APB1", 39)}
+AHB_PERIPHERALS = frozenset({"DMA1", "DMA2", "SDIO", "FSMC", "RCC", "FLASH", "CRC"})
 # Behind the bridges an address without a peripheral reads 0 (a choice: the manual is silent); on AHB it is a bus error.
 BRIDGES = ((0x4000_0000, 0x1_0000), (0x4001_0000, 0x8000))
 RAM_BASE = 0x2000_0000
 
 
 class Stm32f103(BasicChip):
-    """The STM32F103; see `targets.mcu.chip.Chip`."""
+    """An STM32F103 of medium density; see `targets.mcu.chip.Chip`.
+
+    Attributes:
+        DENSITY: what devices of its density have.
+    """
 
     START_HZ = 8_000_000  # HSI
     CORE = CORTEX_M3
+    DENSITY: ClassVar[Density] = MEDIUM
     # The last is the private peripheral bus.
-    REGISTER_WINDOWS = ((0x4000_0000, 0x1_8000), (0x4002_0000, 0x4000), (0xE000_0000, 0x10_0000))
+    REGISTER_WINDOWS: ClassVar[tuple[tuple[int, int], ...]] = (
+        (0x4000_0000, 0x1_8000),
+        (0x4002_0000, 0x4000),
+        (0xE000_0000, 0x10_0000),
+    )
     BIT_BAND: ClassVar[Mapping[int, int]] = BIT_BAND
 
     rcc: Rcc
@@ -104,8 +88,8 @@ class Stm32f103(BasicChip):
     ) -> None:
         self._straps = straps
         self.ram = bytearray(board.variant.ram_bytes)
-        names = [f"P{port}{number}" for port in "ABCDE" for number in range(16)]
-        self.pins = Pins(names, time, notes, bonded=board.variant.pins)
+        pads = PADS_OF_HIGH_DENSITY if self.DENSITY is HIGH else PADS
+        self.pins = Pins(pads, time, notes, bonded=board.variant.pins)
         self.signals = Signals(self.pins)
         self._tree = ClockTree()
         self.services = Services(
@@ -123,14 +107,14 @@ class Stm32f103(BasicChip):
         self.system_memory = system_memory(board.variant.flash_bytes // 1024, unique_id(board.name))
         self._make_core_parts(board)
         self._memories = self._map(from_ram=straps.boot0 == straps.boot1 == 1)
-        self._make_peripherals()
+        self._make_peripherals(board)
         everything = (self.rcc, self._flash, self.pwr, self.bkp, self.iwdg, self.dbgmcu, *self._others)
         self.peripherals: dict[str, Peripheral] = {peripheral.name: peripheral for peripheral in everything}
         for name, peripheral in self.peripherals.items():
             bus.add(peripheral, ahb=name in AHB_PERIPHERALS)
         for base, size in BRIDGES:
             bus.add_quiet(base, size)
-        self._tie(GATES, backup=(self.bkp, self._rtc))
+        self._tie(self.DENSITY.gates, backup=(self.bkp, self._rtc))
         self.rcc.on_clock_failure = self._timers[0].clock_failed
         self._pull_pins(board, straps)
 
@@ -142,14 +126,21 @@ class Stm32f103(BasicChip):
             0x4002_1000,
             services,
             self._tree,
+            self.DENSITY,
             **self._board_clocks(board),
         )
-        size = board.variant.flash_bytes
-        self._flash = Flash(0x4002_2000, services, self._tree, size=size, hsi_on=self.rcc.hsi_on)
-        self.bkp = Bkp(0x4000_6C00, services, backup_writable=self.pwr.backup_writable)
+        self._flash = Flash(
+            0x4002_2000,
+            services,
+            self._tree,
+            size=board.variant.flash_bytes,
+            page=self.DENSITY.page_bytes,
+            hsi_on=self.rcc.hsi_on,
+        )
+        self.bkp = Bkp(0x4000_6C00, services, backup_writable=self.pwr.backup_writable, density=self.DENSITY)
         self.iwdg = self._make_iwdg(0x4000_3000)
         self.wwdg = Wwdg(0x4000_2C00, services)
-        self.dbgmcu = Dbgmcu(0xE004_2000, services)
+        self.dbgmcu = Dbgmcu(0xE004_2000, services, self.DENSITY)
 
     def _map(self, *, from_ram: bool) -> tuple[Memory, ...]:
         flash = self._flash
@@ -161,22 +152,29 @@ class Stm32f103(BasicChip):
             Memory(base=OPTIONS_BASE, data=flash.options),
         )
 
-    def _make_peripherals(self) -> None:
+    def _make_peripherals(self, board: Board) -> None:
         """Everything else."""
-        services, pins = self.services, self.pins
+        services, pins, there = self.services, self.pins, self.DENSITY.gates
         self.dma = Dma("DMA1", 0x4002_0000, services)
         self.exti = exti.Exti("EXTI", 0x4001_0400, services, exti.STM32F1)
-        ports = [Gpio(f"GPIO{port}", 0x4001_0800 + 0x400 * index, services, pins) for index, port in enumerate("ABCDE")]
+        addresses = {f"GPIO{port}": 0x4001_0800 + 0x400 * index for index, port in enumerate("ABCDEFG")}
+        ports = [Gpio(name, base, services, pins) for name, base in addresses.items() if name in there]
         # After the ports: it takes the pins of the debug port away from them.
-        self.afio = Afio("AFIO", 0x4001_0000, services, pins, self.signals)
-        usarts = (
-            Usart("USART1", 0x4001_3800, services, bus="APB2", irq=37),
-            Usart("USART2", 0x4000_4400, services, bus="APB1", irq=38),
-            Usart("USART3", 0x4000_4800, services, bus="APB1", irq=39),
+        self.afio = Afio(
+            "AFIO",
+            0x4001_0000,
+            services,
+            pins,
+            self.signals,
+            shared_oscillator_pins="PE0" not in board.variant.pins,
+            has_mapr2="FSMC" in there,
         )
+        usarts = [
+            Usart(name, base, services, bus=bus, irq=irq) for name, (base, bus, irq) in USARTS.items() if name in there
+        ]
         self.usarts = {usart.name: usart for usart in usarts}
-        self._timers = [Timer(name, base, services) for name, base in TIMERS.items()]
-        absent = absent_peripherals(services)
+        self._timers = [Timer(name, base, services) for name, base in TIMERS.items() if name in there]
+        absent = absent_peripherals(services, self.DENSITY)
         self._rtc = next(peripheral for peripheral in absent if isinstance(peripheral, Rtc))
         self._others: tuple[Peripheral, ...] = (
             *ports,
@@ -216,3 +214,31 @@ class Stm32f103(BasicChip):
     def diagnose(self, pc: int) -> str | None:
         """Tell of the boot loader that is not there."""
         return diagnose(pc)
+
+
+class LowDensity(Stm32f103):
+    """An STM32F103 of low density; see `targets.mcu.chip.Chip`."""
+
+    DENSITY = LOW
+
+
+class HighDensity(Stm32f103):
+    """An STM32F103 of high density; see `targets.mcu.chip.Chip`."""
+
+    CORE = replace(CORTEX_M3, irq_count=HIGH.irq_count)
+    # With SDIO, and with the registers of FSMC.
+    REGISTER_WINDOWS = (
+        (0x4000_0000, 0x1_8400),
+        (0x4002_0000, 0x4000),
+        (0xA000_0000, 0x1000),
+        (0xE000_0000, 0x10_0000),
+    )
+    DENSITY = HIGH
+
+
+_CHIPS = (LowDensity, Stm32f103, HighDensity)
+
+
+def stm32f103_with(flash_bytes: int) -> type[Stm32f103]:
+    """Return the chip with so much flash."""
+    return next(chip for chip in _CHIPS if chip.DENSITY is density_of(flash_bytes))

@@ -26,12 +26,12 @@ from targets.mcu.services import Services
 from targets.mcu.stm32.flash import CR, FLASH_BASE, KEYR, OPTKEYR, SR, BasicFlash
 from targets.mcu.stm32f1.clock_limits import needed_wait_states
 from targets.mcu.stm32f1.clocks import ClockTree
+from targets.mcu.stm32f1.densities import MEDIUM
 from targets.mcu.stm32f1.options import FACTORY, OPTIONS_BASE, OPTIONS_SIZE, Options, decode
 
 __all__ = ["Flash"]
 
-PAGE = 0x400  # medium density: 1 KB (PM0075 section 1.2)
-PAGES_PER_PROTECTION_BIT = 4
+PROTECTED = 0x1000  # bytes for each bit of WRPR, however long a page is (PM0075 section 2.4.2); the last has the rest
 
 ACR, AR, OBR, WRPR = 0x00, 0x14, 0x1C, 0x20
 
@@ -56,6 +56,7 @@ class Flash(BasicFlash):
         services: what the chip offers.
         tree: the clock tree, against which the wait states are checked.
         size: bytes of flash.
+        page: bytes of a page.
         hsi_on: says whether the HSI runs, which programming needs.
 
     Attributes:
@@ -82,11 +83,19 @@ class Flash(BasicFlash):
     OPTIONS_BASE = OPTIONS_BASE
 
     def __init__(
-        self, base: int, services: Services, tree: ClockTree, *, size: int, hsi_on: Callable[[], bool] = lambda: True
+        self,
+        base: int,
+        services: Services,
+        tree: ClockTree,
+        *,
+        size: int,
+        page: int = MEDIUM.page_bytes,
+        hsi_on: Callable[[], bool] = lambda: True,
     ) -> None:
         super().__init__(base, services, size=size, options=FACTORY)
         self.settings: Options = decode(self.options)
         self._tree = tree
+        self._page = page
         self._hsi_on = hsi_on
 
     # --- what the machine calls
@@ -202,20 +211,20 @@ class Flash(BasicFlash):
         elif wanted == MER:
             self._erase(0, len(self.memory))
         elif wanted == PER and 0 <= self[AR] - FLASH_BASE < len(self.memory):
-            self._erase((self[AR] - FLASH_BASE) & -PAGE, PAGE)
+            self._erase((self[AR] - FLASH_BASE) & -self._page, self._page)
         else:
             self[CR] &= ~STRT
             self.note("misuse", "CR.STRT", f"nothing to start with CR = 0x{self[CR]:X}, AR = 0x{self[AR]:08X}")
 
     def _erase(self, offset: int, size: int) -> None:
-        if any(self._is_protected(page) for page in range(offset, offset + size, PAGE)):
+        if any(self._is_protected(page) for page in range(offset, offset + size, self._page)):
             self[CR] &= ~STRT
             self._set_status(set_=WRPRTERR)
         else:
             self._begin(ERASE_S, partial(self._change, FLASH_BASE, self.memory, offset, b"\xff" * size))
 
     def _is_protected(self, offset: int) -> bool:
-        group = offset // (PAGE * PAGES_PER_PROTECTION_BIT)
+        group = offset // PROTECTED
         return not self.settings.wrpr >> min(group, 31) & 1 or (self.settings.read_protected and group == 0)
 
     def _begin(self, seconds: Fraction, finish: Callable[[], None]) -> None:

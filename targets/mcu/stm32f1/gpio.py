@@ -13,10 +13,12 @@ from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
 from targets.mcu.stm32.port_lock import PortLock
 
-__all__ = ["PADS", "Gpio"]
+__all__ = ["PADS", "PADS_OF_HIGH_DENSITY", "Gpio"]
 
-PADS = tuple(f"P{port}{number}" for port in "ABCDE" for number in range(16))
-"""The pads of the medium-density die, bonded or not."""
+PADS_OF_HIGH_DENSITY = tuple(f"P{port}{number}" for port in "ABCDEFG" for number in range(16))
+"""The pads of the high-density die, bonded or not."""
+PADS = PADS_OF_HIGH_DENSITY[: 5 * 16]
+"""Those of the medium-density die; of the low-density one, too, where nothing moves the pins of port E (choice)."""
 
 _RESET_CONFIGURATION = 0x4444_4444
 _SPEED = "the output speed (MODE) is kept and has no effect: edges are ideal"

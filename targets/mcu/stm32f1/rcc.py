@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
 from types import MappingProxyType
 from typing import ClassVar, Unpack
@@ -13,6 +14,7 @@ from targets.mcu.stm32.rcc import BDCR_BITS, BoardClocks
 from targets.mcu.stm32.rcc_classic import CR, CR_BITS, CSR_BITS, PLLON, ClassicRcc, ready_bits
 from targets.mcu.stm32f1.clock_limits import violations
 from targets.mcu.stm32f1.clocks import HSI_HZ, LSI_HZ, ClockTree, pll_hz, rates_of
+from targets.mcu.stm32f1.densities import MEDIUM, Density
 
 __all__ = ["Rcc"]
 
@@ -31,9 +33,7 @@ CAUSES = {
     "LPWR": 33 << 26,
 }
 ADCS, USB = 3 << 9, 1 << 23
-APB1_BITS = 0x1AE6_4807  # TIM2-4, WWDG, SPI2, USART2-3, I2C1-2, USB, CAN, BKP, PWR
-APB2_BITS = 0x0000_5E7D  # AFIO, GPIOA-E, ADC1-2, TIM1, SPI1, USART1
-AHB_BITS = 0x0000_0055  # DMA1, SRAM, FLITF, CRC
+SRAM_AND_FLITF = 0x14
 
 
 class Rcc(ClassicRcc):
@@ -43,6 +43,7 @@ class Rcc(ClassicRcc):
         base: address of its first register.
         services: what the chip offers.
         tree: the clock tree this sets; it is also the chip's `services.clocks`.
+        density: says which peripherals have a gate.
         board: see `BasicRcc`.
     """
 
@@ -50,11 +51,6 @@ class Rcc(ClassicRcc):
         Register("CR", CR, 0x0000_0083, CR_BITS, note="HSICAL reads 0 (choice)"),
         Register("CFGR", CFGR, 0, 0x077F_FFF3, fidelity=Fidelity.PARTLY, note="MCO: the pin carries no edges"),
         Register("CIR", CIR, 0, 0x009F_1F00),
-        Register("APB2RSTR", APB2RSTR, 0, APB2_BITS),
-        Register("APB1RSTR", APB1RSTR, 0, APB1_BITS),
-        Register("AHBENR", AHBENR, 0x14, AHB_BITS, fidelity=Fidelity.PARTLY, note="SRAM, FLITF: gates are remembered"),
-        Register("APB2ENR", APB2ENR, 0, APB2_BITS),
-        Register("APB1ENR", APB1ENR, 0, APB1_BITS),
         Register("BDCR", BDCR, 0, BDCR_BITS),
         Register("CSR", CSR, CAUSES["POR"], CSR_BITS),
     )
@@ -73,10 +69,37 @@ class Rcc(ClassicRcc):
     RESET_FLAGS = 0xFC00_0000
     CAUSES = MappingProxyType(CAUSES)
 
-    def __init__(self, base: int, services: Services, tree: ClockTree, **board: Unpack[BoardClocks]) -> None:
+    def __init__(
+        self,
+        base: int,
+        services: Services,
+        tree: ClockTree,
+        density: Density = MEDIUM,
+        **board: Unpack[BoardClocks],
+    ) -> None:
         self.tree = tree
+        self._density = density
         self._mco = services.output("MCO")
         super().__init__(base, services, **board)
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers, with the gates of this density."""
+        ahb, apb1, apb2 = (self._density.bits(bus) for bus in ("AHB", "APB1", "APB2"))
+        gates = (
+            Register("APB2RSTR", APB2RSTR, 0, apb2),
+            Register("APB1RSTR", APB1RSTR, 0, apb1),
+            Register(
+                "AHBENR",
+                AHBENR,
+                SRAM_AND_FLITF,
+                ahb | SRAM_AND_FLITF,
+                fidelity=Fidelity.PARTLY,
+                note="SRAM, FLITF: gates are remembered",
+            ),
+            Register("APB2ENR", APB2ENR, 0, apb2),
+            Register("APB1ENR", APB1ENR, 0, apb1),
+        )
+        return sorted((*self.REGISTERS, *gates), key=lambda register: register.offset)
 
     # --- registers
 

@@ -1,24 +1,42 @@
-"""The medium-density STM32F103 by part number: memory, and what its package brings out (DS5319 tables 2 and 5)."""
+"""The STM32F103 by part number: memory, and what its package brings out.
+
+DS6087 (x4, x6), DS5319 (x8, xB) and DS5792 (xC, xD, xE): device features, pin definitions.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, get_args
 
 from targets.mcu.variant import Variant
 
 __all__ = ["VARIANTS", "ChipName", "Variant"]
 
 ChipName = Literal[
+    "STM32F103T4",
+    "STM32F103T6",
     "STM32F103T8",
     "STM32F103TB",
+    "STM32F103C4",
+    "STM32F103C6",
     "STM32F103C8",
     "STM32F103CB",
+    "STM32F103R4",
+    "STM32F103R6",
     "STM32F103R8",
     "STM32F103RB",
+    "STM32F103RC",
+    "STM32F103RD",
+    "STM32F103RE",
     "STM32F103V8",
     "STM32F103VB",
+    "STM32F103VC",
+    "STM32F103VD",
+    "STM32F103VE",
+    "STM32F103ZC",
+    "STM32F103ZD",
+    "STM32F103ZE",
 ]
 
 _KB = 1024
@@ -34,24 +52,26 @@ _PACKAGES = {
     "C": _pins(A=_ALL, B=_ALL, C=range(13, 16), D=range(2)),  # LQFP48: 37
     "R": _pins(A=_ALL, B=_ALL, C=_ALL, D=range(3)),  # LQFP64: 51
     "V": _pins(A=_ALL, B=_ALL, C=_ALL, D=_ALL, E=_ALL),  # LQFP100: 80
+    "Z": _pins(A=_ALL, B=_ALL, C=_ALL, D=_ALL, E=_ALL, F=_ALL, G=_ALL),  # LQFP144: 112
 }
-_FLASH_BYTES = {"8": 64 * _KB, "B": 128 * _KB}
+_SIZES_KB = {"4": (16, 6), "6": (32, 10), "8": (64, 20), "B": (128, 20), "C": (256, 48), "D": (384, 64), "E": (512, 64)}
 
 
-def _variant(package: str, size: str) -> Variant:
-    usarts = ("USART1", "USART2") if package == "T" else ("USART1", "USART2", "USART3")
+def _variant(name: ChipName) -> Variant:
+    package, size = name[-2], name[-1]
+    flash_kb, ram_kb = _SIZES_KB[size]
+    # UART4 and UART5 of high density are not modelled (`targets.mcu.stm32f1.absent`).
+    usarts = ("USART1", "USART2") if package == "T" or size in "46" else ("USART1", "USART2", "USART3")
     return Variant(
-        name=f"STM32F103{package}{size}",
+        name=name,
         family="stm32f1",
-        flash_bytes=_FLASH_BYTES[size],
-        ram_bytes=20 * _KB,
+        flash_bytes=flash_kb * _KB,
+        ram_bytes=ram_kb * _KB,
         pins=_PACKAGES[package],
         usarts=usarts,
         boot1_pin="PB2",
     )
 
 
-VARIANTS: Mapping[str, Variant] = MappingProxyType(
-    {f"STM32F103{package}{size}": _variant(package, size) for package in _PACKAGES for size in _FLASH_BYTES}
-)
+VARIANTS: Mapping[str, Variant] = MappingProxyType({name: _variant(name) for name in get_args(ChipName)})
 """Every variant by its name."""

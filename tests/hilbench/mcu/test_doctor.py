@@ -34,7 +34,8 @@ def test_as_json_it_adds_up(capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["doctor", "--fidelity", "STM32F103ZE"], "--fidelity: no chip 'STM32F103ZE'; did you mean 'STM32F103"),
+        (["doctor", "--fidelity", "STM32F103ZG"], "--fidelity: no chip 'STM32F103ZG'; did you mean 'STM32F103ZE'?"),
+        (["doctor", "--fidelity", "STM32F103RCT6"], "did you mean 'STM32F103RC'?"),
     ],
 )
 def test_what_it_cannot_say(capsys, words, said):

@@ -50,7 +50,7 @@ def test_its_pins_have_three_names(nucleo):
     ("what", "image", "said"),
     [
         ("nucleo-f767zi", "cut", "truncated: the file has 3000 bytes"),
-        ("bluepill", "f767-demo.elf", "it would fit an STM32F767xG (1024 KB of flash, 512 KB of RAM)"),
+        ("bluepill", "f767-demo.elf", "it would fit an STM32F767VG (1024 KB of flash, 512 KB of RAM)"),
         ("nucleo-h753zi", "f767-demo.elf", "the initial stack pointer 0x20080000 is outside the RAM of STM32H753ZI"),
     ],
 )

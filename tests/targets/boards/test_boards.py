@@ -91,13 +91,23 @@ def test_every_name_on_a_connector_is_a_pin_or_a_supply(name):
     ("name", "pins"),
     [
         *(("STM32F103T8", 26), ("STM32F103CB", 37), ("STM32F103R8", 51), ("STM32F103VB", 80)),
+        *(("STM32F103T4", 26), ("STM32F103C6", 37), ("STM32F103RC", 51), ("STM32F103VD", 80), ("STM32F103ZE", 112)),
         *(("STM32F767VG", 82), ("STM32F767ZI", 114), ("STM32F767IG", 140), ("STM32F767BI", 168), ("STM32F767NI", 168)),
         *(("STM32H743VI", 82), ("STM32H753ZI", 114), ("STM32H743II", 140), ("STM32H753XI", 168)),
     ],
 )
 def test_packages_have_as_many_pins_as_the_datasheet_says(name, pins):
     assert len(VARIANTS[name].pins) == pins
-    assert VARIANTS[name].flash_bytes == {"8": 64, "B": 128, "G": 1024, "I": 2048}[name[-1]] * 1024
+    kb = {"4": 16, "6": 32, "8": 64, "B": 128, "C": 256, "D": 384, "E": 512, "G": 1024, "I": 2048}
+    assert VARIANTS[name].flash_bytes == kb[name[-1]] * 1024
+
+
+def test_every_f103_from_x4_to_xe_is_there():
+    """DS6087, DS5319, DS5792: sizes of flash and RAM, and the packages that each comes in."""
+    sizes = {"4": (16, 6), "6": (32, 10), "8": (64, 20), "B": (128, 20), "C": (256, 48), "D": (384, 64), "E": (512, 64)}
+    packages = {"4": "TCR", "6": "TCR", "8": "TCRV", "B": "TCRV", "C": "RVZ", "D": "RVZ", "E": "RVZ"}
+    found = {name: (one.flash_bytes >> 10, one.ram_bytes >> 10) for name, one in VARIANTS.items() if "F103" in name}
+    assert found == {f"STM32F103{one}{size}": sizes[size] for size in sizes for one in packages[size]}
 
 
 @pytest.mark.parametrize("variant", VARIANTS.values(), ids=VARIANTS)
@@ -120,7 +130,7 @@ def test_a_board_may_have_no_crystal():
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ({"chip": "STM32F103ZE"}, "no chip 'STM32F103ZE'"),
+        ({"chip": "STM32F103ZG"}, "no chip 'STM32F103ZG'"),
         ({"console": "USART4"}, "console names 'USART4'"),
         ({"buttons": [{"name": "B", "pin": "PE9"}]}, "buttons names 'PE9'"),
         ({"chip": "STM32F767ZI", "straps": {"boot1": 1}}, "straps sets boot1, which the STM32F767ZI does not have"),
@@ -139,6 +149,21 @@ def test_a_board_may_have_no_crystal():
 def test_what_makes_no_board(more, said):
     with pytest.raises(BoardError, match=said):
         Board.from_mapping(MINIMAL | more)
+
+
+@pytest.mark.parametrize(
+    ("chip", "nearest"),
+    [
+        ("STM32F103RG", "chips: STM32F103RE, STM32F103RD, STM32F103RC"),
+        ("STM32F103C8T6", "chips: STM32F103C8, "),
+        ("stm32f103ze", "chips: STM32F103ZE, "),
+    ],
+)
+def test_of_a_chip_that_is_not_there_the_nearest_are_named(chip, nearest):
+    with pytest.raises(BoardError) as caught:
+        Board.from_mapping(MINIMAL | {"chip": chip})
+    assert caught.value.hint.startswith(nearest)
+    assert set(caught.value.hint.removeprefix("chips: ").split(", ")) <= set(VARIANTS)
 
 
 def test_what_is_missing_is_named():

@@ -443,8 +443,8 @@ def test_too_much_flash_names_the_chip_that_would_fit(save):
     text = refused(save(firmware(size=70 * 1024)))
     assert "71680" in text
     assert "STM32F103C8" in text
-    assert "STM32F103xB" in text
-    assert "STM32F103xG" in refused(save(firmware(size=800 * 1024)))
+    assert "it would fit an STM32F103CB (128 KB of flash, 20 KB of RAM)" in text
+    assert "STM32F103RE" in refused(save(firmware(size=500 * 1024)))
     assert "no STM32F103" in refused(save(firmware(size=2000 * 1024)))
 
 
@@ -453,14 +453,14 @@ def test_too_much_ram(save):
     elf = elf_file([(FLASH, FLASH, code, len(code)), (0x2000_0000, FLASH + 0x140, b"", 30 * 1024)])
     text = refused(save(elf))
     assert "30720 bytes of RAM" in text
-    assert "STM32F103xC" in text
+    assert "it would fit an STM32F103RC (256 KB of flash, 48 KB of RAM)" in text
 
 
 @pytest.mark.parametrize(
     ("stack", "text"),
     [
-        (0x2000_5004, "STM32F103xC"),
-        (0x2001_0000, "STM32F103xD"),
+        (0x2000_5004, "STM32F103RC"),
+        (0x2001_0000, "STM32F103RD"),
         (0x2000_0000, "outside the RAM"),
         (0x1000_2000, "outside the RAM"),
         (0, "outside the RAM"),
@@ -593,4 +593,4 @@ class TestF767:
     def test_its_image_on_a_smaller_chip(self, save):
         with pytest.raises(ImageError) as caught:
             load_image(save(firmware(stack=self.TOP)), CHIP)
-        assert "no STM32F103 is that large; it would fit an STM32F767xG" in caught.value.hint
+        assert "no STM32F103 is that large; it would fit an STM32F767VG" in caught.value.hint

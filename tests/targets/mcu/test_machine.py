@@ -648,6 +648,22 @@ class TestRefusals:
         assert "refused: SCS is for privileged software only (0xE000ED24)" in machine.ended.cause
 
 
+@pytest.mark.parametrize(
+    ("address", "instruction", "said"),
+    [
+        (0x2000_5000, 0x6801, "RAM of the STM32F103C8, 20 KB from 0x20000000 on; the STM32F103RC has 48 KB"),
+        (0x2000_5000, 0x6001, "RAM of the STM32F103C8, 20 KB from 0x20000000 on; the STM32F103RC has 48 KB"),
+        (0x0801_0000, 0x6801, "flash of the STM32F103C8, 64 KB from 0x08000000 on; the STM32F103CB has 128 KB"),
+        (0x0801_0001, 0x4700, "flash of the STM32F103C8, 64 KB from 0x08000000 on; the STM32F103CB has 128 KB"),
+    ],
+)
+def test_a_fault_just_past_the_end_of_a_memory_says_which_chip_has_more(start, address, instruction, said):
+    """Read by ldr r1, [r0]; written by str r1, [r0]; jumped to by bx r0."""
+    machine = start(0x4800, instruction, address & 0xFFFF, address >> 16)
+    machine.run_to(10 * MS)
+    assert f"; past the end of the {said}" in machine.ended.cause
+
+
 def test_a_lockup_tells_each_fault_once(start):
     machine = start(0xB671, 0xDF00)  # cpsid f; svc 0
     machine.run_to(MS)
