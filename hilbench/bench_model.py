@@ -50,6 +50,7 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
             `targets.robots.rover.RoverSettings`, `targets.robots.vehicle_interface.VehicleSettings` or
             `targets.robots.car_host.CarHostSettings`.
         board: the emulated board: ``bluepill``, or the path of a board file, seen from the bench file.
+        chip: part number of the chip that the board has instead of its own, as boards are sold with several.
         firmware: the image that would be flashed (ELF, Intel HEX or raw binary), seen from the bench file.
         base: where a raw binary belongs, if not at the beginning of flash.
         timing: how many cycles instructions take: ``flat`` (one mean figure and the flash's wait states), or
@@ -62,6 +63,7 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     model: Literal["pioneer-2dx", "rover", "vehicle-interface", "car-host"] | UnsetType = UNSET
     settings: dict[str, Any] = {}
     board: str | UnsetType = UNSET
+    chip: str | UnsetType = UNSET
     firmware: str | UnsetType = UNSET
     base: Annotated[int, msgspec.Meta(ge=0, le=0xFFFF_FFFF)] | UnsetType = UNSET
     timing: Literal["flat", "table"] = "flat"

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from hilbench.errors import UsageError
 from hilbench.names import file_name
@@ -12,6 +13,7 @@ from hilbench.schema import json_schema
 from hilbench.strict import Strict
 from hilbench.toml_file import TomlFile
 from targets.boards import BOARD_FOLDER, Board, board_names
+from targets.mcu.variants import VARIANTS, ChipName
 
 
 def open_board(spec: str, folder: Path, where: str | None = None) -> Board:
@@ -31,6 +33,29 @@ def open_board(spec: str, folder: Path, where: str | None = None) -> Board:
         hint = did_you_mean(spec, board_names(), "built-in boards")
         raise UsageError(f"no board '{spec}'", where=where, hint=f"{hint} (a file of yours ends in .toml)")
     return read_board(folder / file_name(spec))
+
+
+def with_chip(board: Board, chip: str, where: str | None = None) -> Board:
+    """Return a board with another chip of the same family in the place of its own.
+
+    Args:
+        board: the board.
+        chip: part number.
+        where: who names the chip, for the error.
+
+    Raises:
+        UsageError: there is no such chip, or it does not have a pin that the board uses.
+    """
+    known: tuple[ChipName, ...] = get_args(ChipName)
+    family = {str(name): name for name in known if VARIANTS[name].family == board.variant.family}
+    instead = family.get(chip.upper())
+    if instead is None:
+        hint = did_you_mean(chip, family, "chips")
+        raise UsageError(f"no chip '{chip}' that could take the place of the {board.chip}", where=where, hint=hint)
+    try:
+        return dataclasses.replace(board, chip=instead)
+    except ValueError as error:
+        raise UsageError(f"does not fit the board: {error}", where=where) from None
 
 
 def is_board_file(spec: str) -> bool:

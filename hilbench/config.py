@@ -18,7 +18,7 @@ from msgspec import UNSET
 
 from hilbench.bench_file import CHECKER_END, BenchFile, EmulatedBoard, Link, ModelTarget, is_checker_end
 from hilbench.bench_model import BenchModel, LinkEntry, PortEntry, TargetEntry, World
-from hilbench.board_files import open_board
+from hilbench.board_files import open_board, with_chip
 from hilbench.clock import NS_PER_US
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.fault_entries import FaultEntry
@@ -51,7 +51,7 @@ _LINE_NAME = re.compile(r"[A-Za-z_][\w-]*")
 _TABLE_ALIGNMENT = 0x80
 """VTOR holds no lower bits (ARMv7-M ARM, DDI0403, section B3.2.5)."""
 _MODEL_KEYS = ("model", "settings")
-_BOARD_KEYS = ("board", "firmware", "base", "timing", "skip_idle", "straps", "programs")
+_BOARD_KEYS = ("board", "chip", "firmware", "base", "timing", "skip_idle", "straps", "programs")
 
 
 def built_in_benches() -> tuple[str, ...]:
@@ -198,6 +198,8 @@ class _Reader:
         assert entry.board is not UNSET
         assert entry.firmware is not UNSET
         board = open_board(entry.board, self._folder, self._file.place(("targets", name, "board")))
+        if entry.chip is not UNSET:
+            board = with_chip(board, entry.chip, self._file.place(("targets", name, "chip")))
         where = self._file.place(("targets", name, "firmware"))
         firmware = self._folder / file_name(entry.firmware)
         if not firmware.is_file():

@@ -37,6 +37,7 @@ def parser() -> Parser:
     add("--board", metavar="BOARD",
         help="built-in board (bluepill, nucleo-f103rb, nucleo-f767zi, nucleo-h753zi), "
         "or a file of yours (.toml)")  # fmt: skip
+    add("--chip", metavar="PART", help="the chip that the board has instead of its own, such as STM32F103CB")
     add("--image", metavar="IMAGE", type=Path, help="what would be flashed: ELF, Intel HEX or raw binary")
     add("--protocol", metavar="PROTOCOL", choices=("p2os", "pkt"),
         help="for a board at a serial port: what it speaks, p2os or pkt")  # fmt: skip
@@ -69,7 +70,7 @@ def run(parsed: argparse.Namespace) -> int:
     else:
         from hilbench.mcu.init import init
 
-        written = init(parsed.board, parsed.image, parsed.dir)
+        written = init(parsed.board, parsed.image, parsed.dir, parsed.chip)
         then = "pytest; hilbench run --follow --for 1s; hilbench serve hilbench.toml"
     for file in written.files:
         console.data(f"wrote {file}")
@@ -84,7 +85,7 @@ def _check(parsed: argparse.Namespace) -> None:
     of_port = {"--port": parsed.port, "--baud": parsed.baud}
     of_board = {"--board": parsed.board, "--image": parsed.image}
     if parsed.protocol is not None:
-        for option, value in of_board.items():
+        for option, value in (*of_board.items(), ("--chip", parsed.chip)):
             if value is not None:
                 raise UsageError("is for an emulated board", where=option, hint="leave it or --protocol away")
         return

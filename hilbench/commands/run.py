@@ -31,6 +31,7 @@ def parser() -> Parser:
     add = made.add_argument
     add("what", metavar="TARGET|BENCH", nargs="?",
         help="bluepill:IMAGE, BOARD.toml:IMAGE or bench file (default: ./hilbench.toml)")  # fmt: skip
+    add("--chip", metavar="PART", help="the chip that the board has instead of its own, such as STM32F103CB")
     add("--for", metavar="TIME", dest="for_ns", type=typed(arguments.duration_ns),
         help="bench time to run, such as 10s, 500ms, 2min (default: until the firmware ends, or Ctrl-C)")  # fmt: skip
     add("--follow", action="store_true", help="print console text and events as they come")
@@ -59,7 +60,7 @@ def run(parsed: argparse.Namespace) -> int:
     if parsed.what is None and not DEFAULT_FILE.is_file():
         hint = f"write bluepill:IMAGE or a bench file; 'hilbench init' makes {DEFAULT_FILE}"
         raise UsageError(f"names nothing to run, and there is no {DEFAULT_FILE} here", where="run", hint=hint)
-    bench_file = open_target(parsed.what)
+    bench_file = open_target(parsed.what, parsed.chip)
     refuse_overwriting((("--journal", parsed.journal), ("--vcd", parsed.vcd)), inputs_of(bench_file))
 
     from hilbench.mcu.run import RunOptions, run

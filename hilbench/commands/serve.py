@@ -41,6 +41,7 @@ def parser() -> Parser:
         help="listen at a TCP port (default host: 127.0.0.1; port 0: any free one)")  # fmt: skip
     add("--rfc2217", metavar="[USART=][HOST:]PORT", action="append", default=[], type=typed(arguments.rfc2217_door),
         help="as --tcp, for clients that set the rate of the line (rfc2217://HOST:PORT of pyserial)")  # fmt: skip
+    add("--chip", metavar="PART", help="the chip that the board has instead of its own, such as STM32F103CB")
     add("--scene", metavar="S", help="scene to stand in instead of that of the bench file: a built-in name or a file")
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
     add("--baud", metavar="B", type=typed(arguments.baud), help="speed of the line in bit/s")
@@ -70,7 +71,7 @@ def run(parsed: argparse.Namespace) -> int:
         journal=parsed.journal,
         journal_max=parsed.journal_max,
     )
-    bench_file = open_target(options.what)
+    bench_file = open_target(options.what, parsed.chip)
     scene = None if options.scene is None else Path(options.scene)
     refuse_overwriting(options.outputs(), [*inputs_of(bench_file), ("the scene", scene)])
     refuse_writing_into([("--journal", options.journal)], ((f"--pty {door.path}", door.path) for door in options.ptys))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -32,6 +32,7 @@ from hilbench.shared import Shared
 from hilbench.vehicle.car_simulator import OWN_HOST_CAPABILITIES
 from hilbench.vehicle.cases import CarHostCase, PairCase, host_settings, open_car_host
 from hilbench.vehicle.on_board import VehicleOnBoard, vehicle_hands_on
+from targets.boards import Board
 
 __all__ = ["BoardProvider"]
 
@@ -232,7 +233,12 @@ def _only_board(spec: str) -> EmulatedBoard:
 
 def _check_board(chosen: EmulatedBoard, there: Sequence[EmulatedBoard]) -> None:
     """Refuse a board that is not the bench's: only the image is replaced, and it would run on another."""
-    if all(chosen.board != emulated.board for emulated in there):
+    if not any(_is_same(chosen.board, emulated.board) for emulated in there):
         message = f"the board of this bench is {there[0].board_name}, not {chosen.board_name}"
         hint = f"write {there[0].board_name}:{chosen.firmware}"
         raise UsageError(message, where=f"--target {chosen.where}", hint=hint)
+
+
+def _is_same(one: Board, other: Board) -> bool:
+    """Say whether two boards are the same but for the chip, which the bench may have chosen."""
+    return all(getattr(one, field.name) == getattr(other, field.name) for field in fields(one) if field.name != "chip")

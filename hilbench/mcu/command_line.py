@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from hilbench.bench_file import BenchFile, EmulatedBoard
-from hilbench.board_files import is_board_file, open_board
+from hilbench.board_files import is_board_file, open_board, with_chip
 from hilbench.config import built_in_benches, open_bench
 from hilbench.errors import UsageError
 from hilbench.nearest import did_you_mean
@@ -16,11 +16,15 @@ __all__ = ["open_target"]
 _IMAGE_SUFFIXES = frozenset({".elf", ".axf", ".out", ".hex", ".ihex", ".bin"})
 
 
-def open_target(what: str | None) -> BenchFile:
+def open_target(what: str | None, chip: str | None = None) -> BenchFile:
     """Return the bench that a command line means: one board with an image, a built-in bench, or a bench file.
 
+    Args:
+        what: the words; None for the bench file of the working folder.
+        chip: part number of the chip that the one board has instead of its own; None for its own.
+
     Raises:
-        UsageError: there is no such board or bench, or its file is wrong or firmware.
+        UsageError: there is no such board, chip or bench, or its file is wrong or firmware.
         UnavailableError: an image that a bench file names is not there.
     """
     spec, colon, image = (what or "").partition(":")
@@ -28,6 +32,8 @@ def open_target(what: str | None) -> BenchFile:
         _refuse_image(what)
     is_bench = what in built_in_benches() or not (colon or spec in board_names())
     if what is None or is_bench or Path(what).is_file():
+        if chip is not None:
+            raise UsageError("is for one board with an image", where="--chip", hint='in a bench file: chip = "..."')
         return open_bench(what)
     if not (spec in board_names() or is_board_file(spec)):
         if spec in built_in_benches():
@@ -37,6 +43,8 @@ def open_target(what: str | None) -> BenchFile:
     if not image:
         raise UsageError("names no image", where=what, hint=f"write {spec}:IMAGE (ELF, Intel HEX or raw binary)")
     board = open_board(spec, Path())
+    if chip is not None:
+        board = with_chip(board, chip, "--chip")
     emulated = EmulatedBoard(board=board, board_name=spec, firmware=Path(image), straps=board.straps, where=what or "")
     name = Path(spec).stem
     return BenchFile(name=name, path=None, digest="", boards={name: emulated})

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from hilbench.bench_file import EmulatedBoard
-from hilbench.board_files import is_board_file, open_board
+from hilbench.board_files import is_board_file, open_board, with_chip
 from hilbench.mcu.images import load
 from hilbench.names import as_utf8, escaped
 from hilbench.new_files import Written, quoted, write_new
@@ -26,7 +26,7 @@ version = 1
 
 [targets.board]
 board = {board}
-firmware = {firmware}
+{chip}firmware = {firmware}
 """
 
 _TEST = '''\
@@ -51,25 +51,29 @@ _CONFTEST_IS_THERE = """\
 {file} is there already and stays as it is; it needs this line: pytest_plugins = ["hilbench.pytest_plugin"]"""
 
 
-def init(board: str, image: Path, folder: Path) -> Written:
+def init(board: str, image: Path, folder: Path, chip: str | None = None) -> Written:
     """Write a bench file and a test, and have pytest know hilbench.
 
     Args:
         board: name of a built-in board, or path of a board file.
         image: the firmware.
         folder: where to write; it must exist.
+        chip: part number of the chip that the board has instead of its own; None for its own.
 
     Raises:
         UsageError: no such board, an image that cannot run on it, or a file is there already; nothing is written.
         UnavailableError: no such image.
     """
     opened = open_board(board, Path(), "--board")
+    if chip is not None:
+        opened = with_chip(opened, chip, "--chip")
     loaded = load(EmulatedBoard(board=opened, board_name=board, firmware=image, straps=opened.straps))
     texts = {
         folder / BENCH_NAME: _BENCH.format(
             image=escaped(image.name),
             board_name=opened.name,
             board=quoted(_seen_from(folder, board) if is_board_file(board) else board),
+            chip="" if chip is None else f"chip = {quoted(opened.chip)}\n",
             firmware=quoted(_seen_from(folder, str(image))),
         ),
         folder / TEST_NAME: _TEST.format(image=escaped(image.name).replace('"', "'"), board_name=opened.name),

@@ -46,6 +46,13 @@ def test_everything_about_a_board_can_be_said(read):
     assert (brain.timing, brain.skip_idle, brain.straps) == ("table", False, Straps(boot0=1, boot1=0))
 
 
+def test_a_board_may_have_another_chip_than_its_own(read):
+    """Blue Pills are sold with 64 and with 128 KB."""
+    bench = read(f'{BRAIN}chip = "stm32f103cb"\n')
+    board = bench.boards["brain"].board
+    assert (board.chip, board.variant.flash_bytes, board.name) == ("STM32F103CB", 131_072, "Blue Pill")
+
+
 def test_a_board_of_a_user_s_own_is_as_good_as_a_built_in_one(read, tmp_path):
     (tmp_path / "boards").mkdir()
     (tmp_path / "boards" / "mine.toml").write_text(MINE)
@@ -96,6 +103,9 @@ def test_wires_that_touch_are_one_net(read):
     [
         (BRAIN + "frimware = 1\n", 5, "unknown key 'frimware' in [targets.brain]; did you mean 'firmware'?"),
         (BRAIN + "timing = 'tabel'\n", 5, "'tabel' is not a value it takes; did you mean 'table'?"),
+        (BRAIN + "chip = 'STM32F103RG'\n", 5, "take the place of the STM32F103C8; did you mean 'STM32F103RE'?"),
+        (BRAIN + "chip = 'STM32F767ZI'\n", 5, "no chip 'STM32F767ZI' that could take the place of the STM32F103C8"),
+        (BRAIN + "chip = 'STM32F103T8'\n", 5, "does not fit the board: leds names 'PC13', which the STM32F103T8"),
         (BRAIN + "skip_idle = 1\n", 5, "must be true or false"),
         (BRAIN + "base = 0x08000001\n", 5, "0x08000001 is no multiple of 0x80, as the place of a vector table is"),
         (BRAIN + "straps.boot0 = 2\n", 5, "2 is not a value it takes; it takes: 0, 1"),

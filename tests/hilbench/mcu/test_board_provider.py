@@ -62,6 +62,16 @@ def test_the_board_of_the_bench_may_be_named_by_its_file(capsys):
     assert "no case that is selected runs it" in capsys.readouterr().err
 
 
+def test_the_board_of_the_bench_may_have_another_chip(tmp_path, capsys):
+    text = BENCH.format(ours=OURS, other=OTHER).replace(
+        'board = "bluepill"', 'board = "bluepill"\nchip = "STM32F103CB"'
+    )
+    (tmp_path / "own.toml").write_text(text)
+    (tmp_path / "suite.py").write_text(f"FILES = {{'first': '{OTHER}', 'second': '{OTHER}'}}\n{SUITE}")
+    words = ["--target", f"first.words=bluepill:{OTHER}"]
+    assert main(["check", str(tmp_path / "own.toml"), *words]) == 0, capsys.readouterr().err
+
+
 def test_a_firmware_that_no_selected_case_runs_is_refused(tmp_path, capsys):
     text = BENCH.format(ours=OURS, other=OTHER).replace(str(OURS), str(OTHER), 1)
     (tmp_path / "own.toml").write_text(text)

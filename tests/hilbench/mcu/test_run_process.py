@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from hilbench.cli import main
+from hilbench.config import open_bench
 from hilbench.journal import Journal
 from tests.hilbench.forked import CLOSED, HILBENCH, PATIENCE_S
 
@@ -39,6 +40,19 @@ model = "pioneer-2dx"
 """
 
 
+def test_a_blue_pill_with_128_kb_runs_what_is_too_large_for_64(tmp_path, capfd):
+    image = tmp_path / "large.bin"
+    image.write_bytes((IMAGES / "style-registers.bin").read_bytes().ljust(100 * 1024, b"\0"))
+    assert main(["run", f"bluepill:{image}", "--for", "1ms"]) == 2
+    assert "it would fit an STM32F103CB (128 KB of flash, 20 KB of RAM)" in capfd.readouterr().err
+    assert main(["run", f"bluepill:{image}", "--for", "1ms", "--chip", "STM32F103CB"]) == 0
+    assert (
+        main(["init", "--board", "bluepill", "--image", str(image), "--chip", "stm32f103cb", "--dir", str(tmp_path)])
+        == 0
+    )
+    assert open_bench(str(tmp_path / "hilbench.toml")).boards["board"].board.chip == "STM32F103CB"
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
@@ -46,6 +60,18 @@ model = "pioneer-2dx"
         (["run", "bluepil:none.elf"], 2, "bluepil:none.elf: no board 'bluepil'; did you mean 'bluepill'?"),
         (["run", "bluepill:"], 2, "bluepill:: names no image; write bluepill:IMAGE (ELF, Intel HEX or raw binary)"),
         (["run", "none.toml:x.elf"], 2, "none.toml: no such board file"),
+        (
+            ["run", HAL, "--chip", "STM32F103CG"],
+            2,
+            "--chip: no chip 'STM32F103CG' that could take the place of",
+        ),
+        (
+            ["run", "pioneer", "--chip", "STM32F103CB"],
+            2,
+            "--chip: is for one board with an image; in a bench file:",
+        ),
+        (["serve", HAL, "--chip", "STM32F103T8"], 2, "--chip: does not fit the board: leds names 'PC13', which"),
+        (["init", "--protocol", "p2os", "--chip", "STM32F103CB"], 2, "--chip: is for an emulated board"),
         (["run"], 2, "run: names nothing to run, and there is no hilbench.toml here; write bluepill:IMAGE or"),
         (["run", HAL, "--for", "0.5"], 2, "--for: '0.5' is not a duration; write 10s, 500ms or 2min"),
         (["run", HAL, "--folow"], 2, "run: unknown option --folow; did you mean '--follow'?"),
