@@ -101,6 +101,11 @@ class Console:
         return self._out.isatty()
 
     @property
+    def watched(self) -> bool:
+        """Whether narration goes to a terminal."""
+        return self._err.isatty()
+
+    @property
     def width(self) -> int:
         """Columns of the terminal; 100 where it is not known."""
         try:
@@ -111,7 +116,7 @@ class Console:
     @contextlib.contextmanager
     def progress(self) -> Iterator[Callable[[str], None]]:
         """Give a function that shows one line of progress; it shows nothing where nobody watches."""
-        if not self._err.isatty():
+        if not self.watched:
             yield lambda _: None
             return
         columns = self.width - 1

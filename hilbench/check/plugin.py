@@ -34,6 +34,7 @@ _PLAN = pytest.StashKey[PlannedCase]()
 _RUN = pytest.StashKey["_CaseRun"]()
 
 ProgressCallback = Callable[[PlannedCase, int, int], None]
+ResultCallback = Callable[[CaseResult, int, int], None]
 
 
 class _CaseRun:
@@ -145,6 +146,7 @@ class CheckPlugin:
         only_cases: whether a test without ``@case`` is refused, and what does not apply is taken out; under plain
             pytest such a test is the user's own business, and what does not apply is skipped.
         on_case: called before each case with the case, its number from 1, and how many there are.
+        on_result: called after each case that ran to its end, with its result in the place of the case.
         screens: draws what was to be seen when a case failed; None for no pictures.
     """
 
@@ -157,6 +159,7 @@ class CheckPlugin:
         select: str = "",
         only_cases: bool = True,
         on_case: ProgressCallback | None = None,
+        on_result: ResultCallback | None = None,
         screens: Screens | None = None,
     ) -> None:
         self.collector = collector
@@ -167,6 +170,7 @@ class CheckPlugin:
         self._select = select
         self._only_cases = only_cases
         self._on_case = on_case
+        self._on_result = on_result
         self._screens = screens
         self._started = 0
         self._to_run = 0
@@ -303,7 +307,10 @@ class CheckPlugin:
         with recording() as run.measures, uncertain(run.uncertainty_s):
             handled = yield
         del item.stash[_RUN]  # or every bench of the run, megabytes each, would be kept to its end
-        self.collector.enter(run.result())
+        result = run.result()
+        self.collector.enter(result)
+        if self._on_result is not None and self.refusal is None:
+            self._on_result(result, self._started, self._to_run)
         if run.outcome.lost:
             reason = f"target lost: {run.outcome.cause}"
             self.collector.stop(reason)

@@ -17,17 +17,21 @@ from hilbench.check.evaluate import make_report
 from hilbench.check.observations import Observing
 from hilbench.check.provider import BenchProvider, Choosing
 from hilbench.check.report import check_outputs, listing, write_report
-from hilbench.check.results import Report
+from hilbench.check.results import CaseResult, Report
 from hilbench.check.screens import Draw, Screens
 from hilbench.check.suites import find_suites, is_shipped
 from hilbench.clock import Stopwatch
 from hilbench.console import Console
 from hilbench.errors import HilbenchError, InternalError, UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
+from hilbench.names import escaped
 from hilbench.options import CheckOptions
 
 if TYPE_CHECKING:
-    from hilbench.check.plugin import CheckPlugin, ProgressCallback
+    from hilbench.check.plugin import CheckPlugin, ProgressCallback, ResultCallback
+
+_LINE = 200
+"""Columns that a line about a case has at most, in a log."""
 
 ProviderFactory = Callable[[CheckOptions], BenchProvider]
 
@@ -37,6 +41,7 @@ def run_suites(
     provider: BenchProvider,
     *,
     on_case: ProgressCallback | None = None,
+    on_result: ResultCallback | None = None,
     screens: Screens | None = None,
 ) -> Report:
     """Run the suites that the options select on the benches of a provider.
@@ -45,6 +50,7 @@ def run_suites(
         options: what to run; where to write reports is not looked at.
         provider: opens the benches; it stays the caller's to close.
         on_case: called before each case with the case, its number from 1, and how many there are.
+        on_result: called after each case that ran to its end, with its result in the place of the case.
         screens: draws what was to be seen when a case failed; None for no pictures.
 
     Returns:
@@ -55,14 +61,14 @@ def run_suites(
         InternalError: a shipped suite cannot be read.
     """
     watch = Stopwatch()
-    collector = _pytest(options, provider, on_case=on_case, collect_only=False, screens=screens)
+    collector = _pytest(options, provider, on_case=on_case, on_result=on_result, collect_only=False, screens=screens)
     observed = provider.observed() if isinstance(provider, Observing) else None
     return make_report(collector, options, provider.describe(), watch.elapsed_s(), observed)
 
 
 def list_cases(options: CheckOptions, provider: BenchProvider) -> list[PlannedCase]:
     """Return the cases that the options select, in the order in which they would run; see `run_suites`."""
-    return _pytest(options, provider, on_case=None, collect_only=True).planned
+    return _pytest(options, provider, collect_only=True).planned
 
 
 def run_check(
@@ -72,6 +78,8 @@ def run_check(
     draw: Draw | None = None,
 ) -> int:
     """Do what ``hilbench check`` does: run, write the reports, print the matrix.
+
+    Who watches on a terminal sees which case runs; a log gets a line for each as it ends.
 
     Args:
         options: what the command line says.
@@ -97,7 +105,8 @@ def run_check(
             screens = None
             if options.screens is not None and draw is not None:
                 screens = Screens(options.screens, draw, str(provider.describe().get("bench", "")))
-            report = run_suites(options, provider, on_case=_teller(show), screens=screens)
+            on_result = None if console.watched else _result_teller(console)
+            report = run_suites(options, provider, on_case=_teller(show), on_result=on_result, screens=screens)
         with _no_interruption():
             lost = _closing_error(stack) or (screens.problem if screens is not None else None)
             return write_report(report, options, console, lost)
@@ -119,11 +128,22 @@ def _teller(show: Callable[[str], None]) -> ProgressCallback:
     return tell
 
 
+def _result_teller(console: Console) -> ResultCallback:
+    def tell(result: CaseResult, number: int, total: int) -> None:
+        cause = f": {result.cause}" if result.cause else ""
+        text = f"{number}/{total} {result.verdict.value} {', '.join(result.clause_ids)} {result.id}{cause}"
+        # A log whose reader has stopped reading must not stop the run: the report says all of it again.
+        console.mention(escaped(text)[:_LINE])
+
+    return tell
+
+
 def _pytest(
     options: CheckOptions,
     provider: BenchProvider,
     *,
-    on_case: ProgressCallback | None,
+    on_case: ProgressCallback | None = None,
+    on_result: ResultCallback | None = None,
     collect_only: bool,
     screens: Screens | None = None,
 ) -> Collector:
@@ -134,7 +154,13 @@ def _pytest(
     files = find_suites(options.suites or chosen)
     collector = Collector()
     plugin = CheckPlugin(
-        collector, provider, seed=options.seed, select=options.select, on_case=on_case, screens=screens
+        collector,
+        provider,
+        seed=options.seed,
+        select=options.select,
+        on_case=on_case,
+        on_result=on_result,
+        screens=screens,
     )
     printed = run_pytest(files, plugin, collect_only=collect_only) if files else ""
     _raise_refusals(plugin)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -140,18 +141,19 @@ def test_a_reader_that_goes_away_is_no_error(forkable, tmp_path):
         ["check", "pioneer-plane", "--list"],
     ):
         done = forkable.run(*words, stdout=write)
-        assert (done.returncode, done.error) == (0, "")
+        assert (done.returncode, done.error) == (0, CASE_ENDED if "--suite" in words else "")
     os.close(write)
 
 
+CASE_ENDED = "1/1 pass A1 panel/a\n"
 NO_OUTPUT = "hilbench: the standard output: cannot be written: it is closed\n"
 
 
 @pytest.mark.parametrize(
     ("closed", "code", "said"),
     [
-        (["stdin"], 0, ""),
-        (["stdout"], 3, NO_OUTPUT),
+        (["stdin"], 0, CASE_ENDED),
+        (["stdout"], 3, CASE_ENDED + NO_OUTPUT),
         (["stderr"], 0, ""),
         (["stdin", "stdout", "stderr"], 3, ""),
     ],
@@ -180,7 +182,7 @@ def test_the_report_of_a_check_knows_that_a_file_could_not_be_written(tmp_path, 
     monkeypatch.chdir(tmp_path)
     assert main(["check", "pioneer-plane", "--suite", panel(tmp_path), *words.split()]) == 3
     out, err = capfd.readouterr()
-    assert err == "hilbench: /dev/full: cannot be written: No space left on device\n"
+    assert err == f"{CASE_ENDED}hilbench: /dev/full: cannot be written: No space left on device\n"
     assert out.splitlines()[-1] == "exit 3: a file could not be written"
     if written:
         assert json.loads((tmp_path / "r.json").read_text())["exit_code"] == 3
@@ -284,7 +286,8 @@ def test_c(): pass
         with (tmp_path / "reached").open() as fifo:
             fifo.read()
         process.send_signal(number)
-        out, _ = process.communicate()
+        out, err = process.communicate()
+    assert err == "1/3 pass A1 panel/a\n"
     report = json.loads((tmp_path / "r.json").read_text())
     assert process.returncode == report["exit_code"] == 130
     assert [case["verdict"] for case in report["cases"]] == ["pass", "not-run", "not-run"]
@@ -292,12 +295,43 @@ def test_c(): pass
     assert ElementTree.parse(tmp_path / "r.xml").getroot().get("tests") == "3"
 
 
+def test_a_log_has_a_line_for_each_case_as_it_ends(forkable, tmp_path):
+    """The second case waits for us, who have read of the first by then."""
+    os.mkfifo(tmp_path / "reached")
+    more = f"""
+@my("A2")
+def test_b():
+    open({str(tmp_path / "reached")!r}).read()
+    assert False, "no answer"
+"""
+    with forkable.start("check", "pioneer-plane", "--suite", panel(tmp_path, more), stdout=subprocess.PIPE) as process:
+        process.hear("1/2 pass A1 panel/a")
+        (tmp_path / "reached").write_text("go on")
+        out, err = process.communicate()
+    assert err == "2/2 fail A2 panel/b: no answer\n"
+    assert out.startswith("hilbench ")
+    assert process.returncode == 1
+
+
+def test_a_log_that_nobody_reads_does_not_stop_the_run(forkable, tmp_path):
+    read, write = os.pipe()
+    os.set_blocking(write, False)
+    with contextlib.suppress(BlockingIOError):
+        while os.write(write, b"x" * 4096):
+            pass
+    os.set_blocking(write, True)
+    done = forkable.run("check", "pioneer-plane", "--suite", panel(tmp_path), stderr=write)
+    assert (done.returncode, done.output.splitlines()[-1]) == (0, "exit 0: all checks passed")
+    os.close(write)
+    os.close(read)
+
+
 def test_piped_output_has_no_colours_and_no_progress(forkable, tmp_path):
     words = ["check", "pioneer-plane", "--suite", panel(tmp_path)]
     done = forkable.run(*words, env={"FORCE_COLOR": "1", "CLICOLOR_FORCE": "1"})
     assert done.returncode == 0
     assert "\x1b" not in done.output
-    assert done.error == ""
+    assert done.error == CASE_ENDED
 
 
 @pytest.mark.parametrize(("no_color", "coloured"), [("", True), ("1", False)])

@@ -166,7 +166,8 @@ def test_a_journal_without_room_for_its_end_is_in_the_report(write_suite, provid
     assert json.loads((tmp_path / "r.json").read_text())["exit_code"] == code
     out, err = capsys.readouterr()
     assert out.splitlines()[-1].startswith(f"exit {code}: ")
-    assert err == "hilbench: j: the journal cannot be written: No space left on device\n"
+    ended = "1/1 pass A1 panel/a\n" if code == 3 else ""
+    assert err == f"{ended}hilbench: j: the journal cannot be written: No space left on device\n"
 
 
 def test_json_on_standard_output_is_alone_there(write_suite, provider, capsys):
@@ -174,7 +175,21 @@ def test_json_on_standard_output_is_alone_there(write_suite, provider, capsys):
     run_check(CheckOptions(suites=(str(suite),), json="-"), lambda _: provider)
     out, err = capsys.readouterr()
     assert json.loads(out)["format"] == "hilbench-report/1"
-    assert err.startswith("hilbench 0.1.0 · bench fake")
+    lines = err.splitlines()
+    assert lines[:2] == [
+        "1/7 pass A1 panel/answers",
+        "2/7 fail A2 panel/stops: stop: 2.31 ± 0.01 s, required at most 2.1 s",
+    ]
+    assert lines[6].startswith("hilbench 0.1.0 · bench fake")
+
+
+def test_a_line_about_a_case_is_one_line_of_a_log_whatever_its_cause(write_suite, provider, capsys):
+    suite = write_suite('@my("A1")\ndef test_a(bench): assert False, "\\n\\x1b[31m" + 5000 * "long "\n')
+    run_check(CheckOptions(suites=(str(suite),), json="-"), lambda _: provider)
+    line, *_ = capsys.readouterr().err.splitlines()
+    assert line.startswith("1/1 fail A1 panel/a: ")
+    assert len(line) <= 200
+    assert "\x1b" not in line
 
 
 def test_the_list_for_a_person(write_suite, provider):
