@@ -3,7 +3,8 @@
 Time is cut into windows of 100 ms. The first 20 edges of a pin in a window are events of their own; with more of them
 the pin is fast, and the window ends with one event that says how many edges there were, what the last whole period was
 like and which level it ended with. In the window after that there are no single edges, and where nobody wants them all,
-only its first 10 ms are looked at. (All choices.)
+only its first 10 ms are looked at. (All choices.) What is too fast for edges, as a clock at a pin, is told at the end
+of each window as well, with the number of edges that it had.
 
 The edges of serial frames are left out, unless they are asked for: what was sent stands in the journal as bytes. A pin
 that carries TX when a frame begins carries that frame; its edges until the frame ends are the frame's. That edges are
@@ -18,10 +19,11 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from hilbench.bench import Bench
-from hilbench.clock import NS_PER_MS, EventClass
+from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass
 from hilbench.mcu.group import MachineGroup
 from targets.mcu.pins import Edge, Pin, Pins
 from targets.mcu.serial_line import SerialFrame
+from targets.mcu.services import Wave
 
 __all__ = ["PinLog"]
 
@@ -47,6 +49,7 @@ class _Watched:
         last: the last three of them.
         frames: begin and end of the serial frames that its next edges may belong to, in ns.
         carries: whether there were any.
+        wave_ns: since when the pin has carried its wave, if it has one.
     """
 
     pin: Pin
@@ -59,6 +62,7 @@ class _Watched:
     last: list[Edge] = field(default_factory=list)
     frames: deque[tuple[int, int]] = field(default_factory=deque)
     carries: bool = False
+    wave_ns: int = 0
 
     def without_frames(self, edges: list[Edge]) -> list[Edge]:
         """Return the edges that belong to no frame."""
@@ -112,6 +116,7 @@ class PinLog:
         self._by_name = {watched.pin.name: watched for watched in self._watched}
         for watched in self._watched:
             watched.pin.follow()
+            watched.pin.on_wave = partial(self._wave_changed, watched)
         group.after_round.append(self._collect)
         self._next(bench.now_ns + WINDOW_NS, self._end_window)
 
@@ -161,7 +166,9 @@ class PinLog:
         for watched in self._watched:
             span_ns = WINDOW_NS if watched.pin.following else LOOK_NS
             fast = watched.count * WINDOW_NS > SLOW_EDGES * span_ns
-            if fast or watched.was_fast:
+            if watched.pin.wave is not None:
+                fast = self._tell_wave(watched, watched.pin.wave)
+            elif fast or watched.was_fast:
                 self._tell_fast(watched, span_ns)
             watched.was_fast = fast
             watched.was_busy = watched.seen * WINDOW_NS > SLOW_EDGES * span_ns
@@ -177,6 +184,20 @@ class PinLog:
         about: dict[str, object] = {} if period is None else {"period_ns": period[0], "high_ns": period[1]}
         about |= {"edges": watched.count, "in_ns": span_ns, "level": watched.level}
         self._bench.record("pwm", self._source(watched), **about)
+
+    def _wave_changed(self, watched: _Watched, _wave: Wave | None) -> None:
+        watched.wave_ns = watched.pin.now_ns()
+
+    def _tell_wave(self, watched: _Watched, wave: Wave) -> bool:
+        """Tell of the part of this window in which there was a wave; return whether there was any."""
+        in_ns = min(self._bench.now_ns - watched.wave_ns, WINDOW_NS)
+        edges = int(2 * wave.hz * in_ns / NS_PER_S)
+        if edges <= 0:
+            return False
+        period_ns = NS_PER_S / wave.hz
+        about = {"period_ns": round(period_ns), "high_ns": round(period_ns * wave.duty)}
+        self._bench.record("pwm", self._source(watched), **about, edges=edges, in_ns=in_ns, level=watched.level)
+        return True
 
     def _look_away(self) -> None:
         """Let go of the pins that are busy still."""

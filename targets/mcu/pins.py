@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from targets.mcu.errors import BoardError
 from targets.mcu.fidelity import Notes
-from targets.mcu.services import Watch
+from targets.mcu.services import Watch, Wave
 from targets.mcu.timebase import Timebase
 
 if TYPE_CHECKING:
@@ -104,6 +104,8 @@ class Pin:
         mask: its bit in there.
         alternate: True if the pad is configured to carry its alternate-function output.
         lazy: True if level and record must be asked for: a peripheral does not tell of each edge.
+        wave: what the pad carries if that is too fast for edges; its level then stands low.
+        on_wave: called with `wave` at the cycle of every change of it.
     """
 
     __slots__ = (
@@ -131,8 +133,10 @@ class Pin:
         "mask",
         "name",
         "nets",
+        "on_wave",
         "outputs",
         "recording",
+        "wave",
     )
 
     def __init__(self, name: str, pins: Pins, *, bonded: bool) -> None:
@@ -147,6 +151,8 @@ class Pin:
         self.mask = 1
         self.alternate = False
         self.lazy = False
+        self.wave: Wave | None = None
+        self.on_wave: Callable[[Wave | None], None] = lambda _wave: None
         self._pins = pins
         self._mode = PadMode.INPUT
         self._digital = True
@@ -347,6 +353,7 @@ class Pin:
         for output in self.outputs:
             output.update_watch()
         self.update_laziness()
+        self.update_wave()
 
     def update_laziness(self) -> None:
         """Find out anew whether the level must be asked for before it is right."""
@@ -354,6 +361,16 @@ class Pin:
         others = tuple(pin for pin in self.bank.lazy if pin is not self)
         self.lazy = lazy and self.alternate
         self.bank.lazy = (*others, self) if self.lazy else others
+
+    def update_wave(self) -> None:
+        """Find out anew whether the pad carries a wave, and note it if something listens for its edges."""
+        wave = next((one.wave for one in self.outputs if one.wave is not None), None) if self.alternate else None
+        if wave is not None and (self.nets or any(signal.on_change is not None for signal in self.inputs)):
+            text = f"carries {float(wave.hz) / 1e6:g} MHz, of which no edge is told: who is wired to the pin hears none"
+            self._pins.notes.add("unmodelled", self.name, text)
+        if wave != self.wave:
+            self.wave = wave
+            self.on_wave(wave)
 
     def update(self, cycle: int | None = None) -> None:
         """Work out the level after something has changed, at present or (unwatched) at an earlier `cycle`."""

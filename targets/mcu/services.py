@@ -15,7 +15,7 @@ from typing import Protocol
 from targets.mcu.fidelity import Notes
 from targets.mcu.timebase import Timebase
 
-__all__ = ["BusMaster", "Clocks", "DmaRequest", "InputSignal", "IrqLine", "OutputSignal", "Services", "Watch"]
+__all__ = ["BusMaster", "Clocks", "DmaRequest", "InputSignal", "IrqLine", "OutputSignal", "Services", "Watch", "Wave"]
 
 
 class IrqLine(Protocol):
@@ -80,6 +80,19 @@ class Watch(enum.IntEnum):
     LIVE = 2
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wave:
+    """A signal that changes too often for its edges to be told.
+
+    Attributes:
+        hz: periods in a second.
+        duty: the part of a period for which it is high.
+    """
+
+    hz: Fraction
+    duty: Fraction
+
+
 class OutputSignal(Protocol):
     """An alternate-function output such as ``TIM2_CH1`` or ``USART1_TX``, or one inside the chip such as ``TIM2_TRGO``.
 
@@ -99,6 +112,9 @@ class OutputSignal(Protocol):
 
     def set_at(self, cycle: int, level: bool | None) -> None:
         """Drive the signal from `cycle` on, which may have passed if `watch` is not LIVE; never out of order."""
+
+    def set_wave(self, wave: Wave | None) -> None:
+        """Say that the signal is a wave from the present cycle on, or that its edges are told (again)."""
 
     def watch(self) -> Watch:
         """Say who looks at the signal."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from targets.mcu.pins import Pin, Pins
-from targets.mcu.services import Watch
+from targets.mcu.services import Watch, Wave
 
 __all__ = ["PinInput", "PinOutput", "Signals"]
 
@@ -22,15 +22,17 @@ class PinOutput:
     Attributes:
         name: such as ``TIM2_CH1``.
         level: as last set.
+        wave: what it does instead, if that is too fast for edges.
         pins: the pads it is routed to.
         peers: the inputs of the same name inside the chip, if the signal stays there.
     """
 
-    __slots__ = ("_refresh", "_watch", "level", "name", "on_watch", "peers", "pins")
+    __slots__ = ("_refresh", "_watch", "level", "name", "on_watch", "peers", "pins", "wave")
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.level: bool | None = None
+        self.wave: Wave | None = None
         self.pins: tuple[Pin, ...] = ()
         self.peers: tuple[PinInput, ...] = ()
         self._refresh: Callable[[], None] | None = None
@@ -57,6 +59,12 @@ class PinOutput:
         """Drive the signal from `cycle` on, which may have passed if `watch` is not LIVE."""
         if level is not self.level:
             self._changed(level, cycle)
+
+    def set_wave(self, wave: Wave | None) -> None:
+        """Say that the signal is a wave from the present cycle on, or that its edges are told (again)."""
+        self.wave = wave
+        for pin in self.pins:
+            pin.update_wave()
 
     def watch(self) -> Watch:
         """Say who looks at the signal."""

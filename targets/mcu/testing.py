@@ -23,7 +23,7 @@ from typing import TypeVar
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Notes
 from targets.mcu.registers import Peripheral
-from targets.mcu.services import Services, Watch
+from targets.mcu.services import Services, Watch, Wave
 from targets.mcu.timebase import Timebase
 
 __all__ = ["FakeBus", "FakeChip", "FakeClocks", "FakeInput", "FakeLine", "FakeOutput", "peek", "poke"]
@@ -76,6 +76,7 @@ class FakeOutput:
     Attributes:
         level: as last set; None (released) at first.
         edges: every change so far, as (cycle, level).
+        wave: as last set.
         connected: what `at_pin` answers; True at first.
         only_low: what `open_drain` answers; True at first.
         refresh: what the peripheral offers.
@@ -85,6 +86,7 @@ class FakeOutput:
     def __init__(self, time: Timebase) -> None:
         self.level: bool | None = None
         self.edges: list[tuple[int, bool | None]] = []
+        self.wave: Wave | None = None
         self.connected = True
         self.only_low = True
         self.refresh: Callable[[], None] | None = None
@@ -105,6 +107,10 @@ class FakeOutput:
             assert not self.edges or self.edges[-1][0] <= cycle
             self.level = level
             self.edges.append((cycle, level))
+
+    def set_wave(self, wave: Wave | None) -> None:
+        """Say what the signal does instead of having edges."""
+        self.wave = wave
 
     def watch(self) -> Watch:
         """Say who looks; LIVE at first."""

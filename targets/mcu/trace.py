@@ -4,6 +4,7 @@ A trace begins with its header, lines with ``#``: version of this format, board,
 Then comes what happens, in order, each line with cycle, bench time in ns and
 
 * ``pin PA0 1``: a pin rises (1), falls (0) or begins to float (``z``);
+* ``wave PA8 8000000 Hz, 1/2 of it high``: a pin carries what is too fast for edges, or no more (``wave PA8 edges``);
 * ``USART1 tx 41``: the start bit of a frame that leaves the chip, with its data in hexadecimal, or ``tx break``;
   ``USART1 sends 8N1, 625 cycles a bit`` stands before the first frame for which that is so;
 * ``USART1 rx 41``: a word was received, followed by the errors it set (``PE FE NE ORE``; with ORE it was lost);
@@ -29,7 +30,9 @@ from typing import TYPE_CHECKING
 
 from targets.mcu.cortexm.faults import Fault, exception_name
 from targets.mcu.fidelity import Note
+from targets.mcu.pins import Pin
 from targets.mcu.serial_line import SerialFrame
+from targets.mcu.services import Wave
 from targets.mcu.stm32.usart_base import UsartBase
 
 if TYPE_CHECKING:
@@ -70,6 +73,7 @@ class Trace:
         self._pins = list(chosen)
         for pin in self._pins:
             pin.record()
+            pin.on_wave = _after(pin.on_wave, partial(self._waves, pin))
         for note in machine.notes.all:
             self._note(note)
         machine.on_console = _after(machine.on_console, self._wrote)
@@ -139,6 +143,10 @@ class Trace:
                 text = f"pin {pin.name} {_LEVELS[edge.level]}"
                 self._pending.append((edge.cycle, _EDGE, self._order, edge.ns, text))
                 self._order += 1
+
+    def _waves(self, pin: Pin, wave: Wave | None) -> None:
+        what = "edges" if wave is None else f"{wave.hz} Hz, {wave.duty} of it high"
+        self._add(f"wave {pin.name} {what}")
 
     def _runs(self, number: int) -> None:
         self._add(f"runs {exception_name(number)}")

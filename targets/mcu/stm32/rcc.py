@@ -19,6 +19,7 @@ from typing import ClassVar, Protocol, Required, TypedDict, Unpack
 
 from targets.mcu.registers import Peripheral
 from targets.mcu.services import Services
+from targets.mcu.stm32.mco import Choice, ClockOutput
 from targets.mcu.stm32.oscillator import Oscillator
 
 __all__ = ["BDCR_BITS", "LSE_HZ", "LSION", "BackupPart", "BasicRcc", "BoardClocks", "ClockedPart"]
@@ -90,6 +91,7 @@ class BasicRcc(Peripheral, abc.ABC):
         READY: by oscillator, its bit among the interrupt flags, and offset and bit of its ready flag.
         RESET_FLAGS: the flags that say what has caused the last resets.
         CAUSES: those that each cause sets.
+        CLOCK_OUTPUTS: what CFGR chooses for each MCO.
         lsi_hz: rate of the internal low-speed oscillator, in hertz.
         on_nmi: called with the level of the NMI that the clock security system asks for.
         on_clock_failure: called when the clock security system finds the HSE dead; the break input of TIM1.
@@ -108,6 +110,7 @@ class BasicRcc(Peripheral, abc.ABC):
     READY: ClassVar[Mapping[str, tuple[int, int, int]]]
     RESET_FLAGS: ClassVar[int]
     CAUSES: ClassVar[Mapping[str, int]]
+    CLOCK_OUTPUTS: ClassVar[tuple[Choice, ...]]
 
     def __init__(self, base: int, services: Services, **board: Unpack[BoardClocks]) -> None:
         super().__init__("RCC", base, services)
@@ -119,6 +122,7 @@ class BasicRcc(Peripheral, abc.ABC):
         self._hse_healthy = board["hse_hz"] is not None
         self._backup_writable = board["backup_writable"]
         self._irq = services.irq(IRQ)
+        self._outputs = tuple(ClockOutput(services, choice) for choice in self.CLOCK_OUTPUTS)
         self._lsi_forced = False
         self._gated: list[tuple[Peripheral, int, int]] = []
         self._resettable: list[tuple[Peripheral, str, int]] = []
@@ -358,8 +362,17 @@ class BasicRcc(Peripheral, abc.ABC):
 
     def _tell_change(self, change: Callable[[], None]) -> None:
         """Make a change of the clock, with everybody told before and after."""
+        for output in self._outputs:
+            output.refresh()
         for part in self._parts:
             part.before_clock_change()
         change()
         for part in self._parts:
             part.after_clock_change()
+
+    def _put_out(self, cfgr: int, clocks: Mapping[str, Fraction], *, stopped: bool) -> None:
+        """Let the MCOs follow the clocks, by name; 0: it is not ready. In Stop mode only LSE and LSI run."""
+        if stopped:
+            clocks = {name: rate if name in ("LSE", "LSI") else Fraction(0) for name, rate in clocks.items()}
+        for output in self._outputs:
+            output.follow(cfgr, clocks)

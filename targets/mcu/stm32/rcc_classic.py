@@ -153,7 +153,7 @@ class ClassicRcc(BasicRcc):
             self._feed_pll()
         if ready:
             self._try_switch()
-            self._set_tree()
+        self._set_tree()
 
     def _feed_pll(self) -> None:
         entry = self._hse if self._pll_runs_on_hse() else self._hsi

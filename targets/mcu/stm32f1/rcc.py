@@ -10,6 +10,7 @@ from typing import ClassVar, Unpack
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.services import Services
+from targets.mcu.stm32.mco import FAST_CLOCKS, Choice
 from targets.mcu.stm32.rcc import BDCR_BITS, BoardClocks
 from targets.mcu.stm32.rcc_classic import CR, CR_BITS, CSR_BITS, PLLON, ClassicRcc, ready_bits
 from targets.mcu.stm32f1.clock_limits import violations
@@ -32,6 +33,7 @@ CAUSES = {
     "WWDG": 17 << 26,
     "LPWR": 33 << 26,
 }
+_MCO_SYSCLK, FASTEST_MCO_HZ = 0b100, 50_000_000  # RM0008 section 7.3.2, MCO
 ADCS, USB = 3 << 9, 1 << 23
 SRAM_AND_FLITF = 0x14
 
@@ -49,7 +51,7 @@ class Rcc(ClassicRcc):
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
         Register("CR", CR, 0x0000_0083, CR_BITS, note="HSICAL reads 0 (choice)"),
-        Register("CFGR", CFGR, 0, 0x077F_FFF3, fidelity=Fidelity.PARTLY, note="MCO: the pin carries no edges"),
+        Register("CFGR", CFGR, 0, 0x077F_FFF3, fidelity=Fidelity.PARTLY, note=FAST_CLOCKS),
         Register("CIR", CIR, 0, 0x009F_1F00),
         Register("BDCR", BDCR, 0, BDCR_BITS),
         Register("CSR", CSR, CAUSES["POR"], CSR_BITS),
@@ -68,6 +70,7 @@ class Rcc(ClassicRcc):
     READY = MappingProxyType(ready_bits(BDCR, CSR))
     RESET_FLAGS = 0xFC00_0000
     CAUSES = MappingProxyType(CAUSES)
+    CLOCK_OUTPUTS = (Choice(name="MCO", shift=24, clocks=(*[None] * 4, "SYSCLK", "HSI", "HSE", "PLL/2")),)
 
     def __init__(
         self,
@@ -79,7 +82,6 @@ class Rcc(ClassicRcc):
     ) -> None:
         self.tree = tree
         self._density = density
-        self._mco = services.output("MCO")
         super().__init__(base, services, **board)
 
     def registers_of(self) -> Iterable[Register]:
@@ -154,17 +156,25 @@ class Rcc(ClassicRcc):
         tree = self.tree
         rates = rates_of(self[CFGR], self._source, self.hse_hz)
         halted = tree.stopped if stopped is None else stopped
-        self._mco.set(False if self[CFGR] & 1 << 26 else None)
-        if rates == tree.rates and halted is tree.stopped:
-            return
 
         def change() -> None:
             tree.set(rates, stopped=halted)
             if rates.hclk != self.time.hclk_hz:
                 self.time.set_hclk(rates.hclk)
 
-        self._tell_change(change)
-        self._check_rates()
+        if rates != tree.rates or halted is not tree.stopped:
+            self._tell_change(change)
+            self._check_rates()
+        none = Fraction(0)
+        clocks = {
+            "SYSCLK": rates.sysclk,
+            "HSI": HSI_HZ if self._hsi.ready else none,
+            "HSE": self.hse_hz if self._hse.ready else none,
+            "PLL/2": pll_hz(self[CFGR], self.hse_hz) / 2 if self._pll.ready else none,
+        }
+        self._put_out(self[CFGR], clocks, stopped=halted)
+        if self[CFGR] >> 24 & 7 == _MCO_SYSCLK and rates.sysclk > FASTEST_MCO_HZ:
+            self.note("misuse", "CFGR.MCO", "SYSCLK is faster than the 50 MHz that the pin can put out")
 
     def _check_rates(self) -> None:
         usb_on = bool(self[APB1ENR] & USB)

@@ -2,7 +2,7 @@
 
 Choices: the peripherals' clocks run on in Sleep mode whatever the xxxLPENR registers say; every reset value of those is
 "all bits set". PLLI2S and PLLSAI start and get ready; of what they feed, only the 48 MHz clock has anybody who uses it.
-MCO1 and MCO2 carry no edges. Spread spectrum is remembered.
+Spread spectrum is remembered. What MCO2 has of PLLI2S is its R output.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import ClassVar, Unpack
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.services import Services
+from targets.mcu.stm32.mco import FAST_CLOCKS, Choice
 from targets.mcu.stm32.rcc import BDCR_BITS, LSE_HZ, BoardClocks
 from targets.mcu.stm32.rcc_classic import (
     CR,
@@ -49,7 +50,7 @@ BDCR, CSR, SSCGR, PLLI2SCFGR, PLLSAICFGR, DCKCFGR1, DCKCFGR2 = 0x70, 0x74, 0x80,
 PLLI2SON, PLLI2SRDY, PLLSAION, PLLSAIRDY = 1 << 26, 1 << 27, 1 << 28, 1 << 29
 PLL_BITS = 0x7F43_7FFF
 MULTIPLIER_BITS = 0x7F03_7FC0
-MCO_BITS = 0xFF60_0000
+_MCO_DIVIDERS = (1, 1, 1, 1, 2, 3, 4, 5)
 LSEDRV, TIMPRE = 3 << 3, 1 << 24
 
 AHB1_BITS = 0x7EF4_17FF  # GPIOA-K, CRC, BKPSRAM, DTCMRAM, DMA1-2, DMA2D, Ethernet, OTG HS
@@ -103,7 +104,7 @@ class Rcc(ClassicRcc):
             note="HSICAL reads 0 (choice)",
         ),
         Register("PLLCFGR", PLLCFGR, 0x2400_3010, PLL_BITS, note="R is for DSI, which this chip does not have"),
-        Register("CFGR", CFGR, 0, 0xFFFF_FCF3, fidelity=Fidelity.PARTLY, note="MCO1 and MCO2: the pins carry no edges"),
+        Register("CFGR", CFGR, 0, 0xFFFF_FCF3, fidelity=Fidelity.PARTLY, note=FAST_CLOCKS),
         Register("CIR", CIR, 0, 0x00FF_7F00),
         Register("AHB1RSTR", AHB1RSTR, 0, AHB1_RESETS),
         Register("AHB2RSTR", AHB2RSTR, 0, AHB2_BITS),
@@ -167,6 +168,12 @@ class Rcc(ClassicRcc):
     )
     RESET_FLAGS = 0xFE00_0000
     CAUSES = MappingProxyType(CAUSES)
+    CLOCK_OUTPUTS = (  # RM0410 section 5.3.3
+        Choice(name="MCO1", shift=21, clocks=("HSI", "LSE", "HSE", "PLL P"), prescaler=24, dividers=_MCO_DIVIDERS),
+        Choice(
+            name="MCO2", shift=30, clocks=("SYSCLK", "PLLI2S R", "HSE", "PLL P"), prescaler=27, dividers=_MCO_DIVIDERS
+        ),
+    )
 
     def __init__(
         self,
@@ -223,8 +230,6 @@ class Rcc(ClassicRcc):
 
     def write_CFGR(self, value: int) -> None:
         """Prescalers at once; SYSCLK when the source is ready."""
-        if (value ^ self[CFGR]) & MCO_BITS:
-            self.note("unmodelled", "CFGR.MCO1", "MCO1 and MCO2: the pins carry no edges")
         self[CFGR] = self._keep_source(value)
         self._try_switch()
         self._set_tree()
@@ -338,37 +343,37 @@ class Rcc(ClassicRcc):
 
     def _on_ready(self, name: str, ready: bool) -> None:
         super()._on_ready(name, ready)
-        if not ready:
-            self._set_tree()  # a kernel clock may have gone
         self.on_rtc_clock()
 
     def _set_tree(self, *, stopped: bool | None = None) -> None:
         tree, pll = self.tree, pll_rates(self[PLLCFGR], self.hse_hz)
         all_timers = bool(self[DCKCFGR1] & TIMPRE)
         rates = rates_of(self[CFGR], self._source, self.hse_hz, pll, all_timers=all_timers)
+        clocks = self._clocks(rates, pll)
         in_stop = frozenset(name for name in self._kernels if self._clock_of(name) in ("LSE", "LSI"))
-        rates = replace(rates, kernels=self._kernel_rates(rates, pll), in_stop=in_stop)
+        rates = replace(rates, kernels=self._kernel_rates(clocks), in_stop=in_stop)
         halted = tree.stopped if stopped is None else stopped
-        if rates == tree.rates and halted is tree.stopped:
-            return
 
         def change() -> None:
             tree.set(rates, stopped=halted)
             if rates.hclk != self.time.hclk_hz:
                 self.time.set_hclk(rates.hclk)
 
-        self._tell_change(change)
-        self._check_rates()
+        if rates != tree.rates or halted is not tree.stopped:
+            self._tell_change(change)
+            self._check_rates()
+        self._put_out(self[CFGR], clocks, stopped=halted)
 
     def _clock_of(self, peripheral: str) -> str:
         choice = self._kernels[peripheral]
         return choice.clocks[self[DCKCFGR2] >> choice.shift & choice.mask]
 
-    def _kernel_rates(self, rates: Rates, pll: PllRates) -> Mapping[str, Fraction]:
+    def _clocks(self, rates: Rates, pll: PllRates) -> Mapping[str, Fraction]:
         none = Fraction(0)
         sai = pll_rates(self[PLLCFGR], self.hse_hz, self[PLLSAICFGR])
+        i2s = pll_rates(self[PLLCFGR], self.hse_hz, self[PLLI2SCFGR])
         hsi = HSI_HZ if self._hsi.ready else none
-        clocks = {
+        return {
             "APB1": rates.pclk1,
             "APB2": rates.pclk2,
             "SYSCLK": rates.sysclk,
@@ -376,10 +381,15 @@ class Rcc(ClassicRcc):
             "HSI/488": hsi / 488,
             "LSE": LSE_HZ if self._lse.ready else none,
             "LSI": self.lsi_hz if self._lsi.ready else none,
+            "HSE": self.hse_hz if self._hse.ready else none,
+            "PLL P": pll.p if self._pll.ready else none,
             "PLL Q": pll.q if self._pll.ready else none,
             "PLLSAI P": sai.p if self._oscillators["PLLSAI"].ready else none,
+            "PLLI2S R": i2s.r if self._oscillators["PLLI2S"].ready else none,
             "-": none,
         }
+
+    def _kernel_rates(self, clocks: Mapping[str, Fraction]) -> Mapping[str, Fraction]:
         found: dict[str, Fraction] = {}
         for name in self._kernels:
             clock = self._clock_of(name)

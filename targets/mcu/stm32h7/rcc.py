@@ -3,7 +3,7 @@
 Choices: SYSCLK switches at once when the wanted source is ready; a reserved value of SW is not taken over; HSIDIV holds
 at once; the clocks of peripherals run on in Sleep mode whatever the xxxLPENR registers say; nobody watches the LSE; the
 bits that allocate memories of D2 are remembered, and the memories answer without them. The kernel clocks are those of
-`targets.mcu.stm32h7.clocks`; MCO1 and MCO2 carry no edges.
+`targets.mcu.stm32h7.clocks`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import ClassVar, Unpack
 
 from targets.mcu.registers import Register
 from targets.mcu.services import Services
+from targets.mcu.stm32.mco import Choice
 from targets.mcu.stm32.rcc import BDRST, LSE_HZ, LSERDY, LSION, LSIRDY, BoardClocks
 from targets.mcu.stm32h7 import rcc_registers as at
 from targets.mcu.stm32h7.clock_limits import violations
@@ -82,6 +83,22 @@ class Rcc(RccWithPlls):
         }
     )
     RESET_FLAGS, CAUSES = at.RESET_FLAGS, at.CAUSES
+    CLOCK_OUTPUTS = (  # RM0433 section 8.7.6; reserved values are no clock
+        Choice(
+            name="MCO1",
+            shift=22,
+            clocks=("HSI", "LSE", "HSE", "PLL1 Q", "HSI48", "-", "-", "-"),
+            prescaler=18,
+            dividers=range(16),
+        ),
+        Choice(
+            name="MCO2",
+            shift=29,
+            clocks=("SYSCLK", "PLL2 P", "HSE", "PLL1 P", "CSI", "LSI", "-", "-"),
+            prescaler=25,
+            dividers=range(16),
+        ),
+    )
 
     def __init__(
         self,
@@ -157,8 +174,6 @@ class Rcc(RccWithPlls):
 
     def write_CFGR(self, value: int) -> None:
         """Choose SYSCLK, which switches when the source is ready, and what depends on TIMPRE and RTCPRE."""
-        if (value ^ self[at.CFGR]) & at.MCO_BITS:
-            self.note("unmodelled", "CFGR.MCO1", "MCO1 and MCO2: the pins carry no edges")
         if value & at.SW > Source.PLL1:
             self.note("misuse", "CFGR.SW", f"{value & at.SW:03b} is reserved; SW keeps its value")
             value = (value & ~at.SW) | (self[at.CFGR] & at.SW)
@@ -299,25 +314,26 @@ class Rcc(RccWithPlls):
             sysclk = tree.rates.sysclk
         all_timers = bool(self[at.CFGR] & at.TIMPRE)
         rates = rates_of(sysclk, self[at.D1CFGR], self[at.D2CFGR], self[at.D3CFGR], all_timers=all_timers)
+        clocks = self._clocks(rates, plls)
         in_stop = frozenset(name for name in KERNEL_CHOICES if self._clock_of(name) in ("LSE", "LSI"))
-        rates = replace(rates, kernels=self._kernel_rates(rates, plls), in_stop=in_stop)
+        rates = replace(rates, kernels=self._kernel_rates(clocks), in_stop=in_stop)
         halted = tree.stopped if stopped is None else stopped
-        if rates == tree.rates and halted is tree.stopped:
-            return
 
         def change() -> None:
             tree.set(rates, stopped=halted)
             if rates.hclk != self.time.hclk_hz:
                 self.time.set_hclk(rates.hclk)
 
-        self._tell_change(change)
-        self._check_rates()
+        if rates != tree.rates or halted is not tree.stopped:
+            self._tell_change(change)
+            self._check_rates()
+        self._put_out(self[at.CFGR], clocks, stopped=halted)
 
     def _clock_of(self, peripheral: str) -> str:
         choice = KERNEL_CHOICES[peripheral]
         return choice.clocks[self[_KERNEL_REGISTERS[choice.register]] >> choice.shift & choice.mask]
 
-    def _kernel_rates(self, rates: Rates, plls: list[PllRates]) -> Mapping[str, Fraction]:
+    def _clocks(self, rates: Rates, plls: list[PllRates]) -> Mapping[str, Fraction]:
         ready = {name: oscillator.ready for name, oscillator in self._oscillators.items()}
         clocks = {
             "HSI": self._rate_of(Source.HSI),
@@ -330,11 +346,13 @@ class Rcc(RccWithPlls):
         for name, one in zip(PLLS, plls, strict=True):
             clocks |= {f"{name} P": one.p, f"{name} Q": one.q, f"{name} R": one.r}
         clocks = {name: rate if ready[name.split()[0]] else Fraction(0) for name, rate in clocks.items()}
-        clocks["CSI/122"] = clocks["CSI"] / 122
+        clocks |= {"CSI/122": clocks["CSI"] / 122, "-": Fraction(0)}
         per = ("HSI", "CSI", "HSE", "-")[self[at.D1CCIPR] >> 28 & 3]
         clocks["PER"] = clocks.get(per, Fraction(0))
         clocks |= {bus: rates.hclk / divider for bus, divider in rates.dividers().items()}
-        clocks |= {"SYSCLK": rates.sysclk}
+        return clocks | {"SYSCLK": rates.sysclk}
+
+    def _kernel_rates(self, clocks: Mapping[str, Fraction]) -> Mapping[str, Fraction]:
         return {name: clocks.get(self._clock_of(name), Fraction(0)) for name in KERNEL_CHOICES}
 
     def _check_rates(self) -> None:

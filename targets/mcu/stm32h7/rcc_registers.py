@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
+from targets.mcu.stm32.mco import FAST_CLOCKS
 from targets.mcu.stm32.rcc import BDCR_BITS, LSION
 
 __all__ = ["ALIAS", "ALIASED", "CAUSES", "ENABLE_OF", "REGISTERS", "RESET_FLAGS", "RESET_OF"]
@@ -30,7 +31,7 @@ PLLON, PLLRDY = (1 << 24, 1 << 26, 1 << 28), (1 << 25, 1 << 27, 1 << 29)
 CR_BITS = (
     HSION | HSIKERON | HSIDIV | CSION | CSIKERON | HSI48ON | HSEON | HSEBYP | HSECSSON | PLLON[0] | PLLON[1] | PLLON[2]
 )
-SW, STOPWUCK, TIMPRE, MCO_BITS = 0x7, 1 << 6, 1 << 15, 0xFFFC_0000
+SW, STOPWUCK, TIMPRE = 0x7, 1 << 6, 1 << 15
 LSEDRV, LSECSSON = 3 << 3, 1 << 5
 HSECSSF = 1 << 10
 RMVF = 1 << 16
@@ -127,7 +128,7 @@ def _registers() -> tuple[Register, ...]:
         Register("HSICFGR", HSICFGR, 0x4000_0000, 0x7F00_0000, fidelity=_PARTLY, note="HSI stays at exactly 64 MHz"),
         Register("CRRCR", CRRCR, 0, 0, note="HSI48CAL reads 0 (choice)"),
         Register("CSICFGR", CSICFGR, 0x2000_0000, 0x3F00_0000, fidelity=_PARTLY, note="CSI stays at exactly 4 MHz"),
-        Register("CFGR", CFGR, 0, 0xFFFC_FFC7, fidelity=_PARTLY, note="MCO1 and MCO2: the pins carry no edges"),
+        Register("CFGR", CFGR, 0, 0xFFFC_FFC7, fidelity=_PARTLY, note=FAST_CLOCKS),
         Register("D1CFGR", D1CFGR, 0, 0xF7F),
         Register("D2CFGR", D2CFGR, 0, 0x770),
         Register("D3CFGR", D3CFGR, 0, 0x70),

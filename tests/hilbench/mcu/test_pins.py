@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from itertools import pairwise
 
 import pytest
 
 from hilbench.mcu.pin_log import LOOK_NS, WINDOW_NS
+from targets.mcu.pins import PadMode
+from targets.mcu.services import Wave
 
 
 def toggling(pin, period_ns, duty=0.5):
@@ -63,6 +66,28 @@ def test_a_pin_that_comes_to_rest_is_slow_again(emulate):
     emulated.bench.run_for(0.01)
     assert events(emulated, "pin")[-1]["level"] is pin.level
     assert events(emulated, "pwm")[-1]["edges"] == 0
+
+
+def test_what_is_too_fast_for_edges_is_told_by_period_and_duty(emulate):
+    """8 MHz from 30 ms to 230 ms."""
+
+    def program(machine):
+        signals, pin = machine.chip.signals, machine.chip.pins["PA8"]
+        clock = signals.output("MCO")
+        signals.route("MCO", "PA8")
+        pin.configure(PadMode.AF_PUSH_PULL, latch=False, pull=None)
+        clock.set(False)
+        machine.at_ns(30_000_000, lambda: clock.set_wave(Wave(hz=Fraction(8_000_000), duty=Fraction(1, 2))))
+        machine.at_ns(230_000_000, lambda: clock.set_wave(None))
+
+    emulated = emulate(program)
+    emulated.bench.run_for(0.45)
+    told = [
+        (event["period_ns"], event["high_ns"], event["edges"], event["in_ns"]) for event in events(emulated, "pwm")[:2]
+    ]
+    assert told == [(125, 62, 1_120_000, 70_000_000), (125, 62, 1_600_000, WINDOW_NS)]
+    assert events(emulated, "pwm")[-1]["edges"] == 0
+    assert [event["level"] for event in events(emulated, "pin") if event["source"] == "brain.PA8"] == [False]
 
 
 def test_a_wire_joins_pins_of_two_boards(emulate):

@@ -6,6 +6,7 @@ import itertools
 
 import pytest
 
+MS = 1_000_000
 TEXT = bytes(range(256))
 OTHER_TIMING = pytest.mark.exhaustive("the other timing model; the gate has golden traces with it")
 
@@ -85,6 +86,16 @@ def test_a_kernel_that_is_entered_by_an_escalated_supervisor_call(start):
     for pin, period in (("PA0", 1), ("PA1", 5)):
         assert all(abs(found - period) < 0.02 for found in periods_ms(run, pin)[1:])
     assert not run.edges_ms("PC13")[1:]
+    assert not run.machine.notes.all
+
+
+def test_clocks_at_mco(start):
+    run, told = start("style-mco").record("PA8", "PC13"), []
+    pin = run.machine.chip.pins["PA8"]
+    pin.on_wave = lambda wave: told.append((round(run.machine.now_ns / MS), wave and wave.hz / 10**6))
+    run.to(30)
+    assert told == [(1, 8), (11, 36), (16, 8), (21, None), (26, 8)]
+    assert [edge.level for edge in pin.edges] == [False, None, False]
     assert not run.machine.notes.all
 
 

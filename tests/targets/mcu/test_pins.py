@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import partial
 
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from targets.mcu.errors import BoardError
 from targets.mcu.nets import Nets
 from targets.mcu.pins import PadMode, Pins
+from targets.mcu.services import Wave
 from targets.mcu.signals import Signals
 from targets.mcu.testing import FakeChip
 
@@ -299,6 +301,26 @@ def test_two_peripherals_on_one_pin_are_noted():
     signals.output("A").set(False)
     assert pins["PA0"].level is False
     assert chip.noted() == ["PA0"]
+
+
+def test_a_wave_is_told_while_the_pad_carries_it():
+    chip, pins = make()
+    signals, pin, told = Signals(pins), pins["PA0"], []
+    pin.on_wave = told.append
+    clock, wave = signals.output("CLOCK"), Wave(hz=Fraction(8_000_000), duty=Fraction(1, 2))
+    signals.route("CLOCK", "PA0")
+    clock.set(False)
+    clock.set_wave(wave)
+    assert pin.wave is None
+    pin.configure(PadMode.AF_PUSH_PULL, latch=False, pull=None)
+    assert pin.wave is wave
+    assert pin.level is False
+    assert not chip.noted()
+    Nets().wire("clock", pin, pins["PA1"])
+    assert chip.noted("unmodelled") == ["PA0"], "the other end hears no edges"
+    pin.configure(PadMode.INPUT, latch=False, pull=None)
+    clock.set_wave(None)
+    assert told == [wave, None]
 
 
 def test_a_signal_inside_the_chip_goes_from_output_to_input():

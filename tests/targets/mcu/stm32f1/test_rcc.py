@@ -486,3 +486,28 @@ def test_stop_mode_halts_every_clock_and_leaves_on_hsi(world):
     assert world.chip.time.hclk_hz == 8_000_000
     assert peek(world.rcc, "CFGR") & 0xF == 0
     assert peek(world.rcc, "CR") & 0x0303_0003 == 3
+
+
+@pytest.mark.parametrize(("choice", "hz"), [(4, 72_000_000), (5, 8_000_000), (6, 8_000_000), (7, 36_000_000)])
+def test_the_clock_at_a_pin(world, choice, hz):
+    """RM0008 section 7.3.2."""
+    signal = world.chip.output("MCO")
+    assert (signal.level, signal.wave) == (None, None)
+    to_72_mhz(world)
+    poke(world.rcc, "CFGR", peek(world.rcc, "CFGR") | choice << 24)
+    assert signal.level is False
+    assert signal.wave.hz == hz
+    assert world.chip.noted("misuse") == (["RCC_CFGR.MCO"] if hz > 50_000_000 else [])
+    poke(world.rcc, "CFGR", peek(world.rcc, "CFGR") & ~(7 << 24))
+    assert (signal.level, signal.wave) == (None, None)
+
+
+def test_the_clock_at_a_pin_goes_with_its_oscillator(world):
+    poke(world.rcc, "CFGR", 6 << 24)
+    signal = world.chip.output("MCO")
+    assert signal.wave is None
+    poke(world.rcc, "CR", peek(world.rcc, "CR") | 1 << 16)
+    world.chip.advance_s(2 * MS)
+    assert signal.wave.hz == 8_000_000
+    world.rcc.fail_hse()
+    assert (signal.level, signal.wave) == (False, None)

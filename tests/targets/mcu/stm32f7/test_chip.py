@@ -323,3 +323,15 @@ def test_code_that_changes_in_the_ram_of_the_core_takes_what_it_takes():
     assert (
         cycles(division, division) > cycles(nothing, division) == cycles(division, nothing) > cycles(nothing, nothing)
     )
+
+
+def test_both_clock_outputs_at_their_pins(nucleo):
+    """From the reset on HSI and SYSCLK, without a prescaler."""
+    machine = nucleo()
+    bus, pins = machine.bus, machine.chip.pins
+    bus.write(0x4002_3830, 4, 0b101)  # RCC_AHB1ENR
+    bus.write(0x4002_0000, 4, 0xA802_0000)  # GPIOA_MODER: PA8 and the debug pins
+    bus.write(0x4002_0800, 4, 2 << 18)  # GPIOC_MODER: PC9
+    assert {name: pins[name].wave.hz for name in ("PA8", "PC9")} == {"PA8": 16_000_000, "PC9": 16_000_000}
+    bus.write(0x4002_3808, 4, 7 << 24 | 4 << 27)
+    assert [pins[name].wave.hz for name in ("PA8", "PC9")] == [3_200_000, 8_000_000]

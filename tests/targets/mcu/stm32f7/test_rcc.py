@@ -310,6 +310,44 @@ def test_the_rtc_on_the_hse(world, divider, rate):
     assert world.rcc.rtc_hz() == rate
 
 
-def test_mco_is_not_modelled(world):
-    poke(world.rcc, "CFGR", 0b01 << 21)
-    assert world.chip.noted("unmodelled") == ["RCC_CFGR.MCO1"]
+@pytest.mark.parametrize(
+    ("output", "bits", "hz"),
+    [
+        ("MCO1", 0 << 21, 16 * MHZ),
+        ("MCO1", 1 << 21, 0),  # LSE is off
+        ("MCO1", 2 << 21, 8 * MHZ),
+        ("MCO1", 3 << 21 | 7 << 24, 216 * MHZ // 5),
+        ("MCO1", 3 << 21 | 4 << 24, 108 * MHZ),
+        ("MCO2", 0 << 30 | 3 << 27, 216 * MHZ),
+        ("MCO2", 0 << 30 | 6 << 27, 54 * MHZ),
+        ("MCO2", 1 << 30, 96 * MHZ),
+        ("MCO2", 2 << 30 | 5 << 27, Fraction(8 * MHZ, 3)),
+        ("MCO2", 3 << 30, 216 * MHZ),
+    ],
+)
+def test_clocks_at_pins(world, output, bits, hz):
+    """RM0410 section 5.3.3."""
+    world.supply = (1, True)
+    start(world, settings(8, 432, 2))
+    poke(world.rcc, "PLLI2SCFGR", 192 << 6 | 2 << 28)
+    poke(world.rcc, "CR", peek(world.rcc, "CR") | PLLI2SON)
+    world.chip.advance_s(301 * US)
+    poke(world.rcc, "CFGR", bits | 2 | 5 << 10 | 4 << 13)
+    signal = world.chip.output(output)
+    assert (signal.wave.hz if signal.wave else 0) == hz
+    assert signal.level is False
+    assert not world.chip.noted("unmodelled")
+
+
+def test_a_clock_at_a_pin_goes_with_its_oscillator(world):
+    poke(world.rcc, "CR", peek(world.rcc, "CR") | HSEBYP)
+    poke(world.rcc, "CFGR", 2 << 21)
+    assert world.chip.output("MCO1").wave is None
+    poke(world.rcc, "CR", peek(world.rcc, "CR") | HSEON)
+    world.chip.advance_s(11 * US)
+    assert world.chip.output("MCO1").wave.hz == 8 * MHZ
+    world.rcc.stop()
+    assert world.chip.output("MCO1").wave is None
+    assert world.chip.output("MCO2").wave is None, "SYSCLK stands still"
+    world.rcc.resume()
+    assert world.chip.output("MCO2").wave.hz == 16 * MHZ

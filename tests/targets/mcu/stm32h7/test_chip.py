@@ -303,3 +303,15 @@ def test_the_independent_watchdog_runs_on_the_lsi(nucleo):
     assert not resets
     machine.run_to(7_000_000)
     assert resets == ["IWDG"], "10 x 4 periods of 32 kHz are 1.25 ms"
+
+
+def test_both_clock_outputs_at_their_pins(nucleo):
+    """From the reset on they are off."""
+    machine = nucleo()
+    bus, pins = machine.bus, machine.chip.pins
+    bus.write(0x5802_44E0, 4, 0b101)  # RCC_AHB4ENR
+    bus.write(0x5802_0000, 4, 0xABFE_FFFF)  # GPIOA_MODER: PA8
+    bus.write(0x5802_0800, 4, 0xFFFB_FFFF)  # GPIOC_MODER: PC9
+    assert [(pins[name].level, pins[name].wave) for name in ("PA8", "PC9")] == [(False, None)] * 2
+    bus.write(0x5802_4410, 4, 4 << 18 | 10 << 25)
+    assert [pins[name].wave.hz for name in ("PA8", "PC9")] == [16_000_000, 6_400_000]

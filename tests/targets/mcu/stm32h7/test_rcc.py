@@ -350,3 +350,50 @@ def test_a_crystal_does_not_work_with_the_bypass():
     switch_on(world, HSEBYP, HSEON)
     assert not peek(world.rcc, "CR") & HSERDY
     assert world.chip.noted("misuse") == ["RCC_CR.HSEBYP"]
+
+
+@pytest.mark.parametrize(
+    ("output", "source", "divider", "hz"),
+    [
+        ("MCO1", 0, 0, 0),
+        ("MCO1", 0, 1, 64 * MHZ),
+        ("MCO1", 0, 15, Fraction(64 * MHZ, 15)),
+        ("MCO1", 1, 1, 0),  # LSE is off
+        ("MCO1", 2, 2, 4 * MHZ),
+        ("MCO1", 3, 10, 48 * MHZ),
+        ("MCO1", 4, 1, 48 * MHZ),
+        ("MCO1", 5, 1, 0),
+        ("MCO2", 0, 8, 60 * MHZ),
+        ("MCO2", 1, 1, 0),  # PLL2 is off
+        ("MCO2", 2, 1, 8 * MHZ),
+        ("MCO2", 3, 12, 40 * MHZ),
+        ("MCO2", 4, 4, MHZ),
+        ("MCO2", 5, 1, 0),  # LSI is off
+        ("MCO2", 7, 1, 0),
+    ],
+)
+def test_clocks_at_pins(world, output, source, divider, hz):
+    """RM0433 section 8.7.6."""
+    switch_on(world, HSI48ON, HSEBYP, HSEON)
+    poke(world.rcc, "D1CFGR", 8)
+    run_pll1(world)
+    shift = 18 if output == "MCO1" else 25
+    poke(world.rcc, "CFGR", PLL1 | divider << shift | source << shift + 4)
+    signal = world.chip.output(output)
+    assert (signal.wave.hz if signal.wave else 0) == hz
+    assert signal.level is False
+
+
+def test_the_lsi_at_a_pin_has_edges(world):
+    poke(world.rcc, "CSR", 1)
+    world.chip.advance_s(200 * US)
+    since = world.chip.time.now
+    poke(world.rcc, "CFGR", 5 << 29 | 1 << 25)
+    world.chip.advance(4000)
+    assert world.chip.output("MCO2").edges == [
+        (0, False),
+        (since + 1000, True),
+        (since + 2000, False),
+        (since + 3000, True),
+        (since + 4000, False),
+    ]
