@@ -69,3 +69,7 @@ $(eval $(call rover,rover-pid-report,-DPID_REPORT_TICKS=100))
 ROVER_LOG := board/log_memory
 $(eval $(call rover,rover-log-waits,-DLOG_MEMORY_TRIES=0,,$(ROVER_LOG)))
 $(eval $(call rover,rover-log-no-0x81,-DLOG_MEMORY_TRIES=1000 -DDEFECT_NO_0X81=1,,$(ROVER_LOG)))
+
+# The start of Mbed OS 6 before the program: main.c finds it under the name of the one that it calls.
+$(eval $(call rover,rover-mbed-start,-Dclock_start=clock_and_tickers_start))
+$(IMAGES)/rover-mbed-start.elf: $(BUILD)/rover/board/tickers.o $(BUILD)/f767/f767/lp_ticker.o

@@ -51,7 +51,7 @@ FOUND_BY = {
 FOUND_IN_MOTION = {"status-zero": "R21"}
 """By the suite rover-motion; its own tests run it."""
 UNFOUND = {"kd-ki-getters": "no clause asks for 0x85"}
-OTHERS = {"9600", "dma", "g0", "g2", "log-no-0x81", "log-waits", "pid-report", "pwm-1khz", "term", "v1b"}
+OTHERS = {"9600", "dma", "g0", "g2", "log-no-0x81", "log-waits", "mbed-start", "pid-report", "pwm-1khz", "term", "v1b"}
 """Images that are no documented rover with a defect."""
 
 
@@ -87,6 +87,11 @@ def test_more_than_fifteen_are_found():
 @pytest.mark.parametrize(("defect", "clause"), FOUND_BY.items())
 def test_the_defect_is_found(defect, clause):
     assert verdicts(f"rover-{defect}", [clause])[clause] is Verdict.FAIL
+
+
+@pytest.mark.exhaustive("seconds in the emulator; the gate has its answer on the board alone")
+def test_the_start_of_mbed_leads_to_a_rover_that_answers():
+    assert set(verdicts("rover-mbed-start", ["P01", "P02D"]).values()) == {Verdict.PASS}
 
 
 @pytest.mark.exhaustive("two dozen clauses in the emulator; the gate has some of them on each image")

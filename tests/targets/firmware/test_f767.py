@@ -136,6 +136,22 @@ def test_the_button_ends_stop_mode_and_standby(nucleo):
     assert not machine.notes.all
 
 
+def test_alarms_of_the_low_power_ticker_come_in_sleep_in_stop_and_beyond_the_end_of_a_period(nucleo):
+    machine = nucleo("f767-ticker")
+    modes = set()
+    for step in range(1, 48):
+        machine.run_to(100 * step * MS)
+        modes.add(machine.asleep and machine.asleep[0])
+    begin, *alarms, fired, first, second, end = machine.sent.decode().splitlines()
+    assert (begin, fired, end) == ("tickers run", "fired at once", "enough")
+    lines = [re.fullmatch(r"(\d+) ticks, late by (\d+)", line) for line in (*alarms, first, second)]
+    assert [int(line[1]) for line in lines] == [3277, 1, 4, 33, 300, 20_000, 100, 28_000, 28_000]
+    restart = 11  # ticks: a match shows one late, and the clock takes 0.3 ms to be fast again
+    assert [int(line[2]) for line in lines] == [restart, restart + 5, restart + 5] + [restart] * 6
+    assert modes == {None, "Sleep", "Stop"}
+    assert not machine.notes.all
+
+
 def test_it_echoes(nucleo):
     machine = nucleo("f767-demo")
     machine.run_to(20 * MS)

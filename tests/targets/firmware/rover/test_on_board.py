@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import struct
 from fractions import Fraction
+from itertools import pairwise
 
 import pytest
 
@@ -171,6 +172,22 @@ def test_it_answers_and_lights_the_led(on_board, name):
     assert board.level("PB0")
     board.say(REQUEST).run(0.003)
     assert board.payloads() == [b"\x80\x01\x00\x01\x00\x00"]
+
+
+def test_after_the_start_of_mbed_it_answers_between_the_alarms_of_the_ticker(on_board):
+    board = on_board("rover-mbed-start").run(1.99)
+    assert board.payloads() == [], "it awaits the LSE"
+    board.run(0.215)
+    board.payloads()
+    board.say(REQUEST).run(0.003)
+    assert board.payloads() == [b"\x80\x00\x00\x00\x00\x00"]
+    line, ticks = board.machine.chip.signals.input("EXTI23"), []
+    line.on_change = lambda level: ticks.append(board.machine.now_ns) if level else None
+    board.run(1.0)
+    alarms = [one for one, before in zip(ticks[1:], ticks, strict=False) if one - before > TICK_NS]
+    assert [round((later - one) / 1e6) for one, later in pairwise(alarms)] == [100] * (len(alarms) - 1)
+    assert len(alarms) >= 8
+    assert board.machine.notes.all == []
 
 
 @pytest.mark.parametrize(

@@ -283,6 +283,8 @@ _OWN: dict[str, Scenario] = {
         ),
         Scenario(image="h753-chip", span_ns=1200 * MS),
         *(Scenario(image=f"h753-{name}", span_ns=25 * MS) for name in ("adc16", "dmamux", "one-shot", "usart-fifo")),
+        *(Scenario(image=f"{board}-lptim", span_ns=150 * MS) for board in ("f767", "h753")),
+        Scenario(image="f767-ticker", span_ns=4700 * MS),
         *(
             Scenario(
                 image=f"{board}-sleep",
