@@ -3,8 +3,8 @@
 Time is cut into windows of 100 ms. The first 20 edges of a pin in a window are events of their own; with more of them
 the pin is fast, and the window ends with one event that says how many edges there were, what the last whole period was
 like and which level it ended with. In the window after that there are no single edges, and where nobody wants them all,
-only its first 10 ms are looked at. (All choices.) What is too fast for edges, as a clock at a pin, is told at the end
-of each window as well, with the number of edges that it had.
+only its first 10 ms are looked at. (All choices.) What is too fast for edges, as a clock at a pin, is told when it
+changes and at the end of each window, with the number of edges since it was told last.
 
 The edges of serial frames are left out, unless they are asked for: what was sent stands in the journal as bytes. A pin
 that carries TX when a frame begins carries that frame; its edges until the frame ends are the frame's. That edges are
@@ -49,7 +49,8 @@ class _Watched:
         last: the last three of them.
         frames: begin and end of the serial frames that its next edges may belong to, in ns.
         carries: whether there were any.
-        wave_ns: since when the pin has carried its wave, if it has one.
+        wave: what it carries that is too fast for edges, and
+        wave_ns: when that was told last.
     """
 
     pin: Pin
@@ -62,6 +63,7 @@ class _Watched:
     last: list[Edge] = field(default_factory=list)
     frames: deque[tuple[int, int]] = field(default_factory=deque)
     carries: bool = False
+    wave: Wave | None = None
     wave_ns: int = 0
 
     def without_frames(self, edges: list[Edge]) -> list[Edge]:
@@ -116,6 +118,7 @@ class PinLog:
         self._by_name = {watched.pin.name: watched for watched in self._watched}
         for watched in self._watched:
             watched.pin.follow()
+            watched.wave, watched.wave_ns = watched.pin.wave, bench.now_ns
             watched.pin.on_wave = partial(self._wave_changed, watched)
         group.after_round.append(self._collect)
         self._next(bench.now_ns + WINDOW_NS, self._end_window)
@@ -166,9 +169,9 @@ class PinLog:
         for watched in self._watched:
             span_ns = WINDOW_NS if watched.pin.following else LOOK_NS
             fast = watched.count * WINDOW_NS > SLOW_EDGES * span_ns
-            if watched.pin.wave is not None:
-                fast = self._tell_wave(watched, watched.pin.wave)
-            elif fast or watched.was_fast:
+            if watched.wave is not None:
+                self._tell_wave(watched, self._bench.now_ns, watched.wave)
+            if fast or watched.was_fast:
                 self._tell_fast(watched, span_ns)
             watched.was_fast = fast
             watched.was_busy = watched.seen * WINDOW_NS > SLOW_EDGES * span_ns
@@ -185,19 +188,22 @@ class PinLog:
         about |= {"edges": watched.count, "in_ns": span_ns, "level": watched.level}
         self._bench.record("pwm", self._source(watched), **about)
 
-    def _wave_changed(self, watched: _Watched, _wave: Wave | None) -> None:
-        watched.wave_ns = watched.pin.now_ns()
+    def _wave_changed(self, watched: _Watched, wave: Wave | None) -> None:
+        ns = watched.pin.now_ns()
+        action = partial(self._tell_wave, watched, ns, wave)
+        self._group.output(ns, action, order=EventClass.CONTROL, source=self._source(watched), reacts=False)
 
-    def _tell_wave(self, watched: _Watched, wave: Wave) -> bool:
-        """Tell of the part of this window in which there was a wave; return whether there was any."""
-        in_ns = min(self._bench.now_ns - watched.wave_ns, WINDOW_NS)
-        edges = int(2 * wave.hz * in_ns / NS_PER_S)
-        if edges <= 0:
-            return False
-        period_ns = NS_PER_S / wave.hz
-        about = {"period_ns": round(period_ns), "high_ns": round(period_ns * wave.duty)}
-        self._bench.record("pwm", self._source(watched), **about, edges=edges, in_ns=in_ns, level=watched.level)
-        return True
+    def _tell_wave(self, watched: _Watched, ns: int, wave: Wave | None) -> None:
+        """Tell of the wave up to now, and of the one from now on."""
+        old, in_ns = watched.wave, ns - watched.wave_ns
+        watched.wave, watched.wave_ns = wave, ns
+        about: dict[str, object] = {"edges": 0, "in_ns": 0}
+        if old is not None:
+            about = {"edges": int(2 * old.hz * in_ns / NS_PER_S), "in_ns": in_ns}
+        if wave is not None:
+            period_ns = NS_PER_S / wave.hz
+            about |= {"period_ns": round(period_ns), "high_ns": round(period_ns * wave.duty)}
+        self._bench.record("pwm", self._source(watched), **about, level=False)
 
     def _look_away(self) -> None:
         """Let go of the pins that are busy still."""
