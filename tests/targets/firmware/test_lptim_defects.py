@@ -19,7 +19,7 @@ DEFECTS = [
     Defect("CMPOK never comes", F7, LowPowerTimer, "_write_value", "self._raise(flag)", "self._raise(ARROK)"),
     Defect("values never arrive", F7, LowPowerTimer, "_write_value", "self._take(offset, value)", "pass"),
     Defect("prescaled once too often", F7, LowPowerTimer, "_prescaler", "1 << (", "2 << ("),
-    Defect("starts while disabled", F7, LowPowerTimer, "write_CR", "if not on:", "if False:"),
+    Defect("CR takes all while disabled", F7, LowPowerTimer, "write_CR", "if on:", "self[CR] = value\n        if on:"),
     Defect("ICR clears nothing", F7, LowPowerTimer, "write_ICR", "self[ISR] &= ~value", "pass"),
     Defect("an interrupt stays", F7, LowPowerTimer, "write_ICR", "self._requests &= ~value", "pass"),
     Defect(
@@ -36,7 +36,7 @@ DEFECTS = [
     Defect("a trigger while it runs", F7, LowPowerTimer, "_trigger_changed", "if self._settings & TIMOUT", "if True"),
     Defect("no timeout", F7, LowPowerTimer, "_trigger_changed", "if self._settings & TIMOUT", "if False"),
     Defect("no EXTTRIG", F7, LowPowerTimer, "_trigger_changed", "self._triggered = True", "return"),
-    Defect("no edge is lost", F7, LowPowerTimer, "_tick", "clocks * self._prescaler", "clocks * self._prescaler - 2"),
+    Defect("fewer edges are lost", F7, LowPowerTimer, "_ask_start", "ready + STARTED_AFTER", "ready"),
     Defect("PRELOAD is not looked at", F7, LowPowerTimer, "_take", "self._settings & PRELOAD", "False"),
     Defect("rising edges alone", F7, LowPowerTimer, "_input_changed", "edges == 2 or", ""),
     Defect("the encoder turns round", F7, LowPowerTimer, "_encode", "is (number == 2)", "is (number == 1)"),
