@@ -19,6 +19,8 @@ ROOT = Path(__file__).parents[4]
 
 # Executed whole or in small steps these take seconds.
 LONG = {"selftest-iwdg", "selftest-usart", "style-kernel-busy"}
+# Awaits a crystal for two seconds at 216 MHz: executed whole that takes minutes.
+NEVER_WHOLE = {"f767-ticker"}
 WAYS_FOR_LONG = ("executing-all", "steps-of-100-us", "irregular-steps")
 
 # One for each thing that a machine may be doing when it is interrupted. A column is run in two of the ten ways.
@@ -55,7 +57,8 @@ def test_it_does_not_matter_how_it_is_run(name, way):
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_it_does_not_matter_how_any_image_is_run(name):
     for way in WAYS_FOR_LONG if name in LONG else RUNS:
-        check(name, way)
+        if RUNS[way].skip_idle or name not in NEVER_WHOLE:
+            check(name, way)
 
 
 @pytest.mark.parametrize(
