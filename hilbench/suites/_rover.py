@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar, cast
 
-from hilbench.check import CaseSetup, Violation, at_most, case, near
+from hilbench.check import CaseSetup, Inconclusive, Violation, at_most, case, near
 from hilbench.check.provider import CaseBench
 from hilbench.check.recorder import unrecorded
 from hilbench.clock import NS_PER_S
@@ -170,6 +170,8 @@ class Rover:
         """Switch the test LED off, and take what that does to the counters for the beginning."""
         self.send(LedOff())
         self.before = self._general()
+        if self._hands is not None and self.lit:
+            raise Inconclusive("the LED does not go out", self.peer.evidence())
 
     def drive(self, left: float, right: float) -> None:
         """Command shares of full throttle, in whichever schema."""

@@ -331,6 +331,15 @@ BY_HAND = (
         change=frames(resync=Resync.SCAN),
     ),
     RoverMutant(
+        id="g2-sum-stands", what="the sum stands at the limit of the output", profile="g2", change=body(windup=False)
+    ),
+    RoverMutant(
+        id="g2-sum-forgotten",
+        what="the speed controllers begin anew with their mode",
+        profile="g2",
+        change=body(mode_resets_controllers=True),
+    ),
+    RoverMutant(
         id="g2-as-documented", what="does what was promised, not what was shipped", profile="g2", change=as_documented
     ),
 )

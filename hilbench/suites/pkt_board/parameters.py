@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import struct
 
-from hilbench.check import Violation, near, within
+from hilbench.check import Inconclusive, Violation, near, within
 from hilbench.suites._rover import Rover, on_rover
 from hilbench.suites.pkt_board._frames import SUCCESS, require_refused
 from protocols.pkt import MotorThrottles, SpeedSetpoints
@@ -59,6 +59,10 @@ def test_throttle_beyond_one_as_shipped(rover: Rover) -> None:
 
 @on_rover("P28D", lasts_s=3.0)
 def test_throttle_beyond_one(rover: Rover) -> None:
+    rover.drive(0.5, 0.5)
+    first = rover.motion().throttles
+    if first != (0.5, 0.5):
+        raise Inconclusive(f"0x83 does not show any throttle: {first} after 0.5")
     for throttle in (1.5, -2.0, math.nan):
         rover.drive(throttle, throttle)
         for name, shown in zip("AB", rover.motion().throttles, strict=True):

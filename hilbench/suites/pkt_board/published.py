@@ -48,9 +48,18 @@ def _after_saturation(rover: Rover) -> float:
     rover.hands.hold_wheels(True)
     rover.send(SpeedSetpoints(a_rpm=30.0, b_rpm=30.0))
     rover.keep_alive(3.0)
+    _require_reached(rover.motion().throttles[0], 0.99, "the speed controller is not at its limit: throttle")
     rover.send(SpeedSetpoints(a_rpm=-30.0, b_rpm=-30.0))
     rover.peer.run(0.5)
-    return rover.motion().throttles[0]
+    report = rover.motion()
+    _require_reached(-report.setpoints_rpm[0], 29.9, "the setpoint has not turned: less")
+    return report.throttles[0]
+
+
+def _require_reached(found: float, least: float, otherwise: str) -> None:
+    """Require that a stimulus has had the effect without which what comes next shows nothing."""
+    if not found >= least:
+        raise Inconclusive(f"{otherwise} {found:.3f}, required {least:g}")
 
 
 def _set_integral_gain(rover: Rover, ki: float) -> None:
@@ -78,8 +87,12 @@ def _after_new_mode(rover: Rover) -> float:
     rover.hands.hold_wheels(True)
     rover.send(SpeedSetpoints(a_rpm=30.0, b_rpm=30.0))
     rover.keep_alive(2.0)
+    _require_reached(rover.motion().throttles[0], 0.5, "no sum was gathered: throttle")
     rover.drive(0.0, 0.0)
-    return held_throttle(rover).throttles[0]
+    _require_reached(-abs(rover.motion().throttles[0]), 0.0, "manual mode has not begun: throttle, below zero,")
+    report = held_throttle(rover)
+    _require_reached(report.setpoints_rpm[0], 29.9, "PID mode has not begun again: setpoint")
+    return report.throttles[0]
 
 
 def _shown_after_stopping(rover: Rover) -> float:
@@ -88,12 +101,14 @@ def _shown_after_stopping(rover: Rover) -> float:
     rover.keep_alive(2.0)
     if min(rover.hands.wheels_rpm()) < 60.0:
         raise Inconclusive(f"the wheels turn at {min(rover.hands.wheels_rpm()):.0f} rpm only")
-    rover.next(MotionReport, 0.6)
+    _require_reached(max(rover.next(MotionReport, 0.6).rpm), 50.0, "0x83 shows no wheel that turns: rpm")
     rover.peer.run(0.2)
     rover.hands.hold_wheels(True)
     rover.next(MotionReport, 0.6)
     rover.next(MotionReport, 0.6)
-    return max(rover.next(MotionReport, 0.6).rpm)
+    shown = max(rover.next(MotionReport, 0.6).rpm)
+    _require_reached(-max(map(abs, rover.hands.wheels_rpm())), -1.0, "the wheels do not stand: rpm, below zero,")
+    return shown
 
 
 @on_rover("P47", lasts_s=4.0)
@@ -111,24 +126,32 @@ MANY = 100
 
 @on_rover("P48", lasts_s=1.6)
 def test_a_full_line_as_shipped(rover: Rover) -> None:
-    if rover.peer.line_s(3200) > 1.0:
-        raise Inconclusive("the line is too slow for more than 3200 bytes/s")
+    _require_fast(rover)
     rover.write(led_on_frame(rover) * MANY)
     rover.peer.run(0.2)
     found = rover.counts_in(rover.next(GeneralReport, 1.2))  # a request could end in a frame that was cut
     assert found.accepted < MANY, f"the state is {found}: nothing was lost"
+    _require_reached(found.accepted, 1, "no frame was taken at all: accepted")
 
 
 @on_rover("P48D", lasts_s=0.6)
 def test_a_full_line(rover: Rover) -> None:
+    _require_fast(rover)
     rover.write(led_on_frame(rover) * MANY)
     rover.peer.run(0.2)
     rover.require(MANY, 0, 1, SUCCESS)
 
 
-@at_power_up("P49", lasts_s=0.9)
+def _require_fast(rover: Rover) -> None:
+    if rover.peer.line_s(3200) > 1.0:
+        raise Inconclusive("the line is too slow for more than 3200 bytes/s")
+
+
+@at_power_up("P49", lasts_s=1.1)
 def test_silence_at_power_up_as_shipped(there: RoverBench) -> None:
     there.peer.expect_silence(0.9, why="the sensors are being set up")
+    if not there.peer.wait_ready():
+        raise Inconclusive("it says nothing later either")
 
 
 @at_power_up("P49D", lasts_s=0.1)
