@@ -50,10 +50,17 @@ def write(mark: str, lines: list[str]) -> None:
     PAGE.write_text("\n".join([before + begin(mark), *lines, "", end(mark) + after]), encoding="utf-8")
 
 
+def over_all_tests(config: pytest.Config) -> bool:
+    """Say whether the run was asked for all tests; fewer may be chosen of them."""
+    here = config.invocation_params.dir
+    return {(here / path).resolve() for path in config.args} == {PAGE.parents[1] / "tests"}
+
+
 @pytest.mark.parametrize("mark", WITH_A_REASON)
 def test_each_marked_test_is_listed_with_its_reason(request, mark):
     reasons = request.config.stash[MARKED][mark]
     if os.environ.get(WRITE):
+        assert over_all_tests(request.config), f"only a run over all tests sees each mark: {WRITE}=1 pytest tests"
         write(mark, listed(reasons))
     missing = [line for line in listed(reasons) if line not in section(mark)]
     assert not missing, f"{PAGE.name} does not list, or not so: {missing}; {WRITE}=1 writes it anew"
@@ -61,8 +68,7 @@ def test_each_marked_test_is_listed_with_its_reason(request, mark):
 
 @pytest.mark.parametrize("mark", WITH_A_REASON)
 def test_nothing_is_listed_that_is_not_marked(request, mark):
-    here = request.config.invocation_params.dir
-    if {(here / path).resolve() for path in request.config.args} != {PAGE.parents[1] / "tests"}:
+    if not over_all_tests(request.config):
         pytest.skip("only a run over all tests sees each mark")
     assert section(mark) == [*listed(request.config.stash[MARKED][mark]), ""]
 
