@@ -48,6 +48,7 @@ def test_joystick_lights_lamps_and_reset(there):
     vehicle = Vehicle(vehicle_bench(there))
     vehicle.autoware()
     assert vehicle.light == "amber"
+    assert vehicle.hands.lamps() == (False, False)
     assert vehicle.stack.request(ControlMode.MANUAL).success
     vehicle.hands.set_joystick(65_535, 33_580)
     vehicle.run(0.4)

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.stm32h7.clocks import KERNEL_CHOICES, ClockTree
 from targets.mcu.stm32h7.rcc import Rcc
+from targets.mcu.stm32h7.rcc_registers import CAUSES, RESET_FLAGS
 from targets.mcu.testing import FakeChip, peek, poke
 
 US, MHZ = Fraction(1, 1_000_000), 1_000_000
@@ -397,3 +398,17 @@ def test_the_lsi_at_a_pin_has_edges(world):
         (since + 3000, True),
         (since + 4000, False),
     ]
+
+
+def test_what_a_reset_leaves_in_rsr():
+    """RM0433 section 8.4.4, the table of what identifies a reset; Standby is a choice."""
+    assert dict(CAUSES) == {
+        "POR": 0x00FA_0000,
+        "PIN": 0x0042_0000,
+        "SFT": 0x0142_0000,
+        "IWDG": 0x0442_0000,
+        "WWDG": 0x1042_0000,
+        "LPWR": 0x4042_0000,
+        "STANDBY": 0x001A_0000,
+    }
+    assert RESET_FLAGS == 0x55FA_0000

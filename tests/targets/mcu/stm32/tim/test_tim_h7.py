@@ -48,6 +48,17 @@ def test_reserved_bits(make_h7, name):
         assert peek(timer, register) == mask, register
 
 
+def test_each_timer_hears_the_masters_of_the_manual():
+    """RM0433, the tables "TIMx internal trigger connection": ITR0 to ITR3."""
+    table = """TIM1 TIM15 TIM2 TIM3 TIM4|TIM2 TIM1 TIM8 TIM3 TIM4|TIM3 TIM1 TIM2 TIM15 TIM4|TIM4 TIM1 TIM2 TIM3 TIM8
+    TIM5 TIM1 TIM8 TIM3 TIM4|TIM8 TIM1 TIM2 TIM4 TIM5|TIM12 TIM4 TIM5 TIM13 TIM14|TIM15 TIM1 TIM3 TIM16 TIM17"""
+    rows = [row.split() for line in table.split("\n") for row in line.split("|")]
+    expected = {name: tuple(masters) for name, *masters in rows}
+    found = {name: tuple(kind.internal_triggers) for name, kind in H7_KINDS.items()}
+    assert {name: found[name] for name in expected} == expected
+    assert {found[name] for name in set(found) - set(expected)} == {(None, None, None, None)}
+
+
 def test_the_sources_of_the_break_after_reset(make_h7):
     assert [peek(make_h7(name)[1], "AF1") for name in ("TIM1", "TIM2", "TIM15", "TIM16")] == [1, 0, 1, 1]
 
