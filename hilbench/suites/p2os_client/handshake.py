@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from hilbench.cases import VirtualCase
-from hilbench.check import at_least, case
+from hilbench.check import Inconclusive, at_least, case
 from hilbench.clock import NS_PER_S
 from hilbench.pioneer.scripted import HANDSHAKE_NAMES, SIP_CYCLE_S, Pause
 from hilbench.pioneer.scripted_packets import IDENTIFICATION, MOVING, STANDING
@@ -184,6 +184,13 @@ def test_an_unknown_robot_is_no_catastrophe(bench: ClientBench) -> None:
         require_end(bench, GIVE_UP_WITHIN_S, "the robot is unknown to it")
     own = bench.client.own
     assert own is None or own.failure or own.state is ClientState.OPEN, "an unknown robot was not reported"
+    _require_told(bench)
+
+
+def _require_told(bench: ClientBench) -> None:
+    """Require that the client has asked who the robot is: what it was not told it cannot have dealt with."""
+    if not bench.server.heard("SYNC2"):
+        raise Inconclusive("the client never asked who the robot is", bench.server.evidence())
 
 
 @case("C10", bench_time_s=0.2, needs=("client.options",))
@@ -216,3 +223,4 @@ def test_a_broken_identification_is_reported(bench: ClientBench, body: bytes) ->
     assert not bench.server.sessions_opened, "a session was opened with a robot that did not say what it is"
     own = bench.client.own
     assert own is None or own.failure, "the broken identification was not reported"
+    _require_told(bench)

@@ -12,17 +12,22 @@ from unittest.mock import patch
 
 import pytest
 
+from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, run_suites
 from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.rover.hands import ModelHands
 from hilbench.rover.provider import RoverProvider
 from hilbench.shared import Shared
+from protocols import p2os, pkt
 from protocols.pkt import ServerState, ServerTrigger, Transition
 from protocols.pkt.clauses import BOARD_CLAUSES
 from protocols.pkt.server import ServerMachine
 from targets.robots.rover import RoverRobot
 from targets.robots.rover.control import Tachometers
+from targets.robots.vehicle_interface import VehicleInterface
+from tests.mutants.bench import run_mutant
+from tests.mutants.mutant import Family, Mutant
 from tests.mutants.rover import RoverMutant
 
 
@@ -131,3 +136,71 @@ def test_wheels_that_never_turn_in_a_report_do_not_stop_in_it():
 def test_a_line_that_is_too_slow_for_what_is_judged_shows_nothing():
     found = clauses_by_verdict(rover_model("P25 or P25D or P48 or P48D", baud=9600))
     assert found[Verdict.INCONCLUSIVE] == {"P25", "P25D", "P48", "P48D"}
+
+
+# --- the other suites
+
+NOTHING_MAY_COME_OF_IT = {"S07", "S20"}
+"""What is required is that a stimulus has no effect; so it is in M24 and VB42."""
+HANDSHAKE = {
+    *("S01", "S02", "S03", "S04", "S05", "S06", "S08", "S09", "S10", "S11", "S12", "S13", "S14", "S15", "S16"),
+    *("S18", "S19", "S39", "S40"),
+}
+"""How a session begins, goes on by itself and ends; a robot that obeys nothing answers all the same."""
+SEES_BY_ITSELF = {"S54"}
+"""A robot that stands at a wall hears it."""
+
+
+def passed(report):
+    return clauses_by_verdict(report)[Verdict.PASS]
+
+
+def disobedient(family):
+    """A Pioneer that is in session and obeys no command."""
+    return Mutant(id="idle", family=family, what="obeys no command", mute=frozenset({"CommandReceived"}))
+
+
+@pytest.mark.exhaustive("a whole suite, most of whose cases wait for what does not come")
+@pytest.mark.needs_bullet
+@pytest.mark.parametrize(
+    ("family", "allowed"),
+    [
+        (Family.SERVER_HAND, HANDSHAKE | SEES_BY_ITSELF | NOTHING_MAY_COME_OF_IT),
+        (Family.MOTION_HAND, {"M24"}),
+    ],
+)
+def test_a_pioneer_that_obeys_nothing(family, allowed):
+    assert passed(run_mutant(disobedient(family), family)) == allowed
+
+
+@pytest.mark.exhaustive("a whole suite, most of whose cases wait for what does not come")
+def test_a_vehicle_interface_that_hears_and_feels_nothing():
+    still = {
+        "receive": lambda board, _line, _data, now_ns: board.advance(now_ns),
+        "set_joystick": lambda board, _x, _y, now_ns: board.advance(now_ns),
+        "press": lambda board, now_ns: board.advance(now_ns),
+    }
+    options = CheckOptions(bench="vehicle-model", suites=("vehicle-board",))
+    with patch.multiple(VehicleInterface, **still):
+        # VB03: without an agent the mode is MANUAL; nothing is sent.
+        assert passed(run_suites(options, make_provider(options))) == {"VB03", "VB42"}
+
+
+def deaf_client(bench, suite, protocol, select=""):
+    """Check a client that hears nothing of what it is told."""
+    receive = protocol.Connection.receive
+    options = CheckOptions(bench=bench, suites=(suite,), select=select)
+    with patch.object(protocol.Connection, "receive", lambda self, _data, now_ns: receive(self, b"", now_ns)):
+        return passed(run_suites(options, make_provider(options)))
+
+
+def test_a_client_that_hears_nothing_has_not_dealt_with_what_it_was_told():
+    assert deaf_client("rover-model", "pkt-host", pkt, "P36 or P55") == set()
+    assert deaf_client("pioneer-plane", "p2os-client", p2os, "C11") == set()
+
+
+@pytest.mark.exhaustive("whole suites, most of whose cases wait for what does not come")
+def test_a_client_that_hears_nothing():
+    # C01: silence makes it give up. P50 to P53: what a ground station says by itself.
+    assert deaf_client("pioneer-plane", "p2os-client", p2os) == {"C01"}
+    assert deaf_client("rover-model", "pkt-host", pkt) == {"P50", "P51", "P52", "P53"}
