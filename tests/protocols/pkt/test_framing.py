@@ -383,3 +383,9 @@ def test_every_edge_is_taken(options):
     reader.receive(SYNC + b"\0" + frame, 0)
     reader.reset()
     assert {cell for cell, count in reader.visits.items() if count} == set(frame_table(options))
+
+
+def test_the_longest_frame_is_the_longest_that_is_read():
+    """Sync, length byte of the one framing, payload, CRC, terminator."""
+    assert longest_frame() == 4 + 1 + 96 + 2 + 1
+    assert longest_frame(FramingOptions(framing=Framing.TERM)) == 4 + 64 + 2 + 1

@@ -59,6 +59,14 @@ def test_each_timer_hears_the_masters_of_the_manual():
     assert {found[name] for name in set(found) - set(expected)} == {(None, None, None, None)}
 
 
+def test_a_source_of_the_break_other_than_its_pin_is_noted(make_h7):
+    """BKINE is the pin (bit 0), which is always heard; the next bits are comparators, DFSDM and polarities."""
+    for value, noted in ((0, True), (1, False), (2, True), (3, True)):
+        chip, timer = make_h7("TIM1")
+        poke(timer, "AF1", value)
+        assert ("TIM1_AF1" in chip.noted("unmodelled")) is noted, value
+
+
 def test_the_sources_of_the_break_after_reset(make_h7):
     assert [peek(make_h7(name)[1], "AF1") for name in ("TIM1", "TIM2", "TIM15", "TIM16")] == [1, 0, 1, 1]
 
