@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from worlds import Box, Scene, SceneFileError, Start, UnknownNameError, find_scene, scene_names
-from worlds.scenes.builtin import ROOM_BOXES
+from worlds.scenes.builtin import BUILTIN, ROOM_BOXES
 
 GOOD = """
 name = "my-lab"
@@ -165,3 +165,25 @@ def test_a_scene_file_can_be_driven_in(tmp_path, open_it):
     world = open_it(str(path), "pioneer-2dx")
     assert world.pose().yaw_rad == pytest.approx(math.pi / 2)
     assert world.cast([(4.0, -1.0, 1.0)], [(4.0, 1.0, 1.0)]) == pytest.approx([0.475], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("scene", "inside_m"),
+    [("room-with-boxes", (-5.0, 5.0, -5.0, 5.0)), ("rover-room", (-1.6, 1.4, -1.2, 1.2))],
+)
+def test_the_walls_of_a_room_are_closed_and_stand_outside_it(scene, inside_m):
+    walls = {box.name: box for box in BUILTIN[scene](1).boxes if box.name.startswith("wall_")}
+    least_x, most_x, least_y, most_y = inside_m
+
+    def edges(name, axis):
+        box = walls[f"wall_{name}"]
+        half = box.size_m[axis] / 2
+        return pytest.approx((box.center_m[axis] - half, box.center_m[axis] + half))
+
+    t = 0.1
+    assert (most_x, most_x + t) == edges("front", 0)
+    assert (least_x - t, least_x) == edges("back", 0)
+    assert (most_y, most_y + t) == edges("left", 1)
+    assert (least_y - t, least_y) == edges("right", 1)
+    for name in ("front", "back"):  # the corners are theirs
+        assert (least_y - t, most_y + t) == edges(name, 1)

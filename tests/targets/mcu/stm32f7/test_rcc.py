@@ -351,3 +351,10 @@ def test_a_clock_at_a_pin_goes_with_its_oscillator(world):
     assert world.chip.output("MCO2").wave is None, "SYSCLK stands still"
     world.rcc.resume()
     assert world.chip.output("MCO2").wave.hz == 16 * MHZ
+
+
+def test_what_the_settings_of_the_other_plls_keep(world):
+    """RM0410 sections 5.3.23 and 5.3.24: R in bits 30:28, Q in 27:24, P in 17:16, N in 14:6."""
+    for name in ("PLLI2SCFGR", "PLLSAICFGR"):
+        poke(world.rcc, name, 0xFFFF_FFFF)
+        assert peek(world.rcc, name) == 0x7F03_7FC0, name
