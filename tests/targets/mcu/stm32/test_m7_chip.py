@@ -91,3 +91,5 @@ def test_peripherals_do_not_overlap_and_lie_in_windows(board):
         assert end <= begin, f"{name} and {other}"
     for begin, end, name in places:
         assert any(base <= begin and end <= base + size for base, size in chip.REGISTER_WINDOWS), name
+    for one in chip.peripherals.values():
+        assert [offset for offset in one.registers if offset % 4] == [], one.name

@@ -412,3 +412,20 @@ def test_what_a_reset_leaves_in_rsr():
         "STANDBY": 0x001A_0000,
     }
     assert RESET_FLAGS == 0x55FA_0000
+
+
+def test_what_can_be_reset(world):
+    """RM0433 sections 8.7.29 to 8.7.37; bit 31 of AHB3RSTR is the CPU's."""
+    masks = {name: register.writable for name, register in by_name(world.rcc).items() if name.endswith("RSTR")}
+    assert {name: masks[f"{name}RSTR"] for name in ("AHB1", "AHB2", "AHB3", "AHB4", "APB3", "APB4")} == {
+        "AHB1": 0x0A00_8023,  # DMA1, DMA2, ADC12, Ethernet, USB1, USB2
+        "AHB2": 0x0000_0271,  # DCMI, CRYP, HASH, RNG, SDMMC2
+        "AHB3": 0x8001_5031,  # MDMA, DMA2D, JPEG, FMC, QUADSPI, SDMMC1
+        "AHB4": 0x0328_07FF,  # ports A to K, CRC, BDMA, ADC3, HSEM
+        "APB3": 0x0000_0008,  # LTDC
+        "APB4": 0x0020_DEAA,  # SYSCFG, LPUART1, SPI6, I2C4, LPTIM2-5, COMP, VREFBUF, SAI4
+    }
+
+
+def by_name(peripheral):
+    return {register.name: register for register in peripheral.registers.values()}
