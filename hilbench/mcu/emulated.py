@@ -36,8 +36,6 @@ __all__ = ["EmulatedBench", "End", "MachineFactory", "make_machine"]
 
 _FRAME_BITS = 8
 """Of a frame of ten bits this much must have gone by at most when its receiver learns of it."""
-_GLANCES, _GLANCE_NS = 50, 20_000
-"""How often, and how far each time, a chip runs ahead to see in which loop it waits (choices)."""
 _FROM_OUTSIDE = frozenset({"POR", "PIN"})
 """Resets that say nothing of the firmware: power and the button."""
 _LOCKSTEPS_PER_BIT = 4
@@ -91,6 +89,21 @@ class End:
             return f"{self.board}: the firmware ended with status {self.status}: {at}"
         at = f"in {self.place}, {where}" if self.place else f"at {where}"
         return f"{self.board}: {self.kind} {at}: {self.cause.removeprefix(f'{self.kind}: ')}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Lack:
+    """A wait for something that is not modelled.
+
+    Attributes:
+        since_ns: bench time at which it was first seen.
+        writes: what the program had written until then.
+        text: for people.
+    """
+
+    since_ns: int
+    writes: int
+    text: str
 
 
 @dataclass(slots=True)
@@ -164,6 +177,8 @@ class EmulatedBench:
         self.on_console: Callable[[str], None] = lambda _name: None
         self.end: End | None = None
         self.resets: dict[tuple[str, str], Resets] = {}
+        self._lacks: dict[str, _Lack | None] = {}
+        self._heard_ns: dict[str, int] = {}
         self._looks: dict[str, deque[int]] = {name: deque(maxlen=_LOOKS) for name in bench_file.boards}
         with contextlib.ExitStack() as undo:
             self.machines = self._make_machines(make_machine)
@@ -179,6 +194,8 @@ class EmulatedBench:
                 undo.callback(self._close_waveforms)
             self.ports: dict[str, UsartPort] = dict(self._make_ports())
             self._byte_logs: list[ByteLog] = []
+            for full, port in self.ports.items():
+                port.heard_taps.append(partial(self._heard, _board_of(full)))
             self._wire()
             self._join_lines()
             self.surroundings = Surroundings(self.bench, bench_file, self._group, self.machines, self.ports, seed=seed)
@@ -200,15 +217,31 @@ class EmulatedBench:
     def lacking(self, name: str) -> str:
         """Return on what that is not modelled the program of a board waits, for people; empty: on nothing of the kind.
 
-        Asked at the end of a case. An interrupt may just have come, so the chip runs ahead until its loop is seen.
+        It waits if it polls nothing else and has written no register of a peripheral since it was first seen to, and if
+        that was before it was spoken to last, unless it has never said anything. Of several boards only those count
+        that were spoken to, if any was.
         """
-        machine = self.machines[name]
-        for _ in range(_GLANCES):
-            if machine.waits_in is None and machine.asleep is None and machine.ended is None:
-                machine.run_to(machine.now_ns + _GLANCE_NS)
-        polled = machine.waits_in.polled if machine.waits_in is not None else ()
-        absent = [_absent_at(machine, address) for address in polled]
-        return f"{name} {self.waiting(name)}; {absent[0]}" if absent and all(absent) else ""
+        self._see_lack(name)
+        lack = self._lacks.get(name)
+        if lack is None or (self._heard_ns and name not in self._heard_ns):
+            return ""
+        said = any(port.counters.received for full, port in self.ports.items() if _board_of(full) == name)
+        return "" if said and lack.since_ns > self._heard_ns.get(name, 0) else lack.text
+
+    def _heard(self, name: str, _data: bytes, at_ns: int) -> None:
+        self._heard_ns[name] = at_ns
+
+    def _see_lack(self, name: str) -> None:
+        machine, lack = self.machines[name], self._lacks.get(name)
+        if lack is not None and lack.writes != machine.writes:
+            lack = None
+        loop = machine.waits_in
+        absent = [_absent_at(machine, address) for address in loop.polled] if loop is not None else []
+        if machine.asleep is not None or machine.ended is not None or (loop is not None and not all(absent or [""])):
+            lack = None
+        elif lack is None and absent:
+            lack = _Lack(machine.now_ns, machine.writes, f"{name} {self.waiting(name)}; {absent[0]}")
+        self._lacks[name] = lack
 
     def waiting(self, name: str) -> str:
         """Return where the program of a board waits, sleeps or was when it was last looked at, for people; or ""."""
@@ -233,6 +266,7 @@ class EmulatedBench:
 
     def _look(self, _reached_ns: int) -> None:
         for name, machine in self.machines.items():
+            self._see_lack(name)
             if machine.asleep is None and machine.waits_in is None:
                 self._looks[name].append(machine.pc)
             else:
@@ -481,6 +515,10 @@ def _part_at(machine: Machine, address: int) -> tuple[Peripheral | None, Registe
 def _register_at(machine: Machine, address: int) -> str:
     part, register = _part_at(machine, address)
     return f"0x{address:08X}" if part is None or register is None else f"{part.name}_{register.name}"
+
+
+def _board_of(full: str) -> str:
+    return full.partition(".")[0]
 
 
 def _absent_at(machine: Machine, address: int) -> str:

@@ -162,6 +162,10 @@ class Machine(Protocol):
         """Address of the instruction that is executed next."""
 
     @property
+    def writes(self) -> int:
+        """How many writes to registers of peripherals there have been."""
+
+    @property
     def asleep(self) -> tuple[str, int] | None:
         """How the CPU sleeps, ``Sleep``, ``Stop`` or ``Standby``, and since which instruction; None if it does not."""
 

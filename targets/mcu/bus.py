@@ -23,6 +23,7 @@ __all__ = ["ALIAS_SIZE", "BIT_BAND", "Bus", "TakesParts"]
 
 _WORD = 0xFFFF_FFFF
 _PAGE_BITS = 10
+_CORE = 0xE000_0000
 _REPEAT = {1: 0x0101_0101, 2: 0x0001_0001, 4: 1}
 _MASK = {1: 0xFF, 2: 0xFFFF, 4: _WORD}
 
@@ -47,7 +48,8 @@ class Bus:
 
     Attributes:
         on_code_store: called with address, size and value when somebody but the CPU stores into read-only memory.
-        writes: how many register writes there have been.
+        writes: how many register writes there have been, and
+        block_writes: of them to blocks beside the core, whose own registers begin at 0xE0000000.
         polls_wanted: after how many reads of the same register in a row, and no write, `on_polls` is called.
         trace: while it is a list, every read of a register adds (address, value, whether it changes with time alone).
     """
@@ -61,6 +63,7 @@ class Bus:
         self._quiet: list[tuple[int, int]] = []
         self.on_code_store: Callable[[int, int, int], None] = lambda _address, _size, _value: None
         self.writes = 0
+        self.block_writes = 0
         self.trace: list[tuple[int, int, bool]] | None = None
         self.polls_wanted = 0
         self.on_polls: Callable[[], None] = lambda: None
@@ -210,6 +213,7 @@ class Bus:
         """
         peripheral = self._pages.get(address >> _PAGE_BITS)
         self.writes += 1
+        self.block_writes += address < _CORE
         self._polled = -1
         if peripheral is None:
             self._write_nothing(address)

@@ -197,6 +197,11 @@ class Machine:
         return self.engine.get(Reg.PC)
 
     @property
+    def writes(self) -> int:
+        """How many writes to registers of peripherals there have been."""
+        return self.bus.block_writes
+
+    @property
     def asleep(self) -> tuple[str, int] | None:
         """How the CPU sleeps at present, ``Sleep``, ``Stop`` or ``Standby``, and since which instruction; or None."""
         if not self.core.sleeping:

@@ -57,6 +57,7 @@ class FakeMachine:
         self.waits_in = None
         self.asleep = None
         self.pc = 0x0800_0100
+        self.writes = 0
         self.on_console = lambda _text, _channel: None
         self.on_reset = lambda _cause: None
         self.ended = None

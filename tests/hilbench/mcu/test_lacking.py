@@ -73,25 +73,24 @@ def test_having_touched_what_we_lack_excuses_nothing(tmp_path, capsys):
 
 @pytest.fixture
 def waiting(emulate):
-    """A board whose program waits in a loop that polls these registers, seen a while after an interrupt."""
+    """A board whose program begins to wait in a loop that polls these registers, and what it does then."""
 
-    def build(*polled, seen_after=3):
-        emulated = emulate(lambda _machine: None)
-        machine = emulated.machines["brain"]
-        block = machine.fake.add(Quadspi("QUADSPI", 0xA000_1000, machine.fake.services))
-        machine.chip.peripherals["QUADSPI"] = block
-        run_to, loop = machine.run_to, SimpleNamespace(pc=0x0800_0100, polled=polled)
+    def build(*polled, boards=1, then=lambda _machine: None):
+        def program(machine):
+            block = machine.fake.add(Quadspi("QUADSPI", 0xA000_1000, machine.fake.services))
+            machine.chip.peripherals["QUADSPI"] = block
+            machine.usart("USART1")
+            loop = SimpleNamespace(pc=0x0800_0100, polled=polled)
+            machine.at_ns(5 * MS, lambda: setattr(machine, "waits_in", loop))
+            then(machine)
 
-        def run(limit_ns):
-            run_to(limit_ns)
-            machine.waits_in = loop if len(machine.runs) >= seen_after else None
-
-        machine.run_to = run
-        return emulated, block
+        emulated = emulate(program, *[lambda machine: machine.usart("USART1")] * (boards - 1))
+        return emulated, emulated.machines["brain"]
 
     return build
 
 
+MS = 1_000_000
 QUADSPI_SR, QUADSPI_MISSING, USART1_SR = 0xA000_1008, 0xA000_1100, 0x4001_3800
 
 
@@ -109,18 +108,43 @@ QUADSPI_SR, QUADSPI_MISSING, USART1_SR = 0xA000_1008, 0xA000_1100, 0x4001_3800
 )
 def test_it_waits_on_what_we_lack_where_nothing_else_could_end_the_wait(waiting, polled, absent):
     emulated, _ = waiting(*polled)
+    emulated.bench.run_for(0.1)
     assert bool(emulated.lacking("brain")) is absent
 
 
 def test_a_block_whose_clock_is_off_is_the_firmware_s_own_mistake(waiting):
-    emulated, block = waiting(QUADSPI_SR)
-    block.clocked = False
+    emulated, machine = waiting(QUADSPI_SR)
+    emulated.bench.run_for(0.001)
+    machine.chip.peripherals["QUADSPI"].clocked = False
+    emulated.bench.run_for(0.1)
     assert emulated.lacking("brain") == ""
 
 
-def test_a_program_that_waits_in_no_loop_is_not_looked_for_without_end(waiting):
-    emulated, _ = waiting(QUADSPI_SR, seen_after=10_000)
+def test_an_interrupt_that_has_just_come_does_not_end_the_wait_but_a_write_does(waiting):
+    """As a main loop does that looks at an absent register, too, and answers what its interrupts bring."""
+    emulated, machine = waiting(QUADSPI_SR)
+    emulated.bench.run_for(0.1)
+    machine.waits_in = None
+    assert emulated.lacking("brain")
+    machine.writes += 1
     assert emulated.lacking("brain") == ""
+
+
+@pytest.mark.parametrize(
+    ("sends", "heard_at_ms", "excused"),
+    [(False, None, True), (False, 1, True), (True, None, False), (True, 1, False), (True, 50, True)],
+)
+def test_who_has_said_something_waits_only_if_it_did_when_it_was_spoken_to(waiting, sends, heard_at_ms, excused):
+    def then(machine):
+        if sends:
+            machine.at_ns(2 * MS, lambda: machine.send_all("USART1", b"!"))
+
+    emulated, _ = waiting(QUADSPI_SR, then=then)
+    if heard_at_ms is not None:
+        emulated.bench.run_for(heard_at_ms / 1000)
+        emulated.ports["brain.usart1"].write(b"?")
+    emulated.bench.run_for(0.1)
+    assert bool(emulated.lacking("brain")) is excused
 
 
 def test_resets_from_within_and_faults_are_noted_once(emulate):
