@@ -133,7 +133,8 @@ def _result_teller(console: Console) -> ResultCallback:
         cause = f": {result.cause}" if result.cause else ""
         text = f"{number}/{total} {result.verdict.value} {', '.join(result.clause_ids)} {result.id}{cause}"
         # A log whose reader has stopped reading must not stop the run: the report says all of it again.
-        console.mention(escaped(text)[:_LINE])
+        line = escaped(text)
+        console.mention(line if len(line) <= _LINE else f"{line[: _LINE - 1]}…")
 
     return tell
 

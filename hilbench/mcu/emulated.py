@@ -462,7 +462,7 @@ class EmulatedBench:
 
     def _reset(self, name: str, cause: str) -> None:
         if cause not in _FROM_OUTSIDE:
-            self._happen(name, "reset", cause)
+            self._happen(name, "reset", cause, cause)
         self._output(name, partial(self._record_reset, name, cause))
 
     def _record_reset(self, name: str, cause: str) -> None:
@@ -472,11 +472,11 @@ class EmulatedBench:
         self.bench.record("reset", name, reason=cause)
 
     def _fault(self, name: str, fault: Fault) -> None:
-        self._happen(name, "fault", fault.describe(), self.machines[name].place(fault.pc))
+        self._happen(name, "fault", " ".join(fault.causes), fault.describe(), self.machines[name].place(fault.pc))
 
-    def _happen(self, name: str, kind: str, text: str, at: str = "") -> None:
+    def _happen(self, name: str, kind: str, cause: str, text: str, at: str = "") -> None:
         about = {"board": name, "ns": self.machines[name].now_ns, "kind": kind, "where": kind, "text": text, "at": at}
-        self._happened.setdefault((name, kind, text), about)
+        self._happened.setdefault((name, kind, cause), about)  # a probe of memory has hundreds of one cause
 
     def _note(self, name: str, note: Note) -> None:
         self._output(name, lambda: self._record_note(name, note))

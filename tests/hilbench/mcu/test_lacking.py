@@ -150,10 +150,12 @@ def test_who_has_said_something_waits_only_if_it_did_when_it_was_spoken_to(waiti
 def test_resets_from_within_and_faults_are_noted_once(emulate):
     emulated = emulate(lambda _machine: None)
     machine = emulated.machines["brain"]
-    fault = SimpleNamespace(describe=lambda: "HardFault: a read of nothing", pc=0x0800_0200)
+    fault = SimpleNamespace(causes=("PRECISERR",), describe=lambda: "HardFault: a read of nothing", pc=0x0800_0200)
+    later = SimpleNamespace(causes=("PRECISERR",), describe=lambda: "HardFault: another read", pc=0x0800_0204)
     for cause in ("POR", "PIN", "IWDG", "IWDG"):
         machine.on_reset(cause)
         machine.on_fault(fault)
+        machine.on_fault(later)
     noted = [(note["kind"], note["text"], note["at"]) for note in emulated.noted()]
     assert noted == [("fault", "HardFault: a read of nothing", "0x08000200"), ("reset", "IWDG", "")]
 
