@@ -62,7 +62,16 @@ def report(proof: Proof) -> None:
             Judged(defect, mine.outcome if mine else None, old_one.outcome if old_one else None, old_one is not None)
         )
     plan = proof.plan
-    about = {"commit": plan.commit, "before": plan.before, "seed": plan.seed, "per_module": PER_MODULE}
+    thorough = proof.recording(OLD_THOROUGH) is not None
+    about = {
+        "commit": plan.commit,
+        "before": plan.before,
+        "seed": plan.seed,
+        "per_module": PER_MODULE,
+        "thorough": ", and those that its `.ci/run` alone ran"
+        if thorough
+        else " (what its `.ci/run` alone ran was not)",
+    }
     text = page(judged, about, totals(proof), reasons())
     target = (proof.folder if plan.tests else ROOT / "docs") / "gate-proof.md"
     target.write_text(text, encoding="utf-8")

@@ -29,8 +29,8 @@ them. This page is written by it ({commit}, seed {seed}).
   imports it. The first failure ends the run; the test has to fail a second time with the defect, and to pass without.
 - **A test that hangs** finds the defect too: ten times the processor time that was recorded and half a minute more, or
   two minutes in which nothing is done.
-- **What the gate misses** is put before the tests of the old gate: those of its `make test`, and those that its
-  `.ci/run` alone ran. Left out are the tests that the new gate has unchanged, for they have missed it.
+- **What the gate misses** is put before the tests of the old gate: those of its `make test`{thorough}.
+  Left out are the tests that the new gate has unchanged, for they have missed it.
 """
 
 

@@ -278,7 +278,7 @@ def test_the_page_has_each_miss_with_its_reason():
     lines = [judged(found, True, False), judged(alone, False, True), judged(both, False, False)]
     text = page(
         [*lines, judged(unknown, False, False)],
-        dict.fromkeys(("commit", "before", "seed", "per_module"), "x"),
+        dict.fromkeys(("commit", "before", "seed", "per_module", "thorough"), "x"),
         {},
         {alone.id: "The test is in exhaustive.", both.id: "Nobody sees it."},
     )

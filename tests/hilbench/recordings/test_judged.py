@@ -242,12 +242,9 @@ def rover_line(line):
     return written
 
 
-OTHER_THROTTLE = pytest.mark.exhaustive("the gate has a throttle that is right and one that is not")
-
-
 @pytest.mark.parametrize(
     ("throttle", "verdict"),
-    [(0.5, Verdict.PASS), (float("nan"), Verdict.FAIL), pytest.param(-1.5, Verdict.FAIL, marks=OTHER_THROTTLE)],
+    [(0.5, Verdict.PASS), (float("nan"), Verdict.FAIL), (-1.5, Verdict.FAIL)],
 )
 def test_throttles_of_a_rover(rover_line, throttle, verdict):
     path = rover_line(MotionReport(throttles=(0.0, throttle)))
