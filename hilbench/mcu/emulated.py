@@ -41,6 +41,8 @@ _FROM_OUTSIDE = frozenset({"POR", "PIN"})
 _LOCKSTEPS_PER_BIT = 4
 """A frame whose edges are late by up to a quarter of a bit is read rightly in most cases, by more in few (choice)."""
 
+_LOOK_NS = 10_000_000
+"""How often a look is taken at what programs do (choice); a bench with a world has many more rounds than that."""
 _LOOKS, _FUNCTIONS_TOLD = 32, 3
 """How many looks at a program that neither waits nor sleeps are kept, and what is told of them (choice)."""
 
@@ -179,6 +181,7 @@ class EmulatedBench:
         self.resets: dict[tuple[str, str], Resets] = {}
         self._lacks: dict[str, _Lack | None] = {}
         self._heard_ns: dict[str, int] = {}
+        self._next_look_ns = 0
         self._looks: dict[str, deque[int]] = {name: deque(maxlen=_LOOKS) for name in bench_file.boards}
         with contextlib.ExitStack() as undo:
             self.machines = self._make_machines(make_machine)
@@ -264,7 +267,10 @@ class EmulatedBench:
         most = Counter(map(machine.function, looks)).most_common(_FUNCTIONS_TOLD)
         return f"runs, at {len(looks)} looks in {', '.join(f'{function} ({count})' for function, count in most)}"
 
-    def _look(self, _reached_ns: int) -> None:
+    def _look(self, reached_ns: int) -> None:
+        if reached_ns < self._next_look_ns:
+            return
+        self._next_look_ns = reached_ns + _LOOK_NS
         for name, machine in self.machines.items():
             self._see_lack(name)
             if machine.asleep is None and machine.waits_in is None:
