@@ -9,7 +9,8 @@ the chip was made). Both divide HCLK, so a change of the clock needs no care her
 read; COUNTFLAG and the exception are events.
 
 In silicon no two stores come to it in one cycle; with less than a cycle for an instruction they do here. A LOAD written
-in the cycle in which VAL was cleared then comes after the reload from the LOAD before it, as the program has it.
+in the cycle in which VAL was cleared, or in which the timer started at zero, then comes after the reload from the LOAD
+before it, as the program has it.
 """
 
 from __future__ import annotations
@@ -54,7 +55,9 @@ class SysTick(LaneBlock):
         self._event: Event | None = None
         self._start = 0  # the counter was `_value` from cycle `_start` on
         self._value = 0
-        self._cleared: int | None = None  # the cycle at which VAL was written, unless the reload from it is taken
+        self._cleared: int | None = (
+            None  # the cycle at which a reload became due, by VAL or a start, unless it is taken
+        )
         self._flag = 0
         self._held = False
 
@@ -90,7 +93,10 @@ class SysTick(LaneBlock):
     def write_CTRL(self, value: int) -> None:
         """Start, stop, choose the clock; the counter keeps its value."""
         self._settle()
+        stood = not self._counts()
         self[_CTRL] = value
+        if stood and self._counts() and not self._value:
+            self._cleared = self.time.now
         self._plan()
 
     def write_LOAD(self, value: int) -> None:

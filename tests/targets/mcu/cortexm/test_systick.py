@@ -146,6 +146,19 @@ def test_a_load_written_in_the_cycle_of_the_clearing_comes_after_the_reload(benc
         assert not bench.pending
 
 
+@pytest.mark.parametrize("apart", [0, 1, 5])
+def test_a_load_written_in_the_cycle_of_the_start_comes_after_the_reload(bench, apart):
+    poke(bench.timer, "LOAD", 9)
+    poke(bench.timer, "VAL", 0)
+    bench.chip.advance(apart)
+    poke(bench.timer, "CTRL", ENABLE | TICKINT | HCLK)
+    poke(bench.timer, "LOAD", 0)
+    bench.chip.advance(9)
+    assert not bench.pending
+    bench.chip.advance(1)
+    assert bench.taken()
+
+
 def test_a_load_for_a_counter_that_found_zero_takes_effect_a_cycle_later(bench):
     start(bench, 0, ENABLE | TICKINT | HCLK)
     poke(bench.timer, "VAL", 0)
