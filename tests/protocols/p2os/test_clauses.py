@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections import Counter
 
 import protocols.p2os
 from protocols.p2os.clauses import CLAUSES
+from tests.protocols.clauses import check_clauses, check_package
 
 NEEDS = {
     *("server", "hangup", "baud", "aux-loopback", "truth", "scene", "rays", "contacts", "bumpers", "gravity"),
@@ -22,14 +21,8 @@ def test_catalogue_is_complete():
 
 
 def test_every_clause_is_whole():
+    check_clauses(CLAUSES, NEEDS)
     for clause in CLAUSES:
-        assert clause.level in ("must", "should"), clause.id
-        assert clause.title, clause.id
-        assert not clause.title.endswith("."), clause.id
-        assert clause.text.endswith("."), clause.id
-        assert clause.source, clause.id
-        assert all(clause.sources), clause.id
-        assert set(clause.needs) <= NEEDS, clause.id
         assert {"server", "client"} & set(clause.needs), clause.id
 
 
@@ -41,15 +34,5 @@ def test_levels_of_the_server_clauses():
     }
 
 
-def test_the_package_exports_what_it_says():
-    assert sorted(set(protocols.p2os.__all__)) == sorted(protocols.p2os.__all__)
-    for name in protocols.p2os.__all__:
-        assert getattr(protocols.p2os, name) is not None
-
-
-def test_importing_it_brings_nothing_heavy():
-    code = "import sys, protocols.p2os; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    loaded = set(done.stdout.split())
-    assert not loaded & {"numpy", "pybullet", "serial", "asyncio", "socket", "threading", "hilbench", "msgspec", "rich"}
-    assert loaded >= {"protocols"}
+def test_the_package_exports_what_it_says_and_brings_nothing_heavy():
+    check_package(protocols.p2os)

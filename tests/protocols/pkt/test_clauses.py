@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import pytest
 
 import protocols.pkt
 from protocols.p2os.clauses import CLAUSES as P2OS_CLAUSES
 from protocols.pkt import PROFILES, Framing, Profile, Schema
 from protocols.pkt.clauses import CLAUSES
+from tests.protocols.clauses import check_clauses, check_package
 
 NEEDS = {"server", "client", "led", "wheels", "duty", "imu", "gps", "boot"}
 NEEDS |= {f"client.{name}" for name in ("report", "commands", "disconnect")}
@@ -28,14 +26,8 @@ def test_catalogue_is_complete():
 
 
 def test_every_clause_is_whole():
+    check_clauses(CLAUSES, NEEDS)
     for clause in CLAUSES:
-        assert clause.level in ("must", "should"), clause.id
-        assert clause.title, clause.id
-        assert not clause.title.endswith("."), clause.id
-        assert clause.text.endswith("."), clause.id
-        assert clause.source, clause.id
-        assert all(clause.sources), clause.id
-        assert set(clause.needs) <= NEEDS, clause.id
         assert len({"server", "client"} & set(clause.needs)) == 1, clause.id
         assert clause.profiles, clause.id
         assert set(clause.profiles) <= PROFILES.keys(), clause.id
@@ -80,15 +72,5 @@ def test_what_the_profiles_are():
     }
 
 
-def test_the_package_exports_what_it_says():
-    assert sorted(set(protocols.pkt.__all__)) == sorted(protocols.pkt.__all__)
-    for name in protocols.pkt.__all__:
-        assert getattr(protocols.pkt, name) is not None
-
-
-def test_importing_it_brings_nothing_heavy():
-    code = "import sys, protocols.pkt; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    loaded = set(done.stdout.split())
-    assert not loaded & {"numpy", "pybullet", "serial", "asyncio", "socket", "threading", "hilbench", "msgspec", "rich"}
-    assert loaded >= {"protocols"}
+def test_the_package_exports_what_it_says_and_brings_nothing_heavy():
+    check_package(protocols.pkt)
