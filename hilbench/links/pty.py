@@ -75,6 +75,7 @@ class PtyDoor(Door):
         super().__init__(scheduler, name, line or Line(), chip_time, any_baud=any_baud)
         self.path = None if path is None else Path(path)
         self._clients = 0
+        self._coming = False  # a client is there, and what is older than its opening has not all left the wire
         try:
             self._master, self._slave = os.openpty()
         except OSError as error:
@@ -140,12 +141,15 @@ class PtyDoor(Door):
         before, self._clients = self._clients, max(0, clients)
         if self._clients and not before:
             self._garbled = False
+            self._coming = True
+            # What a former client left unread. At once: what this one has been given must not be taken from it.
+            termios.tcflush(self._slave, termios.TCIFLUSH)
             self._in_order(at_ns, self._client_came)
         elif before and not self._clients:
             self._in_order(at_ns, self._client_left)
 
     def _client_came(self) -> None:
-        termios.tcflush(self._slave, termios.TCIFLUSH)  # what a former client left unread
+        self._coming = False
         super()._client_came()
 
     def _read(self, at_ns: int, *, everything: bool) -> None:
@@ -168,7 +172,7 @@ class PtyDoor(Door):
             self._hear(self._input, data, at_ns)
 
     def _put(self, data: bytes, _at_ns: int) -> None:
-        if not self._clients:
+        if not self._clients or self._coming:
             self.counters.lost += len(data)
             return
         heard = self._across(data, self.baud, self.client_baud)

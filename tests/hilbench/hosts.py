@@ -19,6 +19,10 @@ class SkippingHost(MonotonicHostClock):
     def monotonic_ns(self):
         return self._now_ns
 
+    def pass_time(self, duration_ns):
+        """Let time pass in which the bench does nothing."""
+        self._now_ns += duration_ns
+
     def wait_until(self, host_ns):
         ready = super().wait_until(None if host_ns is None else 0)
         if not ready and host_ns is not None:

@@ -15,6 +15,7 @@ from hilbench.errors import HilbenchError, UnavailableError, UsageError
 from hilbench.links import Line, PtyDoor
 from hilbench.links.inotify import OpenCloseWatch
 from hilbench.links.uart import resample
+from tests.hilbench.hosts import SkippingHost
 
 from .conftest import HURRY, until
 
@@ -273,6 +274,27 @@ def test_nothing_stale_waits_for_the_next_client(locked, make_door):
     until(locked, lambda: door.line_is_up)
     assert second.read() == b""
     second.close()
+
+
+def test_what_left_the_wire_before_a_client_came_is_not_for_it(tmp_path):
+    """Were it given to the client and then thrown away, its read would find nothing where poll(2) had seen bytes.
+
+    A bench that is late runs what was due before the client came after it has learnt that the client is there.
+    """
+    host, scheduler = SkippingHost(), Scheduler()
+    scheduler.lock(host)
+    door = PtyDoor(scheduler, tmp_path / "port", Line(baud=921_600))
+    door.write(b"before")
+    host.pass_time(S // 500)
+    client = Client(door)
+    until(scheduler, lambda: door.line_is_up)
+    assert door.counters.lost == len(b"before")
+    door.write(b"after")
+    scheduler.run_for(S // 100)
+    assert client.read() == b"after"
+    client.close()
+    door.close()
+    host.close()
 
 
 def alone(descriptor):
