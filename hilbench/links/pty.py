@@ -142,8 +142,7 @@ class PtyDoor(Door):
         if self._clients and not before:
             self._garbled = False
             self._coming = True
-            # What a former client left unread. At once: what this one has been given must not be taken from it.
-            termios.tcflush(self._slave, termios.TCIFLUSH)
+            self._drop_unread()  # at once: what this client has been given must not be taken from it
             self._in_order(at_ns, self._client_came)
         elif before and not self._clients:
             self._in_order(at_ns, self._client_left)
@@ -239,7 +238,21 @@ class PtyDoor(Door):
         attributes[6][termios.VMIN], attributes[6][termios.VTIME] = 1, 0
         termios.tcsetattr(self._slave, termios.TCSANOW, attributes)
         self._set_slave_baud(baud)
-        termios.tcflush(self._slave, termios.TCIFLUSH)
+        self._drop_unread()
+
+    def _drop_unread(self) -> None:
+        """Throw away what a former client left unread.
+
+        Only if there is something: a client that polls within a flush, be it of nothing, may be told that there is
+        something to read (n_tty moves the tail of its buffer before the head), and pyserial takes that for an unplugged
+        port.
+        """
+        poll = select.poll()
+        poll.register(self._slave, select.POLLIN)
+        poll.poll(0)  # has the kernel hand on what it still carries, which it does not count
+        (unread_bytes,) = _INT.unpack(fcntl.ioctl(self._slave, termios.FIONREAD, bytes(_INT.size)))
+        if unread_bytes:
+            termios.tcflush(self._slave, termios.TCIFLUSH)
 
     def _set_slave_baud(self, baud: int) -> None:
         iflag, oflag, cflag, lflag, discipline, characters, _, _ = _TERMIOS2.unpack(

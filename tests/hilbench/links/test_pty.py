@@ -297,6 +297,20 @@ def test_what_left_the_wire_before_a_client_came_is_not_for_it(tmp_path):
     host.close()
 
 
+def test_a_line_without_anything_unread_is_not_flushed(locked, make_door, monkeypatch):
+    """Within a flush poll(2) may say that there is something to read: Linux moves the tail of the buffer first."""
+    door = make_door()
+    monkeypatch.setattr(termios, "tcflush", lambda *_: pytest.fail("flushed"))
+    for _ in range(2):
+        client = Client(door)
+        until(locked, lambda: door.line_is_up)
+        door.write(b"x")
+        locked.run_for(S // 100)
+        assert client.read() == b"x"
+        client.close()
+        until(locked, lambda: not door.line_is_up)
+
+
 def alone(descriptor):
     """Whether a port is somebody's alone (TIOCGEXCL, ioctl_tty(2))."""
     return bool(struct.unpack("i", fcntl.ioctl(descriptor, 0x80045440, bytes(4)))[0])
