@@ -36,7 +36,7 @@ def open_board(spec: str, folder: Path, where: str | None = None) -> Board:
 
 
 def with_chip(board: Board, chip: str, where: str | None = None) -> Board:
-    """Return a board with another chip of the same family in the place of its own.
+    """Return a board with another chip of the same family in the place of its own; what that lacks leads nowhere.
 
     Args:
         board: the board.
@@ -52,8 +52,13 @@ def with_chip(board: Board, chip: str, where: str | None = None) -> Board:
     if instead is None:
         hint = did_you_mean(chip, family, "chips")
         raise UsageError(f"no chip '{chip}' that could take the place of the {board.chip}", where=where, hint=hint)
+    usarts = VARIANTS[instead].usarts
+    connectors = tuple(
+        dataclasses.replace(one, usarts=tuple(usart for usart in one.usarts if usart in usarts))
+        for one in board.connectors
+    )
     try:
-        return dataclasses.replace(board, chip=instead)
+        return dataclasses.replace(board, chip=instead, connectors=connectors)
     except ValueError as error:
         raise UsageError(f"does not fit the board: {error}", where=where) from None
 

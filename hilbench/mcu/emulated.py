@@ -513,9 +513,12 @@ def _entry_of(end: End) -> dict[str, object]:
 
 
 def _part_at(machine: Machine, address: int) -> tuple[Peripheral | None, Register | None]:
-    parts = machine.chip.peripherals.values()
-    part = next((part for part in parts if part.base <= address < part.base + part.size), None)
-    return part, part.registers.get(address - part.base & ~3) if part is not None else None
+    parts = [part for part in machine.chip.blocks if part.base <= address < part.base + part.size]
+    for part in parts:  # several at the addresses of the system control space
+        register = part.registers.get(address - part.base & ~3)
+        if register is not None:
+            return part, register
+    return parts[0] if parts else None, None
 
 
 def _register_at(machine: Machine, address: int) -> str:

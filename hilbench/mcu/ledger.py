@@ -70,7 +70,7 @@ def ledger_of(chip: str) -> tuple[LedgerPeripheral, ...]:
         machine = Machine(_board(chip), _NOTHING)
     except McuError as error:
         raise translated(error) from error
-    peripherals = {part.name: part for part in (*machine.core.blocks, *machine.chip.peripherals.values())}
+    peripherals = {part.name: part for part in machine.chip.blocks}
     return tuple(_entry(part) for part in sorted(peripherals.values(), key=lambda part: part.base))
 
 

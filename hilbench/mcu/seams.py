@@ -6,7 +6,7 @@ times of that span.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Protocol
 
@@ -118,8 +118,8 @@ class Chip(Protocol):
         """The I2C interfaces that are modelled, by name."""
 
     @property
-    def peripherals(self) -> Mapping[str, Peripheral]:
-        """Every peripheral, by name."""
+    def blocks(self) -> Iterable[Peripheral]:
+        """Every block of registers: the peripherals, and those of the core."""
 
     @property
     def starting(self) -> Mapping[str, Fraction]:

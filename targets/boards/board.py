@@ -138,12 +138,12 @@ class Board:
         self._check_pins("pins", self.pins.values())
         self._check_usarts()
         if self.straps.boot1 and self.variant.boot1_pin is None:
-            raise ValueError(f"straps sets boot1, which the {self.chip} does not have")
+            raise ValueError(f"straps set boot1, which the {self.chip} does not have")
 
     def _check_pins(self, about: str, pins: Iterable[str]) -> None:
         for pin in pins:
             if pin not in self.variant.pins:
-                raise ValueError(f"{about} names '{pin}', which the {self.chip} does not have")
+                raise ValueError(f"{about} name '{pin}', which the {self.chip} does not have")
 
     def _check_usarts(self) -> None:
         if self.console and self.console not in self.variant.usarts:
@@ -151,7 +151,7 @@ class Board:
         for connector in self.connectors:
             for usart in connector.usarts:
                 if usart not in self.variant.usarts:
-                    raise ValueError(f"connectors names '{usart}', which the {self.chip} does not have")
+                    raise ValueError(f"connectors name '{usart}', which the {self.chip} does not have")
 
     @classmethod
     def from_mapping(cls, data: Mapping[str, Any]) -> Board:

@@ -154,6 +154,11 @@ class Chip(abc.ABC):
     ) -> None: ...
 
     @property
+    def blocks(self) -> Sequence[Peripheral]:
+        """Every block of registers: the peripherals, and those of the core."""
+        return (*self.peripherals.values(), *self.core.blocks)
+
+    @property
     @abc.abstractmethod
     def flash(self) -> FlashMemory:
         """The flash with its interface."""

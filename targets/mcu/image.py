@@ -12,6 +12,7 @@ import re
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from targets.mcu.chip_limits import FLASH_BASE, RAM_BASE, ChipLimits, fitting, limits_for, limits_of
@@ -35,6 +36,8 @@ TABLE_NAMES = (
     "vectors",
 )
 LOOP_FOREVER = b"\xfe\xe7"  # b .
+_KEPT = 8
+"""Images that are not taken apart again while the file is the same; every case of a check opens its own (choice)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,8 +117,12 @@ def load_image(path: str | Path, chip: ChipLimits, *, base: int | None = None) -
         ImageError: it cannot be read, is damaged, or cannot run on this chip.
     """
     path = Path(path)
+    return _image(path, _read(path), chip, base)
+
+
+@lru_cache(maxsize=_KEPT)
+def _image(path: Path, data: bytes, chip: ChipLimits, base: int | None) -> Image:
     where = str(path)
-    data = _read(path)
     contents = _take_apart(data, where, chip, base)
     notes = list(contents.notes or ())
     _check_places(contents, where, chip, notes)

@@ -479,15 +479,18 @@ class Pin:
 
     def _tell_edge(self, cycle: int, level: bool | None) -> None:
         ns = self._pins.time.ns(cycle)
-        edge = Edge(cycle, ns, level)
+        if self.following or self.recording:
+            self._keep_edge(Edge(cycle, ns, level))
+        for callback in tuple(self._listeners):
+            callback(cycle, ns, level)
+
+    def _keep_edge(self, edge: Edge) -> None:
         if self.following:
             if not self._followed:
                 self._pins.with_edges.append(self)
             self._followed.append(edge)
         if self.recording:
             self._edges.append(edge)
-        for callback in tuple(self._listeners):
-            callback(cycle, ns, level)
 
     def _input_changed(self) -> None:
         high = self._reads_high = not self._reads_high

@@ -98,6 +98,10 @@ def test_wires_that_touch_are_one_net(read):
     assert PinEnd(board="other", pin="PB1") in bench.nets[2].pins
 
 
+def test_a_smaller_chip_leaves_the_ends_that_it_lacks_unconnected(read):
+    assert read(BRAIN + "chip = 'STM32F103C4'\n").boards["brain"].board.usarts == ("USART1", "USART2")
+
+
 @pytest.mark.parametrize(
     ("text", "line", "message"),
     [
@@ -105,7 +109,7 @@ def test_wires_that_touch_are_one_net(read):
         (BRAIN + "timing = 'tabel'\n", 5, "'tabel' is not a value it takes; did you mean 'table'?"),
         (BRAIN + "chip = 'STM32F103RG'\n", 5, "take the place of the STM32F103C8; did you mean 'STM32F103RE'?"),
         (BRAIN + "chip = 'STM32F767ZI'\n", 5, "no chip 'STM32F767ZI' that could take the place of the STM32F103C8"),
-        (BRAIN + "chip = 'STM32F103T8'\n", 5, "does not fit the board: leds names 'PC13', which the STM32F103T8"),
+        (BRAIN + "chip = 'STM32F103T8'\n", 5, "does not fit the board: leds name 'PC13', which the STM32F103T8"),
         (BRAIN + "skip_idle = 1\n", 5, "must be true or false"),
         (BRAIN + "base = 0x08000001\n", 5, "0x08000001 is no multiple of 0x80, as the place of a vector table is"),
         (BRAIN + "straps.boot0 = 2\n", 5, "2 is not a value it takes; it takes: 0, 1"),
@@ -159,7 +163,7 @@ def test_what_is_wrong_is_one_line_with_its_place(read, tmp_path, text, line, me
         (MINE + "hse = 8\n", 4, "unknown key 'hse'; did you mean 'hse_hz'?"),
         (MINE.replace("103RB", "103RG"), 2, "'STM32F103RG' is not a value it takes; did you mean 'STM32F103RE'?"),
         (MINE.replace("12000000", "12"), 3, "hse_hz must be between 1000000 and 25000000, not 12"),
-        (MINE + "[[leds]]\nname = 'a'\npin = 'PE0'\n", 4, "leds names 'PE0', which the STM32F103RB does not have"),
+        (MINE + "[[leds]]\nname = 'a'\npin = 'PE0'\n", 4, "leds name 'PE0', which the STM32F103RB does not have"),
         (MINE + "[[leds]]\nname = 'a'\npin = 'PA0'\nactive = 'lo'\n", 7, "did you mean 'low'?"),
         ('chip = "STM32F103RB"\n', None, "the key 'name' is missing"),
     ],

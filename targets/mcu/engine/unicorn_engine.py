@@ -640,7 +640,7 @@ class UnicornEngine:
         hooks = self._unmasking_hooks
         if hooks is None:
             return
-        for offset in unmasking_places(data):
+        for offset in unmasking_places(data[: _erased_from(data) + LONGEST]):
             if base + offset not in hooks:
                 hooks.add(base + offset)
                 self._uc.hook_add(self._const.UC_HOOK_CODE, self._on_unmasking, begin=base + offset, end=base + offset)

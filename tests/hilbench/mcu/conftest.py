@@ -51,9 +51,8 @@ class FakeMachine:
                 ("USART3", 0x4000_4800, 39),
             )
         }
-        self.chip = SimpleNamespace(
-            pins=pins, usarts=usarts, i2cs={}, peripherals=usarts, signals=Signals(pins), starting={}
-        )
+        self.chip = SimpleNamespace(pins=pins, usarts=usarts, i2cs={}, signals=Signals(pins), starting={})
+        self.chip.blocks = [*usarts.values()]
         self.waits_in = None
         self.asleep = None
         self.pc = 0x0800_0100

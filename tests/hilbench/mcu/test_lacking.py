@@ -78,7 +78,7 @@ def waiting(emulate):
     def build(*polled, boards=1, then=lambda _machine: None):
         def program(machine):
             block = machine.fake.add(Quadspi("QUADSPI", 0xA000_1000, machine.fake.services))
-            machine.chip.peripherals["QUADSPI"] = block
+            machine.chip.blocks.append(block)
             machine.usart("USART1")
             loop = SimpleNamespace(pc=0x0800_0100, polled=polled)
             machine.at_ns(5 * MS, lambda: setattr(machine, "waits_in", loop))
@@ -115,7 +115,7 @@ def test_it_waits_on_what_we_lack_where_nothing_else_could_end_the_wait(waiting,
 def test_a_block_whose_clock_is_off_is_the_firmware_s_own_mistake(waiting):
     emulated, machine = waiting(QUADSPI_SR)
     emulated.bench.run_for(0.001)
-    machine.chip.peripherals["QUADSPI"].clocked = False
+    machine.chip.blocks[-1].clocked = False
     emulated.bench.run_for(0.1)
     assert emulated.lacking("brain") == ""
 

@@ -53,6 +53,11 @@ def test_a_blue_pill_with_128_kb_runs_what_is_too_large_for_64(tmp_path, capfd):
     assert open_bench(str(tmp_path / "hilbench.toml")).boards["board"].board.chip == "STM32F103CB"
 
 
+def test_a_wait_for_a_register_of_the_core_is_told_by_its_name(capfd):
+    assert main(["run", f"bluepill:{IMAGES / 'style-swj.elf'}", "--for", "3ms"]) == 0
+    assert "waits in main (swj.c:50), polling STK_CTRL, at the end" in capfd.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
@@ -70,7 +75,7 @@ def test_a_blue_pill_with_128_kb_runs_what_is_too_large_for_64(tmp_path, capfd):
             2,
             "--chip: is for one board with an image; in a bench file:",
         ),
-        (["serve", HAL, "--chip", "STM32F103T8"], 2, "--chip: does not fit the board: leds names 'PC13', which"),
+        (["serve", HAL, "--chip", "STM32F103T8"], 2, "--chip: does not fit the board: leds name 'PC13', which"),
         (["init", "--protocol", "p2os", "--chip", "STM32F103CB"], 2, "--chip: is for an emulated board"),
         (["run"], 2, "run: names nothing to run, and there is no hilbench.toml here; write bluepill:IMAGE or"),
         (["run", HAL, "--for", "0.5"], 2, "--for: '0.5' is not a duration; write 10s, 500ms or 2min"),

@@ -143,6 +143,16 @@ def test_a_raw_image(save):
     assert image.function_at(FLASH + RESET_AT) is None
 
 
+def test_an_image_is_taken_apart_again_only_when_the_file_is_another(tmp_path):
+    file = tmp_path / "firmware.bin"
+    file.write_bytes(firmware())
+    first = load_image(file, CHIP)
+    assert load_image(file, CHIP) is first
+    file.write_bytes(firmware(stack=0x2000_4000))
+    assert load_image(file, CHIP).stack_pointer == 0x2000_4000
+    assert load_image(file, limits_for("STM32F103RB")) is not first
+
+
 def test_an_intel_hex_image(save):
     text = hex_text([(FLASH, firmware()), (FLASH + 0x8000, b"settings")])
     image = load_image(save(text, "a.hex"), CHIP)
