@@ -133,6 +133,14 @@ def clone(condition: Condition) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
+@contextlib.contextmanager
+def temporary_files() -> Iterator[dict[str, str]]:
+    """Yield an environment with a place for temporary files like /tmp: pytest would clear up after older runs there."""
+    with tempfile.TemporaryDirectory(prefix="gate-run-tmp-", ignore_cleanup_errors=True) as folder:
+        Path(folder).chmod(0o1777)
+        yield {**os.environ, "TMPDIR": folder}
+
+
 def run(condition: Condition, commit: str, log: Path) -> Result:
     """Run the gate once; what it prints goes to a file."""
     command = ["make", "test"]
@@ -141,10 +149,15 @@ def run(condition: Condition, commit: str, log: Path) -> Result:
     if condition.user:
         command = ["runuser", "--user", USER, "--", "env", f"HOME={account().pw_dir}", *command]
     loops = busy_loops(BUSY_LOOPS) if condition.busy else contextlib.nullcontext()
-    with clone(condition) as checkout, log.open("wb") as printed, loops:
+    with clone(condition) as checkout, temporary_files() as environment, log.open("wb") as printed, loops:
         watch = Stopwatch()
         process = subprocess.Popen(
-            command, cwd=checkout, stdin=subprocess.DEVNULL, stdout=printed, stderr=subprocess.STDOUT
+            command,
+            cwd=checkout,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=printed,
+            stderr=subprocess.STDOUT,
         )
         try:
             _, status, used = os.wait4(process.pid, 0)

@@ -116,6 +116,8 @@ class Path:
         nearest_m, found = math.inf, Place(s_m=0.0, offset_m=0.0)
         for index in self._around(near_m, within_m):
             ax, ay, dx, dy, start_m, length_m = self._lines[index]
+            if abs(x_m - ax) > nearest_m + length_m + _LEAST_M:
+                continue  # all of this line is farther away
             along_m = min(max((x_m - ax) * dx + (y_m - ay) * dy, 0.0), length_m)
             distance_m = math.dist((x_m, y_m), (ax + along_m * dx, ay + along_m * dy))
             if distance_m < nearest_m:
