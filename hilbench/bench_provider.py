@@ -23,14 +23,15 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.files import refuse_overwriting, refuse_writing_into
 from hilbench.inputs import inputs_of, inputs_of_targets, lines_of
 from hilbench.journal import Journal
-from hilbench.links import Line, is_serial_target
-from hilbench.locked_providers import AttachedProvider, ExecProvider, ListenProvider
+from hilbench.links import Line
+from hilbench.locked_providers import P2OS_SERVER, AttachedProvider, ExecProvider, FarEnd, ListenProvider
 from hilbench.model_kinds import MODEL_KINDS
 from hilbench.nearest import did_you_mean
 from hilbench.observing import VirtualObserver
 from hilbench.options import CheckOptions, TargetChoice
 from hilbench.pioneer.robot import PioneerPlan, plan_of
 from hilbench.shared import Shared
+from hilbench.target import Target, TargetKind, target_of
 
 if TYPE_CHECKING:
     from hilbench.through import Passages
@@ -40,32 +41,6 @@ __all__ = ["BULLET_CAPABILITIES", "VIRTUAL_CAPABILITIES", "Shared", "VirtualProv
 VIRTUAL_CAPABILITIES = frozenset({"P2OS", "server", "hangup", "baud", "truth"}) | OWN_CAPABILITIES
 BULLET_CAPABILITIES = frozenset({"scene", "rays", "contacts", "gravity"})
 
-_TARGET_KINDS = (
-    "pioneer",
-    "serial:PORT@BAUD",
-    "socket://HOST:PORT",
-    "listen:pty:PATH",
-    "listen:tcp:PORT",
-    "exec:COMMAND",
-    "capture:FILE",
-)
-_ROVER_TARGET_KINDS = (
-    "rover-model",
-    "serial:PORT@BAUD",
-    "socket://HOST:PORT",
-    "listen:pty:PATH",
-    "listen:tcp:PORT",
-    "exec:COMMAND",
-)
-_VEHICLE_TARGET_KINDS = (
-    "interface.PROFILE=vehicle-model:PROFILE",
-    "LINE=serial:PORT@BAUD",
-    "LINE=socket://HOST:PORT",
-    "listen:pty:PATH",
-    "listen:tcp:PORT",
-    "exec:COMMAND",
-)
-
 
 def make_provider(options: CheckOptions) -> BenchProvider:
     """Return the provider that the options mean; nothing is opened yet.
@@ -73,9 +48,9 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     Raises:
         UsageError: the bench file or the target is wrong, or would be overwritten.
     """
-    capture = next((choice for choice in options.targets if choice.spec.partition(":")[0] == "capture"), None)
-    if capture is not None:
-        return _capture(options, capture)
+    targets = [target_of(choice) for choice in options.targets]
+    if any(target.kind is TargetKind.CAPTURE for target in targets):
+        return _capture(options, targets)
     bench_file = open_bench(_bench_of(options))
     refuse_overwriting(options.outputs(), [*inputs_of(bench_file), *inputs_of_targets(options.targets)])
     refuse_writing_into(options.outputs(), lines_of(choice.spec for choice in options.targets))
@@ -86,20 +61,10 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     passage = _passages(options.through) if options.through else None
     shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal, passage=passage)
     if bench_file.vehicle is not None or _has_lines(bench_file):
-        return _vehicle(shared, options)
+        return _vehicle(shared, options.targets, targets)
     if bench_file.boards:
-        at_port = len(options.targets) == 1 and is_serial_target(options.targets[0].spec)
-        return _rover_at(shared, options.targets[0].spec) if at_port else _for_boards(shared, options)
-    rover = bench_file.rover is not None
-    if not options.targets:
-        return _rover(shared) if rover else VirtualProvider(shared)
-    if len(options.targets) > 1:
-        raise UsageError("this bench has one target", where=f"--target {options.targets[1].spec}", hint="name only one")
-    choice = options.targets[0]
-    if choice.name and choice.name not in bench_file.targets:
-        nearest = did_you_mean(choice.name, bench_file.targets, "targets")
-        raise UsageError(f"no target '{choice.name}'", where=f"--target {choice.name}={choice.spec}", hint=nearest)
-    return _rover_at(shared, choice.spec) if rover else _for_target(shared, choice.spec)
+        return _boards(shared, options, targets)
+    return _model(shared, options.targets, targets)
 
 
 def _passages(kind: str) -> Passages:
@@ -108,22 +73,22 @@ def _passages(kind: str) -> Passages:
     return Passages(kind)
 
 
-def _capture(options: CheckOptions, choice: TargetChoice) -> BenchProvider:
+def _capture(options: CheckOptions, targets: Sequence[Target]) -> BenchProvider:
     from hilbench.capture_provider import CaptureProvider
 
-    path = choice.spec.partition(":")[2]
-    where = f"--target {choice.spec}"
-    if not path:
-        raise UsageError("names no recording", where=where, hint="write capture:FILE")
+    choice, target = next(
+        (choice, target)
+        for choice, target in zip(options.targets, targets, strict=True)
+        if target.kind is TargetKind.CAPTURE
+    )
     if len(options.targets) > 1 or choice.name:
-        raise UsageError(
-            "a recording stands for the whole bench", where=where, hint="give no other target, and no NAME="
-        )
+        hint = "give no other target, and no NAME="
+        raise UsageError("a recording stands for the whole bench", where=choice.where, hint=hint)
     if options.bench is not None:
         raise UsageError("a recording needs no bench", where=options.bench, hint="leave it away")
     if options.through:
         raise UsageError("a recording has no lines", where=f"--through {options.through}", hint="leave it away")
-    return CaptureProvider(options, Path(path))
+    return CaptureProvider(options, Path(target.rest))
 
 
 def _bench_of(options: CheckOptions) -> str | None:
@@ -134,26 +99,55 @@ def _bench_of(options: CheckOptions) -> str | None:
     return (meant[0] if meant else "") or None
 
 
+def _model(shared: Shared, choices: Sequence[TargetChoice], targets: Sequence[Target]) -> BenchProvider:
+    """Return the provider of a bench with a model that has one line."""
+    rover = shared.bench_file.rover is not None
+    if not targets:
+        return _rover(shared) if rover else VirtualProvider(shared)
+    if len(targets) > 1:
+        raise UsageError("this bench has one target", where=choices[1].where, hint="name only one")
+    choice, target = choices[0], targets[0]
+    if choice.name and choice.name not in shared.bench_file.targets:
+        nearest = did_you_mean(choice.name, shared.bench_file.targets, "targets")
+        raise UsageError(f"no target '{choice.name}'", where=choice.where, hint=nearest)
+    own = "rover-model" if rover else "pioneer"
+    if target.kind is TargetKind.MODEL and target.text == own:
+        return _rover(shared) if rover else VirtualProvider(shared)
+    if target.kind is TargetKind.SERIAL:
+        return _rover_at(shared, target) if rover else AttachedProvider(shared, target.text)
+    return _client(shared, choice, target, _far_end(shared, rover=rover), own)
+
+
+def _far_end(shared: Shared, *, rover: bool) -> FarEnd:
+    if not rover:
+        return P2OS_SERVER
+    from hilbench.rover.provider import foreign_host
+
+    return foreign_host(shared)
+
+
+def _client(shared: Shared, choice: TargetChoice, target: Target, far_end: FarEnd, own: str) -> BenchProvider:
+    """Return the provider for a client that somebody else wrote."""
+    if target.kind is TargetKind.LISTEN:
+        return ListenProvider(shared, target.rest, far_end)
+    if target.kind is TargetKind.EXEC:
+        return ExecProvider(shared, target.rest, far_end)
+    hint = f"write {own}, serial:PORT@BAUD, a pyserial URL, listen:pty:PATH, listen:tcp:PORT or exec:COMMAND"
+    raise UsageError(
+        f"{target.kind.value} that is none of bench '{shared.bench_file.name}'", where=choice.where, hint=hint
+    )
+
+
 def _rover(shared: Shared) -> BenchProvider:
     from hilbench.rover.provider import RoverProvider
 
     return RoverProvider(shared)
 
 
-def _rover_at(shared: Shared, spec: str) -> BenchProvider:
-    from hilbench.rover.provider import AttachedRoverProvider, foreign_host
+def _rover_at(shared: Shared, target: Target) -> BenchProvider:
+    from hilbench.rover.provider import AttachedRoverProvider
 
-    if spec == "rover-model":
-        return _rover(shared)
-    kind, _, rest = spec.partition(":")
-    if kind == "listen":
-        return ListenProvider(shared, rest, foreign_host(shared))
-    if kind == "exec" and rest:
-        return ExecProvider(shared, rest, foreign_host(shared))
-    if rest:
-        return AttachedRoverProvider(shared, spec)
-    hint = did_you_mean(spec, _ROVER_TARGET_KINDS, "a target of a rover's bench is one of")
-    raise UsageError("not a target", where=f"--target {spec}", hint=hint)
+    return AttachedRoverProvider(shared, target.text)
 
 
 def _has_lines(bench_file: BenchFile) -> bool:
@@ -161,56 +155,59 @@ def _has_lines(bench_file: BenchFile) -> bool:
     return any(bench_file.checker_lines)
 
 
-def _vehicle(shared: Shared, options: CheckOptions) -> BenchProvider:
+def _vehicle(shared: Shared, choices: Sequence[TargetChoice], targets: Sequence[Target]) -> BenchProvider:
     from hilbench.vehicle.provider import MODEL_TARGET, AttachedVehicleProvider, VehicleProvider, foreign_simulator
 
-    kinds = {choice.spec.partition(":")[0] for choice in options.targets}
-    of_boards = bool(shared.bench_file.boards)
-    if kinds <= {MODEL_TARGET} and not of_boards:
-        return VehicleProvider(shared, [choice for choice in options.targets if choice.spec != MODEL_TARGET])
-    if of_boards and kinds & {"listen", "exec"}:
-        spec = next(choice.spec for choice in options.targets if choice.spec.partition(":")[0] in ("listen", "exec"))
-        raise UsageError(
-            "a program in the place of the simulator's side is checked without a board, not on this bench",
-            where=f"--target {spec}",
-            hint=f"write hilbench check vehicle-model --suite vehicle-host --target '{spec}'",
-        )
-    if of_boards and not (options.targets and all(is_serial_target(choice.spec) for choice in options.targets)):
-        return _for_boards(shared, options)
-    if kinds <= {"listen", "exec"}:
-        if len(options.targets) > 1:
+    kinds = {target.kind for target in targets}
+    clients = {TargetKind.LISTEN, TargetKind.EXEC}
+    if shared.bench_file.boards:
+        if kinds & clients:
+            choice = next(one for one, target in zip(choices, targets, strict=True) if target.kind in clients)
             raise UsageError(
-                "one simulator's side at a time", where=f"--target {options.targets[1].spec}", hint="name only one"
+                "a program in the place of the simulator's side is checked without a board, not on this bench",
+                where=choice.where,
+                hint=f"write hilbench check vehicle-model --suite vehicle-host --target '{choice.spec}'",
             )
-        kind, _, rest = options.targets[0].spec.partition(":")
-        provider = ListenProvider if kind == "listen" else ExecProvider
-        return provider(shared, rest, foreign_simulator(shared))
-    for choice in options.targets:
-        if not is_serial_target(choice.spec):
-            hint = did_you_mean(choice.spec, _VEHICLE_TARGET_KINDS, "a target of a vehicle interface's bench is one of")
-            raise UsageError("not a target", where=f"--target {choice.spec}", hint=hint)
-    return AttachedVehicleProvider(shared, options.targets)
+        return AttachedVehicleProvider(shared, choices) if kinds == {TargetKind.SERIAL} else _emulated(shared, choices)
+    if all(target.name == MODEL_TARGET for target in targets):
+        return VehicleProvider(shared, [choice for choice in choices if choice.spec != MODEL_TARGET])
+    if kinds == {TargetKind.SERIAL}:
+        return AttachedVehicleProvider(shared, choices)
+    if len(targets) > 1 and kinds <= clients:
+        raise UsageError("one simulator's side at a time", where=choices[1].where, hint="name only one")
+    if len(targets) > 1:
+        choice = next(one for one, target in zip(choices, targets, strict=True) if target.kind is not TargetKind.SERIAL)
+        raise UsageError("beside it each line needs a serial port", where=choice.where, hint="write LINE=serial:PORT")
+    own = f"interface.PROFILE={MODEL_TARGET}:PROFILE"
+    return _client(shared, choices[0], targets[0], foreign_simulator(shared), own)
 
 
-def _for_boards(shared: Shared, options: CheckOptions) -> BenchProvider:
+def _boards(shared: Shared, options: CheckOptions, targets: Sequence[Target]) -> BenchProvider:
+    """Return the provider of a bench with emulated boards, or of a board at a port in the place of one of them."""
+    at_port = [
+        choice for choice, target in zip(options.targets, targets, strict=True) if target.kind is TargetKind.SERIAL
+    ]
+    if not at_port:
+        return _emulated(shared, options.targets)
+    if len(targets) > 1:
+        raise UsageError("a board at a port stands for the whole bench", where=at_port[0].where, hint="name only that")
+    suites = {*(options.suites or shared.suites)}
+    rover = {*MODEL_KINDS["rover"].suites}
+    if not suites & rover:
+        from hilbench.mcu.attached_board import AttachedBoardProvider
+
+        return AttachedBoardProvider(shared, at_port[0])
+    foreign = sorted(suite for suite in suites if suite.endswith(".py"))
+    if foreign:
+        hint = "check them one after the other: each with --suite"
+        raise UsageError(f"{foreign[0]} and a suite of PKT! would share a port", where=at_port[0].where, hint=hint)
+    return _rover_at(shared, targets[0])
+
+
+def _emulated(shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:
     from hilbench.mcu.board_provider import BoardProvider
 
-    return BoardProvider(shared, options.targets)
-
-
-def _for_target(shared: Shared, spec: str) -> BenchProvider:
-    if spec == "pioneer":
-        return VirtualProvider(shared)
-    kind, _, rest = spec.partition(":")
-    if kind == "listen":
-        return ListenProvider(shared, rest)
-    if kind == "exec" and rest:
-        return ExecProvider(shared, rest)
-    if rest:
-        return AttachedProvider(shared, spec)
-    raise UsageError(
-        "not a target", where=f"--target {spec}", hint=did_you_mean(spec, _TARGET_KINDS, "a target is one of")
-    )
+    return BoardProvider(shared, choices)
 
 
 class VirtualProvider:

@@ -24,7 +24,7 @@ def ports_of_lines(lines: Sequence[str], choices: Sequence[TargetChoice]) -> Map
     asked = " ".join(f"--target {line}=..." for line in lines)
     found: dict[str, str] = {}
     for choice in choices:
-        where = f"--target {choice.name}={choice.spec}" if choice.name else f"--target {choice.spec}"
+        where = choice.where
         if not choice.name:
             raise UsageError(f"does not say which line, of {' and '.join(lines)}", where=where, hint=f"write {asked}")
         if choice.name not in lines:

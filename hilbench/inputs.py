@@ -14,6 +14,7 @@ from hilbench.files import Named
 from hilbench.links.serial_target import located, parse_serial_target
 from hilbench.names import file_name
 from hilbench.options import TargetChoice
+from hilbench.target import TargetKind, target_of
 
 __all__ = ["inputs_of", "inputs_of_targets", "lines_of"]
 
@@ -38,9 +39,10 @@ def inputs_of(bench_file: BenchFile) -> Iterator[Named]:
 def inputs_of_targets(choices: Iterable[TargetChoice]) -> Iterator[Named]:
     """Yield the images and board files that ``--target`` may name."""
     for choice in choices:
-        board, _, image = choice.spec.partition(":")
-        yield f"--target {choice.spec}", Path(board)
-        yield f"--target {choice.spec}", Path(image)
+        target = target_of(choice)
+        if target.kind in (TargetKind.BOARD, TargetKind.CAPTURE):
+            yield choice.where, Path(target.name)
+            yield choice.where, Path(target.rest)
 
 
 def lines_of(specs: Iterable[str]) -> Iterator[Named]:

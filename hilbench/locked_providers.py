@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import ipaddress
-import shlex
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -195,20 +194,33 @@ class AttachedProviderBase(LockedProvider, ABC, Generic[PeerT, CaseT]):
     ) -> CaseT:
         """Return the bench of a case."""
 
-    @contextlib.contextmanager
-    def open_case(self, case: CaseInfo) -> Iterator[CaseT]:
-        """Settle the target and hand it to one case."""
+    def prepare(self, cases: Sequence[CaseInfo]) -> None:
+        """Open the port before anything runs, so that one that is not there costs a line and no case.
+
+        Raises:
+            UnavailableError: it cannot be opened.
+        """
+        if cases:
+            self._opened()
+
+    def _opened(self) -> PeerT:
         self._lock()
         if self._peer is None:
             self._peer = self._make_peer(self._open_port())
             run_hook(self._bench, self._peer.port, "boot", self._shared.bench_file.port.boot)
-        elif not self._peer.port.line_is_up and not self._peer.line_expected:
-            self._peer.attach(self._open_port())
-        self._await_return([self._peer])
-        self._peer.port.baud = self._serial.baud
-        run_hook(self._bench, self._peer.port, "reset", self._shared.bench_file.port.reset)
-        self._peer.settle()
-        yield from self._case(case, self._peer)
+        return self._peer
+
+    @contextlib.contextmanager
+    def open_case(self, case: CaseInfo) -> Iterator[CaseT]:
+        """Settle the target and hand it to one case."""
+        peer = self._opened()
+        if not peer.port.line_is_up and not peer.line_expected:
+            peer.attach(self._open_port())
+        self._await_return([peer])
+        peer.port.baud = self._serial.baud
+        run_hook(self._bench, peer.port, "reset", self._shared.bench_file.port.reset)
+        peer.settle()
+        yield from self._case(case, peer)
 
     def close(self) -> None:
         """Leave the target stopped and its session closed, whatever the last case did; close everything."""
@@ -339,10 +351,6 @@ class ListenProvider(_ClientProvider):
     def __init__(self, shared: Shared, spec: str, far_end: FarEnd = P2OS_SERVER) -> None:
         super().__init__(shared, f"whoever connects to {spec}", LISTEN_CAPABILITIES, far_end)
         self._kind, _, self._where = spec.partition(":")
-        if self._kind not in {"pty", "tcp"} or not self._where:
-            raise UsageError(
-                "not a door", where=f"--target listen:{spec}", hint="write listen:pty:PATH or listen:tcp:[HOST:]PORT"
-            )
 
     def _open_door(self) -> tuple[Port, str]:
         line = Line(baud=_baud_of(self._shared.bench_file))
@@ -364,14 +372,6 @@ class ExecProvider(_ClientProvider):
         super().__init__(shared, command, EXEC_CAPABILITIES, far_end)
         self._command = command
         self._names: dict[str, str] = {}
-        try:
-            shlex.split(command)
-        except ValueError as error:
-            raise UsageError(f"cannot be split into words: {error}", where=f"--target exec:{command}") from None
-        if "{pty}" not in command and "{port}" not in command:
-            raise UsageError(
-                "does not say where to connect", where=f"--target exec:{command}", hint="put {pty} or {port} into it"
-            )
 
     def _open_door(self) -> tuple[Port, str]:
         line = Line(baud=_baud_of(self._shared.bench_file))

@@ -28,6 +28,7 @@ class ModelKind:
         rates: that its lines can have, in bit/s; empty for any.
         lines: the ends of links that it has, as ``NAME.LINE``.
         bench: the built-in bench with it alone, which a run of its suites means; empty for the default one.
+        target: what it is called as a TARGET; empty if it cannot be one.
         beside: it may stand beside another model.
     """
 
@@ -37,6 +38,7 @@ class ModelKind:
     rates: tuple[int, ...] = ()
     lines: tuple[str, ...] = ("host",)
     bench: str = ""
+    target: str = ""
     beside: bool = False
 
 
@@ -45,10 +47,17 @@ VEHICLE_SUITES = ("vehicle-board", "vehicle-host")
 MODEL_KINDS: Mapping[str, ModelKind] = MappingProxyType(
     {
         "pioneer-2dx": ModelKind(
-            settings=RobotSettings, suites=("p2os-client", "p2os-server", "pioneer-motion"), rates=tuple(PIONEER_RATES)
+            settings=RobotSettings,
+            suites=("p2os-client", "p2os-server", "pioneer-motion"),
+            rates=tuple(PIONEER_RATES),
+            target="pioneer",
         ),
         "rover": ModelKind(
-            settings=RoverSettings, suites=("pkt-board", "pkt-host"), rates=tuple(PIONEER_RATES), bench="rover-model"
+            settings=RoverSettings,
+            suites=("pkt-board", "pkt-host"),
+            rates=tuple(PIONEER_RATES),
+            bench="rover-model",
+            target="rover-model",
         ),
         "vehicle-interface": ModelKind(
             settings=VehicleSettings,
@@ -56,6 +65,7 @@ MODEL_KINDS: Mapping[str, ModelKind] = MappingProxyType(
             baud=LINE_BAUD,
             lines=(SIMULATOR_LINE, STACK_LINE),
             bench="vehicle-model",
+            target="vehicle-model",
         ),
         "car-host": ModelKind(
             settings=CarHostSettings, suites=("vehicle-host",), baud=LINE_BAUD, lines=("board",), beside=True

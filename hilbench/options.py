@@ -22,6 +22,11 @@ class TargetChoice:
     spec: str
     name: str = ""
 
+    @property
+    def where(self) -> str:
+        """The option as it was written, for messages."""
+        return f"--target {self.name}={self.spec}" if self.name else f"--target {self.spec}"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CheckOptions:

@@ -6,7 +6,7 @@ here and in `hilbench.check.pytest_run`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from hilbench.check.cases import spec_of
+from hilbench.check.catalogue import SPOKEN
 from hilbench.check.collector import Collector, PlannedCase
 from hilbench.check.doubt import doubted, excused
 from hilbench.check.outcome import PASSED, Outcome, outcome_of, printable
@@ -253,12 +254,27 @@ class CheckPlugin:
             self._plan_item(item)
         plans = [item.stash[_PLAN] for item in items if _PLAN in item.stash]
         refuse_conflicts(plans)
+        self._refuse_foreign(plans)
         wanted = compile_selection(self._select, {clause for plan in plans for clause in plan.clause_ids})
         items[:] = [item for item in items if _PLAN not in item.stash or wanted(_candidate(item.stash[_PLAN]))]
         self.collector.plan(item.stash[_PLAN] for item in items if _PLAN in item.stash)
         if self._only_cases:
             items[:] = [item for item in items if not item.stash[_PLAN].missing]
         self._to_run = len(items)
+
+    def _refuse_foreign(self, plans: Sequence[PlannedCase]) -> None:
+        """Refuse a suite that was asked for and is of a protocol that this bench does not speak.
+
+        Raises:
+            UsageError: all of its cases need one.
+        """
+        for suite in sorted({plan.suite for plan in plans} - {*getattr(self._provider, "suites", ())}):
+            lacks = [{*plan.missing} & {*SPOKEN.values()} for plan in plans if plan.suite == suite]
+            for protocol in sorted(set.intersection(*lacks)):
+                hint = "name a bench, or a target, that does"
+                raise UsageError(
+                    f"checks {protocol}, which this bench does not speak", where=f"--suite {suite}", hint=hint
+                )
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
         """Make a case for each of the benches that a function asks for."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile
 from hilbench.errors import UnavailableError, UsageError
-from hilbench.links import DEFAULT_BAUD, Line, MemoryLink, Port, ReconnectingPort, is_serial_target, parse_serial_target
+from hilbench.links import DEFAULT_BAUD, Line, MemoryLink, Port, ReconnectingPort, parse_serial_target
 from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.live.about import about_boards, about_line, about_pkt, about_sonars, about_world
 from hilbench.live.driver import Drives
@@ -21,6 +21,7 @@ from hilbench.live.scenes import on_board
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, Sense, Senses, describe_machine
 from hilbench.options import TargetChoice
+from hilbench.target import TargetKind, target_of
 from targets.robots.pioneer import RobotSettings
 from worlds.errors import WorldError
 
@@ -114,6 +115,9 @@ def open_attached(bench: Bench, bench_file: BenchFile, targets: Sequence[TargetC
         profile = "documented" if bench_file.rover is None else bench_file.rover.profile
         tap, operator = _station(bench, port, profile, seed)
         about = about_pkt(operator.name, {operator.name: operator.observed}, profile)
+    elif bench_file.boards:
+        where = f"bench '{bench_file.name}'"
+        raise UsageError("no client of ours speaks to its boards", where=where, hint="leave --target away")
     else:
         bench_file.pioneer()
         port = _at(bench, bench_file, target, DEFAULT_BAUD)
@@ -138,9 +142,9 @@ def ports_asked(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mappi
         UsageError: a target is no serial port, a line has none, or two.
     """
     for choice in targets:
-        if not is_serial_target(choice.spec):
+        if target_of(choice).kind is not TargetKind.SERIAL:
             hint = "write serial:/dev/ttyUSB0@115200 or a pyserial URL"
-            raise UsageError("is no serial port", where=f"--target {choice.spec}", hint=hint)
+            raise UsageError("is no serial port", where=choice.where, hint=hint)
     if bench_file.vehicle is not None or on_board(bench_file):
         from hilbench.checker_lines import ports_of_lines
         from hilbench.live.vehicle_rigs import SIMULATOR, STACK
@@ -151,7 +155,7 @@ def ports_asked(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mappi
         return {name: specs[line] for name, line in zip((SIMULATOR, STACK), lines, strict=True)}
     first, *more = targets
     if more or first.name:
-        where = " ".join(f"--target {f'{choice.name}=' if choice.name else ''}{choice.spec}" for choice in targets)
+        where = " ".join(choice.where for choice in targets)
         raise UsageError("this bench has one line, without a name", where=where, hint=f"write --target {first.spec}")
     return {"": first.spec}
 

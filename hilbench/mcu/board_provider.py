@@ -29,6 +29,7 @@ from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
 from hilbench.rover.hands import hands_on
 from hilbench.shared import Shared
+from hilbench.target import TargetKind, target_of
 from hilbench.vehicle.car_simulator import OWN_HOST_CAPABILITIES
 from hilbench.vehicle.cases import CarHostCase, PairCase, host_settings, open_car_host
 from hilbench.vehicle.on_board import VehicleOnBoard, vehicle_hands_on
@@ -208,7 +209,7 @@ class _Images:
             if name not in known:
                 hint = did_you_mean(name, known, "this bench has")
                 raise UsageError("nothing of that name to replace", where=f"--target {name}=...", hint=hint)
-            self._chosen[name] = _only_board(choice.spec)
+            self._chosen[name] = _only_board(choice)
             board = name.partition(".")[0]
             there = [variant.boards[board] for variant in variants.values() if board in variant.boards]
             _check_board(self._chosen[name], there)
@@ -224,11 +225,10 @@ class _Images:
         return replace(emulated, firmware=emulated.programs[program], base=None) if is_program else emulated
 
 
-def _only_board(spec: str) -> EmulatedBoard:
-    boards = open_target(spec).boards if ":" in spec else {}
-    if len(boards) != 1:
-        raise UsageError("not a board with an image", where=f"--target {spec}", hint="write bluepill:IMAGE")
-    return next(iter(boards.values()))
+def _only_board(choice: TargetChoice) -> EmulatedBoard:
+    if target_of(choice).kind is not TargetKind.BOARD:
+        raise UsageError("not a board with an image", where=choice.where, hint="write bluepill:IMAGE")
+    return next(iter(open_target(choice.spec).boards.values()))
 
 
 def _check_board(chosen: EmulatedBoard, there: Sequence[EmulatedBoard]) -> None:

@@ -9,6 +9,7 @@ from hilbench.board_files import is_board_file, open_board, with_chip
 from hilbench.config import built_in_benches, open_bench
 from hilbench.errors import UsageError
 from hilbench.nearest import did_you_mean
+from hilbench.target import parse_target
 from targets.boards import board_names
 
 __all__ = ["open_target"]
@@ -39,14 +40,16 @@ def open_target(what: str | None, chip: str | None = None) -> BenchFile:
         if spec in built_in_benches():
             hint = _of_bench(spec, image)
             raise UsageError(f"'{spec}' is a bench, with nothing behind a colon", where=what, hint=hint)
+        if spec in {"serial", "listen", "exec", "capture"} or "://" in what:
+            kind = parse_target(what, what).kind.value
+            raise UsageError(f"{kind} cannot be run here", where=what, hint="name a bench, or a board with an image")
         raise UsageError(f"no board '{spec}'", where=what, hint=did_you_mean(spec, board_names(), "built-in boards"))
-    if not image:
-        raise UsageError("names no image", where=what, hint=f"write {spec}:IMAGE (ELF, Intel HEX or raw binary)")
-    board = open_board(spec, Path())
+    target = parse_target(what, what)
+    board = open_board(target.name, Path())
     if chip is not None:
         board = with_chip(board, chip, "--chip")
-    emulated = EmulatedBoard(board=board, board_name=spec, firmware=Path(image), straps=board.straps, where=what or "")
-    name = Path(spec).stem
+    name, firmware = Path(target.name).stem, Path(target.rest)
+    emulated = EmulatedBoard(board=board, board_name=spec, firmware=firmware, straps=board.straps, where=what)
     return BenchFile(name=name, path=None, digest="", boards={name: emulated})
 
 

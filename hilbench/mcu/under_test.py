@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 from hilbench.bench import Bench
 from hilbench.errors import UsageError
+from hilbench.links import Port
 from hilbench.mcu.emulated import EmulatedBench, End
 from hilbench.mcu.narration import Narrator
-from hilbench.mcu.usart_port import UsartPort
 from hilbench.nearest import did_you_mean
 from targets.boards import Button
 from targets.mcu.fidelity import Note
@@ -23,33 +23,29 @@ class SerialLine:
 
     Args:
         bench: whose time passes while something is waited for.
-        port: the end of the line.
+        port: the end of the line; whoever has it calls `take`.
+        send: puts bytes on the line.
 
     Attributes:
         data: every byte that the board has sent so far.
+        port: as given, with its rate, counters and breaks.
     """
 
-    def __init__(self, bench: Bench, port: UsartPort) -> None:
+    def __init__(self, bench: Bench, port: Port, send: Callable[[bytes], None]) -> None:
         self.data = b""
+        self.port = port
         self._bench = bench
-        self._port = port
+        self._send = send
         self._seen = 0
-        port.reacts = True
-        port.taps.append(self._take)
 
     @property
     def text(self) -> str:
         """The same as text; what is no UTF-8 stands there as an escape."""
         return self.data.decode("utf-8", errors="backslashreplace")
 
-    @property
-    def port(self) -> UsartPort:
-        """The port itself, with its rate, counters and breaks."""
-        return self._port
-
     def write(self, data: bytes | str) -> None:
         """Send to the board, byte by byte, at the line's rate."""
-        self._port.write(data.encode() if isinstance(data, str) else data)
+        self._send(data.encode() if isinstance(data, str) else data)
 
     def expect(self, what: bytes | str, within_s: float = 1.0) -> bytes:
         """Let time pass until the board has sent `what`, after what was expected before.
@@ -63,11 +59,12 @@ class SerialLine:
         wanted = what.encode() if isinstance(what, str) else what
         if not self._bench.run_until(lambda: wanted in self.data[self._seen :], within_s):
             since = self.data[self._seen :]
-            raise AssertionError(f"{self._port.name} did not send {wanted!r} within {within_s} s, but {since!r}")
+            raise AssertionError(f"{self.port.name} did not send {wanted!r} within {within_s} s, but {since!r}")
         begin, self._seen = self._seen, self.data.index(wanted, self._seen) + len(wanted)
         return self.data[begin : self._seen]
 
-    def _take(self, data: bytes, _at_ns: int) -> None:
+    def take(self, data: bytes, _at_ns: int) -> None:
+        """Take what the board has sent."""
         self.data += data
 
 
@@ -93,11 +90,12 @@ class BoardUnderTest:
         self.console = ""
         machine = emulated.machines[name]
         self._machine = machine
-        self._lines = {
-            full.partition(".")[2]: SerialLine(emulated.bench, port)
-            for full, port in emulated.ports.items()
-            if full.startswith(f"{name}.") and not port.joined
-        }
+        self._lines: dict[str, SerialLine] = {}
+        for full, port in emulated.ports.items():
+            if full.startswith(f"{name}.") and not port.joined:
+                line = self._lines[full.partition(".")[2]] = SerialLine(emulated.bench, port, port.write)
+                port.reacts = True
+                port.taps.append(line.take)
 
     # --- time
 

@@ -23,6 +23,7 @@ from hilbench.locked_providers import FarEnd, LockedProvider, faults_between
 from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
 from hilbench.shared import Shared
+from hilbench.target import target_of
 from hilbench.vehicle.car_simulator import OWN_HOST_CAPABILITIES, HostFactory, make_host
 from hilbench.vehicle.cases import (
     AttachedVehicleCase,
@@ -197,20 +198,33 @@ class AttachedVehicleProvider(LockedProvider):
         settings = self._shared.bench_file.vehicle
         return "hardened" if settings is None else settings.profile
 
-    @contextlib.contextmanager
-    def open_case(self, case: CaseInfo) -> Iterator[AttachedVehicleCase]:
-        """Settle the board and hand it to one case."""
+    def prepare(self, cases: Sequence[CaseInfo]) -> None:
+        """Open the ports before anything runs, so that one that is not there costs a line and no case.
+
+        Raises:
+            UnavailableError: one cannot be opened.
+        """
+        if cases:
+            self._opened()
+
+    def _opened(self) -> tuple[SimulatorPeer, StackPeer]:
         self._lock()
         if self._peers is None:
             to_simulator, to_stack = (self._open_serial(serial) for serial in self._serial)
             self._peers = SimulatorPeer(self._bench, to_simulator), StackPeer(self._bench, to_stack)
             run_hook(self._bench, to_simulator, "boot", self._shared.bench_file.port.boot)
-        self._await_return(self._peers)
-        run_hook(self._bench, self._peers[0].port, "reset", self._shared.bench_file.port.reset)
+        return self._peers
+
+    @contextlib.contextmanager
+    def open_case(self, case: CaseInfo) -> Iterator[AttachedVehicleCase]:
+        """Settle the board and hand it to one case."""
+        peers = self._opened()
+        self._await_return(peers)
+        run_hook(self._bench, peers[0].port, "reset", self._shared.bench_file.port.reset)
         self._settle()
         with contextlib.ExitStack() as opened:
-            faults = self._strike(case, self._peers, opened)
-            yield AttachedVehicleCase(self._bench, case, *self._peers, faults)
+            faults = self._strike(case, peers, opened)
+            yield AttachedVehicleCase(self._bench, case, *peers, faults)
 
     def close(self) -> None:
         """Leave the board in manual mode, if that can be done; close everything."""
@@ -280,7 +294,7 @@ def _settings_of(bench_file: BenchFile) -> VehicleSettings:
 
 def _instead(choice: TargetChoice, bench_file: BenchFile) -> tuple[str, str]:
     """Return a profile, and the one that runs where a case asks for it."""
-    where = f"--target {choice.name}={choice.spec}" if choice.name else f"--target {choice.spec}"
+    where = choice.where
     name = next((name for name, target in bench_file.targets.items() if isinstance(target.settings, VehicleSettings)))
     known = [f"{name}.{profile}" for profile in PROFILE_NAMES]
     if not choice.name:
@@ -288,7 +302,7 @@ def _instead(choice: TargetChoice, bench_file: BenchFile) -> tuple[str, str]:
         raise UsageError("does not say in the place of which profile", where=where, hint=hint)
     if choice.name not in known:
         raise UsageError("nothing of that name to replace", where=where, hint=did_you_mean(choice.name, known, "write"))
-    profile = choice.spec.removeprefix(f"{MODEL_TARGET}:")
+    profile = target_of(choice).rest
     if profile not in PROFILE_NAMES:
         raise UsageError(f"no profile '{profile}'", where=where, hint=did_you_mean(profile, PROFILE_NAMES, "profiles"))
     return choice.name.partition(".")[2], profile

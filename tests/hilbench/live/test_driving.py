@@ -194,6 +194,8 @@ def test_only_serial_ports_are_attached_to(tmp_path):
         attach("rover-model", "serial:a", "serial:b")
     with pytest.raises(UsageError, match=r"one line, without a name.*write --target serial:a"):
         attach("pioneer-plane", "client=serial:a")
+    with pytest.raises(UsageError, match="bench 'bluepill': no client of ours speaks to its boards; leave --target"):
+        attach("bluepill", f"serial:{tmp_path}/none")
 
 
 @pytest.mark.needs_bullet

@@ -1,0 +1,183 @@
+"""A board on the desk in the place of an emulated one: a user's own suite speaks to one of its USARTs at a port.
+
+Nothing is sent but by the cases. Between two of them the board is listened to until it is quiet, and what it said is
+forgotten; it is not reset, unless the bench file says how (``[port] reset``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, ClassVar
+
+from hilbench.bench import Bench
+from hilbench.bench_file import BenchFile
+from hilbench.cases import CaseBase
+from hilbench.check.provider import CaseInfo
+from hilbench.check.verdicts import NotApplicable
+from hilbench.errors import UsageError
+from hilbench.line_faults import LineFaults
+from hilbench.line_peer import LinePeer, Sound, Unsound
+from hilbench.links import Port
+from hilbench.locked_providers import AttachedProviderBase
+from hilbench.mcu.under_test import SerialLine
+from hilbench.nearest import did_you_mean
+from hilbench.options import TargetChoice
+from hilbench.shared import Shared
+
+__all__ = ["AttachedBoard", "AttachedBoardCase", "AttachedBoardProvider"]
+
+_QUIET_WITHIN_S = 1.0
+"""How long a board that goes on speaking is waited for between two cases (choice)."""
+
+
+class _Listener(LinePeer[bytes]):
+    """Our end of the line, of which no protocol is known: bytes are bytes."""
+
+    def __init__(self, bench: Bench, port: Port) -> None:
+        self.line = SerialLine(bench, port, self.write)
+        super().__init__(bench, port)
+
+    def _begin_reading(self) -> None:
+        """There are no frames."""
+
+    def _read(self, data: bytes, at_ns: int) -> Iterable[Sound[bytes] | Unsound]:
+        self.line.take(data, at_ns)
+        yield Sound(raw=data, packet=data)
+
+    def settle(self) -> None:
+        """Listen until it is quiet, and begin anew."""
+        self.wait_quiet(within_s=_QUIET_WITHIN_S)
+        self.forget()
+        self.line = SerialLine(self.bench, self.port, self.write)
+
+
+class AttachedBoard:
+    """What a suite can do with a board of which only one USART is at hand; see `BoardUnderTest` for the whole of one.
+
+    Args:
+        name: of the board in the bench file.
+        usart: which of its USARTs is at the port.
+        bench: whose time passes.
+        line: the far end of that USART.
+
+    Attributes:
+        name: as given.
+    """
+
+    def __init__(self, name: str, usart: str, bench: Bench, line: SerialLine) -> None:
+        self.name = name
+        self._usart = usart
+        self._bench = bench
+        self._line = line
+
+    @property
+    def now_s(self) -> float:
+        """Bench time since the run began, in seconds."""
+        return self._bench.now_s
+
+    def run(self, seconds: float) -> None:
+        """Let `seconds` of bench time pass."""
+        self._bench.run_for(seconds)
+
+    def run_until(self, condition: Callable[[], bool], within_s: float) -> bool:
+        """Let time pass until `condition` holds or `within_s` seconds are over; say whether it holds."""
+        return self._bench.run_until(condition, within_s)
+
+    def usart(self, name: str) -> SerialLine:
+        """Return the line of the USART that is at the port.
+
+        Raises:
+            NotApplicable: another one is.
+        """
+        if name.lower() != self._usart:
+            raise NotApplicable(f"{name} of {self.name} is not at the port: {self._usart} is")
+        return self._line
+
+    def __getattr__(self, name: str) -> Any:
+        raise NotApplicable(f"a port shows no '{name}' of a board")
+
+
+class AttachedBoardCase(CaseBase):
+    """A case on a board at a port.
+
+    Attributes:
+        peer: our end of the line, for bytes of which no protocol is known.
+        board: the board.
+        boards: the same by its name.
+    """
+
+    def __init__(self, bench: Bench, case: CaseInfo, peer: _Listener, faults: LineFaults | None, at: str) -> None:
+        super().__init__(bench, case, faults)
+        self.peer = peer
+        name, _, usart = at.partition(".")
+        self.board = AttachedBoard(name, usart, bench, peer.line)
+        self.boards: Mapping[str, AttachedBoard] = {name: self.board}
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        raise NotApplicable(f"a board at a port has no '{name}'")
+
+    def _lines_seen(self) -> Mapping[str, Port]:
+        return {"host": self.peer.port}
+
+    def _packets(self) -> Sequence[str]:
+        return self.peer.evidence()
+
+
+class AttachedBoardProvider(AttachedProviderBase[_Listener, AttachedBoardCase]):
+    """Hands a board at a port to one case after the other.
+
+    Args:
+        shared: bench file, journal, waiting.
+        choice: the port, and by its name the USART that is there: ``brain.usart2``; ``brain`` or nothing for that of
+            the checker's line, and otherwise the board's console or first one.
+
+    Raises:
+        UsageError: the bench has no such board, or the board no such USART.
+    """
+
+    USUAL_BAUD: ClassVar[int] = 115200
+    """The rate of a port of which the command line says none, in bit/s (choice)."""
+
+    def __init__(self, shared: Shared, choice: TargetChoice) -> None:
+        super().__init__(shared, choice.spec)
+        self._at = _usart_meant(shared.bench_file, choice)
+
+    @property
+    def capabilities(self) -> frozenset[str]:
+        """None that a clause could name: only what a suite itself sends and sees."""
+        return frozenset()
+
+    def describe(self) -> Mapping[str, str]:
+        """Name the port, its rate, and what is there."""
+        about = super().describe()
+        return {
+            **about,
+            "target": f"{self._at} at {self._serial.url}, {self._serial.baud} baud, not reset between cases",
+        }
+
+    def _make_peer(self, port: Port) -> _Listener:
+        return _Listener(self._bench, port)
+
+    def _make_case(
+        self, case: CaseInfo, peer: _Listener, reopen: Callable[[], Port], faults: LineFaults | None = None
+    ) -> AttachedBoardCase:
+        del reopen  # no case hangs up
+        return AttachedBoardCase(self._bench, case, peer, faults, self._at)
+
+
+def _usart_meant(bench_file: BenchFile, choice: TargetChoice) -> str:
+    board, _, usart = choice.name.partition(".")
+    board = board or next(iter(bench_file.boards))
+    if board not in bench_file.boards:
+        hint = did_you_mean(board, bench_file.boards, "boards")
+        raise UsageError(f"no board '{board}' on this bench", where=choice.where, hint=hint)
+    usarts = [name.lower() for name in bench_file.boards[board].board.usarts]
+    if not usart:
+        ends = (end.partition(".") for end in bench_file.checker_lines.values())
+        usart = next((name for owner, _, name in ends if owner == board), usarts[0])
+    if usart.lower() not in usarts:
+        hint = did_you_mean(usart, usarts, "USARTs")
+        raise UsageError(f"no USART '{usart}' of {board} can be reached", where=choice.where, hint=hint)
+    return f"{board}.{usart.lower()}"
