@@ -270,6 +270,7 @@ class LowPowerTimer(Peripheral):
             self.note("misuse", "CR", "all bits but ENABLE are discarded while ENABLE is clear")
         if not value & ENABLE:
             if on:
+                self._note_lost_values()
                 self._disable()
             return
         if not on:
@@ -303,6 +304,11 @@ class LowPowerTimer(Peripheral):
         if settings >> 17 & 3 and source is not None:
             source.listen(_SAMPLES[settings >> 6 & 3])
         self._show()
+
+    def _note_lost_values(self) -> None:
+        for name in filter(self._clock.due, ("ARR", "CMP")):
+            text = f"was written, and ENABLE cleared before {name}OK: it reads as written, the value before holds"
+            self.note("misuse", name, text)
 
     def _disable(self) -> None:
         self._settle()

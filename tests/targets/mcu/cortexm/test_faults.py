@@ -366,13 +366,14 @@ class TestLockup:
             rig.settle()
         else:
             rig.cpu.set(Reg.FAULTMASK, 1)
+        pc = rig.cpu.get(Reg.PC)
         if what == "svc":
             rig.svc()
         elif what == "bkpt":
             rig.stop(StopKind.BREAKPOINT)
         else:
             rig.fault(FaultKind.STATE)
-        assert rig.core.locked_up is not None
+        assert rig.core.locked_up.pc == rig.cpu.get(Reg.PC) == pc
 
     def test_hard_fault_without_stack_locks_up_at_its_first_push(self, rig):
         rig.cpu.set(Reg.MSP, rig.RAM)

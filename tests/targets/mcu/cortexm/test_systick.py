@@ -146,6 +146,14 @@ def test_a_load_written_in_the_cycle_of_the_clearing_comes_after_the_reload(benc
         assert not bench.pending
 
 
+def test_on_the_reference_clock_the_reload_comes_with_its_next_edge_and_finds_the_last_load(bench):
+    start(bench, 9, ENABLE | TICKINT)
+    poke(bench.timer, "LOAD", 0)
+    bench.chip.advance(1000)
+    assert peek(bench.timer, "VAL") == 0
+    assert not bench.pending
+
+
 @pytest.mark.parametrize("apart", [0, 1, 5])
 def test_a_load_written_in_the_cycle_of_the_start_comes_after_the_reload(bench, apart):
     poke(bench.timer, "LOAD", 9)

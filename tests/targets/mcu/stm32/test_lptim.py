@@ -188,6 +188,17 @@ class TestSynchronization:
         bench.ticks(5)
         assert bench.peek("CNT") == 15
 
+    @pytest.mark.parametrize("ticks", [2, 3])
+    def test_a_value_that_disabling_cuts_off_is_noted(self, bench, ticks):
+        bench.begin(9, 4)
+        bench.flags()
+        bench.poke("ARR", 99)
+        bench.ticks(ticks)
+        arrived = bool(bench.flags() & ARROK)
+        bench.poke("CR", 0)
+        assert bench.chip.noted("misuse") == ([] if arrived else ["LPTIM1_ARR"])
+        assert arrived is (ticks == 3)
+
     def test_a_second_write_before_the_flag_is_noted_and_takes_the_place_of_the_first(self, bench):
         bench.begin(0xFFFF, 0xFFFF)
         bench.poke("CMP", 10)

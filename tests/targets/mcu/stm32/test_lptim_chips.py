@@ -125,11 +125,11 @@ def test_the_f767_wakes_up_by_its_line_of_exti(unmasked, wakes):
     assert nucleo.pending(93)
 
 
-def test_those_of_the_h753_wake_up_unless_their_direct_line_is_masked():
+@pytest.mark.parametrize("masked", [{1, 4, 5}, {2, 3}], ids=str)
+def test_those_of_the_h753_wake_up_unless_their_direct_line_is_masked(masked):
     nucleo = h753()
     exti = nucleo.chip.exti
     lines = {1: (93, 47), 2: (138, 48), 3: (139, 50), 4: (140, 52), 5: (141, 53)}
-    masked = {1, 4, 5}
     for number in masked:
         poke(exti, "CPUIMR2", peek(exti, "CPUIMR2") & ~(1 << lines[number][1] - 32))
     for number in lines:
@@ -137,6 +137,34 @@ def test_those_of_the_h753_wake_up_unless_their_direct_line_is_masked():
     nucleo.chip.stop_clocks()
     nucleo.ticks(200)
     assert {number for number, (irq, _) in lines.items() if not nucleo.pending(irq)} == masked
+
+
+@pytest.mark.parametrize(("number", "line"), [(2, 49), (3, 51)])
+def test_two_of_the_h753_have_an_output_that_is_an_edge_for_exti(number, line):
+    nucleo = h753()
+    exti, bit = nucleo.chip.exti, 1 << line - 32
+    poke(exti, "RTSR2", bit)
+    poke(exti, "CPUIMR2", peek(exti, "CPUIMR2") | bit)
+    nucleo.begin(nucleo.timer(number), 0xFFFF, 9)
+    assert peek(exti, "CPUPR2") == 0
+    nucleo.ticks(30)
+    assert peek(exti, "CPUPR2") == bit
+
+
+@pytest.mark.parametrize("make", [f767, h753])
+@pytest.mark.parametrize(("chosen", "alarm"), [(1, "RTC_ALRA"), (2, "RTC_ALRB")])
+def test_the_alarms_of_the_rtc_are_triggers(make, chosen, alarm):
+    nucleo = make()
+    timer = nucleo.timer(1)
+    nucleo.begin(timer, 0xFFFF, 0xFFFF, settings=RISING | chosen << 13, bits=SNGSTRT)
+    signals = {name: nucleo.chip.services.output(name) for name in ("RTC_ALRA", "RTC_ALRB")}
+    other = next(name for name in signals if name != alarm)
+    signals[other].set(True)
+    nucleo.ticks(5)
+    assert not peek(timer, "ISR") & EXTTRIG
+    signals[alarm].set(True)
+    nucleo.ticks(5)
+    assert peek(timer, "ISR") & EXTTRIG
 
 
 def test_the_output_of_one_is_the_trigger_of_another_and_an_edge_for_exti():
