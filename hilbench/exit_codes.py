@@ -14,7 +14,7 @@ class ExitCode(enum.IntEnum):
     VIOLATION = 1
     """The target violates a clause."""
     USAGE = 2
-    """Wrong usage or bench file, or nothing selected. Decided before a run, never by one."""
+    """Wrong usage or bench file, nothing selected, or an error in a suite of the user's own."""
     UNAVAILABLE = 3
     """The bench or a target is not available: port, image, physics, shadowed package."""
     INCONCLUSIVE = 4
@@ -25,12 +25,13 @@ class ExitCode(enum.IntEnum):
     """Interrupted; what was recorded is complete and readable."""
 
 
-# A bench that broke says nothing about the target, so it outranks a violation; a violation that was seen stands even
-# though something else stayed inconclusive.
+# A bench or a suite that broke says nothing about the target, so it outranks a violation; a violation that was seen
+# stands even though something else stayed inconclusive.
 _PRECEDENCE = (
     ExitCode.INTERRUPTED,
     ExitCode.DEFECT,
     ExitCode.UNAVAILABLE,
+    ExitCode.USAGE,
     ExitCode.VIOLATION,
     ExitCode.INCONCLUSIVE,
     ExitCode.OK,
@@ -38,12 +39,6 @@ _PRECEDENCE = (
 
 
 def worst(codes: Iterable[ExitCode]) -> ExitCode:
-    """Return the one code that speaks for a whole run: 130, 5, 3, 1, 4, 0 in that precedence; OK for no codes.
-
-    Raises:
-        ValueError: USAGE is among them; wrong usage is refused before anything runs.
-    """
+    """Return the one code that speaks for a whole run: 130, 5, 3, 2, 1, 4, 0 in that precedence; OK for no codes."""
     seen = set(codes)
-    if ExitCode.USAGE in seen:
-        raise ValueError("USAGE is decided before a run and cannot be the outcome of a part of it")
     return next((code for code in _PRECEDENCE if code in seen), ExitCode.OK)

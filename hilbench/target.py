@@ -80,8 +80,7 @@ def parse_target(text: str, where: str) -> Target:
         return Target(kind=TargetKind.MODEL, text=text, name=name, rest=rest)
     if colon and (name in board_names() or is_board_file(name)):
         if not rest:
-            hint = f"write {name}:IMAGE (ELF, Intel HEX or raw binary)"
-            raise UsageError("names no image", where=where, hint=hint)
+            raise UsageError("names no image", where=where, hint=f"write {name}:IMAGE (ELF, Intel HEX or raw binary)")
         return Target(kind=TargetKind.BOARD, text=text, name=name, rest=rest)
     forms = [*_models(), *(f"{board}:IMAGE" for board in board_names()), "serial:PORT@BAUD", "socket://HOST:PORT"]
     forms += ["listen:pty:PATH", "listen:tcp:PORT", "exec:COMMAND", "capture:FILE"]

@@ -30,6 +30,7 @@ from hilbench.options import CheckOptions
 EXIT_MEANINGS = {
     ExitCode.OK: "all checks passed",
     ExitCode.VIOLATION: "the target violates a clause",
+    ExitCode.USAGE: "an error in a suite of your own",
     ExitCode.UNAVAILABLE: "bench or target not available",
     ExitCode.INCONCLUSIVE: "inconclusive",
     ExitCode.DEFECT: "defect in hilbench",
@@ -156,15 +157,19 @@ def _ran(result: CaseResult) -> bool:
 def _exit_code(collector: Collector, cases: Iterable[CaseResult], clauses: Iterable[ClauseResult]) -> ExitCode:
     codes = [ExitCode.INTERRUPTED] if collector.interrupted else []
     codes += [ExitCode.DEFECT] if collector.defects else []
-    codes += [
-        ExitCode.DEFECT if case.defect else ExitCode.UNAVAILABLE for case in cases if case.verdict is Verdict.ERROR
-    ]
+    codes += [_code_of(case) for case in cases if case.verdict is Verdict.ERROR]
     judged = [clause.verdict for clause in clauses if clause.counts]
     if Verdict.FAIL in judged:
         codes.append(ExitCode.VIOLATION)
     if Verdict.INCONCLUSIVE in judged or not _anything_judged(clauses):
         codes.append(ExitCode.INCONCLUSIVE)
     return worst(codes)
+
+
+def _code_of(error: CaseResult) -> ExitCode:
+    if error.suite_error:
+        return ExitCode.USAGE
+    return ExitCode.DEFECT if error.defect else ExitCode.UNAVAILABLE
 
 
 def _anything_judged(clauses: Iterable[ClauseResult]) -> bool:

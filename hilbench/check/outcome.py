@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 
 from hilbench.check.verdicts import CaseOutcome, Inconclusive, Measure, NotApplicable, Verdict, Violation
-from hilbench.errors import AwayError, UnavailableError
+from hilbench.errors import AwayError, HilbenchError, UnavailableError
 
 _TRACEBACK_LINES = 12
 _PYTEST_PACKAGES = frozenset({"_pytest", "pluggy"})
@@ -30,6 +30,7 @@ class Outcome:
         evidence: lines that show it.
         clause: the one clause it is about, if the case told.
         defect: whether an error is ours.
+        suite_error: whether an error is that of a suite of the user's own.
         lost: whether the bench or the target is gone, so that nothing further can run.
         measure: the figure that it is about, if it is about one.
     """
@@ -39,6 +40,7 @@ class Outcome:
     evidence: tuple[str, ...] = ()
     clause: str = ""
     defect: bool = False
+    suite_error: bool = False
     lost: bool = False
     measure: Measure | None = None
 
@@ -46,8 +48,14 @@ class Outcome:
 PASSED = Outcome(verdict=Verdict.PASS)
 
 
-def outcome_of(error: BaseException | None) -> Outcome:
-    """Return the outcome of a case that ended with this exception, or with none."""
+def outcome_of(error: BaseException | None, own_suite: Path | None = None) -> Outcome:
+    """Return the outcome of a case that ended with this exception, or with none.
+
+    Args:
+        error: the exception.
+        own_suite: the file of the case if it is the user's: what is raised in it, or in one beside it, or by what it
+            calls, is an error of the suite.
+    """
     if error is None:
         return PASSED
     if isinstance(error, CaseOutcome):
@@ -63,8 +71,23 @@ def outcome_of(error: BaseException | None) -> Outcome:
         return _of_assertion(error)
     if isinstance(error, UnavailableError):
         return Outcome(verdict=Verdict.ERROR, cause=_one_line(str(error)), lost=not isinstance(error, AwayError))
-    cause = f"defect: {type(error).__name__}: {error}"
-    return Outcome(verdict=Verdict.ERROR, cause=_one_line(cause), evidence=_traceback(error), defect=True)
+    place = "" if own_suite is None else _place_in(own_suite, error)
+    said = str(error) if isinstance(error, HilbenchError) else f"{type(error).__name__}: {error}"
+    return Outcome(
+        verdict=Verdict.ERROR,
+        cause=_one_line(f"{place or 'defect'}: {said}"),
+        evidence=_traceback(error),
+        defect=not place,
+        suite_error=bool(place),
+    )
+
+
+def _place_in(suite: Path, error: BaseException) -> str:
+    """Return file and line at which a suite, or a file beside it, raised an error or called what did; or nothing."""
+    frames = [
+        frame for frame in traceback.extract_tb(error.__traceback__) if Path(frame.filename).parent == suite.parent
+    ]
+    return f"{Path(frames[-1].filename).name}:{frames[-1].lineno}" if frames else ""
 
 
 def _of_assertion(error: AssertionError) -> Outcome:

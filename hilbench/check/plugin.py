@@ -100,7 +100,8 @@ class _CaseRun:
             verdict=Verdict.ERROR,
             cause=outcome.cause,
             evidence=(*outcome.evidence, *before),
-            defect=not outcome.lost,
+            defect=not (outcome.lost or outcome.suite_error),
+            suite_error=outcome.suite_error,
             lost=outcome.lost,
         )
 
@@ -125,6 +126,7 @@ class _CaseRun:
             evidence=tuple(printable(line) for line in self.outcome.evidence),
             measures=tuple(self.measures),
             defect=self.outcome.defect,
+            suite_error=self.outcome.suite_error,
             seed=planned.seed,
             bench_time_s=self.bench_time_s,
             case_hash=self.case_hash,
@@ -340,7 +342,8 @@ class CheckPlugin:
         """Judge what a phase of the case ended with."""
         run = item.stash.get(_RUN, None)
         if run is not None:
-            outcome = _outcome(call.excinfo.value if call.excinfo is not None else None)
+            own_suite = None if is_shipped(item.path) else item.path
+            outcome = _outcome(call.excinfo.value if call.excinfo is not None else None, own_suite)
             if call.when == "teardown":
                 run.worsen(outcome)
             elif call.when == "call" or outcome is not PASSED:
@@ -378,12 +381,12 @@ def _has_line(entry: Any) -> bool:
         return False
 
 
-def _outcome(error: BaseException | None) -> Outcome:
+def _outcome(error: BaseException | None, own_suite: Path | None) -> Outcome:
     if isinstance(error, pytest.skip.Exception):
         return Outcome(verdict=Verdict.NOT_APPLICABLE, cause=str(error.msg))
     if isinstance(error, pytest.fail.Exception):
         return Outcome(verdict=Verdict.FAIL, cause=str(error.msg))
-    return outcome_of(error)
+    return outcome_of(error, own_suite)
 
 
 def _case_name(item: pytest.Item) -> str:

@@ -32,6 +32,7 @@ class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
         measures: figures it measured.
         missing: capabilities that are missing, for a case that is not applicable.
         defect: whether an error is hilbench's own (exit code 5) and not the target's absence (3).
+        suite_error: whether an error is that of a suite of the user's own (2).
         seed: seed of the case.
         bench_time_s: how much bench time it took; what was declared, for a case that did not run.
         case_hash: hash over its canonical events; empty if it opened no bench, or one in real time.
@@ -48,6 +49,7 @@ class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
     measures: tuple[Measure, ...] = ()
     missing: tuple[str, ...] = ()
     defect: bool = False
+    suite_error: bool = False
     seed: int = 0
     bench_time_s: float = 0.0
     case_hash: str = ""

@@ -146,9 +146,9 @@ def test_every_key_of_the_report_is_explained_in_its_schema():
 def test_the_files_are_written_and_the_provider_closed(write_suite, provider, tmp_path, capsys):
     suite = write_suite(EVERYTHING)
     options = CheckOptions(suites=(str(suite),), junit=tmp_path / "r.xml", json=str(tmp_path / "r.json"))
-    assert run_check(options, lambda _: provider) == 5
+    assert run_check(options, lambda _: provider) == 3
     assert provider.closed
-    assert json.loads((tmp_path / "r.json").read_text())["exit_code"] == 5
+    assert json.loads((tmp_path / "r.json").read_text())["exit_code"] == 3
     assert ElementTree.parse(tmp_path / "r.xml").getroot().get("tests") == "8"
     assert sorted(path.suffix for path in tmp_path.iterdir() if path.is_file()) == [".json", ".py", ".xml"]
     assert capsys.readouterr().out.startswith("hilbench 0.1.0 · bench fake")

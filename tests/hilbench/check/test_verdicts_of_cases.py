@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 from _pytest._code import TracebackEntry
 
-from hilbench.check import Verdict
+from hilbench.check import CheckOptions, Verdict, run_suites
 
 
 def only(report):
@@ -57,8 +59,8 @@ def test_an_assertion_is_a_violation_and_says_what_was_compared(check, provider)
         ("pytest.skip('no bumpers')", Verdict.NOT_APPLICABLE, 4, "no bumpers"),
         ("pytest.fail('no')", Verdict.FAIL, 1, "no"),
         ("pytest.xfail('no')", Verdict.FAIL, 1, "no"),
-        ("1 / 0", Verdict.ERROR, 5, "defect: ZeroDivisionError: division by zero"),
-        ("raise SystemExit(0)", Verdict.ERROR, 5, "defect: SystemExit: 0"),
+        ("1 / 0", Verdict.ERROR, 2, "test_panel.py:11: ZeroDivisionError: division by zero"),
+        ("raise SystemExit(0)", Verdict.ERROR, 2, "test_panel.py:11: SystemExit: 0"),
         ("raise UnavailableError('gone', where='/dev/ttyX')", Verdict.ERROR, 3, "/dev/ttyX: gone"),
     ],
 )
@@ -71,6 +73,51 @@ def test_what_a_case_raises(check, statement, verdict, code, cause):
         """
     )
     assert (only(report).verdict, report.exit_code, only(report).cause) == (verdict, code, cause)
+
+
+def test_what_a_suite_of_one_s_own_calls_wrongly_is_its_error_too(check, tmp_path):
+    """By file and line of what is the user's, however deep in hilbench it shows; beside a violation it comes first."""
+    (tmp_path / "neighbour.py").write_text(
+        "from hilbench.errors import UsageError\ndef ask(): raise UsageError('no lamp')\n"
+    )
+    report = check(
+        """
+        import neighbour
+
+        @my("A1")
+        def test_a(bench):
+            neighbour.ask()
+
+        @my("A2")
+        def test_b(bench):
+            bench.pass_time("long")
+
+        @my("A3")
+        def test_c(bench):
+            assert False, "wrong"
+        """
+    )
+    first, second, third = report.cases
+    assert first.cause == "neighbour.py:2: no lamp"
+    assert second.cause.startswith("test_panel.py:17: TypeError: ")
+    assert (first.suite_error, second.suite_error, first.defect, second.defect) == (True, True, False, False)
+    assert third.verdict is Verdict.FAIL
+    assert (report.exit_code, report.exit_meaning) == (2, "an error in a suite of your own")
+
+
+def test_a_suite_imports_its_neighbours_and_each_its_own(write_suite, provider, tmp_path):
+    for number in (1, 2):
+        folder = tmp_path / f"s{number}"
+        folder.mkdir()
+        (folder / "shared.py").write_text(f"NUMBER = {number}\n")
+        (folder / "json.py").write_text("raise RuntimeError('in the place of the standard library')\n")
+        suite = write_suite(
+            f'@my("A1")\ndef test_a(bench):\n    import json, shared\n    assert shared.NUMBER == {number}\n',
+            f"s{number}/test_it.py",
+        )
+        assert run_suites(CheckOptions(suites=(str(suite),)), provider).exit_code == 0
+    assert "shared" not in sys.modules
+    assert str(tmp_path / "s1") not in sys.path
 
 
 def test_a_should_that_fails_warns_and_fails_when_strict(check):
