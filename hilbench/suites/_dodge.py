@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
-from hilbench.check import Violation, at_most, record_measure
+from hilbench.check import Inconclusive, Violation, at_most, record_measure
 from hilbench.clock import NS_PER_MS, NS_PER_S
 from hilbench.mcu.board_case import BoardBench
 from hilbench.suites._bluepill import DISTANCES, LEFT_MOTOR, RIGHT_MOTOR, signed
@@ -27,6 +27,8 @@ AHEAD = (3, 4, 5, 6)
 FLOOR = "floor"
 NEAR_M = 0.4
 LONGEST_NEAR_S = 0.5
+IN_THE_WAY_M = 1.0
+"""A program that keeps away turns farther off than `NEAR_M`; what stays farther than this was never in its way."""
 
 _SETTLED_NS = NS_PER_MS
 """Wires that belong together change one after the other: what does not last so long is no code."""
@@ -72,6 +74,8 @@ class Drive:
         contacts: steps of the physics at which there was one.
         way_m: how far the vehicle has driven.
         clearance: how near it came to anything.
+        least_ahead_m: how near anything was before the discs that look ahead.
+        resets: of the board.
     """
 
     def __init__(self, bench: BoardBench, *, commands: bool = False) -> None:
@@ -82,7 +86,8 @@ class Drive:
         self._bench = bench
         self._begin_ns = bench.bench.now_ns
         self._near: list[tuple[int, bool]] = []
-        self._resets = 0
+        self.least_ahead_m = math.inf
+        self.resets = 0
         self._asked = _Commands(self._begin_ns) if commands else _Wires(bench, self._begin_ns)
         self._high = {number: _Level(bench, DISTANCES[number - 1]) for number in AHEAD}
         self._look_every = max(1, bench.world.step_hz // _LOOKS_HZ)
@@ -105,6 +110,10 @@ class Drive:
     def near(self) -> list[tuple[int, int]]:
         """Return when something was near before the discs that look ahead."""
         return _spans(self._near, self._bench.bench.now_ns)
+
+    def sees(self) -> bool:
+        """Return whether a distance wire that looks ahead was high."""
+        return any(self.high(sensor) for sensor in AHEAD)
 
     # --- what is required
 
@@ -140,6 +149,8 @@ class Drive:
 
     def require_sight(self) -> None:
         """Require D03, sensor by sensor."""
+        if not self.sees():
+            raise Inconclusive("none of DD3 to DD6 goes high in all this time", clause="D03")
         spells = self.spells()
         for sensor in AHEAD:
             blind_s = longest_overlap_s(self.high(sensor), spells)
@@ -148,6 +159,8 @@ class Drive:
 
     def require_sight_over_p2os(self) -> None:
         """Require D06."""
+        if self.least_ahead_m > IN_THE_WAY_M:
+            raise Inconclusive(f"nothing is nearer than {IN_THE_WAY_M} m ahead in all this time", clause="D06")
         blind_s = longest_overlap_s(self.near(), self.spells())
         what = f"longest time that something is nearer than {NEAR_M} m ahead and the robot told to drive on"
         at_most(blind_s, LONGEST_NEAR_S, unit="s", what=what, clause="D06")
@@ -157,8 +170,8 @@ class Drive:
         end = self._bench.emulated.end
         if end is not None:
             raise Violation(f"the program does not run on: {end}", clause="D04")
-        if self._resets:
-            raise Violation(f"the board is reset {self._resets} times", clause="D04")
+        if self.resets:
+            raise Violation(f"the board is reset {self.resets} times", clause="D04")
 
     # --- watching
 
@@ -173,14 +186,15 @@ class Drive:
             self.hits.append(Hit((now_ns - self._begin_ns) / NS_PER_S, contact.part, contact.other))
         if world.step_index % self._look_every == 0:
             self.clearance.look(pose)
-            ranges = self._bench.body.ray_ranges_m([sensor - 1 for sensor in AHEAD])
-            self._near.append((now_ns, min(ranges) < NEAR_M))
+            ahead_m = min(self._bench.body.ray_ranges_m([sensor - 1 for sensor in AHEAD]))
+            self._near.append((now_ns, ahead_m < NEAR_M))
+            self.least_ahead_m = min(self.least_ahead_m, ahead_m)
 
     def _told(self, event: Mapping[str, Any]) -> None:
         if self._told_before is not None:
             self._told_before(event)
         if event["kind"] == "reset" and event["ns"] > self._begin_ns:
-            self._resets += 1
+            self.resets += 1
         if isinstance(self._asked, _Commands):
             self._asked.take(event)
 

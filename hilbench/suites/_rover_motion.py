@@ -37,6 +37,7 @@ __all__ = [
     "NAMES",
     "RIGHT",
     "SLOTS",
+    "Four",
     "Moment",
     "Ride",
     "ideal_turn_deg_s",

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from hilbench.check import at_least, at_most, near
+from hilbench.check import Inconclusive, at_least, at_most, near
 from hilbench.clock import NS_PER_MS, NS_PER_S
 from hilbench.mcu.board_case import BoardBench, BoardCase
 from hilbench.suites._bluepill import (
@@ -80,6 +80,8 @@ def test_the_robot_is_let_go(bench: BoardCase) -> None:
     connect(bench, watch, RobotConnected)
     drive_codes(bench.board, 3, 3)
     bench.board.run(1.0)
+    if watch.samples[-1].still:
+        raise Inconclusive("the robot does not move at codes 3, so that it cannot be seen to stand afterwards")
     low_ns = bench.now_ns
     bench.board.pin(CONNECT).drive(False)
     bench.board.run(2.0)
@@ -99,8 +101,10 @@ def test_the_robot_is_let_go(bench: BoardCase) -> None:
 SPACING_US = 100
 """Far enough apart that the reads can be told from each other: at 0, 100, 200, 300 and 400 us before the pass."""
 
+PASSES = 6
 
-@on_adapter("G16", program="quiet", lasts_s=0.025, pass_ms=1.0, motor_reads=5, motor_read_spacing_us=float(SPACING_US))
+
+@on_adapter("G16", program="quiet", lasts_s=0.029, pass_ms=1.0, motor_reads=5, motor_read_spacing_us=float(SPACING_US))
 @pytest.mark.parametrize("pin", MOTORS)
 @pytest.mark.parametrize(("reads", "seen"), [(2, False), (3, True)])
 def test_majority_of_five(bench: BoardCase, pin: str, reads: int, seen: bool) -> None:
@@ -109,17 +113,21 @@ def test_majority_of_five(bench: BoardCase, pin: str, reads: int, seen: bool) ->
     bench.board.run(0.02)
     machine, wire = bench.emulated.machines[bench.board.name], bench.board.pin(pin)
     first_ns = bench.now_ns - bench.now_ns % NS_PER_MS + 2 * NS_PER_MS
-    for number in range(6):
+    for number in range(PASSES):
         pass_ns = first_ns + number * NS_PER_MS
         machine.at_ns(pass_ns - int((reads - 0.5) * SPACING_US * 1000), lambda: wire.drive(True))
         machine.at_ns(pass_ns + 10_000, lambda: wire.drive(False))
-    bench.board.run(0.005)
+    bench.board.run((first_ns + PASSES * NS_PER_MS - bench.now_ns) / NS_PER_S - 0.0005)
     codes = [(told.event.left, told.event.right) for told in watch.told(CodesRead)]
     wanted = code_of_wire(pin)
     if seen:
         required(codes == [wanted], f"{pin} high in {reads} of 5 reads: codes {codes}, not {wanted}")
     else:
         required(not codes, f"{pin} high in {reads} of 5 reads: codes {codes}")
+        wire.drive(True)
+        bench.board.run(0.003)
+        if not watch.told(CodesRead):
+            raise Inconclusive(f"{pin} counts as low where it is always high, too")
 
 
 def code_of_wire(pin: str) -> tuple[int, int]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from hilbench.check import near
+from hilbench.check import Inconclusive, near
 from hilbench.clock import NS_PER_S
-from hilbench.suites._rover_motion import NAMES, Ride, on_bench
+from hilbench.suites._rover_motion import LEFT, NAMES, RIGHT, Four, Ride, on_bench
 from hilbench.suites.rover_motion._judged import LOOK_S, ride
 
 __all__ = ["ride"]
@@ -14,6 +14,19 @@ SLOT = 1.5
 
 RPM = 0.04
 """Tolerance of a speed in 0x83, as a share: speeds swing with the pulses. A choice."""
+
+
+def require_ways_of_their_own(slots: Four) -> None:
+    """Require what a wheel's count is told from another's by.
+
+    Raises:
+        Inconclusive: a wheel has not turned, or one as far as the other of its side.
+    """
+    ways = [abs(one) for one in slots]
+    apart = [abs(ways[front] - ways[back]) for front, back in (LEFT, RIGHT)]
+    if min(*ways, *apart) < 2 * SLOT:
+        shown = ", ".join(f"{one:.0f}" for one in slots)
+        raise Inconclusive(f"the wheels have turned by {shown} slots, not each by a way of its own")
 
 
 @on_bench("R09", lasts_s=2.8)
@@ -28,6 +41,7 @@ def test_tachometers(ride: Ride) -> None:
     ride.go(1.2)
     at_ns, report = ride.motion()
     slots = ride.slots_at(at_ns)
+    require_ways_of_their_own(slots)
     rpm = ride.at(at_ns).rpm_since(ride.at(at_ns - round(LOOK_S * NS_PER_S)))
     for place, name in enumerate(NAMES):
         ticks = report.ticks[place]

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import pytest
 
-from hilbench.check import CaseSetup, Violation, case
+from hilbench.check import CaseSetup, Inconclusive, Violation, case
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
 from hilbench.vehicle.car_simulator import CarSimulator, Published
@@ -102,6 +102,22 @@ class Host:
         if not _same(self.commands, wanted):
             shown = [f"{one.ns / NS_PER_S:10.4f} s  {one.command}" for one in self.published[:8]] or ["nothing"]
             raise Violation(f"handed on: {len(self.commands)} commands, required {len(wanted)}", shown)
+
+    def require_nothing(self) -> None:
+        """Require that nothing was handed on since the start; one that takes no sound frame either shows nothing."""
+        self.require()
+        self.require_heard()
+
+    def require_heard(self) -> None:
+        """Say a sound frame; what is not handed on shows nothing where this is not, either.
+
+        Raises:
+            Inconclusive: nothing is handed on.
+        """
+        before = len(self.commands)
+        self.say(F1)
+        if len(self.commands) == before:
+            raise Inconclusive("F1, which is sound, is not handed on either", self.board.evidence())
 
     def move(self, state: CarState) -> None:
         """Say statuses by hand from now on, of a car that moves so."""

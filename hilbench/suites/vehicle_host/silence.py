@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from dataclasses import replace
 
-from hilbench.check import at_most, near
+from hilbench.check import Inconclusive, at_most, near
 from hilbench.check.recorder import record_measure
 from hilbench.clock import NS_PER_S
 from hilbench.suites.vehicle_host._host import (
@@ -46,6 +46,8 @@ def test_a_port_that_is_gone_goes_on_commanding(host: Host) -> None:
 def test_a_port_that_is_gone_stops_the_car(host: Host) -> None:
     host.say(F1)
     host.own.read_error(failing=True)
+    if not host.own.host.connection.counters.read_errors:
+        raise Inconclusive("no read of the port fails")
     host.board.run(1.0)
     host.require(ACKERMANN, AckermannCommand())
     stopped_s = (host.published[1].ns - host.published[0].ns) / NS_PER_S
@@ -82,6 +84,7 @@ def test_more_than_50_frames_a_second_pile_up(host: Host) -> None:
 @on_host("VS23H", lasts_s=2.2)
 def test_the_newest_frame_counts(host: Host) -> None:
     handed_on = _many_frames(host)
+    assert handed_on, "nothing is handed on"
     last = handed_on[-1].command
     assert isinstance(last, AckermannCommand)
     near(last.speed_m_s, 19.9, 1e-5, unit="m/s", what="the speed handed on last")
@@ -104,9 +107,11 @@ def test_whatever_comes(host: Host) -> None:
     for _ in range(RANDOM_BYTES // CHUNK_BYTES):
         host.own.hear(chance.randbytes(CHUNK_BYTES))
         host.board.run(host.own.backlog_s + POLL_S)
-    believed = host.own.host.connection.counters.frames_in
-    record_measure("frames believed in a million random bytes", float(believed), "frames")
+    counters = host.own.host.connection.counters
+    record_measure("frames believed in a million random bytes", float(counters.frames_in), "frames")
     before = len(host.commands)
     for _ in range(3):  # the first may end what was begun
         host.say(F1)
     assert any(alike(one, ACKERMANN) for one in host.commands[before:]), "F1 is not handed on behind the noise"
+    if counters.bytes_in < RANDOM_BYTES:
+        raise Inconclusive(f"{counters.bytes_in} bytes are heard, required {RANDOM_BYTES} of noise")

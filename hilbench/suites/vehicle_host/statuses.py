@@ -7,7 +7,7 @@ from itertools import pairwise
 from hilbench.check import Violation, at_least, at_most, near
 from hilbench.clock import NS_PER_S
 from hilbench.suites.vehicle_host._host import COMMAND, F1, STOP_WITHIN_S, Host, host, on_host
-from protocols.carla import STATUS_BYTES
+from protocols.carla import STATUS_BYTES, StatusFrame
 from targets.robots.car_host import CarState
 
 __all__ = ["host"]
@@ -42,10 +42,17 @@ def _require_one_status(host: Host, state: CarState, first: str, second: str) ->
     at_most(len(host.board.frames(mark)), 0, unit="statuses", what=f"of a {first} report alone")
     host.own.report(second)
     host.board.run(0.15)
-    (status,) = [got.packet for got in host.board.frames(mark)] or [None]
-    assert status is not None, "no status comes behind both reports"
+    status = _only(host, mark)
     near(status.lon_speed_m_s, state.lon_speed_m_s, 1e-6, unit="m/s", what="its speed")
     near(status.steering_rad, state.steering_rad, 1e-6, unit="rad", what="its steering")
+
+
+def _only(host: Host, mark: int) -> StatusFrame:
+    """Return the one status since a mark."""
+    said = [got.packet for got in host.board.frames(mark) if got.packet is not None]
+    assert said, "no status comes behind both reports"
+    assert len(said) == 1, f"{len(said)} statuses come behind both reports, required one"
+    return said[0]
 
 
 @on_host("VS15", lasts_s=0.3)
@@ -72,8 +79,7 @@ def _said(host: Host, state: CarState) -> tuple[float, float, float, float]:
     mark = host.statuses_from_now()
     host.own.report("velocity", "steering")
     host.board.run(0.1)
-    (status,) = [got.packet for got in host.board.frames(mark)] or [None]
-    assert status is not None, "no status comes behind both reports"
+    status = _only(host, mark)
     return status.lon_speed_m_s, status.lat_speed_m_s, status.heading_rate_rad_s, status.steering_rad
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hilbench.check import Violation, at_least, at_most
+from hilbench.check import Inconclusive, Violation, at_least, at_most
 from hilbench.clock import NS_PER_S
 from hilbench.suites.vehicle_host._host import COMMAND, F2, MANUAL, UNDERSTAND_S, Host, alike, host, on_host
 from hilbench.vehicle.car_simulator import Published
@@ -17,9 +17,12 @@ __all__ = ["host"]
 def _status_between(host: Host) -> None:
     """Say F2, have a status sent, and say an empty frame."""
     host.move(CarState())
+    mark = host.statuses_from_now()
     host.say(F2, 0.003)  # the next read of one that polls, which may wait, is yet to come
     host.own.report("velocity", "steering")
     host.board.run(0.003)
+    if not host.board.frames(mark):
+        raise Inconclusive("no status is sent behind F2", host.board.evidence())
     host.say(b"#$")
 
 

@@ -17,8 +17,9 @@ pytestmark = pytest.mark.needs_bullet
 SHORT = "each_sensor or wall"
 FREE = "straight_on_wheels[1]"
 
-FOUND = {"D02", "D03", "D04"}
-FIND_NOTHING = {"G13", "D01", "D05", "D06", "D07"}
+FOUND = {"D02", "D03", "D04", "D06"}
+"""D06 by sonars that see nothing, in `test_no_effect`."""
+FIND_NOTHING = {"G13", "D01", "D05", "D07"}
 """What takes minutes of free driving to violate, or no program here does: for these we have no mistake."""
 
 

@@ -7,28 +7,45 @@ only if it judges something else. Which do is listed here, with what it is that 
 from __future__ import annotations
 
 import contextlib
+import math
 from dataclasses import replace
+from types import SimpleNamespace
 from unittest.mock import patch
 
 import pytest
 
 from hilbench.bench_provider import make_provider
-from hilbench.check import CheckOptions, Verdict, run_suites
+from hilbench.check import CheckOptions, Inconclusive, Verdict, run_suites
 from hilbench.config import open_bench
+from hilbench.feed import Feed
 from hilbench.journal import Journal
+from hilbench.mcu.under_test import BoardUnderTest
 from hilbench.rover.hands import ModelHands
 from hilbench.rover.provider import RoverProvider
 from hilbench.shared import Shared
-from protocols import p2os, pkt
+from hilbench.suites._dodge import AHEAD, Drive
+from hilbench.suites._rover_motion import Ride
+from hilbench.suites._rover_motion_clauses import CLAUSES as RIDE_CLAUSES
+from hilbench.vehicle.car_simulator import CarSimulator
+from hilbench.vehicle.driven_car import DrivenCar
+from hilbench.vehicle.driving_stack import DrivingStack
+from hilbench.vehicle.on_board import BoardHands
+from hilbench.wiring.parts import Parts
+from protocols import carla, p2os, pkt
+from protocols.carla.clauses import HOST_CLAUSES
 from protocols.pkt import ServerState, ServerTrigger, Transition
 from protocols.pkt.clauses import BOARD_CLAUSES
 from protocols.pkt.server import ServerMachine
 from targets.robots.rover import RoverRobot
 from targets.robots.rover.control import Tachometers
 from targets.robots.vehicle_interface import VehicleInterface
+from tests.mutants.altered_bench import AlteredBench
 from tests.mutants.bench import run_mutant
 from tests.mutants.mutant import Family, Mutant
 from tests.mutants.rover import RoverMutant
+from worlds.bullet import BulletWorld
+from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
+from worlds.vehicles.rover_4wd import Rover4wdBody
 
 
 def clauses_by_verdict(report):
@@ -204,3 +221,280 @@ def test_a_client_that_hears_nothing():
     # C01: silence makes it give up. P50 to P53: what a ground station says by itself.
     assert deaf_client("pioneer-plane", "p2os-client", p2os) == {"C01"}
     assert deaf_client("rover-model", "pkt-host", pkt) == {"P50", "P51", "P52", "P53"}
+
+
+# --- the simulator's side of a vehicle-interface board
+
+STATUSES = {"VS13", "VS14", "VS15", "VS16", "VS17H", "VS20", "VS21", "VS21H"}
+"""What is said of the car, whatever the board says; VS21 and VS21H are about a board that says nothing."""
+BY_HAND = {"VS11", "VS11H", "VS14", "VS15", "VS16", "VS17", "VS17H", "VS18", "VS19", "VS25", "VS28", "VS28H"}
+"""What is told by hand, beside the line: how the car moves, when to say it, noise, reads that fail."""
+
+
+def nothing(*_args, **_options):
+    """What has no effect."""
+
+
+def car_host(select, *patches):
+    options = CheckOptions(bench="vehicle-model", suites=("vehicle-host",), select=select)
+    with contextlib.ExitStack() as stack:
+        for one in patches:
+            stack.enter_context(one)
+        return clauses_by_verdict(run_suites(options, make_provider(options)))
+
+
+def deaf_car_host():
+    receive = carla.Connection.receive
+    return patch.object(carla.Connection, "receive", lambda self, _data, now_ns: receive(self, b"", now_ns))
+
+
+def idle_hands():
+    return patch.multiple(
+        CarSimulator, sense=nothing, report=nothing, report_by_hand=nothing, read_error=nothing, hear=nothing
+    )
+
+
+def test_a_simulator_s_side_that_hears_nothing_has_not_refused_it():
+    found = car_host("VS04 or VS07 or VS08 or VS10H or VS23H", deaf_car_host())
+    assert found[Verdict.INCONCLUSIVE] == {"VS04", "VS07", "VS08", "VS10H"}
+    assert found[Verdict.FAIL] == {"VS23H"}
+
+
+def test_a_simulator_s_side_that_nobody_does_anything_to():
+    found = car_host("VS11H or VS16 or VS17H or VS28 or VS28H or (VS25 and [hardened])", idle_hands())
+    assert found[Verdict.INCONCLUSIVE] == {"VS11H", "VS25", "VS28", "VS28H"}
+    assert found[Verdict.FAIL] == {"VS16", "VS17H"}
+
+
+@pytest.mark.exhaustive("a whole suite; the gate has what was not reached in it")
+def test_a_simulator_s_side_without_effect():
+    found = car_host("", deaf_car_host())
+    assert found[Verdict.PASS] == STATUSES
+    assert found[Verdict.ERROR] == set()
+    found = car_host("", idle_hands())
+    assert found[Verdict.PASS] == {clause.id for clause in HOST_CLAUSES} - BY_HAND
+    assert found[Verdict.ERROR] == set()
+
+
+# --- a car that is driven through its board
+
+
+def driven(select, *patches):
+    options = CheckOptions(bench="vehicle", suites=("vehicle-drive",), select=select)
+    with contextlib.ExitStack() as stack:
+        for one in patches:
+            stack.enter_context(one)
+        return clauses_by_verdict(run_suites(options, make_provider(options)))
+
+
+@pytest.mark.exhaustive("a whole suite in the emulator")
+@pytest.mark.needs_bullet
+def test_a_car_that_obeys_nothing():
+    found = driven("", patch.object(DrivenCar, "_obey", nothing))
+    assert found[Verdict.PASS] == set()
+    assert found[Verdict.ERROR] == set()
+
+
+@pytest.mark.exhaustive("three quarters of a minute of bench time in the emulator")
+@pytest.mark.needs_bullet
+def test_a_car_whose_driver_touches_nothing_and_whose_partners_are_never_lost():
+    stop = Feed.stop
+    found = driven(
+        "not a_lap",  # which does not need any of it
+        patch.multiple(BoardHands, set_joystick=nothing, press=nothing),
+        patch.object(DrivingStack, "stop_driving", nothing),
+        patch.object(Feed, "stop", lambda feed: None if feed._name == "car" else stop(feed)),
+    )
+    # By request of the driving stack, the stick at rest by itself.
+    assert found[Verdict.PASS] == {"VD04", "VD05"}
+    assert found[Verdict.ERROR] == set()
+
+
+@pytest.mark.exhaustive("three quarters of a minute of bench time in the emulator")
+@pytest.mark.needs_bullet
+def test_a_board_that_is_asked_for_no_mode():
+    found = driven("not a_lap", patch.object(DrivingStack, "request_mode", nothing))
+    # By a press; and an emergency, for which nobody asks.
+    assert found[Verdict.PASS] == {"VD04", "VD05", "VD10"}
+    assert found[Verdict.ERROR] == set()
+
+
+# --- the pins of a Blue Pill
+
+PINS = AlteredBench(bench="bluepill", board="bluepill", suite="bluepill-pins", clause_ids=())
+WIRES = {"G01", "G03", "G04", "G05", "G06", "G07", "G11", "G12", "G14", "G15", "G16", "G18", "G23", "G24", "G25"}
+"""What stands on wires, and what an adapter reads there and tells its robot: no wheel has to turn for it. G18: the
+robot is sent the same as always, and has to stand."""
+BY_ITSELF = {"G01", "G02", "G03", "G04", "G09", "G10", "G14", "G17", "G23", "G24", "G25"}
+"""What a program does that nobody touches, on a flat floor with nothing near."""
+WITHOUT_PROGRAM = {"G06", "G07", "G10", "G12", "G15", "G16", "G18", "G19", "G20", "G21", "G22", "G24"}
+"""What needs a program that keeps out of the way, or none; G24: words are published, whatever they are."""
+
+
+class OutOfReach:
+    """A pin that somebody sees and cannot drive."""
+
+    def __init__(self, pin):
+        self._pin = pin
+
+    def __getattr__(self, name):
+        return getattr(self._pin, name)
+
+    def drive(self, level):
+        """Do nothing."""
+
+
+@contextlib.contextmanager
+def untouched():
+    """A bench on which the checker drives no pin, moves no control, shows no part anything and moves no robot."""
+    pin, place = BoardUnderTest.pin, BulletWorld.place
+
+    def at_the_start(world, *_where):
+        start = world.scene.start
+        place(world, start.x_m, start.y_m, start.yaw_rad, start.z_m)
+
+    with (
+        patch.object(BoardUnderTest, "pin", lambda board, name: OutOfReach(pin(board, name))),
+        patch.object(BulletWorld, "place", at_the_start),
+        patch.multiple(Parts, set=nothing, show=nothing),
+    ):
+        yield
+
+
+def without_motors():
+    return patch.object(BulletWorld, "command", nothing)
+
+
+@pytest.mark.needs_bullet
+def test_wires_that_nobody_drives_and_a_robot_that_never_drove():
+    with untouched():
+        found = clauses_by_verdict(PINS.check("majority and [2-False-PA1]"))
+    assert found[Verdict.INCONCLUSIVE] == {"G16"}
+    with without_motors():
+        found = clauses_by_verdict(PINS.check("robot_is_let_go"))
+    assert found[Verdict.INCONCLUSIVE] == {"G15"}
+
+
+@pytest.mark.exhaustive("a whole suite in the emulator; the gate has what was not reached in it")
+@pytest.mark.needs_bullet
+def test_pins_without_effect():
+    with without_motors():
+        found = clauses_by_verdict(PINS.check())
+    assert found[Verdict.PASS] == WIRES
+    assert found[Verdict.INCONCLUSIVE] == {"G15"}
+    assert found[Verdict.ERROR] == set()
+    with untouched():
+        found = clauses_by_verdict(PINS.check())
+    assert found[Verdict.PASS] == BY_ITSELF
+    assert found[Verdict.INCONCLUSIVE] == {"G16"}
+    assert found[Verdict.ERROR] == set()
+
+
+@pytest.mark.exhaustive("a whole suite in the emulator")
+@pytest.mark.needs_bullet
+def test_pins_of_a_program_that_does_nothing():
+    names = ("words", "sweep", "halt", "encoders", "sensors", "reactive", "inputs")
+    found = clauses_by_verdict(PINS.check(images=dict.fromkeys(names, "robot-quiet")))
+    assert found[Verdict.PASS] == WITHOUT_PROGRAM
+    assert found[Verdict.ERROR] == set()
+
+
+# --- a program that finds its way
+
+DODGE = AlteredBench(bench="bluepill", board="bluepill", suite="bluepill-dodge", clause_ids=())
+
+
+def empty_scenes():
+    init = BulletWorld.__init__
+    return patch.object(
+        BulletWorld,
+        "__init__",
+        lambda world, scene, *others, **options: init(world, replace(scene, boxes=()), *others, **options),
+    )
+
+
+@pytest.mark.needs_bullet
+@pytest.mark.parametrize(
+    "select",
+    [
+        *("wall", "D05", "each_disc and [4]"),
+        pytest.param("D07", marks=pytest.mark.slow("a robot drives for eight seconds of bench time")),
+    ],
+)
+def test_where_nothing_stands_nothing_was_dodged(select):
+    shorter = patch.multiple("hilbench.suites.bluepill_dodge", REPLAY_S=3.0, AFTER_RESET_S=4.0)
+    with empty_scenes(), shorter:
+        report = DODGE.check(select)
+    assert {case.verdict for case in report.cases} == {Verdict.INCONCLUSIVE}
+
+
+@pytest.mark.needs_bullet
+@pytest.mark.slow("a robot drives for seven seconds of bench time")
+def test_a_board_that_nobody_reset():
+    with patch.object(BoardUnderTest, "reset", nothing):
+        assert clauses_by_verdict(DODGE.check("D07"))[Verdict.INCONCLUSIVE] == {"D07"}
+
+
+@pytest.mark.needs_bullet
+def test_a_program_that_hears_of_no_obstacle_drives_at_it():
+    """What D06 judges does come to pass, before a disc whose readings are withheld."""
+    with patch.object(Pioneer2dxBody, "sonar_range_m", nothing):
+        assert clauses_by_verdict(DODGE.check("each_disc and [4]"))[Verdict.FAIL] == {"D06"}
+
+
+@pytest.mark.parametrize("required", [Drive.require_sight, Drive.require_sight_over_p2os])
+def test_a_drive_past_nothing_has_not_dodged_it(required):
+    drive = object.__new__(Drive)
+    drive._bench = SimpleNamespace(bench=SimpleNamespace(now_ns=0))
+    drive._high = {sensor: SimpleNamespace(edges=[(0, False)]) for sensor in AHEAD}
+    drive.least_ahead_m = math.inf
+    with pytest.raises(Inconclusive, match="in all this time"):
+        required(drive)
+
+
+@pytest.mark.exhaustive("a whole suite of long drives in the emulator")
+@pytest.mark.needs_bullet
+@pytest.mark.parametrize(
+    ("wrong", "select", "allowed"),
+    [
+        (empty_scenes, "", set()),
+        (without_motors, "not G13", {"D03", "D06"}),  # by the wires, and by what the robot is told
+    ],
+)
+def test_a_dodger_without_effect(wrong, select, allowed):
+    with wrong():
+        found = clauses_by_verdict(DODGE.check(select))
+    assert found[Verdict.PASS] == allowed
+    assert found[Verdict.ERROR] == set()
+
+
+# --- a rover that drives
+
+RIDE = AlteredBench(bench="rover", board="nucleo-f767zi", suite="rover-motion", clause_ids=())
+AT_REST = {"R14", "R16", "R18", "R20", "R21"}
+"""What a rover says that was not told to drive: of its attitude, and of where it is."""
+NEEDS_HANDS = {"R09", "R16", "R20", "R22", "R24", "R25"}
+"""A wheel that is held, a ramp or a wall before it, the sky, the sensor's bus."""
+
+
+@pytest.mark.needs_bullet
+@pytest.mark.slow("a rover's firmware runs for three seconds of bench time")
+def test_counts_of_wheels_that_never_turn_are_not_told_apart():
+    with patch.object(Rover4wdBody, "drive", nothing):
+        assert clauses_by_verdict(RIDE.check("R09"))[Verdict.INCONCLUSIVE] == {"R09"}
+
+
+@pytest.mark.exhaustive("a whole suite in the emulator; the gate has what was not reached in it")
+@pytest.mark.needs_bullet
+def test_a_ride_without_effect():
+    with patch.object(Rover4wdBody, "drive", nothing):
+        found = clauses_by_verdict(RIDE.check())
+    assert found[Verdict.PASS] == AT_REST
+    assert found[Verdict.INCONCLUSIVE] == {"R09"}
+    assert found[Verdict.ERROR] == set()
+    no_bus = SimpleNamespace(stick=nothing, unstick=nothing, deaf=set())
+    with patch.multiple(Ride, hold=nothing, open_sky=nothing, place=nothing, bus=no_bus):
+        found = clauses_by_verdict(RIDE.check())
+    assert found[Verdict.PASS] == {clause.id for clause in RIDE_CLAUSES} - NEEDS_HANDS
+    assert found[Verdict.INCONCLUSIVE] == {"R09"}
+    assert found[Verdict.ERROR] == set()
