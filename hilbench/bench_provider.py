@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import contextlib
 import importlib.util
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hilbench.bench_file import BenchFile
 from hilbench.cases import ClientFactory, Tap, VirtualCase, make_client, no_tap
 from hilbench.check.observations import Observations
 from hilbench.check.provider import BenchProvider, CaseInfo
@@ -25,7 +24,7 @@ from hilbench.inputs import inputs_of, inputs_of_targets, lines_of
 from hilbench.journal import Journal
 from hilbench.links import Line
 from hilbench.locked_providers import P2OS_SERVER, AttachedProvider, ExecProvider, FarEnd, ListenProvider
-from hilbench.model_kinds import MODEL_KINDS
+from hilbench.model_kinds import MODEL_KINDS, board_protocol
 from hilbench.nearest import did_you_mean
 from hilbench.observing import VirtualObserver
 from hilbench.options import CheckOptions, TargetChoice
@@ -60,10 +59,10 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     journal = Journal(options.journal, bench_file.header(options.seed), max_bytes=options.journal_max)
     passage = _passages(options.through) if options.through else None
     shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal, passage=passage)
-    if bench_file.vehicle is not None or _has_lines(bench_file):
-        return _vehicle(shared, options.targets, targets)
     if bench_file.boards:
         return _boards(shared, options, targets)
+    if bench_file.vehicle is not None:
+        return _vehicle(shared, options.targets, targets)
     return _model(shared, options.targets, targets)
 
 
@@ -113,8 +112,10 @@ def _model(shared: Shared, choices: Sequence[TargetChoice], targets: Sequence[Ta
     own = "rover-model" if rover else "pioneer"
     if target.kind is TargetKind.MODEL and target.text == own:
         return _rover(shared) if rover else VirtualProvider(shared)
+    if not rover:
+        shared.bench_file.pioneer()  # or it is no bench for this
     if target.kind is TargetKind.SERIAL:
-        return _rover_at(shared, target) if rover else AttachedProvider(shared, target.text)
+        return _rover_at(shared, target.text) if rover else AttachedProvider(shared, target.text)
     return _client(shared, choice, target, _far_end(shared, rover=rover), own)
 
 
@@ -134,7 +135,7 @@ def _client(shared: Shared, choice: TargetChoice, target: Target, far_end: FarEn
         return ExecProvider(shared, target.rest, far_end)
     hint = f"write {own}, serial:PORT@BAUD, a pyserial URL, listen:pty:PATH, listen:tcp:PORT or exec:COMMAND"
     raise UsageError(
-        f"{target.kind.value} that is none of bench '{shared.bench_file.name}'", where=choice.where, hint=hint
+        f"{target.kind.value} cannot be the target of bench '{shared.bench_file.name}'", where=choice.where, hint=hint
     )
 
 
@@ -144,64 +145,71 @@ def _rover(shared: Shared) -> BenchProvider:
     return RoverProvider(shared)
 
 
-def _rover_at(shared: Shared, target: Target) -> BenchProvider:
+def _rover_at(shared: Shared, spec: str) -> BenchProvider:
     from hilbench.rover.provider import AttachedRoverProvider
 
-    return AttachedRoverProvider(shared, target.text)
+    return AttachedRoverProvider(shared, spec)
 
 
-def _has_lines(bench_file: BenchFile) -> bool:
-    """Say whether the checker's lines have names, as those of a vehicle interface do."""
-    return any(bench_file.checker_lines)
+_CLIENTS = {TargetKind.LISTEN, TargetKind.EXEC}
 
 
 def _vehicle(shared: Shared, choices: Sequence[TargetChoice], targets: Sequence[Target]) -> BenchProvider:
+    """Return the provider of a bench with the model of a vehicle interface."""
     from hilbench.vehicle.provider import MODEL_TARGET, AttachedVehicleProvider, VehicleProvider, foreign_simulator
 
     kinds = {target.kind for target in targets}
-    clients = {TargetKind.LISTEN, TargetKind.EXEC}
-    if shared.bench_file.boards:
-        if kinds & clients:
-            choice = next(one for one, target in zip(choices, targets, strict=True) if target.kind in clients)
-            raise UsageError(
-                "a program in the place of the simulator's side is checked without a board, not on this bench",
-                where=choice.where,
-                hint=f"write hilbench check vehicle-model --suite vehicle-host --target '{choice.spec}'",
-            )
-        return AttachedVehicleProvider(shared, choices) if kinds == {TargetKind.SERIAL} else _emulated(shared, choices)
     if all(target.name == MODEL_TARGET for target in targets):
         return VehicleProvider(shared, [choice for choice in choices if choice.spec != MODEL_TARGET])
     if kinds == {TargetKind.SERIAL}:
         return AttachedVehicleProvider(shared, choices)
-    if len(targets) > 1 and kinds <= clients:
+    if len(targets) > 1 and kinds <= _CLIENTS:
         raise UsageError("one simulator's side at a time", where=choices[1].where, hint="name only one")
     if len(targets) > 1:
-        choice = next(one for one, target in zip(choices, targets, strict=True) if target.kind is not TargetKind.SERIAL)
-        raise UsageError("beside it each line needs a serial port", where=choice.where, hint="write LINE=serial:PORT")
+        choice = _first(choices, targets, {*TargetKind} - {TargetKind.SERIAL})
+        raise UsageError("each line needs a serial port", where=choice.where, hint="write LINE=serial:PORT for each")
     own = f"interface.PROFILE={MODEL_TARGET}:PROFILE"
     return _client(shared, choices[0], targets[0], foreign_simulator(shared), own)
 
 
 def _boards(shared: Shared, options: CheckOptions, targets: Sequence[Target]) -> BenchProvider:
-    """Return the provider of a bench with emulated boards, or of a board at a port in the place of one of them."""
-    at_port = [
-        choice for choice, target in zip(options.targets, targets, strict=True) if target.kind is TargetKind.SERIAL
-    ]
-    if not at_port:
-        return _emulated(shared, options.targets)
-    if len(targets) > 1:
-        raise UsageError("a board at a port stands for the whole bench", where=at_port[0].where, hint="name only that")
-    suites = {*(options.suites or shared.suites)}
-    rover = {*MODEL_KINDS["rover"].suites}
-    if not suites & rover:
+    """Return the provider of a bench with emulated boards, or of a board at ports in the place of them."""
+    choices, kinds = options.targets, {target.kind for target in targets}
+    protocol = board_protocol(shared.suites or options.suites)
+    if protocol == "CARLA" and kinds & _CLIENTS:
+        choice = _first(choices, targets, _CLIENTS)
+        raise UsageError(
+            "a program in the place of the simulator's side is checked without a board, not on this bench",
+            where=choice.where,
+            hint=f"write hilbench check vehicle-model --suite vehicle-host --target '{choice.spec}'",
+        )
+    if TargetKind.SERIAL not in kinds:
+        return _emulated(shared, choices)
+    if len(kinds) > 1 or (len(targets) > 1 and protocol != "CARLA"):
+        choice = _first(choices, targets, {TargetKind.SERIAL})
+        raise UsageError("a board at a port stands for the whole bench", where=choice.where, hint="name only that")
+    return _at_ports(shared, choices, protocol)
+
+
+def _at_ports(shared: Shared, choices: Sequence[TargetChoice], protocol: str) -> BenchProvider:
+    """Return the provider of a real board that speaks a protocol; empty: one that nothing of ours speaks to."""
+    if protocol == "CARLA":
+        from hilbench.vehicle.provider import AttachedVehicleProvider
+
+        return AttachedVehicleProvider(shared, choices)
+    if not protocol:
         from hilbench.mcu.attached_board import AttachedBoardProvider
 
-        return AttachedBoardProvider(shared, at_port[0])
-    foreign = sorted(suite for suite in suites if suite.endswith(".py"))
-    if foreign:
-        hint = "check them one after the other: each with --suite"
-        raise UsageError(f"{foreign[0]} and a suite of PKT! would share a port", where=at_port[0].where, hint=hint)
-    return _rover_at(shared, targets[0])
+        return AttachedBoardProvider(shared, choices[0])
+    board = choices[0].name.partition(".")[0]
+    if board and board not in shared.bench_file.boards:
+        hint = did_you_mean(board, shared.bench_file.boards, "boards")
+        raise UsageError(f"no board '{board}' on this bench", where=choices[0].where, hint=hint)
+    return _rover_at(shared, choices[0].spec) if protocol == "PKT!" else AttachedProvider(shared, choices[0].spec)
+
+
+def _first(choices: Sequence[TargetChoice], targets: Sequence[Target], kinds: Collection[TargetKind]) -> TargetChoice:
+    return next(choice for choice, target in zip(choices, targets, strict=True) if target.kind in kinds)
 
 
 def _emulated(shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:

@@ -40,7 +40,7 @@ def inputs_of_targets(choices: Iterable[TargetChoice]) -> Iterator[Named]:
     """Yield the images and board files that ``--target`` may name."""
     for choice in choices:
         target = target_of(choice)
-        if target.kind in (TargetKind.BOARD, TargetKind.CAPTURE):
+        if target.kind is TargetKind.BOARD:
             yield choice.where, Path(target.name)
             yield choice.where, Path(target.rest)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -12,7 +12,7 @@ from targets.robots.pioneer.hostbaud import RATES as PIONEER_RATES
 from targets.robots.rover import RoverSettings
 from targets.robots.vehicle_interface import LINE_BAUD, SIMULATOR_LINE, STACK_LINE, VehicleSettings
 
-__all__ = ["MODEL_KINDS", "ModelKind", "ModelSettings"]
+__all__ = ["MODEL_KINDS", "ModelKind", "ModelSettings", "board_protocol"]
 
 ModelSettings = RobotSettings | RoverSettings | VehicleSettings | CarHostSettings
 
@@ -23,6 +23,7 @@ class ModelKind:
 
     Attributes:
         settings: the class of its settings.
+        protocol: what is spoken on its lines, as the capability of that name.
         suites: what is checked on a bench with it, unless its file says otherwise.
         baud: of its lines, if the bench file says none, in bit/s.
         rates: that its lines can have, in bit/s; empty for any.
@@ -33,6 +34,7 @@ class ModelKind:
     """
 
     settings: type[ModelSettings]
+    protocol: str
     suites: tuple[str, ...]
     baud: int = 9600
     rates: tuple[int, ...] = ()
@@ -48,12 +50,14 @@ MODEL_KINDS: Mapping[str, ModelKind] = MappingProxyType(
     {
         "pioneer-2dx": ModelKind(
             settings=RobotSettings,
+            protocol="P2OS",
             suites=("p2os-client", "p2os-server", "pioneer-motion"),
             rates=tuple(PIONEER_RATES),
             target="pioneer",
         ),
         "rover": ModelKind(
             settings=RoverSettings,
+            protocol="PKT!",
             suites=("pkt-board", "pkt-host"),
             rates=tuple(PIONEER_RATES),
             bench="rover-model",
@@ -61,6 +65,7 @@ MODEL_KINDS: Mapping[str, ModelKind] = MappingProxyType(
         ),
         "vehicle-interface": ModelKind(
             settings=VehicleSettings,
+            protocol="CARLA",
             suites=VEHICLE_SUITES,
             baud=LINE_BAUD,
             lines=(SIMULATOR_LINE, STACK_LINE),
@@ -68,8 +73,22 @@ MODEL_KINDS: Mapping[str, ModelKind] = MappingProxyType(
             target="vehicle-model",
         ),
         "car-host": ModelKind(
-            settings=CarHostSettings, suites=("vehicle-host",), baud=LINE_BAUD, lines=("board",), beside=True
+            settings=CarHostSettings,
+            protocol="CARLA",
+            suites=("vehicle-host",),
+            baud=LINE_BAUD,
+            lines=("board",),
+            beside=True,
         ),
     }
 )
 """By the name that a bench file has for them."""
+
+
+def board_protocol(suites: Iterable[str]) -> str:
+    """Return which protocol a board speaks, by the shipped suites that are run on it; empty for none that is known.
+
+    Whoever opens a port in the place of a board sends what belongs to that protocol, and nothing else.
+    """
+    named = {*suites}
+    return next((kind.protocol for kind in MODEL_KINDS.values() if named & {*kind.suites}), "")

@@ -82,6 +82,8 @@ def parse_target(text: str, where: str) -> Target:
         if not rest:
             raise UsageError("names no image", where=where, hint=f"write {name}:IMAGE (ELF, Intel HEX or raw binary)")
         return Target(kind=TargetKind.BOARD, text=text, name=name, rest=rest)
+    if text.startswith("/"):
+        raise UsageError("not a target", where=where, hint=f"write serial:{text}")
     forms = [*_models(), *(f"{board}:IMAGE" for board in board_names()), "serial:PORT@BAUD", "socket://HOST:PORT"]
     forms += ["listen:pty:PATH", "listen:tcp:PORT", "exec:COMMAND", "capture:FILE"]
     known = dict.fromkeys(form.partition(":")[0] for form in forms) if colon else forms

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 
 from hilbench.check.verdicts import CaseOutcome, Inconclusive, Measure, NotApplicable, Verdict, Violation
-from hilbench.errors import AwayError, HilbenchError, UnavailableError
+from hilbench.errors import AwayError, HilbenchError, UnavailableError, UsageError
 
 _TRACEBACK_LINES = 12
 _PYTEST_PACKAGES = frozenset({"_pytest", "pluggy"})
@@ -53,8 +53,7 @@ def outcome_of(error: BaseException | None, own_suite: Path | None = None) -> Ou
 
     Args:
         error: the exception.
-        own_suite: the file of the case if it is the user's: what is raised in it, or in one beside it, or by what it
-            calls, is an error of the suite.
+        own_suite: the file of the case if it is the user's.
     """
     if error is None:
         return PASSED
@@ -83,11 +82,15 @@ def outcome_of(error: BaseException | None, own_suite: Path | None = None) -> Ou
 
 
 def _place_in(suite: Path, error: BaseException) -> str:
-    """Return file and line at which a suite, or a file beside it, raised an error or called what did; or nothing."""
-    frames = [
-        frame for frame in traceback.extract_tb(error.__traceback__) if Path(frame.filename).parent == suite.parent
-    ]
-    return f"{Path(frames[-1].filename).name}:{frames[-1].lineno}" if frames else ""
+    """Return file and line of a suite, or of a file beside it, where an error is its own; nothing where it may be ours.
+
+    It is the suite's where it is raised there, and where it says that something of ours was called wrongly.
+    """
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if Path(frame.filename).parent == suite.parent]
+    if not own or not (own[-1] is frames[-1] or isinstance(error, UsageError | TypeError | ValueError)):
+        return ""
+    return f"{Path(own[-1].filename).name}:{own[-1].lineno}"
 
 
 def _of_assertion(error: AssertionError) -> Outcome:

@@ -25,7 +25,7 @@ from hilbench.check.recorder import recording, uncertain
 from hilbench.check.results import CaseResult
 from hilbench.check.screens import SHOWN_VERDICTS, Screens
 from hilbench.check.selection import Candidate, compile_selection
-from hilbench.check.suites import is_shipped, suite_name
+from hilbench.check.suites import is_shipped, shipped_suites, suite_name
 from hilbench.check.verdicts import Measure, Verdict
 from hilbench.errors import HilbenchError, UsageError
 
@@ -256,7 +256,8 @@ class CheckPlugin:
             self._plan_item(item)
         plans = [item.stash[_PLAN] for item in items if _PLAN in item.stash]
         refuse_conflicts(plans)
-        self._refuse_foreign(plans)
+        if self._only_cases:
+            self._refuse_foreign(plans)
         wanted = compile_selection(self._select, {clause for plan in plans for clause in plan.clause_ids})
         items[:] = [item for item in items if _PLAN not in item.stash or wanted(_candidate(item.stash[_PLAN]))]
         self.collector.plan(item.stash[_PLAN] for item in items if _PLAN in item.stash)
@@ -265,18 +266,17 @@ class CheckPlugin:
         self._to_run = len(items)
 
     def _refuse_foreign(self, plans: Sequence[PlannedCase]) -> None:
-        """Refuse a suite that was asked for and is of a protocol that this bench does not speak.
+        """Refuse a shipped suite that was asked for and is of a protocol that this bench does not speak.
 
         Raises:
             UsageError: all of its cases need one.
         """
-        for suite in sorted({plan.suite for plan in plans} - {*getattr(self._provider, "suites", ())}):
+        asked = {plan.suite for plan in plans if plan.suite in shipped_suites()}
+        for suite in sorted(asked - {*getattr(self._provider, "suites", ())}):
             lacks = [{*plan.missing} & {*SPOKEN.values()} for plan in plans if plan.suite == suite]
             for protocol in sorted(set.intersection(*lacks)):
-                hint = "name a bench, or a target, that does"
-                raise UsageError(
-                    f"checks {protocol}, which this bench does not speak", where=f"--suite {suite}", hint=hint
-                )
+                message = f"is a suite of {protocol}, which this bench does not speak"
+                raise UsageError(message, where=f"--suite {suite}", hint="name a bench whose target speaks it")
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
         """Make a case for each of the benches that a function asks for."""
@@ -386,6 +386,9 @@ def _outcome(error: BaseException | None, own_suite: Path | None) -> Outcome:
         return Outcome(verdict=Verdict.NOT_APPLICABLE, cause=str(error.msg))
     if isinstance(error, pytest.fail.Exception):
         return Outcome(verdict=Verdict.FAIL, cause=str(error.msg))
+    if own_suite is not None and isinstance(error, pytest.FixtureLookupError):
+        there = f"no fixture '{error.argname}'; a case has bench, peer, server, client, world, journal"
+        return Outcome(verdict=Verdict.ERROR, cause=f"{own_suite.name}: {there}", suite_error=True)
     return outcome_of(error, own_suite)
 
 

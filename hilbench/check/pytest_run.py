@@ -5,15 +5,14 @@ from __future__ import annotations
 import contextlib
 import io
 import os
-import sys
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 
+from hilbench.check.neighbours import Neighbours
 from hilbench.check.plugin import CheckPlugin
 from hilbench.check.room import with_room
-from hilbench.check.suites import is_shipped
 
 _INI = Path(__file__).with_name("pytest.ini")
 
@@ -60,31 +59,9 @@ def run_pytest(files: Sequence[Path], plugin: CheckPlugin, *, collect_only: bool
     """
     arguments = [*_ARGUMENTS, *(["--collect-only"] if collect_only else []), *(str(file) for file in files)]
     printed = io.StringIO()
-    folders = {str(file if file.is_dir() else file.parent) for file in files if not is_shipped(file)}
-    silenced = contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed)
-    with _own_environment(), _neighbours(folders), silenced[0], silenced[1]:
-        with_room(pytest.main, arguments, plugins=[plugin])
+    with _own_environment(), contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+        with_room(pytest.main, arguments, plugins=[plugin, Neighbours()])
     return printed.getvalue()
-
-
-@contextlib.contextmanager
-def _neighbours(folders: Collection[str]) -> Iterator[None]:
-    """Let suites of the user's own import what lies beside them, but nothing of that in the place of what is installed.
-
-    What they have imported is forgotten with the run: another suite may have neighbours of the same names.
-    """
-    added = [folder for folder in folders if folder not in sys.path]
-    sys.path += added
-    before = {*sys.modules}
-    try:
-        yield
-    finally:
-        for folder in added:
-            sys.path.remove(folder)
-        for name in {*sys.modules} - before:
-            file = getattr(sys.modules[name], "__file__", None)
-            if file is not None and str(Path(file).parent) in folders:
-                del sys.modules[name]
 
 
 @contextlib.contextmanager

@@ -20,6 +20,7 @@ from hilbench.live.resuming import resume_sessions
 from hilbench.live.scenes import on_board
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, Sense, Senses, describe_machine
+from hilbench.model_kinds import board_protocol
 from hilbench.options import TargetChoice
 from hilbench.target import TargetKind, target_of
 from targets.robots.pioneer import RobotSettings
@@ -110,16 +111,12 @@ def open_attached(bench: Bench, bench_file: BenchFile, targets: Sequence[TargetC
         return _attached_vehicle(bench, bench_file, ports, seed)
     target = ports[""]
     operator: Operator
-    if bench_file.rover is not None or "pkt-board" in bench_file.suites:
+    if bench_file.rover is not None or board_protocol(bench_file.suites) == "PKT!":
         port = _at(bench, bench_file, target, _ROVER_BAUD)
         profile = "documented" if bench_file.rover is None else bench_file.rover.profile
         tap, operator = _station(bench, port, profile, seed)
         about = about_pkt(operator.name, {operator.name: operator.observed}, profile)
-    elif bench_file.boards:
-        where = f"bench '{bench_file.name}'"
-        raise UsageError("no client of ours speaks to its boards", where=where, hint="leave --target away")
     else:
-        bench_file.pioneer()
         port = _at(bench, bench_file, target, DEFAULT_BAUD)
         tap, operator = _client(bench, port, seed)
         about = about_line(operator.name, "p2os", {operator.name: operator.observed})
@@ -145,7 +142,13 @@ def ports_asked(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mappi
         if target_of(choice).kind is not TargetKind.SERIAL:
             hint = "write serial:/dev/ttyUSB0@115200 or a pyserial URL"
             raise UsageError("is no serial port", where=choice.where, hint=hint)
-    if bench_file.vehicle is not None or on_board(bench_file):
+    protocol = "CARLA" if on_board(bench_file) else board_protocol(bench_file.suites)
+    if bench_file.boards and not protocol:
+        where = f"bench '{bench_file.name}'"
+        raise UsageError("no client of ours speaks to its boards", where=where, hint="leave --target away")
+    if not bench_file.boards and bench_file.vehicle is None and bench_file.rover is None:
+        bench_file.pioneer()
+    if bench_file.vehicle is not None or protocol == "CARLA":
         from hilbench.checker_lines import ports_of_lines
         from hilbench.live.vehicle_rigs import SIMULATOR, STACK
         from hilbench.vehicle.provider import vehicle_lines

@@ -34,8 +34,11 @@ class _Listener(LinePeer[bytes]):
     """Our end of the line, of which no protocol is known: bytes are bytes."""
 
     def __init__(self, bench: Bench, port: Port) -> None:
-        self.line = SerialLine(bench, port, self.write)
         super().__init__(bench, port)
+        self._begin_line()
+
+    def _begin_line(self) -> None:
+        self.line = SerialLine(self.bench, self.port, self.write, self.require_line)
 
     def _begin_reading(self) -> None:
         """There are no frames."""
@@ -48,7 +51,7 @@ class _Listener(LinePeer[bytes]):
         """Listen until it is quiet, and begin anew."""
         self.wait_quiet(within_s=_QUIET_WITHIN_S)
         self.forget()
-        self.line = SerialLine(self.bench, self.port, self.write)
+        self._begin_line()
 
 
 class AttachedBoard:
@@ -57,31 +60,36 @@ class AttachedBoard:
     Args:
         name: of the board in the bench file.
         usart: which of its USARTs is at the port.
-        bench: whose time passes.
-        line: the far end of that USART.
+        peer: our end of its line.
 
     Attributes:
         name: as given.
     """
 
-    def __init__(self, name: str, usart: str, bench: Bench, line: SerialLine) -> None:
+    def __init__(self, name: str, usart: str, peer: _Listener) -> None:
         self.name = name
         self._usart = usart
-        self._bench = bench
-        self._line = line
+        self._peer = peer
 
     @property
     def now_s(self) -> float:
         """Bench time since the run began, in seconds."""
-        return self._bench.now_s
+        return self._peer.bench.now_s
 
     def run(self, seconds: float) -> None:
-        """Let `seconds` of bench time pass."""
-        self._bench.run_for(seconds)
+        """Let `seconds` of bench time pass; UnavailableError if the line goes down."""
+        self._peer.run(seconds)
 
     def run_until(self, condition: Callable[[], bool], within_s: float) -> bool:
-        """Let time pass until `condition` holds or `within_s` seconds are over; say whether it holds."""
-        return self._bench.run_until(condition, within_s)
+        """Let time pass until `condition` holds or `within_s` seconds are over; say whether it holds.
+
+        Raises:
+            UnavailableError: it does not, and the line is down.
+        """
+        if self._peer.bench.run_until(condition, within_s):
+            return True
+        self._peer.require_line()
+        return False
 
     def usart(self, name: str) -> SerialLine:
         """Return the line of the USART that is at the port.
@@ -91,7 +99,7 @@ class AttachedBoard:
         """
         if name.lower() != self._usart:
             raise NotApplicable(f"{name} of {self.name} is not at the port: {self._usart} is")
-        return self._line
+        return self._peer.line
 
     def __getattr__(self, name: str) -> Any:
         raise NotApplicable(f"a port shows no '{name}' of a board")
@@ -110,7 +118,7 @@ class AttachedBoardCase(CaseBase):
         super().__init__(bench, case, faults)
         self.peer = peer
         name, _, usart = at.partition(".")
-        self.board = AttachedBoard(name, usart, bench, peer.line)
+        self.board = AttachedBoard(name, usart, peer)
         self.boards: Mapping[str, AttachedBoard] = {name: self.board}
 
     def __getattr__(self, name: str) -> Any:
@@ -130,8 +138,9 @@ class AttachedBoardProvider(AttachedProviderBase[_Listener, AttachedBoardCase]):
 
     Args:
         shared: bench file, journal, waiting.
-        choice: the port, and by its name the USART that is there: ``brain.usart2``; ``brain`` or nothing for that of
-            the checker's line, and otherwise the board's console or first one.
+        choice: the port, and by its name what is there: a line of the checker, a USART as ``brain.usart2``, or a board.
+            Of a board, and where nothing is named, it is the USART that the checker's line leads to, and otherwise the
+            console or the first one.
 
     Raises:
         UsageError: the bench has no such board, or the board no such USART.
@@ -164,20 +173,22 @@ class AttachedBoardProvider(AttachedProviderBase[_Listener, AttachedBoardCase]):
         self, case: CaseInfo, peer: _Listener, reopen: Callable[[], Port], faults: LineFaults | None = None
     ) -> AttachedBoardCase:
         del reopen  # no case hangs up
+        if case.scene:
+            raise NotApplicable(f"a board at a port stands in no scene '{case.scene}'")
         return AttachedBoardCase(self._bench, case, peer, faults, self._at)
 
 
 def _usart_meant(bench_file: BenchFile, choice: TargetChoice) -> str:
-    board, _, usart = choice.name.partition(".")
-    board = board or next(iter(bench_file.boards))
+    lines = {name: end for name, end in bench_file.checker_lines.items() if end.partition(".")[0] in bench_file.boards}
+    named = lines.get(choice.name) or choice.name or next(iter([*lines.values(), *bench_file.boards]))
+    board, _, usart = named.partition(".")
     if board not in bench_file.boards:
-        hint = did_you_mean(board, bench_file.boards, "boards")
+        hint = did_you_mean(board, [*bench_file.boards, *filter(None, lines)], "boards and lines")
         raise UsageError(f"no board '{board}' on this bench", where=choice.where, hint=hint)
     usarts = [name.lower() for name in bench_file.boards[board].board.usarts]
-    if not usart:
-        ends = (end.partition(".") for end in bench_file.checker_lines.values())
-        usart = next((name for owner, _, name in ends if owner == board), usarts[0])
-    if usart.lower() not in usarts:
+    led_to = (end.partition(".")[2] for end in lines.values() if end.partition(".")[0] == board)
+    usart = usart.lower() or next(led_to, usarts[0])
+    if usart not in usarts:
         hint = did_you_mean(usart, usarts, "USARTs")
         raise UsageError(f"no USART '{usart}' of {board} can be reached", where=choice.where, hint=hint)
-    return f"{board}.{usart.lower()}"
+    return f"{board}.{usart}"

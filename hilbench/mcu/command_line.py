@@ -41,8 +41,7 @@ def open_target(what: str | None, chip: str | None = None) -> BenchFile:
             hint = _of_bench(spec, image)
             raise UsageError(f"'{spec}' is a bench, with nothing behind a colon", where=what, hint=hint)
         if spec in {"serial", "listen", "exec", "capture"} or "://" in what:
-            kind = parse_target(what, what).kind.value
-            raise UsageError(f"{kind} cannot be run here", where=what, hint="name a bench, or a board with an image")
+            raise UsageError("cannot be run here", where=what, hint="name a bench, or a board with an image")
         raise UsageError(f"no board '{spec}'", where=what, hint=did_you_mean(spec, board_names(), "built-in boards"))
     target = parse_target(what, what)
     board = open_board(target.name, Path())

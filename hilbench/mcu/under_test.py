@@ -25,17 +25,21 @@ class SerialLine:
         bench: whose time passes while something is waited for.
         port: the end of the line; whoever has it calls `take`.
         send: puts bytes on the line.
+        require: called when what was expected has not come: raises if the line is to blame.
 
     Attributes:
         data: every byte that the board has sent so far.
         port: as given, with its rate, counters and breaks.
     """
 
-    def __init__(self, bench: Bench, port: Port, send: Callable[[bytes], None]) -> None:
+    def __init__(
+        self, bench: Bench, port: Port, send: Callable[[bytes], None], require: Callable[[], None] = lambda: None
+    ) -> None:
         self.data = b""
         self.port = port
         self._bench = bench
         self._send = send
+        self._require = require
         self._seen = 0
 
     @property
@@ -58,6 +62,7 @@ class SerialLine:
         """
         wanted = what.encode() if isinstance(what, str) else what
         if not self._bench.run_until(lambda: wanted in self.data[self._seen :], within_s):
+            self._require()
             since = self.data[self._seen :]
             raise AssertionError(f"{self.port.name} did not send {wanted!r} within {within_s} s, but {since!r}")
         begin, self._seen = self._seen, self.data.index(wanted, self._seen) + len(wanted)

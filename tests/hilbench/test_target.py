@@ -45,7 +45,8 @@ def test_a_target_of_each_kind(text, kind, name, rest):
         ("pionere", "not a target; did you mean 'pioneer'?"),
         ("seral:/dev/ttyUSB0", "not a target; did you mean 'serial'?"),
         ("tty:/dev/a", "a target begins with one of: pioneer, rover-model, vehicle-model, bluepill, "),
-        ("/dev/ttyUSB0@9600", "not a target; a target is one of: pioneer, "),
+        ("/dev/ttyUSB0@9600", "not a target; write serial:/dev/ttyUSB0@9600"),
+        ("nothing", "not a target; a target is one of: pioneer, "),
         ("bluepil:x.elf", "not a target; did you mean 'bluepill'?"),
         ("bluepill:", "names no image; write bluepill:IMAGE"),
         ("serial:", "not a serial port"),
@@ -132,6 +133,9 @@ def own_bench(tmp_path):
     return file
 
 
+LINES = '[[links]]\nends = ["peer.a", "brain.usart2"]\n[[links]]\nends = ["peer.b", "brain.usart3"]\n'
+
+
 def check(board, spec, bench, *, name="", suites=()):
     options = CheckOptions(bench=str(bench), targets=(TargetChoice(spec=spec, name=name),), suites=suites)
     provider = make_provider(options)
@@ -162,6 +166,62 @@ def test_a_board_that_does_not_answer_fails_there_as_it_would_in_the_emulator(ow
     assert "did not send b'ping' within 2.0 s, but b''" in report.cases[0].cause
 
 
+@pytest.mark.usefixtures("skips")
+@pytest.mark.parametrize(
+    ("name", "usart"), [("a", "usart2"), ("b", "usart3"), ("", "usart2"), ("brain.usart1", "usart1")]
+)
+def test_lines_with_names_make_no_vehicle_interface_of_a_board(own_bench, name, usart):
+    own_bench.write_text(own_bench.read_text() + LINES)
+    with board_at_a_port() as (board, spec):
+        report = check(board, spec, own_bench, name=name)
+        assert board.heard == {"usart1": b"ping", "usart2": b"never", "usart3": b""}[usart]
+    assert report.bench["target"].startswith(f"brain.{usart} at ")
+
+
+@pytest.mark.usefixtures("skips")
+def test_a_board_that_is_unplugged_violates_nothing(own_bench):
+    suite = own_bench.parent / "test_mine.py"
+    suite.write_text(
+        SUITE.replace("    line.expect(", "    os.close(bench.peer.unplug)\n    line.expect(").replace(
+            "from", "import os\nfrom", 1
+        )
+    )
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    options = CheckOptions(
+        bench=str(own_bench), targets=(TargetChoice(spec=f"serial:{os.ttyname(slave)}"),), select="X01"
+    )
+    provider = make_provider(options)
+    provider._make_peer = lambda port, make=provider._make_peer: _with(make(port), unplug=master)
+    os.close(slave)
+    report = run_suites(options, provider)
+    assert (report.cases[0].verdict, report.exit_code) == (Verdict.ERROR, 3)
+
+
+def _with(thing, **attributes):
+    vars(thing).update(attributes)
+    return thing
+
+
+def test_a_bench_without_a_pioneer_is_not_spoken_to_in_p2os(tmp_path, capsys):
+    (tmp_path / "test_mine.py").write_text(SUITE)
+    file = tmp_path / "hilbench.toml"
+    file.write_text('version = 1\nsuites = ["test_mine.py"]\n[targets.car]\nmodel = "car-host"\n')
+    with board_at_a_port() as (board, spec):
+        for target in (spec, "listen:tcp:0"):
+            assert main(["check", str(file), "--target", target]) == 2
+            assert "names no Pioneer among its targets" in capsys.readouterr().err
+        with pytest.raises(BlockingIOError):
+            os.read(board._descriptor, 1)
+
+
+def test_a_smaller_chip_is_no_other_board(own_bench):
+    own_bench.write_text(own_bench.read_text() + "chip = 'STM32F103C4'\n")
+    make_provider(
+        CheckOptions(bench=str(own_bench), targets=(TargetChoice(spec=f"bluepill:{image_path('echo-irq')}"),))
+    ).close()
+
+
 @pytest.mark.parametrize(
     ("bench", "words", "code", "said"),
     [
@@ -170,13 +230,13 @@ def test_a_board_that_does_not_answer_fails_there_as_it_would_in_the_emulator(ow
             "pioneer-plane",
             ["--suite", "pkt-board"],
             2,
-            "--suite pkt-board: checks PKT!, which this bench does not speak",
+            "--suite pkt-board: is a suite of PKT!, which this bench does not speak",
         ),
-        ("pioneer-plane", ["--suite", "vehicle-board"], 2, "checks CARLA, which this bench does not speak"),
-        ("rover-model", ["--suite", "p2os-server"], 2, "checks P2OS, which this bench does not speak"),
-        ("rover-model", ["--suite", "vehicle-host"], 2, "checks CARLA"),
-        ("rover", ["--suite", "p2os-server"], 2, "checks P2OS"),
-        ("bluepill", ["--suite", "p2os-server"], 2, "checks P2OS"),
+        ("pioneer-plane", ["--suite", "vehicle-board"], 2, "is a suite of CARLA"),
+        ("rover-model", ["--suite", "p2os-server"], 2, "is a suite of P2OS"),
+        ("rover-model", ["--suite", "vehicle-host"], 2, "is a suite of CARLA"),
+        ("rover", ["--suite", "p2os-server"], 2, "is a suite of P2OS"),
+        ("bluepill", ["--suite", "p2os-server"], 2, "is a suite of P2OS"),
         ("vehicle-model", ["--suite", "pkt-board"], 2, "nothing at the line 'stack'"),
     ],
 )
@@ -197,7 +257,7 @@ def test_a_user_s_suite_does_not_share_a_port_with_one_of_another_protocol(own_b
         assert main(["check", str(own_bench), "--target", spec, *words]) == 2
         with pytest.raises(BlockingIOError):
             os.read(board._descriptor, 1)
-    assert "would share a port" in capsys.readouterr().err
+    assert "--suite pkt-board: is a suite of PKT!, which this bench does not speak" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

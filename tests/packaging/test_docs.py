@@ -31,12 +31,24 @@ def test_links_lead_somewhere() -> None:
 def test_the_suite_in_the_docs_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    (text,) = PYTHON_BLOCK.findall((ROOT / "docs/checks.md").read_text())
+    text, _ = PYTHON_BLOCK.findall((ROOT / "docs/checks.md").read_text())
     suite = tmp_path / "our_panel.py"
     suite.write_text(text)
     monkeypatch.chdir(tmp_path)
     assert main(["check", "pioneer-plane", "--suite", str(suite)]) == 0
     assert "2 clauses: 2 pass" in capfd.readouterr().out
+
+
+def test_the_suite_for_a_board_in_the_docs_runs(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    _, text = PYTHON_BLOCK.findall((ROOT / "docs/checks.md").read_text())
+    (tmp_path / "our_board.py").write_text(text)
+    image = ROOT / "targets/firmware/images/echo-irq.elf"
+    file = tmp_path / "hilbench.toml"
+    file.write_text(
+        f'version = 1\nsuites = ["our_board.py"]\n[targets.brain]\nboard = "bluepill"\nfirmware = "{image}"\n'
+    )
+    assert main(["check", str(file)]) == 0
+    assert "OUR02   must   pass" in capfd.readouterr().out
 
 
 @pytest.mark.parametrize("bench", sorted((ROOT / "examples").rglob("*.toml")), ids=lambda bench: bench.stem)

@@ -106,18 +106,44 @@ def test_what_a_suite_of_one_s_own_calls_wrongly_is_its_error_too(check, tmp_pat
 
 
 def test_a_suite_imports_its_neighbours_and_each_its_own(write_suite, provider, tmp_path):
+    suites = []
     for number in (1, 2):
         folder = tmp_path / f"s{number}"
-        folder.mkdir()
+        (folder / "package").mkdir(parents=True)
+        (folder / "package" / "__init__.py").write_text(f"NUMBER = {number}\n")
         (folder / "shared.py").write_text(f"NUMBER = {number}\n")
         (folder / "json.py").write_text("raise RuntimeError('in the place of the standard library')\n")
-        suite = write_suite(
-            f'@my("A1")\ndef test_a(bench):\n    import json, shared\n    assert shared.NUMBER == {number}\n',
-            f"s{number}/test_it.py",
-        )
-        assert run_suites(CheckOptions(suites=(str(suite),)), provider).exit_code == 0
-    assert "shared" not in sys.modules
-    assert str(tmp_path / "s1") not in sys.path
+        body = "\n    ".join(("import json, package, shared", f"assert package.NUMBER == shared.NUMBER == {number}"))
+        name = f"s{number}/test_it{number}.py"
+        suites.append(str(write_suite(f'import shared\n@my("A{number}")\ndef test_a(bench):\n    {body}\n', name)))
+    report = run_suites(CheckOptions(suites=tuple(suites)), provider)
+    assert (report.exit_code, [case.cause for case in report.cases]) == (0, ["", ""])
+    assert not {"shared", "package"} & {*sys.modules}
+    assert not {str(tmp_path / "s1"), str(tmp_path / "s2")} & {*sys.path}
+
+
+def test_an_error_of_ours_in_what_a_suite_calls_is_a_defect_still(check):
+    report = check(
+        """
+        @my("A1")
+        def test_a(bench):
+            type(bench).pass_time(bench, None and 1)
+
+        @my("A2")
+        def test_b(bench):
+            import json
+            json.scanner.py_make_scanner(object())
+
+        @my("A3")
+        def test_c(nosuch):
+            pass
+        """
+    )
+    first, second, third = report.cases
+    assert first.cause.startswith("test_panel.py:11: TypeError: ")
+    assert (second.defect, second.cause.partition(":")[0]) == (True, "defect")
+    assert third.cause.startswith("test_panel.py: no fixture 'nosuch'; a case has bench, peer, ")
+    assert (third.suite_error, report.exit_code) == (True, 5)
 
 
 def test_a_should_that_fails_warns_and_fails_when_strict(check):

@@ -101,7 +101,7 @@ def test_what_is_refused(bench, capsys, text, line, message):
         (["serial:/dev/a"], "does not say which line, of car and stack"),
         (["car=serial:/dev/a", "car=serial:/dev/b"], "the line 'car' has a port already"),
         (["car=serial:/dev/a", "stck=serial:/dev/b"], "no line 'stck'"),
-        (["car=serial:/dev/a", "stack=pioneer"], "--target stack=pioneer: beside it each line needs a serial port"),
+        (["car=serial:/dev/a", "stack=pioneer"], "--target stack=pioneer: each line needs a serial port"),
         (["board.v2=vehicle-model:v1"], "nothing of that name to replace"),
         (["board.v0=vehicle-model:v2"], "no profile 'v2'"),
         (["listen:tcp:0", "listen:tcp:0"], "one simulator's side at a time"),
