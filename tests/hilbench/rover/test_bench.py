@@ -99,7 +99,7 @@ def test_suites_of_the_rover_mean_its_bench(tmp_path, monkeypatch, capsys):
     assert main(["check", "--suite", "pkt-board", "-k", "P03 and documented"]) == 0
     assert "bench rover-model" in capsys.readouterr().out
     assert main(["check", "--suite", "pkt-board", "--target", "serial:/dev/none@115200", "-k", "P03"]) == 3
-    assert "/dev/none" in capsys.readouterr().out
+    assert "/dev/none" in capsys.readouterr().err
 
 
 @pytest.mark.real_time("a process that serves; its bytes are waited for, and nothing is timed")
