@@ -15,6 +15,8 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.files import refuse_overwriting
 from hilbench.journal import Journal, Recording
 from hilbench.options import CheckOptions
+from hilbench.plugins.discovery import PLUGINS
+from hilbench.plugins.protocol import ProtocolPlugin, Recorded
 from hilbench.recordings.frames import spoken
 from hilbench.recordings.layout import laid_out
 from hilbench.recordings.listening import Stretch, stretches
@@ -22,34 +24,6 @@ from hilbench.recordings.reading import parse_recording
 from hilbench.recordings.remarks import remarks_on
 
 __all__ = ["CaptureCase", "CaptureProvider"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Spoken:
-    """What a protocol's recordings can be judged by.
-
-    Attributes:
-        capabilities: those of its clauses that need no more than listening.
-        suites: those that listen, then those whose clauses the others are.
-    """
-
-    capabilities: frozenset[str]
-    suites: tuple[str, ...]
-
-
-_PROTOCOLS: Mapping[str, _Spoken] = {
-    "p2os": _Spoken(
-        capabilities=frozenset({"P2OS", "server", "client", "client.commands"}),
-        suites=("recorded-p2os", "p2os-client", "p2os-server", "pioneer-motion"),
-    ),
-    "pkt": _Spoken(
-        capabilities=frozenset({"PKT!", "server", "client"}), suites=("recorded-pkt", "pkt-board", "pkt-host")
-    ),
-    "carla": _Spoken(
-        capabilities=frozenset({"CARLA", "board", "simulator"}),
-        suites=("recorded-carla", "vehicle-board", "vehicle-host"),
-    ),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,11 +92,7 @@ class CaptureProvider:
         self._path = path
         self._data = _read(path)
         self._recording = parse_recording(self._data, str(path))
-        self._protocol = spoken(laid_out(self._recording.events))
-        if self._protocol not in _PROTOCOLS:
-            wrong = f"{self._protocol} is spoken there, and cannot be judged by listening"
-            wrong = wrong if self._protocol else "no protocol is known that makes frames of its bytes"
-            raise UsageError(wrong, where=str(path), hint=f"that can be judged: {', '.join(_PROTOCOLS)}")
+        self._protocol, self._recorded = _judged(self._recording, str(path))
         sha256 = hashlib.sha256(self._data).hexdigest()
         header = {"bench": self._bench, "seed": options.seed, "recording": str(path), "sha256": sha256}
         self._journal = Journal(options.journal, header, max_bytes=options.journal_max)
@@ -134,18 +104,18 @@ class CaptureProvider:
     @property
     def capabilities(self) -> frozenset[str]:
         """That it is a recording, and whose clauses may be judged."""
-        return _PROTOCOLS[self._protocol].capabilities | {RECORDING}
+        return self._recorded.capabilities | {self._protocol.title, RECORDING}
 
     @property
     def suites(self) -> Sequence[str]:
         """All that there is for its protocol: what cannot be judged by listening is not applicable, and says so."""
-        return _PROTOCOLS[self._protocol].suites
+        return self._recorded.suites
 
     def describe(self) -> Mapping[str, str]:
         """Name the recording, and say what is not there of it."""
         about = {
             "bench": self._bench,
-            "target": f"recording {self._path} ({self._protocol})",
+            "target": f"recording {self._path} ({self._protocol.name})",
             "physics": "none of ours",
         }
         remarks = "; ".join(remarks_on(self._recording.header, self._recording.problem, "judged"))
@@ -164,6 +134,17 @@ class CaptureProvider:
     def close(self) -> None:
         """Close the journal."""
         self._journal.close()
+
+
+def _judged(recording: Recording, where: str) -> tuple[ProtocolPlugin, Recorded]:
+    protocol = spoken(laid_out(recording.events))
+    if protocol is not None and protocol.recorded is not None:
+        return protocol, protocol.recorded
+    wrong = "no protocol is known that makes frames of its bytes"
+    if protocol is not None:
+        wrong = f"{protocol.name} is spoken there, and cannot be judged by listening"
+    names = ", ".join(one.name for one in PLUGINS.all() if one.recorded is not None)
+    raise UsageError(wrong, where=where, hint=f"that can be judged: {names}")
 
 
 def _read(path: Path) -> bytes:

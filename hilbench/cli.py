@@ -22,9 +22,10 @@ COMMANDS = {
     "check": "run conformance suites on a target and report clause by clause",
     "run": "run firmware on emulated boards, in virtual time",
     "decode": "show the bytes of a line as frames",
+    "protocols": "list the protocols that are there, those of plug-ins among them",
     "export": "write a journal as MCAP, pcapng, VCD or CSV",
     "diff": "compare two recordings: what the pins did, or event by event",
-    "proxy": "stand between a client and a board: look, record, spoil",
+    "proxy": "stand between a client and a board: look, record, inject faults",
     "serve": "offer a virtual target on a pty or a TCP port, in real time",
     "init": "write a bench file and a test for firmware of your own",
     "attach": "come back to a bench that was left running in the dashboard",
@@ -111,7 +112,7 @@ def _dispatch(words: list[str]) -> int:
         return _run("dashboard", words)
     first = words[0]
     if first in {"-h", "--help", "help"}:
-        _say(_HELP.format(commands="\n".join(f"  {name:<10}{what}" for name, what in COMMANDS.items())))
+        _say(_HELP.format(commands="\n".join(f"  {name:<11}{what}" for name, what in COMMANDS.items())))
         return ExitCode.OK
     if first == "--version":
         _say(f"hilbench {__version__}")
@@ -129,7 +130,17 @@ def _run(name: str, words: list[str]) -> int:
         from hilbench.siblings import check_siblings
 
         check_siblings()
-    return int(command.run(arguments))
+    try:
+        return int(command.run(arguments))
+    finally:
+        _report_plugins()
+
+
+def _report_plugins() -> None:
+    """Say of each plug-in that was looked at and cannot be used why that is: one line."""
+    discovery = sys.modules.get("hilbench.plugins.discovery")
+    for line in discovery.PLUGINS.broken.values() if discovery is not None else ():
+        _end(f"note: {line}", ExitCode.OK)
 
 
 def _is_bench(word: str) -> bool:

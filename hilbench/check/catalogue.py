@@ -1,9 +1,6 @@
 """Finds the clause behind an id.
 
-Each protocol brings a table ``CLAUSES`` in its module ``clauses``; so does the bench of emulated boards. Those of this
-distribution are looked at first; another distribution's, found by its entry point in the group ``hilbench.protocols``,
-only for an id they do not hold.
-
+Each protocol brings its clauses with its record; some benches of this distribution have rules of their own beside them.
 A clause of a protocol needs a bench that speaks it: without the capability of that name its cases do not apply.
 """
 
@@ -13,26 +10,17 @@ import importlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import metadata
-from types import MappingProxyType
 
 from hilbench.check.verdicts import Level
+from hilbench.plugins.discovery import PLUGINS
+from hilbench.plugins.protocol import ClauseEntry
 
-OWN_CATALOGUES = (
-    "protocols.p2os.clauses",
-    "protocols.pkt.clauses",
-    "protocols.carla.clauses",
+_OF_BENCHES = (
     "hilbench.suites._bluepill_clauses",
     "hilbench.suites._dodge_clauses",
     "hilbench.suites._rover_motion_clauses",
     "hilbench.suites._vehicle_drive_clauses",
 )
-
-
-SPOKEN: Mapping[str, str] = MappingProxyType(
-    {"protocols.p2os.clauses": "P2OS", "protocols.pkt.clauses": "PKT!", "protocols.carla.clauses": "CARLA"}
-)
-"""The capability that the clauses of a protocol need, besides their own needs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,33 +48,41 @@ class Clause:
 
 def find_clause(clause_id: str) -> Clause | None:
     """Return the clause with this id, or None."""
-    own = _own_clauses().get(clause_id)
-    return own if own is not None else _foreign_clauses().get(clause_id)
+    return _clauses(tuple(PLUGINS.names())).get(clause_id)
+
+
+def titles() -> frozenset[str]:
+    """Return the capability of each protocol: what a bench has that speaks it."""
+    return frozenset(protocol.title for protocol in PLUGINS.all())
 
 
 @cache
-def _own_clauses() -> dict[str, Clause]:
-    return _by_id(OWN_CATALOGUES)
-
-
-@cache
-def _foreign_clauses() -> dict[str, Clause]:
-    catalogues = [f"{point.value}.clauses" for point in metadata.entry_points(group="hilbench.protocols")]
-    return _by_id(name for name in catalogues if name not in OWN_CATALOGUES)
-
-
-def _by_id(modules: Iterable[str]) -> dict[str, Clause]:
-    found = {}
-    for module in modules:
-        spoken = {SPOKEN[module]} if module in SPOKEN else set()
-        for entry in importlib.import_module(module).CLAUSES:
-            found[entry.id] = Clause(
-                id=entry.id,
-                suite=entry.suite,
-                level=entry.level,
-                title=entry.title,
-                text=entry.text,
-                source=entry.source,
-                needs=frozenset({*entry.needs, *spoken}),
-            )
+def _clauses(protocols: tuple[str, ...]) -> Mapping[str, Clause]:
+    """Return all clauses; a protocol that has one of an id that is taken is refused."""
+    del protocols  # what may be found: it changes when a file brings another one
+    found = {entry.id: _clause(entry) for module in _OF_BENCHES for entry in importlib.import_module(module).CLAUSES}
+    for protocol in PLUGINS.all():
+        entries = protocol.clauses()
+        taken = sorted(found.keys() & {entry.id for entry in entries}) or _twice(entry.id for entry in entries)
+        if taken:
+            PLUGINS.refuse(protocol.name, f"has a clause '{taken[0]}', and so has another catalogue")
+            continue
+        found |= {entry.id: _clause(entry, protocol.title) for entry in entries}
     return found
+
+
+def _twice(ids: Iterable[str]) -> list[str]:
+    seen: set[str] = set()
+    return [one for one in ids if one in seen or seen.add(one)]  # type: ignore[func-returns-value]
+
+
+def _clause(entry: ClauseEntry, *spoken: str) -> Clause:
+    return Clause(
+        id=entry.id,
+        suite=entry.suite,
+        level=entry.level,
+        title=entry.title,
+        text=entry.text,
+        source=entry.source,
+        needs=frozenset({*entry.needs, *spoken}),
+    )

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from hilbench.check.cases import spec_of
-from hilbench.check.catalogue import SPOKEN
+from hilbench.check.catalogue import titles
 from hilbench.check.collector import Collector, PlannedCase
 from hilbench.check.doubt import doubted, excused
 from hilbench.check.outcome import PASSED, Outcome, outcome_of, printable
@@ -273,7 +273,7 @@ class CheckPlugin:
         """
         asked = {plan.suite for plan in plans if plan.suite in shipped_suites()}
         for suite in sorted(asked - {*getattr(self._provider, "suites", ())}):
-            lacks = [{*plan.missing} & {*SPOKEN.values()} for plan in plans if plan.suite == suite]
+            lacks = [{*plan.missing} & titles() for plan in plans if plan.suite == suite]
             for protocol in sorted(set.intersection(*lacks)):
                 message = f"is a suite of {protocol}, which this bench does not speak"
                 raise UsageError(message, where=f"--suite {suite}", hint="name a bench whose target speaks it")

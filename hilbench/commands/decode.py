@@ -7,6 +7,7 @@ import argparse
 from hilbench.errors import UnavailableError
 from hilbench.exit_codes import ExitCode
 from hilbench.parser import Parser
+from hilbench.plugins.flags import ProtocolParser
 
 _EXAMPLES = """
 hilbench decode pkt capture.bin                      bytes as they stood on the line
@@ -28,20 +29,16 @@ read, or the output not written; 130: interrupted.
 
 def parser() -> Parser:
     """Return the parser of this command."""
-    made = Parser("hilbench decode", "Show the bytes of a line as frames.", _EXAMPLES, _NOTES)
+    made = ProtocolParser("hilbench decode", "Show the bytes of a line as frames.", _EXAMPLES, _NOTES)
     add = made.add_argument
-    add("protocol", metavar="PROTOCOL", choices=("pkt", "p2os", "autoware", "carla"),
-        help="pkt, p2os, autoware, a driving stack's stand-in link, or carla, a simulator's line")  # fmt: skip
+    add("protocol", metavar="PROTOCOL", help="what is spoken; 'hilbench protocols' lists them")
     add("file", metavar="FILE", nargs="?", default="-", help="what to read; - is standard input (the default)")
     add("--input", metavar="FORM", choices=("auto", "raw", "hex", "journal", "capture"), default="auto",
         help="bytes, hex dump, journal, or capture: pcapng, MCAP, CSV (default: auto, by how it begins)")  # fmt: skip
     add("--stream", metavar="NAME", action="append", default=[],
         help="of a journal or a capture, only this stream, such as 'rover tx' (repeatable)")  # fmt: skip
     add("--from", dest="speaker", metavar="END", choices=("host", "target"),
-        help="p2os: who sends: host or target (default: target, or as a journal says)")  # fmt: skip
-    add("--framing", metavar="F", choices=("len", "term"), default="len",
-        help="pkt: len, a length byte (default), or term, up to the newline")  # fmt: skip
-    add("--schema", metavar="S", choices=("v1", "v1b", "v2"), default="v2", help="pkt: v1, v1b or v2 (default)")
+        help="who sends, where the protocol asks: host or target (default: target, or as a journal says)")  # fmt: skip
     add("--json", action="store_true", help="print JSON, an object a line")
     return made
 
@@ -51,12 +48,9 @@ def run(parsed: argparse.Namespace) -> int:
     import os
 
     from hilbench.console import Console
-    from hilbench.decode.reading import DecodeOptions
     from hilbench.decode.run import Totals, decode
     from hilbench.decode.sources import read_chunks
-    from protocols.pkt import Framing, Schema
 
-    options = DecodeOptions(framing=Framing[parsed.framing.upper()], schema=Schema[parsed.schema.upper()])
     console, totals = Console(), Totals()
     where = "standard input" if parsed.file == "-" else parsed.file
     try:
@@ -67,7 +61,7 @@ def run(parsed: argparse.Namespace) -> int:
     for lines in decode(
         chunks,
         parsed.protocol,
-        options,
+        parsed.options,
         streams=frozenset(parsed.stream),
         speaker=parsed.speaker or "",
         as_json=parsed.json,

@@ -9,6 +9,7 @@ from hilbench import arguments
 from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.parser import Parser, typed
+from hilbench.plugins.flags import ProtocolParser
 
 _EXAMPLES = """
 hilbench export run.jsonl --mcap run.mcap                   for Foxglove
@@ -29,7 +30,7 @@ _FORMATS = ("mcap", "pcapng", "vcd", "csv")
 
 def parser() -> Parser:
     """Return the parser of this command."""
-    made = Parser("hilbench export", "Write a journal in the formats of other programs.", _EXAMPLES, _NOTES)
+    made = ProtocolParser("hilbench export", "Write a journal in the formats of other programs.", _EXAMPLES, _NOTES)
     add = made.add_argument
     add("journal", metavar="JOURNAL", type=Path, help="what was recorded")
     add("--mcap", metavar="FILE", type=typed(arguments.output_file),
@@ -39,7 +40,7 @@ def parser() -> Parser:
     add("--vcd", metavar="FILE", type=typed(arguments.output_file), help="the pins as waveforms: GTKWave, PulseView")
     add("--csv", metavar="FILE", type=typed(arguments.output_file), help="everything, a line for each event")
     add("--case", metavar="ID", default="", help="only this case of a journal of 'hilbench check'")
-    add("--protocol", metavar="PROTOCOL", choices=("pkt", "p2os", "autoware", "carla"), default="",
+    add("--protocol", metavar="PROTOCOL",
         help="what is spoken, for the frames of --mcap (default: what makes frames of most bytes)")  # fmt: skip
     add("--json", action="store_true", help="print what was written as JSON")
     return made

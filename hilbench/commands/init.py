@@ -39,13 +39,13 @@ def parser() -> Parser:
         "or a file of yours (.toml)")  # fmt: skip
     add("--chip", metavar="PART", help="the chip that the board has instead of its own, such as STM32F103CB")
     add("--image", metavar="IMAGE", type=Path, help="what would be flashed: ELF, Intel HEX or raw binary")
-    add("--protocol", metavar="PROTOCOL", choices=("p2os", "pkt"),
-        help="for a board at a serial port: what it speaks, p2os or pkt")  # fmt: skip
+    add("--protocol", metavar="PROTOCOL",
+        help="for a board at a serial port: what it speaks; 'hilbench protocols' lists them")  # fmt: skip
     add("--port", metavar="PORT", default="",
         help="with --protocol: its path, or serial=NUMBER, usb=VENDOR:PRODUCT, or a target of 'hilbench ports' "
         "(default: the only one)")  # fmt: skip
     add("--baud", metavar="B", type=typed(arguments.baud),
-        help="with --protocol: its rate (default: that of --port, or 9600 for p2os, 115200 for pkt)")  # fmt: skip
+        help="with --protocol: its rate (default: that of --port, or the usual one)")  # fmt: skip
     add("--dir", metavar="DIR", default=Path(), type=Path, help="where to write (default: the working folder)")
     return made
 
@@ -63,9 +63,10 @@ def run(parsed: argparse.Namespace) -> int:
     _check(parsed)
     interruption.raise_once()
     if parsed.protocol is not None:
+        from hilbench.plugins.discovery import PLUGINS
         from hilbench.ports.first_test import init_port
 
-        written = init_port(parsed.protocol, parsed.port, parsed.baud, parsed.dir)
+        written = init_port(PLUGINS.protocol(parsed.protocol, "--protocol"), parsed.port, parsed.baud, parsed.dir)
         then = "pytest"
     else:
         from hilbench.mcu.init import init

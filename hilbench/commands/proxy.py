@@ -9,6 +9,7 @@ from hilbench import arguments, interruption
 from hilbench.exit_codes import ExitCode
 from hilbench.journal_options import add_journal, check_journal
 from hilbench.parser import Parser, typed
+from hilbench.plugins.flags import ProtocolParser
 
 _EXAMPLES = """
 hilbench proxy pty:./board serial:/dev/ttyACM0@115200              your program opens ./board instead
@@ -27,16 +28,15 @@ serial port or pyserial URL, or a virtual target. Without faults every byte pass
 
 def parser() -> Parser:
     """Return the parser of this command."""
-    made = Parser("hilbench proxy", "Stand between a client and a board: look, record, spoil.", _EXAMPLES, _NOTES)
+    made = ProtocolParser(
+        "hilbench proxy", "Stand between a client and a board: look, record, inject faults.", _EXAMPLES, _NOTES
+    )
     add = made.add_argument
     add("a", metavar="A", help="where the client is")
     add("b", metavar="B", help="where the board is")
     add("--faults", metavar="FILE", type=Path, help="what goes wrong on the way (docs/faults.md)")
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="decides what chance decides (default: 0)")
-    add("--protocol", metavar="P", choices=("pkt", "p2os", "autoware", "carla"),
-        help="print what passes as frames: pkt, p2os, autoware or carla")  # fmt: skip
-    add("--framing", metavar="F", choices=("len", "term"), default="len", help="pkt: len (default) or term")
-    add("--schema", metavar="S", choices=("v1", "v1b", "v2"), default="v2", help="pkt: v1, v1b or v2 (default)")
+    add("--protocol", metavar="P", help="print what passes as frames of this protocol")
     add("--json", action="store_true", help="print frames as JSON, an object a line")
     add_journal(made)
     return made
@@ -67,11 +67,8 @@ def run(parsed: argparse.Namespace) -> ExitCode:
         return proxy(options, console.mention)
 
     from hilbench.decode.live import LiveDecoder
-    from hilbench.decode.reading import DecodeOptions
-    from protocols.pkt import Framing, Schema
 
-    how = DecodeOptions(framing=Framing[parsed.framing.upper()], schema=Schema[parsed.schema.upper()])
-    decoder = LiveDecoder(parsed.protocol, how, console, as_json=parsed.json)
+    decoder = LiveDecoder(parsed.protocol, parsed.options, console, as_json=parsed.json)
     try:
         code = proxy(options, console.mention, decoder.take)
     finally:

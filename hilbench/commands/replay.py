@@ -10,9 +10,11 @@ from hilbench import arguments, interruption
 from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.parser import Parser, typed
+from hilbench.plugins.flags import add_plugins, use_plugins
 
 if TYPE_CHECKING:
     from hilbench.options import CheckOptions
+    from hilbench.plugins.protocol import ProtocolPlugin
 
 _EXAMPLES = """
 hilbench replay session.jsonl                           look at it in the dashboard
@@ -31,8 +33,6 @@ Exit code with --into 0: the target has answered the same; 1: it has not; 2: wro
 interrupted.
 """
 
-_BENCHES = {"p2os": "pioneer", "pkt": "rover-model"}
-
 
 def parser() -> Parser:
     """Return the parser of this command."""
@@ -47,6 +47,7 @@ def parser() -> Parser:
         help="with --into: write the journal of what happens now")  # fmt: skip
     add("--seed", metavar="N", type=typed(arguments.seed), help="with --into: seed (default: that of the recording)")
     add("--json", action="store_true", help="with --into: print how it went as JSON")
+    add_plugins(made)
     return made
 
 
@@ -57,6 +58,7 @@ def run(parsed: argparse.Namespace) -> int:
         UsageError: the file is no recording; this is no terminal; nothing that can be played.
         UnavailableError: the file cannot be read; the target is not there.
     """
+    use_plugins(parsed.plugin)
     if parsed.into is not None:
         return _into(parsed)
     for option, value in (("--case", parsed.case), ("--journal", parsed.new_journal), ("--json", parsed.json)):
@@ -87,6 +89,7 @@ def _into(parsed: argparse.Namespace) -> int:
     from hilbench.console import Console
     from hilbench.files import check_writable, refuse_overwriting
     from hilbench.names import json_text
+    from hilbench.plugins.discovery import PLUGINS
     from hilbench.recordings.frames import spoken
     from hilbench.recordings.layout import laid_out, of_case
     from hilbench.recordings.reading import read_recording
@@ -102,10 +105,11 @@ def _into(parsed: argparse.Namespace) -> int:
     if parsed.seed is not None:
         recording = replace(recording, header={**recording.header, "seed": parsed.seed})
     protocol = spoken(laid_out(recording.events))
-    if protocol not in _BENCHES:
-        wrong = f"{protocol} is spoken there, and cannot be played"
-        wrong = wrong if protocol else "no protocol is known that makes frames of its bytes"
-        raise UsageError(wrong, where=str(path), hint=f"that can be played: {', '.join(_BENCHES)}")
+    if protocol is None or not protocol.replay_bench:
+        wrong = "no protocol is known that makes frames of its bytes"
+        wrong = wrong if protocol is None else f"{protocol.name} is spoken there, and cannot be played"
+        names = ", ".join(one.name for one in PLUGINS.all() if one.replay_bench)
+        raise UsageError(wrong, where=str(path), hint=f"that can be played: {names}")
     interruption.raise_once()
     provider = make_provider(_options(parsed, protocol))
     console = Console()
@@ -136,14 +140,14 @@ def _line(case: str, sent: int, recorded: int, answered: int) -> str:
     return f"{name}{sent} bytes sent, {answered} frames answered, {recorded} recorded"
 
 
-def _options(parsed: argparse.Namespace, protocol: str) -> CheckOptions:
+def _options(parsed: argparse.Namespace, protocol: ProtocolPlugin) -> CheckOptions:
     from hilbench.options import CheckOptions, TargetChoice
 
     spec = parsed.into.removeprefix("pty:")
     spec = f"serial:{spec}" if spec != parsed.into else spec
     at_port = ":" in spec
     return CheckOptions(
-        bench=_BENCHES[protocol] if at_port else spec,
+        bench=protocol.replay_bench if at_port else spec,
         targets=(TargetChoice(spec=spec),) if at_port else (),
         journal=parsed.new_journal,
         seed=parsed.seed or 0,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from hilbench.decode.reading import Speaker
+from protocols.common.decoding import Speaker
 
 __all__ = ["Chunk", "chunk_of", "speaker_of"]
 

@@ -9,7 +9,7 @@ from enum import Enum
 from typing import Any
 
 from hilbench.clock import NS_PER_S
-from hilbench.decode.items import Item, Kind
+from protocols.common.items import Item, Kind
 
 __all__ = ["json_line", "plain", "said", "text_line", "value_text"]
 

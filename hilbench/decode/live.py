@@ -8,9 +8,9 @@ from queue import Empty, Full, Queue
 
 from hilbench.console import Console
 from hilbench.decode.chunks import Chunk
-from hilbench.decode.reading import DecodeOptions
 from hilbench.decode.run import Totals, decode
 from hilbench.errors import HilbenchError
+from hilbench.plugins.protocol import ProtocolPlugin
 
 __all__ = ["LiveDecoder"]
 
@@ -25,8 +25,8 @@ class LiveDecoder:
     """Decodes and prints what it is told of.
 
     Args:
-        protocol: name in `hilbench.decode.decoders.DECODERS`.
-        options: how bytes are read.
+        protocol: what is spoken.
+        options: how its frames are read, its own record.
         console: where lines go.
         as_json: as JSON instead of for people.
         patience_s: how long a reader who takes nothing is waited for at the end, in seconds of the host.
@@ -39,8 +39,8 @@ class LiveDecoder:
 
     def __init__(
         self,
-        protocol: str,
-        options: DecodeOptions,
+        protocol: ProtocolPlugin,
+        options: object,
         console: Console,
         *,
         as_json: bool,

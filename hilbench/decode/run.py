@@ -6,11 +6,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from hilbench.decode.chunks import Chunk
-from hilbench.decode.decoders import DECODERS
-from hilbench.decode.items import Item, Kind
 from hilbench.decode.lines import json_line, text_line
-from hilbench.decode.reading import DecodeOptions, Decoder, Speaker
 from hilbench.errors import UsageError
+from hilbench.plugins.protocol import ProtocolPlugin
+from protocols.common.decoding import Decoder, Speaker
+from protocols.common.items import Item, Kind
 
 __all__ = ["Totals", "decode"]
 
@@ -76,8 +76,8 @@ class _Stream:
 
 def decode(
     chunks: Iterable[Chunk],
-    protocol: str,
-    options: DecodeOptions,
+    protocol: ProtocolPlugin,
+    options: object,
     *,
     streams: frozenset[str],
     speaker: Speaker,
@@ -88,8 +88,8 @@ def decode(
 
     Args:
         chunks: the bytes.
-        protocol: name in `DECODERS`.
-        options: how they are read.
+        protocol: what is spoken.
+        options: how its frames are read, its own record.
         streams: the streams to look at; empty for all.
         speaker: who sends, where the source does not say; empty for the target.
         as_json: as JSON instead of for people.
@@ -107,7 +107,7 @@ def decode(
         if streams and chunk.stream not in streams:
             continue
         if chunk.stream not in known:
-            known[chunk.stream] = _Stream(DECODERS[protocol](options, speaker or chunk.speaker or "target"))
+            known[chunk.stream] = _Stream(protocol.decoder(options, speaker or chunk.speaker or "target"))
         stream = known[chunk.stream]
         lines = [
             make_line(item, stream.place(item, totals), chunk.stream, chunk.ns)

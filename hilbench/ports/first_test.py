@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from hilbench.errors import UnavailableError, UsageError
@@ -12,76 +12,29 @@ from hilbench.links.serial_target import LineSettings, SerialTarget, parse_seria
 from hilbench.names import escaped
 from hilbench.new_files import Written, write_new
 from hilbench.paths import absolute_path
+from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.ports.choice import PortChoice, choose_port, parse_port_choice, tells_apart
 from hilbench.ports.listing import PortEnumerator, PortInfo, list_ports
 
-__all__ = ["PROTOCOLS", "init_port"]
+__all__ = ["init_port"]
 
 TEST_NAME = "test_board.py"
 PYTEST_NAME = "pytest.ini"
 
 
-@dataclass(frozen=True, slots=True)
-class _Protocol:
-    """What is written for a board that speaks it: the bench, the usual rate, the test."""
-
-    bench: str
-    baud: int
-    test: str
-
-
-_P2OS = '''\
-"""What the robot at {target} must do. Run it with: pytest"""
-
-from __future__ import annotations
-
-from hilbench.check import case
-from protocols.p2os import Sip
-
-
-@case("S01")  # a clause of the catalogue: hilbench check pioneer --list
-def test_sync0_is_echoed(peer):
-    peer.sync(0)
-
-
-@case("OUR01", text="A session begins with a robot that stands.", level="must", source="our panel, rev. A")
-def test_it_stands(peer):
-    peer.start()
-    peer.expect(Sip, 1.0, where=lambda sip: not sip.moving, what="SIP of a robot that stands")
-'''
-_PKT = '''\
-"""What the rover at {target} must do. Run it with: pytest"""
-
-from __future__ import annotations
-
-from hilbench.check import case
-from protocols.pkt import GeneralReport, RequestTelemetry
-
-
-@case("OUR01", text="A request is answered within 0.5 s.", level="must", source="our board, rev. A")
-def test_a_request_is_answered(peer):
-    peer.write(peer.frame_of(RequestTelemetry()))
-    peer.expect(GeneralReport, 0.5)
-'''
 _INI = """\
 [pytest]
 addopts = {words}
 """
 
-PROTOCOLS: Mapping[str, _Protocol] = {
-    "p2os": _Protocol(bench="pioneer", baud=9600, test=_P2OS),
-    "pkt": _Protocol(bench="rover-model", baud=115200, test=_PKT),
-}
-"""By what the board speaks."""
-
 
 def init_port(
-    protocol: str, port: str, baud: int | None, folder: Path, *, ports: PortEnumerator = list_ports
+    protocol: ProtocolPlugin, port: str, baud: int | None, folder: Path, *, ports: PortEnumerator = list_ports
 ) -> Written:
     """Write a test, and have pytest know the board.
 
     Args:
-        protocol: what it speaks, a name in `PROTOCOLS`.
+        protocol: what it speaks.
         port: as after ``--target``: its path, or what is plugged in there (``serial=...``), with or without ``serial:``
             and a rate; empty for the only one with something plugged in.
         baud: rate of the line, bit/s; None for that of the port, or the usual one of the protocol.
@@ -93,17 +46,19 @@ def init_port(
             written.
         UnavailableError: nothing is plugged in, or nothing that is what was asked for.
     """
-    wanted = PROTOCOLS[protocol]
+    wanted = protocol.first_test
+    if wanted is None:
+        raise UsageError("has no first test to be written", where=f"--protocol {protocol.name}")
     there = ports()
     if port:
-        meant = _meant(port, baud, wanted.baud)
+        meant = _meant(port, baud, protocol.baud)
         found = _find(meant, there)
     else:
         found = _only_one(there)
-        meant = SerialTarget(url=found.device, baud=baud or wanted.baud)
+        meant = SerialTarget(url=found.device, baud=baud or protocol.baud)
     target = f"serial:{_named(found, there)}@{meant.baud}{_how(meant.settings)}"
     options = ["-p", "hilbench.pytest_plugin", "--hil-bench", wanted.bench, "--hil-target", target]
-    texts = {folder / TEST_NAME: wanted.test.format(target=escaped(target).replace('"', "'"))}
+    texts = {folder / TEST_NAME: wanted.text.format(target=escaped(target).replace('"', "'"))}
     ini, notes = folder / PYTEST_NAME, [f"the board is {_about(found)}"]
     if ini.exists():
         notes.append(f"{ini} is there already and stays as it is; it needs: addopts = {shlex.join(options)}")

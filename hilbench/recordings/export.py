@@ -10,6 +10,7 @@ from typing import IO
 
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.journal import Recording
+from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.recordings.csv_file import write_csv
 from hilbench.recordings.frames import spoken
 from hilbench.recordings.layout import laid_out
@@ -35,13 +36,15 @@ class Exported:
     remark: str = ""
 
 
-def export(recording: Recording, outputs: Mapping[str, Path], protocol: str, where: str) -> list[Exported]:
+def export(
+    recording: Recording, outputs: Mapping[str, Path], protocol: ProtocolPlugin | None, where: str
+) -> list[Exported]:
     """Write a recording.
 
     Args:
         recording: what is written.
         outputs: the files, by the name of the format: ``mcap``, ``pcapng``, ``vcd``, ``csv``.
-        protocol: what is spoken on its lines; empty for what makes frames of most of its bytes.
+        protocol: what is spoken on its lines; None for what makes frames of most of its bytes.
         where: the name of the recording, for messages.
 
     Raises:
@@ -53,30 +56,32 @@ def export(recording: Recording, outputs: Mapping[str, Path], protocol: str, whe
     return [_WRITERS[name](recording, path, protocol) for name, path in outputs.items()]
 
 
-def _mcap(recording: Recording, path: Path, protocol: str) -> Exported:
+def _mcap(recording: Recording, path: Path, protocol: ProtocolPlugin | None) -> Exported:
     protocol = protocol or spoken(laid_out(recording.events))
     count = _written(path, lambda file: write_mcap(recording, file, protocol))
-    remark = f"with the frames of {protocol}" if protocol else "no protocol is known that makes frames of its bytes"
+    remark = (
+        f"with the frames of {protocol.name}" if protocol else "no protocol is known that makes frames of its bytes"
+    )
     return Exported(path=path, events=count, remark=remark)
 
 
-def _pcapng(recording: Recording, path: Path, _protocol: str) -> Exported:
+def _pcapng(recording: Recording, path: Path, _protocol: ProtocolPlugin | None) -> Exported:
     count = _written(path, lambda file: write_pcapng(recording, file))
     left_out = sorted({event["kind"] for event in recording.events} & LEFT_OUT)
     return Exported(path=path, events=count, remark=f"without {', '.join(left_out)}" if left_out else "")
 
 
-def _csv(recording: Recording, path: Path, _protocol: str) -> Exported:
+def _csv(recording: Recording, path: Path, _protocol: ProtocolPlugin | None) -> Exported:
     return Exported(path=path, events=_written(path, lambda file: write_csv(recording, file)))
 
 
-def _vcd(recording: Recording, path: Path, _protocol: str) -> Exported:
+def _vcd(recording: Recording, path: Path, _protocol: ProtocolPlugin | None) -> Exported:
     pins = summarised(recording)
     remark = f"some edges of {', '.join(pins)} are not in the journal: 'hilbench run --vcd' has them" if pins else ""
     return Exported(path=path, events=write_vcd(recording, path), remark=remark)
 
 
-_WRITERS: Mapping[str, Callable[[Recording, Path, str], Exported]] = {
+_WRITERS: Mapping[str, Callable[[Recording, Path, ProtocolPlugin | None], Exported]] = {
     "mcap": _mcap,
     "pcapng": _pcapng,
     "vcd": _vcd,

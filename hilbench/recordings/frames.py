@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 from hilbench.clock import NS_PER_S
 from hilbench.decode.chunks import chunk_of
-from hilbench.decode.decoders import DECODERS
-from hilbench.decode.items import Item, Kind
-from hilbench.decode.reading import DecodeOptions, Decoder
+from hilbench.plugins.discovery import PLUGINS
+from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.recordings.layout import Event
+from protocols.common.decoding import Decoder
+from protocols.common.items import Item, Kind
 
 __all__ = ["FRAME_NS", "Framed", "framed", "spoken"]
 
@@ -43,17 +44,15 @@ class Framed:
     cut: bool = False
 
 
-def framed(
-    events: Iterable[tuple[int, Event]], protocol: str, options: DecodeOptions | None = None
-) -> Iterator[Framed]:
+def framed(events: Iterable[tuple[int, Event]], protocol: ProtocolPlugin, options: object = None) -> Iterator[Framed]:
     """Yield what the bytes of each stream turn out to be; a case begins with nothing left of the one before.
 
     Args:
         events: with their times.
-        protocol: name in `DECODERS`.
-        options: how bytes are read.
+        protocol: what is spoken.
+        options: how its frames are read, its own record; as usual if None.
     """
-    options = options or DecodeOptions()
+    options = protocol.options() if options is None else options
     decoders: dict[tuple[str, str], Decoder] = {}
     fed_ns: dict[tuple[str, str], int] = {}
     last_ns = 0
@@ -67,7 +66,7 @@ def framed(
             continue
         key = _stream(event)
         if key not in decoders:
-            decoders[key] = DECODERS[protocol](options, chunk.speaker or ("host" if key[1] == "tx" else "target"))
+            decoders[key] = protocol.decoder(options, chunk.speaker or ("host" if key[1] == "tx" else "target"))
         fed_ns[key] = ns
         for item in decoders[key].feed(chunk.data):
             yield Framed(ns=ns, source=key[0], kind=key[1], item=item)
@@ -94,8 +93,8 @@ def _cut_at(items: list[Item]) -> int:
     )
 
 
-def spoken(events: Iterable[tuple[int, Event]]) -> str:
-    """Return the protocol that makes frames of most bytes; empty if none does.
+def spoken(events: Iterable[tuple[int, Event]]) -> ProtocolPlugin | None:
+    """Return the protocol that makes frames of most bytes; None if none does.
 
     It counts for what one end says or hears if more than half of that is in its frames. Other lines beside it, such as
     a GPS receiver's or a console's, say nothing against it, however much is said there.
@@ -108,9 +107,9 @@ def spoken(events: Iterable[tuple[int, Event]]) -> str:
         if total >= _ENOUGH_BYTES:
             break
     said = _said(sample)
-    sound = {name: _in_frames(sample, name, said) for name in DECODERS}
-    best = max(sound, key=lambda name: sound[name])
-    return best if sound[best] else ""
+    sound = [(_in_frames(sample, protocol, said), protocol) for protocol in PLUGINS.all()]
+    most, best = max(sound, key=lambda one: one[0])
+    return best if most else None
 
 
 def _said(events: list[tuple[int, Event]]) -> Counter[tuple[str, str]]:
@@ -123,7 +122,7 @@ def _said(events: list[tuple[int, Event]]) -> Counter[tuple[str, str]]:
     return counted
 
 
-def _in_frames(events: list[tuple[int, Event]], protocol: str, said: Counter[tuple[str, str]]) -> int:
+def _in_frames(events: list[tuple[int, Event]], protocol: ProtocolPlugin, said: Counter[tuple[str, str]]) -> int:
     """Count the bytes in frames, of the streams that consist of frames."""
     sound: Counter[tuple[str, str]] = Counter()
     for one in framed(events, protocol):

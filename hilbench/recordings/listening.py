@@ -13,10 +13,11 @@ from functools import cached_property
 
 from hilbench.clock import NS_PER_S
 from hilbench.decode.chunks import speaker_of
-from hilbench.decode.items import Item, Kind
 from hilbench.journal import Recording
+from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.recordings.frames import FRAME_NS, framed
 from hilbench.recordings.layout import Event, data_of
+from protocols.common.items import Item, Kind
 
 __all__ = ["ASSUMED_UNCERTAINTY_S", "HOST", "TARGET", "Heard", "Stretch", "Talk", "stretches", "talks"]
 
@@ -24,9 +25,6 @@ HOST, TARGET = "host", "target"
 
 ASSUMED_UNCERTAINTY_S = 0.002
 """How far off times may be where the recording does not say (assumed: the least that a live run in real time takes)."""
-
-_LONGEST_BYTES = 258
-"""Of a frame, in any of the protocols: that of P2OS with the largest count."""
 
 _CHECKERS = {"checker": TARGET, "server": HOST, "rover": HOST}
 """The ends that hilbench itself holds in a case, and who is under test then."""
@@ -156,12 +154,12 @@ class _Part:
     events: list[Event] = field(default_factory=list)
 
 
-def stretches(recording: Recording, protocol: str) -> list[Stretch]:
+def stretches(recording: Recording, protocol: ProtocolPlugin) -> list[Stretch]:
     """Return what was heard, case by case.
 
     Args:
         recording: what was recorded.
-        protocol: what is spoken, by its name in `hilbench.decode`.
+        protocol: what is spoken.
     """
     parts = list(_parts(recording.events))
     of_checks = any(part.case for part in parts)
@@ -179,7 +177,7 @@ def _parts(events: Sequence[Event]) -> Iterator[_Part]:
     yield part
 
 
-def _stretch(part: _Part, protocol: str, *, of_checks: bool) -> Stretch | None:
+def _stretch(part: _Part, protocol: ProtocolPlugin, *, of_checks: bool) -> Stretch | None:
     ends = _ends(part)
     if not ends:
         return None
@@ -189,11 +187,13 @@ def _stretch(part: _Part, protocol: str, *, of_checks: bool) -> Stretch | None:
     items = (one for one in framed(chosen, protocol) if not one.cut)
     heard = [Heard(ns=one.ns, by=ends[one.source, one.kind], item=one.item) for one in items]
     heard.sort(key=lambda one: one.ns)
+    if not from_start:
+        heard = [*_without_tails(heard, _begun(chosen, ends, begin_ns), protocol.longest_frame)]
     sources = {source for source, _ in ends}
     checker = next((source for source in _CHECKERS if of_checks and source in sources), "")
     return Stretch(
         case=part.case,
-        heard=tuple(heard if from_start else _without_tails(heard, _begun(chosen, ends, begin_ns))),
+        heard=tuple(heard),
         begin_ns=begin_ns,
         end_ns=_end_ns(timed),
         from_start=from_start,
@@ -212,9 +212,9 @@ def _begun(chosen: list[tuple[int, Event]], ends: Mapping[tuple[str, str], str],
     return {end for end, ns in first_ns.items() if ns - begin_ns <= FRAME_NS}
 
 
-def _without_tails(heard: list[Heard], begun: set[str]) -> Iterator[Heard]:
+def _without_tails(heard: list[Heard], begun: set[str], longest_frame: int) -> Iterator[Heard]:
     """Leave out what may be the end of a frame: bytes before the first sound one of an end, no more than one has."""
-    room = dict.fromkeys(begun, _LONGEST_BYTES)
+    room = dict.fromkeys(begun, longest_frame)
     for one in heard:
         room[one.by] = -1 if one.sound else room.get(one.by, -1) - len(one.item.raw)
         if room[one.by] < 0:

@@ -17,6 +17,7 @@ from mcap.exceptions import McapError
 
 from hilbench.decode.lines import plain
 from hilbench.journal import Recording
+from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.recordings.frames import framed
 from hilbench.recordings.layout import Event, json_bytes, laid_out
 from hilbench.recordings.mcap_schemas import (
@@ -45,13 +46,13 @@ _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _METADATA, _FOOTER = 3, 4, 5, 6, 12, 2
 _RECORD_HEAD = 9
 
 
-def write_mcap(recording: Recording, file: IO[bytes], protocol: str = "") -> int:
+def write_mcap(recording: Recording, file: IO[bytes], protocol: ProtocolPlugin | None = None) -> int:
     """Write a recording.
 
     Args:
         recording: what is written.
         file: where to; a pipe will do, for it is only written to.
-        protocol: what is spoken on its lines, by its name in `hilbench.decode`; empty for no frames.
+        protocol: what is spoken on its lines; None for no frames.
 
     Returns:
         How many events of the journal were written, each as one message.
@@ -65,7 +66,7 @@ def write_mcap(recording: Recording, file: IO[bytes], protocol: str = "") -> int
     channels = _Channels(writer)
     events = list(laid_out(recording.events))
     streams = [_messages(channels, events)]
-    if protocol:
+    if protocol is not None:
         streams.append(_frames(channels, events, protocol))
     for sequence, (ns, channel, data) in enumerate(_merged(streams)):
         writer.add_message(channel, log_time=ns, data=data, publish_time=ns, sequence=sequence)
@@ -115,7 +116,7 @@ def _messages(channels: _Channels, events: list[tuple[int, Event]]) -> Iterator[
                 yield ns, channels.of(topic, schema, FOXGLOVE_SCHEMAS[schema]), json_bytes(made)
 
 
-def _frames(channels: _Channels, events: list[tuple[int, Event]], protocol: str) -> Iterator[Message]:
+def _frames(channels: _Channels, events: list[tuple[int, Event]], protocol: ProtocolPlugin) -> Iterator[Message]:
     for one in framed(events, protocol):
         said = {
             "name": one.item.name,

@@ -13,18 +13,14 @@ from typing import Any
 
 from hilbench.check.provider import PLAIN_SETUP, BenchProvider, CaseBench, CaseInfo, CaseSetup, case_seed
 from hilbench.clock import NS_PER_S
-from hilbench.decode.decoders import DECODERS
-from hilbench.decode.items import Item
 from hilbench.decode.lines import said
-from hilbench.decode.reading import DecodeOptions
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.journal import Journal, Recording
 from hilbench.line_peer import LinePeer
 from hilbench.mcu.board_case import BoardCase
-from hilbench.pioneer.peer import Peer
+from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.recordings.listening import HOST, TARGET, Talk, talks
-from hilbench.rover.peer import RoverPeer
-from protocols.pkt import PROFILES
+from protocols.common.items import Item
 
 __all__ = ["SETTLE_S", "Replayed", "replay_into"]
 
@@ -62,13 +58,15 @@ class Replayed:
         return not self.number
 
 
-def replay_into(recording: Recording, provider: BenchProvider, protocol: str, where: str) -> Iterator[Replayed]:
+def replay_into(
+    recording: Recording, provider: BenchProvider, protocol: ProtocolPlugin, where: str
+) -> Iterator[Replayed]:
     """Say once more what the host said; yield how each case went.
 
     Args:
         recording: what was recorded.
         provider: opens the target.
-        protocol: what is spoken, by its name in `hilbench.decode`.
+        protocol: what is spoken.
         where: the name of the recording, for messages.
 
     Raises:
@@ -84,7 +82,7 @@ def replay_into(recording: Recording, provider: BenchProvider, protocol: str, wh
         yield _held_against(talk, answers, protocol)
 
 
-def _said_to(provider: BenchProvider, talk: Talk, seed: int, protocol: str) -> bytes:
+def _said_to(provider: BenchProvider, talk: Talk, seed: int, protocol: ProtocolPlugin) -> bytes:
     """Open the target, say it, and return what was answered."""
     name = talk.case or "replay"
     answers = bytearray()
@@ -148,18 +146,17 @@ def _setup(case: str, capabilities: frozenset[str]) -> CaseSetup:
     return CaseSetup(program=program) if f"program '{program}'" in capabilities else PLAIN_SETUP
 
 
-def _host_end(opened: CaseBench, program: str, protocol: str) -> LinePeer[Any]:
+def _host_end(opened: CaseBench, program: str, protocol: ProtocolPlugin) -> LinePeer[Any]:
     """Return the end of the line that a host has; of emulated boards the one that their bench file leaves to us."""
     peer = getattr(opened, "peer", None)
     if isinstance(peer, LinePeer):
         return peer
-    if not isinstance(opened, BoardCase) or "" not in opened.emulated.bench_file.checker_lines:
+    lines = opened.emulated.bench_file.checker_lines if isinstance(opened, BoardCase) else {}
+    if not isinstance(opened, BoardCase) or "" not in lines or protocol.peer is None:
         raise UsageError("has no line, or several, where one host could be", where="--into")
-    port = opened.emulated.ports[opened.emulated.bench_file.checker_lines[""]]
+    port = opened.emulated.ports[lines[""]]
     port.reacts = True
-    if protocol == "p2os":
-        return Peer(opened.bench, port)
-    return RoverPeer(opened.bench, port, PROFILES.get(program, PROFILES["documented"]))
+    return protocol.peer(opened.bench, port, program)
 
 
 def _take(event: object, answers: bytearray) -> None:
@@ -167,7 +164,7 @@ def _take(event: object, answers: bytearray) -> None:
         answers += bytes.fromhex(event["data"])
 
 
-def _held_against(talk: Talk, answers: bytes, protocol: str) -> Replayed:
+def _held_against(talk: Talk, answers: bytes, protocol: ProtocolPlugin) -> Replayed:
     before, now = _items(talk.of(TARGET), protocol), _items(answers, protocol)
     ended = len(before)  # what comes behind the end of the recording is no difference
     for number, (one, two) in enumerate(zip_longest(before, now[:ended]), 1):
@@ -184,6 +181,6 @@ def _held_against(talk: Talk, answers: bytes, protocol: str) -> Replayed:
     return Replayed(case=talk.case, sent=len(talk.of(HOST)), recorded=len(before), answered=len(now))
 
 
-def _items(data: bytes, protocol: str) -> Sequence[Item]:
-    decoder = DECODERS[protocol](DecodeOptions(), TARGET)
+def _items(data: bytes, protocol: ProtocolPlugin) -> Sequence[Item]:
+    decoder = protocol.decoder(protocol.options(), TARGET)
     return [*decoder.feed(data), *decoder.finish()]

@@ -9,9 +9,9 @@ from itertools import pairwise
 from hilbench.capture_provider import CaptureCase
 from hilbench.check import NotApplicable, Violation, within
 from hilbench.clock import NS_PER_S
-from hilbench.decode.items import Kind
 from hilbench.recordings.listening import HOST, TARGET, Heard, Stretch
 from hilbench.suites._recorded import Worst, around, on_recording, stretches_of
+from protocols.common.items import Kind
 from protocols.pkt import (
     MotorSpeeds,
     MotorThrottles,

@@ -226,7 +226,7 @@ class FramesPane(RowsPane):
         frame = self._chosen_of(frames)
         said: list[Text] = []
         if self.opened and frame is not None:
-            said = frame_view(frame, model.frames.options, width)[: max(1, height - 4)]
+            said = frame_view(frame, width)[: max(1, height - 4)]
             said = [*said, Text("─" * width, "dim")]
         room = height - len(said)
         if self.held is not None and frame is not None:

@@ -13,10 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.cli import main
-from hilbench.decode.decoders import DECODERS
-from hilbench.decode.reading import DecodeOptions
 from hilbench.decode.sources import read_chunks
 from hilbench.journal import Journal
+from hilbench.plugins.discovery import PLUGINS
 from protocols import autoware, carla, p2os, pkt
 from tests.hilbench.forked import PATIENCE_S
 
@@ -34,10 +33,10 @@ pieces = st.lists(
 )
 
 
-@pytest.mark.parametrize("protocol", DECODERS)
+@pytest.mark.parametrize("protocol", [*PLUGINS.all()], ids=lambda protocol: protocol.name)
 @given(pieces=pieces)
 def test_every_byte_is_told_once_in_order(protocol, pieces):
-    whole, cut = (DECODERS[protocol](DecodeOptions(), "target") for _ in range(2))
+    whole, cut = (protocol.decoder(protocol.options(), "target") for _ in range(2))
     data = b"".join(pieces)
     in_one = [*whole.feed(data), *whole.finish()]
     in_bytes = [item for at in range(len(data)) for item in cut.feed(data[at : at + 1])] + [*cut.finish()]

@@ -9,8 +9,8 @@ import threading
 import pytest
 
 from hilbench.console import Console
-from hilbench.decode.decoders import DecodeOptions
 from hilbench.decode.live import LiveDecoder
+from hilbench.systems.rover.protocol import PKT
 from protocols.pkt import PROFILES, RequestTelemetry, encode_command, encode_frame
 
 REQUEST = encode_frame(encode_command(RequestTelemetry()), PROFILES["documented"].client.frames)
@@ -27,7 +27,7 @@ def pipe():
 
 
 def decoder_to(writer, patience_s=600.0):
-    return LiveDecoder("pkt", DecodeOptions(), Console(out=writer), as_json=False, patience_s=patience_s)
+    return LiveDecoder(PKT, PKT.options(), Console(out=writer), as_json=False, patience_s=patience_s)
 
 
 def test_all_is_printed_where_somebody_reads(pipe):

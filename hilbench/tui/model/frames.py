@@ -7,10 +7,12 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Seq
 from dataclasses import dataclass
 from typing import Any
 
-from hilbench.decode.decoders import DECODERS
-from hilbench.decode.items import Item, Kind
 from hilbench.decode.lines import said
-from hilbench.decode.reading import DecodeOptions, Decoder
+from hilbench.plugins.discovery import PLUGINS
+from hilbench.plugins.protocol import ProtocolPlugin
+from protocols.common.decoding import Decoder
+from protocols.common.items import Item, Kind
+from protocols.common.layout import Region
 
 __all__ = ["KEPT_FRAMES", "LEAST_STEP_NS", "FrameModel", "FramesModel"]
 
@@ -33,18 +35,17 @@ class FrameModel:
         read: reads that.
 
     Attributes:
-        protocol: how it is read.
         line: on which of several lines; empty if there is but one.
     """
 
-    __slots__ = ("_found", "_item", "_read", "line", "ns", "number", "protocol", "sent")
+    __slots__ = ("_end", "_found", "_item", "_read", "line", "ns", "number", "sent")
 
     def __init__(self, number: int, ns: int, sent: bool, end: _End, found: Any, read: Callable[[Any], Item]) -> None:
         self.number = number
         self.ns = ns
         self.sent = sent
-        self.protocol = end.protocol
         self.line = end.line
+        self._end = end
         self._found = found
         self._read = read
         self._item: Item | None = None
@@ -67,6 +68,11 @@ class FrameModel:
         return said(self.item)
 
     @property
+    def regions(self) -> list[Region]:
+        """What its bytes are, if it is sound."""
+        return self._end.protocol.regions(self.item.raw, self._end.options, sent=self.sent)
+
+    @property
     def words(self) -> str:
         """What a filter looks at: its line and what it says, in small letters."""
         return f"{self.line} {self.text}".lower()
@@ -74,9 +80,10 @@ class FrameModel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _End:
-    """An end of a line: what it speaks, which line of several that is, and which side of the protocol it is on."""
+    """An end of a line: what it speaks and how, which line of several that is, and which side of it."""
 
-    protocol: str
+    protocol: ProtocolPlugin
+    options: Any
     line: str = ""
     side: str = "host"
 
@@ -90,15 +97,14 @@ class FramesModel:
 
     def __init__(self, live: Event) -> None:
         self.frames: deque[FrameModel] = deque(maxlen=KEPT_FRAMES)
-        self.options = _options(live)
         self._count = 0
-        self._ends = {who: about for who, about in _speakers(live).items() if about.protocol in DECODERS}
+        self._ends = _ends(live)
         self._seen: dict[str, dict[Hashable, int]] = {who: {} for who in self._ends}
         self._decoders: dict[tuple[str, bool], Decoder] = {}
         for who, about in self._ends.items():
-            make = DECODERS[about.protocol]
             for sent in (True, False):
-                self._decoders[who, sent] = make(self.options, "host" if sent == (about.side == "host") else "target")
+                speaker = "host" if sent == (about.side == "host") else "target"
+                self._decoders[who, sent] = about.protocol.decoder(about.options, speaker)
 
     @property
     def count(self) -> int:
@@ -151,23 +157,17 @@ class FramesModel:
         return found[::-1]
 
 
-def _speakers(live: Event) -> dict[str, _End]:
-    """Return our ends, by their sources in the journal."""
-    speakers = live.get("speakers")
-    if speakers is not None:
-        return {who: _End(protocol=str(about["protocol"]), line=str(about["line"])) for who, about in speakers.items()}
-    end = _End(protocol=str(live.get("protocol", "")), side=str(live.get("side", "host")))
-    return {str(live.get("operator")): end}
-
-
-def _options(live: Event) -> DecodeOptions:
-    if not {"framing", "schema"} & live.keys():
-        return DecodeOptions()
-    from protocols import pkt
-
-    framing = pkt.Framing[live["framing"]] if "framing" in live else None
-    schema = pkt.Schema[live["schema"]] if "schema" in live else None
-    return DecodeOptions(framing=framing, schema=schema)
+def _ends(live: Event) -> dict[str, _End]:
+    """Return our ends that speak a protocol that is there, by their sources in the journal."""
+    alone = {"protocol": live.get("protocol", ""), "side": live.get("side", "host")}
+    speakers: Event = live.get("speakers", {str(live.get("operator")): alone})
+    found = {}
+    for who, about in speakers.items():
+        protocol = PLUGINS.known(str(about["protocol"]))
+        if protocol is not None:
+            side, line = str(about.get("side", "host")), str(about.get("line", ""))
+            found[who] = _End(protocol=protocol, options=protocol.options_in(live), line=line, side=side)
+    return found
 
 
 def _passes(word: str, frame: FrameModel) -> bool:

@@ -8,8 +8,10 @@ import struct
 from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
+from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.recordings.piecewise import Pieces
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.log import line_of
@@ -49,7 +51,7 @@ class Replay:
         self._at = self._wanted = self._from = 0
         self._now_ns = 0
         self._apart = _AT_ONCE
-        self._kept: dict[int, _Kept] = {0: _Kept(self.model)}
+        self._kept: dict[int, Callable[[], BenchModel]] = {0: partial(BenchModel, pieces.header)}
 
     @property
     def length_ns(self) -> int:
@@ -119,7 +121,7 @@ class Replay:
         self._wanted = at
         nearest = max(number for number in self._kept if number <= at)
         if at < self._at or nearest > self._at:
-            self.model, self._at = self._kept[nearest].model(), nearest
+            self.model, self._at = self._kept[nearest](), nearest
         self._from = self._at
 
     def _step_on(self) -> bool:
@@ -151,16 +153,23 @@ class Replay:
         self.model.take(events)
         self._at = end
         if end - max(self._kept) >= self._apart:
-            self._kept[end] = _Kept(self.model)
+            self._keep(end)
             if len(self._kept) > _MOST_KEPT:
                 self._apart *= 2
                 self._kept = dict(list(self._kept.items())[::2])
+
+    def _keep(self, end: int) -> None:
+        try:
+            self._kept[end] = _Kept(self.model).model
+        except (pickle.PicklingError, AttributeError, TypeError):  # a plug-in's decoder: ways back are longer without
+            self._apart *= 2
 
 
 class _Packer(pickle.Pickler):
     """Makes a copy of a model to keep, small and quick.
 
-    What never changes, layouts and frames of the protocols, is not copied: some of it is known by its identity.
+    What never changes, plug-ins, layouts and frames of the protocols, is not copied: some of it is known by its
+    identity.
     """
 
     def __init__(self, file: io.BytesIO, shared: dict[int, object]) -> None:
@@ -169,7 +178,7 @@ class _Packer(pickle.Pickler):
 
     def persistent_id(self, thing: object) -> int | None:
         sort = type(thing)
-        if sort is not struct.Struct:
+        if sort not in (struct.Struct, ProtocolPlugin):
             known = getattr(sort, "__dataclass_params__", None)
             if known is None or not known.frozen or not sort.__module__.startswith("protocols."):
                 return None

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from hilbench.decode.lines import value_text
-from hilbench.decode.reading import DecodeOptions
 from hilbench.tui.model.frames import FrameModel
 from hilbench.tui.views.words import BAD, DIM, HEAD, LIT, fit, seconds
 
 if TYPE_CHECKING:
-    from hilbench.decode.regions import Region
+    from protocols.common.layout import Region
 
 __all__ = ["frame_line", "frame_view", "frames_view"]
 
@@ -43,15 +42,13 @@ def frame_line(frame: FrameModel, width: int, *, chosen: bool = False) -> Text:
     return line
 
 
-def frame_view(frame: FrameModel, options: DecodeOptions, width: int) -> list[Text]:
+def frame_view(frame: FrameModel, width: int) -> list[Text]:
     """Return a frame whole: its bytes, each field's in brackets of their own, and what each field says."""
     way = "sent" if frame.sent else "heard"
     head = Text.assemble((frame.item.name, HEAD), f"  {way} at {seconds(frame.ns)}, {len(frame.item.raw)} bytes")
     if not frame.good:
         return [fit(head, width), *_wrapped([Text(frame.item.raw.hex(" ").upper(), BAD)], width)]
-    from hilbench.decode.regions import regions  # of every protocol, for a frame that somebody opens
-
-    found = regions(frame.protocol, frame.item.raw, sent=frame.sent, options=options)
+    found = frame.regions
     pieces = [_piece(region, _BYTE_STYLES[number % len(_BYTE_STYLES)]) for number, region in enumerate(found)]
     table = [
         _row(region, frame, _BYTE_STYLES[number % len(_BYTE_STYLES)], width) for number, region in enumerate(found)

@@ -95,8 +95,8 @@ def test_noise_at_the_beginning_of_a_case(wrong):
 
 
 def test_more_noise_than_a_frame_has(wrong):
-    assert wrong("pkt", [(0, "tx", b"\x55" * 259), *later(DRIVE, 10)])
-    assert not wrong("pkt", [(0, "tx", b"\x55" * 258), *later(DRIVE, 10)])
+    assert wrong("pkt", [(0, "tx", b"\x55" * 105), *later(DRIVE, 10)])
+    assert not wrong("pkt", [(0, "tx", b"\x55" * 104), *later(DRIVE, 10)])
 
 
 def test_more_noise_of_a_server_than_a_packet_has(wrong):

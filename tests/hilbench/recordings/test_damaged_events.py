@@ -20,6 +20,7 @@ from hilbench.recordings.pcapng import write_pcapng
 from hilbench.recordings.piecewise import open_pieces
 from hilbench.recordings.reading import parse_recording
 from hilbench.recordings.vcd_file import write_vcd
+from hilbench.systems.pioneer.protocol import P2OS
 
 _ODD = (None, True, -5, 2**62, 2**70, 1.5, "", "zz", "ff", [], {}, {"a": 1})
 
@@ -114,6 +115,6 @@ def test_whoever_reads_a_recording_gets_events_that_can_be_read(at, field, odd, 
         write(found, io.BytesIO())
     write_vcd(found, tmp_path_factory.getbasetemp() / "damaged.vcd")
     spoken(laid_out(found.events))
-    stretches(found, "p2os")
+    stretches(found, P2OS)
     talks(found)
     as_text(compare_events(found, two_cases, EventOptions()), "a", "b")

@@ -13,6 +13,7 @@ import pytest
 from hilbench.recordings.mcap_file import write_mcap
 from hilbench.recordings.pcapng import write_pcapng
 from hilbench.recordings.vcd_file import write_vcd
+from hilbench.systems.pioneer.protocol import P2OS
 
 
 class TestMcap:
@@ -20,7 +21,7 @@ class TestMcap:
         from mcap.reader import make_reader
 
         file = io.BytesIO()
-        assert write_mcap(two_cases, file, "p2os") == len(two_cases.events)
+        assert write_mcap(two_cases, file, P2OS) == len(two_cases.events)
         reader = make_reader(io.BytesIO(file.getvalue()))
         counts = Counter()
         events = []

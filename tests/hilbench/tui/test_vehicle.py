@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.decode.reading import DecodeOptions
-from hilbench.decode.regions import regions
+from hilbench.plugins.discovery import PLUGINS
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.views.above import world_view
 from hilbench.tui.views.cockpit import cockpit_view
@@ -28,7 +27,8 @@ ACTIONS = ("press", "mode", "stack", "simulator", "lamps", "restart", "drive", "
 
 
 def named(protocol, raw, *, sent):
-    return [(region.name, region.data.hex()) for region in regions(protocol, raw, sent=sent, options=DecodeOptions())]
+    spoken = PLUGINS.protocol(protocol, "a test")
+    return [(region.name, region.data.hex()) for region in spoken.regions(raw, spoken.options(), sent=sent)]
 
 
 def test_the_fields_of_a_command_are_called_what_they_mean_in_its_mode():
@@ -70,12 +70,10 @@ def test_the_regions_of_a_report_have_no_gap_though_bytes_are_escaped(sec, nanos
 def test_frames_of_both_lines_are_decoded_and_found_by_their_line(model_of, expect):
     frames = model_of("vehicle").frames
     simulator, stack = frames.matching("simulator", 400), frames.matching("stack -simulator", 400)
-    assert {frame.protocol for frame in simulator} == {"carla"}
-    assert {frame.protocol for frame in stack} == {"autoware"}
     assert {frame.item.name for frame in simulator} == {"Status", "AUTOWARE", "MANUAL"}
     assert "VelocityReport" in {frame.item.name for frame in stack}
     command = frames.matching("simulator < autoware", 1)[0]
-    expect("frame-command", [line.plain for line in frame_view(command, frames.options, 72)])
+    expect("frame-command", [line.plain for line in frame_view(command, 72)])
 
 
 # --- panes

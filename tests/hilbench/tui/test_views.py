@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.decode.reading import DecodeOptions
-from hilbench.decode.regions import regions
 from hilbench.links import LinkCounters
+from hilbench.systems.pioneer.protocol import P2OS
+from hilbench.systems.rover.protocol import PKT
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.views.above import world_view
 from hilbench.tui.views.canvas import Canvas
@@ -98,7 +98,7 @@ def test_each_error_of_a_line_is_one_that_ports_count_and_is_told_once():
 def test_the_bytes_of_a_sip_are_those_that_change_its_fields():
     sip = p2os.Sip(x_raw=0x1234, battery_dv=130, sonars=(p2os.SonarReading(number=3, range_raw=900),))
     raw = p2os.encode_packet(sip)
-    found = regions("p2os", raw, sent=False, options=DecodeOptions())
+    found = P2OS.regions(raw, P2OS.options(), sent=False)
     assert b"".join(region.data for region in found) == raw
     by_name = {region.name: region.data for region in found}
     assert by_name["x_raw"] == bytes.fromhex("3412")
@@ -109,7 +109,7 @@ def test_the_bytes_of_a_sip_are_those_that_change_its_fields():
 
 def test_the_bytes_of_a_command_of_the_rover():
     raw = pkt.encode_frame(pkt.encode_command(pkt.MotorThrottles(a=0.5, b=-0.5), pkt.Schema.V2))
-    found = regions("pkt", raw, sent=True, options=DecodeOptions())
+    found = PKT.regions(raw, PKT.options(), sent=True)
     assert [region.name for region in found][:3] == ["sync word", "length", "opcode"]
     assert {"a", "b"} <= {region.name for region in found}
     assert [region.name for region in found][-2:] == ["CRC", "end"]
@@ -119,7 +119,7 @@ def test_the_bytes_of_a_command_of_the_rover():
 def test_the_regions_of_a_frame_of_any_body_have_no_gap(body):
     raw = b"\xfa\xfb" + bytes([len(body) + 2]) + body + b"\x00\x00"
     for sent in (True, False):
-        found = regions("p2os", raw, sent=sent, options=DecodeOptions())
+        found = P2OS.regions(raw, P2OS.options(), sent=sent)
         assert b"".join(region.data for region in found) == raw
         assert [region.start for region in found] == [
             sum(len(before.data) for before in found[:number]) for number in range(len(found))
@@ -129,7 +129,7 @@ def test_the_regions_of_a_frame_of_any_body_have_no_gap(body):
 def test_a_frame_is_shown_whole(model_of, expect):
     frames = model_of("pioneer").frames
     sip = frames.matching("< sip", 1)[0]
-    expect("frame-sip", [line.plain for line in frame_view(sip, frames.options, 72)])
+    expect("frame-sip", [line.plain for line in frame_view(sip, 72)])
 
 
 def test_bytes_that_are_no_frame_are_shown_as_bytes(journal_file):
@@ -137,7 +137,7 @@ def test_bytes_that_are_no_frame_are_shown_as_bytes(journal_file):
     model.take([{"ns": 1, "kind": "rx", "source": "client", "data": "00112233fafb"}])
     bad = model.frames.matching("!", 5)
     assert bad
-    assert "00 11 22 33" in "\n".join(line.plain for line in frame_view(bad[0], model.frames.options, 40))
+    assert "00 11 22 33" in "\n".join(line.plain for line in frame_view(bad[0], 40))
 
 
 # --- pictures

@@ -2,26 +2,53 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import Any
 
-from hilbench.decode.items import Item, Kind
 from protocols import carla
+from protocols.common.decoding import Decoder, NoOptions, Speaker, fields_of
+from protocols.common.items import Item, Kind
+from protocols.common.layout import Body, Region, laid_out
 
-if TYPE_CHECKING:
-    from hilbench.decode.reading import DecodeOptions, Speaker
+__all__ = ["decoder", "regions"]
 
-__all__ = ["CarlaDecoder"]
+_NO_FIELD = frozenset({"structure", "unused", "unread"})
 
 
-class CarlaDecoder:
+def decoder(options: NoOptions, speaker: Speaker) -> Decoder:
+    """Return a decoder; frames of both ends may be mixed."""
+    del options, speaker
+    return _CarlaDecoder()
+
+
+def regions(raw: bytes, options: NoOptions, *, sent: bool) -> list[Region]:
+    """Return letters and values of a sound frame; a value is called what it means in the mode of its frame."""
+    del options, sent
+    is_status = len(raw) <= carla.STATUS_BYTES
+    layout = carla.STATUS_LAYOUT if is_status else carla.COMMAND_LAYOUT
+    whole = Body(raw, carla.decode_status if is_status else _command_of, carla.RemoteProtocolError)
+    parts, at = [("start", 1)], 1
+    for field in layout.fields:
+        name = whole.name_of(at + 1) if field.size > 1 else field.name
+        parts += [(f"letter {chr(field.tag)}", 1), (field.name if name in _NO_FIELD else name, field.size)]
+        at += 1 + field.size
+    parts.append(("end", 1))
+    padding = len(raw) - at - 1
+    return laid_out(raw, [*parts, ("NUL", padding)] if padding > 0 else parts)
+
+
+def _command_of(raw: bytes) -> Any:
+    frame = carla.decode_command(raw)
+    return carla.command_in(frame) or frame
+
+
+class _CarlaDecoder:
     """Either end of the simulator's line. What a command's fields mean, and are called here, hangs on its mode.
 
     A command is told when the byte behind it is known: the NUL that ends it belongs to it.
     """
 
-    def __init__(self, options: DecodeOptions, speaker: Speaker) -> None:
-        del options, speaker
+    def __init__(self) -> None:
         self._reader = carla.StreamReader((carla.STATUS_LAYOUT, carla.COMMAND_LAYOUT), _believe)
         self._untold = bytearray()
         self._command: Item | None = None
@@ -91,5 +118,4 @@ def _command(frame: carla.CommandFrame, raw: bytes) -> Item:
 
 
 def _frame(name: str, said: carla.StatusFrame | carla.AckermannCommand | carla.ManualCommand, raw: bytes) -> Item:
-    values = {field.name: getattr(said, field.name) for field in fields(said)}
-    return Item(kind=Kind.FRAME, name=name, raw=raw, fields=values)
+    return Item(kind=Kind.FRAME, name=name, raw=raw, fields=fields_of(said))

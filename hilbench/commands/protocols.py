@@ -1,0 +1,86 @@
+"""``hilbench protocols``."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from hilbench.exit_codes import ExitCode
+from hilbench.parser import Parser
+from hilbench.plugins.flags import add_plugins
+
+if TYPE_CHECKING:
+    from hilbench.plugins.protocol import ProtocolPlugin
+
+_EXAMPLES = """
+hilbench protocols                     which there are, and where each comes from
+hilbench protocols pkt                 one of them: its flags, clauses, and what can be done with it
+hilbench protocols --plugin ./tiny.py  with one of your own
+"""
+
+_NOTES = """
+A protocol of your own is a package with an entry point in the group hilbench.protocols, or a file (docs/plugins.md).
+Exit code 0: all of them can be used; 2: there is none of that name, or one that was asked for cannot be used.
+"""
+
+
+def parser() -> Parser:
+    """Return the parser of this command."""
+    made = Parser("hilbench protocols", "List the protocols that are there.", _EXAMPLES, _NOTES)
+    made.add_argument("name", metavar="NAME", nargs="?", help="only this one, with all there is to it")
+    made.add_argument("--json", action="store_true", help="print JSON")
+    add_plugins(made)
+    return made
+
+
+def run(parsed: argparse.Namespace) -> ExitCode:
+    """Print what there is."""
+    from hilbench.console import Console
+    from hilbench.names import json_text
+    from hilbench.plugins.discovery import PLUGINS
+    from hilbench.plugins.flags import use_plugins
+
+    use_plugins(parsed.plugin)
+    found = [PLUGINS.protocol(parsed.name, "NAME")] if parsed.name else [*PLUGINS.all()]
+    console = Console()
+    if parsed.json:
+        console.data(json_text({"format": 1, "protocols": [_about(one, PLUGINS.origin(one.name)) for one in found]}))
+    elif parsed.name:
+        console.data("\n".join(_lines(_about(found[0], PLUGINS.origin(parsed.name)))))
+    else:
+        width = max((len(one.name) for one in found), default=0)
+        for one in found:
+            console.data(f"{one.name:<{width}}  {one.title}: {one.summary} ({PLUGINS.origin(one.name)})")
+    return ExitCode.OK
+
+
+def _about(protocol: ProtocolPlugin, origin: str) -> dict[str, Any]:
+    from hilbench.plugins.flags import flags_of
+
+    uses = {
+        "check --target capture:": protocol.recorded is not None,
+        "replay --into PORT": bool(protocol.replay_bench),
+        "init --protocol": protocol.first_test is not None,
+    }
+    return {
+        "name": protocol.name,
+        "title": protocol.title,
+        "summary": protocol.summary,
+        "from": origin,
+        "baud": protocol.baud,
+        "flags": {flag: str(settings["help"]) for flag, settings in flags_of(protocol).items()},
+        "clauses": len(protocol.clauses()),
+        "uses": ["decode", "proxy", "export", *(use for use, there in uses.items() if there)],
+    }
+
+
+def _lines(about: dict[str, Any]) -> list[str]:
+    flags = [f"  {flag}  {what}" for flag, what in about["flags"].items()]
+    return [
+        f"{about['name']}: {about['title']}, {about['summary']}",
+        f"from     {about['from']}",
+        f"line     {about['baud']} bit/s, usually",
+        f"clauses  {about['clauses']}",
+        f"for      {', '.join(about['uses'])}",
+        *(["flags of decode, proxy and export:", *flags] if flags else []),
+    ]

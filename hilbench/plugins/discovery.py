@@ -1,0 +1,189 @@
+"""Finds protocols: those of installed packages by their entry points, and those of files that somebody names.
+
+An installed package names them in its ``pyproject.toml``::
+
+    [project.entry-points."hilbench.protocols"]
+    tiny = "tiny.plugin:TINY"
+
+Names are known without an import. The code of a plug-in runs when its protocol is used, with the rights of the user.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from importlib import metadata
+from pathlib import Path
+from types import ModuleType
+
+from hilbench.errors import UsageError
+from hilbench.nearest import did_you_mean
+from hilbench.plugins.protocol import API, ProtocolPlugin
+
+__all__ = ["PLUGINS", "Plugins"]
+
+GROUP = "hilbench.protocols"
+
+
+class Plugins:
+    """The protocols that there are.
+
+    Attributes:
+        broken: what is wrong with installed ones that were looked at and cannot be used, one line each.
+    """
+
+    def __init__(self) -> None:
+        self.broken: dict[str, str] = {}
+        self._files: dict[Path, tuple[ProtocolPlugin, ...]] = {}
+        self._loaded: dict[str, ProtocolPlugin] = {}
+
+    def names(self) -> list[str]:
+        """Return the names of all protocols, those of hilbench first; nothing is imported."""
+        return sorted({*self._installed, *self._of_files()}, key=lambda name: (not self._is_own(name), name))
+
+    def origin(self, name: str) -> str:
+        """Return where a protocol comes from, for people."""
+        if name in self._of_files():
+            return next(str(path) for path, found in self._files.items() if any(one.name == name for one in found))
+        return _package(self._installed[name][0])
+
+    def protocol(self, name: str, where: str) -> ProtocolPlugin:
+        """Return a protocol by its name.
+
+        Args:
+            name: as on the command line.
+            where: who names it, for the message.
+
+        Raises:
+            UsageError: there is none of this name, there are two, or it cannot be imported.
+        """
+        if name in self.broken:
+            raise UsageError(self.broken[name], where=where)
+        found = self._of_files().get(name) or self._loaded.get(name)
+        if found is not None:
+            return found
+        points = self._installed.get(name)
+        if points is None:
+            raise UsageError(
+                f"no protocol '{name}'", where=where, hint=did_you_mean(name, self.names(), "protocols that are there")
+            )
+        self._loaded[name] = _load(name, points)
+        return self._loaded[name]
+
+    def known(self, name: str) -> ProtocolPlugin | None:
+        """Return a protocol by its name; None if there is none, or none that can be used."""
+        if name not in self.names() or name in self.broken:
+            return None
+        try:
+            return self.protocol(name, name)
+        except UsageError as error:
+            self.broken[name] = str(error)
+            return None
+
+    def refuse(self, name: str, why: str) -> None:
+        """Do without a protocol from now on, for a reason in words."""
+        self.broken[name] = f"protocol '{name}' of {self.origin(name)}: {why}; it is left out"
+
+    def all(self) -> Iterator[ProtocolPlugin]:
+        """Yield all protocols that can be used, in the order of `names`; what cannot is in `broken`."""
+        for name in self.names():
+            found = self.known(name)
+            if found is not None:
+                yield found
+
+    def add_file(self, path: Path, where: str) -> None:
+        """Run a file, and take the protocols that it defines: the `ProtocolPlugin` records at its top level.
+
+        Args:
+            path: the file.
+            where: who names it, for messages.
+
+        Raises:
+            UsageError: it cannot be imported, defines none, or one of a name that there is already.
+        """
+        path = path.resolve()
+        if path in self._files:
+            return
+        module = _run(path, where)
+        found = tuple(one for one in vars(module).values() if isinstance(one, ProtocolPlugin))
+        if not found:
+            raise UsageError(f"'{path}' defines no protocol", where=where, hint="see docs/plugins.md")
+        for one in found:
+            _check(one, str(path))
+            if one.name in self.names():
+                message = f"'{path}' brings the protocol '{one.name}', which comes from {self.origin(one.name)} already"
+                raise UsageError(message, where=where, hint="give it a name of its own")
+        self._files[path] = found
+
+    @cached_property
+    def _installed(self) -> Mapping[str, tuple[metadata.EntryPoint, ...]]:
+        found: dict[str, tuple[metadata.EntryPoint, ...]] = {}
+        for point in metadata.entry_points(group=GROUP):
+            found[point.name] = (*found.get(point.name, ()), point)
+        return found
+
+    def _is_own(self, name: str) -> bool:
+        points = self._installed.get(name, ())
+        return any(point.dist is not None and point.dist.name == "hilbench" for point in points)
+
+    def _of_files(self) -> Mapping[str, ProtocolPlugin]:
+        return {one.name: one for found in self._files.values() for one in found}
+
+
+def _load(name: str, points: tuple[metadata.EntryPoint, ...]) -> ProtocolPlugin:
+    packages = list(dict.fromkeys(map(_package, points)))
+    where = f"protocol '{name}' of {packages[0]}"
+    if len({point.value for point in points}) > 1:
+        raise UsageError(f"comes from {' and from '.join(packages)}", where=f"protocol '{name}'", hint="uninstall one")
+    try:
+        found = points[0].load()
+    except (Exception, SystemExit) as error:  # whatever the code of a stranger raises
+        raise UsageError(f"cannot be imported: {type(error).__name__}: {error}", where=where) from error
+    if not isinstance(found, ProtocolPlugin):
+        raise UsageError(f"'{points[0].value}' is no ProtocolPlugin", where=where)
+    _check(found, where)
+    if found.name != name:
+        raise UsageError(f"calls itself '{found.name}'", where=where, hint="entry point and record need one name")
+    return found
+
+
+def _check(found: ProtocolPlugin, where: str) -> None:
+    if found.api != API:
+        raise UsageError(
+            f"was written for api {found.api}, and this hilbench has {API}", where=where, hint="install one that fits"
+        )
+
+
+def _run(path: Path, where: str) -> ModuleType:
+    name = f"hilbench_plugin_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path) if path.suffix == ".py" else None
+    if spec is None or spec.loader is None or not path.is_file():
+        raise UsageError(f"no file '{path}'" if not path.is_file() else f"'{path}' is no .py file", where=where)
+    module = sys.modules[name] = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as error:  # whatever the code of a stranger raises
+        line = _line_of(error, path)
+        raise UsageError(f"cannot be imported: {type(error).__name__}: {error}", where=f"{path}{line}") from error
+    return module
+
+
+def _line_of(error: BaseException, path: Path) -> str:
+    if isinstance(error, SyntaxError) and error.lineno:
+        return f":{error.lineno}"
+    lines, at = [], error.__traceback__
+    while at is not None:
+        if at.tb_frame.f_code.co_filename == str(path):
+            lines.append(at.tb_lineno)
+        at = at.tb_next
+    return f":{lines[-1]}" if lines else ""
+
+
+def _package(point: metadata.EntryPoint) -> str:
+    return f"the package {point.dist.name}" if point.dist is not None else point.value
+
+
+PLUGINS = Plugins()
+"""Those of this process."""

@@ -1,0 +1,134 @@
+"""The flags of commands that show frames: which protocol, from which file, and its own options.
+
+A protocol's flags are known when the protocol is, so the words of a command line are looked through for its name first.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from collections.abc import Iterable, Iterator, Sequence
+from enum import Enum
+from pathlib import Path
+from typing import Any, get_type_hints
+
+from hilbench.parser import Parser
+from hilbench.plugins.discovery import PLUGINS
+from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.siblings import check_siblings
+
+__all__ = ["ProtocolParser", "add_plugins", "flags_of", "use_plugins"]
+
+OWN_FLAGS_NOTE = "A protocol may have flags of its own; 'hilbench protocols NAME' lists them."
+
+
+def add_plugins(parser: Parser) -> None:
+    """Add the flag that names files with plug-ins."""
+    parser.add_argument("--plugin", metavar="FILE", type=Path, action="append", default=[],
+        help="run this .py file, which brings a protocol (repeatable)")  # fmt: skip
+
+
+def use_plugins(paths: Iterable[Path]) -> None:
+    """Run the files of ``--plugin``.
+
+    Raises:
+        UsageError: one cannot be used.
+    """
+    for path in paths:
+        PLUGINS.add_file(path, f"--plugin {path}")
+
+
+class ProtocolParser(Parser):
+    """Parses a command that is given a protocol, whose own flags it then knows.
+
+    What it returns has ``protocol``, a `ProtocolPlugin` or None, and ``options``: how its frames are read.
+
+    Args:
+        command: the command, as ``hilbench decode``.
+        summary: what it does, in a sentence.
+        examples: how it is used, one a line.
+        notes: further paragraphs under the options.
+    """
+
+    def __init__(self, command: str, summary: str, examples: str, notes: str) -> None:
+        super().__init__(command, summary, examples, f"{OWN_FLAGS_NOTE}\n{notes.strip()}")
+        add_plugins(self)
+
+    def parse_words(self, words: Sequence[str]) -> argparse.Namespace:
+        """Read a command line.
+
+        Raises:
+            UsageError: it is wrong, or names a protocol that is not there or cannot be used.
+        """
+        if {"-h", "--help"} & {*words}:
+            return super().parse_words(words)
+        check_siblings()
+        use_plugins(Path(path) for path in self._values(words, "--plugin"))
+        found = self._protocol_in(words)
+        for flag, settings in flags_of(found).items() if found is not None else ():
+            self.add_argument(flag, **settings)
+        parsed = super().parse_words(words)
+        parsed.protocol, parsed.options = found, None
+        if found is not None:
+            given = ((one.name, getattr(parsed, one.name)) for one in dataclasses.fields(found.options))
+            parsed.options = found.options(**{name: value for name, value in given if value is not None})
+        return parsed
+
+    def _protocol_in(self, words: Sequence[str]) -> ProtocolPlugin | None:
+        """Return the protocol that is named by ``--protocol``, or by the first word that may be its name."""
+        if "--protocol" in self._option_string_actions:
+            named, where = [*self._values(words, "--protocol")][-1:], "--protocol"
+        else:
+            loose = [*self._loose(words)]
+            named, where = [word for word in loose if word in PLUGINS.names()][:1] or loose[:1], "PROTOCOL"
+        return PLUGINS.protocol(named[0], where) if named else None
+
+    def _values(self, words: Sequence[str], option: str) -> Iterator[str]:
+        """Yield what follows an option, wherever it stands."""
+        for word, following in zip(words, [*words[1:], ""], strict=True):
+            if word == option and following:
+                yield following
+            elif word.startswith(f"{option}="):
+                yield word.partition("=")[2]
+
+    def _loose(self, words: Sequence[str]) -> Iterator[str]:
+        """Yield the words that are no options, and not the values of options that are known."""
+        taken = False
+        for word in words:
+            action = self._option_string_actions.get(word)
+            if not taken and not (word.startswith("-") and word != "-"):
+                yield word
+            taken = action is not None and action.nargs != 0
+
+
+def flags_of(protocol: ProtocolPlugin) -> dict[str, dict[str, Any]]:
+    """Return the flags of a protocol, with what `argparse` is to know of them."""
+    kinds = get_type_hints(protocol.options)
+    return {
+        f"--{one.name.replace('_', '-')}": _settings(protocol, one, kinds[one.name])
+        for one in dataclasses.fields(protocol.options)
+    }
+
+
+def _settings(protocol: ProtocolPlugin, option: dataclasses.Field[Any], kind: Any) -> dict[str, Any]:
+    said = f"{protocol.name}: {option.metadata.get('help', option.name)}"
+    if kind is bool:
+        return {"action": "store_true", "help": said}
+    usual = option.default.name.lower() if isinstance(option.default, Enum) else option.default
+    settings: dict[str, Any] = {"metavar": option.name[:1].upper(), "help": f"{said} (default: {usual})"}
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return settings | {"type": _Named(kind)}
+    return settings | {"type": kind}
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Named:
+    """Reads the name of an enumerated value, in small letters."""
+
+    kind: type[Enum]
+
+    def __call__(self, text: str) -> Enum:
+        by_name = {one.name.lower(): one for one in self.kind}
+        if text not in by_name:
+            raise argparse.ArgumentTypeError(f"invalid choice: '{text}' (choose from {', '.join(by_name)})")
+        return by_name[text]

@@ -1,0 +1,64 @@
+"""PKT!, as hilbench knows it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from hilbench.plugins.protocol import API, FirstTest, ProtocolPlugin, Recorded
+from protocols.pkt.clause import Clause
+from protocols.pkt.decoding import DecodeOptions, decoder, regions
+from protocols.pkt.framing import longest_frame
+
+if TYPE_CHECKING:
+    from hilbench.bench import Bench
+    from hilbench.links import Port
+    from hilbench.rover.peer import RoverPeer
+
+__all__ = ["PKT"]
+
+_FIRST_TEST = '''\
+"""What the rover at {target} must do. Run it with: pytest"""
+
+from __future__ import annotations
+
+from hilbench.check import case
+from protocols.pkt import GeneralReport, RequestTelemetry
+
+
+@case("OUR01", text="A request is answered within 0.5 s.", level="must", source="our board, rev. A")
+def test_a_request_is_answered(peer):
+    peer.write(peer.frame_of(RequestTelemetry()))
+    peer.expect(GeneralReport, 0.5)
+'''
+
+
+def _clauses() -> Sequence[Clause]:
+    from protocols.pkt.clauses import CLAUSES
+
+    return CLAUSES
+
+
+def _peer(bench: Bench, port: Port, program: str) -> RoverPeer:
+    from hilbench.rover.peer import RoverPeer
+    from protocols.pkt import PROFILES
+
+    return RoverPeer(bench, port, PROFILES.get(program, PROFILES["documented"]))
+
+
+PKT = ProtocolPlugin(
+    api=API,
+    name="pkt",
+    title="PKT!",
+    summary="the rover's frames with a CRC16",
+    decoder=decoder,
+    options=DecodeOptions,
+    regions=regions,
+    longest_frame=longest_frame(),
+    clauses=_clauses,
+    peer=_peer,
+    baud=115200,
+    recorded=Recorded(capabilities=frozenset({"server", "client"}), suites=("recorded-pkt", "pkt-board", "pkt-host")),
+    replay_bench="rover-model",
+    first_test=FirstTest(bench="rover-model", text=_FIRST_TEST),
+)

@@ -1,0 +1,1 @@
+"""The autonomous car with its vehicle-interface board."""

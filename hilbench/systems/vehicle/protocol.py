@@ -1,0 +1,48 @@
+"""The two protocols of a vehicle-interface board, as hilbench knows them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hilbench.plugins.protocol import API, ProtocolPlugin, Recorded
+from protocols.autoware import decoding as stack_line
+from protocols.autoware.stand_in import longest_frame
+from protocols.carla import COMMAND_LAYOUT
+from protocols.carla import decoding as simulator_line
+from protocols.carla.clause import Clause
+from targets.robots.vehicle_interface import LINE_BAUD
+
+__all__ = ["AUTOWARE", "CARLA"]
+
+
+def _clauses() -> Sequence[Clause]:
+    from protocols.carla.clauses import CLAUSES
+
+    return CLAUSES
+
+
+CARLA = ProtocolPlugin(
+    api=API,
+    name="carla",
+    title="CARLA",
+    summary="the UART frames between a vehicle-interface board and a simulator",
+    decoder=simulator_line.decoder,
+    regions=simulator_line.regions,
+    longest_frame=COMMAND_LAYOUT.length + len(COMMAND_LAYOUT.padding),
+    clauses=_clauses,
+    baud=LINE_BAUD,
+    recorded=Recorded(
+        capabilities=frozenset({"board", "simulator"}), suites=("recorded-carla", "vehicle-board", "vehicle-host")
+    ),
+)
+
+AUTOWARE = ProtocolPlugin(
+    api=API,
+    name="autoware",
+    title="AUTOWARE",
+    summary="the stand-in for the link between a vehicle-interface board and its driving stack",
+    decoder=stack_line.decoder,
+    regions=stack_line.regions,
+    longest_frame=longest_frame(),
+    baud=LINE_BAUD,
+)

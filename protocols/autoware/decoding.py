@@ -1,0 +1,54 @@
+"""The frames of the driving stack's stand-in link for people who look at it, from either end: ids tell them apart."""
+
+from __future__ import annotations
+
+from protocols import autoware
+from protocols.common.decoding import Decoder, NoOptions, ReaderDecoder, Speaker, fields_of
+from protocols.common.items import Item, Kind
+from protocols.common.layout import Body, Region, laid_out
+
+__all__ = ["decoder", "regions"]
+
+
+def decoder(options: NoOptions, speaker: Speaker) -> Decoder:
+    """Return a decoder; frames of both ends may be mixed."""
+    del options, speaker
+    return ReaderDecoder(
+        autoware.FrameReader(),
+        rejected=autoware.Dropped,
+        senseless=autoware.RemoteProtocolError,
+        body="payload",
+        item=_item,
+    )
+
+
+def regions(raw: bytes, options: NoOptions, *, sent: bool) -> list[Region]:
+    """Return the parts of a sound frame as it stands on the line, where an escaped byte takes two."""
+    del options, sent
+    widths, at = [], 0
+    while at < len(raw):
+        widths.append(2 if raw[at] == autoware.ESCAPE else 1)
+        at += widths[-1]
+    frame = next(iter(autoware.FrameReader().receive(raw)))
+    if not isinstance(frame, autoware.Frame):
+        return laid_out(raw, [("unread", len(raw))])
+    middle = Body(frame.payload, autoware.decode_message, autoware.RemoteProtocolError).sizes("id")
+    plain = [("flag", 1), ("source", 1), ("remote", 1), ("length", 2), *middle, ("CRC", 2)]
+    parts, byte = [], 0
+    for name, count in plain:
+        parts.append((name, sum(widths[byte : byte + count])))
+        byte += count
+    return laid_out(raw, parts)
+
+
+def _item(frame: autoware.Frame) -> Item:
+    message = autoware.decode_message(frame.payload)
+    if isinstance(message, autoware.UnknownMessage):
+        return Item(kind=Kind.FRAME, name=f"message {message.id:02X}", raw=frame.raw, fields={"body": message.body})
+    fields = {name: _stamp(value) for name, value in fields_of(message).items()}
+    return Item(kind=Kind.FRAME, name=type(message).__name__, raw=frame.raw, fields=fields)
+
+
+def _stamp(value: object) -> object:
+    """A time as seconds with all their digits; anything else as it is."""
+    return f"{value.sec}.{value.nanosec:09}" if isinstance(value, autoware.Time) else value

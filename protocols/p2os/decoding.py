@@ -1,0 +1,48 @@
+"""The frames of P2OS for people who look at a line: what a robot sends, or what a client sends to it."""
+
+from __future__ import annotations
+
+from protocols.common.decoding import Decoder, NoOptions, ReaderDecoder, Speaker, fields_of
+from protocols.common.items import Item, Kind
+from protocols.common.layout import Body, Region, laid_out
+from protocols.p2os.commands import command_name, decode_command
+from protocols.p2os.errors import RemoteProtocolError
+from protocols.p2os.framing import Dropped, Frame, FrameReader
+from protocols.p2os.packets import ServerPacket, decode_packet
+
+__all__ = ["decoder", "regions"]
+
+
+def decoder(options: NoOptions, speaker: Speaker) -> Decoder:
+    """Return a decoder of what a host sends, or of what its far end does."""
+    del options
+    return ReaderDecoder(
+        FrameReader(),
+        rejected=Dropped,
+        senseless=RemoteProtocolError,
+        body="body",
+        item=_command if speaker == "host" else _packet,
+    )
+
+
+def regions(raw: bytes, options: NoOptions, *, sent: bool) -> list[Region]:
+    """Return what the bytes of a sound frame are; `sent` by the host, or heard from its far end."""
+    del options
+    body = Body(raw[3:-2], decode_command if sent else _packet_in, RemoteProtocolError)
+    middle = body.sizes("number" if sent else "type")
+    return laid_out(raw, [("header", 2), ("count", 1), *middle, ("checksum", 2)])
+
+
+def _command(frame: Frame) -> Item:
+    command = decode_command(frame.body)
+    fields = {} if command.argument is None else {"argument": command.argument}
+    return Item(kind=Kind.FRAME, name=command_name(command.number), raw=frame.raw, fields=fields)
+
+
+def _packet(frame: Frame) -> Item:
+    packet = _packet_in(frame.body)
+    return Item(kind=Kind.FRAME, name=type(packet).__name__, raw=frame.raw, fields=fields_of(packet))
+
+
+def _packet_in(body: bytes) -> ServerPacket:
+    return decode_packet(body, connected=False)
