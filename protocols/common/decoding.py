@@ -12,7 +12,7 @@ from typing import Any, Generic, Protocol, TypeVar, cast
 
 from protocols.common.items import Item, Kind
 
-__all__ = ["Decoder", "NoOptions", "Reader", "ReaderDecoder", "Speaker", "fields_of"]
+__all__ = ["Decoder", "NoOptions", "Reader", "ReaderDecoder", "Speaker", "fields_of", "message_item"]
 
 Speaker = str
 """Who sends a stream: ``host``, ``target``, or empty if that is not known."""
@@ -130,6 +130,14 @@ class ReaderDecoder(Generic[FrameT, RejectedT]):
             return Item(kind=Kind.UNREADABLE, name=str(error), raw=frame.raw)
 
 
+def message_item(frame: Found, message: Any) -> Item:
+    """Return a frame as what its message says, a dataclass or named tuple: its class and its fields."""
+    name = type(message).__name__
+    return Item(kind=Kind.FRAME, name=name, raw=frame.raw, fields=fields_of(message), message=message)
+
+
 def fields_of(message: Any) -> dict[str, object]:
-    """Return the fields of a message, a dataclass, by their names."""
+    """Return the fields of a message, a dataclass or named tuple, by their names."""
+    if isinstance(message, tuple):
+        return dict(message._asdict())  # type: ignore[attr-defined]
     return {field.name: getattr(message, field.name) for field in fields(message)}

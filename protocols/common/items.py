@@ -29,9 +29,11 @@ class Item:
         name: of the message; else why there is none.
         raw: the bytes.
         fields: what the message says.
+        message: the protocol's own object of it, which a check waits for by its class; None where there is none.
     """
 
     kind: Kind
     name: str
     raw: bytes
     fields: Mapping[str, object] = field(default_factory=dict)
+    message: object = None

@@ -1,9 +1,14 @@
-"""A clause: one rule that a peer follows or violates, and where it is written."""
+"""Where the rules are written, and what they need.
+
+``needs`` of a clause: names of what a bench must be able to do for it to be checked: `server` or `client` under test,
+`hangup` (cut the line), `baud` (change its rate), `aux-loopback`, `truth` (the robot's true pose), `scene` (put it
+before walls), `rays`, `contacts`, `bumpers`, `gravity`, `client.commands` (make the client send), `client.report`
+(ask what it understood), `client.disconnect` (make it leave).
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from protocols.common.clause import Clause
 
 __all__ = ["Clause"]
 
@@ -19,34 +24,3 @@ SERIAL = "the nature of a serial line, which keeps no packet boundaries"
 FRAMING = "the packet format: Pioneer 2 Operations Manual, client-server chapter"
 MECHANICS = "rigid-body kinematics"
 GEOMETRY = "the exact geometry of the scene"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Clause:
-    """One rule.
-
-    Attributes:
-        id: short name, unique in the catalogue.
-        suite: the suite whose cases cite it.
-        level: how binding it is.
-        title: a few words.
-        text: the rule.
-        sources: where it is written.
-        needs: names of what a bench must be able to do for it to be checked: `server` or `client` under test, `hangup`
-            (cut the line), `baud` (change its rate), `aux-loopback`, `truth` (the robot's true pose), `scene` (put it
-            before walls), `rays`, `contacts`, `bumpers`, `gravity`, `client.commands` (make the client send),
-            `client.report` (ask what it understood), `client.disconnect` (make it leave).
-    """
-
-    id: str
-    suite: str
-    level: Literal["must", "should"]
-    title: str
-    text: str
-    sources: tuple[str, ...]
-    needs: tuple[str, ...] = ()
-
-    @property
-    def source(self) -> str:
-        """The sources in one line."""
-        return "; ".join(self.sources)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from protocols.common.decoding import Decoder, NoOptions, ReaderDecoder, Speaker, fields_of
+from protocols.common.decoding import Decoder, NoOptions, ReaderDecoder, Speaker, message_item
 from protocols.common.items import Item, Kind
 from protocols.common.layout import Body, Region, laid_out
 from protocols.p2os.commands import command_name, decode_command
@@ -40,8 +40,7 @@ def _command(frame: Frame) -> Item:
 
 
 def _packet(frame: Frame) -> Item:
-    packet = _packet_in(frame.body)
-    return Item(kind=Kind.FRAME, name=type(packet).__name__, raw=frame.raw, fields=fields_of(packet))
+    return message_item(frame, _packet_in(frame.body))
 
 
 def _packet_in(body: bytes) -> ServerPacket:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+
+from protocols.common import clause
 
 __all__ = ["Clause"]
 
@@ -24,16 +25,10 @@ CHOICE = "choice: no source says"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Clause:
-    """One rule.
+class Clause(clause.Clause):
+    """One rule; see `protocols.common.clause.Clause`.
 
     Attributes:
-        id: short name, unique in the catalogue.
-        suite: the suite whose cases cite it.
-        level: how binding it is.
-        title: a few words.
-        text: the rule.
-        sources: where it is written.
         profiles: names of the profiles that hold it, see profiles.py.
         twin: where shipped behaviour is a defect, the clause that says what was promised; else None.
         needs: names of what a bench must be able to do for it to be checked: `server` or `client` under test, `led`
@@ -42,17 +37,5 @@ class Clause:
             `client.report` (ask what it understood).
     """
 
-    id: str
-    suite: str
-    level: Literal["must", "should"]
-    title: str
-    text: str
-    sources: tuple[str, ...]
     profiles: tuple[str, ...]
     twin: str | None = None
-    needs: tuple[str, ...] = ()
-
-    @property
-    def source(self) -> str:
-        """The sources in one line."""
-        return "; ".join(self.sources)
