@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from hilbench.bench_model import PortEntry, World
 from hilbench.errors import UsageError
 from hilbench.fault_entries import FaultEntry
-from hilbench.model_kinds import ModelSettings
 from targets.boards import Board, Straps
 from targets.robots.car_host import CarHostSettings
 from targets.robots.pioneer import RobotSettings
 from targets.robots.rover import RoverSettings
 from targets.robots.vehicle_interface import VehicleSettings
+
+if TYPE_CHECKING:
+    from hilbench.plugins.protocol import ProtocolPlugin
 
 CHECKER_END = "peer"
 LOCKSTEP_NS = 20_000
@@ -35,9 +37,11 @@ class ModelTarget:
 
     Attributes:
         settings: what it is set to; their class says which model it is.
+        protocol: the plug-in that brings it; None for one of hilbench's own.
     """
 
-    settings: ModelSettings
+    settings: Any
+    protocol: ProtocolPlugin | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,10 +51,12 @@ class Link:
     Attributes:
         ends: ``peer`` or ``peer.LINE``, ``NAME.host`` of a model, ``NAME.usart1`` of a board, ``NAME.uart2`` of a part.
         baud: bit/s of the end that is no emulated USART; 0 to follow the USART.
+        protocol: what is spoken between the checker and a board; None where no protocol is named.
     """
 
     ends: tuple[str, str]
     baud: int = 0
+    protocol: ProtocolPlugin | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -219,6 +225,21 @@ class BenchFile:
                 if is_checker_end(near):
                     found.setdefault(near.partition(".")[2], far)
         return found
+
+    @property
+    def protocols(self) -> Mapping[str, ProtocolPlugin]:
+        """What is spoken on lines between the checker and boards, by the board's end, as far as the file says."""
+        found = {}
+        for link in self.links:
+            for near, far in (link.ends, link.ends[::-1]):
+                if is_checker_end(near) and link.protocol is not None:
+                    found[far] = link.protocol
+        return found
+
+    @property
+    def plugged_in(self) -> ModelTarget | None:
+        """The model that a plug-in brings; None without one."""
+        return next((target for target in self.targets.values() if target.protocol is not None), None)
 
     @property
     def has_world(self) -> bool:

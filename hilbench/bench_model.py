@@ -45,7 +45,8 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """What answers at the far end of a link: a behavioural model, or an emulated board that runs firmware.
 
     Attributes:
-        model: the behavioural model of it.
+        model: the behavioural model of it: ``pioneer-2dx``, ``rover``, ``vehicle-interface``, ``car-host``, or that of
+            a protocol which a plug-in brings, by its name.
         settings: what differs from a standard model, by the names of `targets.robots.pioneer.RobotSettings`,
             `targets.robots.rover.RoverSettings`, `targets.robots.vehicle_interface.VehicleSettings` or
             `targets.robots.car_host.CarHostSettings`.
@@ -60,7 +61,7 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         programs: other images for the same board, by what they do; a suite that checks them asks for them by name.
     """
 
-    model: Literal["pioneer-2dx", "rover", "vehicle-interface", "car-host"] | UnsetType = UNSET
+    model: str | UnsetType = UNSET
     settings: dict[str, Any] = {}
     board: str | UnsetType = UNSET
     chip: str | UnsetType = UNSET
@@ -99,12 +100,15 @@ class LinkEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
             a vehicle interface, ``NAME.board`` of a car host; ``NAME.usart1`` of a board; a serial end of a part, as
             ``NAME.uart2``.
         baud: speed in bit/s of the end that is no emulated USART, which has its own; 9600 for a model of a robot,
-            921600 for that of a vehicle interface and of a car host, and that of
-            the USART for ``peer`` and for a part without a rate of its own, if it is left out.
+            921600 for that of a vehicle interface and of a car host, the usual one of its protocol for that of a
+            plug-in, and that of the USART for ``peer`` and for a part without a rate of its own, if it is left out.
+        protocol: what is spoken between ``peer`` and a board, by its name (``hilbench protocols``); a suite then has
+            messages at its ``peer``. A model speaks its own.
     """
 
     ends: tuple[str, str]
     baud: Annotated[int, msgspec.Meta(ge=300, le=4_500_000)] | UnsetType = UNSET
+    protocol: str | UnsetType = UNSET
 
 
 class WireEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -166,6 +170,7 @@ class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         suites: what ``hilbench check`` runs on this bench where no suite is asked for: names of shipped suites, or
             paths of suite files or folders, seen from the bench file.
         variants: other benches, by names that cases of these suites use: paths of bench files, seen from this one.
+        plugins: files that bring protocols, seen from the bench file; their code runs when the bench is opened.
     """
 
     version: Literal[1]
@@ -179,3 +184,4 @@ class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     lockstep_us: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 20
     suites: tuple[str, ...] = ()
     variants: dict[str, str] = {}
+    plugins: tuple[str, ...] = ()

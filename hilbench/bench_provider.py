@@ -63,6 +63,8 @@ def make_provider(options: CheckOptions) -> BenchProvider:
         return _boards(shared, options, targets)
     if bench_file.vehicle is not None:
         return _vehicle(shared, options.targets, targets)
+    if bench_file.plugged_in is not None:
+        return _plugged_in(shared, options.targets, targets)
     return _model(shared, options.targets, targets)
 
 
@@ -98,17 +100,43 @@ def _bench_of(options: CheckOptions) -> str | None:
     return (meant[0] if meant else "") or None
 
 
+def _plugged_in(shared: Shared, choices: Sequence[TargetChoice], targets: Sequence[Target]) -> BenchProvider:
+    """Return the provider of a bench with the model of a plug-in, or of a real one at a port."""
+    from hilbench.protocol_bench.providers import AttachedPeerProvider, DeviceProvider
+
+    there = shared.bench_file.plugged_in
+    assert there is not None
+    assert there.protocol is not None
+    if not targets:
+        return DeviceProvider(shared, there.protocol, there.settings)
+    choice = _only(shared, choices)
+    if targets[0].kind is not TargetKind.SERIAL:
+        message = f"{targets[0].kind.value} cannot be the target of bench '{shared.bench_file.name}'"
+        raise UsageError(message, where=choice.where, hint="write serial:PORT@BAUD or a pyserial URL")
+    return AttachedPeerProvider(shared, choice.spec, there.protocol)
+
+
+def _only(shared: Shared, choices: Sequence[TargetChoice]) -> TargetChoice:
+    """Return the one target that is chosen for a bench with one line.
+
+    Raises:
+        UsageError: there are several, or it is for something else.
+    """
+    if len(choices) > 1:
+        raise UsageError("this bench has one target", where=choices[1].where, hint="name only one")
+    choice = choices[0]
+    if choice.name and choice.name not in shared.bench_file.targets:
+        nearest = did_you_mean(choice.name, shared.bench_file.targets, "targets")
+        raise UsageError(f"no target '{choice.name}'", where=choice.where, hint=nearest)
+    return choice
+
+
 def _model(shared: Shared, choices: Sequence[TargetChoice], targets: Sequence[Target]) -> BenchProvider:
     """Return the provider of a bench with a model that has one line."""
     rover = shared.bench_file.rover is not None
     if not targets:
         return _rover(shared) if rover else VirtualProvider(shared)
-    if len(targets) > 1:
-        raise UsageError("this bench has one target", where=choices[1].where, hint="name only one")
-    choice, target = choices[0], targets[0]
-    if choice.name and choice.name not in shared.bench_file.targets:
-        nearest = did_you_mean(choice.name, shared.bench_file.targets, "targets")
-        raise UsageError(f"no target '{choice.name}'", where=choice.where, hint=nearest)
+    choice, target = _only(shared, choices), targets[0]
     own = "rover-model" if rover else "pioneer"
     if target.kind is TargetKind.MODEL and target.text == own:
         return _rover(shared) if rover else VirtualProvider(shared)

@@ -137,7 +137,7 @@ class CaptureProvider:
 
 
 def _judged(recording: Recording, where: str) -> tuple[ProtocolPlugin, Recorded]:
-    protocol = spoken(laid_out(recording.events))
+    protocol = spoken(laid_out(recording.events), lambda one: one.recorded is not None)
     if protocol is not None and protocol.recorded is not None:
         return protocol, protocol.recorded
     wrong = "no protocol is known that makes frames of its bytes"

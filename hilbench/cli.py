@@ -178,13 +178,26 @@ def _defect(error: BaseException) -> ExitCode:
     import traceback
 
     what = " ".join(f"{type(error).__name__}: {error}".split())
+    place = _place_in_plugin(error)
     try:
         descriptor, path = tempfile.mkstemp(prefix="hilbench-defect-", suffix=".txt")
         with os.fdopen(descriptor, "w", encoding="utf-8") as file:
             traceback.print_exception(error, file=file)
     except OSError:
         path = "no file: it could not be written"
+    if place:
+        return _end(f"{place}: {what} (traceback in {path})", ExitCode.USAGE)
     return _end(f"defect in hilbench: {what} (traceback in {path})", ExitCode.DEFECT)
+
+
+def _place_in_plugin(error: BaseException) -> str:
+    """Return file and line of a plug-in whose error it is; empty where it is ours."""
+    discovery = sys.modules.get("hilbench.plugins.discovery")
+    if discovery is None:
+        return ""
+    from hilbench.plugins.blame import place_of
+
+    return place_of(error, discovery.PLUGINS.brought)
 
 
 def _prepare_streams() -> None:

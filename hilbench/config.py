@@ -23,9 +23,11 @@ from hilbench.clock import NS_PER_US
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.fault_entries import FaultEntry
 from hilbench.line_hooks import parse_step
-from hilbench.model_kinds import MODEL_KINDS
+from hilbench.model_kinds import MODEL_KINDS, ModelKind
 from hilbench.names import file_name
 from hilbench.nearest import did_you_mean
+from hilbench.plugins.discovery import PLUGINS
+from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.schema import json_schema
 from hilbench.strict import Strict
 from hilbench.toml_file import TomlFile
@@ -59,29 +61,31 @@ def built_in_benches() -> tuple[str, ...]:
     return tuple(sorted(file.stem for file in BUILT_IN_FOLDER.glob("*.toml")))
 
 
-def open_bench(bench: str | None = None) -> BenchFile:
+def open_bench(bench: str | None = None, *, run_plugins: bool = True) -> BenchFile:
     """Read a bench file.
 
     Args:
         bench: name of a built-in bench or path of a file; None for ``./hilbench.toml`` if there is one and else
             ``pioneer``.
+        run_plugins: run the plug-ins that it names. Without, what they bring is not looked at, and the bench cannot be
+            built.
 
     Raises:
         UsageError: there is no such bench, or its file is wrong; the line is named.
     """
     if bench is None:
-        return read_bench(DEFAULT_FILE) if DEFAULT_FILE.is_file() else open_bench(DEFAULT_BENCH)
+        bench = str(DEFAULT_FILE) if DEFAULT_FILE.is_file() else DEFAULT_BENCH
     if bench in built_in_benches():
         return read_bench(BUILT_IN_FOLDER / f"{bench}.toml", name=bench)
     if "/" in bench or bench.endswith(".toml") or Path(bench).exists():
-        return read_bench(Path(bench))
+        return read_bench(Path(bench), run_plugins=run_plugins)
     raise UsageError("no such bench", where=bench, hint=did_you_mean(bench, built_in_benches(), "built-in benches"))
 
 
-def read_bench(path: Path, name: str = "") -> BenchFile:
+def read_bench(path: Path, name: str = "", *, run_plugins: bool = True) -> BenchFile:
     """Read a bench file from a path; see `open_bench`."""
     hint = did_you_mean(path.stem, built_in_benches(), "built-in benches")
-    return _Reader(TomlFile(path, "bench file", hint)).read(name or path.name)
+    return _Reader(TomlFile(path, "bench file", hint), run_plugins=run_plugins).read(name or path.name)
 
 
 def resolve_scene(scene: str, folder: Path, where: str) -> str:
@@ -121,20 +125,28 @@ def bench_schema() -> dict[str, Any]:
             unit, source = item.metadata["unit"], item.metadata["source"]
             definition["properties"][item.name]["description"] = f"{unit}; {source}" if unit else source
     schema["$defs"] |= known
-    schema["$defs"]["TargetEntry"]["properties"]["settings"] |= {"anyOf": list(models)}
+    properties = schema["$defs"]["TargetEntry"]["properties"]
+    properties["settings"] |= {"anyOf": [*models, {"type": "object"}]}
+    properties["model"] |= {"anyOf": [{"enum": [*MODEL_KINDS]}, {"type": "string"}]}
+    del properties["model"]["type"]
     return schema
 
 
 class _Reader:
     """Reads one file, and knows where in it everything is."""
 
-    def __init__(self, file: TomlFile) -> None:
+    def __init__(self, file: TomlFile, *, run_plugins: bool) -> None:
         self._file = file
         self._folder = file.path.parent
         self._strict = Strict(file.place)
+        self._run_plugins = run_plugins
+        self._kinds: dict[str, ModelKind] = {}
+        self._plugged_in: dict[str, ProtocolPlugin] = {}
 
     def read(self, bench_name: str) -> BenchFile:
         model = self._strict.convert(self._file.data, BenchModel)
+        for number, text in enumerate(model.plugins):
+            self._use_plugin(text, ("plugins", number))
         self._check_targets(model)
         boards = {name: self._board(name, entry) for name, entry in model.targets.items() if entry.board is not UNSET}
         wiring = WiringReader(model, boards, self._strict)
@@ -157,6 +169,38 @@ class _Reader:
             port=self._port(model),
         )
 
+    # --- plug-ins
+
+    def _use_plugin(self, text: str, path: tuple[str | int, ...]) -> None:
+        file = self._file_beside(text, path)
+        if self._run_plugins:
+            PLUGINS.add_file(file, self._file.place(path))
+
+    def _protocol(self, name: str, path: tuple[str | int, ...]) -> ProtocolPlugin | None:
+        """Return a protocol by its name; None where plug-ins are not run, and one of them may bring it."""
+        if self._run_plugins or (name not in PLUGINS.names() and not self._file.data.get("plugins")):
+            return PLUGINS.protocol(name, self._file.place(path))
+        return None
+
+    def _kind(self, name: str, model: str) -> ModelKind:
+        """Return the kind of a model: one of ours, or the device of a plug-in's protocol."""
+        path = ("targets", name, "model")
+        if model in MODEL_KINDS:
+            return MODEL_KINDS[model]
+        if model not in PLUGINS.names() and (self._run_plugins or not self._file.data.get("plugins")):
+            known = did_you_mean(model, MODEL_KINDS, "models")
+            hint = f"{known}; another one comes with a plug-in (docs/plugins.md)"
+            raise self._strict.error(f"'{model}' is not a value it takes", path, hint)
+        protocol = self._protocol(model, path)
+        if protocol is None:
+            return ModelKind(settings=dict, protocol="", suites=())
+        if protocol.device is None:
+            raise self._strict.error(f"the protocol '{model}' brings no model", path, "give its record a 'device'")
+        self._plugged_in[name] = protocol
+        suites = tuple(map(str, protocol.suites))
+        settings = protocol.device.settings
+        return ModelKind(settings=settings, protocol=protocol.title, suites=suites, baud=protocol.baud)
+
     # --- targets
 
     def _check_targets(self, model: BenchModel) -> None:
@@ -165,7 +209,8 @@ class _Reader:
         for name, entry in model.targets.items():
             self._check_target(name, entry)
         models = [name for name, entry in model.targets.items() if entry.board is UNSET]
-        alone = [name for name in models if not MODEL_KINDS[str(model.targets[name].model)].beside]
+        self._kinds = {name: self._kind(name, str(model.targets[name].model)) for name in models}
+        alone = [name for name in models if not self._kinds[name].beside]
         if len(alone) > 1:
             message = f"'{alone[1]}': more than one robot is not available in this version of hilbench"
             raise self._strict.error(message, ("targets", alone[1]))
@@ -191,8 +236,8 @@ class _Reader:
 
     def _model(self, name: str, entry: TargetEntry) -> ModelTarget:
         path = ("targets", name, "settings")
-        assert entry.model is not UNSET
-        return ModelTarget(settings=self._strict.convert_at(entry.settings, MODEL_KINDS[entry.model].settings, path))
+        settings = self._strict.convert_at(entry.settings, self._kinds[name].settings, path)
+        return ModelTarget(settings=settings, protocol=self._plugged_in.get(name))
 
     def _board(self, name: str, entry: TargetEntry) -> EmulatedBoard:
         assert entry.board is not UNSET
@@ -248,8 +293,7 @@ class _Reader:
     def _suites(self, model: BenchModel) -> tuple[str, ...]:
         """Return the suites of the file, or those of every robot where it names none."""
         if "suites" not in self._file.data:
-            models = [entry.model for entry in model.targets.values()]
-            return () if UNSET in models else MODEL_KINDS[str(models[0])].suites
+            return next(iter(self._kinds.values())).suites if len(self._kinds) == len(model.targets) else ()
         from hilbench.check.suites import shipped_suites  # takes its time
 
         shipped = shipped_suites()
@@ -281,11 +325,13 @@ class _Reader:
     # --- lines
 
     def _links(self, model: BenchModel, boards: dict[str, EmulatedBoard], part_ends: Sequence[str]) -> tuple[Link, ...]:
-        lines = len(_model_ends(model))
+        model_ends = self._model_ends()
+        lines = len(model_ends)
         if len(model.links) > lines and not boards:
             several = "one line" if lines == 1 else f"{lines} lines"
             raise self._strict.error(f"a second link: this bench has {several}", ("links", lines))
-        known = (*_ends(model, boards), *part_ends)
+        usarts = [f"{name}.{usart.lower()}" for name, entry in boards.items() for usart in entry.board.variant.usarts]
+        known = (CHECKER_END, *model_ends, *usarts, *part_ends)
         taken: set[str] = set()
         links = []
         for number, entry in enumerate(model.links):
@@ -293,14 +339,15 @@ class _Reader:
                 self._check_end(number, end, known, taken)
             if entry.ends[0] == entry.ends[1]:
                 raise self._strict.error(f"both ends are '{entry.ends[0]}'", ("links", number, "ends"))
-            if {*entry.ends} <= {*_model_ends(model)}:
+            if {*entry.ends} <= {*model_ends}:
                 hint = f'write ends = ["peer.LINE", "{entry.ends[0]}"]'
                 raise self._strict.error("a line of a model leads to the checker", ("links", number, "ends"), hint)
             of_part = not {*entry.ends}.isdisjoint(part_ends)
             if of_part:
                 self._check_part_line(number, entry, part_ends)
             taken |= {*entry.ends} - {CHECKER_END}
-            links.append(Link(ends=entry.ends, baud=self._baud(number, entry, model, of_part=of_part)))
+            baud, protocol = self._baud(number, entry, of_part=of_part), self._protocol_of(number, entry, usarts)
+            links.append(Link(ends=entry.ends, baud=baud, protocol=protocol))
         return tuple(links)
 
     def _check_part_line(self, number: int, entry: LinkEntry, part_ends: Sequence[str]) -> None:
@@ -315,16 +362,26 @@ class _Reader:
         if end in taken:
             raise self._strict.error(f"'{end}' has a line already", path)
 
-    def _baud(self, number: int, entry: LinkEntry, model: BenchModel, *, of_part: bool) -> int:
+    def _protocol_of(self, number: int, entry: LinkEntry, usarts: Collection[str]) -> ProtocolPlugin | None:
+        """Return what is spoken between the checker and a board."""
+        if entry.protocol is UNSET:
+            return None
+        path = ("links", number, "protocol")
+        if not any(map(is_checker_end, entry.ends)) or {*entry.ends}.isdisjoint(usarts):
+            message = "only a line between 'peer' and a board has a protocol"
+            raise self._strict.error(message, path, "leave it out: a model speaks its own")
+        return self._protocol(entry.protocol, path)
+
+    def _baud(self, number: int, entry: LinkEntry, *, of_part: bool) -> int:
         """Return the rate of the end that is no emulated USART."""
         path = ("links", number, "baud")
-        model_end = next((end for end in entry.ends if end in _model_ends(model)), None)
+        model_end = next((end for end in entry.ends if end in self._model_ends()), None)
         two_usarts = model_end is None and not any(map(is_checker_end, entry.ends)) and not of_part
         if two_usarts and entry.baud is not UNSET:
             raise self._strict.error("both ends are USARTs and have a rate of their own", path, "leave it out")
         if model_end is None:
             return 0 if entry.baud is UNSET else entry.baud
-        kind = MODEL_KINDS[str(model.targets[model_end.partition(".")[0]].model)]
+        kind = self._kinds[model_end.partition(".")[0]]
         baud = kind.baud if entry.baud is UNSET else entry.baud
         if kind.rates and baud not in kind.rates:
             rates = ", ".join(map(str, kind.rates))
@@ -339,7 +396,7 @@ class _Reader:
         if model.faults and boards:
             message = "faults on the lines of emulated boards are not available in this version of hilbench"
             raise self._strict.error(message, ("faults", 0))
-        lines: list[Sequence[str]] = [link.ends for link in links] or [(CHECKER_END, *_model_ends(model)[:1])]
+        lines: list[Sequence[str]] = [link.ends for link in links] or [(CHECKER_END, *self._model_ends()[:1])]
         return tuple(self._with_direction(number, fault, lines) for number, fault in enumerate(model.faults))
 
     def _with_direction(self, number: int, fault: FaultEntry, lines: Sequence[Sequence[str]]) -> FaultEntry:
@@ -359,18 +416,10 @@ class _Reader:
             towards = ends[0] if fault.from_ == ends[1] else ends[1]
         return msgspec.structs.replace(fault, towards=towards, from_=UNSET)
 
+    def _model_ends(self) -> list[str]:
+        return [f"{name}.{line}" for name, kind in self._kinds.items() for line in kind.lines]
+
 
 def _names_checker_line(end: str) -> bool:
     """Say whether it is ``peer.LINE``."""
     return is_checker_end(end) and _LINE_NAME.fullmatch(end.partition(".")[2]) is not None
-
-
-def _ends(model: BenchModel, boards: dict[str, EmulatedBoard]) -> tuple[str, ...]:
-    """Return every end a link can have: the checker's, the host port of each model, the USARTs of each board."""
-    usarts = [f"{name}.{usart.lower()}" for name, entry in boards.items() for usart in entry.board.variant.usarts]
-    return (CHECKER_END, *_model_ends(model), *usarts)
-
-
-def _model_ends(model: BenchModel) -> list[str]:
-    models = {name: entry.model for name, entry in model.targets.items() if entry.model is not UNSET}
-    return [f"{name}.{line}" for name, kind in models.items() for line in MODEL_KINDS[kind].lines]

@@ -174,14 +174,14 @@ class AttachedProviderBase(LockedProvider, ABC, Generic[PeerT, CaseT]):
     Args:
         shared: bench file, journal, waiting.
         spec: the target as on the command line.
+        usual_baud: the rate of a port of which the command line says none, in bit/s; `USUAL_BAUD` if None.
     """
 
     USUAL_BAUD: ClassVar[int] = DEFAULT_BAUD
-    """The rate of a port of which the command line says none, in bit/s."""
 
-    def __init__(self, shared: Shared, spec: str) -> None:
+    def __init__(self, shared: Shared, spec: str, usual_baud: int | None = None) -> None:
         super().__init__(shared, spec)
-        self._serial = parse_serial_target(spec, self.USUAL_BAUD, shared.bench_file.port.settings)
+        self._serial = parse_serial_target(spec, usual_baud or self.USUAL_BAUD, shared.bench_file.port.settings)
         self._peer: PeerT | None = None
 
     @abstractmethod

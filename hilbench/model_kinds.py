@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 from targets.robots.car_host import CarHostSettings
 from targets.robots.pioneer import RobotSettings
@@ -12,9 +13,7 @@ from targets.robots.pioneer.hostbaud import RATES as PIONEER_RATES
 from targets.robots.rover import RoverSettings
 from targets.robots.vehicle_interface import LINE_BAUD, SIMULATOR_LINE, STACK_LINE, VehicleSettings
 
-__all__ = ["MODEL_KINDS", "ModelKind", "ModelSettings", "board_protocol"]
-
-ModelSettings = RobotSettings | RoverSettings | VehicleSettings | CarHostSettings
+__all__ = ["MODEL_KINDS", "ModelKind", "board_protocol"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +32,7 @@ class ModelKind:
         beside: it may stand beside another model.
     """
 
-    settings: type[ModelSettings]
+    settings: type[Any]
     protocol: str
     suites: tuple[str, ...]
     baud: int = 9600

@@ -65,8 +65,8 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         ports = {line: _port(bench, line, there, target.lines[line]) for line, there in doors.items()}
         faulty = _faulty(bench, ports, options, bench_file, say)
         stack.callback(target.make(bench, faulty))
-        if len(faulty) == 1 and bench_file.vehicle is None:
-            _record_received(bench, "robot" if bench_file.rover is None else "rover", *faulty.values())
+        if target.source:
+            _record_received(bench, target.source, *faulty.values())
         for line, there in doors.items():
             _announce(bench, there, ports[line], say, line if len(doors) > 1 else "")
         for line in (line for line, there in doors.items() if not there):

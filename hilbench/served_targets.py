@@ -6,11 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
+from hilbench.bench_file import BenchFile, ModelTarget
 from hilbench.devices import DeviceActor, LinesActor
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Port
 from hilbench.pioneer.robot import PioneerPlan, VirtualPioneer, plan_of
+from hilbench.protocol_bench.cases import DEVICE
+from hilbench.protocol_bench.cases import line_baud as line_baud_of
 from hilbench.rover.cases import rover_baud
 from hilbench.vehicle.cases import line_baud
 from targets.robots.rover import RoverRobot
@@ -30,10 +32,12 @@ class ServedTarget:
     Attributes:
         lines: the rate of each of its lines, bit/s, by name.
         make: brings it to life at the far ends of these lines, and returns how to end it.
+        source: its source in the journal, where it has one line alone; empty else.
     """
 
     lines: Mapping[str, int]
     make: Callable[[Bench, Mapping[str, Port]], Callable[[], None]]
+    source: str = ""
 
 
 def served_target(
@@ -50,10 +54,12 @@ def served_target(
     Raises:
         UsageError: nothing stands in a world here, or the rate is none that the model knows.
     """
-    if bench_file.vehicle is None and bench_file.rover is None:
+    if bench_file.plugged_in is None and bench_file.vehicle is None and bench_file.rover is None:
         return _pioneer(bench_file, scene, baud, seed)
     if scene is not None:
         raise UsageError("nothing stands in a world here", where=f"--scene {scene}")
+    if bench_file.plugged_in is not None:
+        return _plugged_in(bench_file, bench_file.plugged_in, baud)
     return _vehicle(bench_file, baud) if bench_file.vehicle is not None else _rover(bench_file, baud)
 
 
@@ -66,7 +72,7 @@ def _pioneer(bench_file: BenchFile, scene: str | None, baud: int | None, seed: i
         except WorldError as error:
             raise UnavailableError(str(error), where=f"scene {plan.scene}") from error
 
-    return ServedTarget({_HOST: plan.settings.host_baud}, make)
+    return ServedTarget({_HOST: plan.settings.host_baud}, make, "robot")
 
 
 def _vehicle(bench_file: BenchFile, baud: int | None) -> ServedTarget:
@@ -91,7 +97,20 @@ def _rover(bench_file: BenchFile, baud: int | None) -> ServedTarget:
         DeviceActor(bench, RoverRobot(settings), ports[_HOST], name="rover")
         return lambda: None
 
-    return ServedTarget({_HOST: baud or rover_baud(bench_file)}, make)
+    return ServedTarget({_HOST: baud or rover_baud(bench_file)}, make, "rover")
+
+
+def _plugged_in(bench_file: BenchFile, target: ModelTarget, baud: int | None) -> ServedTarget:
+    protocol = target.protocol
+    assert protocol is not None
+    assert protocol.device is not None
+    device = protocol.device
+
+    def make(bench: Bench, ports: Mapping[str, Port]) -> Callable[[], None]:
+        DeviceActor(bench, device.make(target.settings), ports[_HOST], name=DEVICE)
+        return lambda: None
+
+    return ServedTarget({_HOST: baud or line_baud_of(bench_file, protocol)}, make, DEVICE)
 
 
 def _plan(bench_file: BenchFile, scene: str | None, baud: int | None) -> PioneerPlan:

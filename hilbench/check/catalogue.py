@@ -62,7 +62,11 @@ def _clauses(protocols: tuple[str, ...]) -> Mapping[str, Clause]:
     del protocols  # what may be found: it changes when a file brings another one
     found = {entry.id: _clause(entry) for module in _OF_BENCHES for entry in importlib.import_module(module).CLAUSES}
     for protocol in PLUGINS.all():
-        entries = protocol.clauses()
+        try:
+            entries = protocol.clauses()
+        except Exception as error:  # noqa: BLE001 - whatever the code of a plug-in raises: the others are there
+            PLUGINS.fails(protocol.name, error)
+            continue
         taken = sorted(found.keys() & {entry.id for entry in entries}) or _twice(entry.id for entry in entries)
         if taken:
             PLUGINS.refuse(protocol.name, f"has a clause '{taken[0]}', and so has another catalogue")

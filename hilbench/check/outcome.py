@@ -8,7 +8,9 @@ from pathlib import Path
 from types import TracebackType
 
 from hilbench.check.verdicts import CaseOutcome, Inconclusive, Measure, NotApplicable, Verdict, Violation
-from hilbench.errors import AwayError, HilbenchError, UnavailableError, UsageError
+from hilbench.errors import AwayError, HilbenchError, UnavailableError
+from hilbench.plugins.blame import place_of
+from hilbench.plugins.discovery import PLUGINS
 
 _TRACEBACK_LINES = 12
 _PYTEST_PACKAGES = frozenset({"_pytest", "pluggy"})
@@ -30,7 +32,7 @@ class Outcome:
         evidence: lines that show it.
         clause: the one clause it is about, if the case told.
         defect: whether an error is ours.
-        suite_error: whether an error is that of a suite of the user's own.
+        suite_error: whether an error is that of a suite or a plug-in of the user's own.
         lost: whether the bench or the target is gone, so that nothing further can run.
         measure: the figure that it is about, if it is about one.
     """
@@ -70,7 +72,9 @@ def outcome_of(error: BaseException | None, own_suite: Path | None = None) -> Ou
         return _of_assertion(error)
     if isinstance(error, UnavailableError):
         return Outcome(verdict=Verdict.ERROR, cause=_one_line(str(error)), lost=not isinstance(error, AwayError))
-    place = "" if own_suite is None else _place_in(own_suite, error)
+    place = place_of(
+        error, lambda file: PLUGINS.brought(file) or (own_suite is not None and file.parent == own_suite.parent)
+    )
     said = str(error) if isinstance(error, HilbenchError) else f"{type(error).__name__}: {error}"
     return Outcome(
         verdict=Verdict.ERROR,
@@ -79,18 +83,6 @@ def outcome_of(error: BaseException | None, own_suite: Path | None = None) -> Ou
         defect=not place,
         suite_error=bool(place),
     )
-
-
-def _place_in(suite: Path, error: BaseException) -> str:
-    """Return file and line of a suite, or of a file beside it, where an error is its own; nothing where it may be ours.
-
-    It is the suite's where it is raised there, and where it says that something of ours was called wrongly.
-    """
-    frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if Path(frame.filename).parent == suite.parent]
-    if not own or not (own[-1] is frames[-1] or isinstance(error, UsageError | TypeError | ValueError)):
-        return ""
-    return f"{Path(own[-1].filename).name}:{own[-1].lineno}"
 
 
 def _of_assertion(error: AssertionError) -> Outcome:

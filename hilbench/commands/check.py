@@ -10,6 +10,7 @@ from hilbench import arguments, interruption
 from hilbench.journal_options import add_journal, check_journal
 from hilbench.options import THROUGH, CheckOptions
 from hilbench.parser import Parser, typed
+from hilbench.plugins.flags import add_plugins, use_plugins
 
 _EXAMPLES = """
 hilbench check                                   the bench in ./hilbench.toml, or else the virtual Pioneer
@@ -61,6 +62,7 @@ def parser() -> Parser:
         help="let each byte of the checker's lines pass such a door of this machine, in virtual time")  # fmt: skip
     add("--screens", metavar="DIR", type=typed(arguments.output_file),
         help="for each case that fails, the screen of the dashboard at that moment: DIR/CASE.svg")  # fmt: skip
+    add_plugins(made)
     return made
 
 
@@ -72,6 +74,7 @@ def run(parsed: argparse.Namespace) -> int:
     from hilbench.names import escaped
 
     check_journal(parsed)
+    use_plugins(parsed.plugin)
     options = CheckOptions(
         bench=parsed.bench,
         targets=tuple(parsed.target),

@@ -8,6 +8,7 @@ from pathlib import Path
 from hilbench import arguments, interruption
 from hilbench.errors import UsageError
 from hilbench.parser import Parser, typed
+from hilbench.plugins.flags import add_plugins, use_plugins
 
 _EXAMPLES = """
 hilbench init --board bluepill --image build/firmware.elf
@@ -47,6 +48,7 @@ def parser() -> Parser:
     add("--baud", metavar="B", type=typed(arguments.baud),
         help="with --protocol: its rate (default: that of --port, or the usual one)")  # fmt: skip
     add("--dir", metavar="DIR", default=Path(), type=Path, help="where to write (default: the working folder)")
+    add_plugins(made)
     return made
 
 
@@ -64,6 +66,8 @@ def run(parsed: argparse.Namespace) -> int:
     interruption.raise_once()
     if parsed.protocol is not None:
         from hilbench.plugins.discovery import PLUGINS
+
+        use_plugins(parsed.plugin)
         from hilbench.ports.first_test import init_port
 
         written = init_port(PLUGINS.protocol(parsed.protocol, "--protocol"), parsed.port, parsed.baud, parsed.dir)

@@ -104,7 +104,7 @@ def _into(parsed: argparse.Namespace) -> int:
     recording = of_case(read_recording(path), parsed.case, str(path))
     if parsed.seed is not None:
         recording = replace(recording, header={**recording.header, "seed": parsed.seed})
-    protocol = spoken(laid_out(recording.events))
+    protocol = spoken(laid_out(recording.events), lambda one: bool(one.replay_bench))
     if protocol is None or not protocol.replay_bench:
         wrong = "no protocol is known that makes frames of its bytes"
         wrong = wrong if protocol is None else f"{protocol.name} is spoken there, and cannot be played"

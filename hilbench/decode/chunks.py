@@ -9,7 +9,14 @@ from protocols.common.decoding import Speaker
 
 __all__ = ["Chunk", "chunk_of", "speaker_of"]
 
-_SPEAKERS = {"robot": "target", "server": "target", "rover": "target", "checker": "host", "client": "host"}
+_SPEAKERS = {
+    "robot": "target",
+    "server": "target",
+    "rover": "target",
+    "device": "target",
+    "checker": "host",
+    "client": "host",
+}
 _OTHER = {"host": "target", "target": "host", "": ""}
 
 

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
+from hilbench.bench_file import BenchFile, ModelTarget
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import DEFAULT_BAUD, Line, MemoryLink, Port, ReconnectingPort, parse_serial_target
 from hilbench.links.memory import REAL_TIME_GROUP_NS
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from hilbench.live.rover_operator import RoverOperator
     from hilbench.live.vehicle_rigs import LiveVehicle
     from hilbench.mcu.emulated import EmulatedBench
+    from hilbench.plugins.protocol import Device, ProtocolPlugin
 
 __all__ = ["Rig", "open_attached", "open_rig", "ports_asked"]
 
@@ -38,6 +39,9 @@ __all__ = ["Rig", "open_attached", "open_rig", "ports_asked"]
 _ROVER_BAUD = 115_200
 """As `hilbench.rover.provider.AttachedRoverProvider.USUAL_BAUD`."""
 
+
+_CLIENT = "client"
+"""The source in the journal of the host that a plug-in brings."""
 
 _SENSES = {"KEEPALIVE": Sense.REST}
 """Our clients speak when this one runs out, which is what it is for."""
@@ -87,6 +91,8 @@ def open_rig(bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
         return _rover_model(bench, bench_file, seed)
     if bench_file.vehicle is not None:
         return _vehicle_model(bench, bench_file, seed)
+    if bench_file.plugged_in is not None:
+        return _plugged_in(bench, bench_file, bench_file.plugged_in, seed)
     if not any(isinstance(target.settings, RobotSettings) for target in bench_file.targets.values()):
         raise UsageError("the dashboard has no view of this model yet", where=bench_file.name)
     return _pioneer(bench, bench_file, seed)
@@ -110,6 +116,13 @@ def open_attached(bench: Bench, bench_file: BenchFile, targets: Sequence[TargetC
     if len(ports) > 1:
         return _attached_vehicle(bench, bench_file, ports, seed)
     target = ports[""]
+    protocol = _protocol_of(bench_file)
+    if protocol is not None:
+        port = _at(bench, bench_file, target, protocol.baud)
+        tap, machines = _host_of(bench, port, protocol, seed)
+        about = about_line(_CLIENT, protocol.name, machines)
+        senses = _senses({_CLIENT: protocol.host})
+        return Rig(taps=_host(tap), machines=machines, senses=senses, about=about, demo=False, close=port.close)
     operator: Operator
     if bench_file.rover is not None or board_protocol(bench_file.suites) == "PKT!":
         port = _at(bench, bench_file, target, _ROVER_BAUD)
@@ -142,11 +155,12 @@ def ports_asked(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mappi
         if target_of(choice).kind is not TargetKind.SERIAL:
             hint = "write serial:/dev/ttyUSB0@115200 or a pyserial URL"
             raise UsageError("is no serial port", where=choice.where, hint=hint)
+    known = _protocol_of(bench_file)
     protocol = "CARLA" if on_board(bench_file) else board_protocol(bench_file.suites)
-    if bench_file.boards and not protocol:
+    if bench_file.boards and not protocol and known is None:
         where = f"bench '{bench_file.name}'"
         raise UsageError("no client of ours speaks to its boards", where=where, hint="leave --target away")
-    if not bench_file.boards and bench_file.vehicle is None and bench_file.rover is None:
+    if not bench_file.boards and bench_file.vehicle is None and bench_file.rover is None and known is None:
         bench_file.pioneer()
     if bench_file.vehicle is not None or protocol == "CARLA":
         from hilbench.checker_lines import ports_of_lines
@@ -161,6 +175,49 @@ def ports_asked(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mappi
         where = " ".join(choice.where for choice in targets)
         raise UsageError("this bench has one line, without a name", where=where, hint=f"write --target {first.spec}")
     return {"": first.spec}
+
+
+def _protocol_of(bench_file: BenchFile) -> ProtocolPlugin | None:
+    """Return what a bench file says is spoken on the checker's line; None where hilbench's own clients know it."""
+    there = bench_file.plugged_in
+    if there is not None:
+        return there.protocol
+    return bench_file.protocols.get(bench_file.checker_lines.get("", ""))
+
+
+def _host_of(bench: Bench, port: Port, protocol: ProtocolPlugin, seed: int) -> tuple[Tap, Mapping[str, Observed]]:
+    """Put the host of a plug-in at the end of a line; where it brings none, the line is listened to."""
+    from hilbench.devices import DeviceActor
+    from hilbench.protocol_bench.cases import machines_of
+
+    tap = Tap(bench, port, _CLIENT, seed=seed)
+    if protocol.host is None:
+        return tap, {}
+    host = protocol.host.make(protocol.host.settings())
+    DeviceActor(bench, host, tap, name=_CLIENT)
+    return tap, machines_of({_CLIENT: host})
+
+
+def _plugged_in(bench: Bench, bench_file: BenchFile, target: ModelTarget, seed: int) -> Rig:
+    from hilbench.devices import DeviceActor
+    from hilbench.protocol_bench.cases import DEVICE, line_baud, machines_of
+
+    protocol = target.protocol
+    assert protocol is not None
+    assert protocol.device is not None
+    line = Line(baud=line_baud(bench_file, protocol))
+    link = MemoryLink(bench.scheduler, line, name="host", group_ns=REAL_TIME_GROUP_NS)
+    device = protocol.device.make(target.settings)
+    DeviceActor(bench, device, link.b, name=DEVICE)
+    tap, machines = _host_of(bench, link.a, protocol, seed)
+    machines = {**machines, **machines_of({DEVICE: device})}
+    senses = _senses({_CLIENT: protocol.host, DEVICE: protocol.device})
+    about = about_line(_CLIENT, protocol.name, machines)
+    return Rig(taps=_host(tap), machines=machines, senses=senses, about=about)
+
+
+def _senses(devices: Mapping[str, Device | None]) -> Senses:
+    return {name: dict.fromkeys(one.resting, Sense.REST) for name, one in devices.items() if one is not None}
 
 
 def _attached_vehicle(bench: Bench, bench_file: BenchFile, specs: Mapping[str, str], seed: int) -> Rig:
@@ -240,13 +297,21 @@ def _boards(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
             undo.pop_all()
             return _of_vehicle(vehicle, emulated)
         about: dict[str, Any] = {"boards": about_boards(bench_file.boards), **about_world(emulated.surroundings.world)}
-        tap, operator, machines = None, None, {}
-        far_end = bench_file.checker_lines.get("")
+        tap, operator = None, None
+        machines: Mapping[str, Observed] = {}
+        senses: Senses = {}
+        far_end = bench_file.checker_lines.get("", "")
         if far_end in emulated.ports and "pkt-board" in bench_file.suites:
             emulated.ports[far_end].reacts = True
             tap, operator = _station(bench, emulated.ports[far_end], "documented", seed)
             machines = {"station": operator.observed}
             about |= about_pkt(operator.name, machines, "documented")
+        elif far_end in bench_file.protocols:
+            emulated.ports[far_end].reacts = True
+            protocol = bench_file.protocols[far_end]
+            tap, machines = _host_of(bench, emulated.ports[far_end], protocol, seed)
+            about |= about_line(_CLIENT, protocol.name, machines)
+            senses = _senses({_CLIENT: protocol.host})
         if emulated.surroundings.robot is not None:
             machines = {**machines, "robot": emulated.surroundings.robot.robot.connection}
             about["machines"] = {name: describe_machine(one) for name, one in machines.items()}
@@ -255,7 +320,7 @@ def _boards(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
         operator=operator,
         taps=_host(tap),
         machines=machines,
-        senses={} if operator is None else {operator.name: _SENSES},
+        senses=senses if operator is None else {operator.name: _SENSES},
         views=_analog(emulated),
         about=about,
         reset=lambda: _reset(emulated),

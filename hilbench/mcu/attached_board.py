@@ -6,7 +6,7 @@ forgotten; it is not reset, unless the bench file says how (``[port] reset``).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 from hilbench.bench import Bench
@@ -16,41 +16,36 @@ from hilbench.check.provider import CaseInfo
 from hilbench.check.verdicts import NotApplicable
 from hilbench.errors import UsageError
 from hilbench.line_faults import LineFaults
-from hilbench.line_peer import LinePeer, Sound, Unsound
+from hilbench.line_peer import Sound, Unsound
 from hilbench.links import Port
 from hilbench.locked_providers import AttachedProviderBase
 from hilbench.mcu.under_test import SerialLine
 from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
+from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.protocol_bench.peer import RAW, ProtocolPeer
 from hilbench.shared import Shared
 
 __all__ = ["AttachedBoard", "AttachedBoardCase", "AttachedBoardProvider"]
 
-_QUIET_WITHIN_S = 1.0
-"""How long a board that goes on speaking is waited for between two cases (choice)."""
 
+class _Listener(ProtocolPeer):
+    """Our end of the line, which also keeps the bytes as they came."""
 
-class _Listener(LinePeer[bytes]):
-    """Our end of the line, of which no protocol is known: bytes are bytes."""
-
-    def __init__(self, bench: Bench, port: Port) -> None:
-        super().__init__(bench, port)
+    def __init__(self, bench: Bench, port: Port, protocol: ProtocolPlugin) -> None:
+        super().__init__(bench, port, protocol)
         self._begin_line()
 
     def _begin_line(self) -> None:
         self.line = SerialLine(self.bench, self.port, self.write, self.require_line)
 
-    def _begin_reading(self) -> None:
-        """There are no frames."""
-
-    def _read(self, data: bytes, at_ns: int) -> Iterable[Sound[bytes] | Unsound]:
+    def _read(self, data: bytes, at_ns: int) -> Iterator[Sound[Any] | Unsound]:
         self.line.take(data, at_ns)
-        yield Sound(raw=data, packet=data)
+        return super()._read(data, at_ns)
 
     def settle(self) -> None:
-        """Listen until it is quiet, and begin anew."""
-        self.wait_quiet(within_s=_QUIET_WITHIN_S)
-        self.forget()
+        """See `ProtocolPeer`; the line begins anew, too."""
+        super().settle()
         self._begin_line()
 
 
@@ -109,7 +104,8 @@ class AttachedBoardCase(CaseBase):
     """A case on a board at a port.
 
     Attributes:
-        peer: our end of the line, for bytes of which no protocol is known.
+        peer: our end of the line, with the frames of the protocol that the bench file names for it; else bytes as they
+            came.
         board: the board.
         boards: the same by its name.
     """
@@ -150,13 +146,15 @@ class AttachedBoardProvider(AttachedProviderBase[_Listener, AttachedBoardCase]):
     """The rate of a port of which the command line says none, in bit/s (choice)."""
 
     def __init__(self, shared: Shared, choice: TargetChoice) -> None:
-        super().__init__(shared, choice.spec)
-        self._at = _usart_meant(shared.bench_file, choice)
+        at = _usart_meant(shared.bench_file, choice)
+        self._protocol = shared.bench_file.protocols.get(at, RAW)
+        super().__init__(shared, choice.spec, None if self._protocol is RAW else self._protocol.baud)
+        self._at = at
 
     @property
     def capabilities(self) -> frozenset[str]:
-        """None that a clause could name: only what a suite itself sends and sees."""
-        return frozenset()
+        """The protocol that the bench file names for the line; else none that a clause could name."""
+        return frozenset({self._protocol.title}) - {RAW.title}
 
     def describe(self) -> Mapping[str, str]:
         """Name the port, its rate, and what is there."""
@@ -167,7 +165,7 @@ class AttachedBoardProvider(AttachedProviderBase[_Listener, AttachedBoardCase]):
         }
 
     def _make_peer(self, port: Port) -> _Listener:
-        return _Listener(self._bench, port)
+        return _Listener(self._bench, port, self._protocol)
 
     def _make_case(
         self, case: CaseInfo, peer: _Listener, reopen: Callable[[], Port], faults: LineFaults | None = None

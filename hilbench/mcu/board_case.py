@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from typing import Any, TypeVar
 
 from hilbench.bench import Bench
 from hilbench.cases import CaseBase
 from hilbench.check.provider import CaseInfo, CaseSetup
-from hilbench.errors import InternalError
+from hilbench.errors import InternalError, UsageError
+from hilbench.line_peer import LinePeer
 from hilbench.links import Port
 from hilbench.live.about import about_boards, about_pkt, about_vehicle_lines, about_world
 from hilbench.live.teller import Observed
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.under_test import BoardUnderTest, boards_under_test
+from hilbench.protocol_bench.peer import RAW, peer_of
 from hilbench.world_runner import WorldRunner
 from protocols.pkt import PROFILES
 from targets.parts import Part
@@ -105,6 +108,25 @@ class BoardCase(CaseBase, BoardBench):
             scene: its scene; empty for that of the bench file.
         """
         return self._open_other(setup, scene)
+
+    @cached_property
+    def peer(self) -> LinePeer[Any]:
+        """The checker's end of a board's line, with the frames of the protocol that the bench file names for it.
+
+        Of several lines it is the first one with a protocol. Where none has one, each message is bytes as they came.
+
+        Raises:
+            UsageError: the bench file has no such line.
+        """
+        bench_file = self.emulated.bench_file
+        lines = [end for end in bench_file.checker_lines.values() if end in self.emulated.ports]
+        if not lines:
+            hint = 'write [[links]] ends = ["peer", "NAME.usart1"]'
+            raise UsageError("has no line between 'peer' and a board", where=bench_file.name, hint=hint)
+        end = next((end for end in lines if end in bench_file.protocols), lines[0])
+        return peer_of(
+            self.bench, self.emulated.ports[end], bench_file.protocols.get(end, RAW), self.case.setup.program
+        )
 
     def _machines_seen(self) -> Mapping[str, Observed]:
         robot = self.emulated.surroundings.robot

@@ -72,6 +72,7 @@ class BoardProvider:
         """Boards, programs, variants, parts, and what the world can do."""
         bench_file = self._shared.bench_file
         found = {"boards", *hands_on(bench_file), *vehicle_hands_on(bench_file)}
+        found |= {protocol.title for protocol in bench_file.protocols.values()}
         found |= OWN_HOST_CAPABILITIES if bench_file.has_car_host else set()
         found |= {f"variant '{name}'" for name in self._variants if name}
         for name, variant in self._variants.items():

@@ -10,6 +10,7 @@ Names are known without an import. The code of a plug-in runs when its protocol 
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import sys
 from collections.abc import Iterator, Mapping
@@ -20,6 +21,7 @@ from types import ModuleType
 
 from hilbench.errors import UsageError
 from hilbench.nearest import did_you_mean
+from hilbench.plugins.blame import place_of
 from hilbench.plugins.protocol import API, ProtocolPlugin
 
 __all__ = ["PLUGINS", "Plugins"]
@@ -82,6 +84,13 @@ class Plugins:
             self.broken[name] = str(error)
             return None
 
+    def fails(self, name: str, error: Exception) -> None:
+        """Do without a protocol whose code has raised an error; one of our own is a defect, and raised again."""
+        if self._is_own(name):
+            raise error
+        place = place_of(error, self.brought)
+        self.refuse(name, f"{place}{': ' if place else ''}{type(error).__name__}: {error}")
+
     def refuse(self, name: str, why: str) -> None:
         """Do without a protocol from now on, for a reason in words."""
         self.broken[name] = f"protocol '{name}' of {self.origin(name)}: {why}; it is left out"
@@ -117,6 +126,18 @@ class Plugins:
                 raise UsageError(message, where=where, hint="give it a name of its own")
         self._files[path] = found
 
+    def brought(self, file: Path) -> bool:
+        """Say whether a file of code was brought by a plug-in that was used: it stands beside it, or in its package."""
+        if file.parent in {path.parent for path in self._files}:
+            return True
+        return any(_is_in_package(file, name) for name in self._packages)
+
+    @property
+    def _packages(self) -> set[str]:
+        """The packages of plug-ins that were used, but for our own."""
+        used = (self._installed[name][0] for name in self._loaded if not self._is_own(name))
+        return {point.module.partition(".")[0] for point in used}
+
     @cached_property
     def _installed(self) -> Mapping[str, tuple[metadata.EntryPoint, ...]]:
         found: dict[str, tuple[metadata.EntryPoint, ...]] = {}
@@ -130,6 +151,14 @@ class Plugins:
 
     def _of_files(self) -> Mapping[str, ProtocolPlugin]:
         return {one.name: one for found in self._files.values() for one in found}
+
+
+def _is_in_package(file: Path, package: str) -> bool:
+    where = getattr(sys.modules.get(package), "__file__", None)
+    if where is None:
+        return False
+    begin = Path(where)
+    return file.is_relative_to(begin.parent) if begin.name == "__init__.py" else file == begin
 
 
 def _load(name: str, points: tuple[metadata.EntryPoint, ...]) -> ProtocolPlugin:
@@ -157,17 +186,21 @@ def _check(found: ProtocolPlugin, where: str) -> None:
 
 
 def _run(path: Path, where: str) -> ModuleType:
-    name = f"hilbench_plugin_{path.stem}"
-    spec = importlib.util.spec_from_file_location(name, path) if path.suffix == ".py" else None
-    if spec is None or spec.loader is None or not path.is_file():
-        raise UsageError(f"no file '{path}'" if not path.is_file() else f"'{path}' is no .py file", where=where)
-    module = sys.modules[name] = importlib.util.module_from_spec(spec)
+    """Import a file by its own name, which a suite beside it imports, too; it may import its neighbours."""
+    if path.suffix != ".py" or not path.is_file():
+        raise UsageError(f"'{path}' is no .py file" if path.is_file() else f"no file '{path}'", where=where)
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))
+        importlib.invalidate_caches()
+    spec = importlib.util.find_spec(path.stem) if path.stem.isidentifier() else None
+    if spec is None or spec.loader is None or spec.origin is None or Path(spec.origin).resolve() != path:
+        hint = "give the file another name"
+        raise UsageError(f"'{path.stem}' cannot be imported as a module, or is another one", where=where, hint=hint)
     try:
-        spec.loader.exec_module(module)
+        return importlib.import_module(path.stem)
     except (Exception, SystemExit) as error:  # whatever the code of a stranger raises
         line = _line_of(error, path)
         raise UsageError(f"cannot be imported: {type(error).__name__}: {error}", where=f"{path}{line}") from error
-    return module
 
 
 def _line_of(error: BaseException, path: Path) -> str:

@@ -10,12 +10,13 @@ import dataclasses
 from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import TYPE_CHECKING, Any, get_type_hints
 
 from hilbench.parser import Parser
-from hilbench.plugins.discovery import PLUGINS
-from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.siblings import check_siblings
+
+if TYPE_CHECKING:
+    from hilbench.plugins.protocol import ProtocolPlugin
 
 __all__ = ["ProtocolParser", "add_plugins", "flags_of", "use_plugins"]
 
@@ -34,6 +35,8 @@ def use_plugins(paths: Iterable[Path]) -> None:
     Raises:
         UsageError: one cannot be used.
     """
+    from hilbench.plugins.discovery import PLUGINS  # and our packages, which may be shadowed: that is looked at first
+
     for path in paths:
         PLUGINS.add_file(path, f"--plugin {path}")
 
@@ -76,6 +79,8 @@ class ProtocolParser(Parser):
 
     def _protocol_in(self, words: Sequence[str]) -> ProtocolPlugin | None:
         """Return the protocol that is named by ``--protocol``, or by the first word that may be its name."""
+        from hilbench.plugins.discovery import PLUGINS
+
         if "--protocol" in self._option_string_actions:
             named, where = [*self._values(words, "--protocol")][-1:], "--protocol"
         else:

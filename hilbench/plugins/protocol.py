@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, get_type_hints
 
 from protocols.common.decoding import Decoder, NoOptions, Speaker
@@ -13,10 +14,11 @@ from protocols.common.layout import Region, laid_out
 
 if TYPE_CHECKING:
     from hilbench.bench import Bench
+    from hilbench.devices import SerialDevice
     from hilbench.line_peer import LinePeer
     from hilbench.links import Port
 
-__all__ = ["API", "ClauseEntry", "FirstTest", "ProtocolPlugin", "Recorded"]
+__all__ = ["API", "ClauseEntry", "Device", "FirstTest", "ProtocolPlugin", "Recorded"]
 
 API = 1
 """Of this record; a plug-in says which one it was written for."""
@@ -55,16 +57,35 @@ class ClauseEntry(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Device:
+    """One end of a line as a model: what answers there, or who speaks to it.
+
+    Attributes:
+        make: makes one with these settings, just powered on. Where it has an attribute ``observed``, its state machine
+            (`hilbench.live.teller.Observed`), the dashboard shows states and watchdogs.
+        settings: what it can be set to, a dataclass whose fields all have defaults.
+        capabilities: what a bench with it can do beside speaking the protocol, by the names that clauses use.
+        resting: the names of its timers with which nothing is wrong when they run out, such as one for the next
+            question; the others are watchdogs.
+    """
+
+    make: Callable[[Any], SerialDevice]
+    settings: type[Any] = NoOptions
+    capabilities: frozenset[str] = frozenset()
+    resting: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Recorded:
     """What can be judged on a recording.
 
     Attributes:
         capabilities: those of the clauses that need no more than listening, beside the protocol itself.
-        suites: those that listen, then those whose clauses the others are.
+        suites: those that listen, then those whose clauses the others are: names of shipped ones, or files.
     """
 
-    capabilities: frozenset[str]
     suites: tuple[str, ...]
+    capabilities: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,8 +121,13 @@ class ProtocolPlugin:
         regions: returns what the bytes of a sound frame are; the whole frame is one if it says nothing.
         longest_frame: in bytes: what may be left of a frame where a recording begins.
         clauses: returns the rules of the protocol.
-        peer: makes the checker's end of a line, of a bench, a port and the program that a board runs; None if a check
-            has none.
+        encode: makes the frame of a message, for a suite's ``peer.send``: ``encode(message, options)``.
+        settle: brings a real target back to where a case may begin, by what it sends with a peer; None sends nothing.
+        peer: makes the checker's end of a line, of a bench, a port and the program that a board runs; None for one
+            that knows frames by the decoder.
+        device: what answers, as a model: a bench file has it as ``model = "NAME"``.
+        host: who speaks to it in the dashboard.
+        suites: what is checked of a bench with the model whose file names no suites.
         baud: the usual rate of its line, in bit/s.
         recorded: what can be judged on a recording; None for nothing.
         replay_bench: the bench that a recording is played to where only a port is named; empty if none can.
@@ -117,7 +143,12 @@ class ProtocolPlugin:
     regions: Callable[..., list[Region]] = _one_region
     longest_frame: int = 256
     clauses: Callable[[], Sequence[ClauseEntry]] = tuple
+    encode: Callable[[Any, Any], bytes] | None = None
+    settle: Callable[[Any], None] | None = None
     peer: Callable[[Bench, Port, str], LinePeer[Any]] | None = None
+    device: Device | None = None
+    host: Device | None = None
+    suites: tuple[Path, ...] = ()
     baud: int = 9600
     recorded: Recorded | None = None
     replay_bench: str = ""

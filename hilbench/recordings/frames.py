@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from hilbench.clock import NS_PER_S
@@ -93,8 +93,12 @@ def _cut_at(items: list[Item]) -> int:
     )
 
 
-def spoken(events: Iterable[tuple[int, Event]]) -> ProtocolPlugin | None:
+def spoken(
+    events: Iterable[tuple[int, Event]], can: Callable[[ProtocolPlugin], bool] = lambda _: True
+) -> ProtocolPlugin | None:
     """Return the protocol that makes frames of most bytes; None if none does.
+
+    One that can do what is wanted comes before those that cannot: a protocol without a checksum makes frames of all.
 
     It counts for what one end says or hears if more than half of that is in its frames. Other lines beside it, such as
     a GPS receiver's or a console's, say nothing against it, however much is said there.
@@ -107,9 +111,16 @@ def spoken(events: Iterable[tuple[int, Event]]) -> ProtocolPlugin | None:
         if total >= _ENOUGH_BYTES:
             break
     said = _said(sample)
-    sound = [(_in_frames(sample, protocol, said), protocol) for protocol in PLUGINS.all()]
-    most, best = max(sound, key=lambda one: one[0])
-    return best if most else None
+    most, best = (False, 0), None
+    for protocol in PLUGINS.all():
+        try:
+            count = _in_frames(sample, protocol, said)
+        except Exception as error:  # noqa: BLE001 - whatever the code of a plug-in raises: the others are there
+            PLUGINS.fails(protocol.name, error)
+            continue
+        if count and (can(protocol), count) > most:
+            most, best = (can(protocol), count), protocol
+    return best
 
 
 def _said(events: list[tuple[int, Event]]) -> Counter[tuple[str, str]]:

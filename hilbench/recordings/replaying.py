@@ -19,6 +19,7 @@ from hilbench.journal import Journal, Recording
 from hilbench.line_peer import LinePeer
 from hilbench.mcu.board_case import BoardCase
 from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.protocol_bench.peer import peer_of
 from hilbench.recordings.listening import HOST, TARGET, Talk, talks
 from protocols.common.items import Item
 
@@ -148,15 +149,13 @@ def _setup(case: str, capabilities: frozenset[str]) -> CaseSetup:
 
 def _host_end(opened: CaseBench, program: str, protocol: ProtocolPlugin) -> LinePeer[Any]:
     """Return the end of the line that a host has; of emulated boards the one that their bench file leaves to us."""
-    peer = getattr(opened, "peer", None)
-    if isinstance(peer, LinePeer):
+    if isinstance(opened, BoardCase):
+        end = opened.emulated.bench_file.checker_lines.get("")
+        if end is not None:
+            return peer_of(opened.bench, opened.emulated.ports[end], protocol, program)
+    elif isinstance(peer := getattr(opened, "peer", None), LinePeer):
         return peer
-    lines = opened.emulated.bench_file.checker_lines if isinstance(opened, BoardCase) else {}
-    if not isinstance(opened, BoardCase) or "" not in lines or protocol.peer is None:
-        raise UsageError("has no line, or several, where one host could be", where="--into")
-    port = opened.emulated.ports[lines[""]]
-    port.reacts = True
-    return protocol.peer(opened.bench, port, program)
+    raise UsageError("has no line, or several, where one host could be", where="--into")
 
 
 def _take(event: object, answers: bytearray) -> None:

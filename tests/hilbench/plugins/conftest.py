@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from textwrap import dedent
 
 import pytest
@@ -61,17 +62,25 @@ TINY = ProtocolPlugin(
 @pytest.fixture
 def plugins(monkeypatch):
     """Return what is known of plug-ins in this process; it is forgotten again."""
-    fresh = Plugins()
+    fresh, modules = Plugins(), set(sys.modules)
     monkeypatch.setattr(PLUGINS, "__dict__", fresh.__dict__)
+    monkeypatch.setattr(sys, "path", [*sys.path])
     catalogue._clauses.cache_clear()
     yield PLUGINS
     catalogue._clauses.cache_clear()
+    for name in [*filter(_is_brought, set(sys.modules) - modules)]:
+        del sys.modules[name]
+
+
+def _is_brought(name):
+    """Say whether a module comes from a folder of a test, or is the example."""
+    file = getattr(sys.modules[name], "__file__", None) or ""
+    return "pytest-of" in file or f"{Path('examples', 'tank')}" in file
 
 
 @pytest.fixture
 def package(tmp_path, monkeypatch, plugins):
     """Return what installs a package: a module with a source, and an entry point for each protocol."""
-    modules = set(sys.modules)
 
     def install(name, source, entries, folder="site"):
         site = tmp_path / folder
@@ -83,9 +92,7 @@ def package(tmp_path, monkeypatch, plugins):
         site.joinpath(f"{name}.py").write_text(dedent(source))
         monkeypatch.syspath_prepend(site)
 
-    yield install
-    for added in set(sys.modules) - modules:
-        del sys.modules[added]
+    return install
 
 
 @pytest.fixture

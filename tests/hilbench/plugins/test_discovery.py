@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from hilbench.errors import UsageError
@@ -175,3 +177,86 @@ def test_a_clause_of_a_file_is_found_and_needs_its_protocol(plugins, tiny):
     clause = find_clause("TINY1")
     assert clause is not None
     assert clause.needs == {"Tiny"}
+
+
+# --- code that fails
+
+
+def test_an_error_in_its_code_is_named_with_file_and_line_and_is_no_defect_of_ours(hilbench, tiny, tmp_path):
+    tiny.write_text(TINY.replace('text = found[:-1].decode("ascii", "replace")', "text = (1 / 0)"))
+    number = 1 + tiny.read_text().splitlines().index("        text = (1 / 0)[: self.options.most]")
+    line = tmp_path / "line.bin"
+    line.write_bytes(b"one\n")
+    code, _, err = hilbench("decode", "tiny", line, "--plugin", tiny)
+    assert code == 2
+    assert err.startswith(f"hilbench: tiny.py:{number}: ZeroDivisionError: division by zero (traceback in ")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("broken", ["    def find(self, data):", "def clauses():"])
+def test_one_whose_code_fails_does_not_stand_in_the_way_of_others(hilbench, tiny, tmp_path, broken):
+    journal = tmp_path / "run.jsonl"
+    assert hilbench("check", "rover-model", "-k", "P01", "--journal", journal)[0] == 0
+    tiny.write_text(TINY.replace(broken, f"{broken} raise OSError('gone')\n{broken.replace('(', '_(')}", 1))
+    code, out, err = hilbench("check", "--target", f"capture:{journal}", "--plugin", tiny)
+    assert code == 0, err
+    assert "(pkt)" in out
+    assert "OSError: gone; it is left out" in err
+
+
+# --- in a bench file
+
+
+def bench_with(tmp_path, *lines):
+    path = tmp_path / "bench.toml"
+    path.write_text("\n".join(["version = 1", *lines, ""]))
+    return path
+
+
+def test_a_bench_file_names_a_file_that_is_run_when_the_bench_is_opened_and_not_before(hilbench, tiny, tmp_path):
+    tiny.write_text("raise SystemError('run')")
+    bench = bench_with(tmp_path, 'plugins = ["tiny.py"]', "[targets.one]", 'model = "tiny"', "settings = { any = 3 }")
+    assert hilbench("validate", bench) == (0, f"{bench}: ok\n", "")
+    code, out, err = hilbench("check", bench)
+    assert (code, out) == (2, "")
+    assert err == f"hilbench: {tiny}:1: cannot be imported: SystemError: run\n"
+
+
+@pytest.mark.parametrize(
+    ("lines", "line", "said"),
+    [
+        (['plugins = ["no.py"]', "[targets.a]", 'model = "x"'], 2, "no file '"),
+        (['plugins = ["tiny.py"]', "[targets.a]", 'model = "tiny"'], 4, "the protocol 'tiny' brings no model"),
+        (['plugins = ["tiny.py"]', "[targets.a]", 'model = "tinny"'], 4, "'tinny' is not a value it takes"),
+        (["[targets.a]", 'model = "pkt"'], 3, "the protocol 'pkt' brings no model"),
+        (
+            ["[targets.a]", 'model = "rover"', "[[links]]", 'ends = ["peer", "a.host"]', 'protocol = "pkt"'],
+            6,
+            "only a line between 'peer' and a board has a protocol",
+        ),
+    ],
+)
+def test_what_a_bench_file_gets_wrong_is_named_with_its_line(hilbench, tiny, tmp_path, lines, line, said):
+    bench = bench_with(tmp_path, *lines)
+    code, out, err = hilbench("check", bench)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith(f"hilbench: {bench}:{line}: {said}")
+
+
+def test_a_suite_has_bytes_at_its_peer_where_no_protocol_is_named(hilbench, tmp_path):
+    image = Path(__file__).parents[3] / "targets/firmware/images/echo-irq.elf"
+    tmp_path.joinpath("suite.py").write_text(
+        "from hilbench.check import case\n\n\n"
+        '@case("OUR1", text="It says what it hears.", level="must", source="ours")\n'
+        "def test_echo(peer):\n"
+        "    peer.run(0.01)\n"
+        '    peer.write(b"abc")\n'
+        '    assert peer.expect(bytes, 0.1) == b"a"\n'
+        "    peer.run(0.1)\n"
+        '    assert b"".join(got.packet for got in peer.received) == b"abc"\n'
+    )
+    target = ["[targets.brain]", 'board = "bluepill"', f'firmware = "{image}"']
+    link = ["[[links]]", 'ends = ["peer", "brain.usart1"]']
+    bench = bench_with(tmp_path, 'suites = ["suite.py"]', *target, *link)
+    code, out, err = hilbench("check", bench)
+    assert code == 0, out + err
