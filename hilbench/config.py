@@ -163,7 +163,7 @@ class _Reader:
             links=links,
             nets=wiring.nets(),
             lockstep_ns=model.lockstep_us * NS_PER_US,
-            suites=self._suites(model),
+            suites=self._suites(model, links),
             variants={name: self._file_beside(text, ("variants", name)) for name, text in model.variants.items()},
             faults=self._faults(model, links),
             port=self._port(model),
@@ -290,10 +290,13 @@ class _Reader:
             raise self._strict.error(f"no file '{file}'", path)
         return file
 
-    def _suites(self, model: BenchModel) -> tuple[str, ...]:
-        """Return the suites of the file, or those of every robot where it names none."""
+    def _suites(self, model: BenchModel, links: Sequence[Link]) -> tuple[str, ...]:
+        """Return the suites of the file; where it names none those of its model, or of what its boards speak."""
         if "suites" not in self._file.data:
-            return next(iter(self._kinds.values())).suites if len(self._kinds) == len(model.targets) else ()
+            if len(self._kinds) == len(model.targets):
+                return next(iter(self._kinds.values())).suites
+            spoken = (link.protocol for link in links if link.protocol is not None)
+            return tuple(dict.fromkeys(str(suite) for protocol in spoken for suite in protocol.suites))
         from hilbench.check.suites import shipped_suites  # takes its time
 
         shipped = shipped_suites()
