@@ -9,10 +9,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Collection, Mapping
+from enum import Enum
 from types import MappingProxyType
-from typing import Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, TypeVar, cast
 
-__all__ = ["Edge", "LineCounters", "StateMachine", "earliest"]
+from protocols.common.events import FrameDropped, StateChanged, Transmit
+
+__all__ = ["AnyDropped", "Edge", "LineCounters", "StateMachine", "earliest"]
 
 _NS_PER_S = 1_000_000_000
 
@@ -53,6 +56,18 @@ class LineCounters(Protocol):
     ignored: int
 
 
+class AnyDropped(Protocol):
+    """Bytes that are no frame."""
+
+    @property
+    def reason(self) -> Enum:
+        """Why they are none."""
+
+    @property
+    def data(self) -> bytes:
+        """The bytes."""
+
+
 class StateMachine(ABC, Generic[StateT, TriggerT, ActionT, TimerT, EventT, CountersT]):
     """One end of the line: takes the edges of its table, runs its timers, keeps its events.
 
@@ -64,12 +79,15 @@ class StateMachine(ABC, Generic[StateT, TriggerT, ActionT, TimerT, EventT, Count
         step_timers: the timers that end with every change of state.
 
     Attributes:
+        DROPS: which counter counts the bytes that are dropped for a reason.
         state: where it is.
         now_ns: the latest bench time it was told, in ns.
         counters: what it has seen.
         visits: how often each edge of the table was taken.
         events: what has happened and was not fetched yet.
     """
+
+    DROPS: ClassVar[Mapping[Any, str]] = MappingProxyType({})
 
     def __init__(
         self,
@@ -98,13 +116,19 @@ class StateMachine(ABC, Generic[StateT, TriggerT, ActionT, TimerT, EventT, Count
     def act(self, action: ActionT, trigger: TriggerT) -> None:
         """Carries out one action of an edge."""
 
-    @abstractmethod
     def state_changed(self, old: StateT, trigger: TriggerT) -> EventT | None:
         """The event that says that `state` is another one than before; None where nobody is told."""
+        return cast("EventT", StateChanged(old=old, new=self.state, trigger=trigger))  # type: ignore[arg-type]
 
-    @abstractmethod
     def to_transmit(self, frame: bytes) -> EventT:
         """The event that wants a frame on the line."""
+        return cast("EventT", Transmit(data=frame))
+
+    def drop(self, dropped: AnyDropped) -> None:
+        """Reports and counts bytes that did not become a message."""
+        name = self.DROPS[dropped.reason]
+        setattr(self.counters, name, getattr(self.counters, name) + 1)
+        self.events.append(cast("EventT", FrameDropped(reason=dropped.reason, data=dropped.data)))
 
     def has_edge(self, trigger: TriggerT) -> bool:
         """The table has an edge from here for this trigger."""

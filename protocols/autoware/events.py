@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 from protocols.autoware.messages import Message
 from protocols.autoware.payload import UnknownMessage
-from protocols.autoware.stand_in import DropReason
-from protocols.autoware.states import State, Trigger
+from protocols.common.events import FrameDropped, StateChanged, Transmit
 
 __all__ = [
     "AgentAbsent",
@@ -36,30 +35,6 @@ class LossReason(enum.Enum):
 
     def __str__(self) -> str:
         return self.value
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Transmit:
-    """Bytes to be written to the line now, whole frames."""
-
-    data: bytes
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StateChanged:
-    """The machine went from one state to another."""
-
-    old: State
-    new: State
-    trigger: Trigger
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FrameDropped:
-    """Bytes that did not become a message; `data` is what stood on the line."""
-
-    reason: DropReason
-    data: bytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

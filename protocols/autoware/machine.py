@@ -12,11 +12,8 @@ from protocols.autoware.events import (
     BoardFound,
     BoardLost,
     Event,
-    FrameDropped,
     LossReason,
     MessageReceived,
-    StateChanged,
-    Transmit,
 )
 from protocols.autoware.messages import AgentOnline, AgentPing, Message
 from protocols.autoware.options import AgentOptions, BoardOptions, FramingOptions
@@ -91,6 +88,8 @@ _COUNTER_OF_DROP = {
 class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
     """One end of the line."""
 
+    DROPS = _COUNTER_OF_DROP
+
     def __init__(self, table: Table, state: State, frames: FramingOptions) -> None:
         super().__init__(table, state, Counters(), timer_states=TIMER_STATES)
         self._frames = frames
@@ -109,20 +108,6 @@ class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
             return
         self.counters.unknown += isinstance(message, UnknownMessage)
         self.take_message(message)
-
-    def state_changed(self, old: State, trigger: Trigger) -> Event:
-        """The event that says that `state` is another one than before."""
-        return StateChanged(old=old, new=self.state, trigger=trigger)
-
-    def to_transmit(self, frame: bytes) -> Event:
-        """The event that wants a frame on the line."""
-        return Transmit(data=frame)
-
-    def drop(self, dropped: Dropped) -> None:
-        """Reports and counts bytes that did not become a message."""
-        name = _COUNTER_OF_DROP[dropped.reason]
-        setattr(self.counters, name, getattr(self.counters, name) + 1)
-        self.events.append(FrameDropped(reason=dropped.reason, data=dropped.data))
 
     def encode(self, message: Message | UnknownMessage) -> bytes:
         """The whole frame of a message."""

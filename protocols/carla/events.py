@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from protocols.carla.frames import CommandFrame, Mode, StatusFrame
 from protocols.carla.messages import AckermannCommand, ManualCommand
-from protocols.carla.reading import DropReason
 from protocols.carla.states import ModeTrigger
+from protocols.common.events import FrameDropped
 
 __all__ = [
     "AgentChanged",
@@ -68,14 +68,6 @@ class Transmit:
 
     data: bytes
     frame: CommandFrame | StatusFrame | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FrameDropped:
-    """Bytes that did not become a message; `data` is what stood on the line."""
-
-    reason: DropReason
-    data: bytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,7 +15,7 @@ from typing import Any
 from protocols.common.decoding import Reader
 from protocols.state_machine import StateMachine
 
-__all__ = ["Changed", "Counters", "Step", "Table", "TableDevice", "Timers"]
+__all__ = ["Counters", "Step", "Table", "TableDevice", "Timers"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,15 +35,6 @@ Table = Mapping[tuple[Enum, Enum], Step]
 """The steps by state and trigger; a pair that is absent changes nothing."""
 Timers = Mapping[Enum, tuple[Enum, Collection[Enum]]]
 """What each timer triggers when it runs out, and the states in which it runs."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Changed:
-    """Another state than before."""
-
-    old: Enum
-    new: Enum
-    trigger: Enum
 
 
 @dataclass(slots=True, kw_only=True)
@@ -134,10 +125,6 @@ class TableDevice(StateMachine[Enum, Enum, Enum, Enum, object, Counters]):
     def trigger_of(self, timer: Enum) -> Enum:
         """The trigger of a timer that has run out."""
         return self._triggers[timer]
-
-    def state_changed(self, old: Enum, trigger: Enum) -> object:
-        """The event that says that `state` is another one than before."""
-        return Changed(old=old, new=self.state, trigger=trigger)
 
     def to_transmit(self, frame: bytes) -> object:
         """A frame for the line: the bytes themselves."""

@@ -9,11 +9,10 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
+from protocols.common.events import FrameDropped, StateChanged, Transmit
 from protocols.p2os.commands import Command
-from protocols.p2os.framing import DropReason
 from protocols.p2os.packets import ConfigPacket, Identification, ServerPacket
 from protocols.p2os.robots import RobotParameters
-from protocols.p2os.states import State, Trigger
 
 __all__ = [
     "BaudWanted",
@@ -71,30 +70,6 @@ class LossReason(_Reason):
     NOT_OPEN = "the robot is back in the handshake"
     CONTROLLER_RESET = "the controller was reset"
     LINE_DOWN = "the line went down"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Transmit:
-    """Bytes to be written to the line now, whole frames."""
-
-    data: bytes
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StateChanged:
-    """The machine went from one state to another."""
-
-    old: State
-    new: State
-    trigger: Trigger
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FrameDropped:
-    """Bytes that did not become a message; `data` is what stood on the line."""
-
-    reason: DropReason
-    data: bytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from dataclasses import dataclass
 
-from protocols.p2os.events import Event, FrameDropped, StateChanged, Transmit
+from protocols.p2os.events import Event
 from protocols.p2os.framing import Dropped, DropReason, Frame
 from protocols.p2os.states import TIMER_STATES, Action, State, Table, Timer, Trigger
 from protocols.state_machine import StateMachine
@@ -60,26 +60,14 @@ _COUNTER_OF_DROP = {
 class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
     """One end of the line: turns frames and timers into triggers, and carries out what the table says."""
 
+    DROPS = _COUNTER_OF_DROP
+
     def __init__(self, table: Table, state: State) -> None:
         super().__init__(table, state, Counters(), timer_states=TIMER_STATES, step_timers=(Timer.STEP,))
 
     @abstractmethod
     def take_frame(self, frame: Frame) -> None:
         """Handles a sound frame."""
-
-    def state_changed(self, old: State, trigger: Trigger) -> Event:
-        """The event that says that `state` is another one than before."""
-        return StateChanged(old=old, new=self.state, trigger=trigger)
-
-    def to_transmit(self, frame: bytes) -> Event:
-        """The event that wants a frame on the line."""
-        return Transmit(data=frame)
-
-    def drop(self, dropped: Dropped) -> None:
-        """Reports and counts bytes that did not become a message."""
-        name = _COUNTER_OF_DROP[dropped.reason]
-        setattr(self.counters, name, getattr(self.counters, name) + 1)
-        self.events.append(FrameDropped(reason=dropped.reason, data=dropped.data))
 
     def drop_body(self, frame: Frame) -> None:
         """Reports and counts a sound frame whose body makes no sense."""

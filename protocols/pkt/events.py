@@ -9,11 +9,10 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
+from protocols.common.events import FrameDropped, StateChanged, Transmit
 from protocols.pkt.codes import ErrorCode, ReportId
 from protocols.pkt.commands import Command
-from protocols.pkt.framing import DropReason
 from protocols.pkt.reports import Report
-from protocols.pkt.states import State, Trigger
 
 __all__ = [
     "CommandReceived",
@@ -39,30 +38,6 @@ class LossReason(enum.Enum):
 
     def __str__(self) -> str:
         return self.value
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Transmit:
-    """Bytes to be written to the line now, whole frames."""
-
-    data: bytes
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StateChanged:
-    """The machine went from one state to another."""
-
-    old: State
-    new: State
-    trigger: Trigger
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FrameDropped:
-    """Bytes that did not become a message; `data` is what stood on the line."""
-
-    reason: DropReason
-    data: bytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from enum import Enum
+
 from protocols.pkt.codes import ErrorCode, Opcode, ReportId
 from protocols.pkt.commands import (
     COMMANDS,
@@ -14,16 +17,17 @@ from protocols.pkt.commands import (
 )
 from protocols.pkt.errors import RemoteProtocolError
 from protocols.pkt.events import CommandReceived, CommandRefused, MotorsMustStop, ReportDue
-from protocols.pkt.framing import Dropped, DropReason, Frame, encode_frame
+from protocols.pkt.framing import DropReason, Frame, encode_frame
 from protocols.pkt.machine import Machine
 from protocols.pkt.options import ExecutionReports, RangeRule, ReportRate, ServerOptions
 from protocols.pkt.reports import ExecutionReport, GeneralReport, PidReport, Report, encode_report
 from protocols.pkt.states import SERVER_TABLE, Action, ServerState, ServerTrigger, Table, Timer, Trigger
+from protocols.state_machine import AnyDropped
 
 __all__ = ["ServerMachine"]
 
 _NS_PER_S = 1_000_000_000
-_COUNTED = {
+_COUNTED: Mapping[Enum, ErrorCode] = {
     DropReason.BAD_SYNC: ErrorCode.BAD_SYNC,
     DropReason.BAD_LENGTH: ErrorCode.INVALID_LENGTH,
     DropReason.BAD_CRC: ErrorCode.BAD_CRC,
@@ -86,7 +90,7 @@ class ServerMachine(Machine):
         self._result = ErrorCode.UNKNOWN_OPCODE if unknown else ErrorCode.SUCCESS
         self.fire(ServerTrigger.UNKNOWN if unknown else ServerTrigger.COMMAND)
 
-    def drop(self, dropped: Dropped) -> None:
+    def drop(self, dropped: AnyDropped) -> None:
         """Reports and counts bytes that did not become a message, also in the rover's own counters."""
         super().drop(dropped)
         error = _COUNTED.get(dropped.reason)
