@@ -18,10 +18,16 @@ def did_you_mean(name: str, known: Iterable[str], these: str = "known") -> str |
         ``did you mean 'x'?`` where one is near, else the list of them; None if there are none.
     """
     names = list(known)
-    # A name that goes on, as order codes of chips do, means what it begins with.
-    by_case = {one.lower(): one for one in names}
-    begun = [one for one in by_case if name.lower().startswith(one) and 2 * len(one) > len(name)]
-    nearest = sorted(begun, key=len)[-1:] or difflib.get_close_matches(name.lower(), by_case, n=1, cutoff=0.55)
-    if nearest:
-        return f"did you mean '{by_case[nearest[0]]}'?"
+    found = nearest(name, names)
+    if found is not None:
+        return f"did you mean '{found}'?"
     return f"{these}: {', '.join(names)}" if names else None
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """Return the name that somebody may have meant; None if none is near."""
+    # A name that goes on, as order codes of chips do, means what it begins with.
+    by_case = {one.lower(): one for one in known}
+    begun = [one for one in by_case if name.lower().startswith(one) and 2 * len(one) > len(name)]
+    found = sorted(begun, key=len)[-1:] or difflib.get_close_matches(name.lower(), by_case, n=1, cutoff=0.55)
+    return by_case[found[0]] if found else None

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hilbench import arguments, interruption
 from hilbench.errors import UsageError
 from hilbench.parser import Parser, typed
 from hilbench.plugins.flags import add_plugins, use_plugins
 
+if TYPE_CHECKING:
+    from hilbench.new_files import Written
+
 _EXAMPLES = """
 hilbench init --board bluepill --image build/firmware.elf
 hilbench init --board ./my-board.toml --image firmware.hex --dir tests
 hilbench init --protocol p2os                           for the robot that is plugged in
 hilbench init --protocol pkt --port /dev/ttyACM0        or at this port
+hilbench init --protocol my_bus                         a package for a protocol of your own
 """
 
 _NOTES = """
@@ -23,6 +28,8 @@ test, 'hilbench run --follow' shows what the firmware does, 'hilbench serve hilb
 ptys.
 For a board at a serial port it writes test_board.py, and a pytest.ini that says which board: by its USB identity, so
 that it is found again under another name. Nothing is opened, nothing is overwritten.
+For a protocol that is not there yet it writes a package with a small one that works: frames, both roles as models, five
+rules with a suite, a bench, tests (docs/plugins.md).
 """
 
 
@@ -30,7 +37,7 @@ def parser() -> Parser:
     """Return the parser of this command."""
     made = Parser(
         "hilbench init",
-        "Write a first test, for firmware of your own or a board that is plugged in.",
+        "Write a first test, for firmware of your own or a board that is plugged in; or a package for a protocol.",
         _EXAMPLES,
         _NOTES,
     )
@@ -41,7 +48,8 @@ def parser() -> Parser:
     add("--chip", metavar="PART", help="the chip that the board has instead of its own, such as STM32F103CB")
     add("--image", metavar="IMAGE", type=Path, help="what would be flashed: ELF, Intel HEX or raw binary")
     add("--protocol", metavar="PROTOCOL",
-        help="for a board at a serial port: what it speaks; 'hilbench protocols' lists them")  # fmt: skip
+        help="for a board at a serial port: what it speaks ('hilbench protocols' lists them); or the name of a "
+        "new one, for a package")  # fmt: skip
     add("--port", metavar="PORT", default="",
         help="with --protocol: its path, or serial=NUMBER, usb=VENDOR:PRODUCT, or a target of 'hilbench ports' "
         "(default: the only one)")  # fmt: skip
@@ -65,13 +73,8 @@ def run(parsed: argparse.Namespace) -> int:
     _check(parsed)
     interruption.raise_once()
     if parsed.protocol is not None:
-        from hilbench.plugins.discovery import PLUGINS
-
         use_plugins(parsed.plugin)
-        from hilbench.ports.first_test import init_port
-
-        written = init_port(PLUGINS.protocol(parsed.protocol, "--protocol"), parsed.port, parsed.baud, parsed.dir)
-        then = "pytest"
+        written, then = _of_protocol(parsed)
     else:
         from hilbench.mcu.init import init
 
@@ -84,6 +87,21 @@ def run(parsed: argparse.Namespace) -> int:
     there = "" if parsed.dir == Path() else f"cd {parsed.dir}; "
     console.narrate(f"try: {there}{then}")
     return ExitCode.OK
+
+
+def _of_protocol(parsed: argparse.Namespace) -> tuple[Written, str]:
+    """Write a first test where the protocol is there, and a package for it where it is not."""
+    from hilbench.nearest import nearest
+    from hilbench.plugins.discovery import PLUGINS
+
+    name, known = parsed.protocol, PLUGINS.names()
+    if name in known or nearest(name, known) or parsed.port or parsed.baud is not None:
+        from hilbench.ports.first_test import init_port
+
+        return init_port(PLUGINS.protocol(name, "--protocol"), parsed.port, parsed.baud, parsed.dir), "pytest"
+    from hilbench.plugins.new_package import new_package
+
+    return new_package(name, parsed.dir), f"cd {name}; pip install -e .; hilbench check {name}.toml"
 
 
 def _check(parsed: argparse.Namespace) -> None:
