@@ -11,16 +11,10 @@ from functools import partial
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from hilbench.bench import LOCAL_PORT_S, LOCKED_FLOOR_S, Bench
-from hilbench.cases import AttachedCase, CaseBase, ForeignClientCase
+from hilbench.cases import CaseBase
 from hilbench.check.observations import Observations
 from hilbench.check.provider import CaseInfo
-from hilbench.client_under_test import (
-    EXEC_CAPABILITIES,
-    LISTEN_CAPABILITIES,
-    ClientUnderTest,
-    ExecClient,
-    ListenClient,
-)
+from hilbench.client_under_test import EXEC_CAPABILITIES, LISTEN_CAPABILITIES, ClientUnderTest, ExecClient, ListenClient
 from hilbench.clock import NS_PER_S, MonotonicHostClock, Scheduler
 from hilbench.config import BenchFile
 from hilbench.errors import UnavailableError, UsageError
@@ -42,8 +36,6 @@ from hilbench.links.reconnecting import POLL_NS
 from hilbench.links.serial_target import located
 from hilbench.observing import counters_of, pace_of
 from hilbench.pace.far_pace import FarPace, ends_of, place_of
-from hilbench.pioneer.peer import Peer
-from hilbench.pioneer.scripted import ScriptedServer
 from hilbench.ports.calibration import Calibration, calibration_of
 from hilbench.ports.listing import list_ports
 from hilbench.shared import Shared
@@ -56,8 +48,6 @@ _LAST_WORDS_S = 0.5
 
 RETURN_WITHIN_S = 15.0
 """How long a run waits between two cases for a board that has been unplugged, in seconds (choice)."""
-
-_SERVER_CAPABILITIES = frozenset({"P2OS", "server"})
 
 
 class LockedProvider:
@@ -253,24 +243,6 @@ class AttachedProviderBase(LockedProvider, ABC, Generic[PeerT, CaseT]):
         return self._open_serial(self._serial)
 
 
-class AttachedProvider(AttachedProviderBase[Peer, AttachedCase]):
-    """A P2OS server that somebody else runs."""
-
-    @property
-    def capabilities(self) -> frozenset[str]:
-        """A serial line has a rate that can be changed, a socket can be hung up; more is not known of a stranger."""
-        is_network = "://" in self._serial.url and not self._serial.url.startswith(("rfc2217:", "spy:", "hwgrep:"))
-        return _SERVER_CAPABILITIES | ({"hangup"} if is_network else {"baud"})
-
-    def _make_peer(self, port: Port) -> Peer:
-        return Peer(self._bench, port)
-
-    def _make_case(
-        self, case: CaseInfo, peer: Peer, reopen: Callable[[], Port], faults: LineFaults | None = None
-    ) -> AttachedCase:
-        return AttachedCase(self._bench, case, peer, reopen, faults)
-
-
 class Script(Protocol):
     """What a check puts in the place of a server."""
 
@@ -295,9 +267,6 @@ class FarEnd:
     serve: Callable[[Bench, Port], Any]
     case: Callable[[Bench, CaseInfo, Any, Any, LineFaults | None], CaseBase]
     capabilities: frozenset[str] = frozenset()
-
-
-P2OS_SERVER = FarEnd(serve=ScriptedServer, case=ForeignClientCase, capabilities=frozenset({"P2OS"}))
 
 
 class _ClientProvider(LockedProvider, ABC):
@@ -348,7 +317,7 @@ class _ClientProvider(LockedProvider, ABC):
 class ListenProvider(_ClientProvider):
     """Waits for whoever connects: ``listen:pty:PATH`` or ``listen:tcp:[HOST:]PORT``."""
 
-    def __init__(self, shared: Shared, spec: str, far_end: FarEnd = P2OS_SERVER) -> None:
+    def __init__(self, shared: Shared, spec: str, far_end: FarEnd) -> None:
         super().__init__(shared, f"whoever connects to {spec}", LISTEN_CAPABILITIES, far_end)
         self._kind, _, self._where = spec.partition(":")
 
@@ -368,7 +337,7 @@ class ListenProvider(_ClientProvider):
 class ExecProvider(_ClientProvider):
     """Starts a program for each case: ``exec:COMMAND``, with ``{pty}`` or ``{port}`` where it is to connect."""
 
-    def __init__(self, shared: Shared, command: str, far_end: FarEnd = P2OS_SERVER) -> None:
+    def __init__(self, shared: Shared, command: str, far_end: FarEnd) -> None:
         super().__init__(shared, command, EXEC_CAPABILITIES, far_end)
         self._command = command
         self._names: dict[str, str] = {}

@@ -13,7 +13,7 @@ from typing import get_args, get_type_hints
 
 import pytest
 
-from hilbench.bench_provider import Shared, VirtualProvider, make_provider
+from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, run_suites
 from hilbench.check.provider import CaseInfo
 from hilbench.check.report import matrix
@@ -25,6 +25,8 @@ from hilbench.links import Line, MemoryLink
 from hilbench.links.faults import FaultKind
 from hilbench.locked_providers import LockedProvider
 from hilbench.options import TargetChoice
+from hilbench.pioneer.provider import VirtualProvider
+from hilbench.shared import Shared
 from protocols.p2os import SyncEcho, encode_packet
 from tests.hilbench.forked import PATIENCE_S
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import pytest
 
-from hilbench.cases import VirtualCase
 from hilbench.check import at_most, case
 from hilbench.clock import NS_PER_S
+from hilbench.pioneer.cases import VirtualCase
 from hilbench.pioneer.scripted import Heard
 from hilbench.pioneer.scripted_packets import MOVING
 from hilbench.suites._client import (

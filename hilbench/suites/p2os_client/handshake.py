@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import pytest
 
-from hilbench.cases import VirtualCase
 from hilbench.check import Inconclusive, at_least, case
 from hilbench.clock import NS_PER_S
+from hilbench.pioneer.cases import VirtualCase
 from hilbench.pioneer.scripted import HANDSHAKE_NAMES, SIP_CYCLE_S, Pause
 from hilbench.pioneer.scripted_packets import IDENTIFICATION, MOVING, STANDING
 from hilbench.suites._client import (

@@ -14,7 +14,7 @@ from worlds.vehicles.pioneer_2dx import DEFAULTS, Pioneer2dxBody
 from worlds.world import World
 
 if TYPE_CHECKING:
-    from hilbench.cases import AttachedCase, VirtualCase
+    from hilbench.pioneer.cases import AttachedCase, VirtualCase
 
 _C = CommandNumber
 

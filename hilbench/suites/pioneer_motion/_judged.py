@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 
 import pytest
 
-from hilbench.cases import VirtualCase
+from hilbench.pioneer.cases import VirtualCase
 from hilbench.pioneer.peer import Peer
 from hilbench.suites._session import Session
 from hilbench.suites._truth import Sample, Truth

@@ -10,11 +10,12 @@ import dataclasses
 
 import pytest
 
-from hilbench.bench_provider import Shared, VirtualProvider
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.pioneer.client import P2osClient
+from hilbench.pioneer.provider import VirtualProvider
+from hilbench.shared import Shared
 from protocols.p2os import (
     CLIENT_TABLE,
     Action,
