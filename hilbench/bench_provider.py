@@ -215,7 +215,13 @@ def _at_ports(shared: Shared, choices: Sequence[TargetChoice], protocol: str) ->
 
         return AttachedVehicleProvider(shared, choices)
     if not protocol:
-        from hilbench.mcu.attached_board import AttachedBoardProvider
+        from hilbench.mcu.attached_board import AttachedBoardProvider, protocol_at
+
+        spoken = protocol_at(shared.bench_file, choices[0])
+        if spoken.peer is not None:
+            from hilbench.protocol_bench.providers import AttachedPeerProvider
+
+            return AttachedPeerProvider(shared, choices[0].spec, spoken)
 
         return AttachedBoardProvider(shared, choices[0])
     board = choices[0].name.partition(".")[0]

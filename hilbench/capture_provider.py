@@ -13,6 +13,7 @@ from hilbench.check.provider import RECORDING, CaseInfo
 from hilbench.check.verdicts import Inconclusive
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.files import refuse_overwriting
+from hilbench.inputs import plugin_files
 from hilbench.journal import Journal, Recording
 from hilbench.options import CheckOptions
 from hilbench.plugins.discovery import PLUGINS
@@ -88,7 +89,7 @@ class CaptureProvider:
     """
 
     def __init__(self, options: CheckOptions, path: Path) -> None:
-        refuse_overwriting(options.outputs(), [("the recording", path)])
+        refuse_overwriting(options.outputs(), [("the recording", path), *plugin_files()])
         self._path = path
         self._data = _read(path)
         self._recording = parse_recording(self._data, str(path))

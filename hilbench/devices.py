@@ -13,7 +13,11 @@ from typing import Generic, Protocol, TypeVar
 
 from hilbench.bench import Bench
 from hilbench.clock import Entry, EventClass
+from hilbench.errors import PluginError
 from hilbench.links import Port
+
+_MOST_TIMES = 10_000
+"""How often a device may be due at one moment (choice)."""
 
 EventT = TypeVar("EventT")
 EventT_co = TypeVar("EventT_co", covariant=True)
@@ -148,6 +152,8 @@ class _Actor(ABC):
         self._after = after
         self._entry: Entry | None = None
         self._entry_ns: int | None = None
+        self._due_ns = -1
+        self._times = 0
 
     def settle(self) -> None:
         """Record what the device reports and book its next call; call this after touching the device directly."""
@@ -162,12 +168,19 @@ class _Actor(ABC):
         """Let the device do what is due now."""
 
     def _write(self, port: Port, data: bytes, **about: object) -> None:
+        if not isinstance(data, bytes):
+            raise PluginError(f"returned {type(data).__name__}, not bytes", where=f"device '{self._name}'")
         if data:
             self._bench.record("tx", self._name, **about, data=data)
             port.write(data)
 
     def _due(self) -> None:
         self._entry = None
+        again = self._bench.now_ns == self._due_ns
+        self._due_ns, self._times = self._bench.now_ns, self._times + 1 if again else 0
+        if self._times > _MOST_TIMES:
+            message = f"is due at {self._due_ns} ns for ever: advance() does not move next_deadline_ns()"
+            raise PluginError(message, where=f"device '{self._name}'")
         self._advance()
 
     def _book(self) -> None:

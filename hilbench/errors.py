@@ -49,6 +49,10 @@ class UsageError(HilbenchError):
     exit_code = ExitCode.USAGE
 
 
+class PluginError(UsageError):
+    """Code that a plug-in brings did what it must not."""
+
+
 class UnavailableError(HilbenchError):
     """Something the run needs is not there.
 

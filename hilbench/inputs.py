@@ -14,9 +14,10 @@ from hilbench.files import Named
 from hilbench.links.serial_target import located, parse_serial_target
 from hilbench.names import file_name
 from hilbench.options import TargetChoice
+from hilbench.plugins.discovery import PLUGINS
 from hilbench.target import TargetKind, target_of
 
-__all__ = ["inputs_of", "inputs_of_targets", "lines_of"]
+__all__ = ["inputs_of", "inputs_of_targets", "lines_of", "plugin_files"]
 
 
 def inputs_of(bench_file: BenchFile) -> Iterator[Named]:
@@ -30,10 +31,17 @@ def inputs_of(bench_file: BenchFile) -> Iterator[Named]:
         if is_board_file(emulated.board_name):
             yield "the board file", folder / file_name(emulated.board_name)
     yield "the scene", Path(bench_file.world.scene)
+    yield from plugin_files()
     for suite in bench_file.suites:
         yield f"the suite {suite}", Path(suite)
     for variant in bench_file.variants.values():
         yield from inputs_of(read_bench(variant))
+
+
+def plugin_files() -> Iterator[Named]:
+    """Yield the files of plug-ins that were run."""
+    for file in PLUGINS.files():
+        yield "the plug-in", file
 
 
 def inputs_of_targets(choices: Iterable[TargetChoice]) -> Iterator[Named]:

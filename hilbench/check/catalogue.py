@@ -13,7 +13,7 @@ from functools import cache
 
 from hilbench.check.verdicts import Level
 from hilbench.plugins.discovery import PLUGINS
-from hilbench.plugins.protocol import ClauseEntry
+from hilbench.plugins.protocol import ClauseEntry, ProtocolPlugin
 
 _OF_BENCHES = (
     "hilbench.suites._bluepill_clauses",
@@ -63,7 +63,7 @@ def _clauses(protocols: tuple[str, ...]) -> Mapping[str, Clause]:
     found = {entry.id: _clause(entry) for module in _OF_BENCHES for entry in importlib.import_module(module).CLAUSES}
     for protocol in PLUGINS.all():
         try:
-            entries = protocol.clauses()
+            entries = clauses_of(protocol)
         except Exception as error:  # noqa: BLE001 - whatever the code of a plug-in raises: the others are there
             PLUGINS.fails(protocol.name, error)
             continue
@@ -71,8 +71,17 @@ def _clauses(protocols: tuple[str, ...]) -> Mapping[str, Clause]:
         if taken:
             PLUGINS.refuse(protocol.name, f"has a clause '{taken[0]}', and so has another catalogue")
             continue
-        found |= {entry.id: _clause(entry, protocol.title) for entry in entries}
+        found |= {entry.id: entry for entry in entries}
     return found
+
+
+def clauses_of(protocol: ProtocolPlugin) -> list[Clause]:
+    """Return the rules that a protocol brings.
+
+    Raises:
+        TypeError: they are none; or whatever the code of a plug-in raises.
+    """
+    return [_clause(entry, protocol.title) for entry in protocol.clauses()]
 
 
 def _twice(ids: Iterable[str]) -> list[str]:
@@ -81,6 +90,11 @@ def _twice(ids: Iterable[str]) -> list[str]:
 
 
 def _clause(entry: ClauseEntry, *spoken: str) -> Clause:
+    for name in ("id", "suite", "title", "text", "source"):
+        if not isinstance(getattr(entry, name, None), str):
+            raise TypeError(f"a clause has no text as its {name}")
+    if entry.level not in ("must", "should") or isinstance(entry.needs, str):
+        raise TypeError(f"clause {entry.id}: its level is must or should, its needs are several names")
     return Clause(
         id=entry.id,
         suite=entry.suite,

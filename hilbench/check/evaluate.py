@@ -30,7 +30,7 @@ from hilbench.options import CheckOptions
 EXIT_MEANINGS = {
     ExitCode.OK: "all checks passed",
     ExitCode.VIOLATION: "the target violates a clause",
-    ExitCode.USAGE: "an error in a suite of your own",
+    ExitCode.USAGE: "an error in a suite or plug-in of your own",
     ExitCode.UNAVAILABLE: "bench or target not available",
     ExitCode.INCONCLUSIVE: "inconclusive",
     ExitCode.DEFECT: "defect in hilbench",

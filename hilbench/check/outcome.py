@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 
 from hilbench.check.verdicts import CaseOutcome, Inconclusive, Measure, NotApplicable, Verdict, Violation
-from hilbench.errors import AwayError, HilbenchError, UnavailableError
+from hilbench.errors import AwayError, HilbenchError, PluginError, UnavailableError
 from hilbench.plugins.blame import place_of
 from hilbench.plugins.discovery import PLUGINS
 
@@ -72,6 +72,8 @@ def outcome_of(error: BaseException | None, own_suite: Path | None = None) -> Ou
         return _of_assertion(error)
     if isinstance(error, UnavailableError):
         return Outcome(verdict=Verdict.ERROR, cause=_one_line(str(error)), lost=not isinstance(error, AwayError))
+    if isinstance(error, PluginError):
+        return Outcome(verdict=Verdict.ERROR, cause=_one_line(str(error)), suite_error=True)
     place = place_of(
         error, lambda file: PLUGINS.brought(file) or (own_suite is not None and file.parent == own_suite.parent)
     )

@@ -271,9 +271,10 @@ class CheckPlugin:
         Raises:
             UsageError: all of its cases need one.
         """
+        spoken = titles()
         asked = {plan.suite for plan in plans if plan.suite in shipped_suites()}
         for suite in sorted(asked - {*getattr(self._provider, "suites", ())}):
-            lacks = [{*plan.missing} & titles() for plan in plans if plan.suite == suite]
+            lacks = [{*plan.missing} & spoken for plan in plans if plan.suite == suite]
             for protocol in sorted(set.intersection(*lacks)):
                 message = f"is a suite of {protocol}, which this bench does not speak"
                 raise UsageError(message, where=f"--suite {suite}", hint="name a bench whose target speaks it")

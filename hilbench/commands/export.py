@@ -50,6 +50,7 @@ def run(parsed: argparse.Namespace) -> int:
     """Write, say what was written, and return the exit code."""
     from hilbench.console import Console
     from hilbench.files import check_writable, is_standard_output, refuse_overwriting
+    from hilbench.inputs import plugin_files
     from hilbench.names import json_text
     from hilbench.recordings.export import export
     from hilbench.recordings.layout import of_case
@@ -59,7 +60,9 @@ def run(parsed: argparse.Namespace) -> int:
     outputs = {name: getattr(parsed, name) for name in _FORMATS if getattr(parsed, name) is not None}
     if not outputs:
         raise UsageError("says no format", where="export", hint="one of --mcap, --pcapng, --vcd and --csv")
-    refuse_overwriting(((f"--{name}", path) for name, path in outputs.items()), [("the recording", parsed.journal)])
+    refuse_overwriting(
+        ((f"--{name}", path) for name, path in outputs.items()), [("the recording", parsed.journal), *plugin_files()]
+    )
     for name, path in outputs.items():
         check_writable(path, f"--{name}")
     taken = next((name for name, path in outputs.items() if is_standard_output(path)), None)

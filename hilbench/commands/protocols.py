@@ -42,22 +42,32 @@ def run(parsed: argparse.Namespace) -> ExitCode:
 
     use_plugins(parsed.plugin)
     found = [PLUGINS.protocol(parsed.name, "NAME")] if parsed.name else [*PLUGINS.all()]
+    abouts = []
+    for one in found:
+        try:
+            abouts.append(_about(one, PLUGINS.origin(one.name)))
+        except Exception as error:  # noqa: BLE001 - whatever the code of a plug-in raises: the others are there
+            PLUGINS.fails(one.name, error)
     console = Console()
     if parsed.json:
-        console.data(json_text({"format": 1, "protocols": [_about(one, PLUGINS.origin(one.name)) for one in found]}))
+        console.data(json_text({"format": 1, "protocols": abouts}))
     elif parsed.name:
-        console.data("\n".join(_lines(_about(found[0], PLUGINS.origin(parsed.name)))))
+        console.data("\n".join(_lines(abouts[0])))
     else:
-        width = max((len(one.name) for one in found), default=0)
-        for one in found:
-            console.data(f"{one.name:<{width}}  {one.title}: {one.summary} ({PLUGINS.origin(one.name)})")
+        width = max((len(about["name"]) for about in abouts), default=0)
+        for about in abouts:
+            console.data(f"{about['name']:<{width}}  {about['title']}: {about['summary']} ({about['from']})")
     return ExitCode.OK
 
 
 def _about(protocol: ProtocolPlugin, origin: str) -> dict[str, Any]:
+    from hilbench.check.catalogue import clauses_of
     from hilbench.plugins.flags import flags_of
 
     uses = {
+        "check": protocol.device is not None,
+        "serve": protocol.device is not None,
+        "the dashboard": protocol.device is not None,
         "check --target capture:": protocol.recorded is not None,
         "replay --into PORT": bool(protocol.replay_bench),
         "init --protocol": protocol.first_test is not None,
@@ -69,7 +79,7 @@ def _about(protocol: ProtocolPlugin, origin: str) -> dict[str, Any]:
         "from": origin,
         "baud": protocol.baud,
         "flags": {flag: str(settings["help"]) for flag, settings in flags_of(protocol).items()},
-        "clauses": len(protocol.clauses()),
+        "clauses": len(clauses_of(protocol)),
         "uses": ["decode", "proxy", "export", *(use for use, there in uses.items() if there)],
     }
 

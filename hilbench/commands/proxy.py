@@ -46,7 +46,7 @@ def run(parsed: argparse.Namespace) -> ExitCode:
     """Stand in between until told to stop."""
     from hilbench.console import Console
     from hilbench.files import refuse_overwriting, refuse_writing_into
-    from hilbench.inputs import lines_of
+    from hilbench.inputs import lines_of, plugin_files
     from hilbench.proxy import ProxyOptions, proxy
 
     check_journal(parsed)
@@ -59,7 +59,7 @@ def run(parsed: argparse.Namespace) -> ExitCode:
         journal_max=parsed.journal_max,
     )
     outputs = [("--journal", options.journal)]
-    refuse_overwriting(outputs, [("--faults", options.faults)])
+    refuse_overwriting(outputs, [("--faults", options.faults), *plugin_files()])
     refuse_writing_into(outputs, lines_of((options.a, options.b)))
     console = Console()
     interruption.raise_once()

@@ -88,6 +88,7 @@ def _into(parsed: argparse.Namespace) -> int:
     from hilbench.bench_provider import make_provider
     from hilbench.console import Console
     from hilbench.files import check_writable, refuse_overwriting
+    from hilbench.inputs import plugin_files
     from hilbench.names import json_text
     from hilbench.plugins.discovery import PLUGINS
     from hilbench.recordings.frames import spoken
@@ -98,17 +99,18 @@ def _into(parsed: argparse.Namespace) -> int:
 
     path = Path(parsed.journal)
     outputs = [("--journal", parsed.new_journal)]
-    refuse_overwriting(outputs, [("the recording", path)])
+    refuse_overwriting(outputs, [("the recording", path), *plugin_files()])
     if parsed.new_journal is not None:
         check_writable(parsed.new_journal, "--journal")
     recording = of_case(read_recording(path), parsed.case, str(path))
     if parsed.seed is not None:
         recording = replace(recording, header={**recording.header, "seed": parsed.seed})
-    protocol = spoken(laid_out(recording.events), lambda one: bool(one.replay_bench))
-    if protocol is None or not protocol.replay_bench:
+    at_port = _is_port(parsed.into)
+    protocol = spoken(laid_out(recording.events), lambda one: bool(one.replay_bench) or not at_port)
+    if protocol is None or (at_port and not protocol.replay_bench):
         wrong = "no protocol is known that makes frames of its bytes"
         wrong = wrong if protocol is None else f"{protocol.name} is spoken there, and cannot be played"
-        names = ", ".join(one.name for one in PLUGINS.all() if one.replay_bench)
+        names = ", ".join(one.name for one in PLUGINS.all() if one.replay_bench or not at_port)
         raise UsageError(wrong, where=str(path), hint=f"that can be played: {names}")
     interruption.raise_once()
     provider = make_provider(_options(parsed, protocol))
@@ -135,6 +137,11 @@ def _into(parsed: argparse.Namespace) -> int:
     return ExitCode.VIOLATION if different else ExitCode.OK
 
 
+def _is_port(target: str) -> bool:
+    """Say whether it is a port that is played to, and not a bench."""
+    return ":" in target
+
+
 def _line(case: str, sent: int, recorded: int, answered: int) -> str:
     name = f"{case}: " if case else ""
     return f"{name}{sent} bytes sent, {answered} frames answered, {recorded} recorded"
@@ -145,7 +152,7 @@ def _options(parsed: argparse.Namespace, protocol: ProtocolPlugin) -> CheckOptio
 
     spec = parsed.into.removeprefix("pty:")
     spec = f"serial:{spec}" if spec != parsed.into else spec
-    at_port = ":" in spec
+    at_port = _is_port(spec)
     return CheckOptions(
         bench=protocol.replay_bench if at_port else spec,
         targets=(TargetChoice(spec=spec),) if at_port else (),

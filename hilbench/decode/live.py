@@ -9,7 +9,9 @@ from queue import Empty, Full, Queue
 from hilbench.console import Console
 from hilbench.decode.chunks import Chunk
 from hilbench.decode.run import Totals, decode
-from hilbench.errors import HilbenchError
+from hilbench.errors import HilbenchError, PluginError
+from hilbench.plugins.blame import place_of
+from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
 
 __all__ = ["LiveDecoder"]
@@ -109,6 +111,11 @@ class LiveDecoder:
                     return
         except HilbenchError as error:
             self._failure = error
+        except Exception as error:
+            place = place_of(error, PLUGINS.brought)
+            if not place:
+                raise
+            self._failure = PluginError(f"{type(error).__name__}: {error}", where=place)
 
     def _tired(self, waited_s: float) -> bool:
         return self._ending and waited_s >= self._patience_s

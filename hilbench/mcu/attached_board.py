@@ -26,7 +26,7 @@ from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.protocol_bench.peer import RAW, ProtocolPeer
 from hilbench.shared import Shared
 
-__all__ = ["AttachedBoard", "AttachedBoardCase", "AttachedBoardProvider"]
+__all__ = ["AttachedBoard", "AttachedBoardCase", "AttachedBoardProvider", "protocol_at"]
 
 
 class _Listener(ProtocolPeer):
@@ -174,6 +174,15 @@ class AttachedBoardProvider(AttachedProviderBase[_Listener, AttachedBoardCase]):
         if case.scene:
             raise NotApplicable(f"a board at a port stands in no scene '{case.scene}'")
         return AttachedBoardCase(self._bench, case, peer, faults, self._at)
+
+
+def protocol_at(bench_file: BenchFile, choice: TargetChoice) -> ProtocolPlugin:
+    """Return what the bench file says is spoken at the USART that a port stands for; raw bytes where it says nothing.
+
+    Raises:
+        UsageError: the bench has no such board, or the board no such USART.
+    """
+    return bench_file.protocols.get(_usart_meant(bench_file, choice), RAW)
 
 
 def _usart_meant(bench_file: BenchFile, choice: TargetChoice) -> str:

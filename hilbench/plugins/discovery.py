@@ -19,14 +19,16 @@ from importlib import metadata
 from pathlib import Path
 from types import ModuleType
 
-from hilbench.errors import UsageError
+from hilbench.errors import PluginError, UsageError
 from hilbench.nearest import did_you_mean
 from hilbench.plugins.blame import place_of
-from hilbench.plugins.protocol import API, ProtocolPlugin
+from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.plugins.validity import problem_of
 
 __all__ = ["PLUGINS", "Plugins"]
 
 GROUP = "hilbench.protocols"
+_OURS = "the package hilbench"
 
 
 class Plugins:
@@ -40,6 +42,7 @@ class Plugins:
         self.broken: dict[str, str] = {}
         self._files: dict[Path, tuple[ProtocolPlugin, ...]] = {}
         self._loaded: dict[str, ProtocolPlugin] = {}
+        self._used: set[str] = set()
 
     def names(self) -> list[str]:
         """Return the names of all protocols, those of hilbench first; nothing is imported."""
@@ -61,6 +64,11 @@ class Plugins:
         Raises:
             UsageError: there is none of this name, there are two, or it cannot be imported.
         """
+        found = self._protocol(name, where)
+        self._used.add(name)
+        return found
+
+    def _protocol(self, name: str, where: str) -> ProtocolPlugin:
         if name in self.broken:
             raise UsageError(self.broken[name], where=where)
         found = self._of_files().get(name) or self._loaded.get(name)
@@ -71,15 +79,18 @@ class Plugins:
             raise UsageError(
                 f"no protocol '{name}'", where=where, hint=did_you_mean(name, self.names(), "protocols that are there")
             )
-        self._loaded[name] = _load(name, points)
-        return self._loaded[name]
+        loaded = _load(name, points)
+        if not self._is_own(name):
+            self._check_title(loaded, f"protocol '{name}' of {_package(points[0])}")
+        self._loaded[name] = loaded
+        return loaded
 
     def known(self, name: str) -> ProtocolPlugin | None:
         """Return a protocol by its name; None if there is none, or none that can be used."""
         if name not in self.names() or name in self.broken:
             return None
         try:
-            return self.protocol(name, name)
+            return self._protocol(name, name)
         except UsageError as error:
             self.broken[name] = str(error)
             return None
@@ -92,7 +103,13 @@ class Plugins:
         self.refuse(name, f"{place}{': ' if place else ''}{type(error).__name__}: {error}")
 
     def refuse(self, name: str, why: str) -> None:
-        """Do without a protocol from now on, for a reason in words."""
+        """Do without a protocol from now on, for a reason in words.
+
+        Raises:
+            PluginError: somebody has named it, and cannot do without.
+        """
+        if name in self._used:
+            raise PluginError(why, where=f"protocol '{name}' of {self.origin(name)}")
         self.broken[name] = f"protocol '{name}' of {self.origin(name)}: {why}; it is left out"
 
     def all(self) -> Iterator[ProtocolPlugin]:
@@ -116,15 +133,31 @@ class Plugins:
         if path in self._files:
             return
         module = _run(path, where)
-        found = tuple(one for one in vars(module).values() if isinstance(one, ProtocolPlugin))
-        if not found:
+        there = [one for one in vars(module).values() if isinstance(one, ProtocolPlugin)]
+        known = [*self._loaded.values(), *(one for file in self._files.values() for one in file)]
+        found = tuple(one for one in there if not any(one is other for other in known))
+        if not there:
             raise UsageError(f"'{path}' defines no protocol", where=where, hint="see docs/plugins.md")
         for one in found:
             _check(one, str(path))
+            self._check_title(one, str(path))
             if one.name in self.names():
                 message = f"'{path}' brings the protocol '{one.name}', which comes from {self.origin(one.name)} already"
                 raise UsageError(message, where=where, hint="give it a name of its own")
         self._files[path] = found
+
+    def files(self) -> list[Path]:
+        """Return the files that were run."""
+        return [*self._files]
+
+    def _check_title(self, found: ProtocolPlugin, where: str) -> None:
+        """Refuse a title that is there: it is the capability by which a suite belongs to a bench."""
+        others = [self._protocol(name, where) for name in self._installed if self._is_own(name)]
+        others += [*self._loaded.values(), *self._of_files().values()]
+        for other in others:
+            if other is not found and other.title == found.title:
+                message = f"has the title '{found.title}', and so has '{other.name}'"
+                raise UsageError(message, where=where, hint="give it one of its own")
 
     def brought(self, file: Path) -> bool:
         """Say whether a file of code was brought by a plug-in that was used: it stands beside it, or in its package."""
@@ -143,11 +176,21 @@ class Plugins:
         found: dict[str, tuple[metadata.EntryPoint, ...]] = {}
         for point in metadata.entry_points(group=GROUP):
             found[point.name] = (*found.get(point.name, ()), point)
+        for name, points in found.items():
+            own = tuple(point for point in points if _package(point) == _OURS)
+            for point in points if own else ():
+                if point not in own:
+                    who = f"protocol '{name}' of {_package(point)}"
+                    self.broken[who] = f"{who}: the name is that of one of hilbench's own; it is left out"
+            found[name] = own or points
         return found
 
+    @cached_property
+    def _own(self) -> frozenset[str]:
+        return frozenset(name for name, points in self._installed.items() if _package(points[0]) == _OURS)
+
     def _is_own(self, name: str) -> bool:
-        points = self._installed.get(name, ())
-        return any(point.dist is not None and point.dist.name == "hilbench" for point in points)
+        return name in self._own
 
     def _of_files(self) -> Mapping[str, ProtocolPlugin]:
         return {one.name: one for found in self._files.values() for one in found}
@@ -179,16 +222,15 @@ def _load(name: str, points: tuple[metadata.EntryPoint, ...]) -> ProtocolPlugin:
 
 
 def _check(found: ProtocolPlugin, where: str) -> None:
-    if found.api != API:
-        raise UsageError(
-            f"was written for api {found.api}, and this hilbench has {API}", where=where, hint="install one that fits"
-        )
+    problem = problem_of(found)
+    if problem:
+        raise UsageError(problem, where=where)
 
 
 def _run(path: Path, where: str) -> ModuleType:
     """Import a file by its own name, which a suite beside it imports, too; it may import its neighbours."""
     if path.suffix != ".py" or not path.is_file():
-        raise UsageError(f"'{path}' is no .py file" if path.is_file() else f"no file '{path}'", where=where)
+        raise UsageError(f"'{path}' is no .py file" if path.exists() else f"no file '{path}'", where=where)
     if str(path.parent) not in sys.path:
         sys.path.append(str(path.parent))
         importlib.invalidate_caches()

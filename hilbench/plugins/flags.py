@@ -12,6 +12,7 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_type_hints
 
+from hilbench.errors import PluginError
 from hilbench.parser import Parser
 from hilbench.siblings import check_siblings
 
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from hilbench.plugins.protocol import ProtocolPlugin
 
 __all__ = ["ProtocolParser", "add_plugins", "flags_of", "use_plugins"]
+
+_OWN = "of protocol: "
+"""Before the names of a protocol's options, so that none is that of an option of the command."""
 
 OWN_FLAGS_NOTE = "A protocol may have flags of its own; 'hilbench protocols NAME' lists them."
 
@@ -68,14 +72,20 @@ class ProtocolParser(Parser):
         check_siblings()
         use_plugins(Path(path) for path in self._values(words, "--plugin"))
         found = self._protocol_in(words)
-        for flag, settings in flags_of(found).items() if found is not None else ():
-            self.add_argument(flag, **settings)
+        if found is not None:
+            self._add_flags(found)
         parsed = super().parse_words(words)
         parsed.protocol, parsed.options = found, None
         if found is not None:
-            given = ((one.name, getattr(parsed, one.name)) for one in dataclasses.fields(found.options))
+            given = ((one.name, getattr(parsed, f"{_OWN}{one.name}")) for one in dataclasses.fields(found.options))
             parsed.options = found.options(**{name: value for name, value in given if value is not None})
         return parsed
+
+    def _add_flags(self, protocol: ProtocolPlugin) -> None:
+        for flag, settings in flags_of(protocol).items():
+            if flag in self._option_string_actions:
+                raise PluginError(f"has the flag {flag}, and so has {self.prog}", where=f"protocol '{protocol.name}'")
+            self.add_argument(flag, **settings)
 
     def _protocol_in(self, words: Sequence[str]) -> ProtocolPlugin | None:
         """Return the protocol that is named by ``--protocol``, or by the first word that may be its name."""
@@ -90,7 +100,7 @@ class ProtocolParser(Parser):
 
     def _values(self, words: Sequence[str], option: str) -> Iterator[str]:
         """Yield what follows an option, wherever it stands."""
-        for word, following in zip(words, [*words[1:], ""], strict=True):
+        for word, following in zip(words, [*words[1:], ""], strict=False):
             if word == option and following:
                 yield following
             elif word.startswith(f"{option}="):
@@ -108,22 +118,24 @@ class ProtocolParser(Parser):
 
 def flags_of(protocol: ProtocolPlugin) -> dict[str, dict[str, Any]]:
     """Return the flags of a protocol, with what `argparse` is to know of them."""
-    kinds = get_type_hints(protocol.options)
-    return {
-        f"--{one.name.replace('_', '-')}": _settings(protocol, one, kinds[one.name])
+    kinds, usual = get_type_hints(protocol.options), protocol.options()
+    return dict(
+        _flag(protocol.name, one, kinds[one.name], getattr(usual, one.name))
         for one in dataclasses.fields(protocol.options)
-    }
+    )
 
 
-def _settings(protocol: ProtocolPlugin, option: dataclasses.Field[Any], kind: Any) -> dict[str, Any]:
-    said = f"{protocol.name}: {option.metadata.get('help', option.name)}"
+def _flag(protocol: str, option: dataclasses.Field[Any], kind: Any, usual: Any) -> tuple[str, dict[str, Any]]:
+    """Return a flag; what is on unless somebody says otherwise has one with ``no-`` before it."""
+    name = option.name.replace("_", "-")
+    settings: dict[str, Any] = {"dest": f"{_OWN}{option.name}", "default": None}
+    said = f"{protocol}: {option.metadata.get('help', option.name)}"
     if kind is bool:
-        return {"action": "store_true", "help": said}
-    usual = option.default.name.lower() if isinstance(option.default, Enum) else option.default
-    settings: dict[str, Any] = {"metavar": option.name[:1].upper(), "help": f"{said} (default: {usual})"}
-    if isinstance(kind, type) and issubclass(kind, Enum):
-        return settings | {"type": _Named(kind)}
-    return settings | {"type": kind}
+        settings |= {"action": "store_const", "const": not usual, "help": f"{said} (off)" if usual else said}
+        return f"--no-{name}" if usual else f"--{name}", settings
+    shown = usual.name.lower() if isinstance(usual, Enum) else usual
+    settings |= {"metavar": option.name[:1].upper(), "help": f"{said} (default: {shown})"}
+    return f"--{name}", settings | {"type": _Named(kind) if issubclass(kind, Enum) else kind}
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

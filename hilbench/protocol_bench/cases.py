@@ -9,6 +9,7 @@ from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile
 from hilbench.cases import CaseBase
 from hilbench.check.provider import CaseInfo
+from hilbench.check.verdicts import NotApplicable
 from hilbench.devices import DeviceActor, SerialDevice
 from hilbench.line_faults import LineFaults
 from hilbench.line_peer import LinePeer
@@ -54,9 +55,14 @@ class PeerCase(CaseBase):
         protocol: ProtocolPlugin,
         faults: LineFaults | None = None,
     ) -> None:
-        super().__init__(bench, case, faults)
         self.peer = peer
         self.protocol = protocol
+        super().__init__(bench, case, faults)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        raise NotApplicable(f"a bench of {self.protocol.title} has no '{name}'")
 
     def _lines_seen(self) -> Mapping[str, Port]:
         return {"host": self.peer.port}

@@ -25,6 +25,8 @@ from hilbench.live.local_socket import connect_to
 __all__ = ["BenchProcess", "Phase"]
 
 _READ_BYTES = 65536
+_ENDING_S = 2.0
+"""How long a process may take to end that has given up its socket (choice)."""
 _LAST_WORDS = 400
 _PATIENCE_S = 5.0
 
@@ -139,13 +141,23 @@ class BenchProcess:
         try:
             client = connect_to(self.session.socket)
         except OSError as error:
-            self._end(f"the bench does not answer: {error.strerror}")
+            code = self._ended_code()
+            self._end(f"the bench does not answer: {error.strerror}" if code is None else self._cause_of(code))
             return
         client.setblocking(False)
         self._socket = client
         self.phase = Phase.LIVE
         self._began = True
         self.send("hello")
+
+    def _ended_code(self) -> int | None:
+        """Return with what a process of ours has ended that has just said it is live; None if it goes on."""
+        if self._process is None:
+            return None
+        try:
+            return self._process.wait(_ENDING_S)
+        except subprocess.TimeoutExpired:
+            return None
 
     def _read_answers(self) -> list[str]:
         if self._socket is None:

@@ -37,6 +37,7 @@ class Unfinished(enum.Enum):
     """Why the beginning of a frame is none."""
 
     ABANDONED = "unfinished frame abandoned"
+    TOO_LONG = "longer than any frame"
 
 
 Look = Callable[[bytes], "Frame | enum.Enum | None"]
@@ -47,36 +48,72 @@ class ScanningReader:
     """See the module.
 
     Args:
-        look: says what some bytes begin with. It decides from a bounded number of bytes.
+        look: says what some bytes, at least one, begin with.
         gap_ns: the longest pause in a frame, in ns; what comes after a longer one is the beginning of something. None
             for any.
+        longest: the longest frame, in bytes; `look` is shown no more.
     """
 
-    def __init__(self, look: Look, gap_ns: int | None = None) -> None:
+    def __init__(self, look: Look, gap_ns: int | None = None, longest: int = 1024) -> None:
         self._look = look
         self._gap_ns = gap_ns
+        self._longest = longest
         self._held = b""
         self._latest_ns = 0
 
     def receive(self, data: bytes, now_ns: int) -> list[Frame | Dropped]:
-        """Take bytes that came at a time, in ns; return what they complete, in order. Raises nothing."""
+        """Take bytes that came at a time, in ns; return what they complete, in order.
+
+        Raises:
+            ValueError: `look` has found a frame without bytes.
+        """
         late = self._gap_ns is not None and now_ns - self._latest_ns > self._gap_ns
         found: list[Frame | Dropped] = [*self.reset()] if late else []
         self._latest_ns = now_ns
-        self._held += data
-        while self._held and (one := self._look(self._held)) is not None:
-            size = len(one.raw) if isinstance(one, Frame) else 1
-            first, self._held = self._held[:size], self._held[size:]
-            latest = found[-1] if found else None
+        held, at, dropped = self._held + data, 0, _Run()
+        while at < len(held) and (one := self._first(held[at : at + self._longest])) is not None:
             if isinstance(one, Frame):
-                found.append(one)
-            elif isinstance(latest, Dropped) and latest.reason is one:
-                found[-1] = Dropped(one, latest.data + first)
+                found += [*dropped.end(), one]
+                at += len(one.raw)
             else:
-                found.append(Dropped(one, first))
-        return found
+                found += dropped.add(one, held[at])
+                at += 1
+        self._held = held[at:]
+        return [*found, *dropped.end()]
 
     def reset(self) -> list[Dropped]:
         """Give up an unfinished frame, and return it."""
         held, self._held = self._held, b""
         return [Dropped(Unfinished.ABANDONED, held)] if held else []
+
+    def _first(self, shown: bytes) -> Frame | enum.Enum | None:
+        one = self._look(shown)
+        if one is None and len(shown) == self._longest:
+            return Unfinished.TOO_LONG
+        if isinstance(one, Frame) and not one.raw:
+            raise ValueError("a frame without bytes was found")
+        return one
+
+
+class _Run:
+    """Bytes in a row that were dropped for one reason."""
+
+    def __init__(self) -> None:
+        self._reason: enum.Enum | None = None
+        self._bytes = bytearray()
+
+    def add(self, reason: enum.Enum, byte: int) -> list[Dropped]:
+        """Take one more; return those before it if their reason is another one."""
+        ended = [] if reason is self._reason else self.end()
+        self._reason = reason
+        self._bytes.append(byte)
+        return ended
+
+    def end(self) -> list[Dropped]:
+        """Return what there is."""
+        if self._reason is None:
+            return []
+        ended = [Dropped(self._reason, bytes(self._bytes))]
+        self._reason = None
+        self._bytes.clear()
+        return ended

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from hilbench.decode.lines import said
+from hilbench.plugins.blame import place_of
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
-from protocols.common.decoding import Decoder
+from protocols.common.decoding import Decoder, Speaker
 from protocols.common.items import Item, Kind
-from protocols.common.layout import Region
+from protocols.common.layout import Region, laid_out
 
 __all__ = ["KEPT_FRAMES", "LEAST_STEP_NS", "FrameModel", "FramesModel"]
 
@@ -70,7 +71,10 @@ class FrameModel:
     @property
     def regions(self) -> list[Region]:
         """What its bytes are, if it is sound."""
-        return self._end.protocol.regions(self.item.raw, self._end.options, sent=self.sent)
+        try:
+            return self._end.protocol.regions(self.item.raw, self._end.options, sent=self.sent)
+        except Exception as error:  # noqa: BLE001 - a plug-in's: the others are there
+            return laid_out(self.item.raw, [(_failed("regions", error), len(self.item.raw))])
 
     @property
     def words(self) -> str:
@@ -88,6 +92,64 @@ class _End:
     side: str = "host"
 
 
+class _Guarded:
+    """A decoder whose code may fail: then its bytes are shown, and why they were not read.
+
+    Args:
+        end: who speaks what.
+        speaker: which end of it.
+    """
+
+    def __init__(self, end: _End, speaker: Speaker) -> None:
+        self._why = ""
+        self._decoder: Decoder | None = None
+        try:
+            self._decoder = end.protocol.decoder(end.options, speaker)
+        except Exception as error:  # noqa: BLE001 - a plug-in's
+            self._why = _failed("decoder", error)
+
+    def find(self, data: bytes) -> Sequence[Any]:
+        if self._decoder is None:
+            return [self._unread(data)]
+        try:
+            return self._decoder.find(data)
+        except Exception as error:  # noqa: BLE001 - a plug-in's
+            self._why = _failed("decoder", error)
+            return [self._unread(data)]
+
+    def sort(self, found: Any) -> Hashable:
+        if isinstance(found, _Unread) or self._decoder is None:
+            return None
+        try:
+            return self._decoder.sort(found)
+        except Exception:  # noqa: BLE001 - a plug-in's; whoever reads it says so
+            return None
+
+    def read(self, found: Any) -> Item:
+        if isinstance(found, _Unread):
+            return found.item
+        assert self._decoder is not None
+        try:
+            return self._decoder.read(found)
+        except Exception as error:  # noqa: BLE001 - a plug-in's
+            return Item(kind=Kind.UNREADABLE, name=_failed("decoder", error), raw=bytes(getattr(found, "raw", b"")))
+
+    def _unread(self, data: bytes) -> _Unread:
+        return _Unread(Item(kind=Kind.DROPPED, name=self._why, raw=data))
+
+
+@dataclass(frozen=True, slots=True)
+class _Unread:
+    """Bytes that a decoder has failed on."""
+
+    item: Item
+
+
+def _failed(what: str, error: Exception) -> str:
+    place = place_of(error, PLUGINS.brought)
+    return f"its {what} fails: {place}{': ' if place else ''}{type(error).__name__}: {error}"
+
+
 class FramesModel:
     """The latest frames of both directions of all lines, in the order in which they came.
 
@@ -100,11 +162,11 @@ class FramesModel:
         self._count = 0
         self._ends = _ends(live)
         self._seen: dict[str, dict[Hashable, int]] = {who: {} for who in self._ends}
-        self._decoders: dict[tuple[str, bool], Decoder] = {}
+        self._decoders: dict[tuple[str, bool], _Guarded] = {}
         for who, about in self._ends.items():
             for sent in (True, False):
                 speaker = "host" if sent == (about.side == "host") else "target"
-                self._decoders[who, sent] = about.protocol.decoder(about.options, speaker)
+                self._decoders[who, sent] = _Guarded(about, speaker)
 
     @property
     def count(self) -> int:

@@ -102,7 +102,7 @@ def test_what_a_suite_of_one_s_own_calls_wrongly_is_its_error_too(check, tmp_pat
     assert second.cause.startswith("test_panel.py:17: TypeError: ")
     assert (first.suite_error, second.suite_error, first.defect, second.defect) == (True, True, False, False)
     assert third.verdict is Verdict.FAIL
-    assert (report.exit_code, report.exit_meaning) == (2, "an error in a suite of your own")
+    assert (report.exit_code, report.exit_meaning) == (2, "an error in a suite or plug-in of your own")
 
 
 def test_a_suite_imports_its_neighbours_and_each_its_own(write_suite, provider, tmp_path):

@@ -62,7 +62,10 @@ def test_two_packages_with_one_name_are_refused(plugins, package):
 
 def test_a_name_of_ours_is_not_taken_over(plugins, package):
     package("stranger", TINY.replace('"tiny"', '"pkt"'), {"pkt": "stranger:TINY"})
-    assert "and from" in refusal(plugins.protocol, "pkt", "PROTOCOL")
+    assert plugins.protocol("pkt", "PROTOCOL").title == "PKT!"
+    assert [*plugins.broken.values()] == [
+        "protocol 'pkt' of the package stranger: the name is that of one of hilbench's own; it is left out"
+    ]
 
 
 def test_what_is_not_there_is_refused_with_those_that_are(plugins):
@@ -260,3 +263,20 @@ def test_a_suite_has_bytes_at_its_peer_where_no_protocol_is_named(hilbench, tmp_
     bench = bench_with(tmp_path, 'suites = ["suite.py"]', *target, *link)
     code, out, err = hilbench("check", bench)
     assert code == 0, out + err
+
+
+def test_a_board_at_a_port_has_the_peer_of_its_protocol_as_the_emulated_one_has(plugins, tmp_path):
+    from hilbench.bench_provider import make_provider
+    from hilbench.options import CheckOptions, TargetChoice
+    from hilbench.protocol_bench.providers import AttachedPeerProvider
+
+    image = Path(__file__).parents[3] / "targets/firmware/images/echo-irq.elf"
+    tmp_path.joinpath("suite.py").write_text("")
+    target = ["[targets.brain]", 'board = "bluepill"', f'firmware = "{image}"']
+    link = ["[[links]]", 'ends = ["peer", "brain.usart1"]', 'protocol = "pkt"']
+    bench = bench_with(tmp_path, 'suites = ["suite.py"]', *target, *link)
+    choice = TargetChoice(spec="serial:/dev/nothing", name="brain.usart1")
+    provider = make_provider(CheckOptions(bench=str(bench), targets=(choice,)))
+    assert isinstance(provider, AttachedPeerProvider)
+    assert provider.capabilities == {"PKT!"}
+    provider.close()

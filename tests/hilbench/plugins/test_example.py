@@ -54,7 +54,7 @@ def verdicts(hilbench, installed, tmp_path):
 RULES = [f"TANK{number}" for number in range(1, 6)]
 
 
-def test_it_is_as_short_as_it_says():
+def test_protocol_rules_and_model_are_as_short_as_the_page_says():
     files = ("__init__.py", "frames.py", "node.py", "plugin.py")
     assert sum(len((TANK / "tank" / name).read_text().splitlines()) for name in files) <= 150
 
@@ -163,7 +163,7 @@ def test_the_dashboard_shows_its_frames_states_and_watchdogs(installed, tmp_path
     assert {frame.item.name for frame in replay.model.frames.frames} == {"Read", "Level"}
 
 
-def test_a_served_node_has_its_journal_judged(installed):
+def test_a_node_is_served_at_its_rate_or_another(installed):
     from hilbench.served_targets import served_target
 
     served = served_target(open_bench(str(MODEL)))

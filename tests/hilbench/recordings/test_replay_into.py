@@ -182,7 +182,7 @@ def test_the_case_of_an_example_exists(command, capfd):
         (("{folder}/no", "--into", "pioneer"), 3, "No such file"),
         (("{run}", "--into", "serial:{folder}/no"), 3, "{folder}/no"),
         (("{folder}/noise", "--into", "pioneer"), 2, "no protocol is known"),
-        (("{folder}/car", "--into", "vehicle-model"), 2, "autoware is spoken there, and cannot be played; that can be"),
+        (("{folder}/car", "--into", "vehicle-model"), 2, "has no line, or several, where one host could be"),
         (("{run}", "--into", "vehicle"), 2, "has no line, or several, where one host could be"),
     ],
 )

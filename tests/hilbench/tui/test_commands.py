@@ -179,6 +179,9 @@ class Ended:
     def poll(self):
         return self.returncode
 
+    def wait(self, timeout_s):
+        return self.returncode
+
 
 class Shown:
     """In the place of a dashboard: somebody looks until the bench has ended, and leaves."""

@@ -1,0 +1,98 @@
+"""What is wrong with a record, in words; found when it is taken, and not in the middle of a run."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator
+from enum import Enum
+from pathlib import Path
+from typing import Any, get_type_hints
+
+from hilbench.plugins.protocol import API, Device, FirstTest, ProtocolPlugin, Recorded
+
+__all__ = ["OPTION_KINDS", "problem_of"]
+
+OPTION_KINDS = (bool, int, float, str, Path)
+"""What an option of a protocol may be, beside an enumeration: what a word of a command line can be read as."""
+
+_NAME = re.compile(r"[a-z][a-z0-9_-]*")
+_CALLABLE = ("decoder", "regions", "clauses")
+_PERHAPS_CALLABLE = ("encode", "settle", "peer")
+_PARTS = {"device": Device, "host": Device, "recorded": Recorded, "first_test": FirstTest}
+
+
+def problem_of(record: ProtocolPlugin) -> str:
+    """Return the first thing that is wrong with a record; empty for nothing."""
+    if record.api != API:
+        return f"was written for api {record.api}, and this hilbench has {API}; install one that fits"
+    return next(_problems(record), "")
+
+
+def _problems(record: Any) -> Iterator[str]:
+    yield from _of_words(record)
+    for what in (*_CALLABLE, *_PERHAPS_CALLABLE):
+        value = getattr(record, what)
+        if not callable(value) and (value is not None or what in _CALLABLE):
+            yield f"{what} cannot be called"
+    for what, kind in _PARTS.items():
+        if not isinstance(getattr(record, what), kind | None):
+            yield f"{what} is no {kind.__name__}"
+    for what in ("device", "host"):
+        yield from _of_device(what, getattr(record, what))
+    yield from _of_suites(record.suites)
+    yield from _of_options(record.options)
+
+
+def _of_words(record: Any) -> Iterator[str]:
+    if not isinstance(record.name, str) or _NAME.fullmatch(record.name) is None:
+        yield f"name {record.name!r} is no name: write small letters, digits, _ and -"
+    for text in ("title", "summary", "replay_bench"):
+        if not isinstance(getattr(record, text), str):
+            yield f"{text} is no text"
+    if not record.title:
+        yield "title is empty"
+    for number, least in (("baud", 300), ("longest_frame", 1)):
+        value = getattr(record, number)
+        if type(value) is not int or value < least:
+            yield f"{number} is no whole number from {least} on"
+
+
+def _of_device(what: str, device: Any) -> Iterator[str]:
+    if device is None:
+        return
+    if not callable(device.make):
+        yield f"the make of its {what} cannot be called"
+    for wrong in _of_settings(device.settings):
+        yield f"the settings of its {what}: {wrong}"
+
+
+def _of_suites(suites: Any) -> Iterator[str]:
+    if not isinstance(suites, tuple) or not all(isinstance(suite, Path) for suite in suites):
+        yield "suites is no tuple of paths"
+        return
+    for suite in suites:
+        if not suite.exists():
+            yield f"its suite '{suite}' is not there"
+
+
+def _of_options(options: Any) -> Iterator[str]:
+    for wrong in _of_settings(options):
+        yield f"options: {wrong}"
+    kinds = get_type_hints(options)
+    for one in dataclasses.fields(options):
+        kind = kinds[one.name]
+        if not (kind in OPTION_KINDS or (isinstance(kind, type) and issubclass(kind, Enum))):
+            there = ", ".join(known.__name__ for known in OPTION_KINDS)
+            yield f"options: '{one.name}' can be no flag: it is none of {there}, and no enumeration"
+
+
+def _of_settings(settings: Any) -> Iterator[str]:
+    if not isinstance(settings, type) or not dataclasses.is_dataclass(settings):
+        yield "no dataclass"
+        return
+    try:
+        get_type_hints(settings)
+        settings()
+    except Exception as error:  # noqa: BLE001 - whatever a stranger's class raises
+        yield f"cannot be made without values: {type(error).__name__}: {error}"

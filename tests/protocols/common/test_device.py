@@ -1,0 +1,67 @@
+from __future__ import annotations
+
+from enum import Enum
+
+import pytest
+
+from protocols.common.device import Step, TableDevice
+from protocols.common.events import StateChanged
+from protocols.common.framing import Dropped, Frame, ScanningReader
+
+State = Enum("State", {"OFF": "off", "ON": "on"})
+Trigger = Enum("Trigger", {"LIT": "told to", "DONE": "time is over"})
+Timer = Enum("Timer", {"LIGHT": "how long"})
+Action = Enum("Action", {"SAY": "say so"})
+TABLE = {
+    (State.OFF, Trigger.LIT): Step(State.ON),
+    (State.ON, Trigger.DONE): Step(State.OFF, (Action.SAY,)),
+}
+
+
+class Lamp(TableDevice):
+    """Is lit by each byte ``!`` for 1 s; says so at the end."""
+
+    def __init__(self):
+        reader = ScanningReader(lambda held: Frame(held[:1], held[:1]) if held[:1] == b"!" else Trigger.DONE)
+        super().__init__(reader, Dropped, TABLE, State.OFF, {Timer.LIGHT: (Trigger.DONE, {State.ON})})
+
+    def take(self, frame):
+        self.fire(Trigger.LIT)
+        self.start(Timer.LIGHT, 1.0)
+        self.transmit(frame.raw)
+
+    def act(self, action, trigger):
+        self.transmit(f"{action.name} {trigger.name}".encode())
+
+
+@pytest.fixture
+def lamp():
+    return Lamp()
+
+
+def test_it_answers_and_counts(lamp):
+    assert lamp.receive(b"a!b!", 5) == b"!!"
+    counters = lamp.observed.counters
+    assert (counters.bytes_in, counters.bytes_out, counters.frames_in, counters.dropped) == (4, 2, 2, 2)
+    assert counters.ignored == 1  # it is lit already
+    assert lamp.take_events() == [StateChanged(old=State.OFF, new=State.ON, trigger=Trigger.LIT)]
+    assert lamp.take_events() == []
+
+
+def test_its_timer_runs_out_at_its_time(lamp):
+    lamp.receive(b"!", 5)
+    assert lamp.next_deadline_ns() == 1_000_000_005
+    assert lamp.advance(1_000_000_004) == b""
+    assert lamp.advance(1_000_000_005) == b"SAY DONE"
+    assert (lamp.state, lamp.next_deadline_ns()) == (State.OFF, None)
+
+
+def test_what_is_due_happens_before_bytes_that_come_later(lamp):
+    lamp.receive(b"!", 5)
+    assert lamp.receive(b"!", 3_000_000_000) == b"SAY DONE!"
+    assert lamp.next_deadline_ns() == 4_000_000_000
+
+
+def test_a_line_that_goes_down_ends_what_is_unfinished(lamp):
+    assert lamp.line_down(9) == b""
+    assert lamp.now_ns == 9
