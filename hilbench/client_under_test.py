@@ -1,4 +1,4 @@
-"""The client that the suite ``p2os-client`` puts to the test: ours, a program we start, or whoever comes.
+"""A client that a suite puts to the test: a program we start, or whoever comes; ours stand with their protocols.
 
 What can be asked of a client depends on which it is. Ours tells what it understood and does what it is told; of a
 foreign program only its bytes are seen, so cases that need more are not applicable to it.
@@ -13,17 +13,13 @@ import signal
 import subprocess
 import threading
 from collections.abc import Iterator
+from typing import Any
 
 from hilbench.bench import Bench
 from hilbench.errors import UnavailableError
 from hilbench.links import Port
-from hilbench.pioneer.client import P2osClient
-from hilbench.under_test import OwnUnderTest, UnderTest
-from protocols.p2os import LocalProtocolError
+from hilbench.under_test import UnderTest
 
-OWN_CAPABILITIES = frozenset(
-    {"client", "client.restart", "client.disconnect", "client.commands", "client.report", "client.options"}
-)
 EXEC_CAPABILITIES = frozenset({"client", "client.restart", "client.disconnect"})
 LISTEN_CAPABILITIES = frozenset({"client"})
 
@@ -34,15 +30,8 @@ _TERMINATE_WITHIN_S = 3.0
 _OUR_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
-ClientUnderTest = UnderTest[P2osClient]
+ClientUnderTest = UnderTest[Any]
 """A client that can be made to connect."""
-
-
-class OwnClient(OwnUnderTest[P2osClient]):
-    """The client of this package."""
-
-    def __init__(self, client: P2osClient) -> None:
-        super().__init__(client, called="client", refusal=LocalProtocolError)
 
 
 class ExecClient:

@@ -13,7 +13,7 @@ from hilbench.bench_file import BenchFile, ModelTarget
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import DEFAULT_BAUD, Line, MemoryLink, Port, ReconnectingPort, parse_serial_target
 from hilbench.links.memory import REAL_TIME_GROUP_NS
-from hilbench.live.about import about_boards, about_line, about_pkt, about_sonars, about_world
+from hilbench.live.about import about_boards, about_line, about_world
 from hilbench.live.driver import Drives
 from hilbench.live.operators import Operator
 from hilbench.live.resuming import resume_sessions
@@ -22,16 +22,18 @@ from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, Sense, Senses, describe_machine
 from hilbench.model_kinds import board_protocol
 from hilbench.options import TargetChoice
+from hilbench.pioneer.about import about_sonars
+from hilbench.rover.about import about_pkt
 from hilbench.target import TargetKind, target_of
 from targets.robots.pioneer import RobotSettings
 from worlds.errors import WorldError
 
 if TYPE_CHECKING:
-    from hilbench.live.pioneer_operator import PioneerOperator
-    from hilbench.live.rover_operator import RoverOperator
-    from hilbench.live.vehicle_rigs import LiveVehicle
     from hilbench.mcu.emulated import EmulatedBench
+    from hilbench.pioneer.operator import PioneerOperator
     from hilbench.plugins.protocol import Device, ProtocolPlugin
+    from hilbench.rover.operator import RoverOperator
+    from hilbench.vehicle.live import LiveVehicle
 
 __all__ = ["Rig", "open_attached", "open_rig", "ports_asked"]
 
@@ -164,7 +166,7 @@ def ports_asked(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mappi
         bench_file.pioneer()
     if bench_file.vehicle is not None or protocol == "CARLA":
         from hilbench.checker_lines import ports_of_lines
-        from hilbench.live.vehicle_rigs import SIMULATOR, STACK
+        from hilbench.vehicle.live import SIMULATOR, STACK
         from hilbench.vehicle.provider import vehicle_lines
 
         lines = vehicle_lines(bench_file)
@@ -221,7 +223,7 @@ def _senses(devices: Mapping[str, Device | None]) -> Senses:
 
 
 def _attached_vehicle(bench: Bench, bench_file: BenchFile, specs: Mapping[str, str], seed: int) -> Rig:
-    from hilbench.live.vehicle_rigs import attached_vehicle
+    from hilbench.vehicle.live import attached_vehicle
     from protocols.carla import BAUD
 
     with contextlib.ExitStack() as undo:
@@ -330,7 +332,7 @@ def _boards(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
 
 
 def _vehicle_model(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
-    from hilbench.live.vehicle_rigs import model_vehicle
+    from hilbench.vehicle.live import model_vehicle
 
     vehicle, hands, world = model_vehicle(bench, bench_file, seed=seed)
     return _vehicle(vehicle, reset=hands.reset, close=world.close)
@@ -340,7 +342,7 @@ def _vehicle_on_board(emulated: EmulatedBench, seed: int) -> LiveVehicle | None:
     """Return the peers of a vehicle interface's firmware; None if the bench has none, or no car for it."""
     if not on_board(emulated.bench_file):
         return None
-    from hilbench.live.vehicle_rigs import board_vehicle
+    from hilbench.vehicle.live import board_vehicle
 
     return board_vehicle(emulated, seed=seed)
 
@@ -379,16 +381,16 @@ def _host(tap: Tap | None) -> Mapping[str, Tap]:
 
 
 def _client(bench: Bench, port: Port, seed: int) -> tuple[Tap, PioneerOperator]:
-    from hilbench.live.pioneer_operator import PioneerOperator
     from hilbench.pioneer.client import P2osClient
+    from hilbench.pioneer.operator import PioneerOperator
 
     tap = Tap(bench, port, "client", seed=seed)
     return tap, PioneerOperator(bench, P2osClient(bench, tap))
 
 
 def _station(bench: Bench, port: Port, profile: str, seed: int) -> tuple[Tap, RoverOperator]:
-    from hilbench.live.rover_operator import RoverOperator
     from hilbench.rover.ground_station import GroundStation
+    from hilbench.rover.operator import RoverOperator
     from protocols.pkt import PROFILES
 
     tap = Tap(bench, port, "station", seed=seed)

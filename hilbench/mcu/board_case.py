@@ -12,11 +12,13 @@ from hilbench.check.provider import CaseInfo, CaseSetup
 from hilbench.errors import InternalError, UsageError
 from hilbench.line_peer import LinePeer
 from hilbench.links import Port
-from hilbench.live.about import about_boards, about_pkt, about_vehicle_lines, about_world
+from hilbench.live.about import about_boards, about_world
 from hilbench.live.teller import Observed
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.under_test import BoardUnderTest, boards_under_test
 from hilbench.protocol_bench.peer import RAW, peer_of
+from hilbench.rover.about import about_pkt
+from hilbench.vehicle.about import about_vehicle_lines
 from hilbench.world_runner import WorldRunner
 from protocols.pkt import PROFILES
 from targets.parts import Part

@@ -15,18 +15,19 @@ from typing import Any
 from hilbench.bench import Bench
 from hilbench.cases import CaseBase
 from hilbench.check.provider import CaseInfo
-from hilbench.client_under_test import ClientUnderTest, OwnClient
 from hilbench.clock import Scheduler
 from hilbench.errors import InternalError
 from hilbench.fault_entries import FaultEntry
 from hilbench.line_faults import LineFaults
 from hilbench.links import Line, MemoryLink, Port
-from hilbench.live.about import about_sonars, about_world
+from hilbench.live.about import about_world
 from hilbench.live.teller import Observed
+from hilbench.pioneer.about import about_sonars
 from hilbench.pioneer.client import P2osClient
 from hilbench.pioneer.peer import Peer
 from hilbench.pioneer.robot import PioneerPlan, VirtualPioneer
 from hilbench.pioneer.scripted import ScriptedServer
+from hilbench.pioneer.under_test import ClientUnderTest, OwnClient
 from protocols.p2os import ClientOptions, Connection
 from worlds.world import World
 

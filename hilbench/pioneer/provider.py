@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from hilbench.check.observations import Observations
 from hilbench.check.provider import CaseInfo
-from hilbench.client_under_test import OWN_CAPABILITIES
 from hilbench.clock import Scheduler
 from hilbench.errors import UnavailableError
 from hilbench.line_faults import LineFaults
@@ -19,6 +18,7 @@ from hilbench.pioneer.observing import VirtualObserver
 from hilbench.pioneer.peer import Peer
 from hilbench.pioneer.robot import PioneerPlan, plan_of
 from hilbench.pioneer.scripted import ScriptedServer
+from hilbench.pioneer.under_test import OWN_CAPABILITIES
 from hilbench.shared import Shared
 
 __all__ = [

@@ -12,8 +12,8 @@ from hilbench.check.provider import CaseInfo
 from hilbench.devices import DeviceActor
 from hilbench.line_faults import LineFaults
 from hilbench.links import Line, MemoryLink, Port
-from hilbench.live.about import about_pkt
 from hilbench.live.teller import Observed
+from hilbench.rover.about import about_pkt
 from hilbench.rover.client import HostUnderTest
 from hilbench.rover.hands import ModelHands, RoverHands
 from hilbench.rover.peer import RoverPeer

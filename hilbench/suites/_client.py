@@ -6,11 +6,11 @@ from typing import Protocol
 
 from hilbench.bench import Bench
 from hilbench.check import Violation
-from hilbench.client_under_test import ClientUnderTest
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
 from hilbench.pioneer.client import P2osClient
 from hilbench.pioneer.scripted import Heard, ScriptedServer
+from hilbench.pioneer.under_test import ClientUnderTest
 from protocols.p2os import ClientState, Identification, Sip, SipReading, SyncEcho, encode_packet
 
 LAST_BYTES_S = 0.3

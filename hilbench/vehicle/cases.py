@@ -14,10 +14,10 @@ from hilbench.check.provider import CaseInfo
 from hilbench.devices import LinesActor
 from hilbench.line_faults import LineFaults, plan_for
 from hilbench.links import Line, MemoryLink, Port
-from hilbench.live.about import about_vehicle_lines
-from hilbench.live.board_views import BOARD_SENSES, BoardLink, BoardModes, ControlTask
 from hilbench.live.teller import Observed, Senses
 from hilbench.shared import Shared
+from hilbench.vehicle.about import about_vehicle_lines
+from hilbench.vehicle.board_views import BOARD_SENSES, BoardLink, BoardModes, ControlTask
 from hilbench.vehicle.car_simulator import CarHostUnderTest, CarSimulator, HostFactory, OwnCarHost, make_host
 from hilbench.vehicle.hands import ModelHands, VehicleHands
 from hilbench.vehicle.simulator_peer import BoardPeer, SimulatorPeer

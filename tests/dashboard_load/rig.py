@@ -13,11 +13,11 @@ from hilbench.exit_codes import ExitCode
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.live import session
-from hilbench.live.about import about_pkt
 from hilbench.live.folders import Session
 from hilbench.live.rigs import Rig
 from hilbench.live.tap import Tap
 from hilbench.mcu.command_line import open_target
+from hilbench.rover.about import about_pkt
 from protocols import pkt
 
 BAUD = 921_600

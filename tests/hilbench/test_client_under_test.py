@@ -12,12 +12,13 @@ import pytest
 
 from hilbench.bench import Bench
 from hilbench.check.verdicts import Violation
-from hilbench.client_under_test import ExecClient, ListenClient, OwnClient
+from hilbench.client_under_test import ExecClient, ListenClient
 from hilbench.clock import NS_PER_S, Scheduler
 from hilbench.errors import UnavailableError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.pioneer.client import P2osClient
+from hilbench.pioneer.under_test import OwnClient
 
 WAIT_S = 60
 """How long a test waits for a program, in seconds; a program that is right needs a fraction of one."""

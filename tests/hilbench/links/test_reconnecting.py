@@ -21,10 +21,10 @@ from hilbench.links import Line, MemoryLink, MemoryPort, ReconnectingPort, Seria
 from hilbench.links.port import ModemLines
 from hilbench.links.reconnecting import POLL_NS, identity_of
 from hilbench.live.resuming import resume_sessions
-from hilbench.live.rover_operator import RoverOperator
 from hilbench.live.tap import Tap
 from hilbench.ports.listing import PortInfo, UsbIdentity
 from hilbench.rover.ground_station import GroundStation
+from hilbench.rover.operator import RoverOperator
 from hilbench.testing import FakeHostClock
 from targets.robots.rover import RoverRobot, RoverSettings
 

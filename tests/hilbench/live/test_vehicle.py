@@ -17,17 +17,17 @@ from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.links.faults import Fault, FaultKind
 from hilbench.live.actions import Actions
-from hilbench.live.board_views import BoardFromOutside, Sight
-from hilbench.live.car_driver import DEMO
 from hilbench.live.control import RequestError
 from hilbench.live.driver import DEAD_MAN_NS
 from hilbench.live.folders import Session
 from hilbench.live.rigs import Rig, ports_asked
 from hilbench.live.scenes import TRACK, scene_for
 from hilbench.live.session import LiveBench, LiveOptions
-from hilbench.live.vehicle_rigs import SIMULATOR, STACK, attached_vehicle
 from hilbench.mcu.command_line import open_target
 from hilbench.testing import FakeHostClock
+from hilbench.vehicle.board_views import BoardFromOutside, Sight
+from hilbench.vehicle.driver import DEMO
+from hilbench.vehicle.live import SIMULATOR, STACK, attached_vehicle
 from targets.parts.joystick import CODES, JoystickSettings
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 

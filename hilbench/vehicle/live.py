@@ -15,13 +15,13 @@ from hilbench.bench_model import World as WorldEntry
 from hilbench.devices import LinesActor
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.live.about import about_world
-from hilbench.live.board_views import BOARD_SENSES, BoardFromOutside, BoardLink, BoardModes, ControlTask
-from hilbench.live.car_driver import CarCrew, CarDriver
 from hilbench.live.scenes import TRACK
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, Sense, Senses, describe_machine
+from hilbench.vehicle.board_views import BOARD_SENSES, BoardFromOutside, BoardLink, BoardModes, ControlTask
 from hilbench.vehicle.cases import line_baud
 from hilbench.vehicle.driven_car import DrivenCar
+from hilbench.vehicle.driver import CarCrew, CarDriver
 from hilbench.vehicle.driving_stack import DrivingStack
 from hilbench.vehicle.hands import ModelHands, VehicleHands
 from hilbench.wiring.vehicle import BareVehicle
