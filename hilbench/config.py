@@ -178,7 +178,8 @@ class _Reader:
 
     def _protocol(self, name: str, path: tuple[str | int, ...]) -> ProtocolPlugin | None:
         """Return a protocol by its name; None where plug-ins are not run, and one of them may bring it."""
-        if self._run_plugins or (name not in PLUGINS.names() and not self._file.data.get("plugins")):
+        unseen = name in PLUGINS.names() or self._file.data.get("plugins")
+        if self._run_plugins or PLUGINS.is_own(name) or not unseen:
             return PLUGINS.protocol(name, self._file.place(path))
         return None
 

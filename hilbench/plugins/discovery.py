@@ -46,7 +46,7 @@ class Plugins:
 
     def names(self) -> list[str]:
         """Return the names of all protocols, those of hilbench first; nothing is imported."""
-        return sorted({*self._installed, *self._of_files()}, key=lambda name: (not self._is_own(name), name))
+        return sorted({*self._installed, *self._of_files()}, key=lambda name: (not self.is_own(name), name))
 
     def origin(self, name: str) -> str:
         """Return where a protocol comes from, for people."""
@@ -80,7 +80,7 @@ class Plugins:
                 f"no protocol '{name}'", where=where, hint=did_you_mean(name, self.names(), "protocols that are there")
             )
         loaded = _load(name, points)
-        if not self._is_own(name):
+        if not self.is_own(name):
             self._check_title(loaded, f"protocol '{name}' of {_package(points[0])}")
         self._loaded[name] = loaded
         return loaded
@@ -97,7 +97,7 @@ class Plugins:
 
     def fails(self, name: str, error: Exception) -> None:
         """Do without a protocol whose code has raised an error; one of our own is a defect, and raised again."""
-        if self._is_own(name):
+        if self.is_own(name):
             raise error
         place = place_of(error, self.brought)
         self.refuse(name, f"{place}{': ' if place else ''}{type(error).__name__}: {error}")
@@ -152,7 +152,7 @@ class Plugins:
 
     def _check_title(self, found: ProtocolPlugin, where: str) -> None:
         """Refuse a title that is there: it is the capability by which a suite belongs to a bench."""
-        others = [self._protocol(name, where) for name in self._installed if self._is_own(name)]
+        others = [self._protocol(name, where) for name in self._installed if self.is_own(name)]
         others += [*self._loaded.values(), *self._of_files().values()]
         for other in others:
             if other is not found and other.title == found.title:
@@ -168,7 +168,7 @@ class Plugins:
     @property
     def _packages(self) -> set[str]:
         """The packages of plug-ins that were used, but for our own."""
-        used = (self._installed[name][0] for name in self._loaded if not self._is_own(name))
+        used = (self._installed[name][0] for name in self._loaded if not self.is_own(name))
         return {point.module.partition(".")[0] for point in used}
 
     @cached_property
@@ -189,7 +189,8 @@ class Plugins:
     def _own(self) -> frozenset[str]:
         return frozenset(name for name, points in self._installed.items() if _package(points[0]) == _OURS)
 
-    def _is_own(self, name: str) -> bool:
+    def is_own(self, name: str) -> bool:
+        """Say whether a protocol comes with hilbench."""
         return name in self._own
 
     def _of_files(self) -> Mapping[str, ProtocolPlugin]:

@@ -225,6 +225,13 @@ def test_a_bench_file_names_a_file_that_is_run_when_the_bench_is_opened_and_not_
     assert err == f"hilbench: {tiny}:1: cannot be imported: SystemError: run\n"
 
 
+def test_a_protocol_of_ours_is_looked_at_by_validate_too(hilbench, tmp_path):
+    bench = bench_with(tmp_path, "[targets.a]", 'model = "pkt"')
+    code, _, err = hilbench("validate", bench)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "the protocol 'pkt' brings no model" in err
+
+
 @pytest.mark.parametrize(
     ("lines", "line", "said"),
     [
