@@ -158,9 +158,12 @@ class LinePeer(ABC, Generic[MessageT]):
             mark: from where on to look; by default only what comes from now on.
 
         Raises:
+            TypeError: `kind` is no class.
             Violation: none came in time.
             Inconclusive: it came so close to the limit that the bench cannot tell.
         """
+        if not isinstance(kind, type):
+            raise TypeError(f"{kind!r} is no class of messages")
         within_s = self.REPLY_WITHIN_S if within_s is None else within_s
         name = what or kind.__name__
         start_ns = self.bench.now_ns

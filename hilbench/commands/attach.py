@@ -7,6 +7,7 @@ import argparse
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.nearest import did_you_mean
 from hilbench.parser import Parser
+from hilbench.plugins.flags import add_plugins, use_plugins
 
 _EXAMPLES = """
 hilbench attach               the latest bench that was left running
@@ -20,6 +21,7 @@ def parser() -> Parser:
     made = Parser("hilbench attach", "Come back to a bench that was left running.", _EXAMPLES)
     made.add_argument("name", metavar="NAME", nargs="?", help="which one, as --list shows it; the latest by default")
     made.add_argument("--list", action="store_true", help="say which there are")
+    add_plugins(made)
     return made
 
 
@@ -33,6 +35,7 @@ def run(parsed: argparse.Namespace) -> int:
     from hilbench.console import Console
     from hilbench.live.folders import sessions
 
+    use_plugins(parsed.plugin)
     found = list(sessions())
     if parsed.list:
         for session in found:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hilbench.decode.chunks import Chunk
 from hilbench.decode.lines import json_line, text_line
-from hilbench.errors import UsageError
+from hilbench.errors import PluginError, UsageError
 from hilbench.plugins.protocol import ProtocolPlugin
 from protocols.common.decoding import Decoder, Speaker
 from protocols.common.items import Item, Kind
@@ -57,6 +57,7 @@ class _Stream:
     def __init__(self, decoder: Decoder) -> None:
         self.decoder = decoder
         self.offset = 0
+        self.fed = 0
         self._lost = False
 
     def place(self, item: Item, totals: Totals) -> int:
@@ -98,6 +99,7 @@ def decode(
     Raises:
         UnavailableError: the source cannot be read; what was read before has been yielded.
         UsageError: one of `streams` is not there; the others have been yielded.
+        PluginError: the decoder has lost bytes, or made some up.
     """
     make_line = json_line if as_json else text_line
     known: dict[str, _Stream] = {}
@@ -109,6 +111,7 @@ def decode(
         if chunk.stream not in known:
             known[chunk.stream] = _Stream(protocol.decoder(options, speaker or chunk.speaker or "target"))
         stream = known[chunk.stream]
+        stream.fed += len(chunk.data)
         lines = [
             make_line(item, stream.place(item, totals), chunk.stream, chunk.ns)
             for item in stream.decoder.feed(chunk.data)
@@ -118,6 +121,9 @@ def decode(
         yield from _together(
             [make_line(item, stream.place(item, totals), name, None) for item in stream.decoder.finish()]
         )
+        if stream.offset != stream.fed:
+            message = f"its decoder makes {stream.offset} bytes of {stream.fed}: each byte belongs into one item"
+            raise PluginError(message, where=f"protocol '{protocol.name}'")
     _check_names(streams, [name for name in there if name])
 
 

@@ -97,6 +97,10 @@ def _written(path: Path, write: Callable[[IO[bytes]], int]) -> int:
         file.close()
     except OSError as error:
         raise UnavailableError(f"cannot be written: {error.strerror or error}", where=str(path)) from error
+    except Exception:  # a decoder of a plug-in, say: what there is of the file is none
+        if path.is_file() and not path.is_symlink():  # which /dev/stdout is
+            path.unlink()
+        raise
     finally:
         if file is not None:
             with suppress(OSError):

@@ -71,6 +71,8 @@ class FrameModel:
     @property
     def regions(self) -> list[Region]:
         """What its bytes are, if it is sound."""
+        if self._end.protocol is None:
+            return laid_out(self.item.raw, [("bytes", len(self.item.raw))])
         try:
             return self._end.protocol.regions(self.item.raw, self._end.options, sent=self.sent)
         except Exception as error:  # noqa: BLE001 - a plug-in's: the others are there
@@ -86,8 +88,9 @@ class FrameModel:
 class _End:
     """An end of a line: what it speaks and how, which line of several that is, and which side of it."""
 
-    protocol: ProtocolPlugin
-    options: Any
+    name: str
+    protocol: ProtocolPlugin | None = None
+    options: Any = None
     line: str = ""
     side: str = "host"
 
@@ -103,6 +106,9 @@ class _Guarded:
     def __init__(self, end: _End, speaker: Speaker) -> None:
         self._why = ""
         self._decoder: Decoder | None = None
+        if end.protocol is None:
+            self._why = f"no protocol '{end.name}' is known here; --plugin FILE brings one of a file"
+            return
         try:
             self._decoder = end.protocol.decoder(end.options, speaker)
         except Exception as error:  # noqa: BLE001 - a plug-in's
@@ -220,15 +226,17 @@ class FramesModel:
 
 
 def _ends(live: Event) -> dict[str, _End]:
-    """Return our ends that speak a protocol that is there, by their sources in the journal."""
+    """Return our ends that speak a protocol, by their sources in the journal."""
     alone = {"protocol": live.get("protocol", ""), "side": live.get("side", "host")}
     speakers: Event = live.get("speakers", {str(live.get("operator")): alone})
     found = {}
     for who, about in speakers.items():
-        protocol = PLUGINS.known(str(about["protocol"]))
-        if protocol is not None:
-            side, line = str(about.get("side", "host")), str(about.get("line", ""))
-            found[who] = _End(protocol=protocol, options=protocol.options_in(live), line=line, side=side)
+        name = str(about["protocol"])
+        protocol = PLUGINS.known(name)
+        side, line = str(about.get("side", "host")), str(about.get("line", ""))
+        options = None if protocol is None else protocol.options_in(live)
+        if name:
+            found[who] = _End(name=name, protocol=protocol, options=options, line=line, side=side)
     return found
 
 

@@ -233,3 +233,41 @@ def test_regions_that_fail_are_the_whole_frame(plugins, tiny):
     (region,) = model.frames[0].regions
     assert region.data == b"one\n"
     assert "its regions fails" in region.name
+
+
+def test_a_recording_of_a_protocol_that_is_not_there_says_so(plugins):
+    model = FramesModel({"operator": "client", "protocol": "nosuch"})
+    model.take({"kind": "rx", "source": "client", "ns": 5, "data": b"one".hex()})
+    assert "no protocol 'nosuch' is known here; --plugin FILE brings one of a file" in model.frames[0].text
+    assert [region.data for region in model.frames[0].regions] == [b"one"]
+    assert FramesModel({}).take({"kind": "rx", "source": "client", "ns": 5, "data": "00"}) == []
+
+
+def test_a_decoder_that_loses_bytes_is_told_of(hilbench, tiny, tmp_path):
+    tiny.write_text(TINY.replace("raw=found)\n\n    def feed", "raw=found[:1])\n\n    def feed"))
+    line = tmp_path / "line.bin"
+    line.write_bytes(b"one\ntwo\n")
+    code, _, err = hilbench("decode", "tiny", line, "--plugin", tiny)
+    assert code == 2
+    assert "protocol 'tiny': its decoder makes 2 bytes of 8: each byte belongs into one item" in err
+
+
+def test_a_suite_that_waits_for_no_class_has_an_error_of_its_own(hilbench, tiny, bench, tmp_path):
+    tiny.write_text(with_device())
+    tmp_path.joinpath("suite.py").write_text(SUITE.replace("peer.run(0.1)", 'peer.expect("Answer", 0.1)'))
+    code, out, _ = hilbench("check", bench)
+    assert code == 2
+    assert "suite.py:8: TypeError: 'Answer' is no class of messages" in out
+
+
+def test_an_export_whose_frames_cannot_be_read_leaves_no_file(hilbench, tiny, bench, tmp_path):
+    tiny.write_text(with_device())
+    journal, capture = tmp_path / "run.jsonl", tmp_path / "run.mcap"
+    assert hilbench("check", bench, "--journal", journal)[0] == 0
+    other = tmp_path / "other.py"
+    source = TINY.replace('"tiny"', '"other"').replace('"Tiny"', '"Other"').replace("TINY1", "OTHER1")
+    other.write_text(source.replace('text = found[:-1].decode("ascii", "replace")', "text = (1 / 0)"))
+    code, _, err = hilbench("export", journal, "--mcap", capture, "--protocol", "other", "--plugin", other)
+    assert code == 2
+    assert "other.py:" in err
+    assert not capture.exists()
