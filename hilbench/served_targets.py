@@ -11,8 +11,7 @@ from hilbench.devices import DeviceActor, LinesActor
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Port
 from hilbench.pioneer.robot import PioneerPlan, VirtualPioneer, plan_of
-from hilbench.protocol_bench.cases import DEVICE
-from hilbench.protocol_bench.cases import line_baud as line_baud_of
+from hilbench.protocol_bench.cases import DEVICE, device_baud
 from hilbench.rover.cases import rover_baud
 from hilbench.vehicle.cases import line_baud
 from targets.robots.rover import RoverRobot
@@ -110,7 +109,7 @@ def _plugged_in(bench_file: BenchFile, target: ModelTarget, baud: int | None) ->
         DeviceActor(bench, device.make(target.settings), ports[_HOST], name=DEVICE)
         return lambda: None
 
-    return ServedTarget({_HOST: baud or line_baud_of(bench_file, protocol)}, make, DEVICE)
+    return ServedTarget({_HOST: baud or device_baud(bench_file, protocol)}, make, DEVICE)
 
 
 def _plan(bench_file: BenchFile, scene: str | None, baud: int | None) -> PioneerPlan:

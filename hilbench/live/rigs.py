@@ -121,10 +121,10 @@ def open_attached(bench: Bench, bench_file: BenchFile, targets: Sequence[TargetC
     protocol = _protocol_of(bench_file)
     if protocol is not None:
         port = _at(bench, bench_file, target, protocol.baud)
-        tap, machines = _host_of(bench, port, protocol, seed)
-        about = about_line(_CLIENT, protocol.name, machines)
-        senses = _senses({_CLIENT: protocol.host})
-        return Rig(taps=_host(tap), machines=machines, senses=senses, about=about, demo=False, close=port.close)
+        tap = Tap(bench, port, _CLIENT, seed=seed)  # and no host: it would speak, and move something, unasked
+        return Rig(
+            taps=_host(tap), machines={}, about=about_line(_CLIENT, protocol.name, {}), demo=False, close=port.close
+        )
     operator: Operator
     if bench_file.rover is not None or board_protocol(bench_file.suites) == "PKT!":
         port = _at(bench, bench_file, target, _ROVER_BAUD)
@@ -202,12 +202,12 @@ def _host_of(bench: Bench, port: Port, protocol: ProtocolPlugin, seed: int) -> t
 
 def _plugged_in(bench: Bench, bench_file: BenchFile, target: ModelTarget, seed: int) -> Rig:
     from hilbench.devices import DeviceActor
-    from hilbench.protocol_bench.cases import DEVICE, line_baud, machines_of
+    from hilbench.protocol_bench.cases import DEVICE, device_baud, machines_of
 
     protocol = target.protocol
     assert protocol is not None
     assert protocol.device is not None
-    line = Line(baud=line_baud(bench_file, protocol))
+    line = Line(baud=device_baud(bench_file, protocol))
     link = MemoryLink(bench.scheduler, line, name="host", group_ns=REAL_TIME_GROUP_NS)
     device = protocol.device.make(target.settings)
     DeviceActor(bench, device, link.b, name=DEVICE)

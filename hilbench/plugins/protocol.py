@@ -126,7 +126,7 @@ class ProtocolPlugin:
         peer: makes the checker's end of a line, of a bench, a port and the program that a board runs; None for one
             that knows frames by the decoder.
         device: what answers, as a model: a bench file has it as ``model = "NAME"``.
-        host: who speaks to it in the dashboard.
+        host: who speaks to it in the dashboard, where nothing is real: at a port the dashboard listens.
         suites: what is checked of a bench with the model whose file names no suites.
         baud: the usual rate of its line, in bit/s.
         recorded: what can be judged on a recording; None for nothing.

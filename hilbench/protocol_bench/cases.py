@@ -19,13 +19,13 @@ from hilbench.live.teller import Observed
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.protocol_bench.peer import peer_of
 
-__all__ = ["DEVICE", "DeviceCase", "PeerCase", "line_baud", "machines_of"]
+__all__ = ["DEVICE", "DeviceCase", "PeerCase", "device_baud", "machines_of"]
 
 DEVICE = "device"
 """The source of a model's events in the journal."""
 
 
-def line_baud(bench_file: BenchFile, protocol: ProtocolPlugin) -> int:
+def device_baud(bench_file: BenchFile, protocol: ProtocolPlugin) -> int:
     """Return the rate of the line of a plug-in's model, in bit/s."""
     return bench_file.links[0].baud if bench_file.links else protocol.baud
 

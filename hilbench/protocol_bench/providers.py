@@ -13,7 +13,7 @@ from hilbench.line_peer import LinePeer
 from hilbench.links import Line, Port
 from hilbench.locked_providers import AttachedProviderBase
 from hilbench.plugins.protocol import ProtocolPlugin
-from hilbench.protocol_bench.cases import DeviceCase, PeerCase, line_baud
+from hilbench.protocol_bench.cases import DeviceCase, PeerCase, device_baud
 from hilbench.protocol_bench.peer import peer_of
 from hilbench.shared import Shared
 
@@ -62,7 +62,7 @@ class DeviceProvider:
 
         faults = self._shared.line_faults(bench, case, near_is_client=True, on_interruption=interrupted)
         device = self._device.make(self._settings)
-        line = Line(baud=line_baud(self._shared.bench_file, self._protocol))
+        line = Line(baud=device_baud(self._shared.bench_file, self._protocol))
         made.append(DeviceCase(bench, case, self._protocol, device, line, faults))
         yield made[0]
 

@@ -9,7 +9,7 @@ from tank.frames import GAP_NS, FrameError, Level, Read, Refused, SetValve, deco
 
 WATCHDOG_S = 1.0
 State = Enum("State", {"SHUT": "valve shut", "OPEN": "valve open", "TRIPPED": "valve shut by the watchdog"})
-Trigger = Enum("Trigger", {"OPENED": "told to open", "CLOSED": "told to shut", "SILENT": "no command for 1 s"})
+Trigger = Enum("Trigger", {"OPENED": "SetValve", "CLOSED": "SetValve 0 %", "SILENT": "no command for 1 s"})
 Timer = Enum("Timer", {"WATCHDOG": "silence of the host"})
 
 TABLE = {(state, Trigger.OPENED): Step(State.OPEN) for state in State}

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
-import subprocess
 import tomllib
 from pathlib import Path
 
@@ -14,8 +12,11 @@ from hilbench.bench import Bench
 from hilbench.clock import Scheduler
 from hilbench.config import open_bench
 from hilbench.journal import Journal
-from hilbench.live.rigs import open_rig
+from hilbench.links import Line, MemoryLink
+from hilbench.live import rigs
+from hilbench.live.rigs import open_attached, open_rig
 from hilbench.live.teller import Teller
+from hilbench.options import TargetChoice
 from hilbench.recordings.piecewise import open_pieces
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.replay import Replay
@@ -163,6 +164,21 @@ def test_the_dashboard_shows_its_frames_states_and_watchdogs(installed, tmp_path
     assert {frame.item.name for frame in replay.model.frames.frames} == {"Read", "Level"}
 
 
+def test_the_dashboard_sends_nothing_to_a_real_node(installed, monkeypatch):
+    made = Bench(Scheduler(), Journal())
+    link = MemoryLink(made.scheduler, Line(baud=115200), name="host")
+    heard = bytearray()
+    link.b.on_receive = lambda data, _at_ns: heard.extend(data)
+    monkeypatch.setattr(rigs, "_at", lambda *_: link.a)
+    rig = open_attached(made, open_bench(str(MODEL)), [TargetChoice(spec="serial:/dev/nothing")], seed=0)
+    made.run_for(9.0)
+    assert not heard
+    assert rig.about["protocol"] == "tank"
+    link.b.write(b"\x05\x81")
+    made.run_for(0.1)
+    assert link.a.counters.received == 2
+
+
 def test_a_node_is_served_at_its_rate_or_another(installed):
     from hilbench.served_targets import served_target
 
@@ -180,13 +196,3 @@ def test_it_is_refused_where_it_does_not_belong(hilbench, installed, tmp_path):
         code, out, err = hilbench("check", *words)
         assert (code, out, err.count("\n")) == (2, "", 1)
         assert said in err
-
-
-def test_firmware_is_what_the_sources_make(tmp_path):
-    if shutil.which("arm-none-eabi-gcc") is None:
-        pytest.skip("gcc-arm-none-eabi is not installed")
-    folder = tmp_path / "firmware"
-    shutil.copytree(TANK / "firmware", folder)
-    folder.joinpath("node.elf").unlink()
-    subprocess.run(["make", "-s", "-C", folder], check=True)
-    assert folder.joinpath("node.elf").read_bytes() == (TANK / "firmware" / "node.elf").read_bytes()

@@ -9,7 +9,7 @@ from protocols.common.events import StateChanged
 from protocols.common.framing import Dropped, Frame, ScanningReader
 
 State = Enum("State", {"OFF": "off", "ON": "on"})
-Trigger = Enum("Trigger", {"LIT": "told to", "DONE": "time is over"})
+Trigger = Enum("Trigger", {"LIT": "a command", "DONE": "time is over"})
 Timer = Enum("Timer", {"LIGHT": "how long"})
 Action = Enum("Action", {"SAY": "say so"})
 TABLE = {

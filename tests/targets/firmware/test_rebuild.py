@@ -12,6 +12,7 @@ import pytest
 from targets import firmware
 
 FIRMWARE = Path(firmware.__file__).parent
+EXAMPLE = FIRMWARE.parents[1] / "examples" / "tank" / "firmware"
 SOURCES = {".c", ".h", ".ld", ".mk"}
 OTHER_SOURCES = {"Makefile", "TOOLCHAIN"}
 ONE_OF_EACH_FAMILY = ("bench-tick-1khz.elf", "f767-demo.elf", "h753-demo.elf")
@@ -31,14 +32,19 @@ def toolchain() -> list[str]:
 
 
 @pytest.fixture
-def build(tmp_path):
-    """Builds what make is told to from a copy of the sources in a folder of another name; returns the images."""
+def same_toolchain():
+    """Skips where another toolchain is installed than the one that the images were built with."""
+    recorded = (FIRMWARE / "TOOLCHAIN").read_text(encoding="utf-8").splitlines()
+    present = toolchain()
+    if present != recorded:
+        pytest.skip(f"images are built with {recorded}; here: {present}")
+
+
+@pytest.fixture
+def build(tmp_path, same_toolchain):
+    """Builds what make is asked for from a copy of the sources in a folder of another name; returns the images."""
 
     def make(*targets: str) -> dict[str, bytes]:
-        recorded = (FIRMWARE / "TOOLCHAIN").read_text(encoding="utf-8").splitlines()
-        present = toolchain()
-        if present != recorded:
-            pytest.skip(f"images are built with {recorded}; here: {present}")
         folder = tmp_path / "sources"
         shutil.copytree(FIRMWARE, folder, ignore=shutil.ignore_patterns("images", "build", "__pycache__"))
         done = subprocess.run(["make", "-j2", *targets], cwd=folder, capture_output=True, text=True)
@@ -73,6 +79,14 @@ def test_an_image_of_each_family_has_the_same_bytes(build):
     built = build(*(f"build/images/{name}" for name in ONE_OF_EACH_FAMILY))
     assert built.keys() == set(ONE_OF_EACH_FAMILY)
     check(built)
+
+
+def test_the_image_of_the_example_has_the_same_bytes(tmp_path, same_toolchain):
+    folder = tmp_path / "sources"
+    shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("*.elf"))
+    done = subprocess.run(["make", "-s"], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert (folder / "node.elf").read_bytes() == (EXAMPLE / "node.elf").read_bytes()
 
 
 @pytest.mark.exhaustive("compiles every source; the gate compares sums, and builds an image of each family")
