@@ -20,8 +20,8 @@ from hilbench.locked_providers import ExecProvider, FarEnd, ListenProvider
 from hilbench.model_kinds import MODEL_KINDS, board_protocol
 from hilbench.nearest import did_you_mean
 from hilbench.options import CheckOptions, TargetChoice
-from hilbench.pioneer.provider import P2OS_SERVER, AttachedProvider, VirtualProvider
 from hilbench.shared import Shared
+from hilbench.systems.pioneer.provider import P2OS_SERVER, AttachedProvider, VirtualProvider
 from hilbench.target import Target, TargetKind, target_of
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def _model(shared: Shared, choices: Sequence[TargetChoice], targets: Sequence[Ta
 def _far_end(shared: Shared, *, rover: bool) -> FarEnd:
     if not rover:
         return P2OS_SERVER
-    from hilbench.rover.provider import foreign_host
+    from hilbench.systems.rover.provider import foreign_host
 
     return foreign_host(shared)
 
@@ -157,13 +157,13 @@ def _client(shared: Shared, choice: TargetChoice, target: Target, far_end: FarEn
 
 
 def _rover(shared: Shared) -> BenchProvider:
-    from hilbench.rover.provider import RoverProvider
+    from hilbench.systems.rover.provider import RoverProvider
 
     return RoverProvider(shared)
 
 
 def _rover_at(shared: Shared, spec: str) -> BenchProvider:
-    from hilbench.rover.provider import AttachedRoverProvider
+    from hilbench.systems.rover.provider import AttachedRoverProvider
 
     return AttachedRoverProvider(shared, spec)
 
@@ -173,7 +173,12 @@ _CLIENTS = {TargetKind.LISTEN, TargetKind.EXEC}
 
 def _vehicle(shared: Shared, choices: Sequence[TargetChoice], targets: Sequence[Target]) -> BenchProvider:
     """Return the provider of a bench with the model of a vehicle interface."""
-    from hilbench.vehicle.provider import MODEL_TARGET, AttachedVehicleProvider, VehicleProvider, foreign_simulator
+    from hilbench.systems.vehicle.provider import (
+        MODEL_TARGET,
+        AttachedVehicleProvider,
+        VehicleProvider,
+        foreign_simulator,
+    )
 
     kinds = {target.kind for target in targets}
     if all(target.name == MODEL_TARGET for target in targets):
@@ -211,7 +216,7 @@ def _boards(shared: Shared, options: CheckOptions, targets: Sequence[Target]) ->
 def _at_ports(shared: Shared, choices: Sequence[TargetChoice], protocol: str) -> BenchProvider:
     """Return the provider of a real board that speaks a protocol; empty: one that nothing of ours speaks to."""
     if protocol == "CARLA":
-        from hilbench.vehicle.provider import AttachedVehicleProvider
+        from hilbench.systems.vehicle.provider import AttachedVehicleProvider
 
         return AttachedVehicleProvider(shared, choices)
     if not protocol:

@@ -30,7 +30,7 @@ from hilbench.serving import (
     signals_held,
     traffic,
 )
-from hilbench.vehicle.cases import fault_link
+from hilbench.systems.vehicle.cases import fault_link
 
 
 def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:

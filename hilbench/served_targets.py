@@ -10,10 +10,10 @@ from hilbench.bench_file import BenchFile, ModelTarget
 from hilbench.devices import DeviceActor, LinesActor
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Port
-from hilbench.pioneer.robot import PioneerPlan, VirtualPioneer, plan_of
 from hilbench.protocol_bench.cases import DEVICE, device_baud
-from hilbench.rover.cases import rover_baud
-from hilbench.vehicle.cases import line_baud
+from hilbench.systems.pioneer.robot import PioneerPlan, VirtualPioneer, plan_of
+from hilbench.systems.rover.cases import rover_baud
+from hilbench.systems.vehicle.cases import line_baud
 from targets.robots.rover import RoverRobot
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface
 from worlds.errors import WorldError

@@ -35,7 +35,7 @@ from hilbench.journal import Journal
 from hilbench.links import Port
 from hilbench.links.front import PortInFront
 from hilbench.near_ends import open_near_end
-from hilbench.rover.ground_station import GroundStation
+from hilbench.systems.rover.ground_station import GroundStation
 from hilbench.through import Passages
 from targets.firmware import image_path
 

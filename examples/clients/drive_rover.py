@@ -16,7 +16,7 @@ from hilbench.clock import MonotonicHostClock, Scheduler
 from hilbench.devices import DeviceActor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink, Port, SerialPort, parse_serial_target
-from hilbench.rover.ground_station import GroundStation, Telemetry
+from hilbench.systems.rover.ground_station import GroundStation, Telemetry
 from protocols.pkt import GeneralReport, MotionReport
 from targets.robots.rover import RoverRobot, RoverSettings
 

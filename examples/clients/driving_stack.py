@@ -19,8 +19,8 @@ from hilbench.clock import MonotonicHostClock, Scheduler
 from hilbench.devices import LinesActor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink, Port, SerialPort, parse_serial_target
-from hilbench.vehicle.driven_car import DrivenCar
-from hilbench.vehicle.driving_stack import DrivingStack
+from hilbench.systems.vehicle.driven_car import DrivenCar
+from hilbench.systems.vehicle.driving_stack import DrivingStack
 from hilbench.wiring.vehicle import BareVehicle
 from protocols.autoware import ControlMode, ControlModeReport, VelocityReport
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings

@@ -22,24 +22,24 @@ from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, Sense, Senses, describe_machine
 from hilbench.model_kinds import board_protocol
 from hilbench.options import TargetChoice
-from hilbench.pioneer.about import about_sonars
-from hilbench.rover.about import about_pkt
+from hilbench.systems.pioneer.about import about_sonars
+from hilbench.systems.rover.about import about_pkt
 from hilbench.target import TargetKind, target_of
 from targets.robots.pioneer import RobotSettings
 from worlds.errors import WorldError
 
 if TYPE_CHECKING:
     from hilbench.mcu.emulated import EmulatedBench
-    from hilbench.pioneer.operator import PioneerOperator
     from hilbench.plugins.protocol import Device, ProtocolPlugin
-    from hilbench.rover.operator import RoverOperator
-    from hilbench.vehicle.live import LiveVehicle
+    from hilbench.systems.pioneer.operator import PioneerOperator
+    from hilbench.systems.rover.operator import RoverOperator
+    from hilbench.systems.vehicle.live import LiveVehicle
 
 __all__ = ["Rig", "open_attached", "open_rig", "ports_asked"]
 
 
 _ROVER_BAUD = 115_200
-"""As `hilbench.rover.provider.AttachedRoverProvider.USUAL_BAUD`."""
+"""As `hilbench.systems.rover.provider.AttachedRoverProvider.USUAL_BAUD`."""
 
 
 _CLIENT = "client"
@@ -166,8 +166,8 @@ def ports_asked(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mappi
         bench_file.pioneer()
     if bench_file.vehicle is not None or protocol == "CARLA":
         from hilbench.checker_lines import ports_of_lines
-        from hilbench.vehicle.live import SIMULATOR, STACK
-        from hilbench.vehicle.provider import vehicle_lines
+        from hilbench.systems.vehicle.live import SIMULATOR, STACK
+        from hilbench.systems.vehicle.provider import vehicle_lines
 
         lines = vehicle_lines(bench_file)
         specs = ports_of_lines(lines, targets)
@@ -223,7 +223,7 @@ def _senses(devices: Mapping[str, Device | None]) -> Senses:
 
 
 def _attached_vehicle(bench: Bench, bench_file: BenchFile, specs: Mapping[str, str], seed: int) -> Rig:
-    from hilbench.vehicle.live import attached_vehicle
+    from hilbench.systems.vehicle.live import attached_vehicle
     from protocols.carla import BAUD
 
     with contextlib.ExitStack() as undo:
@@ -243,7 +243,7 @@ def _at(bench: Bench, bench_file: BenchFile, target: str, usual_baud: int) -> Re
 
 
 def _pioneer(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
-    from hilbench.pioneer.robot import VirtualPioneer, plan_of
+    from hilbench.systems.pioneer.robot import VirtualPioneer, plan_of
 
     plan = plan_of(bench_file)
     link = MemoryLink(bench.scheduler, Line(baud=plan.settings.host_baud), name="host", group_ns=REAL_TIME_GROUP_NS)
@@ -268,7 +268,7 @@ def _pioneer(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
 
 def _rover_model(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
     from hilbench.devices import DeviceActor
-    from hilbench.rover.cases import rover_baud
+    from hilbench.systems.rover.cases import rover_baud
     from targets.robots.rover import RoverRobot
 
     settings = bench_file.rover
@@ -332,7 +332,7 @@ def _boards(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
 
 
 def _vehicle_model(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
-    from hilbench.vehicle.live import model_vehicle
+    from hilbench.systems.vehicle.live import model_vehicle
 
     vehicle, hands, world = model_vehicle(bench, bench_file, seed=seed)
     return _vehicle(vehicle, reset=hands.reset, close=world.close)
@@ -342,7 +342,7 @@ def _vehicle_on_board(emulated: EmulatedBench, seed: int) -> LiveVehicle | None:
     """Return the peers of a vehicle interface's firmware; None if the bench has none, or no car for it."""
     if not on_board(emulated.bench_file):
         return None
-    from hilbench.vehicle.live import board_vehicle
+    from hilbench.systems.vehicle.live import board_vehicle
 
     return board_vehicle(emulated, seed=seed)
 
@@ -381,16 +381,16 @@ def _host(tap: Tap | None) -> Mapping[str, Tap]:
 
 
 def _client(bench: Bench, port: Port, seed: int) -> tuple[Tap, PioneerOperator]:
-    from hilbench.pioneer.client import P2osClient
-    from hilbench.pioneer.operator import PioneerOperator
+    from hilbench.systems.pioneer.client import P2osClient
+    from hilbench.systems.pioneer.operator import PioneerOperator
 
     tap = Tap(bench, port, "client", seed=seed)
     return tap, PioneerOperator(bench, P2osClient(bench, tap))
 
 
 def _station(bench: Bench, port: Port, profile: str, seed: int) -> tuple[Tap, RoverOperator]:
-    from hilbench.rover.ground_station import GroundStation
-    from hilbench.rover.operator import RoverOperator
+    from hilbench.systems.rover.ground_station import GroundStation
+    from hilbench.systems.rover.operator import RoverOperator
     from protocols.pkt import PROFILES
 
     tap = Tap(bench, port, "station", seed=seed)

@@ -17,8 +17,8 @@ from hilbench.live.teller import Observed
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.under_test import BoardUnderTest, boards_under_test
 from hilbench.protocol_bench.peer import RAW, peer_of
-from hilbench.rover.about import about_pkt
-from hilbench.vehicle.about import about_vehicle_lines
+from hilbench.systems.rover.about import about_pkt
+from hilbench.systems.vehicle.about import about_vehicle_lines
 from hilbench.world_runner import WorldRunner
 from protocols.pkt import PROFILES
 from targets.parts import Part

@@ -27,12 +27,12 @@ from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.noted import Noted, lacking
 from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
-from hilbench.rover.hands import hands_on
 from hilbench.shared import Shared
+from hilbench.systems.rover.hands import hands_on
+from hilbench.systems.vehicle.car_simulator import OWN_HOST_CAPABILITIES
+from hilbench.systems.vehicle.cases import CarHostCase, PairCase, host_settings, open_car_host
+from hilbench.systems.vehicle.on_board import VehicleOnBoard, vehicle_hands_on
 from hilbench.target import TargetKind, target_of
-from hilbench.vehicle.car_simulator import OWN_HOST_CAPABILITIES
-from hilbench.vehicle.cases import CarHostCase, PairCase, host_settings, open_car_host
-from hilbench.vehicle.on_board import VehicleOnBoard, vehicle_hands_on
 from targets.boards import Board
 
 __all__ = ["BoardProvider"]

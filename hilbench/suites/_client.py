@@ -8,9 +8,9 @@ from hilbench.bench import Bench
 from hilbench.check import Violation
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
-from hilbench.pioneer.client import P2osClient
-from hilbench.pioneer.scripted import Heard, ScriptedServer
-from hilbench.pioneer.under_test import ClientUnderTest
+from hilbench.systems.pioneer.client import P2osClient
+from hilbench.systems.pioneer.scripted import Heard, ScriptedServer
+from hilbench.systems.pioneer.under_test import ClientUnderTest
 from protocols.p2os import ClientState, Identification, Sip, SipReading, SyncEcho, encode_packet
 
 LAST_BYTES_S = 0.3

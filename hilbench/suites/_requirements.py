@@ -9,7 +9,6 @@ from itertools import pairwise
 
 from hilbench.check import Inconclusive, Violation, at_most, near
 from hilbench.clock import NS_PER_S
-from hilbench.pioneer.peer import Peer
 from hilbench.suites._session import (
     CYCLE_S,
     SIP_WITHIN_S,
@@ -20,6 +19,7 @@ from hilbench.suites._session import (
     poses,
     turn_rate_deg_s,
 )
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import ServerPacket, Sip, SyncEcho
 
 SPEED_MM_S = 5.0

@@ -16,7 +16,7 @@ from hilbench.check.recorder import unrecorded
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError
 from hilbench.mcu.board_case import BoardCase
-from hilbench.rover.hands import RoverBench, RoverHands, RoverOnBoard
+from hilbench.systems.rover.hands import RoverBench, RoverHands, RoverOnBoard
 from protocols.pkt import (
     PROFILES,
     Command,

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from hilbench.check import Violation
 from hilbench.clock import NS_PER_S
-from hilbench.pioneer.peer import Peer
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import (
     ROBOTS,
     CommandNumber,

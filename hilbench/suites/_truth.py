@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from hilbench.bench import Bench
 from hilbench.check import Violation
 from hilbench.clock import NS_PER_S, ClockDomain, EventClass
-from hilbench.pioneer.peer import Peer
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber
 from worlds.geometry import dot, rotation
 from worlds.world import World

@@ -17,9 +17,9 @@ from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError
 from hilbench.line_peer import Received
 from hilbench.mcu.board_case import BoardCase
-from hilbench.vehicle.hands import VehicleBench, VehicleHands
-from hilbench.vehicle.on_board import VehicleOnBoard
-from hilbench.vehicle.simulator_peer import STATUS_HZ
+from hilbench.systems.vehicle.hands import VehicleBench, VehicleHands
+from hilbench.systems.vehicle.on_board import VehicleOnBoard
+from hilbench.systems.vehicle.simulator_peer import STATUS_HZ
 from protocols.autoware import (
     AckermannControlCommand,
     AgentPing,

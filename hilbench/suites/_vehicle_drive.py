@@ -17,10 +17,10 @@ from hilbench.errors import InternalError
 from hilbench.links import Port
 from hilbench.mcu.board_case import BoardCase
 from hilbench.suites._vehicle import vehicle_bench
-from hilbench.vehicle.car_simulator import Published
-from hilbench.vehicle.driven_car import DrivenCar
-from hilbench.vehicle.driving_stack import COMMAND_HZ, DrivingStack
-from hilbench.vehicle.hands import VehicleHands, stick_code
+from hilbench.systems.vehicle.car_simulator import Published
+from hilbench.systems.vehicle.driven_car import DrivenCar
+from hilbench.systems.vehicle.driving_stack import COMMAND_HZ, DrivingStack
+from hilbench.systems.vehicle.hands import VehicleHands, stick_code
 from hilbench.world_runner import WorldRunner
 from protocols.autoware import AckermannControlCommand, ControlMode, SteeringReport, VelocityReport
 from protocols.carla import X_AXIS, Y_AXIS, AckermannCommand, ManualCommand, Mode

@@ -17,9 +17,9 @@ import pytest
 from hilbench.check import CaseSetup, Inconclusive, Violation, at_least, at_most, case, near
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
-from hilbench.rover.cases import HostCase
-from hilbench.rover.ground_station import GroundStation
-from hilbench.rover.scripted import HeardCommand, ScriptedRover
+from hilbench.systems.rover.cases import HostCase
+from hilbench.systems.rover.ground_station import GroundStation
+from hilbench.systems.rover.scripted import HeardCommand, ScriptedRover
 from protocols.pkt import (
     ClientState,
     Command,

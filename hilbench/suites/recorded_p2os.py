@@ -13,11 +13,11 @@ from itertools import pairwise, takewhile
 from hilbench.capture_provider import CaptureCase
 from hilbench.check import NotApplicable, Violation, near
 from hilbench.clock import NS_PER_S
-from hilbench.pioneer.peer import REPLY_WITHIN_S
 from hilbench.recordings.listening import HOST, TARGET, Heard, Stretch
 from hilbench.suites._recorded import Worst, around, judge_answers, on_recording, stretches_of
 from hilbench.suites._recorded_session import OPENED, Means, Session, Step, sessions_of, steps_of
 from hilbench.suites._session import CYCLE_S
+from hilbench.systems.pioneer.peer import REPLY_WITHIN_S
 from protocols.p2os import (
     ROBOTS,
     CommandNumber,

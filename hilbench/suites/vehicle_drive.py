@@ -32,8 +32,8 @@ SPEED_M_S, TURN_RAD_S, ANGLE_RAD = 0.02, 0.02, 0.005
 """Tolerance of reports against the truth within that time. Choices."""
 
 ANGLE_SHARE = 0.05
-"""Tolerance of the tyre angle against what was asked for: 1.2 makes 1.1 % too much (hilbench/vehicle/driven_car.py),
-and the tyres need their time to follow. A choice."""
+"""Tolerance of the tyre angle against what was asked for: 1.2 makes 1.1 % too much, as `DrivenCar` says, and the tyres
+need their time to follow. A choice."""
 
 HALF = 0.5
 """Of the stick's way, beyond the dead band."""

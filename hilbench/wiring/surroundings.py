@@ -18,7 +18,7 @@ from hilbench.wiring.parts import Parts
 from worlds.errors import WorldError
 
 if TYPE_CHECKING:
-    from hilbench.pioneer.robot import VirtualPioneer
+    from hilbench.systems.pioneer.robot import VirtualPioneer
     from hilbench.wiring.signals import VehicleBody
     from hilbench.wiring.vehicle import BareVehicle
     from hilbench.world_runner import WorldRunner
@@ -85,7 +85,7 @@ class Surroundings:
         self._undo.close()
 
     def _add_robot(self) -> None:
-        from hilbench.pioneer.robot import VirtualPioneer, plan_of
+        from hilbench.systems.pioneer.robot import VirtualPioneer, plan_of
 
         plan = plan_of(self._bench_file)
         line = Line(baud=plan.settings.host_baud)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from hilbench.bench import Bench
 from hilbench.bench_model import World as WorldEntry
-from hilbench.pioneer.robot import sonar_poses
+from hilbench.systems.pioneer.robot import sonar_poses
 from hilbench.wiring.signals import VehicleBody
 from hilbench.world_runner import WorldRunner
 from worlds.scenes import Scene

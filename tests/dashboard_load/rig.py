@@ -17,7 +17,7 @@ from hilbench.live.folders import Session
 from hilbench.live.rigs import Rig
 from hilbench.live.tap import Tap
 from hilbench.mcu.command_line import open_target
-from hilbench.rover.about import about_pkt
+from hilbench.systems.rover.about import about_pkt
 from protocols import pkt
 
 BAUD = 921_600

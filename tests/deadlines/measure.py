@@ -18,9 +18,9 @@ from dataclasses import dataclass, field
 from hilbench.bench import Bench
 from hilbench.feed import Feed
 from hilbench.line_peer import Received
-from hilbench.vehicle.driving_stack import COMMAND_HZ
-from hilbench.vehicle.simulator_peer import STATUS_HZ, SimulatorPeer
-from hilbench.vehicle.stack_peer import StackPeer
+from hilbench.systems.vehicle.driving_stack import COMMAND_HZ
+from hilbench.systems.vehicle.simulator_peer import STATUS_HZ, SimulatorPeer
+from hilbench.systems.vehicle.stack_peer import StackPeer
 from protocols.autoware import AckermannControlCommand, ControlMode, Time, encode_frame, encode_message
 from protocols.carla import CommandFrame, Mode, encode_status
 from protocols.carla.states import DEADLINES

@@ -16,8 +16,8 @@ from hilbench.devices import LinesActor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.mcu.emulated import EmulatedBench
-from hilbench.vehicle.simulator_peer import SimulatorPeer
-from hilbench.vehicle.stack_peer import StackPeer
+from hilbench.systems.vehicle.simulator_peer import SimulatorPeer
+from hilbench.systems.vehicle.stack_peer import StackPeer
 from targets.robots.vehicle_interface.behaviour import BEHAVIOURS
 from targets.robots.vehicle_interface.board import SIMULATOR_LINE, STACK_LINE, VehicleInterface
 from targets.robots.vehicle_interface.settings import VehicleSettings

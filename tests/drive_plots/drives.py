@@ -15,7 +15,7 @@ from hilbench.journal import Journal
 from hilbench.mcu.board_case import BoardBench
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.suites._vehicle_drive import Drive, DriveBench, Moment
-from hilbench.vehicle.on_board import VehicleOnBoard
+from hilbench.systems.vehicle.on_board import VehicleOnBoard
 from targets.firmware import image_path
 from worlds.vehicles.car import CarBody
 

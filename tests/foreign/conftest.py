@@ -18,7 +18,7 @@ from hilbench.clock import Scheduler
 from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
-from hilbench.pioneer.robot import VirtualPioneer, plan_of
+from hilbench.systems.pioneer.robot import VirtualPioneer, plan_of
 
 from .aria import Aria
 from .lines import BenchLine, PtyLine, TcpLine

@@ -17,8 +17,8 @@ from hilbench.clock import NS_PER_S, Scheduler
 from hilbench.errors import UnavailableError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
-from hilbench.pioneer.client import P2osClient
-from hilbench.pioneer.under_test import OwnClient
+from hilbench.systems.pioneer.client import P2osClient
+from hilbench.systems.pioneer.under_test import OwnClient
 
 WAIT_S = 60
 """How long a test waits for a program, in seconds; a program that is right needs a fraction of one."""

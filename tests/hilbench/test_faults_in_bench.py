@@ -25,8 +25,8 @@ from hilbench.links import Line, MemoryLink
 from hilbench.links.faults import FaultKind
 from hilbench.locked_providers import LockedProvider
 from hilbench.options import TargetChoice
-from hilbench.pioneer.provider import VirtualProvider
 from hilbench.shared import Shared
+from hilbench.systems.pioneer.provider import VirtualProvider
 from protocols.p2os import SyncEcho, encode_packet
 from tests.hilbench.forked import PATIENCE_S
 

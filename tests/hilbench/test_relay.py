@@ -18,7 +18,7 @@ from hilbench.links import Line, MemoryLink
 from hilbench.links.door import Door
 from hilbench.near_ends import open_near_end
 from hilbench.relay import CLIENT, SERVER, Relay
-from hilbench.rover.ground_station import GroundStation
+from hilbench.systems.rover.ground_station import GroundStation
 from hilbench.testing import LinkUnderTest, check_link
 from protocols.pkt import ClientState
 

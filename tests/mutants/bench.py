@@ -17,11 +17,11 @@ from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.links import Port
 from hilbench.options import CheckOptions
-from hilbench.pioneer.cases import VirtualCase, make_client, no_tap
-from hilbench.pioneer.client import P2osClient
-from hilbench.pioneer.provider import VirtualProvider
-from hilbench.pioneer.robot import PioneerPlan, make_robot, plan_of
 from hilbench.shared import Shared
+from hilbench.systems.pioneer.cases import VirtualCase, make_client, no_tap
+from hilbench.systems.pioneer.client import P2osClient
+from hilbench.systems.pioneer.provider import VirtualProvider
+from hilbench.systems.pioneer.robot import PioneerPlan, make_robot, plan_of
 from protocols.p2os import ClientOptions, Connection, Event, Role, ServerOptions, Table, client_table, server_table
 from protocols.p2os.states import State, Trigger
 from targets.robots.pioneer import Chassis, PioneerRobot, RobotSettings, server_options

@@ -9,8 +9,8 @@ from hilbench.client_under_test import ClientUnderTest, ListenClient
 from hilbench.clock import NS_PER_S
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.locked_providers import FarEnd, ListenProvider
-from hilbench.rover.provider import AttachedRoverProvider
 from hilbench.shared import Shared
+from hilbench.systems.rover.provider import AttachedRoverProvider
 
 Script = Callable[[Bench, Port], None]
 """Puts something at a port."""

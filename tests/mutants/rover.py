@@ -21,8 +21,8 @@ from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.mcu.board_provider import BoardProvider
 from hilbench.options import TargetChoice
-from hilbench.rover.provider import RoverProvider
 from hilbench.shared import Shared
+from hilbench.systems.rover.provider import RoverProvider
 from protocols.pkt import (
     SERVER_TABLE,
     Action,

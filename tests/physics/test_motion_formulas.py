@@ -15,7 +15,7 @@ from hilbench.bench import Bench
 from hilbench.clock import Scheduler
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
-from hilbench.pioneer.robot import PioneerPlan, VirtualPioneer
+from hilbench.systems.pioneer.robot import PioneerPlan, VirtualPioneer
 from protocols.p2os import Command, CommandNumber, encode_command
 from targets.robots.pioneer import RobotSettings
 

@@ -8,9 +8,6 @@ import pytest
 
 from hilbench.check import at_most, case
 from hilbench.clock import NS_PER_S
-from hilbench.pioneer.cases import VirtualCase
-from hilbench.pioneer.scripted import Heard
-from hilbench.pioneer.scripted_packets import MOVING
 from hilbench.suites._client import (
     CONNECT_WITHIN_S,
     WORKING_PERIOD_S,
@@ -21,6 +18,9 @@ from hilbench.suites._client import (
     own_client,
     require_session,
 )
+from hilbench.systems.pioneer.cases import VirtualCase
+from hilbench.systems.pioneer.scripted import Heard
+from hilbench.systems.pioneer.scripted_packets import MOVING
 from protocols.p2os import (
     MAX_COUNT_STRICT,
     ClientOptions,

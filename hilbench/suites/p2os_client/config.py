@@ -6,7 +6,6 @@ import dataclasses
 
 from hilbench.check import case
 from hilbench.clock import NS_PER_S
-from hilbench.pioneer.scripted_packets import CONFIG
 from hilbench.suites._client import (
     CONFIG_WITHIN_S,
     CONNECT_WITHIN_S,
@@ -17,6 +16,7 @@ from hilbench.suites._client import (
     own_client,
     require_session,
 )
+from hilbench.systems.pioneer.scripted_packets import CONFIG
 from protocols.p2os import ClientState, encode_packet
 
 

@@ -8,9 +8,6 @@ import pytest
 
 from hilbench.check import Inconclusive, at_least, case
 from hilbench.clock import NS_PER_S
-from hilbench.pioneer.cases import VirtualCase
-from hilbench.pioneer.scripted import HANDSHAKE_NAMES, SIP_CYCLE_S, Pause
-from hilbench.pioneer.scripted_packets import IDENTIFICATION, MOVING, STANDING
 from hilbench.suites._client import (
     CONNECT_WITHIN_S,
     ECHO0,
@@ -27,6 +24,9 @@ from hilbench.suites._client import (
     require_session,
     seconds_between,
 )
+from hilbench.systems.pioneer.cases import VirtualCase
+from hilbench.systems.pioneer.scripted import HANDSHAKE_NAMES, SIP_CYCLE_S, Pause
+from hilbench.systems.pioneer.scripted_packets import IDENTIFICATION, MOVING, STANDING
 from protocols.p2os import (
     ClientOptions,
     ClientState,

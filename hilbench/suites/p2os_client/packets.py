@@ -8,8 +8,6 @@ from collections.abc import Sequence
 import pytest
 
 from hilbench.check import Violation, at_least, case
-from hilbench.pioneer.scripted import SIP_CYCLE_S
-from hilbench.pioneer.scripted_packets import STANDING
 from hilbench.suites._client import (
     WORKING_PERIOD_S,
     ClientBench,
@@ -20,6 +18,8 @@ from hilbench.suites._client import (
     sips_since,
     understood,
 )
+from hilbench.systems.pioneer.scripted import SIP_CYCLE_S
+from hilbench.systems.pioneer.scripted_packets import STANDING
 from protocols.p2os import LateSipFields, Sip, SonarReading, encode_frame, encode_packet
 
 

@@ -9,8 +9,8 @@ from itertools import pairwise
 import pytest
 
 from hilbench.check import case, near
-from hilbench.pioneer.scripted_packets import IDENTIFICATION, STANDING
 from hilbench.suites._client import ClientBench, connect, own_client, understood
+from hilbench.systems.pioneer.scripted_packets import IDENTIFICATION, STANDING
 from protocols.p2os import Sip, encode_packet, robot_parameters
 
 _WRAPS: dict[str, tuple[str, list[int]]] = {

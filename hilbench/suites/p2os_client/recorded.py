@@ -6,8 +6,8 @@ import dataclasses
 import math
 
 from hilbench.check import Violation, case, near
-from hilbench.pioneer.scripted_packets import MOVING
 from hilbench.suites._client import ClientBench, connect, own_client, understood
+from hilbench.systems.pioneer.scripted_packets import MOVING
 from protocols.p2os import encode_packet
 
 REAL = bytes.fromhex("FAFB21320000000000000000000090FEFE00000000000204007D0700" + "7D05005930F011B4")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import statistics
 
 from hilbench.check import at_least, case, near
-from hilbench.pioneer.peer import Peer
 from hilbench.suites._requirements import SPEED_MM_S, require_slope, require_speeds, require_standing, require_turn_rate
 from hilbench.suites._session import Session
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import Command, CommandNumber, encode_command, encode_frame
 
 _C = CommandNumber

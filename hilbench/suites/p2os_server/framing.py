@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from hilbench.check import at_least, case
-from hilbench.pioneer.peer import Peer
 from hilbench.suites._requirements import SPEED_MM_S, require_echo
 from hilbench.suites._session import Session
 from hilbench.suites.p2os_server._syncs import SYNC0
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import Command, CommandNumber, ConfigPacket, encode_command, encode_frame
 
 _C = CommandNumber

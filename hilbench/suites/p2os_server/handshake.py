@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from hilbench.check import Violation, case
-from hilbench.pioneer.peer import REPLY_WITHIN_S, Peer
 from hilbench.suites._requirements import require_echo, require_sips_begin
 from hilbench.suites._session import SIP_WITHIN_S
 from hilbench.suites.p2os_server._syncs import SYNC0, SYNC1, SYNC2
+from hilbench.systems.pioneer.peer import REPLY_WITHIN_S, Peer
 from protocols.p2os import ROBOTS, CommandNumber, Identification, Sip, SyncEcho, SyncError
 
 _C = CommandNumber

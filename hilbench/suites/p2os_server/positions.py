@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from hilbench.check import Inconclusive, NotApplicable, Violation, at_least, at_most, case, near
-from hilbench.pioneer.peer import Peer
 from hilbench.suites._requirements import SPEED_MM_S, STANDING_UNITS, require_heading, require_slope
 from hilbench.suites._session import Session, poses
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber
 
 _C = CommandNumber

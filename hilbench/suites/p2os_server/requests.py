@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from hilbench.check import Violation, case
-from hilbench.pioneer.peer import Peer
 from hilbench.suites._requirements import require_request
 from hilbench.suites._session import CYCLE_S, Session
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber, ConfigPacket, EncoderPacket, IoPacket, pack_bytes
 
 _C = CommandNumber

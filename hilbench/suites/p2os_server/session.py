@@ -6,10 +6,10 @@ import pytest
 
 from hilbench.check import Violation, at_most, case
 from hilbench.clock import NS_PER_S
-from hilbench.pioneer.peer import Peer
 from hilbench.suites._requirements import require_echo, require_fresh, require_moving
 from hilbench.suites._session import CYCLE_S, Session
 from hilbench.suites.p2os_server._syncs import SYNC0, SYNC2
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber
 
 _C = CommandNumber

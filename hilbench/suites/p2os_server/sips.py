@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from hilbench.check import Violation, case
 from hilbench.clock import NS_PER_S
-from hilbench.pioneer.peer import Peer
 from hilbench.suites._requirements import require_plain_sip, require_rate, require_standing
 from hilbench.suites._session import Session
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber
 
 _C = CommandNumber

@@ -5,9 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 
 from hilbench.check import Inconclusive, Violation, at_least, at_most, case
-from hilbench.pioneer.peer import Peer
 from hilbench.suites._requirements import SPEED_MM_S, require_flow, require_moving, require_slope, require_speeds
 from hilbench.suites._session import CYCLE_S, Seen, Session
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber
 
 _C = CommandNumber

@@ -5,16 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hilbench.check import NotApplicable, Violation, case, near, within
-from hilbench.pioneer.peer import Peer
-from hilbench.pioneer.robot import sonar_poses
 from hilbench.suites._requirements import require_fresh, require_moving
 from hilbench.suites._session import SIP_WITHIN_S, Session
+from hilbench.systems.pioneer.peer import Peer
+from hilbench.systems.pioneer.robot import sonar_poses
 from protocols.p2os import CommandNumber, SerAuxPacket, Sip
 from worlds.vehicles.pioneer_2dx import DEFAULTS, Pioneer2dxBody
 from worlds.world import World
 
 if TYPE_CHECKING:
-    from hilbench.pioneer.cases import AttachedCase, VirtualCase
+    from hilbench.systems.pioneer.cases import AttachedCase, VirtualCase
 
 _C = CommandNumber
 

@@ -8,7 +8,6 @@ from itertools import pairwise
 import pytest
 
 from hilbench.check import Violation, at_most, case, near
-from hilbench.pioneer.peer import Peer
 from hilbench.suites._requirements import (
     SPEED_MM_S,
     STANDING_UNITS,
@@ -18,6 +17,7 @@ from hilbench.suites._requirements import (
     require_turn_rate,
 )
 from hilbench.suites._session import Session, medians_mm_s, poses, turned_deg
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber
 
 _C = CommandNumber

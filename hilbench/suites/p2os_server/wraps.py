@@ -7,8 +7,8 @@ from itertools import pairwise
 
 from hilbench.check import Inconclusive, Violation, at_most, case
 from hilbench.clock import NS_PER_S
-from hilbench.pioneer.peer import Peer
 from hilbench.suites._session import CYCLE_S, Seen, Session, poses
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber, Pose
 
 _C = CommandNumber

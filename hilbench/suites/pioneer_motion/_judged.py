@@ -11,10 +11,10 @@ from collections.abc import Iterator, Sequence
 
 import pytest
 
-from hilbench.pioneer.cases import VirtualCase
-from hilbench.pioneer.peer import Peer
 from hilbench.suites._session import Session
 from hilbench.suites._truth import Sample, Truth
+from hilbench.systems.pioneer.cases import VirtualCase
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber
 
 __all__ = ["SPEED", "TURN_DEG", "WAY", "WAY_MM", "cruise", "mean_turn_deg_s", "session", "stop_from", "truth"]

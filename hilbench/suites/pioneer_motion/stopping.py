@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from hilbench.check import at_most, case, record_measure
-from hilbench.pioneer.peer import Peer
 from hilbench.suites._mechanics import stopping_way
 from hilbench.suites._session import Session
 from hilbench.suites._truth import Sample, Truth
 from hilbench.suites.pioneer_motion._judged import SPEED, WAY_MM, cruise, session, stop_from, truth
+from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber, pack_bytes
 
 __all__ = ["session", "truth"]

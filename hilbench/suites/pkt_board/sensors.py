@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from hilbench.check import Inconclusive, Violation, near, within
-from hilbench.rover.hands import RoverBench
 from hilbench.suites._rover import Rover, at_power_up, on_rover
+from hilbench.systems.rover.hands import RoverBench
 from protocols.pkt import GpsReport, ImuReport, MotionReport
 
 FIX_WITHIN_S = 60.0

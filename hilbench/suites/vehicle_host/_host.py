@@ -10,8 +10,8 @@ import pytest
 from hilbench.check import CaseSetup, Inconclusive, Violation, case
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
-from hilbench.vehicle.car_simulator import CarSimulator, Published
-from hilbench.vehicle.cases import CarHostCase
+from hilbench.systems.vehicle.car_simulator import CarSimulator, Published
+from hilbench.systems.vehicle.cases import CarHostCase
 from protocols.carla import BAUD, VECTORS, AckermannCommand, ManualCommand, decode_command
 from protocols.carla.clauses import HOST_CLAUSES
 from targets.robots.car_host import CarState

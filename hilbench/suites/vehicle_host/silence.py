@@ -21,7 +21,7 @@ from hilbench.suites.vehicle_host._host import (
     host,
     on_host,
 )
-from hilbench.vehicle.car_simulator import Published
+from hilbench.systems.vehicle.car_simulator import Published
 from protocols.carla import AckermannCommand, encode_command
 
 __all__ = ["host"]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from hilbench.check import Inconclusive, Violation, at_least, at_most
 from hilbench.clock import NS_PER_S
 from hilbench.suites.vehicle_host._host import COMMAND, F2, MANUAL, UNDERSTAND_S, Host, alike, host, on_host
-from hilbench.vehicle.car_simulator import Published
+from hilbench.systems.vehicle.car_simulator import Published
 from protocols.carla import AckermannCommand, decode_command
 from targets.robots.car_host import CarState
 

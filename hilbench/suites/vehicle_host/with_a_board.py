@@ -6,7 +6,7 @@ import pytest
 
 from hilbench.check import Violation
 from hilbench.suites.vehicle_host._host import on_host
-from hilbench.vehicle.cases import PairCase
+from hilbench.systems.vehicle.cases import PairCase
 from protocols.autoware import AckermannControlCommand
 from protocols.carla import Mode
 from targets.robots.car_host import CarState

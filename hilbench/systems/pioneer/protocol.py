@@ -13,7 +13,7 @@ from protocols.p2os.framing import MAX_COUNT
 if TYPE_CHECKING:
     from hilbench.bench import Bench
     from hilbench.links import Port
-    from hilbench.pioneer.peer import Peer
+    from hilbench.systems.pioneer.peer import Peer
 
 __all__ = ["P2OS"]
 
@@ -45,7 +45,7 @@ def _clauses() -> Sequence[Clause]:
 
 
 def _peer(bench: Bench, port: Port, program: str) -> Peer:
-    from hilbench.pioneer.peer import Peer
+    from hilbench.systems.pioneer.peer import Peer
 
     del program
     return Peer(bench, port)

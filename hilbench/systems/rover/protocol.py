@@ -13,7 +13,7 @@ from protocols.pkt.framing import longest_frame
 if TYPE_CHECKING:
     from hilbench.bench import Bench
     from hilbench.links import Port
-    from hilbench.rover.peer import RoverPeer
+    from hilbench.systems.rover.peer import RoverPeer
 
 __all__ = ["PKT"]
 
@@ -40,7 +40,7 @@ def _clauses() -> Sequence[Clause]:
 
 
 def _peer(bench: Bench, port: Port, program: str) -> RoverPeer:
-    from hilbench.rover.peer import RoverPeer
+    from hilbench.systems.rover.peer import RoverPeer
     from protocols.pkt import PROFILES
 
     return RoverPeer(bench, port, PROFILES.get(program, PROFILES["documented"]))

@@ -23,8 +23,8 @@ from hilbench.links.reconnecting import POLL_NS, identity_of
 from hilbench.live.resuming import resume_sessions
 from hilbench.live.tap import Tap
 from hilbench.ports.listing import PortInfo, UsbIdentity
-from hilbench.rover.ground_station import GroundStation
-from hilbench.rover.operator import RoverOperator
+from hilbench.systems.rover.ground_station import GroundStation
+from hilbench.systems.rover.operator import RoverOperator
 from hilbench.testing import FakeHostClock
 from targets.robots.rover import RoverRobot, RoverSettings
 

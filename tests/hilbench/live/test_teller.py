@@ -14,7 +14,7 @@ from hilbench.links import Line, MemoryLink
 from hilbench.links.faults import Direction, Fault, FaultKind
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Sense, Teller, describe_machine
-from hilbench.rover.ground_station import GroundStation
+from hilbench.systems.rover.ground_station import GroundStation
 from protocols.p2os import CLIENT_TABLE, Connection, Role
 from protocols.pkt import PROFILES
 from protocols.pkt import Counters as PktCounters

@@ -24,10 +24,10 @@ from hilbench.live.rigs import Rig, ports_asked
 from hilbench.live.scenes import TRACK, scene_for
 from hilbench.live.session import LiveBench, LiveOptions
 from hilbench.mcu.command_line import open_target
+from hilbench.systems.vehicle.board_views import BoardFromOutside, Sight
+from hilbench.systems.vehicle.driver import DEMO
+from hilbench.systems.vehicle.live import SIMULATOR, STACK, attached_vehicle
 from hilbench.testing import FakeHostClock
-from hilbench.vehicle.board_views import BoardFromOutside, Sight
-from hilbench.vehicle.driver import DEMO
-from hilbench.vehicle.live import SIMULATOR, STACK, attached_vehicle
 from targets.parts.joystick import CODES, JoystickSettings
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 

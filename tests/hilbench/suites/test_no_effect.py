@@ -20,16 +20,16 @@ from hilbench.config import open_bench
 from hilbench.feed import Feed
 from hilbench.journal import Journal
 from hilbench.mcu.under_test import BoardUnderTest
-from hilbench.rover.hands import ModelHands
-from hilbench.rover.provider import RoverProvider
 from hilbench.shared import Shared
 from hilbench.suites._dodge import AHEAD, Drive
 from hilbench.suites._rover_motion import Ride
 from hilbench.suites._rover_motion_clauses import CLAUSES as RIDE_CLAUSES
-from hilbench.vehicle.car_simulator import CarSimulator
-from hilbench.vehicle.driven_car import DrivenCar
-from hilbench.vehicle.driving_stack import DrivingStack
-from hilbench.vehicle.on_board import BoardHands
+from hilbench.systems.rover.hands import ModelHands
+from hilbench.systems.rover.provider import RoverProvider
+from hilbench.systems.vehicle.car_simulator import CarSimulator
+from hilbench.systems.vehicle.driven_car import DrivenCar
+from hilbench.systems.vehicle.driving_stack import DrivingStack
+from hilbench.systems.vehicle.on_board import BoardHands
 from hilbench.wiring.parts import Parts
 from protocols import carla, p2os, pkt
 from protocols.carla.clauses import HOST_CLAUSES
@@ -63,7 +63,7 @@ def rover_model(select="", *patches, mutant=None, baud=None):
         for one in patches:
             stack.enter_context(one)
         if baud is not None:
-            stack.enter_context(patch("hilbench.rover.provider.rover_baud", return_value=baud))
+            stack.enter_context(patch("hilbench.systems.rover.provider.rover_baud", return_value=baud))
         provider = RoverProvider(shared) if mutant is None else RoverProvider(shared, make_rover=mutant.make)
         return run_suites(CheckOptions(bench="rover-model", suites=("pkt-board",), select=select), provider)
 

@@ -13,9 +13,9 @@ import pytest
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from hilbench.config import open_bench
 from hilbench.journal import Journal
-from hilbench.pioneer.client import P2osClient
-from hilbench.pioneer.provider import VirtualProvider
 from hilbench.shared import Shared
+from hilbench.systems.pioneer.client import P2osClient
+from hilbench.systems.pioneer.provider import VirtualProvider
 from protocols.p2os import (
     CLIENT_TABLE,
     Action,

@@ -19,11 +19,11 @@ from hilbench.check import CheckOptions, Verdict, Violation, list_cases, run_sui
 from hilbench.clock import NS_PER_MS, NS_PER_S
 from hilbench.config import open_bench
 from hilbench.journal import Journal
-from hilbench.pioneer.provider import VirtualProvider
 from hilbench.shared import Shared
 from hilbench.suites import _session
 from hilbench.suites._requirements import all_caught_up
 from hilbench.suites._session import Seen, Slope, find_parameters, poses, turned_deg
+from hilbench.systems.pioneer.provider import VirtualProvider
 from protocols.p2os import ROBOTS, CommandNumber, Identification, Sip
 from protocols.p2os.clauses import CLAUSES
 from targets.robots.pioneer import commands, reports, robot

@@ -7,7 +7,7 @@ import pytest
 from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, run_suites
 from hilbench.options import TargetChoice
-from hilbench.rover.provider import AttachedRoverProvider
+from hilbench.systems.rover.provider import AttachedRoverProvider
 from targets.robots.rover import DEFECTS
 from tests.mutants.defects_page import killers
 from tests.mutants.rover import PAGE, has_image, run_image

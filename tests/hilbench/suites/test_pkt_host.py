@@ -14,9 +14,9 @@ from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
 from hilbench.locked_providers import ExecProvider
 from hilbench.options import TargetChoice
-from hilbench.rover.ground_station import GroundStation
-from hilbench.rover.provider import RoverProvider, foreign_host
 from hilbench.shared import Shared
+from hilbench.systems.rover.ground_station import GroundStation
+from hilbench.systems.rover.provider import RoverProvider, foreign_host
 from protocols.pkt import (
     CLIENT_TABLE,
     PROFILES,

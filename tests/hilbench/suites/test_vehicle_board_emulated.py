@@ -7,7 +7,7 @@ import pytest
 from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, run_suites
 from hilbench.options import TargetChoice
-from hilbench.vehicle.provider import AttachedVehicleProvider
+from hilbench.systems.vehicle.provider import AttachedVehicleProvider
 from targets.firmware import image_names
 from targets.robots.vehicle_interface import DEFECTS, PROFILE_NAMES
 from tests.mutants.defects_page import killers

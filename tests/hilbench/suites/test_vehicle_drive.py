@@ -20,7 +20,7 @@ from hilbench.links import Line, MemoryLink
 from hilbench.suites import vehicle_drive
 from hilbench.suites._vehicle_drive import Drive, DriveBench
 from hilbench.suites._vehicle_drive_clauses import CLAUSES
-from hilbench.vehicle.hands import ModelHands
+from hilbench.systems.vehicle.hands import ModelHands
 from hilbench.wiring.vehicle import BareVehicle
 from protocols.carla import VECTORS, Axis, Mode, decode_command
 from targets.robots import car_host

@@ -16,7 +16,7 @@ from hilbench.journal import Journal
 from hilbench.locked_providers import ExecProvider
 from hilbench.options import TargetChoice
 from hilbench.shared import Shared
-from hilbench.vehicle.provider import VehicleProvider, foreign_simulator
+from hilbench.systems.vehicle.provider import VehicleProvider, foreign_simulator
 from protocols.carla import AckermannCommand, Commanded, CommandLimits, ManualCommand, Mode, Signs
 from protocols.carla.clauses import HOST_CLAUSES
 from targets.robots.car_host import BEHAVIOURS, DEFECTS, CarHost

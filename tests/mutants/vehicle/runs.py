@@ -12,7 +12,7 @@ from hilbench.journal import Journal
 from hilbench.mcu.board_provider import BoardProvider
 from hilbench.options import TargetChoice
 from hilbench.shared import Shared
-from hilbench.vehicle.provider import VehicleProvider
+from hilbench.systems.vehicle.provider import VehicleProvider
 from protocols.carla.clauses import BOARD_CLAUSES
 from targets.firmware import image_path
 from tests.mutants.each_its_own import Fault

@@ -1,1 +1,0 @@
-"""The rover on a bench: what a case may touch, both ends of its line, and what is observed."""

@@ -1,0 +1,159 @@
+"""Benches of a Pioneer: a fresh virtual one for each case, in virtual time, or one at the end of a port."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+from hilbench.check.observations import Observations
+from hilbench.check.provider import CaseInfo
+from hilbench.clock import Scheduler
+from hilbench.errors import UnavailableError
+from hilbench.line_faults import LineFaults
+from hilbench.links import Line, Port
+from hilbench.locked_providers import AttachedProviderBase, FarEnd
+from hilbench.shared import Shared
+from hilbench.systems.pioneer.cases import (
+    AttachedCase,
+    ClientFactory,
+    ForeignClientCase,
+    Tap,
+    VirtualCase,
+    make_client,
+    no_tap,
+)
+from hilbench.systems.pioneer.observing import VirtualObserver
+from hilbench.systems.pioneer.peer import Peer
+from hilbench.systems.pioneer.robot import PioneerPlan, plan_of
+from hilbench.systems.pioneer.scripted import ScriptedServer
+from hilbench.systems.pioneer.under_test import OWN_CAPABILITIES
+
+__all__ = [
+    "BULLET_CAPABILITIES",
+    "P2OS_SERVER",
+    "VIRTUAL_CAPABILITIES",
+    "AttachedProvider",
+    "VirtualProvider",
+]
+
+VIRTUAL_CAPABILITIES = frozenset({"P2OS", "server", "hangup", "baud", "truth"}) | OWN_CAPABILITIES
+BULLET_CAPABILITIES = frozenset({"scene", "rays", "contacts", "gravity"})
+_SERVER_CAPABILITIES = frozenset({"P2OS", "server"})
+P2OS_SERVER = FarEnd(serve=ScriptedServer, case=ForeignClientCase, capabilities=frozenset({"P2OS"}))
+
+
+class VirtualProvider:
+    """Gives each case a fresh virtual robot, in its world, in virtual time.
+
+    Args:
+        shared: bench file, journal, waiting.
+        plan: the robot to build instead of the bench file's.
+        make_client: makes the client under test.
+        tap: what stands between the checker and the device.
+    """
+
+    def __init__(
+        self,
+        shared: Shared,
+        *,
+        plan: PioneerPlan | None = None,
+        make_client: ClientFactory = make_client,
+        tap: Tap = no_tap,
+    ) -> None:
+        self._shared = shared
+        self._plan = plan or plan_of(shared.bench_file)
+        self._make_client = make_client
+        self._tap = tap
+        self._observer = VirtualObserver()
+
+    @property
+    def capabilities(self) -> frozenset[str]:
+        """Everything, but for what a world without contacts and rays cannot show and what is not fitted."""
+        settings, real_physics = self._plan.settings, self._plan.physics != "plane"
+        capabilities = VIRTUAL_CAPABILITIES
+        if real_physics:
+            capabilities |= BULLET_CAPABILITIES
+        if real_physics and settings.bumpers_fitted:
+            capabilities |= {"bumpers"}
+        if settings.aux_loop_back:
+            capabilities |= {"aux-loopback"}
+        return capabilities
+
+    @property
+    def suites(self) -> Sequence[str]:
+        """The suites of the bench file."""
+        return self._shared.suites
+
+    def describe(self) -> Mapping[str, str]:
+        """Name the bench, its target and its physics."""
+        physics = f"{self._plan.physics} at {self._plan.step_hz} Hz"
+        if self._plan.physics == "plane":
+            physics += " (an endless floor without rays and contacts)"
+        elif _physics_is_missing(self._plan):
+            physics += " (not installed, and nothing here needs it)"
+        return self._shared.describe("virtual Pioneer 2-DX", physics)
+
+    def observed(self) -> Observations:
+        """Return coverage and fidelity of what was tested so far."""
+        return Observations(coverage=self._observer.coverage(), ledger=self._observer.ledger())
+
+    def prepare(self, cases: Sequence[CaseInfo]) -> None:
+        """Say that the physics is missing once and before anything runs, rather than in every case.
+
+        A case of a client has a scripted server at the far end of its line and no robot: it needs no physics.
+
+        Raises:
+            UnavailableError: a case needs physics that is not installed.
+        """
+        if _physics_is_missing(self._plan) and any("client" not in case.needs for case in cases):
+            raise UnavailableError(
+                "PyBullet is not installed (it has wheels for CPython 3.11 on x86-64 and none newer)",
+                where='physics = "bullet"',
+                hint="run `hilbench check pioneer-plane`, or build it: pip install 'hilbench[physics-source]'",
+            )
+
+    @contextlib.contextmanager
+    def open_case(self, case: CaseInfo) -> Iterator[VirtualCase]:
+        """Open a bench for one case."""
+        line = Line(baud=self._plan.settings.host_baud)
+        bench = VirtualCase(
+            self._shared.bench(Scheduler()),
+            case,
+            self._plan,
+            line,
+            make_client=self._make_client,
+            tap=self._tap,
+            faults=self._shared.bench_file.faults,
+        )
+        try:
+            yield bench
+        finally:
+            self._observer.take(bench)
+            bench.close()
+
+    def close(self) -> None:
+        """Close what the benches of the run had in common."""
+        self._shared.close()
+
+
+class AttachedProvider(AttachedProviderBase[Peer, AttachedCase]):
+    """A P2OS server that somebody else runs."""
+
+    @property
+    def capabilities(self) -> frozenset[str]:
+        """A serial line has a rate that can be changed, a socket can be hung up; more is not known of a stranger."""
+        is_network = "://" in self._serial.url and not self._serial.url.startswith(("rfc2217:", "spy:", "hwgrep:"))
+        return _SERVER_CAPABILITIES | ({"hangup"} if is_network else {"baud"})
+
+    def _make_peer(self, port: Port) -> Peer:
+        return Peer(self._bench, port)
+
+    def _make_case(
+        self, case: CaseInfo, peer: Peer, reopen: Callable[[], Port], faults: LineFaults | None = None
+    ) -> AttachedCase:
+        return AttachedCase(self._bench, case, peer, reopen, faults)
+
+
+def _physics_is_missing(plan: PioneerPlan) -> bool:
+    return plan.physics == "bullet" and importlib.util.find_spec("pybullet") is None

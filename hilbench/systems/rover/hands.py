@@ -1,0 +1,195 @@
+"""What a check does to a rover, and sees of it, beside its line: the same words whatever stands there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Protocol
+
+from hilbench.bench import Bench
+from hilbench.bench_file import BenchFile
+from hilbench.errors import InternalError
+from hilbench.mcu.board_case import BoardBench
+from hilbench.systems.rover.peer import RoverPeer
+from hilbench.wiring.terminals import PinInput
+from protocols.pkt import Position, Profile
+from targets.parts.l298n import bridge_shares
+from targets.parts.neo6m.geodesy import Geodetic, Tangent, geodetic_of
+from targets.parts.neo6m.settings import Neo6mSettings
+from targets.robots.rover import RoverRobot
+from worlds.vehicles.rover_4wd import WHEELS, Rover4wdBody
+
+__all__ = ["HANDS", "BoardHands", "ModelHands", "RoverBench", "RoverHands", "RoverOnBoard", "hands_on"]
+
+HANDS = frozenset({"led", "wheels", "duty", "imu", "gps", "boot"})
+"""The capabilities of a bench that has all of them, as the clauses name them."""
+
+_NEEDED_PARTS = {"duty": "l298n", "wheels": "dc-motor", "imu": "mpu9250", "gps": "neo6m"}
+
+PWM_PERIOD_NS = 20_000_000
+"""Of the motors' voltage: 50 Hz, the default of Mbed OS that no firmware changes."""
+
+Four = tuple[float, float, float, float]
+
+
+class RoverHands(Protocol):
+    """Somebody who stands beside the rover."""
+
+    def led_is_lit(self) -> bool:
+        """Look at the test LED."""
+
+    def hold_wheels(self, held: bool) -> None:
+        """Hold all wheels, or let them go."""
+
+    def wheels_rpm(self) -> Four:
+        """Return the true speeds of the wheels, in the order of their tachometers, negative backwards."""
+
+    def duties(self) -> tuple[float, float]:
+        """Return what reaches the motors of the left and the right pair: -1 to 1 of what the driver can put out."""
+
+    def position(self) -> Position:
+        """Return where the rover truly is."""
+
+
+class RoverBench(Protocol):
+    """A bench with a rover, as the cases of its suites see it."""
+
+    @property
+    def peer(self) -> RoverPeer:
+        """The checker's end of the rover's line."""
+
+    @property
+    def hands(self) -> RoverHands | None:
+        """Who stands beside the rover; None if nobody does."""
+
+
+class ModelHands:
+    """At a behavioural rover.
+
+    Args:
+        robot: the rover.
+    """
+
+    def __init__(self, robot: RoverRobot) -> None:
+        self._robot = robot
+
+    def led_is_lit(self) -> bool:
+        """See `RoverHands`."""
+        return self._robot.lit
+
+    def hold_wheels(self, held: bool) -> None:
+        """See `RoverHands`."""
+        self._robot.plant.force(0.0 if held else None)
+
+    def wheels_rpm(self) -> Four:
+        """See `RoverHands`."""
+        lf, rf, lb, rb = (wheel.rpm for wheel in self._robot.plant.wheels)
+        return lf, rf, lb, rb
+
+    def duties(self) -> tuple[float, float]:
+        """See `RoverHands`."""
+        return self._robot.duties
+
+    def position(self) -> Position:
+        """See `RoverHands`."""
+        assert self._robot.position is not None
+        return self._robot.position
+
+
+class BoardHands:
+    """At an emulated board with an L298N, motors and a world around it.
+
+    Args:
+        board_bench: the bench.
+    """
+
+    def __init__(self, board_bench: BoardBench) -> None:
+        self._bench: Bench = board_bench.bench
+        self._there = board_bench
+        plans = board_bench.emulated.bench_file.parts
+        self._motors = [name for name, plan in plans.items() if plan.kind == "dc-motor"]
+        driver = next(name for name, plan in plans.items() if plan.kind == "l298n")
+        self._left, self._right = (
+            (self._input(driver, enable), self._input(driver, first), self._input(driver, second))
+            for enable, first, second in (("ena", "in1", "in2"), ("enb", "in3", "in4"))
+        )
+
+    def led_is_lit(self) -> bool:
+        """See `RoverHands`; it is the first light of the board."""
+        return self._there.board.is_lit()
+
+    def hold_wheels(self, held: bool) -> None:
+        """See `RoverHands`."""
+        for name in self._motors:
+            self._there.emulated.surroundings.parts.set(name, {"hold": float(held)})
+
+    def wheels_rpm(self) -> Four:
+        """See `RoverHands`."""
+        lf, rf, lb, rb = (self._body.wheel(name).speed_rad_s * 60 / math.tau for name in WHEELS)
+        return lf, rf, lb, rb
+
+    def duties(self) -> tuple[float, float]:
+        """See `RoverHands`: the mean over the last period."""
+        now_ns = self._bench.now_ns
+        from_ns = max(0, now_ns - PWM_PERIOD_NS)
+        left = bridge_shares(*self._left, from_ns, now_ns)
+        right = bridge_shares(*self._right, from_ns, now_ns)
+        return left.forward - left.backward, right.forward - right.backward
+
+    def position(self) -> Position:
+        """See `RoverHands`: by the settings of the GPS receiver, on the ellipsoid, near its origin."""
+        plan = next(one for one in self._there.emulated.bench_file.parts.values() if one.kind == "neo6m")
+        x_m, y_m, _ = self._body.world.pose().position_m
+        return _position_at(plan.settings, x_m, y_m)
+
+    @property
+    def _body(self) -> Rover4wdBody:
+        body = self._there.emulated.surroundings.body
+        if not isinstance(body, Rover4wdBody):
+            raise InternalError("the vehicle of this bench is no rover")
+        return body
+
+    def _input(self, part: str, terminal: str) -> PinInput:
+        for net in self._there.emulated.bench_file.nets:
+            if any((end.part, end.terminal) == (part, terminal) for end in net.terminals) and net.pins:
+                pin = net.pins[0]
+                return PinInput(self._bench, self._there.boards[pin.board].pin(pin.pin))
+        raise InternalError(f"'{part}.{terminal}' leads to no pin")
+
+
+class RoverOnBoard:
+    """A bench of an emulated board, as the cases of a rover see it.
+
+    Args:
+        board_bench: the bench; one of its links leads to the checker.
+        profile: what the rover is to be spoken to in.
+    """
+
+    def __init__(self, board_bench: BoardBench, profile: Profile) -> None:
+        port = board_bench.emulated.ports[board_bench.emulated.bench_file.checker_lines[""]]
+        port.reacts = True
+        self.there = board_bench
+        self.peer = RoverPeer(board_bench.bench, port, profile)
+        self.hands = BoardHands(board_bench)
+
+
+def hands_on(bench_file: BenchFile) -> Iterable[str]:
+    """Return what a bench of boards can do for the cases of a rover."""
+    kinds = {plan.kind for plan in bench_file.parts.values()}
+    if "" in bench_file.checker_lines and bench_file.boards:
+        yield "PKT!"
+        yield "server"
+        yield "boot"
+        if "l298n" in kinds:
+            yield "led"
+        yield from (name for name, kind in _NEEDED_PARTS.items() if kind in kinds)
+
+
+def _position_at(settings: Neo6mSettings, x_m: float, y_m: float) -> Position:
+    """Return the position of a place in the scene, by where its origin is and where its x axis looks to."""
+    origin = Geodetic(latitude_deg=settings.latitude_deg, longitude_deg=settings.longitude_deg, height_m=0.0)
+    bearing = math.radians(settings.x_axis_bearing_deg)
+    east_m = x_m * math.sin(bearing) - y_m * math.cos(bearing)
+    north_m = x_m * math.cos(bearing) + y_m * math.sin(bearing)
+    place = geodetic_of(Tangent(origin).place((east_m, north_m, 0.0)))
+    return Position(latitude_deg=place.latitude_deg, longitude_deg=place.longitude_deg)
