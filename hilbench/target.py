@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from hilbench.board_files import is_board_file
 from hilbench.errors import UsageError
 from hilbench.links.serial_target import is_serial_target, parse_serial_target
-from hilbench.model_kinds import MODEL_KINDS
 from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
+from hilbench.plugins.discovery import PLUGINS
 from targets.boards import board_names
 
 __all__ = ["Target", "TargetKind", "parse_target", "target_of"]
@@ -97,7 +97,7 @@ def target_of(choice: TargetChoice) -> Target:
 
 
 def _models() -> list[str]:
-    return [kind.target for kind in MODEL_KINDS.values() if kind.target]
+    return [kind.target for _, kind in PLUGINS.systems.models().values() if kind.target]
 
 
 def _check_words(name: str, rest: str, where: str) -> None:

@@ -106,7 +106,7 @@ def _bench_named(parsed: argparse.Namespace) -> str:
 
     bench_file = in_scene(open_target(parsed.what), parsed.scene)
     if parsed.target:
-        from hilbench.live.rigs import ports_asked
+        from hilbench.live.attached import ports_asked
 
         ports_asked(bench_file, [arguments.target_choice(target) for target in parsed.target])
     return bench_file.name
