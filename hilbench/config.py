@@ -25,6 +25,7 @@ from hilbench.fault_entries import FaultEntry
 from hilbench.line_hooks import parse_step
 from hilbench.names import file_name
 from hilbench.nearest import did_you_mean
+from hilbench.options import DEFAULT_BENCH
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.plugins.system import ModelKind, System, VehicleKind
@@ -48,7 +49,6 @@ __all__ = [
 
 BUILT_IN_FOLDER = Path(__file__).parent / "benches"
 DEFAULT_FILE = Path("hilbench.toml")
-DEFAULT_BENCH = "pioneer"
 
 _LINE_NAME = re.compile(r"[A-Za-z_][\w-]*")
 _TABLE_ALIGNMENT = 0x80
@@ -67,7 +67,7 @@ def open_bench(bench: str | None = None, *, run_plugins: bool = True) -> BenchFi
 
     Args:
         bench: name of a built-in bench or path of a file; None for ``./hilbench.toml`` if there is one and else
-            ``pioneer``.
+            the default one.
         run_plugins: run the plug-ins that it names. Without, what they bring is not looked at, and the bench cannot be
             built.
 

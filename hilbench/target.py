@@ -1,8 +1,8 @@
 """What can stand at the far end of a line, in the words of the command line: one grammar for every command.
 
 ==============================================  ========================================================
-``pioneer``, ``rover-model``, ``vehicle-model``  a model; of some one of its profiles: ``vehicle-model:v1``
-``bluepill:IMAGE``, ``./board.toml:IMAGE``      an emulated board with firmware
+``MODEL``, ``MODEL:PROFILE``                    a model of a system; of some, one of its profiles
+``BOARD:IMAGE``, ``./board.toml:IMAGE``         an emulated board with firmware
 ``serial:PORT[@BAUD[,KEY=VALUE]...]``           a serial port; see `hilbench.links.serial_target`
 ``socket://HOST:PORT`` and the like             any URL that pyserial knows
 ``listen:pty:PATH``, ``listen:tcp:[HOST:]PORT``  a client that comes to us

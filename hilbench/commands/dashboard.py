@@ -14,14 +14,13 @@ from hilbench import arguments, interruption
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.files import check_writable
+from hilbench.options import DEFAULT_BENCH
 from hilbench.parser import Parser, typed
 
 if TYPE_CHECKING:
     from hilbench.tui.bench_process import BenchProcess
 
 DEFAULT_FILE = Path("hilbench.toml")
-DEFAULT_BENCH = "pioneer"
-"""As of `hilbench.config`, which takes its time."""
 _WORDS = 56
 _NICE = 10
 """A tenth of the share that a bench gets where they compete (Linux, sched(7); choice)."""

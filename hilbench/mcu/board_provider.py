@@ -32,7 +32,7 @@ from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.system import System
 from hilbench.shared import Shared
 from hilbench.target import TargetKind, target_of
-from targets.boards import Board
+from targets.boards import Board, board_names
 
 __all__ = ["BoardProvider"]
 
@@ -225,7 +225,7 @@ class _Images:
 
 def _only_board(choice: TargetChoice) -> EmulatedBoard:
     if target_of(choice).kind is not TargetKind.BOARD:
-        raise UsageError("not a board with an image", where=choice.where, hint="write bluepill:IMAGE")
+        raise UsageError("not a board with an image", where=choice.where, hint=f"write {board_names()[0]}:IMAGE")
     return next(iter(open_target(choice.spec).boards.values()))
 
 

@@ -43,7 +43,7 @@ class BenchUrl:
 
 
 def parse_bench_url(url: str) -> BenchUrl:
-    """Read a URL: ``hilbench://pioneer``, ``hilbench://bluepill?image=fw.elf&line=usart2``, ``hilbench:///dir/bench.toml``.
+    """Read a URL: ``hilbench://BENCH``, ``hilbench://BOARD?image=fw.elf&line=usart2``, ``hilbench:///dir/bench.toml``.
 
     Keys are ``image`` (firmware for a board), ``line`` (which line), ``seed``, and ``fast``.
 
@@ -56,7 +56,7 @@ def parse_bench_url(url: str) -> BenchUrl:
         raise UsageError(f"is no URL: {error}", where=url) from error
     what = unquote(parts.netloc + parts.path)
     if parts.scheme.lower() != "hilbench" or not what:
-        raise UsageError("names no bench", where=url, hint="write hilbench://pioneer or hilbench://bluepill?image=FILE")
+        raise UsageError("names no bench", where=url, hint="write hilbench://BENCH or hilbench://BOARD?image=FILE")
     given = _given(parts.query)
     for key in given:
         if key not in _KEYS:
