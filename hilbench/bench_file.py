@@ -34,12 +34,12 @@ class ModelTarget:
     Attributes:
         settings: what it is set to; their class says which model it is.
         kind: what is known of such models.
-        system: whose it is.
+        owner: whose it is: a system, or a protocol whose device it is.
     """
 
     settings: Any
     kind: ModelKind
-    system: System
+    owner: System | ProtocolPlugin
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,6 +18,7 @@ from hilbench.inputs import inputs_of, inputs_of_targets, lines_of
 from hilbench.journal import Journal
 from hilbench.options import CheckOptions, TargetChoice
 from hilbench.plugins.discovery import PLUGINS
+from hilbench.protocol_bench.system import system_of
 from hilbench.shared import Shared
 from hilbench.target import Target, TargetKind, target_of
 from hilbench.target_choice import first_of
@@ -49,7 +50,7 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     if bench_file.boards:
         return _boards(shared, options)
     assert bench_file.model is not None
-    return bench_file.model.system.provider(shared, options.targets)
+    return system_of(bench_file.model).provider(shared, options.targets)
 
 
 def _passages(kind: str) -> Passages:

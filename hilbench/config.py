@@ -28,8 +28,7 @@ from hilbench.nearest import did_you_mean
 from hilbench.options import DEFAULT_BENCH
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
-from hilbench.plugins.system import ModelKind, System, VehicleKind
-from hilbench.protocol_bench.system import ProtocolSystem
+from hilbench.plugins.system import ModelKind, System, VehicleKind, device_kind
 from hilbench.schema import json_schema
 from hilbench.strict import Strict
 from hilbench.toml_file import TomlFile
@@ -150,7 +149,7 @@ class _Reader:
         self._folder = file.path.parent
         self._strict = Strict(file.place)
         self._run_plugins = run_plugins
-        self._whose: dict[str, tuple[System, ModelKind]] = {}
+        self._whose: dict[str, tuple[System | ProtocolPlugin, ModelKind]] = {}
         self._kinds: dict[str, ModelKind] = {}
 
     def read(self, bench_name: str) -> BenchFile:
@@ -195,7 +194,7 @@ class _Reader:
             return PLUGINS.get(name, self._file.place(path))
         return None
 
-    def _kind(self, name: str, model: str) -> tuple[System, ModelKind]:
+    def _kind(self, name: str, model: str) -> tuple[System | ProtocolPlugin, ModelKind]:
         """Return a model and whose it is: one of a system, or the device of a protocol."""
         path, systems = ("targets", name, "model"), PLUGINS.systems
         if self._run_plugins or not self._is_unseen(model):
@@ -211,8 +210,7 @@ class _Reader:
             return System(), ModelKind(settings=dict, protocol="", suites=())
         if protocol.device is None:
             raise self._strict.error(f"the protocol '{model}' brings no model", path, "give its record a 'device'")
-        system = ProtocolSystem(protocol)
-        return system, system.kind
+        return protocol, device_kind(protocol)
 
     def _vehicle(self, model: BenchModel) -> VehicleKind | None:
         """Return the vehicle in the world; None where plug-ins are not run, and one of them may bring it."""
@@ -268,8 +266,8 @@ class _Reader:
     def _model(self, name: str, entry: TargetEntry) -> ModelTarget:
         path = ("targets", name, "settings")
         settings = self._strict.convert_at(entry.settings, self._kinds[name].settings, path)
-        system, kind = self._whose[name]
-        return ModelTarget(settings=settings, kind=kind, system=system)
+        owner, kind = self._whose[name]
+        return ModelTarget(settings=settings, kind=kind, owner=owner)
 
     def _board(self, name: str, entry: TargetEntry) -> EmulatedBoard:
         assert entry.board is not UNSET

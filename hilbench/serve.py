@@ -18,7 +18,7 @@ from hilbench.line_faults import LineFaults, describe_faults
 from hilbench.links import Line, MemoryLink, Port, PtyDoor
 from hilbench.nearest import did_you_mean
 from hilbench.options import DoorWish, ServeOptions
-from hilbench.served_targets import served_target
+from hilbench.served_model import served_target
 from hilbench.serving import (
     AnyDoor,
     Notice,

@@ -18,10 +18,10 @@ from hilbench.errors import UnavailableError
 from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
 from hilbench.live.actions import Actions
-from hilbench.live.attached import open_attached
 from hilbench.live.control import Control
 from hilbench.live.driver import Driver, Drives
 from hilbench.live.folders import Session
+from hilbench.live.attached import open_attached
 from hilbench.live.rig import Rig
 from hilbench.live.rigs import open_rig
 from hilbench.live.teller import Teller

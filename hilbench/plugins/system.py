@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
 
 from hilbench.errors import UsageError
-from hilbench.plugins.protocol import ClauseEntry
+from hilbench.plugins.protocol import ClauseEntry, ProtocolPlugin
 from protocols.common.decoding import Speaker
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from worlds.vehicles import Vehicle
     from worlds.world import World
 
-__all__ = ["API", "ModelKind", "Standing", "System", "VehicleKind"]
+__all__ = ["API", "ModelKind", "Standing", "System", "VehicleKind", "device_kind"]
 
 API = 1
 """Of this class; a plug-in says which one it was written for."""
@@ -67,6 +67,17 @@ class ModelKind:
     target: str = ""
     beside: bool = False
     has_body: bool = False
+
+
+def device_kind(protocol: ProtocolPlugin) -> ModelKind:
+    """Return the kind of model that a protocol's device is; without a device it has no settings."""
+    device = protocol.device
+    return ModelKind(
+        settings=dict if device is None else device.settings,
+        protocol=protocol.title,
+        suites=tuple(map(str, protocol.suites)),
+        baud=protocol.baud,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -241,14 +252,18 @@ class System:
         return any({*kind.suites} & {*bench_file.suites} for kind in self.models().values())
 
     def lines_asked(self, bench_file: BenchFile, choices: Sequence[TargetChoice]) -> Mapping[str, str]:
-        """Return which port is asked for at the far end of each line of ours, by its name; empty for the only line.
+        """Return which port is asked for at the far end of each line of ours, by its name; of the only line by nothing.
 
         Raises:
             UsageError: a line has none, or two, or the bench is none of ours.
         """
-        from hilbench.live.attached import only_line
-
-        return only_line(bench_file, choices)
+        del bench_file
+        first, *more = choices
+        if more or first.name:
+            where = " ".join(choice.where for choice in choices)
+            hint = f"write --target {first.spec}"
+            raise UsageError("this bench has one line, without a name", where=where, hint=hint)
+        return {"": first.spec}
 
     def attached_rig(self, bench: Bench, bench_file: BenchFile, ports: Mapping[str, str], *, seed: int) -> Rig:
         """Attach to what somebody else runs at ports; nobody drives it unasked.

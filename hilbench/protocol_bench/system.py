@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from hilbench.plugins.protocol import Device, ProtocolPlugin
-from hilbench.plugins.system import API, ModelKind, System
+from hilbench.plugins.system import API, ModelKind, System, device_kind
 
 if TYPE_CHECKING:
     from hilbench.bench import Bench
-    from hilbench.bench_file import BenchFile
+    from hilbench.bench_file import BenchFile, ModelTarget
     from hilbench.check.provider import BenchProvider
     from hilbench.links import Port
     from hilbench.live.rig import Rig
@@ -21,10 +21,15 @@ if TYPE_CHECKING:
     from hilbench.served_targets import ServedTarget
     from hilbench.shared import Shared
 
-__all__ = ["ProtocolSystem"]
+__all__ = ["ProtocolSystem", "system_of"]
 
 _CLIENT = "client"
 """The source in the journal of the host that a protocol brings."""
+
+
+def system_of(model: ModelTarget) -> System:
+    """Return whose a model is; a protocol's device is that of a system around the protocol alone."""
+    return model.owner if isinstance(model.owner, System) else ProtocolSystem(model.owner)
 
 
 class ProtocolSystem(System):
@@ -43,13 +48,7 @@ class ProtocolSystem(System):
         self.name = protocol.name
         self.title = protocol.title
         self._protocol = protocol
-        device = protocol.device
-        self.kind = ModelKind(
-            settings=dict if device is None else device.settings,
-            protocol=protocol.title,
-            suites=tuple(map(str, protocol.suites)),
-            baud=protocol.baud,
-        )
+        self.kind = device_kind(protocol)
 
     def models(self) -> Mapping[str, ModelKind]:
         """See `System`."""
@@ -109,7 +108,7 @@ class ProtocolSystem(System):
     def attached_rig(self, bench: Bench, bench_file: BenchFile, ports: Mapping[str, str], *, seed: int) -> Rig:
         """Listen to what is at a port: a host would speak, and move something, unasked."""
         from hilbench.live.about import about_line
-        from hilbench.live.attached import open_at
+        from hilbench.live.real_port import open_at
         from hilbench.live.rig import Rig
         from hilbench.live.tap import Tap
 

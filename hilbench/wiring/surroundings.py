@@ -15,6 +15,7 @@ from hilbench.mcu.group import MachineGroup
 from hilbench.mcu.seams import Machine
 from hilbench.mcu.usart_port import UsartPort
 from hilbench.plugins.discovery import PLUGINS
+from hilbench.plugins.system import System
 from hilbench.wiring.buses import Buses
 from hilbench.wiring.parts import Parts
 from worlds.errors import WorldError
@@ -91,7 +92,8 @@ class Surroundings:
             port = next(filter(None, found), None)
             return port or MemoryLink(self._bench.scheduler, Line(baud=baud), name="robot").b
 
-        self.model = there.system.stand(self._bench, self._bench_file, line, seed=self._seed)
+        assert isinstance(there.owner, System)  # a protocol's device has no body
+        self.model = there.owner.stand(self._bench, self._bench_file, line, seed=self._seed)
         self._undo.callback(self.model.close)
         self._join(self.model)
 

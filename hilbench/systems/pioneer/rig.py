@@ -8,7 +8,7 @@ from hilbench.errors import UnavailableError
 from hilbench.links import DEFAULT_BAUD, Line, MemoryLink, Port
 from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.live.about import about_line, about_world
-from hilbench.live.attached import open_at
+from hilbench.live.real_port import open_at
 from hilbench.live.resuming import resume_sessions
 from hilbench.live.rig import CLIENT_SENSES, Rig
 from hilbench.live.tap import Tap

@@ -10,7 +10,7 @@ from hilbench.bench_file import BenchFile
 from hilbench.devices import DeviceActor
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.links.memory import REAL_TIME_GROUP_NS
-from hilbench.live.attached import open_at
+from hilbench.live.real_port import open_at
 from hilbench.live.resuming import resume_sessions
 from hilbench.live.rig import CLIENT_SENSES, Rig
 from hilbench.live.tap import Tap

@@ -16,7 +16,7 @@ from hilbench.bench_model import World as WorldEntry
 from hilbench.devices import LinesActor
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.live.about import about_world
-from hilbench.live.attached import open_at
+from hilbench.live.real_port import open_at
 from hilbench.live.rig import Rig
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, Sense, Senses, describe_machine

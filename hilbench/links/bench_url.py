@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from urllib.parse import unquote, urlsplit
 
-from hilbench.bench_file import BenchFile
 from hilbench.errors import UsageError
 from hilbench.nearest import did_you_mean
 
@@ -29,17 +28,6 @@ class BenchUrl:
     line: str = ""
     seed: int = 0
     fast: bool = False
-
-    def bench_file(self) -> BenchFile:
-        """Read the bench.
-
-        Raises:
-            UsageError: there is no such target, board or bench, or its file is wrong.
-            UnavailableError: an image is not there.
-        """
-        from hilbench.mcu.command_line import open_target
-
-        return open_target(self.what)
 
 
 def parse_bench_url(url: str) -> BenchUrl:
