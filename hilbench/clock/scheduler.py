@@ -15,61 +15,15 @@ Bench time is a whole number of nanoseconds since the start of the bench and one
 
 from __future__ import annotations
 
-import contextlib
-import datetime
 import enum
 import heapq
 import itertools
-import select
-import selectors
-import signal
-import time
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from fractions import Fraction
-from types import FrameType
-from typing import Protocol
+from collections.abc import Callable, Sequence
 
+from hilbench.clock.host import HostClock, InputSource, Stopwatch
+from hilbench.clock.lateness import LatenessMeter
+from hilbench.clock.pace import HEARTBEAT_NS, SLIP_THRESHOLD_NS, Pace, PaceListener
 from hilbench.errors import InternalError
-
-NS_PER_S = 1_000_000_000
-NS_PER_MS = 1_000_000
-NS_PER_US = 1_000
-
-SLIP_THRESHOLD_NS = 50 * NS_PER_MS
-HEARTBEAT_NS = 5 * NS_PER_MS
-# While the loop is behind it looks at its inputs this often; a poll costs some microseconds.
-_POLL_INTERVAL_NS = 500 * NS_PER_US
-_SLIPS_KEPT = 1024
-
-
-class ClockDomain:
-    """Whole ticks of one clock and the bench time at which they fall.
-
-    Tick k falls at floor(k / hz) nanoseconds after the domain's epoch. The time is computed from k every time, so no
-    rounding error accumulates. `ticks` is the exact inverse: for clocks of up to 1 GHz `ticks(ns(k)) == k`.
-
-    Args:
-        hz: Rate in ticks per second, greater than zero; a Fraction for a rate such as 72 MHz / 7500.
-    """
-
-    __slots__ = ("_denominator", "_numerator", "hz")
-
-    def __init__(self, hz: int | Fraction) -> None:
-        if hz <= 0:
-            raise ValueError(f"a clock needs a rate above zero, not {hz}")
-        self.hz = Fraction(hz)
-        # ns(k) = k * _numerator // _denominator
-        self._numerator = NS_PER_S * self.hz.denominator
-        self._denominator = self.hz.numerator
-
-    def ns(self, ticks: int) -> int:
-        """Return the nanoseconds from the epoch to tick number `ticks`, rounded down."""
-        return ticks * self._numerator // self._denominator
-
-    def ticks(self, ns: int) -> int:
-        """Return the number of the last tick that has fallen by `ns` after the epoch."""
-        return ((ns + 1) * self._denominator - 1) // self._numerator
 
 
 class EventClass(enum.IntEnum):
@@ -88,169 +42,6 @@ class EventClass(enum.IntEnum):
     CHECK = 5
 
 
-class InputSource(Protocol):
-    """A real input that a locked scheduler watches."""
-
-    def fileno(self) -> int:
-        """Return the descriptor to watch for readability."""
-
-    def on_readable(self, at_ns: int) -> None:
-        """Take what is there and schedule its delivery at `at_ns` (bench time; never before the scheduler's now)."""
-
-
-class HostClock(Protocol):
-    """The host's monotonic clock, and waiting on it."""
-
-    def monotonic_ns(self) -> int:
-        """Return the host's monotonic time in nanoseconds."""
-
-    def wait_until(self, host_ns: int | None) -> Sequence[InputSource]:
-        """Wait until `host_ns` (None: for ever) or until an input is readable; return the readable ones.
-
-        A moment that has passed makes this a poll.
-        """
-
-    def watch(self, source: InputSource) -> None:
-        """Begin to watch `source`."""
-
-    def unwatch(self, source: InputSource) -> None:
-        """Stop watching `source`."""
-
-
-class MonotonicHostClock:
-    """The real host clock. Inputs are watched with epoll (kqueue elsewhere), waits end within some 0.1 ms."""
-
-    def __init__(self) -> None:
-        self._selector = selectors.DefaultSelector()
-        # The descriptor of epoll and kqueue is itself selectable. epoll alone rounds its timeout up to a millisecond.
-        self._gate: int | None = getattr(self._selector, "fileno", lambda: None)()
-
-    def monotonic_ns(self) -> int:
-        """Return the host's monotonic time in nanoseconds."""
-        return time.monotonic_ns()
-
-    def wait_until(self, host_ns: int | None) -> Sequence[InputSource]:
-        """Wait until `host_ns` or until an input is readable; return the readable ones."""
-        timeout_s = None if host_ns is None else max(0, host_ns - time.monotonic_ns()) / NS_PER_S
-        if timeout_s and self._gate is not None:
-            select.select((self._gate,), (), (), timeout_s)
-            timeout_s = 0
-        return [key.data for key, _ in self._selector.select(timeout_s)]
-
-    def watch(self, source: InputSource) -> None:
-        """Begin to watch `source`."""
-        self._selector.register(source.fileno(), selectors.EVENT_READ, source)
-
-    def unwatch(self, source: InputSource) -> None:
-        """Stop watching `source`; its descriptor must still be open."""
-        self._selector.unregister(source.fileno())
-
-    def close(self) -> None:
-        """Release the descriptor the clock watches with."""
-        self._selector.close()
-
-
-class ScaledHostClock:
-    """Another host clock that passes at a multiple of its speed, so that a bench does.
-
-    Args:
-        host: the clock.
-        factor: how many seconds it tells for one of the host's; above 0.
-    """
-
-    def __init__(self, host: HostClock, factor: float) -> None:
-        self._host = host
-        self._factor = factor
-        self._start_ns = host.monotonic_ns()
-
-    def monotonic_ns(self) -> int:
-        """Return the scaled time in nanoseconds; at the beginning it is the host's."""
-        return self._start_ns + round((self._host.monotonic_ns() - self._start_ns) * self._factor)
-
-    def wait_until(self, host_ns: int | None) -> Sequence[InputSource]:
-        """Wait until the scaled time `host_ns` or until an input is readable; return the readable ones."""
-        if host_ns is None:
-            return self._host.wait_until(None)
-        return self._host.wait_until(self._start_ns + round((host_ns - self._start_ns) / self._factor))
-
-    def watch(self, source: InputSource) -> None:
-        """Begin to watch `source`."""
-        self._host.watch(source)
-
-    def unwatch(self, source: InputSource) -> None:
-        """Stop watching `source`."""
-        self._host.unwatch(source)
-
-
-class Stopwatch:
-    """Host time since it was made; for reports, never for verdicts."""
-
-    def __init__(self, host: HostClock | None = None) -> None:
-        self._read_ns = host.monotonic_ns if host else time.monotonic_ns
-        self._start_ns = self._read_ns()
-
-    def elapsed_s(self) -> float:
-        """Return the host seconds since the stopwatch was made."""
-        return (self._read_ns() - self._start_ns) / NS_PER_S
-
-
-def wall_time_iso() -> str:
-    """Return the date and time of day in UTC, as ISO 8601, for the heading of a report."""
-    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-
-
-class LatenessMeter:
-    """How late the host was, in buckets of an eighth of an octave (an answer is never low, and high by at most 1/8).
-
-    Args:
-        last_ns: `BUCKETS` numbers to keep the times in, which others may look at; its own by default.
-    """
-
-    __slots__ = ("_counts", "_last_ns", "count", "max_ns")
-
-    _STEPS_BITS = 3
-    BUCKETS = 64 << _STEPS_BITS
-
-    def __init__(self, last_ns: list[int] | memoryview[int] | None = None) -> None:
-        self._counts = [0] * self.BUCKETS
-        self._last_ns = [-1] * self.BUCKETS if last_ns is None else last_ns
-        self.count = 0
-        self.max_ns = 0
-
-    def record(self, late_ns: int, at_ns: int) -> None:
-        """Count a wake-up that was `late_ns` (0 or more) late for an entry due at bench time `at_ns`."""
-        shift = max(0, late_ns.bit_length() - self._STEPS_BITS - 1)
-        bucket = (shift << self._STEPS_BITS) + (late_ns >> shift)
-        self._counts[bucket] += 1
-        self._last_ns[bucket] = at_ns
-        self.count += 1
-        self.max_ns = max(self.max_ns, late_ns)
-
-    def max_since_ns(self, since_ns: int) -> int:
-        """Return the greatest lateness of entries due at bench time `since_ns` or later; 0 if there were none."""
-        for bucket in range(len(self._counts) - 1, -1, -1):
-            if self._last_ns[bucket] >= since_ns:
-                return min(self.max_ns, self._upper_edge_ns(bucket))
-        return 0
-
-    def quantile_ns(self, share: float) -> int:
-        """Return the lateness that `share` (0 to 1) of all wake-ups did not exceed; 0 if there were none."""
-        wanted = share * self.count
-        seen = 0
-        for bucket, count in enumerate(self._counts):
-            seen += count
-            if count and seen >= wanted:
-                return min(self.max_ns, self._upper_edge_ns(bucket))
-        return 0
-
-    def _upper_edge_ns(self, bucket: int) -> int:
-        steps = 1 << self._STEPS_BITS
-        if bucket < 2 * steps:
-            return bucket
-        shift = (bucket >> self._STEPS_BITS) - 1
-        return ((bucket - (shift << self._STEPS_BITS) + 1) << shift) - 1
-
-
 class Entry:
     """One thing that will happen; keep it to cancel it."""
 
@@ -264,101 +55,6 @@ class Entry:
     def pending(self) -> bool:
         """True until the entry has run or was cancelled."""
         return self.action is not None
-
-
-class PaceListener(Protocol):
-    """Whoever is told how a bench keeps up with the host's clock; all times are the host's, in ns."""
-
-    def due(self, host_ns: int) -> None:
-        """Learn when the next entry is due: until it has run, the bench is no further than that."""
-
-    def ran(self, late_ns: int, host_ns: int) -> None:
-        """Learn how late an entry runs now."""
-
-    def slipped(self, slip_ns: int, host_ns: int) -> None:
-        """Learn that bench time stood still for so long until now."""
-
-
-class _Pace:
-    """The tie between bench time and a host clock: epoch, slips, lateness."""
-
-    def __init__(self, host: HostClock, now_ns: int, slip_threshold_ns: int, listener: PaceListener | None) -> None:
-        self.host = host
-        self.lateness = LatenessMeter()
-        self._listener = listener
-        self.slips = 0
-        self.slipped_ns = 0
-        self._slip_log: deque[tuple[int, int]] = deque(maxlen=_SLIPS_KEPT)  # (bench time, slipped before it)
-        self._slip_threshold_ns = slip_threshold_ns
-        self._start_bench_ns = now_ns
-        self._start_host_ns = host.monotonic_ns()
-        self._last_look_ns = self._start_host_ns
-        self._epoch_ns = self._start_host_ns - now_ns
-
-    def aim(self, due_ns: int | None) -> None:
-        """Learn which entry is the next."""
-        if self._listener is not None and due_ns is not None:
-            self._listener.due(due_ns + self._epoch_ns)
-
-    def ran(self, late_ns: int, due_ns: int) -> None:
-        """Take down how late an entry runs that was due at bench time `due_ns`."""
-        self.lateness.record(late_ns, due_ns)
-        if self._listener is not None:
-            self._listener.ran(late_ns, due_ns + self._epoch_ns + late_ns)
-
-    def host_ns(self, bench_ns: int) -> int:
-        """Return the host's time at bench time `bench_ns`, which has passed; never too late a time."""
-        return bench_ns + self._epoch_ns - self.slipped_since_ns(bench_ns)
-
-    def look(self, due_ns: int | None) -> int:
-        """Return the bench time the host has reached, slipping first if it is far beyond `due_ns`."""
-        reached_ns = self.host.monotonic_ns() - self._epoch_ns
-        if due_ns is not None and reached_ns - due_ns > self._slip_threshold_ns:
-            self._slip(reached_ns - due_ns, due_ns)
-            return due_ns
-        return reached_ns
-
-    def resume(self, now_ns: int) -> None:
-        """Begin to run: a long pause since the last run was not bench time.
-
-        It counts as lateness just before `now_ns`. A span measured from now on, after the pause, is not spoilt by it.
-        """
-        pause_ns = self.host.monotonic_ns() - self._epoch_ns - now_ns
-        if pause_ns > self._slip_threshold_ns:
-            self._slip(pause_ns, now_ns - 1)
-
-    def _slip(self, slip_ns: int, at_ns: int) -> None:
-        self.lateness.record(slip_ns, at_ns)
-        self._slip_log.append((at_ns, self.slipped_ns))
-        self.slips += 1
-        self.slipped_ns += slip_ns
-        self._epoch_ns += slip_ns
-        if self._listener is not None:
-            self._listener.slipped(slip_ns, at_ns + self._epoch_ns)
-
-    def slipped_since_ns(self, since_ns: int) -> int:
-        """Return the host time that slips since bench time `since_ns` took; never understated."""
-        before_ns = self.slipped_ns
-        for at_ns, slipped_before_ns in reversed(self._slip_log):
-            if at_ns < since_ns:
-                return self.slipped_ns - before_ns
-            before_ns = slipped_before_ns
-        return self.slipped_ns  # no slip before that is remembered
-
-    def wait(self, until_ns: int | None) -> Sequence[InputSource]:
-        """Wait until bench time `until_ns` or for an input."""
-        ready = self.host.wait_until(None if until_ns is None else until_ns + self._epoch_ns)
-        self._last_look_ns = self.host.monotonic_ns()
-        return ready
-
-    def poll_is_due(self, reached_ns: int) -> bool:
-        """Say whether the inputs have not been looked at for a while, the host having reached `reached_ns`."""
-        return reached_ns + self._epoch_ns - self._last_look_ns >= _POLL_INTERVAL_NS
-
-    def real_time_factor(self, now_ns: int) -> float:
-        """Return bench seconds per host second since the lock."""
-        host_ns = self.host.monotonic_ns() - self._start_host_ns
-        return (now_ns - self._start_bench_ns) / host_ns if host_ns > 0 else 1.0
 
 
 class Scheduler:
@@ -377,7 +73,7 @@ class Scheduler:
         self._cancelled = 0
         self._sources: list[InputSource] = []
         self._last_input_ns = 0
-        self._pace: _Pace | None = None
+        self._pace: Pace | None = None
         self._heartbeat_ns: int | None = None
         self._heartbeat: Entry | None = None
         self._running = False
@@ -500,7 +196,7 @@ class Scheduler:
         self.interrupt()
         raise AssertionError  # interrupt() has raised
 
-    def _run_locked(self, pace: _Pace, condition: Callable[[], bool] | None, deadline_ns: int | None) -> bool:
+    def _run_locked(self, pace: Pace, condition: Callable[[], bool] | None, deadline_ns: int | None) -> bool:
         while True:
             when_ns = self.next_ns()
             due = when_ns is not None and (deadline_ns is None or when_ns <= deadline_ns)
@@ -517,7 +213,7 @@ class Scheduler:
             if condition is not None and condition():
                 return True
 
-    def _took_input(self, pace: _Pace, target_ns: int | None) -> bool:
+    def _took_input(self, pace: Pace, target_ns: int | None) -> bool:
         """Wait until bench time `target_ns`; True if inputs came first, so that the queue must be looked at again."""
         pace.aim(target_ns)
         reached_ns = pace.look(target_ns)
@@ -538,7 +234,7 @@ class Scheduler:
             pace.ran(max(0, reached_ns - target_ns), target_ns)
         return False
 
-    def _wait(self, pace: _Pace, until_ns: int | None) -> Sequence[InputSource]:
+    def _wait(self, pace: Pace, until_ns: int | None) -> Sequence[InputSource]:
         # A signal handler runs in this thread: after `_waiting` is set it raises by itself, before that it has set the
         # flag that is looked at here. Neither order loses the interrupt.
         self._waiting = True
@@ -578,7 +274,7 @@ class Scheduler:
         """
         if self._pace is not None:
             raise InternalError("bench time is locked to a host clock already")
-        self._pace = _Pace(host, self.now_ns, slip_threshold_ns, listener)
+        self._pace = Pace(host, self.now_ns, slip_threshold_ns, listener)
         for source in self._sources:
             host.watch(source)
         self._heartbeat_ns = heartbeat_ns
@@ -664,18 +360,3 @@ class Scheduler:
     def real_time_factor(self) -> float | None:
         """Bench seconds per host second since the lock; None on a free-running bench."""
         return self._pace.real_time_factor(self.now_ns) if self._pace else None
-
-
-@contextlib.contextmanager
-def deferred_interrupts(scheduler: Scheduler, signals: Sequence[signal.Signals] = (signal.SIGINT,)) -> Iterator[None]:
-    """While in this context, let `signals` interrupt `scheduler` only between its entries. Main thread only."""
-
-    def handle(_number: int, _frame: FrameType | None) -> None:
-        scheduler.interrupt()
-
-    before = {number: signal.signal(number, handle) for number in signals}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
