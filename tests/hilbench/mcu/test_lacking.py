@@ -131,15 +131,25 @@ def test_an_interrupt_that_has_just_come_does_not_end_the_wait_but_a_write_does(
 
 
 @pytest.mark.parametrize(
-    ("sends", "heard_at_ms", "excused"),
-    [(False, None, True), (False, 1, True), (True, None, False), (True, 1, False), (True, 50, True)],
+    ("sends_at_ms", "heard_at_ms", "excused"),
+    [
+        (None, None, True),
+        (None, 1, True),
+        (2, None, False),
+        (2, 1, False),  # it answered, and then waited
+        (0.2, 1, True),  # it greeted, and waits since it was spoken to
+        (0.98, 1, True),  # its greeting was still on the line
+        (2, 50, True),  # it waited already
+    ],
 )
-def test_who_has_said_something_waits_only_if_it_did_when_it_was_spoken_to(waiting, sends, heard_at_ms, excused):
+def test_who_said_something_after_it_was_spoken_to_and_before_it_waited_is_not_excused(
+    waiting, sends_at_ms, heard_at_ms, excused
+):
     def then(machine):
-        if sends:
-            machine.at_ns(2 * MS, lambda: machine.send_all("USART1", b"!"))
+        if sends_at_ms is not None:
+            machine.at_ns(round(sends_at_ms * MS), lambda: machine.send_all("USART1", b"!"))
 
-    emulated, _ = waiting(QUADSPI_SR, then=then)
+    emulated, _ = waiting(QUADSPI_SR, then=then)  # from 5 ms on
     if heard_at_ms is not None:
         emulated.bench.run_for(heard_at_ms / 1000)
         emulated.ports["brain.usart1"].write(b"?")
