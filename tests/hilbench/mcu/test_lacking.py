@@ -62,8 +62,9 @@ def test_a_clause_that_fails_while_the_firmware_waits_on_what_we_lack_is_inconcl
     assert lines[-1] == "exit 4: inconclusive; 5 notes on what the firmware did"
 
 
-def test_having_touched_what_we_lack_excuses_nothing(tmp_path, capsys):
-    code, report, lines, junit = checked(tmp_path, capsys, "rover-log-no-0x81")
+@pytest.mark.parametrize("image", ["rover-log-no-0x81", "rover-mbed-log-no-0x81"])
+def test_having_touched_what_we_lack_excuses_nothing(tmp_path, capsys, image):
+    code, report, lines, junit = checked(tmp_path, capsys, image)
     assert code == report["exit_code"] == 1
     assert [case["verdict"] for case in report["cases"]] == ["fail", "pass"]
     assert report["cases"][0]["cause"] == "no answer"
