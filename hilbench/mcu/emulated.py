@@ -380,7 +380,8 @@ class EmulatedBench:
         machine.on_fault = partial(self._fault, name)
         machine.notes.on_note = partial(self._note, name)
         for text in self.images[name].notes:
-            self.bench.record("note", name, note="image", where=str(self.images[name].path.name), text=text, at="")
+            about = {"kind": "image", "where": self.images[name].path.name, "text": text}
+            self._record_note(name, Note(**about, pc=None, cycle=0, ns=self.bench.now_ns))
         for note in machine.notes.all:
             self._record_note(name, note)
         waveforms = self._waveforms

@@ -108,6 +108,8 @@ class Narrator:
             port.taps.append(self._text(name))
             if not port.joined:  # what comes from another board is told there
                 port.heard_taps.append(self._text(name, "<"))
+        for note in emulated.notes():  # on the images, before anything runs
+            self._event({**note, "source": note["board"], "note": note["kind"], "kind": "note"})
 
     def finish(self) -> None:
         """Show lines that have not ended."""

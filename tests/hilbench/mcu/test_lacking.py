@@ -18,7 +18,7 @@ BENCH = """
 version = 1
 suites = ["suite.py"]
 [targets.brain]
-board = "nucleo-f767zi"
+board = "{board}"
 firmware = '{image}'
 """
 SUITE = """
@@ -35,8 +35,8 @@ def test_runs(bench):
 """
 
 
-def checked(tmp_path, capsys, image):
-    (tmp_path / "bench.toml").write_text(BENCH.format(image=image_path(image)))
+def checked(tmp_path, capsys, image, board="nucleo-f767zi"):
+    (tmp_path / "bench.toml").write_text(BENCH.format(image=image_path(image), board=board))
     (tmp_path / "suite.py").write_text(SUITE)
     files = ["--json", str(tmp_path / "r.json"), "--junit", str(tmp_path / "r.xml")]
     code = main(["check", str(tmp_path / "bench.toml"), *files])
@@ -70,6 +70,16 @@ def test_having_touched_what_we_lack_excuses_nothing(tmp_path, capsys, image):
     assert report["cases"][0]["cause"] == "no answer"
     assert "QUADSPI is not modelled" in junit
     assert lines[-1] == "exit 1: the target violates a clause; 5 notes on what the firmware did"
+
+
+def test_what_is_odd_about_an_image_stands_in_the_report(tmp_path, capsys):
+    _, report, lines, junit = checked(tmp_path, capsys, "boot-application.bin", board="bluepill")
+    said = "boot-application.bin: the raw bytes were linked for 0x08002000, judging by their vectors, and are put there"
+    assert f"  brain: {said}" in lines
+    assert said in junit
+    notes = [(note["kind"], f"{note['where']}: {note['text']}") for note in report["observed"]["notes"]]
+    assert ("image", said) in notes
+    assert "on what the firmware did" in lines[-1]
 
 
 @pytest.fixture

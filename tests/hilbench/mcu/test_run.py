@@ -7,6 +7,7 @@ import json
 import os
 import re
 import signal
+import struct
 from fractions import Fraction
 from functools import partial
 
@@ -139,6 +140,17 @@ def test_follow_tells_the_first_notes_of_a_cause_and_that_there_are_more(ran):
     ]
     _, out, _ = ran(noisy, follow=True, each_note=True)
     assert len(of_pins(out)) == 29
+
+
+def test_what_is_odd_about_an_image_is_a_note_of_the_run(ran, image):
+    image.write_bytes(struct.pack("<II", 0x2000_5000, 0x0800_4009) + b"\xfe\xe7")
+    said = "a.bin: the raw bytes were linked for 0x08004000, judging by their vectors, and are put there"
+    _, _, err = ran(lambda _machine: None)
+    assert f"2 notes on what the firmware did:\n  brain: {said}\n" in err
+    _, out, _ = ran(lambda _machine: None, follow=True)
+    assert out.splitlines()[0].split(maxsplit=2) == ["0.000000", "brain", f"note: {said}"]
+    _, out, _ = ran(lambda _machine: None, as_json=True)
+    assert [(note["kind"], note["where"]) for note in json.loads(out)["notes"]] == [("image", "a.bin")] * 2
 
 
 def test_follow_tells_everything_line_by_line_in_order_of_time(ran):
