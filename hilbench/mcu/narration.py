@@ -175,7 +175,8 @@ class Narrator:
         if abs(period_ns - before_ns[0]) <= ROUNDING_NS and abs(high_ns - before_ns[1]) <= ROUNDING_NS:
             return ""
         self._pwm[event["source"]] = (period_ns, high_ns)
-        return f"period {period_ns} ns, high {high_ns} ns ({100 * high_ns / period_ns:.2f} %)"
+        duty = event.get("duty", high_ns / period_ns)
+        return f"period {period_ns} ns, high {high_ns} ns ({100 * duty:.2f} %)"
 
 
 def _i2c_words(transaction: Mapping[str, Any]) -> str:

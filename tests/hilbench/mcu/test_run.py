@@ -19,6 +19,8 @@ from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
 from hilbench.mcu.run import RunOptions, run
+from targets.mcu.pins import PadMode
+from targets.mcu.services import Wave
 
 SECOND_NS = 10**9
 
@@ -199,6 +201,18 @@ def test_a_period_that_is_no_whole_number_of_nanoseconds_is_told_once_too(ran):
 
     _, out, _ = ran(program, follow=True, for_ns=SECOND_NS // 2)
     assert len([line for line in out.splitlines() if "period 1944" in line]) == 1
+
+
+def test_the_duty_of_a_clock_is_not_taken_from_rounded_times(ran):
+    def program(machine):
+        clock = machine.chip.signals.output("MCO")
+        machine.chip.signals.route("MCO", "PA8")
+        machine.chip.pins["PA8"].configure(PadMode.AF_PUSH_PULL, latch=False, pull=None)
+        machine.at_ns(30_000_000, lambda: clock.set_wave(Wave(hz=Fraction(8_000_000), duty=Fraction(1, 2))))
+
+    _, out, _ = ran(program, follow=True)
+    told = [line.split(maxsplit=2)[2] for line in out.splitlines() if "period" in line]
+    assert told == ["period 125 ns, high 62 ns (50.00 %)"]
 
 
 @pytest.mark.parametrize(("mode", "text"), [("Sleep", ""), ("Stop", ", in Stop mode")])
