@@ -16,8 +16,8 @@ import carla_pages
 
 from hilbench.check.catalogue import Clause
 from hilbench.mcu.ledger import LedgerPeripheral, ledger_of
+from hilbench.plugins.discovery import PLUGINS
 from hilbench.suites import _bluepill_clauses, _dodge_clauses, _rover_motion_clauses, _vehicle_drive_clauses
-from hilbench.wiring.signals import SIGNALS
 from protocols.p2os.clauses import CLAUSES
 from protocols.p2os.command_table import COMMANDS
 from protocols.p2os.states import CLIENT_TABLE, SERVER_TABLE, State, Table
@@ -34,7 +34,6 @@ from targets.parts import settings as part_settings
 from targets.robots.pioneer.ledger import LEDGER
 from targets.robots.pioneer.settings import RobotSettings, describe
 from targets.robots.rover import DEFECTS, STEADY_RPM, RoverSettings
-from worlds.vehicles import find_vehicle
 from worlds.vehicles.pioneer_2dx import vehicle
 
 FOLDER = Path(__file__).parent
@@ -369,12 +368,13 @@ def vehicles_page() -> str:
         '`world.NAME`, as in `signals = { angle = "world.wheel_lf_angle" }`. *Given* is what the world gives, *taken* '
         "what one part may drive.\n"
     )
-    for name, signals in SIGNALS.items():
+    for name in PLUGINS.systems.vehicle_names():
+        kind = PLUGINS.systems.vehicle(name)
         joined = [
             (f"`{one.name}`", "given" if one.direction is Direction.IN else "taken", one.unit, one.text)
-            for one in signals.values()
+            for one in kind.signals.values()
         ]
-        figures = [(row.name, f"{row.value:g}", row.unit, row.source) for row in find_vehicle(name).parameters]
+        figures = [(row.name, f"{row.value:g}", row.unit, row.source) for row in kind.vehicle().parameters]
         text += (
             f"\n## {name}\n\n"
             + _table(("Signal", "", "Unit", "What"), joined)

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from hilbench.bench_model import PortEntry, World
-from hilbench.errors import UsageError
 from hilbench.fault_entries import FaultEntry
 from targets.boards import Board, Straps
-from targets.robots.car_host import CarHostSettings
-from targets.robots.pioneer import RobotSettings
-from targets.robots.rover import RoverSettings
-from targets.robots.vehicle_interface import VehicleSettings
 
 if TYPE_CHECKING:
     from hilbench.plugins.protocol import ProtocolPlugin
+    from hilbench.plugins.system import ModelKind, System
 
 CHECKER_END = "peer"
 LOCKSTEP_NS = 20_000
@@ -37,11 +33,13 @@ class ModelTarget:
 
     Attributes:
         settings: what it is set to; their class says which model it is.
-        protocol: the plug-in that brings it; None for one of hilbench's own.
+        kind: what is known of such models.
+        owner: whose it is: a system, or a protocol whose device it is.
     """
 
     settings: Any
-    protocol: ProtocolPlugin | None = None
+    kind: ModelKind
+    owner: System | ProtocolPlugin
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,7 +184,8 @@ class BenchFile:
         variants: the files of other benches, by names that cases use.
         faults: what goes wrong on the lines; each says which way (``towards``), but for those of both ways.
         port: how a real port is opened, and the board behind it reset.
-        without_car: the car that would stand ready is not needed, and neither is its world.
+        vehicle_ready: the vehicle of the world stands in it wherever boards are, as a car does, also where no part
+            drives or senses it.
     """
 
     name: str
@@ -203,7 +202,7 @@ class BenchFile:
     variants: Mapping[str, Path] = field(default_factory=dict)
     faults: tuple[FaultEntry, ...] = ()
     port: PortEntry = field(default_factory=PortEntry)
-    without_car: bool = False
+    vehicle_ready: bool = False
 
     def header(self, seed: int) -> dict[str, object]:
         """Return what a journal says of the bench in its first line; `seed` is that of the run."""
@@ -237,55 +236,36 @@ class BenchFile:
         return found
 
     @property
-    def plugged_in(self) -> ModelTarget | None:
-        """The model that a plug-in brings; None without one."""
-        return next((target for target in self.targets.values() if target.protocol is not None), None)
+    def model(self) -> ModelTarget | None:
+        """The model of the bench, or the one that is not beside another; None for a bench of boards alone."""
+        there = sorted(self.targets.values(), key=lambda target: target.kind.beside)
+        return next(iter(there), None)
+
+    @property
+    def standing(self) -> ModelTarget | None:
+        """The model that stands in the world; None without one."""
+        return next((target for target in self.targets.values() if target.kind.has_body), None)
 
     @property
     def has_world(self) -> bool:
-        """True if a robot stands in a world, a vehicle that parts drive or sense, or a car, which needs neither."""
-        is_car = self.world.vehicle == "car" and bool(self.boards) and not self.without_car
-        return is_car or self._pioneer is not None or any(part.signals for part in self.parts.values())
+        """True if a model stands in a world, or a vehicle that parts drive or sense, or one that needs no parts."""
+        return (
+            self.standing is not None
+            or any(part.signals for part in self.parts.values())
+            or (self.vehicle_ready and bool(self.boards))
+        )
 
-    @property
-    def has_pioneer(self) -> bool:
-        """True if a Pioneer stands on the bench."""
-        return self._pioneer is not None
-
-    def pioneer(self) -> RobotSettings:
-        """Return the settings of the one Pioneer of the bench.
-
-        Raises:
-            UsageError: there is none.
-        """
-        if self._pioneer is None:
-            raise UsageError("names no Pioneer among its targets", where=str(self.path or self.name))
-        return self._pioneer
-
-    @property
-    def rover(self) -> RoverSettings | None:
-        """The settings of the rover that stands on the bench as a model; None without one."""
-        return self._model(RoverSettings)
-
-    @property
-    def vehicle(self) -> VehicleSettings | None:
-        """Likewise of the vehicle-interface board."""
-        return self._model(VehicleSettings)
-
-    @property
-    def car_host(self) -> CarHostSettings:
-        """Likewise of the simulator's side; the usual ones where it does not stand on the bench."""
-        return self._model(CarHostSettings) or CarHostSettings()
-
-    @property
-    def has_car_host(self) -> bool:
-        """True if the simulator's side stands on the bench."""
-        return self._model(CarHostSettings) is not None
-
-    @property
-    def _pioneer(self) -> RobotSettings | None:
-        return self._model(RobotSettings)
-
-    def _model(self, kind: type[SettingsT]) -> SettingsT | None:
+    def settings_of(self, kind: type[SettingsT]) -> SettingsT | None:
+        """Return the settings of the model whose settings are of this class; None without one on the bench."""
         settings = (target.settings for target in self.targets.values())
         return next((one for one in settings if isinstance(one, kind)), None)
+
+    def link_of(self, line: str, lines: Sequence[str]) -> int | None:
+        """Return which link is the line of a model whose end ends with ``.LINE``; None if the file has none for it.
+
+        Args:
+            line: the line.
+            lines: those of the model; without ``[[links]]`` the first of them is link 0.
+        """
+        ends = [{end.rpartition(".")[2] for end in link.ends} for link in self.links] or [{lines[0]}]
+        return next((number for number, names in enumerate(ends) if line in names), None)

@@ -18,13 +18,13 @@ class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
     Attributes:
         scene: name of a built-in scene, or the path of a scene file, seen from the bench file.
-        vehicle: the body in it.
+        vehicle: the body in it: that of a system, by its name.
         physics: ``bullet``, or ``plane`` for an endless floor without rays and contacts.
         step_hz: physics steps per second.
     """
 
     scene: str = "empty"
-    vehicle: Literal["pioneer-2dx", "rover-4wd", "car"] = "pioneer-2dx"
+    vehicle: str = "pioneer-2dx"
     physics: Literal["bullet", "plane"] = "bullet"
     step_hz: Annotated[int, msgspec.Meta(ge=50, le=10_000)] = 240
 
@@ -45,12 +45,9 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """What answers at the far end of a link: a behavioural model, or an emulated board that runs firmware.
 
     Attributes:
-        model: the behavioural model of it: ``pioneer-2dx``, ``rover``, ``vehicle-interface``, ``car-host``, or that of
-            a protocol which a plug-in brings, by its name.
-        settings: what differs from a standard model, by the names of `targets.robots.pioneer.RobotSettings`,
-            `targets.robots.rover.RoverSettings`, `targets.robots.vehicle_interface.VehicleSettings` or
-            `targets.robots.car_host.CarHostSettings`.
-        board: the emulated board: ``bluepill``, or the path of a board file, seen from the bench file.
+        model: the behavioural model of it: one of a system, or that of a protocol which a plug-in brings, by its name.
+        settings: what differs from a standard model, by the names that the model has for it.
+        board: the emulated board: the name of a built-in one, or the path of a board file, seen from the bench file.
         chip: part number of the chip that the board has instead of its own, as boards are sold with several.
         firmware: the image that would be flashed (ELF, Intel HEX or raw binary), seen from the bench file.
         base: where a raw binary belongs, if not at the beginning of flash.
@@ -77,7 +74,7 @@ class PartEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """A part between boards and the world, or between a board and a robot.
 
     Attributes:
-        kind: what it is: ``distance-switch``, ``encoder-3bit``, ``motor-code``, ``p2os-adapter``, ``gamepad``.
+        kind: what it is, such as ``distance-switch``, ``encoder-3bit``, ``motor-code``, ``gamepad``.
         pins: what its terminals are wired to, by their names: ``NAME.PIN`` of a board, ``3v3`` or ``gnd``.
         signals: what its quantities are, by their names: ``world.SIGNAL``, or ``NAME.QUANTITY`` of another part.
         buses: the I2C buses that it is soldered to, by its names for its ends: ``NAME.I2C1`` of a board.
@@ -96,12 +93,10 @@ class LinkEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     Attributes:
         ends: ``peer``, where the checker or a served client sits, or ``peer.LINE`` where it has several lines, each
-            with a name of your choosing; ``NAME.host`` of a model, ``NAME.usart2`` and ``NAME.usart3`` of the model of
-            a vehicle interface, ``NAME.board`` of a car host; ``NAME.usart1`` of a board; a serial end of a part, as
-            ``NAME.uart2``.
-        baud: speed in bit/s of the end that is no emulated USART, which has its own; 9600 for a model of a robot,
-            921600 for that of a vehicle interface and of a car host, the usual one of its protocol for that of a
-            plug-in, and that of the USART for ``peer`` and for a part without a rate of its own, if it is left out.
+            with a name of your choosing; ``NAME.host`` of a model with one line, else by the names of its lines, such
+            as ``NAME.usart2``; ``NAME.usart1`` of a board; a serial end of a part, as ``NAME.uart2``.
+        baud: speed in bit/s of the end that is no emulated USART, which has its own; the usual one of a model, and that
+            of the USART for ``peer`` and for a part without a rate of its own, if it is left out.
         protocol: what is spoken between ``peer`` and a board, by its name (``hilbench protocols``); a suite then has
             messages at its ``peer``. A model speaks its own.
     """

@@ -139,7 +139,7 @@ def _run(name: str, words: list[str]) -> int:
 def _report_plugins() -> None:
     """Say of each plug-in that was looked at and cannot be used why that is: one line."""
     discovery = sys.modules.get("hilbench.plugins.discovery")
-    for line in discovery.PLUGINS.broken.values() if discovery is not None else ():
+    for line in discovery.PLUGINS.lines_of_broken() if discovery is not None else ():
         _end(f"note: {line}", ExitCode.OK)
 
 

@@ -23,11 +23,12 @@ from hilbench.clock import NS_PER_US
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.fault_entries import FaultEntry
 from hilbench.line_hooks import parse_step
-from hilbench.model_kinds import MODEL_KINDS, ModelKind
 from hilbench.names import file_name
 from hilbench.nearest import did_you_mean
+from hilbench.options import DEFAULT_BENCH
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.plugins.system import ModelKind, System, VehicleKind, device_kind
 from hilbench.schema import json_schema
 from hilbench.strict import Strict
 from hilbench.toml_file import TomlFile
@@ -47,7 +48,6 @@ __all__ = [
 
 BUILT_IN_FOLDER = Path(__file__).parent / "benches"
 DEFAULT_FILE = Path("hilbench.toml")
-DEFAULT_BENCH = "pioneer"
 
 _LINE_NAME = re.compile(r"[A-Za-z_][\w-]*")
 _TABLE_ALIGNMENT = 0x80
@@ -66,7 +66,7 @@ def open_bench(bench: str | None = None, *, run_plugins: bool = True) -> BenchFi
 
     Args:
         bench: name of a built-in bench or path of a file; None for ``./hilbench.toml`` if there is one and else
-            ``pioneer``.
+            the default one.
         run_plugins: run the plug-ins that it names. Without, what they bring is not looked at, and the bench cannot be
             built.
 
@@ -77,6 +77,8 @@ def open_bench(bench: str | None = None, *, run_plugins: bool = True) -> BenchFi
         bench = str(DEFAULT_FILE) if DEFAULT_FILE.is_file() else DEFAULT_BENCH
     if bench in built_in_benches():
         return read_bench(BUILT_IN_FOLDER / f"{bench}.toml", name=bench)
+    if run_plugins and (file := PLUGINS.systems.bench(bench)) is not None:
+        return read_bench(file, name=bench)
     if "/" in bench or bench.endswith(".toml") or Path(bench).exists():
         return read_bench(Path(bench), run_plugins=run_plugins)
     raise UsageError("no such bench", where=bench, hint=did_you_mean(bench, built_in_benches(), "built-in benches"))
@@ -116,7 +118,9 @@ def resolve_scene(scene: str, folder: Path, where: str) -> str:
 def bench_schema() -> dict[str, Any]:
     """Return the JSON Schema of bench files."""
     schema = json_schema(BenchModel, "hilbench bench file")
-    kinds = [kind.settings for kind in MODEL_KINDS.values()]
+    systems = [system for system in PLUGINS.systems.there() if PLUGINS.systems.is_own(system.name)]
+    there = {name: kind for system in systems for name, kind in system.models().items()}
+    kinds = [kind.settings for kind in there.values()]
     models, known = msgspec.json.schema_components(kinds, ref_template="#/$defs/{name}")
     for model, definition in zip(kinds, (known[one.__name__] for one in kinds), strict=True):
         definition["additionalProperties"] = False
@@ -127,8 +131,13 @@ def bench_schema() -> dict[str, Any]:
     schema["$defs"] |= known
     properties = schema["$defs"]["TargetEntry"]["properties"]
     properties["settings"] |= {"anyOf": [*models, {"type": "object"}]}
-    properties["model"] |= {"anyOf": [{"enum": [*MODEL_KINDS]}, {"type": "string"}]}
+    properties["model"] |= {"anyOf": [{"enum": [*there]}, {"type": "string"}]}
     del properties["model"]["type"]
+    vehicle = schema["$defs"]["World"]["properties"]["vehicle"]
+    vehicle["anyOf"] = [
+        {"enum": [name for system in systems for name in system.vehicles]},
+        {"type": vehicle.pop("type")},
+    ]
     return schema
 
 
@@ -140,16 +149,17 @@ class _Reader:
         self._folder = file.path.parent
         self._strict = Strict(file.place)
         self._run_plugins = run_plugins
+        self._whose: dict[str, tuple[System | ProtocolPlugin, ModelKind]] = {}
         self._kinds: dict[str, ModelKind] = {}
-        self._plugged_in: dict[str, ProtocolPlugin] = {}
 
     def read(self, bench_name: str) -> BenchFile:
         model = self._strict.convert(self._file.data, BenchModel)
         for number, text in enumerate(model.plugins):
             self._use_plugin(text, ("plugins", number))
-        self._check_targets(model)
+        vehicle = self._vehicle(model)
+        self._check_targets(model, ready=vehicle is not None and vehicle.stands_ready)
         boards = {name: self._board(name, entry) for name, entry in model.targets.items() if entry.board is not UNSET}
-        wiring = WiringReader(model, boards, self._strict)
+        wiring = WiringReader(model, boards, vehicle, self._strict)
         links = self._links(model, boards, wiring.serial_ends())
         wiring.check_lines(links)
         return BenchFile(
@@ -167,6 +177,7 @@ class _Reader:
             variants={name: self._file_beside(text, ("variants", name)) for name, text in model.variants.items()},
             faults=self._faults(model, links),
             port=self._port(model),
+            vehicle_ready=vehicle is not None and vehicle.stands_ready,
         )
 
     # --- plug-ins
@@ -180,51 +191,68 @@ class _Reader:
         """Return a protocol by its name; None where plug-ins are not run, and one of them may bring it."""
         unseen = name in PLUGINS.names() or self._file.data.get("plugins")
         if self._run_plugins or PLUGINS.is_own(name) or not unseen:
-            return PLUGINS.protocol(name, self._file.place(path))
+            return PLUGINS.get(name, self._file.place(path))
         return None
 
-    def _kind(self, name: str, model: str) -> ModelKind:
-        """Return the kind of a model: one of ours, or the device of a plug-in's protocol."""
-        path = ("targets", name, "model")
-        if model in MODEL_KINDS:
-            return MODEL_KINDS[model]
-        if model not in PLUGINS.names() and (self._run_plugins or not self._file.data.get("plugins")):
-            known = did_you_mean(model, MODEL_KINDS, "models")
-            hint = f"{known}; another one comes with a plug-in (docs/plugins.md)"
-            raise self._strict.error(f"'{model}' is not a value it takes", path, hint)
-        protocol = self._protocol(model, path)
+    def _kind(self, name: str, model: str) -> tuple[System | ProtocolPlugin, ModelKind]:
+        """Return a model and whose it is: one of a system, or the device of a protocol."""
+        path, systems = ("targets", name, "model"), PLUGINS.systems
+        if self._run_plugins or not self._is_unseen(model):
+            found = systems.model(model, self._file.place(path))
+            if found is not None:
+                return found
+            if model not in PLUGINS.names():
+                known = did_you_mean(model, systems.models(), "models")
+                hint = f"{known}; another one comes with a plug-in (docs/plugins.md)"
+                raise self._strict.error(f"'{model}' is not a value it takes", path, hint)
+        protocol = self._protocol(model, path) if model in PLUGINS.names() else None
         if protocol is None:
-            return ModelKind(settings=dict, protocol="", suites=())
+            return System(), ModelKind(settings=dict, protocol="", suites=())
         if protocol.device is None:
             raise self._strict.error(f"the protocol '{model}' brings no model", path, "give its record a 'device'")
-        self._plugged_in[name] = protocol
-        suites = tuple(map(str, protocol.suites))
-        settings = protocol.device.settings
-        return ModelKind(settings=settings, protocol=protocol.title, suites=suites, baud=protocol.baud)
+        return protocol, device_kind(protocol)
+
+    def _vehicle(self, model: BenchModel) -> VehicleKind | None:
+        """Return the vehicle in the world; None where plug-ins are not run, and one of them may bring it."""
+        name, systems = model.world.vehicle, PLUGINS.systems
+        if not self._run_plugins and self._is_unseen(name):
+            return None
+        try:
+            return systems.vehicle(name)
+        except StopIteration:
+            hint = did_you_mean(name, systems.vehicle_names(), "it takes")
+            raise self._strict.error(f"'{name}' is not a value it takes", ("world", "vehicle"), hint) from None
+
+    def _is_unseen(self, name: str) -> bool:
+        """Say whether a plug-in that is not run may bring a model, vehicle or protocol of this name."""
+        there = name in PLUGINS.systems.models() or name in PLUGINS.systems.vehicle_names()
+        plugged_in = bool(self._file.data.get("plugins")) or PLUGINS.systems.is_of_stranger(name)
+        return not there and (plugged_in or (name in PLUGINS.names() and not PLUGINS.is_own(name)))
 
     # --- targets
 
-    def _check_targets(self, model: BenchModel) -> None:
+    def _check_targets(self, model: BenchModel, *, ready: bool) -> None:
         if not model.targets:
             raise self._strict.error("[targets] names no target", ("targets",), "add [targets.robot]")
         for name, entry in model.targets.items():
             self._check_target(name, entry)
         models = [name for name, entry in model.targets.items() if entry.board is UNSET]
-        self._kinds = {name: self._kind(name, str(model.targets[name].model)) for name in models}
+        self._whose = {name: self._kind(name, str(model.targets[name].model)) for name in models}
+        self._kinds = {name: kind for name, (_, kind) in self._whose.items()}
         alone = [name for name in models if not self._kinds[name].beside]
         if len(alone) > 1:
             message = f"'{alone[1]}': more than one robot is not available in this version of hilbench"
             raise self._strict.error(message, ("targets", alone[1]))
         signals = any(entry.signals for entry in model.parts.values())
-        pioneers = [name for name in models if model.targets[name].model == "pioneer-2dx"]
-        car = model.world.vehicle == "car" and len(models) < len(model.targets)
-        if "world" in self._file.data and not (pioneers or signals or car):
+        bodies = any(kind.has_body for kind in self._kinds.values())
+        stands = ready and len(models) < len(model.targets)
+        if "world" in self._file.data and not (bodies or signals or stands):
             raise self._strict.error("nothing stands in a world here: no target has a body", ("world",))
 
     def _check_target(self, name: str, entry: TargetEntry) -> None:
         given = self._file.data["targets"][name]
         if entry.board is UNSET and entry.model is UNSET:
-            kinds = " or ".join(f'"{kind}"' for kind in MODEL_KINDS)
+            kinds = " or ".join(f'"{kind}"' for kind in PLUGINS.systems.models())
             hint = f"write model = {kinds}, or board and firmware"
             raise self._strict.error("the key 'model' or 'board' is missing", ("targets", name), hint)
         is_board = entry.board is not UNSET
@@ -238,7 +266,8 @@ class _Reader:
     def _model(self, name: str, entry: TargetEntry) -> ModelTarget:
         path = ("targets", name, "settings")
         settings = self._strict.convert_at(entry.settings, self._kinds[name].settings, path)
-        return ModelTarget(settings=settings, protocol=self._plugged_in.get(name))
+        owner, kind = self._whose[name]
+        return ModelTarget(settings=settings, kind=kind, owner=owner)
 
     def _board(self, name: str, entry: TargetEntry) -> EmulatedBoard:
         assert entry.board is not UNSET

@@ -18,11 +18,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from hilbench.arguments import duration_ns
-from hilbench.bench import Bench
 from hilbench.clock import NS_PER_S
 from hilbench.errors import UnavailableError
 
 if TYPE_CHECKING:
+    from hilbench.bench import Bench
     from hilbench.links import Port
 
 __all__ = ["COMMAND_LIMIT_S", "Step", "parse_step", "run_hook"]

@@ -25,7 +25,7 @@ MessageT = TypeVar("MessageT")
 KindT = TypeVar("KindT")
 
 QUIET_S = 0.25
-"""A line with nothing on it for this long is quiet. A choice: two and a half cycles of a P2OS robot."""
+"""A line with nothing on it for this long is quiet. A choice: two and a half times the usual 100 ms between reports."""
 
 _EVIDENCE_PACKETS = 6
 

@@ -10,7 +10,7 @@ from hilbench.bench_file import BenchFile
 from hilbench.errors import UsageError
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.nearest import did_you_mean
-from hilbench.served_targets import served_target
+from hilbench.served_model import served_target
 
 __all__ = ["NearEnd", "open_near_end"]
 

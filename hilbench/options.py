@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+DEFAULT_BENCH = "pioneer"
+"""The bench that is meant where none is named and no file is there."""
+
 THROUGH = ("pty", "tcp", "rfc2217", "proxy")
 """What ``check --through`` takes."""
 
@@ -14,7 +17,7 @@ class TargetChoice:
     """One ``--target [NAME=]T``.
 
     Attributes:
-        spec: the TARGET, such as ``pioneer`` or ``serial:/dev/ttyUSB0@9600``.
+        spec: the TARGET, such as the name of a model or ``serial:/dev/ttyUSB0@9600``.
         name: the target of the bench file that it replaces, or the line of the checker that it is at the far end of;
             empty for the only one.
     """
@@ -34,7 +37,7 @@ class CheckOptions:
 
     Attributes:
         bench: name of a built-in bench or path of a bench file; None for ``./hilbench.toml`` if there is one and
-            else ``pioneer``.
+            else `DEFAULT_BENCH`.
         targets: what to put in the place of the targets of the bench file.
         suites: names of shipped suites, or paths of suite files or folders; empty for all shipped ones.
         select: the expression of ``-k``; empty selects everything.

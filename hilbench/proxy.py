@@ -1,7 +1,7 @@
 """`hilbench proxy A B`: between a client and a board, in real time, until it is told to stop.
 
 An end is a door that somebody comes in by (``pty:PATH``, ``tcp:PORT``, ``rfc2217:PORT``), a port that is opened
-(``serial:/dev/ttyUSB0@115200``, a pyserial URL), or a virtual target (``rover-model``, ``bluepill:IMAGE``).
+(``serial:/dev/ttyUSB0@115200``, a pyserial URL), or a virtual target (a model, ``BOARD:IMAGE``).
 """
 
 from __future__ import annotations

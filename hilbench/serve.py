@@ -18,7 +18,7 @@ from hilbench.line_faults import LineFaults, describe_faults
 from hilbench.links import Line, MemoryLink, Port, PtyDoor
 from hilbench.nearest import did_you_mean
 from hilbench.options import DoorWish, ServeOptions
-from hilbench.served_targets import served_target
+from hilbench.served_model import served_target
 from hilbench.serving import (
     AnyDoor,
     Notice,
@@ -30,7 +30,6 @@ from hilbench.serving import (
     signals_held,
     traffic,
 )
-from hilbench.systems.vehicle.cases import fault_link
 
 
 def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
@@ -129,7 +128,8 @@ def _faulty(
         return ports
     faults = LineFaults(bench, bench_file.faults, seed=options.seed, near_is_client=False)
     faults.on_refused = lambda text: say(f"{bench.now_s:10.3f} s  {text}")
-    links = {line: fault_link(bench_file, line.rpartition(".")[2]) if len(ports) > 1 else 0 for line in ports}
+    ends = {line: line.rpartition(".")[2] for line in ports}
+    links = {line: bench_file.link_of(end, [*ends.values()]) if len(ports) > 1 else 0 for line, end in ends.items()}
     return {line: faults.on(port, links[line]) for line, port in ports.items()}
 
 

@@ -1,8 +1,8 @@
 """What can stand at the far end of a line, in the words of the command line: one grammar for every command.
 
 ==============================================  ========================================================
-``pioneer``, ``rover-model``, ``vehicle-model``  a model; of some one of its profiles: ``vehicle-model:v1``
-``bluepill:IMAGE``, ``./board.toml:IMAGE``      an emulated board with firmware
+``MODEL``, ``MODEL:PROFILE``                    a model of a system; of some, one of its profiles
+``BOARD:IMAGE``, ``./board.toml:IMAGE``         an emulated board with firmware
 ``serial:PORT[@BAUD[,KEY=VALUE]...]``           a serial port; see `hilbench.links.serial_target`
 ``socket://HOST:PORT`` and the like             any URL that pyserial knows
 ``listen:pty:PATH``, ``listen:tcp:[HOST:]PORT``  a client that comes to us
@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from hilbench.board_files import is_board_file
 from hilbench.errors import UsageError
 from hilbench.links.serial_target import is_serial_target, parse_serial_target
-from hilbench.model_kinds import MODEL_KINDS
 from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
+from hilbench.plugins.discovery import PLUGINS
 from targets.boards import board_names
 
 __all__ = ["Target", "TargetKind", "parse_target", "target_of"]
@@ -97,7 +97,7 @@ def target_of(choice: TargetChoice) -> Target:
 
 
 def _models() -> list[str]:
-    return [kind.target for kind in MODEL_KINDS.values() if kind.target]
+    return [kind.target for _, kind in PLUGINS.systems.models().values() if kind.target]
 
 
 def _check_words(name: str, rest: str, where: str) -> None:

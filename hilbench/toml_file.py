@@ -10,6 +10,7 @@ from typing import Any
 
 from hilbench.errors import UsageError
 from hilbench.toml_lines import find_line
+from targets.boards import board_names
 
 _LINE = re.compile(r" \(at line (\d+), column \d+\)$")
 
@@ -17,7 +18,7 @@ _LONGEST_BYTES = 1 << 20
 """Nobody writes so much by hand (choice); a device never ends."""
 
 _ELF = b"\x7fELF"
-_RUN_IT = "`hilbench run bluepill:{path}` runs it; `hilbench check` takes a bench file that names it"
+_RUN_IT = "`hilbench run {board}:{path}` runs it; `hilbench check` takes a bench file that names it"
 
 
 class TomlFile:
@@ -64,7 +65,9 @@ def _text(path: Path, kind: str, hint: str | None) -> str:
         if len(data) > _LONGEST_BYTES:
             raise UsageError(f"too large for a {kind}: more than {_LONGEST_BYTES} bytes", where=str(path))
         if data.startswith(_ELF):
-            raise UsageError(f"is firmware, and no {kind}", where=str(path), hint=_RUN_IT.format(path=path))
+            raise UsageError(
+                f"is firmware, and no {kind}", where=str(path), hint=_RUN_IT.format(board=board_names()[0], path=path)
+            )
         return io.TextIOWrapper(io.BytesIO(data), encoding="utf-8").read()
     except UnicodeDecodeError as error:
         raise UsageError(f"is not UTF-8 text: {error.reason} at byte {error.start}", where=str(path)) from None

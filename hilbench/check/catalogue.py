@@ -1,26 +1,21 @@
 """Finds the clause behind an id.
 
-Each protocol brings its clauses with its record; some benches of this distribution have rules of their own beside them.
+Each protocol brings its clauses with its record; a system may have rules of its benches beside them.
 A clause of a protocol needs a bench that speaks it: without the capability of that name its cases do not apply.
 """
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
+from typing import Any
 
 from hilbench.check.verdicts import Level
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ClauseEntry, ProtocolPlugin
-
-_OF_BENCHES = (
-    "hilbench.suites._bluepill_clauses",
-    "hilbench.suites._dodge_clauses",
-    "hilbench.suites._rover_motion_clauses",
-    "hilbench.suites._vehicle_drive_clauses",
-)
+from hilbench.plugins.registry import Registry
+from hilbench.plugins.system import System
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +43,8 @@ class Clause:
 
 def find_clause(clause_id: str) -> Clause | None:
     """Return the clause with this id, or None."""
-    return _clauses(tuple(PLUGINS.names())).get(clause_id)
+    systems = tuple(system.name for system in PLUGINS.systems.there())
+    return _clauses((*PLUGINS.names(), *systems)).get(clause_id)
 
 
 def titles() -> frozenset[str]:
@@ -57,22 +53,35 @@ def titles() -> frozenset[str]:
 
 
 @cache
-def _clauses(protocols: tuple[str, ...]) -> Mapping[str, Clause]:
+def _clauses(names: tuple[str, ...]) -> Mapping[str, Clause]:
     """Return all clauses; a protocol that has one of an id that is taken is refused."""
-    del protocols  # what may be found: it changes when a file brings another one
-    found = {entry.id: _clause(entry) for module in _OF_BENCHES for entry in importlib.import_module(module).CLAUSES}
+    del names  # of what there is: they change when a file brings another one
+    found: dict[str, Clause] = {}
+    for system in PLUGINS.systems.there():
+        found |= _taken(PLUGINS.systems, system.name, partial(_of_system, system), found)
     for protocol in PLUGINS.all():
-        try:
-            entries = clauses_of(protocol)
-        except Exception as error:  # noqa: BLE001 - whatever the code of a plug-in raises: the others are there
-            PLUGINS.fails(protocol.name, error)
-            continue
-        taken = sorted(found.keys() & {entry.id for entry in entries}) or _twice(entry.id for entry in entries)
-        if taken:
-            PLUGINS.refuse(protocol.name, f"has a clause '{taken[0]}', and so has another catalogue")
-            continue
-        found |= {entry.id: entry for entry in entries}
+        found |= _taken(PLUGINS, protocol.name, partial(clauses_of, protocol), found)
     return found
+
+
+def _taken(
+    registry: Registry[Any], name: str, make: Callable[[], list[Clause]], found: Mapping[str, Clause]
+) -> dict[str, Clause]:
+    """Return the clauses that a plug-in brings beside those that were found; none of one that cannot be used."""
+    try:
+        entries = make()
+    except Exception as error:  # noqa: BLE001 - whatever the code of a plug-in raises: the others are there
+        registry.fails(name, error)
+        return {}
+    taken = sorted(found.keys() & {entry.id for entry in entries}) or _twice(entry.id for entry in entries)
+    if taken:
+        registry.refuse(name, f"has a clause '{taken[0]}', and so has another catalogue")
+        return {}
+    return {entry.id: entry for entry in entries}
+
+
+def _of_system(system: System) -> list[Clause]:
+    return [_clause(entry) for entry in system.clauses()]
 
 
 def clauses_of(protocol: ProtocolPlugin) -> list[Clause]:

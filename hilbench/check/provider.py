@@ -56,7 +56,7 @@ class CaseInfo:
     """What a provider is told about a case.
 
     Attributes:
-        id: suite, function and parameters, as in ``p2os-server/sync0_is_echoed[2]``; the same wherever it runs.
+        id: suite, function and parameters, as in ``lamp/it_is_lit[2]``; the same wherever it runs.
         clause_ids: the clauses it checks.
         seed: of this case alone, so that selection and order change nothing; 0 to 2**63 - 1.
         scene: the scene it asks for; empty for that of the bench file.

@@ -26,7 +26,7 @@ def shipped_suites(folder: Path = SHIPPED_FOLDER) -> dict[str, Path]:
 
 
 def suite_name(path: Path) -> str:
-    """Return the name of the suite in a file: ``p2os_server.py`` holds ``p2os-server``, ``test_lamp.py`` ``lamp``.
+    """Return the name of the suite in a file: ``test_lamp.py`` holds ``lamp``, ``two_lamps.py`` ``two-lamps``.
 
     A file in the folder of a shipped suite belongs to the suite that the folder is named like.
     """

@@ -14,14 +14,13 @@ from hilbench import arguments, interruption
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.files import check_writable
+from hilbench.options import DEFAULT_BENCH
 from hilbench.parser import Parser, typed
 
 if TYPE_CHECKING:
     from hilbench.tui.bench_process import BenchProcess
 
 DEFAULT_FILE = Path("hilbench.toml")
-DEFAULT_BENCH = "pioneer"
-"""As of `hilbench.config`, which takes its time."""
 _WORDS = 56
 _NICE = 10
 """A tenth of the share that a bench gets where they compete (Linux, sched(7); choice)."""
@@ -106,7 +105,7 @@ def _bench_named(parsed: argparse.Namespace) -> str:
 
     bench_file = in_scene(open_target(parsed.what), parsed.scene)
     if parsed.target:
-        from hilbench.live.rigs import ports_asked
+        from hilbench.live.attached import ports_asked
 
         ports_asked(bench_file, [arguments.target_choice(target) for target in parsed.target])
     return bench_file.name

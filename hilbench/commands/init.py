@@ -98,7 +98,7 @@ def _of_protocol(parsed: argparse.Namespace) -> tuple[Written, str]:
     if name in known or nearest(name, known) or parsed.port or parsed.baud is not None:
         from hilbench.ports.first_test import init_port
 
-        return init_port(PLUGINS.protocol(name, "--protocol"), parsed.port, parsed.baud, parsed.dir), "pytest"
+        return init_port(PLUGINS.get(name, "--protocol"), parsed.port, parsed.baud, parsed.dir), "pytest"
     from hilbench.plugins.new_package import new_package
 
     return new_package(name, parsed.dir), f"cd {name}; pip install -e .; hilbench check {name}.toml"

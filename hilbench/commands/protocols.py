@@ -41,7 +41,7 @@ def run(parsed: argparse.Namespace) -> ExitCode:
     from hilbench.plugins.flags import use_plugins
 
     use_plugins(parsed.plugin)
-    found = [PLUGINS.protocol(parsed.name, "NAME")] if parsed.name else [*PLUGINS.all()]
+    found = [PLUGINS.get(parsed.name, "NAME")] if parsed.name else [*PLUGINS.all()]
     abouts = []
     for one in found:
         try:

@@ -58,7 +58,7 @@ def run(parsed: argparse.Namespace) -> int:
 
     check_journal(parsed)
     if parsed.what is None and not DEFAULT_FILE.is_file():
-        hint = f"write bluepill:IMAGE or a bench file; 'hilbench init' makes {DEFAULT_FILE}"
+        hint = f"write BOARD:IMAGE or a bench file; 'hilbench init' makes {DEFAULT_FILE}"
         raise UsageError(f"names nothing to run, and there is no {DEFAULT_FILE} here", where="run", hint=hint)
     bench_file = open_target(parsed.what, parsed.chip)
     refuse_overwriting((("--journal", parsed.journal), ("--vcd", parsed.vcd)), inputs_of(bench_file))

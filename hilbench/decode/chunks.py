@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from hilbench.plugins.discovery import PLUGINS
 from protocols.common.decoding import Speaker
 
 __all__ = ["Chunk", "chunk_of", "speaker_of"]
 
-_SPEAKERS = {
-    "robot": "target",
-    "server": "target",
-    "rover": "target",
-    "device": "target",
-    "checker": "host",
-    "client": "host",
-}
+_SPEAKERS: Mapping[str, Speaker] = {"device": "target", "checker": "host", "client": "host"}
+"""Who speaks at the sources that any bench may have; a system names its own beside them."""
+
 _OTHER = {"host": "target", "target": "host", "": ""}
 
 
@@ -58,4 +55,5 @@ def chunk_of(event: Any) -> Chunk | None:
 
 def speaker_of(source: str) -> Speaker:
     """Return who speaks at a source of a journal; what a USART of a board sends is taken for what a host sends."""
-    return _SPEAKERS.get(source, "host" if ".usart" in source else "")
+    found = _SPEAKERS.get(source) or PLUGINS.systems.speakers().get(source)
+    return found or ("host" if ".usart" in source else "")

@@ -13,7 +13,7 @@ from hilbench.errors import HilbenchError
 from hilbench.links.faults import Direction, Fault, FaultKind
 from hilbench.live.control import Request, RequestError
 from hilbench.live.driver import Drives
-from hilbench.live.rigs import Rig
+from hilbench.live.rig import Rig
 
 __all__ = ["MOST_SPEED", "Actions"]
 

@@ -16,14 +16,10 @@ from hilbench.live.about import about_boards, about_world
 from hilbench.live.teller import Observed
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.under_test import BoardUnderTest, boards_under_test
+from hilbench.plugins.discovery import PLUGINS
 from hilbench.protocol_bench.peer import RAW, peer_of
-from hilbench.systems.rover.about import about_pkt
-from hilbench.systems.vehicle.about import about_vehicle_lines
 from hilbench.world_runner import WorldRunner
-from protocols.pkt import PROFILES
 from targets.parts import Part
-from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
-from worlds.vehicles.rover_4wd import Rover4wdBody
 from worlds.world import World
 
 __all__ = ["BoardBench", "BoardCase"]
@@ -66,16 +62,9 @@ class BoardBench:
         return _there(self.emulated.surroundings.world, "world")
 
     @property
-    def body(self) -> Pioneer2dxBody:
-        """The Pioneer in it."""
-        body = self.emulated.surroundings.body
-        return _there(body if isinstance(body, Pioneer2dxBody) else None, "Pioneer")
-
-    @property
-    def rover(self) -> Rover4wdBody:
-        """The rover in it."""
-        body = self.emulated.surroundings.body
-        return _there(body if isinstance(body, Rover4wdBody) else None, "rover")
+    def body(self) -> Any:
+        """The vehicle in it, of the class that its system has for it."""
+        return _there(self.emulated.surroundings.body, "world")
 
     @property
     def runner(self) -> WorldRunner:
@@ -131,8 +120,8 @@ class BoardCase(CaseBase, BoardBench):
         )
 
     def _machines_seen(self) -> Mapping[str, Observed]:
-        robot = self.emulated.surroundings.robot
-        return {} if robot is None else {"robot": robot.robot.connection}
+        model = self.emulated.surroundings.model
+        return {} if model is None else model.machines
 
     def _lines_seen(self) -> Mapping[str, Port]:
         lines = self.emulated.bench_file.checker_lines
@@ -141,13 +130,8 @@ class BoardCase(CaseBase, BoardBench):
     def _about_view(self) -> Mapping[str, Any]:
         bench_file = self.emulated.bench_file
         about = {"boards": about_boards(bench_file.boards), **about_world(self.emulated.surroundings.world)}
-        if "CARLA" in self.case.needs:
-            ends = {name or "host": end.rpartition(".")[2] for name, end in bench_file.checker_lines.items()}
-            return about | about_vehicle_lines(ends)
-        if "PKT!" not in self.case.needs:
-            return about
-        program = self.case.setup.program
-        return about | about_pkt("checker", {}, program if program in PROFILES else "documented")
+        system = PLUGINS.systems.speaking(self.case.needs)
+        return about if system is None else {**about, **system.about_board(bench_file, self.case.setup.program)}
 
     def _packets(self) -> Sequence[str]:
         waiting = ((name, self.emulated.waiting(name)) for name in self.boards)

@@ -15,6 +15,7 @@ import msgspec
 
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile, EmulatedBoard, PartPlan
+from hilbench.cases import CaseBase
 from hilbench.check.observations import Observations
 from hilbench.check.provider import CaseInfo, CaseSetup
 from hilbench.clock import Scheduler
@@ -27,13 +28,11 @@ from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.noted import Noted, lacking
 from hilbench.nearest import did_you_mean
 from hilbench.options import TargetChoice
+from hilbench.plugins.discovery import PLUGINS
+from hilbench.plugins.system import System
 from hilbench.shared import Shared
-from hilbench.systems.rover.hands import hands_on
-from hilbench.systems.vehicle.car_simulator import OWN_HOST_CAPABILITIES
-from hilbench.systems.vehicle.cases import CarHostCase, PairCase, host_settings, open_car_host
-from hilbench.systems.vehicle.on_board import VehicleOnBoard, vehicle_hands_on
 from hilbench.target import TargetKind, target_of
-from targets.boards import Board
+from targets.boards import Board, board_names
 
 __all__ = ["BoardProvider"]
 
@@ -71,9 +70,10 @@ class BoardProvider:
     def capabilities(self) -> frozenset[str]:
         """Boards, programs, variants, parts, and what the world can do."""
         bench_file = self._shared.bench_file
-        found = {"boards", *hands_on(bench_file), *vehicle_hands_on(bench_file)}
+        found = {"boards"}
+        for system in PLUGINS.systems.there():
+            found |= {*system.board_capabilities(bench_file)}
         found |= {protocol.title for protocol in bench_file.protocols.values()}
-        found |= OWN_HOST_CAPABILITIES if bench_file.has_car_host else set()
         found |= {f"variant '{name}'" for name in self._variants if name}
         for name, variant in self._variants.items():
             there = {f"part '{part}'" for part in variant.parts}
@@ -105,7 +105,7 @@ class BoardProvider:
         Raises:
             UsageError: an image that was put in the place of another, or the firmware of a board, is run by none.
         """
-        run = {full for case in cases if _has_board(case) for full in self._run_by(case.setup)}
+        run = {full for case in cases if _system_of(case).needs_board(case) for full in self._run_by(case.setup)}
         hint = f"these cases run {', '.join(sorted(run))}"
         for name in self._images.names:
             if cases and name not in run:
@@ -122,18 +122,20 @@ class BoardProvider:
             yield f"{name}.{setup.program}" if setup.program in emulated.programs else name
 
     @contextlib.contextmanager
-    def open_case(self, case: CaseInfo) -> Iterator[BoardCase | CarHostCase | PairCase]:
+    def open_case(self, case: CaseInfo) -> Iterator[CaseBase]:
         """Open a bench for one case."""
         bench = self._shared.bench(Scheduler())
-        if not _has_board(case):
-            yield open_car_host(self._shared, bench, case)[0]
+        system = _system_of(case)
+        if not system.needs_board(case):
+            yield system.without_board(self._shared, bench, case)
             return
         with contextlib.ExitStack() as opened:
             there: list[EmulatedBench] = []
 
             def add(bench: Bench, setup: CaseSetup, scene: str) -> EmulatedBench:
                 idle = not scene and "world" not in case.needs
-                bench_file = replace(self._bench_file(setup, scene), without_car=idle)
+                bench_file = self._bench_file(setup, scene)
+                bench_file = replace(bench_file, vehicle_ready=bench_file.vehicle_ready and not idle)
                 emulated = EmulatedBench(bench_file, seed=case.seed, bench=bench)
                 opened.enter_context(contextlib.closing(emulated))
                 opened.callback(self._noted.take, case.id, emulated)
@@ -145,8 +147,8 @@ class BoardProvider:
                 return BoardBench(add(beside, setup, scene))
 
             emulated = add(bench, case.setup, case.scene)
-            pair = "simulator" in case.needs
-            made = self._pair(bench, case, emulated) if pair else BoardCase(bench, case, emulated, open_other)
+            special = system.with_board(self._shared, case, emulated)
+            made = BoardCase(bench, case, emulated, open_other) if special is None else special
             made.on_lacks = lambda: lacking(there)
             yield made
 
@@ -155,11 +157,6 @@ class BoardProvider:
         self._shared.close()
 
     # --- the bench of a case
-
-    def _pair(self, bench: Bench, case: CaseInfo, emulated: EmulatedBench) -> PairCase:
-        ends = VehicleOnBoard(BoardBench(emulated))
-        settings = host_settings(self._shared.bench_file, case)
-        return PairCase(bench, case, ends.simulator.port, ends.stack.port, settings)
 
     @cached_property
     def _variants(self) -> Mapping[str, BenchFile]:
@@ -182,9 +179,9 @@ def _set(plan: PartPlan, name: str, setup: CaseSetup) -> PartPlan:
     return replace(plan, settings=replace(plan.settings, **settings)) if settings else plan
 
 
-def _has_board(case: CaseInfo) -> bool:
-    """Say whether a board runs in a case: where a simulator's side is under test, the checker may stand in for it."""
-    return "simulator" not in case.needs or "board" in case.needs
+def _system_of(case: CaseInfo) -> System:
+    """Return whose case it is, by the protocol that it needs; one without anything of its own where there is none."""
+    return PLUGINS.systems.speaking(case.needs) or System()
 
 
 class _Images:
@@ -228,7 +225,7 @@ class _Images:
 
 def _only_board(choice: TargetChoice) -> EmulatedBoard:
     if target_of(choice).kind is not TargetKind.BOARD:
-        raise UsageError("not a board with an image", where=choice.where, hint="write bluepill:IMAGE")
+        raise UsageError("not a board with an image", where=choice.where, hint=f"write {board_names()[0]}:IMAGE")
     return next(iter(open_target(choice.spec).boards.values()))
 
 

@@ -1,4 +1,4 @@
-"""Emulated boards on the command line: ``bluepill:IMAGE``, ``./my-board.toml:IMAGE``."""
+"""Emulated boards on the command line: ``BOARD:IMAGE``, ``./my-board.toml:IMAGE``."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _refuse_image(what: str) -> None:
     if ":" in what and not path.is_file():
         return
     if path.suffix.lower() in _IMAGE_SUFFIXES or _is_elf(path):
-        raise UsageError("is firmware, and no bench", where=what, hint=f"write bluepill:{what}")
+        raise UsageError("is firmware, and no bench", where=what, hint=f"write {board_names()[0]}:{what}")
 
 
 def _is_elf(path: Path) -> bool:

@@ -26,7 +26,7 @@ class ServedUsart:
     """A USART and the doors that lead to it.
 
     Attributes:
-        name: as ``bluepill.usart1``.
+        name: as ``brain.usart1``.
         doors: one or more.
     """
 
@@ -44,7 +44,7 @@ def assign(
 
     Args:
         options: the doors that were wished for.
-        free: the USARTs that can have doors, as ``bluepill.usart1``.
+        free: the USARTs that can have doors, as ``brain.usart1``.
         unasked: those of them that have one without anybody asking; all if left out.
 
     Raises:

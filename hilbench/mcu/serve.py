@@ -1,4 +1,4 @@
-"""`hilbench serve bluepill:IMAGE`: each USART of an emulated board behind a door of its own, in real time."""
+"""`hilbench serve BOARD:IMAGE`: each USART of an emulated board behind a door of its own, in real time."""
 
 from __future__ import annotations
 

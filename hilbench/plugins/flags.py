@@ -96,7 +96,7 @@ class ProtocolParser(Parser):
         else:
             loose = [*self._loose(words)]
             named, where = [word for word in loose if word in PLUGINS.names()][:1] or loose[:1], "PROTOCOL"
-        return PLUGINS.protocol(named[0], where) if named else None
+        return PLUGINS.get(named[0], where) if named else None
 
     def _values(self, words: Sequence[str], option: str) -> Iterator[str]:
         """Yield what follows an option, wherever it stands."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -52,7 +52,7 @@ class ClauseEntry(Protocol):
         """Where it is written."""
 
     @property
-    def needs(self) -> Sequence[str]:
+    def needs(self) -> Collection[str]:
         """Capabilities without which it cannot be checked."""
 
 

@@ -9,9 +9,11 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, get_type_hints
 
+from hilbench.plugins import system as systems
 from hilbench.plugins.protocol import API, Device, FirstTest, ProtocolPlugin, Recorded
+from hilbench.plugins.system import ModelKind, System
 
-__all__ = ["OPTION_KINDS", "problem_of"]
+__all__ = ["OPTION_KINDS", "problem_of", "problem_of_system"]
 
 OPTION_KINDS = (bool, int, float, str, Path)
 """What an option of a protocol may be, beside an enumeration: what a word of a command line can be read as."""
@@ -27,6 +29,32 @@ def problem_of(record: ProtocolPlugin) -> str:
     if record.api != API:
         return f"was written for api {record.api}, and this hilbench has {API}; install one that fits"
     return next(_problems(record), "")
+
+
+def problem_of_system(system: System) -> str:
+    """Return the first thing that is wrong with a system; empty for nothing."""
+    if system.api != systems.API:
+        return f"was written for api {system.api}, and this hilbench has {systems.API}; install one that fits"
+    return next(_system_problems(system), "")
+
+
+def _system_problems(system: Any) -> Iterator[str]:
+    if not isinstance(system.name, str) or _NAME.fullmatch(system.name) is None:
+        yield f"name {system.name!r} is no name: write small letters, digits, _ and -"
+    for text in ("title", "summary"):
+        if not isinstance(getattr(system, text), str):
+            yield f"{text} is no text"
+    if system.benches is not None and not (isinstance(system.benches, Path) and system.benches.is_dir()):
+        yield f"its folder of benches '{system.benches}' is not there"
+    for name, make in system.vehicles.items():
+        if not callable(make):
+            yield f"its vehicle '{name}' cannot be made"
+    for name, kind in system.models().items():
+        if not isinstance(kind, ModelKind):
+            yield f"its model '{name}' is no ModelKind"
+            continue
+        for wrong in _of_settings(kind.settings):
+            yield f"the settings of its model '{name}': {wrong}"
 
 
 def _problems(record: Any) -> Iterator[str]:

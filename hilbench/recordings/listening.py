@@ -14,6 +14,7 @@ from functools import cached_property
 from hilbench.clock import NS_PER_S
 from hilbench.decode.chunks import speaker_of
 from hilbench.journal import Recording
+from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.recordings.frames import FRAME_NS, framed
 from hilbench.recordings.layout import Event, data_of
@@ -26,8 +27,8 @@ HOST, TARGET = "host", "target"
 ASSUMED_UNCERTAINTY_S = 0.002
 """How far off times may be where the recording does not say (assumed: the least that a live run in real time takes)."""
 
-_CHECKERS = {"checker": TARGET, "server": HOST, "rover": HOST}
-"""The ends that hilbench itself holds in a case, and who is under test then."""
+_CHECKERS = {"checker": TARGET}
+"""The ends that hilbench itself holds in a case, and who is under test then; a system names its own beside them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,7 +191,7 @@ def _stretch(part: _Part, protocol: ProtocolPlugin, *, of_checks: bool) -> Stret
     if not from_start:
         heard = [*_without_tails(heard, _begun(chosen, ends, begin_ns), protocol.longest_frame)]
     sources = {source for source, _ in ends}
-    checker = next((source for source in _CHECKERS if of_checks and source in sources), "")
+    checker = next((source for source in _checkers() if of_checks and source in sources), "")
     return Stretch(
         case=part.case,
         heard=tuple(heard),
@@ -226,11 +227,15 @@ def _end_ns(timed: list[tuple[int, Event]]) -> int:
     return max(ns for ns, _ in timed)
 
 
+def _checkers() -> Mapping[str, str]:
+    return {**_CHECKERS, **PLUGINS.systems.checkers()}
+
+
 def _under_test(recorded: frozenset[str], checker: str) -> frozenset[str]:
     """Return who may be judged; nobody if only one of them was recorded: what the other one said is not known."""
     if len(recorded) < 2:
         return frozenset()
-    return frozenset({_CHECKERS[checker]}) if checker else recorded
+    return frozenset({_checkers()[checker]}) if checker else recorded
 
 
 def _early_ns(event: Event) -> int:

@@ -142,7 +142,7 @@ def _hear_out(peer: LinePeer[Any], answers: bytearray, expected: int) -> None:
 
 
 def _setup(case: str, capabilities: frozenset[str]) -> CaseSetup:
-    """Return the program that a case is named for, as ``[g2]`` is of a rover, if the target has it."""
+    """Return the program that a case is named for, as in ``[g2]``, if the target has it."""
     program = case.rpartition("[")[2].removesuffix("]")
     return CaseSetup(program=program) if f"program '{program}'" in capabilities else PLAIN_SETUP
 

@@ -13,7 +13,6 @@ from hilbench.clock import Entry, EventClass
 from hilbench.links import Port
 from hilbench.mcu.seams import Machine
 from hilbench.wiring.order import late_quantities, order_of
-from hilbench.wiring.signals import VehicleBody, open_signals
 from hilbench.wiring.terminals import AnalogPinOutput, PinInput, PinOutput
 from hilbench.wiring.world_signals import WorldSignals
 from hilbench.world_runner import WorldRunner
@@ -186,15 +185,20 @@ class Parts:
         """Give a part the end of its line."""
         self._actors[name].attach(port)
 
-    def join(self, runner: WorldRunner, body: VehicleBody) -> None:
-        """Let the parts drive and sense a vehicle, from the next step of its world on."""
+    def join(self, runner: WorldRunner, wire: Callable[[Sequence[str]], WorldSignals]) -> None:
+        """Let the parts drive and sense a vehicle, from the next step of its world on.
+
+        Args:
+            runner: who moves its world.
+            wire: makes who reads and drives its signals, of the names of those that are read.
+        """
         wanted = dict.fromkeys(
             plan.signals[quantity.name]
             for plan in self._plans.values()
             for quantity in part_class(plan.kind).QUANTITIES
             if quantity.direction is Direction.IN and quantity.name in plan.signals
         )
-        self._signals = open_signals(body, list(wanted))
+        self._signals = wire(list(wanted))
         self._values = self._signals.read()
         runner.before.append(self._before)
         runner.after.append(self._after)

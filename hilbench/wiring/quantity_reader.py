@@ -11,12 +11,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from hilbench.bench_file import PartPlan, QuantityEnd
 from hilbench.bench_model import BenchModel, PartEntry, World
 from hilbench.nearest import did_you_mean
+from hilbench.plugins.system import VehicleKind
 from hilbench.strict import Path, Strict
 from hilbench.wiring.order import CircleError, order_of
-from hilbench.wiring.signals import SIGNALS
 from hilbench.wiring.world_signals import WorldSignal
 from targets.parts import Direction, Part, Quantity
-from worlds.vehicles import find_vehicle
 
 __all__ = ["WORLD", "QuantityReader"]
 
@@ -30,14 +29,18 @@ class QuantityReader:
     Args:
         model: the file as it is written.
         kinds: the class of each part.
+        vehicle: the vehicle in its world; None for one of which nothing is known: its signals are not looked at.
         strict: says where in the file something stands.
     """
 
-    def __init__(self, model: BenchModel, kinds: Mapping[str, type[Part]], strict: Strict) -> None:
+    def __init__(
+        self, model: BenchModel, kinds: Mapping[str, type[Part]], vehicle: VehicleKind | None, strict: Strict
+    ) -> None:
         self._model = model
         self._kinds = kinds
         self._strict = strict
-        self._signals = SIGNALS[model.world.vehicle]
+        self._vehicle = vehicle
+        self._signals: Mapping[str, WorldSignal] = {} if vehicle is None else vehicle.signals
 
     def read(self, name: str, entry: PartEntry) -> tuple[dict[str, str], dict[str, QuantityEnd]]:
         """Return the signals of the world and the quantities of other parts, by the quantities of a part.
@@ -63,13 +66,14 @@ class QuantityReader:
         Raises:
             UsageError: the first of these that is broken.
         """
-        self._check_drivers(plans, robot)
+        if self._vehicle is not None:
+            self._check_drivers(plans, robot)
         try:
             order_of(plans, self._kinds)
         except CircleError as circle:
             self._refuse_circle(circle.names, plans)
         world = self._model.world
-        if any(plan.signals for plan in plans.values()) and not _fits(world):
+        if any(plan.signals for plan in plans.values()) and not self._fits(world):
             message = f'physics "plane" has vehicles with two wheels, and no {world.vehicle}'
             raise self._strict.error(message, ("world", "physics"), 'write physics = "bullet"')
 
@@ -91,6 +95,8 @@ class QuantityReader:
 
     def _signal(self, path: Path, text: str, quantity: Quantity) -> str:
         owner, _, name = text.partition(".")
+        if self._vehicle is None and owner == WORLD:
+            return name
         instead = self._instead(str(path[1]), quantity)
         if owner != WORLD or name not in self._signals:
             known = [f"{WORLD}.{name}" for name in self._signals]
@@ -155,18 +161,19 @@ class QuantityReader:
                 raise self._strict.error(message, path, f"leave out [targets.{robot}], or this")
             drivers[signal] = name
 
+    def _fits(self, world: World) -> bool:
+        """Whether the physics can hold the vehicle."""
+        if world.physics != "plane" or self._vehicle is None:
+            return True
+        body = self._vehicle.vehicle()
+        return body.drive is not None or body.motion is not None
+
     def _refuse_circle(self, names: Sequence[str], plans: Mapping[str, PartPlan]) -> None:
         name = names[0]
         quantity = next(key for key, end in plans[name].sources.items() if end.part in names)
         way = " -> ".join([*names, name])
         message = f"{way}: each needs for a step what the next one gives for the same step"
         raise self._strict.error(message, ("parts", name, "signals", quantity), "leave one of these signals out")
-
-
-def _fits(world: World) -> bool:
-    """Whether the physics can hold the vehicle."""
-    vehicle = find_vehicle(world.vehicle)
-    return world.physics != "plane" or vehicle.drive is not None or vehicle.motion is not None
 
 
 def _driven(plans: Mapping[str, PartPlan], signals: Mapping[str, WorldSignal]) -> Iterable[tuple[str, str, str]]:

@@ -11,6 +11,7 @@ from typing import Any
 from hilbench.bench_file import EmulatedBoard, Link, Net, PartPlan, PinEnd, TerminalEnd
 from hilbench.bench_model import BenchModel, PartEntry
 from hilbench.nearest import did_you_mean
+from hilbench.plugins.system import VehicleKind
 from hilbench.strict import Path, Strict
 from hilbench.wiring.bus_reader import BusReader
 from hilbench.wiring.quantity_reader import WORLD, QuantityReader
@@ -30,15 +31,18 @@ class WiringReader:
     Args:
         model: the file as it is written.
         boards: its boards.
+        vehicle: the vehicle in its world; None for one of which nothing is known.
         strict: says where in the file something stands.
     """
 
-    def __init__(self, model: BenchModel, boards: Mapping[str, EmulatedBoard], strict: Strict) -> None:
+    def __init__(
+        self, model: BenchModel, boards: Mapping[str, EmulatedBoard], vehicle: VehicleKind | None, strict: Strict
+    ) -> None:
         self._model = model
         self._boards = boards
         self._strict = strict
         self._kinds: dict[str, type[Part]] = {name: self._kind(name, entry) for name, entry in model.parts.items()}
-        self._quantities = QuantityReader(model, self._kinds, strict)
+        self._quantities = QuantityReader(model, self._kinds, vehicle, strict)
         self._buses = BusReader(boards, self._kinds, strict)
         self._where: dict[End, Path] = {}
 

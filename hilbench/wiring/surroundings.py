@@ -1,25 +1,27 @@
-"""What stands around the emulated boards of a bench: parts, and a robot or a bare vehicle in its world."""
+"""What stands around the emulated boards of a bench: parts, and a model or a bare vehicle in its world."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile, Link
+from hilbench.bench_file import BenchFile, Link, ModelTarget
 from hilbench.errors import UnavailableError
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.mcu.group import MachineGroup
 from hilbench.mcu.seams import Machine
 from hilbench.mcu.usart_port import UsartPort
+from hilbench.plugins.discovery import PLUGINS
+from hilbench.plugins.system import System
 from hilbench.wiring.buses import Buses
 from hilbench.wiring.parts import Parts
 from worlds.errors import WorldError
 
 if TYPE_CHECKING:
-    from hilbench.systems.pioneer.robot import VirtualPioneer
-    from hilbench.wiring.signals import VehicleBody
+    from hilbench.plugins.system import Standing
     from hilbench.wiring.vehicle import BareVehicle
     from hilbench.world_runner import WorldRunner
     from worlds.world import World
@@ -42,7 +44,7 @@ class Surroundings:
         UnavailableError: the world cannot be opened.
 
     Attributes:
-        robot: the virtual Pioneer, if the bench has one.
+        model: the model that stands in the world, if the bench has one.
         world: the world, if anything stands in one.
         body: the vehicle in it.
         runner: who moves the world.
@@ -64,15 +66,15 @@ class Surroundings:
         self._ports = ports
         self._seed = seed
         self._undo = contextlib.ExitStack()
-        self.robot: VirtualPioneer | None = None
+        self.model: Standing | None = None
         self.world: World | None = None
-        self.body: VehicleBody | None = None
+        self.body: Any = None
         self.runner: WorldRunner | None = None
         self.parts = Parts(bench, bench_file.parts, machines, bench_file.nets, seed=seed)
         Buses(bench, group, machines, self.parts, bench_file.parts)
         try:
-            if bench_file.has_pioneer:
-                self._add_robot()
+            if bench_file.standing is not None:
+                self._add_model(bench_file.standing)
             elif bench_file.has_world:
                 self._add_vehicle()
         except WorldError as error:
@@ -84,17 +86,16 @@ class Surroundings:
         """Give the world back."""
         self._undo.close()
 
-    def _add_robot(self) -> None:
-        from hilbench.systems.pioneer.robot import VirtualPioneer, plan_of
+    def _add_model(self, there: ModelTarget) -> None:
+        def line(baud: int) -> Port:
+            found = (self._model_port(link, Line(baud=baud)) for link in self._bench_file.links)
+            port = next(filter(None, found), None)
+            return port or MemoryLink(self._bench.scheduler, Line(baud=baud), name="robot").b
 
-        plan = plan_of(self._bench_file)
-        line = Line(baud=plan.settings.host_baud)
-        port = next((port for link in self._bench_file.links if (port := self._robot_port(link, line))), None)
-        self.robot = VirtualPioneer(
-            self._bench, port or MemoryLink(self._bench.scheduler, line, name="robot").b, plan, seed=self._seed
-        )
-        self._undo.callback(self.robot.close)
-        self._join(self.robot)
+        assert isinstance(there.owner, System)  # a protocol's device has no body
+        self.model = there.owner.stand(self._bench, self._bench_file, line, seed=self._seed)
+        self._undo.callback(self.model.close)
+        self._join(self.model)
 
     def _add_vehicle(self) -> None:
         from hilbench.wiring.vehicle import BareVehicle
@@ -103,9 +104,10 @@ class Surroundings:
         self._undo.callback(vehicle.close)
         self._join(vehicle)
 
-    def _join(self, vehicle: VirtualPioneer | BareVehicle) -> None:
+    def _join(self, vehicle: Standing | BareVehicle) -> None:
         self.world, self.body, self.runner = vehicle.world, vehicle.body, vehicle.runner
-        self.parts.join(vehicle.runner, vehicle.body)
+        kind = PLUGINS.systems.vehicle(self._bench_file.world.vehicle)
+        self.parts.join(vehicle.runner, partial(kind.wire, vehicle.body))
 
     def _join_parts(self) -> None:
         """Let parts be the far ends of USARTs; whatever a part hears it may answer at once."""
@@ -116,8 +118,8 @@ class Surroundings:
                 ports[0].reacts = True
                 self.parts.attach(parts[0], ports[0])
 
-    def _robot_port(self, link: Link, line: Line) -> Port | None:
-        """Return the robot's end of a link that leads to it: that of a board's USART, or of a part."""
+    def _model_port(self, link: Link, line: Line) -> Port | None:
+        """Return the model's end of a link that leads to it: that of a board's USART, or of a part."""
         if not any(end.endswith(".host") for end in link.ends):
             return None
         for end in link.ends:

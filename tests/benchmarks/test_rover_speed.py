@@ -66,6 +66,6 @@ def test_the_rover(what, scene, throttle, shares, show):
     with opened(scene) as (bench, rover):
         best_s = min(block(rover, throttle) for _ in range(BLOCKS))
         parts = shares_of(shares, bench, rover, throttle)
-        turned = bench.rover.wheel("wheel_lf").angle_rad
+        turned = bench.body.wheel("wheel_lf").angle_rad
     show(f"rover {what}", BLOCK_S / best_s, parts)
     assert (turned > 10) is (throttle > 0)

@@ -14,7 +14,7 @@ from hilbench.links import Line, MemoryLink, Port
 from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.live import session
 from hilbench.live.folders import Session
-from hilbench.live.rigs import Rig
+from hilbench.live.rig import Rig
 from hilbench.live.tap import Tap
 from hilbench.mcu.command_line import open_target
 from hilbench.systems.rover.about import about_pkt

@@ -81,7 +81,7 @@ def test_lines_between_boards_a_robot_and_the_door(read):
         (("other.usart1", "peer"), 0),
         (("peer", "other.usart2"), 14400),
     ]
-    assert bench.pioneer() == RobotSettings()
+    assert bench.settings_of(RobotSettings) == RobotSettings()
 
 
 def test_wires_that_touch_are_one_net(read):

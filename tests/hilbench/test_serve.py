@@ -186,9 +186,9 @@ def test_it_is_stopped_by_a_signal_and_leaves_nothing(serve, link, number, bench
 def test_signals_while_it_begins_or_ends_leave_nothing(serve, link, moment, bench):
     program = f"""
 import os, signal, sys
-import hilbench.served_targets
+import hilbench.systems.pioneer.robot
 from hilbench.cli import main
-Robot = hilbench.served_targets.VirtualPioneer
+Robot = hilbench.systems.pioneer.robot.VirtualPioneer
 usual = Robot.{moment}
 def interrupted(self, *words, **more):
     for number in (signal.SIGTERM, signal.SIGINT):

@@ -210,7 +210,7 @@ def test_a_bench_without_a_pioneer_is_not_spoken_to_in_p2os(tmp_path, capsys):
     with board_at_a_port() as (board, spec):
         for target in (spec, "listen:tcp:0"):
             assert main(["check", str(file), "--target", target]) == 2
-            assert "names no Pioneer among its targets" in capsys.readouterr().err
+            assert "names no vehicle interface among its targets" in capsys.readouterr().err
         with pytest.raises(BlockingIOError):
             os.read(board._descriptor, 1)
 

@@ -7,13 +7,16 @@ controller acts on what is true now, and its command takes effect from now on: a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from hilbench.bench import Bench
 from hilbench.config import BenchFile
 from hilbench.devices import DeviceActor
+from hilbench.errors import UsageError
 from hilbench.links import Port
+from hilbench.live.teller import Observed
+from hilbench.systems.pioneer.system import VEHICLE
 from hilbench.world_runner import WorldRunner
 from protocols.p2os import robot_parameters
 from targets.robots.pioneer import CommandIgnored, CommandObeyed, NotModelled, PioneerRobot, RobotSettings
@@ -21,7 +24,6 @@ from worlds.scenes import Scene
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 from worlds.world import World, open_world
 
-VEHICLE = "pioneer-2dx"
 OBEYED = "obeyed"
 UNKNOWN = "not modelled"
 
@@ -80,6 +82,11 @@ class VirtualPioneer:
         self.runner.after.append(self._control)
         self._follow_baud()
 
+    @property
+    def machines(self) -> Mapping[str, Observed]:
+        """Its state machine, by its source in the journal."""
+        return {"robot": self.robot.connection}
+
     def close(self) -> None:
         """Give the world back."""
         self.world.close()
@@ -110,8 +117,14 @@ def sonar_poses(subclass: str) -> list[tuple[float, float, float]]:
 
 
 def plan_of(bench_file: BenchFile) -> PioneerPlan:
-    """Return the plan for the one robot of a bench file."""
-    settings = bench_file.pioneer()
+    """Return the plan for the one robot of a bench file.
+
+    Raises:
+        UsageError: there is none.
+    """
+    settings = bench_file.settings_of(RobotSettings)
+    if settings is None:
+        raise UsageError("names no Pioneer among its targets", where=str(bench_file.path or bench_file.name))
     for link in bench_file.links:
         if any(end.endswith(".host") for end in link.ends):
             settings = replace(settings, host_baud=link.baud)

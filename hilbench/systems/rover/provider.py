@@ -133,7 +133,7 @@ class AttachedRoverProvider(AttachedProviderBase[RoverPeer, AttachedRoverCase]):
     @property
     def _profile(self) -> str:
         """The one of the model on the bench; a bench of boards has the documented rover's."""
-        settings = self._shared.bench_file.rover
+        settings = self._shared.bench_file.settings_of(RoverSettings)
         return "documented" if settings is None else settings.profile
 
     def _make_peer(self, port: Port) -> RoverPeer:
@@ -157,7 +157,7 @@ def foreign_host(shared: Shared) -> FarEnd:
 
 
 def _settings_of(shared: Shared) -> RoverSettings:
-    settings = shared.bench_file.rover
+    settings = shared.bench_file.settings_of(RoverSettings)
     if settings is None:
         raise UsageError("names no rover among its targets", where=str(shared.bench_file.path))
     return settings

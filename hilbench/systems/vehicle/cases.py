@@ -33,6 +33,7 @@ __all__ = [
     "VehicleCase",
     "VehicleFactory",
     "VirtualVehicleCase",
+    "car_host_settings",
     "fault_link",
     "host_settings",
     "line_baud",
@@ -55,17 +56,18 @@ def line_baud(bench_file: BenchFile, line: str) -> int:
 
 
 def fault_link(bench_file: BenchFile, line: str) -> int | None:
-    """Return which link of the bench file is a line of the board, for its faults; None if the file has none for it.
+    """Return which link of the bench file is a line of the board, for its faults; None if the file has none for it."""
+    return bench_file.link_of(line, (SIMULATOR_LINE, STACK_LINE))
 
-    Without ``[[links]]`` the simulator's line is link 0.
-    """
-    ends = [{end.rpartition(".")[2] for end in link.ends} for link in bench_file.links] or [{SIMULATOR_LINE}]
-    return next((number for number, names in enumerate(ends) if line in names), None)
+
+def car_host_settings(bench_file: BenchFile) -> CarHostSettings:
+    """Return what the simulator's side of a bench file is set to; the usual where it does not stand there."""
+    return bench_file.settings_of(CarHostSettings) or CarHostSettings()
 
 
 def host_settings(bench_file: BenchFile, case: CaseInfo) -> CarHostSettings:
     """Return what the simulator's side is set to, in the profile that a case asks for."""
-    settings = bench_file.car_host
+    settings = car_host_settings(bench_file)
     return replace(settings, profile=case.setup.program) if case.setup.program else settings  # type: ignore[arg-type]
 
 

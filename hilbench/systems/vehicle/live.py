@@ -6,6 +6,7 @@ track, where nothing stands.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,8 @@ from hilbench.bench_model import World as WorldEntry
 from hilbench.devices import LinesActor
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.live.about import about_world
-from hilbench.live.scenes import TRACK
+from hilbench.live.real_port import open_at
+from hilbench.live.rig import Rig
 from hilbench.live.tap import Tap
 from hilbench.live.teller import Observed, Sense, Senses, describe_machine
 from hilbench.systems.vehicle.board_views import BOARD_SENSES, BoardFromOutside, BoardLink, BoardModes, ControlTask
@@ -24,9 +26,12 @@ from hilbench.systems.vehicle.driven_car import DrivenCar
 from hilbench.systems.vehicle.driver import CarCrew, CarDriver
 from hilbench.systems.vehicle.driving_stack import DrivingStack
 from hilbench.systems.vehicle.hands import ModelHands, VehicleHands
+from hilbench.systems.vehicle.provider import settings_of
+from hilbench.systems.vehicle.system import CAR, TRACK
 from hilbench.wiring.vehicle import BareVehicle
 from hilbench.world_runner import WorldRunner
 from protocols.autoware import Timer as LinkTimer
+from protocols.carla import BAUD
 from targets.robots.driving_stack import Path, PathDriver
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface
 from worlds.scenes import Lane, find_scene
@@ -35,7 +40,7 @@ from worlds.vehicles.car import CarBody
 if TYPE_CHECKING:
     from hilbench.mcu.emulated import EmulatedBench
 
-__all__ = ["SIMULATOR", "STACK", "LiveVehicle", "attached_vehicle", "board_vehicle", "model_vehicle"]
+__all__ = ["SIMULATOR", "STACK", "LiveVehicle", "attached_rig", "attached_vehicle", "board_rig", "model_rig"]
 
 _LINK_SENSES = {LinkTimer.PING.name: Sense.REST}
 _POINT_EVERY_M = 2.0
@@ -129,7 +134,7 @@ class LiveVehicle:
         return lambda: told() if tap.line_is_up else None
 
 
-def board_vehicle(emulated: EmulatedBench, *, seed: int) -> LiveVehicle:
+def board_rig(emulated: EmulatedBench, *, seed: int) -> Rig:
     """Put a car and a driving stack to the lines of an emulated board, and somebody beside it."""
     from hilbench.mcu.board_case import BoardBench
     from hilbench.systems.vehicle.on_board import VehicleOnBoard
@@ -141,26 +146,32 @@ def board_vehicle(emulated: EmulatedBench, *, seed: int) -> LiveVehicle:
     assert runner is not None
     assert vehicle.hands is not None
     ports = {SIMULATOR: vehicle.simulator.port, STACK: vehicle.stack.port}
-    return LiveVehicle(emulated.bench, ports, body, runner, vehicle.hands, None, seed=seed)
+    return _rig(LiveVehicle(emulated.bench, ports, body, runner, vehicle.hands, None, seed=seed))
+
+
+def attached_rig(bench: Bench, bench_file: BenchFile, specs: Mapping[str, str], *, seed: int) -> Rig:
+    """Put a car and a driving stack to the lines of a board that somebody else runs; he has joystick and lights."""
+    with contextlib.ExitStack() as undo:
+        ports: dict[str, Port] = {}
+        for name, spec in specs.items():
+            port = open_at(bench, bench_file, spec, BAUD)
+            ports[name] = port
+            undo.callback(port.close)
+        vehicle, world = attached_vehicle(bench, ports, seed=seed)
+        undo.callback(world.close)
+        return _rig(vehicle, demo=False, close=undo.pop_all().close)
 
 
 def attached_vehicle(bench: Bench, ports: Mapping[str, Port], *, seed: int) -> tuple[LiveVehicle, BareVehicle]:
-    """Put a car and a driving stack to the lines of a board that somebody else runs; he has joystick and lights."""
-    world = _car_on_plane(bench, seed)
-    assert isinstance(world.body, CarBody)
-    return LiveVehicle(bench, ports, world.body, world.runner, None, None, seed=seed), world
+    """Put a car on a plane and a driving stack to the far ends of a board's lines, by `SIMULATOR` and `STACK`."""
+    world, body = _car_on_plane(bench, seed)
+    return LiveVehicle(bench, ports, body, world.runner, None, None, seed=seed), world
 
 
-def _car_on_plane(bench: Bench, seed: int) -> BareVehicle:
-    return BareVehicle(bench, WorldEntry(scene="empty", vehicle="car", physics="plane"), seed=seed)
-
-
-def model_vehicle(bench: Bench, bench_file: BenchFile, *, seed: int) -> tuple[LiveVehicle, ModelHands, BareVehicle]:
+def model_rig(bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
     """Build the behavioural board of a bench file, and a car for it on a plane."""
-    settings = bench_file.vehicle
-    assert settings is not None
-    world = _car_on_plane(bench, seed)
-    assert isinstance(world.body, CarBody)
+    settings = settings_of(bench_file)
+    world, body = _car_on_plane(bench, seed)
     names = {SIMULATOR: SIMULATOR_LINE, STACK: STACK_LINE}
     links = {
         name: MemoryLink(bench.scheduler, Line(baud=line_baud(bench_file, line)), name=line)
@@ -171,7 +182,26 @@ def model_vehicle(bench: Bench, bench_file: BenchFile, *, seed: int) -> tuple[Li
     links[SIMULATOR].b.on_break = lambda at_ns: actor.transmit(board.line_error(at_ns))
     hands = ModelHands(bench, board, actor)
     ports = {name: link.a for name, link in links.items()}
-    return LiveVehicle(bench, ports, world.body, world.runner, hands, board, seed=seed), hands, world
+    vehicle = LiveVehicle(bench, ports, body, world.runner, hands, board, seed=seed)
+    return _rig(vehicle, reset=hands.reset, close=world.close)
+
+
+def _rig(vehicle: LiveVehicle, **more: Any) -> Rig:
+    return Rig(
+        taps=vehicle.taps,
+        machines=vehicle.machines,
+        senses=vehicle.senses,
+        views={"vehicle": vehicle.look},
+        about=vehicle.about,
+        drive=vehicle.drive,
+        **more,
+    )
+
+
+def _car_on_plane(bench: Bench, seed: int) -> tuple[BareVehicle, CarBody]:
+    world = BareVehicle(bench, WorldEntry(scene="empty", vehicle=CAR, physics="plane"), seed=seed)
+    assert isinstance(world.body, CarBody)
+    return world, world.body
 
 
 def _line_of_track() -> Lane:

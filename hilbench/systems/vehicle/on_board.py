@@ -11,10 +11,11 @@ from hilbench.mcu.board_case import BoardBench
 from hilbench.systems.vehicle.hands import VehicleHands
 from hilbench.systems.vehicle.simulator_peer import SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer
+from hilbench.systems.vehicle.system import CAR
 from targets.parts.joystick import JoystickSettings
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE
 
-__all__ = ["LIGHTS", "BoardHands", "VehicleOnBoard", "vehicle_hands_on"]
+__all__ = ["LIGHTS", "BoardHands", "VehicleOnBoard", "is_on_board", "vehicle_hands_on"]
 
 LIGHTS = {"green": "LD1", "amber": "LD2", "red": "LD3"}
 """The lights of a NUCLEO-H753ZI (UM2407, section 6.5)."""
@@ -109,13 +110,23 @@ class VehicleOnBoard:
         self.hands: VehicleHands | None = BoardHands(there, _joystick_of(bench_file))
 
 
+def is_on_board(bench_file: BenchFile) -> bool:
+    """Say whether a board of a bench has both lines of a vehicle interface, and a car stands in its world."""
+    is_car = bench_file.has_world and bench_file.world.vehicle == CAR
+    return bool(bench_file.boards) and is_car and {SIMULATOR_LINE, STACK_LINE} <= _ends(bench_file)
+
+
 def vehicle_hands_on(bench_file: BenchFile) -> Iterable[str]:
     """Return what a bench of boards can do for the cases of a vehicle interface."""
-    far_ends = {far.rpartition(".")[2] for name, far in bench_file.checker_lines.items() if name}
-    if {SIMULATOR_LINE, STACK_LINE} <= far_ends and bench_file.boards:
+    if {SIMULATOR_LINE, STACK_LINE} <= _ends(bench_file) and bench_file.boards:
         yield from ("CARLA", "board", "stack", "boot", "lamps", "indicators", "line errors", "hang")
         if _joystick_of(bench_file):
             yield "joystick"
+
+
+def _ends(bench_file: BenchFile) -> set[str]:
+    """Return the ends of boards that lines of the checker with a name lead to."""
+    return {far.rpartition(".")[2] for name, far in bench_file.checker_lines.items() if name}
 
 
 def _joystick_of(bench_file: BenchFile) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 from hilbench.bench import Bench
 from hilbench.bench_file import BenchFile
 from hilbench.check.observations import Observations
-from hilbench.check.provider import CaseInfo
+from hilbench.check.provider import BenchProvider, CaseInfo
 from hilbench.checker_lines import ports_of_lines
 from hilbench.clock import Scheduler
 from hilbench.devices import LinesActor
@@ -30,6 +30,7 @@ from hilbench.systems.vehicle.cases import (
     PairCase,
     VehicleFactory,
     VirtualVehicleCase,
+    car_host_settings,
     fault_link,
     host_settings,
     line_baud,
@@ -40,14 +41,45 @@ from hilbench.systems.vehicle.hands import HANDS
 from hilbench.systems.vehicle.observing import VehicleObserver
 from hilbench.systems.vehicle.simulator_peer import BoardPeer, SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer
-from hilbench.target import target_of
+from hilbench.target import TargetKind, target_of
+from hilbench.target_choice import CLIENTS, client_provider, first_of
 from protocols.carla import BAUD
 from targets.robots.vehicle_interface import PROFILE_NAMES, SIMULATOR_LINE, STACK_LINE, VehicleSettings
 
-__all__ = ["MODEL_TARGET", "AttachedVehicleProvider", "VehicleProvider", "foreign_simulator", "vehicle_lines"]
+__all__ = [
+    "MODEL_TARGET",
+    "AttachedVehicleProvider",
+    "VehicleProvider",
+    "foreign_simulator",
+    "model_provider",
+    "settings_of",
+    "vehicle_lines",
+]
 
 MODEL_TARGET = "vehicle-model"
 """A ``--target`` that is the model, ``vehicle-model:PROFILE`` in one profile."""
+
+
+def model_provider(shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:
+    """Return who checks the model of a board, or what is chosen in the place of it.
+
+    Raises:
+        UsageError: nothing of this kind can be.
+    """
+    settings_of(shared.bench_file)  # or it is no bench for this
+    targets = [target_of(choice) for choice in choices]
+    kinds = {target.kind for target in targets}
+    if all(target.name == MODEL_TARGET for target in targets):
+        return VehicleProvider(shared, [choice for choice in choices if choice.spec != MODEL_TARGET])
+    if kinds == {TargetKind.SERIAL}:
+        return AttachedVehicleProvider(shared, choices)
+    if len(targets) > 1 and kinds <= CLIENTS:
+        raise UsageError("one simulator's side at a time", where=choices[1].where, hint="name only one")
+    if len(targets) > 1:
+        choice = first_of(choices, {*TargetKind} - {TargetKind.SERIAL})
+        raise UsageError("each line needs a serial port", where=choice.where, hint="write LINE=serial:PORT for each")
+    own = f"interface.PROFILE={MODEL_TARGET}:PROFILE"
+    return client_provider(shared, choices[0], foreign_simulator(shared), own)
 
 
 class VehicleProvider:
@@ -74,7 +106,7 @@ class VehicleProvider:
         make_host: HostFactory = make_host,
     ) -> None:
         self._shared = shared
-        self._settings = settings or _settings_of(shared.bench_file)
+        self._settings = settings or settings_of(shared.bench_file)
         self._make_vehicle = make_vehicle
         self._make_host = make_host
         self._instead = dict(_instead(choice, shared.bench_file) for choice in choices)
@@ -121,7 +153,7 @@ class VehicleProvider:
         made = VirtualVehicleCase(
             bench,
             case,
-            self._settings_of(case),
+            self.settings_of(case),
             self._lines,
             make_vehicle=self._make_vehicle,
             faults=faults,
@@ -138,7 +170,7 @@ class VehicleProvider:
         """Close what the benches of the run had in common."""
         self._shared.close()
 
-    def _settings_of(self, case: CaseInfo) -> VehicleSettings:
+    def settings_of(self, case: CaseInfo) -> VehicleSettings:
         """Return those of the board in the profile that a case asks for, or in what takes its place."""
         profile = case.setup.program or self._settings.profile
         return replace(self._settings, profile=self._instead.get(profile, profile))  # type: ignore[arg-type]
@@ -156,7 +188,7 @@ class VehicleProvider:
             name: MemoryLink(bench.scheduler, line, name=name, faults=plan_for(faults, number))
             for name, line, number in zip((SIMULATOR_LINE, STACK_LINE), self._lines, numbers, strict=True)
         }
-        board = self._make_vehicle(self._settings_of(case))
+        board = self._make_vehicle(self.settings_of(case))
         LinesActor(bench, board, {name: link.b for name, link in links.items()}, name="board")
         to_board, to_stack = links[SIMULATOR_LINE].a, links[STACK_LINE].a
         settings = host_settings(self._shared.bench_file, case)
@@ -195,7 +227,7 @@ class AttachedVehicleProvider(LockedProvider):
     @property
     def _profile(self) -> str:
         """The one of the model on the bench; a bench of boards has the hardened one."""
-        settings = self._shared.bench_file.vehicle
+        settings = self._shared.bench_file.settings_of(VehicleSettings)
         return "hardened" if settings is None else settings.profile
 
     def prepare(self, cases: Sequence[CaseInfo]) -> None:
@@ -275,7 +307,7 @@ def vehicle_lines(bench_file: BenchFile) -> tuple[str, str]:
 
 def foreign_simulator(shared: Shared) -> FarEnd:
     """Return what a foreign simulator's side finds at the far end of its line."""
-    profile = shared.bench_file.car_host.profile
+    profile = car_host_settings(shared.bench_file).profile
     return FarEnd(
         serve=BoardPeer, case=CarHostCase, capabilities=frozenset({"CARLA", "simulator", f"program '{profile}'"})
     )
@@ -285,8 +317,13 @@ def _fault_links(bench_file: BenchFile) -> tuple[int | None, int | None]:
     return fault_link(bench_file, SIMULATOR_LINE), fault_link(bench_file, STACK_LINE)
 
 
-def _settings_of(bench_file: BenchFile) -> VehicleSettings:
-    settings = bench_file.vehicle
+def settings_of(bench_file: BenchFile) -> VehicleSettings:
+    """Return what the board of a bench file is set to.
+
+    Raises:
+        UsageError: it has none.
+    """
+    settings = bench_file.settings_of(VehicleSettings)
     if settings is None:
         raise UsageError("names no vehicle interface among its targets", where=str(bench_file.path))
     return settings

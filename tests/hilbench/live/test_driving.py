@@ -17,9 +17,11 @@ from hilbench.live.actions import Actions
 from hilbench.live.control import RequestError
 from hilbench.live.driver import DEAD_MAN_NS, DEMO, Driver
 from hilbench.live.folders import Session
-from hilbench.live.scenes import ROVER_ROOM, TRACK, scene_for
+from hilbench.live.scenes import scene_for
 from hilbench.live.session import LiveBench, LiveOptions
 from hilbench.mcu.command_line import open_target
+from hilbench.systems.rover.system import ROVER_ROOM
+from hilbench.systems.vehicle.system import TRACK
 from hilbench.testing import FakeHostClock
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.views.status import strip_view

@@ -31,7 +31,7 @@ def test_what_cannot_be_imported_costs_one_line_and_the_others_are_there(plugins
         "ModuleNotFoundError: No module named 'nothing_of_that_name'"
     )
     assert plugins.broken == {"strange": expected}
-    assert refusal(plugins.protocol, "strange", "--protocol") == f"--protocol: {expected}"
+    assert refusal(plugins.get, "strange", "--protocol") == f"--protocol: {expected}"
 
 
 @pytest.mark.parametrize(
@@ -54,7 +54,7 @@ def test_a_record_that_is_none_is_refused(plugins, package, source, said):
 def test_two_packages_with_one_name_are_refused(plugins, package):
     package("one", TINY, {"tiny": "one:TINY"}, "a")
     package("two", TINY, {"tiny": "two:TINY"}, "b")
-    said = refusal(plugins.protocol, "tiny", "PROTOCOL")
+    said = refusal(plugins.get, "tiny", "PROTOCOL")
     assert said.startswith("protocol 'tiny': comes from the package")
     assert "the package one" in said
     assert "the package two" in said
@@ -62,16 +62,16 @@ def test_two_packages_with_one_name_are_refused(plugins, package):
 
 def test_a_name_of_ours_is_not_taken_over(plugins, package):
     package("stranger", TINY.replace('"tiny"', '"pkt"'), {"pkt": "stranger:TINY"})
-    assert plugins.protocol("pkt", "PROTOCOL").title == "PKT!"
+    assert plugins.get("pkt", "PROTOCOL").title == "PKT!"
     assert [*plugins.broken.values()] == [
         "protocol 'pkt' of the package stranger: the name is that of one of hilbench's own; it is left out"
     ]
 
 
 def test_what_is_not_there_is_refused_with_those_that_are(plugins):
-    said = refusal(plugins.protocol, "p2so", "PROTOCOL")
+    said = refusal(plugins.get, "p2so", "PROTOCOL")
     assert said == "PROTOCOL: no protocol 'p2so'; did you mean 'p2os'?"
-    assert "autoware, carla, p2os, pkt" in refusal(plugins.protocol, "modbus", "PROTOCOL")
+    assert "autoware, carla, p2os, pkt" in refusal(plugins.get, "modbus", "PROTOCOL")
 
 
 # --- files
@@ -81,14 +81,14 @@ def test_a_file_brings_a_protocol_once(plugins, tiny):
     plugins.add_file(tiny, "--plugin")
     plugins.add_file(tiny, "--plugin")
     assert plugins.names() == [*OWN, "tiny"]
-    assert plugins.protocol("tiny", "PROTOCOL").title == "Tiny"
+    assert plugins.get("tiny", "PROTOCOL").title == "Tiny"
     assert plugins.origin("tiny") == str(tiny)
 
 
 @pytest.mark.parametrize(
     ("source", "said"),
     [
-        ("x = 1\n", "--plugin: '{path}' defines no protocol; see docs/plugins.md"),
+        ("x = 1\n", "--plugin: '{path}' defines no protocol and no system; see docs/plugins.md"),
         ("x = 1\ny = (\n", "{path}:2: cannot be imported: SyntaxError: '(' was never closed ({name}, line 2)"),
         ("import json\n\njson.loads('')\n", "{path}:3: cannot be imported: JSONDecodeError: Expecting value: line 1 "),
         (TINY.replace("api=1", "api=7"), "{path}: was written for api 7, and this hilbench has 1"),

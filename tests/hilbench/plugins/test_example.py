@@ -13,8 +13,9 @@ from hilbench.clock import Scheduler
 from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
-from hilbench.live import rigs
-from hilbench.live.rigs import open_attached, open_rig
+from hilbench.live import real_port
+from hilbench.live.attached import open_attached
+from hilbench.live.rigs import open_rig
 from hilbench.live.teller import Teller
 from hilbench.options import TargetChoice
 from hilbench.recordings.piecewise import open_pieces
@@ -169,7 +170,7 @@ def test_the_dashboard_sends_nothing_to_a_real_node(installed, monkeypatch):
     link = MemoryLink(made.scheduler, Line(baud=115200), name="host")
     heard = bytearray()
     link.b.on_receive = lambda data, _at_ns: heard.extend(data)
-    monkeypatch.setattr(rigs, "_at", lambda *_: link.a)
+    monkeypatch.setattr(real_port, "open_at", lambda *_: link.a)
     rig = open_attached(made, open_bench(str(MODEL)), [TargetChoice(spec="serial:/dev/nothing")], seed=0)
     made.run_for(9.0)
     assert not heard
@@ -180,7 +181,7 @@ def test_the_dashboard_sends_nothing_to_a_real_node(installed, monkeypatch):
 
 
 def test_a_node_is_served_at_its_rate_or_another(installed):
-    from hilbench.served_targets import served_target
+    from hilbench.served_model import served_target
 
     served = served_target(open_bench(str(MODEL)))
     assert (dict(served.lines), served.source) == ({"host": 115200}, "device")

@@ -233,7 +233,7 @@ def test_the_command_shows_each_port(machine, host, monkeypatch, capsys):
     assert first.splitlines() == [
         "/dev/ttyACM0  ST-LINK/V2-1 (cdc_acm)",
         "  plugged in   0483:374b at 1-1.2, interface 2, serial number 0668FF",
-        "  probably     a Nucleo board, such as the NUCLEO-F767ZI of a rover",
+        "  probably     a Nucleo board, such as the NUCLEO-F767ZI",
         "  target       serial:serial=0668FF",
         "  also         /dev/hilbench/stlink-0668FF-if02",
         "  access       no (dialout 0644)",

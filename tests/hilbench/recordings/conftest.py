@@ -92,7 +92,7 @@ def wrong(recording_of):
         events = [{"ns": 0, "kind": "case", "source": "journal", "case": case}] if case else []
         events += [{"ns": ns, "kind": way, "source": source, "data": data.hex()} for ns, way, data in said]
         events.append({"ns": max(end_ns, said[-1][0]), "kind": "note", "source": "desk", "text": "the end"})
-        bench = SimpleNamespace(stretches=stretches(recording_of(events), PLUGINS.protocol(protocol, "a test")))
+        bench = SimpleNamespace(stretches=stretches(recording_of(events), PLUGINS.get(protocol, "a test")))
         tests = [test for name, test in vars(SUITES[protocol]).items() if name.startswith("test_")]
         return [str(error) for test in tests if (error := violation(test, bench)) is not None]
 

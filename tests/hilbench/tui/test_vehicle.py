@@ -27,7 +27,7 @@ ACTIONS = ("press", "mode", "stack", "simulator", "lamps", "restart", "drive", "
 
 
 def named(protocol, raw, *, sent):
-    spoken = PLUGINS.protocol(protocol, "a test")
+    spoken = PLUGINS.get(protocol, "a test")
     return [(region.name, region.data.hex()) for region in spoken.regions(raw, spoken.options(), sent=sent)]
 
 

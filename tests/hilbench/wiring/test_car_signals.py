@@ -7,8 +7,7 @@ import math
 import pytest
 
 from hilbench.errors import UsageError
-from hilbench.wiring.car_signals import CAR_SIGNALS
-from hilbench.wiring.signals import open_signals
+from hilbench.systems.vehicle.signals import CAR_SIGNALS, CarSignals
 from targets.parts import Direction
 from worlds.errors import WorldError
 from worlds.vehicles.car import CarBody
@@ -31,7 +30,7 @@ def car():
 
 
 def drive(body, steps=240, **values):
-    signals = open_signals(body, GIVEN)
+    signals = CarSignals(body, GIVEN)
     for name, value in values.items():
         signals.drive(name, value)
     for _ in range(steps):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from functools import partial
 
 import pytest
 from hypothesis import given
@@ -65,11 +66,10 @@ def plan(**sources):
 @pytest.fixture
 def alive(bench, monkeypatch):
     monkeypatch.setattr(wiring, "part_class", lambda _kind: Adder)
-    monkeypatch.setattr(wiring, "open_signals", NoSignals)
 
     def make(plans):
         parts, runner = Parts(bench, plans, {}, [], seed=1), Runner()
-        parts.join(runner, body=None)
+        parts.join(runner, partial(NoSignals, None))
         parts.power_on()
         return parts.by_name, runner
 

@@ -121,7 +121,6 @@ def on_pin(pin, *terminals, supplies=()):
 def make(bench, machine, monkeypatch):
     """Make parts of the kind above, by name; the chip has pins PA0 and PA1."""
     monkeypatch.setattr(wiring, "part_class", lambda _kind: Probe)
-    monkeypatch.setattr(wiring, "open_signals", FakeSignals)
     chip = machine(PA0=False, PA1=None)
 
     def build(nets=(), seed=1, **settings):
@@ -286,7 +285,7 @@ def test_controls_are_moved_now_and_the_part_called_when_it_then_wants(make, ben
 
 def test_before_and_after_each_step(make, bench):
     parts, runner = make(one=Settings(), two=Settings()), FakeRunner()
-    parts.join(runner, body=None)
+    parts.join(runner, partial(FakeSignals, None))
     parts.power_on()
     signals = FakeSignals.made
     assert signals.wanted == ["wheel_left_angle"]
@@ -305,10 +304,9 @@ def test_before_and_after_each_step(make, bench):
 
 def test_what_goes_out_and_is_not_wired_is_left_out(bench, machine, monkeypatch):
     monkeypatch.setattr(wiring, "part_class", lambda _kind: Probe)
-    monkeypatch.setattr(wiring, "open_signals", FakeSignals)
     plans = {"one": PartPlan(kind="probe", settings=Settings(), signals={"angle": "wheel_left_angle"})}
     parts, runner = Parts(bench, plans, {"brain": machine()}, [], seed=1), FakeRunner()
-    parts.join(runner, body=None)
+    parts.join(runner, partial(FakeSignals, None))
     parts.power_on()
     runner.step(10, 20)
     assert FakeSignals.made.driven == []
@@ -316,7 +314,7 @@ def test_what_goes_out_and_is_not_wired_is_left_out(bench, machine, monkeypatch)
 
 def test_a_test_may_show_something_else_than_the_world(make, bench):
     parts, runner = make(), FakeRunner()
-    parts.join(runner, body=None)
+    parts.join(runner, partial(FakeSignals, None))
     parts.power_on()
     parts.senses = False
     runner.step(10, 20)

@@ -8,7 +8,7 @@ import math
 import pytest
 
 from hilbench.systems.pioneer.robot import sonar_poses
-from hilbench.wiring.pioneer_signals import PIONEER_SIGNALS, PioneerSignals
+from hilbench.systems.pioneer.signals import PIONEER_SIGNALS, PioneerSignals
 from targets.parts import Direction
 from worlds.vehicles.pioneer_2dx import DEFAULTS, Pioneer2dxBody
 from worlds.world import open_world

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from hilbench.wiring.rover_signals import ROVER_SIGNALS, RoverSignals
-from hilbench.wiring.signals import SIGNALS, open_signals
+from hilbench.plugins.discovery import PLUGINS
+from hilbench.systems.rover.signals import ROVER_SIGNALS, RoverSignals
 from targets.parts import Direction
 from worlds import vehicle_names
 from worlds.vehicles.rover_4wd import WHEELS, Rover4wdBody
@@ -36,8 +36,9 @@ def run(body, signals, steps):
 
 
 def test_every_vehicle_has_signals():
-    assert set(SIGNALS) == set(vehicle_names())
-    for signals in SIGNALS.values():
+    names = PLUGINS.systems.vehicle_names()
+    assert {*names} == {*vehicle_names()}
+    for signals in (PLUGINS.systems.vehicle(name).signals for name in names):
         assert all(name == signal.name and signal.unit and signal.text for name, signal in signals.items())
 
 
@@ -54,7 +55,7 @@ def test_names_directions_and_units():
 def test_every_given_signal_can_be_read(rover):
     given = [name for name, signal in ROVER_SIGNALS.items() if signal.direction is Direction.IN]
     body = rover()
-    values = run(body, open_signals(body, given), 48)
+    values = run(body, RoverSignals(body, given), 48)
     assert list(values) == given
     at_rest = {name: value for name, value in values.items() if name not in {"az"} and "contact" not in name}
     assert at_rest == pytest.approx(dict.fromkeys(at_rest, 0.0), abs=1e-4)

@@ -12,6 +12,7 @@ from hilbench.check import CheckOptions, Verdict, run_suites
 from hilbench.cli import main
 from hilbench.config import open_bench, read_bench
 from hilbench.errors import UsageError
+from hilbench.systems.pioneer.robot import plan_of
 from targets.robots.rover import RoverSettings
 from tests.hilbench.forked import PATIENCE_S
 
@@ -39,12 +40,12 @@ def test_settings(bench):
     found = read_bench(
         bench('[targets.rover.settings]\nprofile = "g2"\ndefects = ["no-resync"]\nboot_s = 0.5\n' + LINE)
     )
-    assert found.rover == RoverSettings(profile="g2", defects=("no-resync",), boot_s=0.5)
+    assert found.settings_of(RoverSettings) == RoverSettings(profile="g2", defects=("no-resync",), boot_s=0.5)
     assert not found.has_world
     assert found.suites == ("pkt-board", "pkt-host")
     with pytest.raises(UsageError, match="names no Pioneer"):
-        found.pioneer()
-    assert open_bench("pioneer").rover is None
+        plan_of(found)
+    assert open_bench("pioneer").settings_of(RoverSettings) is None
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from hilbench.devices import LinesActor
 from hilbench.errors import UsageError
 from hilbench.links import Line, PtyDoor
 from hilbench.options import TargetChoice
+from hilbench.systems.vehicle.cases import car_host_settings
 from hilbench.systems.vehicle.provider import AttachedVehicleProvider
 from protocols.carla import BAUD
 from targets.robots.car_host import CarHostSettings
@@ -51,13 +52,13 @@ def run(file, select, suite="vehicle-board", targets=()):
 
 def test_settings(bench):
     found = read_bench(bench('[targets.board.settings]\nprofile = "v1"\ndefects = ["H2"]\n' + LINES))
-    assert found.vehicle == VehicleSettings(profile="v1", defects=("H2",))
-    assert found.car_host == CarHostSettings()
+    assert found.settings_of(VehicleSettings) == VehicleSettings(profile="v1", defects=("H2",))
+    assert car_host_settings(found) == CarHostSettings()
     assert not found.has_world
     assert found.suites == ("vehicle-board", "vehicle-host")
     assert found.checker_lines == {"car": "board.usart2", "stack": "board.usart3"}
     assert [link.baud for link in found.links] == [BAUD, BAUD]
-    assert open_bench("rover-model").vehicle is None
+    assert open_bench("rover-model").settings_of(VehicleSettings) is None
 
 
 @pytest.mark.parametrize(

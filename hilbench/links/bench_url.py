@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from urllib.parse import unquote, urlsplit
 
-from hilbench.bench_file import BenchFile
 from hilbench.errors import UsageError
 from hilbench.nearest import did_you_mean
 
@@ -30,20 +29,9 @@ class BenchUrl:
     seed: int = 0
     fast: bool = False
 
-    def bench_file(self) -> BenchFile:
-        """Read the bench.
-
-        Raises:
-            UsageError: there is no such target, board or bench, or its file is wrong.
-            UnavailableError: an image is not there.
-        """
-        from hilbench.mcu.command_line import open_target
-
-        return open_target(self.what)
-
 
 def parse_bench_url(url: str) -> BenchUrl:
-    """Read a URL: ``hilbench://pioneer``, ``hilbench://bluepill?image=fw.elf&line=usart2``, ``hilbench:///dir/bench.toml``.
+    """Read a URL: ``hilbench://BENCH``, ``hilbench://BOARD?image=fw.elf&line=usart2``, ``hilbench:///dir/bench.toml``.
 
     Keys are ``image`` (firmware for a board), ``line`` (which line), ``seed``, and ``fast``.
 
@@ -56,7 +44,7 @@ def parse_bench_url(url: str) -> BenchUrl:
         raise UsageError(f"is no URL: {error}", where=url) from error
     what = unquote(parts.netloc + parts.path)
     if parts.scheme.lower() != "hilbench" or not what:
-        raise UsageError("names no bench", where=url, hint="write hilbench://pioneer or hilbench://bluepill?image=FILE")
+        raise UsageError("names no bench", where=url, hint="write hilbench://BENCH or hilbench://BOARD?image=FILE")
     given = _given(parts.query)
     for key in given:
         if key not in _KEYS:

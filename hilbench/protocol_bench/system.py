@@ -1,0 +1,145 @@
+"""A protocol alone as a system: the device and the host that its record brings, without a world or boards."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from hilbench.plugins.protocol import Device, ProtocolPlugin
+from hilbench.plugins.system import API, ModelKind, System, device_kind
+
+if TYPE_CHECKING:
+    from hilbench.bench import Bench
+    from hilbench.bench_file import BenchFile, ModelTarget
+    from hilbench.check.provider import BenchProvider
+    from hilbench.links import Port
+    from hilbench.live.rig import Rig
+    from hilbench.live.tap import Tap
+    from hilbench.live.teller import Observed, Senses
+    from hilbench.mcu.emulated import EmulatedBench
+    from hilbench.options import TargetChoice
+    from hilbench.served_targets import ServedTarget
+    from hilbench.shared import Shared
+
+__all__ = ["ProtocolSystem", "system_of"]
+
+_CLIENT = "client"
+"""The source in the journal of the host that a protocol brings."""
+
+
+def system_of(model: ModelTarget) -> System:
+    """Return whose a model is; a protocol's device is that of a system around the protocol alone."""
+    return model.owner if isinstance(model.owner, System) else ProtocolSystem(model.owner)
+
+
+class ProtocolSystem(System):
+    """See the module.
+
+    Args:
+        protocol: the protocol; it brings a device where a model of it stands on a bench.
+
+    Attributes:
+        kind: of its model.
+    """
+
+    api = API
+
+    def __init__(self, protocol: ProtocolPlugin) -> None:
+        self.name = protocol.name
+        self.title = protocol.title
+        self._protocol = protocol
+        self.kind = device_kind(protocol)
+
+    def models(self) -> Mapping[str, ModelKind]:
+        """See `System`."""
+        return {self.name: self.kind}
+
+    def provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:
+        """See `System`."""
+        from hilbench.protocol_bench.providers import AttachedPeerProvider, DeviceProvider
+        from hilbench.target_choice import only_port
+
+        if choices:
+            return AttachedPeerProvider(shared, only_port(shared, choices).spec, self._protocol)
+        there = shared.bench_file.model
+        assert there is not None
+        return DeviceProvider(shared, self._protocol, there.settings)
+
+    def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
+        """See `System`."""
+        from hilbench.devices import DeviceActor
+        from hilbench.protocol_bench.cases import DEVICE, device_baud
+        from hilbench.served_targets import HOST_LINE, ServedTarget
+
+        del scene, seed
+        device, there = self._protocol.device, bench_file.model
+        assert device is not None
+        assert there is not None
+
+        def make(bench: Bench, ports: Mapping[str, Port]) -> Callable[[], None]:
+            DeviceActor(bench, device.make(there.settings), ports[HOST_LINE], name=DEVICE)
+            return lambda: None
+
+        return ServedTarget({HOST_LINE: baud or device_baud(bench_file, self._protocol)}, make, DEVICE)
+
+    def rig(self, bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
+        """See `System`."""
+        from hilbench.devices import DeviceActor
+        from hilbench.links import Line, MemoryLink
+        from hilbench.links.memory import REAL_TIME_GROUP_NS
+        from hilbench.protocol_bench.cases import DEVICE, device_baud, machines_of
+
+        made, there = self._protocol.device, bench_file.model
+        assert made is not None
+        assert there is not None
+        line = Line(baud=device_baud(bench_file, self._protocol))
+        link = MemoryLink(bench.scheduler, line, name="host", group_ns=REAL_TIME_GROUP_NS)
+        device = made.make(there.settings)
+        DeviceActor(bench, device, link.b, name=DEVICE)
+        tap, machines = self._host(bench, link.a, seed)
+        return self._rig(tap, {**machines, **machines_of({DEVICE: device})}, {DEVICE: made})
+
+    def board_rig(self, emulated: EmulatedBench, *, seed: int) -> Rig | None:
+        """See `System`."""
+        port = emulated.ports[emulated.bench_file.checker_lines[""]]
+        port.reacts = True
+        return self._rig(*self._host(emulated.bench, port, seed))
+
+    def attached_rig(self, bench: Bench, bench_file: BenchFile, ports: Mapping[str, str], *, seed: int) -> Rig:
+        """Listen to what is at a port: a host would speak, and move something, unasked."""
+        from hilbench.live.about import about_line
+        from hilbench.live.real_port import open_at
+        from hilbench.live.rig import Rig
+        from hilbench.live.tap import Tap
+
+        port = open_at(bench, bench_file, ports[""], self._protocol.baud)
+        about = about_line(_CLIENT, self.name, {})
+        taps = {"host": Tap(bench, port, _CLIENT, seed=seed)}
+        return Rig(taps=taps, about=about, demo=False, close=port.close)
+
+    def _host(self, bench: Bench, port: Port, seed: int) -> tuple[Tap, Mapping[str, Observed]]:
+        """Put the host of the protocol at the end of a line; where it brings none, the line is listened to."""
+        from hilbench.devices import DeviceActor
+        from hilbench.live.tap import Tap
+        from hilbench.protocol_bench.cases import machines_of
+
+        tap = Tap(bench, port, _CLIENT, seed=seed)
+        if self._protocol.host is None:
+            return tap, {}
+        host = self._protocol.host.make(self._protocol.host.settings())
+        DeviceActor(bench, host, tap, name=_CLIENT)
+        return tap, machines_of({_CLIENT: host})
+
+    def _rig(self, tap: Tap, machines: Mapping[str, Observed], devices: Mapping[str, Device] | None = None) -> Rig:
+        from hilbench.live.about import about_line
+        from hilbench.live.rig import Rig
+
+        there = {_CLIENT: self._protocol.host, **(devices or {})}
+        about = about_line(_CLIENT, self.name, machines)
+        return Rig(taps={"host": tap}, machines=machines, senses=_senses(there), about=about)
+
+
+def _senses(devices: Mapping[str, Device | None]) -> Senses:
+    from hilbench.live.teller import Sense
+
+    return {name: dict.fromkeys(one.resting, Sense.REST) for name, one in devices.items() if one is not None}
