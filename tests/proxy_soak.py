@@ -27,14 +27,14 @@ from dataclasses import dataclass
 from functools import partial
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
+from hilbench.benchfile.bench_file import BenchFile
+from hilbench.benchfile.reader import open_bench
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass, Scheduler, Stopwatch
-from hilbench.config import open_bench
 from hilbench.errors import HilbenchError
 from hilbench.journal import Journal
 from hilbench.links import Port
 from hilbench.links.front import PortInFront
-from hilbench.near_ends import open_near_end
+from hilbench.serving.near_ends import open_near_end
 from hilbench.systems.rover.ground_station import GroundStation
 from hilbench.through import Passages
 from targets.firmware import image_path

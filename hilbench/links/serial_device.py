@@ -276,7 +276,7 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
 
 
 def _how_to_get_access(path: str) -> str:
-    from hilbench.host import this_host
+    from hilbench.files.host import this_host
     from hilbench.ports.listing import list_ports
     from hilbench.ports.states import advice_on_access, state_at
 
@@ -293,7 +293,7 @@ def _how_to_be_heard(url: str, error: Exception) -> str | None:
 
 
 def _who_to_stop(path: str) -> str:
-    from hilbench.host import this_host
+    from hilbench.files.host import this_host
     from hilbench.ports.listing import list_ports
     from hilbench.ports.states import state_at
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
+from hilbench.benchfile.bench_file import BenchFile
+from hilbench.benchfile.target import TargetKind, target_of
+from hilbench.driving.rig import Rig
 from hilbench.errors import UsageError
-from hilbench.live.rig import Rig
-from hilbench.options import TargetChoice
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.system import System
 from hilbench.protocol_bench.system import ProtocolSystem, system_of
-from hilbench.target import TargetKind, target_of
+from hilbench.terminal.options import TargetChoice
 
 __all__ = ["open_attached", "ports_asked"]
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
-from hilbench.live.about import about_boards, about_world
-from hilbench.live.rig import Rig
-from hilbench.live.teller import describe_machine
+from hilbench.bench.about import about_boards, about_world
+from hilbench.bench.teller import describe_machine
+from hilbench.benchfile.bench_file import BenchFile
+from hilbench.driving.rig import Rig
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.protocol_bench.system import ProtocolSystem, system_of
 

@@ -12,17 +12,17 @@ from math import ceil
 from pathlib import Path
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile, EmulatedBoard, Link, Net
+from hilbench.bench.byte_log import ByteLog
+from hilbench.benchfile.bench_file import BenchFile, EmulatedBoard, Link, Net
 from hilbench.clock import NS_PER_S, EventClass, Scheduler
 from hilbench.journal import Journal
-from hilbench.mcu.byte_log import ByteLog
 from hilbench.mcu.group import FREE_STEP_NS, MachineGroup
 from hilbench.mcu.images import load, translated
 from hilbench.mcu.pin_log import PinLog
 from hilbench.mcu.seams import Ending, Machine
+from hilbench.mcu.surroundings import Surroundings
 from hilbench.mcu.usart_port import UsartPort
 from hilbench.mcu.vcd import Waveforms
-from hilbench.wiring.surroundings import Surroundings
 from targets.mcu.cortexm.faults import Fault
 from targets.mcu.errors import McuError
 from targets.mcu.fidelity import Fidelity, Note

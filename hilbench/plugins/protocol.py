@@ -14,8 +14,8 @@ from protocols.common.layout import Region, laid_out
 
 if TYPE_CHECKING:
     from hilbench.bench import Bench
-    from hilbench.devices import SerialDevice
-    from hilbench.line_peer import LinePeer
+    from hilbench.bench.devices import SerialDevice
+    from hilbench.bench.line_peer import LinePeer
     from hilbench.links import Port
 
 __all__ = ["API", "ClauseEntry", "Device", "FirstTest", "ProtocolPlugin", "Recorded"]
@@ -62,7 +62,7 @@ class Device:
 
     Attributes:
         make: makes one with these settings, just powered on. Where it has an attribute ``observed``, its state machine
-            (`hilbench.live.teller.Observed`), the dashboard shows states and watchdogs.
+            (`hilbench.bench.teller.Observed`), the dashboard shows states and watchdogs.
         settings: what it can be set to, a dataclass whose fields all have defaults.
         capabilities: what a bench with it can do beside speaking the protocol, by the names that clauses use.
         resting: the names of its timers with which nothing is wrong when they run out, such as one for the next

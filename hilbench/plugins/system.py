@@ -18,18 +18,18 @@ from protocols.common.decoding import Speaker
 
 if TYPE_CHECKING:
     from hilbench.bench import Bench
-    from hilbench.bench_file import BenchFile
-    from hilbench.cases import CaseBase
-    from hilbench.check.provider import BenchProvider, CaseInfo
+    from hilbench.bench.cases import CaseBase
+    from hilbench.bench.served_targets import ServedTarget
+    from hilbench.bench.shared import Shared
+    from hilbench.bench.teller import Observed
+    from hilbench.bench.world_runner import WorldRunner
+    from hilbench.benchfile.bench_file import BenchFile
+    from hilbench.benchfile.world_signals import WorldSignal, WorldSignals
+    from hilbench.driving.rig import Rig
+    from hilbench.judging.provider import BenchProvider, CaseInfo
     from hilbench.links import Port
-    from hilbench.live.rig import Rig
-    from hilbench.live.teller import Observed
     from hilbench.mcu.emulated import EmulatedBench
-    from hilbench.options import TargetChoice
-    from hilbench.served_targets import ServedTarget
-    from hilbench.shared import Shared
-    from hilbench.wiring.world_signals import WorldSignal, WorldSignals
-    from hilbench.world_runner import WorldRunner
+    from hilbench.terminal.options import TargetChoice
     from worlds.vehicles import Vehicle
     from worlds.world import World
 
@@ -195,7 +195,7 @@ class System:
         return None
 
     def about_board(self, bench_file: BenchFile, program: str) -> Mapping[str, Any]:
-        """Return what a journal says of its case on emulated boards for those who show it; see `hilbench.live.about`.
+        """Return what a journal says of its case on emulated boards for those who show it; see `hilbench.bench.about`.
 
         Args:
             bench_file: the bench.

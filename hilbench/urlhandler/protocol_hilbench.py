@@ -11,7 +11,7 @@ from hilbench.clock import NS_PER_MS
 from hilbench.errors import HilbenchError
 from hilbench.links.bench_url import parse_bench_url
 from hilbench.mcu.command_line import open_target
-from hilbench.near_ends import NearEnd
+from hilbench.serving.near_ends import NearEnd
 from hilbench.urlhandler.runner import FastRunner, RealTimeRunner, Runner
 
 __all__ = ["Serial"]

@@ -22,7 +22,7 @@ from hilbench.clock import MonotonicHostClock, Scheduler
 from hilbench.journal import Journal
 from hilbench.links import Line, PtyDoor, ReconnectingPort, SerialTarget
 from hilbench.ports.listing import PortInfo, UsbIdentity
-from hilbench.relay import Relay
+from hilbench.serving.relay import Relay
 
 ROUND_TRIPS = 2000
 REPLUGS = 20

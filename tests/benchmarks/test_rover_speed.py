@@ -13,11 +13,11 @@ import time
 
 import pytest
 
-from hilbench.check.provider import CaseInfo, CaseSetup
-from hilbench.config import open_bench
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.journal import Journal
+from hilbench.judging.provider import CaseInfo, CaseSetup
 from hilbench.mcu.board_provider import BoardProvider
-from hilbench.shared import Shared
 from hilbench.suites._rover import Rover, rover_bench
 from protocols.pkt import MotorThrottles
 

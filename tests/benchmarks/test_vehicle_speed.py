@@ -16,10 +16,10 @@ import time
 
 import pytest
 
-from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions
-from hilbench.check.provider import CaseInfo, CaseSetup
+from hilbench.check.bench_provider import make_provider
 from hilbench.clock import NS_PER_MS
+from hilbench.judging.provider import CaseInfo, CaseSetup
 from hilbench.mcu.group import LOCKED_STEP_NS
 from hilbench.suites._vehicle import Vehicle, vehicle_bench
 from hilbench.testing import FakeHostClock

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
-from hilbench.config import open_bench
+from hilbench.benchfile.reader import open_bench
 from hilbench.mcu.board_case import BoardBench
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.suites._dodge import AHEAD, BACK, TURN, Drive, longest_overlap_s

@@ -7,15 +7,15 @@ from functools import partial
 from pathlib import Path
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
+from hilbench.benchfile.bench_file import BenchFile
 from hilbench.clock import NS_PER_MS, EventClass
+from hilbench.driving.rig import Rig
+from hilbench.driving.tap import Tap
 from hilbench.exit_codes import ExitCode
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.live import session
 from hilbench.live.folders import Session
-from hilbench.live.rig import Rig
-from hilbench.live.tap import Tap
 from hilbench.mcu.command_line import open_target
 from hilbench.systems.rover.about import about_pkt
 from protocols import pkt

@@ -16,8 +16,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from hilbench.bench import Bench
-from hilbench.feed import Feed
-from hilbench.line_peer import Received
+from hilbench.bench.feed import Feed
+from hilbench.bench.line_peer import Received
 from hilbench.systems.vehicle.driving_stack import COMMAND_HZ
 from hilbench.systems.vehicle.simulator_peer import STATUS_HZ, SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer

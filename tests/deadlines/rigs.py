@@ -10,9 +10,9 @@ from functools import partial
 from pathlib import Path
 
 from hilbench.bench import Bench
+from hilbench.bench.devices import LinesActor
+from hilbench.benchfile.reader import read_bench
 from hilbench.clock import Scheduler
-from hilbench.config import read_bench
-from hilbench.devices import LinesActor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.mcu.emulated import EmulatedBench

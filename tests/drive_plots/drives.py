@@ -9,8 +9,8 @@ from dataclasses import replace
 import msgspec
 
 from hilbench.bench import Bench
+from hilbench.benchfile.reader import open_bench
 from hilbench.clock import NS_PER_S, Scheduler
-from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.mcu.board_case import BoardBench
 from hilbench.mcu.emulated import EmulatedBench

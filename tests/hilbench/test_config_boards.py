@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from hilbench.bench_file import PinEnd
-from hilbench.board_files import board_schema, open_board
+from hilbench.benchfile.bench_file import PinEnd
+from hilbench.benchfile.board_files import board_schema, open_board
+from hilbench.benchfile.reader import open_bench
 from hilbench.cli import main
-from hilbench.config import open_bench
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
-from hilbench.schema import DATA_FOLDER, schema_text
+from hilbench.strict.schema import DATA_FOLDER, schema_text
 from targets.boards import Straps, board_names, built_in_board
 from targets.robots.pioneer import RobotSettings
 

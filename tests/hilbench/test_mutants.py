@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.bench_provider import make_provider
-from hilbench.check.verdicts import Verdict
+from hilbench.check.bench_provider import make_provider
 from hilbench.clock import NS_PER_S, Scheduler
+from hilbench.judging.verdicts import Verdict
 from hilbench.links import Line, MemoryLink
-from hilbench.options import CheckOptions
+from hilbench.terminal.options import CheckOptions
 from protocols.p2os import CLIENT_TABLE, SERVER_TABLE, DropReason, Sip, SonarReading, checksum, encode_frame
 from protocols.p2os.clauses import CLAUSES
 from tests.mutants import farm

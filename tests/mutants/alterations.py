@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from hilbench.bench_file import TerminalEnd
-from hilbench.config import BenchFile
+from hilbench.benchfile.bench_file import TerminalEnd
+from hilbench.benchfile.reader import BenchFile
 
 __all__ = ["Alteration", "setting", "swapped"]
 

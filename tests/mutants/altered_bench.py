@@ -10,17 +10,17 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from hilbench.bench_file import BenchFile
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.bench_file import BenchFile
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from hilbench.check.collector import PlannedCase
-from hilbench.check.provider import BenchProvider
 from hilbench.check.results import Report
-from hilbench.config import open_bench
 from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
+from hilbench.judging.provider import BenchProvider
 from hilbench.mcu.board_provider import BoardProvider
-from hilbench.options import TargetChoice
-from hilbench.shared import Shared
+from hilbench.terminal.options import TargetChoice
 from targets.firmware import image_path
 from tests.mutants.alterations import Alteration
 from tests.mutants.each_its_own import Fault, judge

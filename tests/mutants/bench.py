@@ -9,19 +9,19 @@ from functools import partial
 from typing import cast
 
 from hilbench.bench import Bench
-from hilbench.check.provider import CaseInfo
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check.results import Report
 from hilbench.check.runner import run_suites
 from hilbench.clock import Scheduler
-from hilbench.config import open_bench
 from hilbench.journal import Journal
+from hilbench.judging.provider import CaseInfo
 from hilbench.links import Port
-from hilbench.options import CheckOptions
-from hilbench.shared import Shared
 from hilbench.systems.pioneer.cases import VirtualCase, make_client, no_tap
 from hilbench.systems.pioneer.client import P2osClient
 from hilbench.systems.pioneer.provider import VirtualProvider
 from hilbench.systems.pioneer.robot import PioneerPlan, make_robot, plan_of
+from hilbench.terminal.options import CheckOptions
 from protocols.p2os import ClientOptions, Connection, Event, Role, ServerOptions, Table, client_table, server_table
 from protocols.p2os.states import State, Trigger
 from targets.robots.pioneer import Chassis, PioneerRobot, RobotSettings, server_options

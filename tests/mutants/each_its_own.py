@@ -14,9 +14,9 @@ from dataclasses import dataclass, field, replace
 
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from hilbench.check.collector import PlannedCase
-from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo
 from hilbench.check.results import CaseResult
 from hilbench.check.selection import Candidate, compile_selection
+from hilbench.judging.provider import BenchProvider, CaseBench, CaseInfo
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,8 +9,8 @@ from multiprocessing.connection import Connection as Pipe
 from multiprocessing.connection import wait
 from multiprocessing.process import BaseProcess
 
-from hilbench.check.verdicts import Verdict
 from hilbench.clock import Stopwatch
+from hilbench.judging.verdicts import Verdict
 from tests.mutants.bench import run_mutant
 from tests.mutants.mutant import Mutant
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hilbench.bench import Bench
-from hilbench.client_under_test import ClientUnderTest, ListenClient
+from hilbench.bench.client_under_test import ClientUnderTest, ListenClient
+from hilbench.bench.locked_providers import FarEnd, ListenProvider
+from hilbench.bench.shared import Shared
 from hilbench.clock import NS_PER_S
 from hilbench.links import Line, MemoryLink, Port
-from hilbench.locked_providers import FarEnd, ListenProvider
-from hilbench.shared import Shared
 from hilbench.systems.rover.provider import AttachedRoverProvider
 
 Script = Callable[[Bench, Port], None]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import msgspec
 
-from hilbench.check.verdicts import Verdict
+from hilbench.judging.verdicts import Verdict
 from protocols.p2os.clauses import CLAUSES
 from tests.mutants.catalogue import all_mutants
 from tests.mutants.farm import Found

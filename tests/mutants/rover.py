@@ -13,16 +13,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from unittest.mock import patch
 
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, run_suites
-from hilbench.check.provider import CaseBench, CaseInfo
 from hilbench.check.results import Report
 from hilbench.clock import NS_PER_S
-from hilbench.config import open_bench
 from hilbench.journal import Journal
+from hilbench.judging.provider import CaseBench, CaseInfo
 from hilbench.mcu.board_provider import BoardProvider
-from hilbench.options import TargetChoice
-from hilbench.shared import Shared
 from hilbench.systems.rover.provider import RoverProvider
+from hilbench.terminal.options import TargetChoice
 from protocols.pkt import (
     SERVER_TABLE,
     Action,

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from hilbench.check.provider import CaseInfo, CaseSetup
-from hilbench.config import open_bench
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.journal import Journal
+from hilbench.judging.provider import CaseInfo, CaseSetup
 from hilbench.mcu.board_provider import BoardProvider
-from hilbench.shared import Shared
 from hilbench.suites._rover_law import Driven, settled_rpm
 from hilbench.suites._rover_motion import Ride
 from protocols.pkt import MotionReport, PidGains, RequestTelemetry

@@ -17,10 +17,10 @@ import pytest
 
 from hilbench.bench import Bench
 from hilbench.clock import Scheduler
-from hilbench.doors import SharedDoor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
-from hilbench.relay import CLIENT, SERVER, Relay
+from hilbench.serving.doors import SharedDoor
+from hilbench.serving.relay import CLIENT, SERVER, Relay
 from tests.proxy_soak import converse, told
 from tests.soak.streams import LARGEST, Stream
 

@@ -7,10 +7,10 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Seq
 from dataclasses import dataclass
 from typing import Any
 
-from hilbench.decode.lines import said
 from hilbench.plugins.blame import place_of
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.recordings.lines import said
 from protocols.common.decoding import Decoder, Speaker
 from protocols.common.items import Item, Kind
 from protocols.common.layout import Region, laid_out

@@ -21,7 +21,7 @@ TRAFFIC = frozenset(
 )
 """The counters that count what is right; every other one counts something that went wrong, or nearly."""
 _TOLD_NS = 200_000_000
-"""Twice as long as it takes a bench to tell of its timers again (hilbench.live.teller.TELL_EVERY_NS)."""
+"""Twice as long as it takes a bench to tell of its timers again (hilbench.bench.teller.TELL_EVERY_NS)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,7 +20,7 @@ _KEPT = 6000
 _SLOWEST_PWM_NS = 100_000_000
 _MOST_PARTS = 4
 _AHEAD = frozenset({2, 3, 4, 5})
-"""The discs of a Pioneer that look ahead, as of `hilbench.live.operators`."""
+"""The discs of a Pioneer that look ahead, as of `hilbench.driving.operators`."""
 _UNITS = (
     ("_mm_s", "mm/s", 1.0), ("_m_s2", "m/s²", 1.0), ("_m_s", "m/s", 1.0), ("_deg_s", "°/s", 1.0),
     ("_rad_s", "rad/s", 1.0), ("_deg", "°", 1.0), ("_rad", "rad", 1.0), ("_kmh", "km/h", 1.0), ("_dv", "V", 0.1),

@@ -13,12 +13,12 @@ from functools import partial
 
 import pytest
 
-from hilbench.config import open_bench
-from hilbench.console import Console
+from hilbench.benchfile.reader import open_bench
 from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
-from hilbench.mcu.run import RunOptions, run
+from hilbench.serving.run import RunOptions, run
+from hilbench.terminal.console import Console
 from targets.mcu.pins import PadMode
 from targets.mcu.services import Wave
 

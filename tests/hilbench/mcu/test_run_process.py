@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from hilbench.benchfile.reader import open_bench
 from hilbench.cli import main
-from hilbench.config import open_bench
 from hilbench.journal import Journal
 from tests.hilbench.forked import CLOSED, HILBENCH, PATIENCE_S
 
@@ -192,7 +192,7 @@ def test_a_reader_that_goes_away_is_no_error(forkable):
 def test_progress_is_shown_on_a_terminal_unless_lines_are(forkable, follow):
     ours, theirs = os.openpty()
     words = ["run", f"bluepill:{IMAGES / 'bench-busy.elf'}", *follow]
-    program = f"import hilbench.mcu.run; hilbench.mcu.run._PATIENCE_S = 0.01; {HILBENCH}"
+    program = f"import hilbench.serving.run; hilbench.serving.run._PATIENCE_S = 0.01; {HILBENCH}"
     with forkable.start(*words, program=program, stdin=theirs, stdout=theirs, stderr=theirs):
         os.close(theirs)
         said = b""

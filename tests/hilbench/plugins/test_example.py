@@ -9,16 +9,16 @@ from pathlib import Path
 import pytest
 
 from hilbench.bench import Bench
+from hilbench.bench.teller import Teller
+from hilbench.benchfile.reader import open_bench
 from hilbench.clock import Scheduler
-from hilbench.config import open_bench
+from hilbench.driving import real_port
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
-from hilbench.live import real_port
 from hilbench.live.attached import open_attached
 from hilbench.live.rigs import open_rig
-from hilbench.live.teller import Teller
-from hilbench.options import TargetChoice
 from hilbench.recordings.piecewise import open_pieces
+from hilbench.terminal.options import TargetChoice
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.replay import Replay
 
@@ -181,7 +181,7 @@ def test_the_dashboard_sends_nothing_to_a_real_node(installed, monkeypatch):
 
 
 def test_a_node_is_served_at_its_rate_or_another(installed):
-    from hilbench.served_model import served_target
+    from hilbench.serving.served_model import served_target
 
     served = served_target(open_bench(str(MODEL)))
     assert (dict(served.lines), served.source) == ({"host": 115200}, "device")

@@ -14,23 +14,23 @@ from unittest.mock import patch
 
 import pytest
 
-from hilbench.bench_provider import make_provider
+from hilbench.bench.feed import Feed
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Inconclusive, Verdict, run_suites
-from hilbench.config import open_bench
-from hilbench.feed import Feed
+from hilbench.check.bench_provider import make_provider
 from hilbench.journal import Journal
+from hilbench.mcu.parts import Parts
 from hilbench.mcu.under_test import BoardUnderTest
-from hilbench.shared import Shared
 from hilbench.suites._dodge import AHEAD, Drive
 from hilbench.suites._rover_motion import Ride
-from hilbench.suites._rover_motion_clauses import CLAUSES as RIDE_CLAUSES
 from hilbench.systems.rover.hands import ModelHands
+from hilbench.systems.rover.motion_clauses import CLAUSES as RIDE_CLAUSES
 from hilbench.systems.rover.provider import RoverProvider
 from hilbench.systems.vehicle.car_simulator import CarSimulator
 from hilbench.systems.vehicle.driven_car import DrivenCar
 from hilbench.systems.vehicle.driving_stack import DrivingStack
 from hilbench.systems.vehicle.on_board import BoardHands
-from hilbench.wiring.parts import Parts
 from protocols import carla, p2os, pkt
 from protocols.carla.clauses import HOST_CLAUSES
 from protocols.pkt import ServerState, ServerTrigger, Transition

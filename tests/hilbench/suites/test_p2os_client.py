@@ -10,10 +10,10 @@ import dataclasses
 
 import pytest
 
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
-from hilbench.config import open_bench
 from hilbench.journal import Journal
-from hilbench.shared import Shared
 from hilbench.systems.pioneer.client import P2osClient
 from hilbench.systems.pioneer.provider import VirtualProvider
 from protocols.p2os import (

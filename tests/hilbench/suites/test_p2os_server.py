@@ -15,11 +15,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, Violation, list_cases, run_suites
 from hilbench.clock import NS_PER_MS, NS_PER_S
-from hilbench.config import open_bench
 from hilbench.journal import Journal
-from hilbench.shared import Shared
 from hilbench.suites import _session
 from hilbench.suites._requirements import all_caught_up
 from hilbench.suites._session import Seen, Slope, find_parameters, poses, turned_deg

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import pytest
 
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, run_suites
-from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.mcu.board_provider import BoardProvider
-from hilbench.options import TargetChoice
-from hilbench.shared import Shared
+from hilbench.terminal.options import TargetChoice
 from targets.firmware import image_names, image_path
 from tests.mutants.rover import FIRMWARE_ALONE
 

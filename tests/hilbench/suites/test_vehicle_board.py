@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
+from hilbench.check.bench_provider import make_provider
 from protocols.carla.clauses import BOARD_CLAUSES
 from targets.robots.vehicle_interface import DEFECTS
 from tests.mutants.defects_page import killers

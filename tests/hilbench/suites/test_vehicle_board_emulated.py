@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, run_suites
-from hilbench.options import TargetChoice
+from hilbench.check.bench_provider import make_provider
 from hilbench.systems.vehicle.provider import AttachedVehicleProvider
+from hilbench.terminal.options import TargetChoice
 from targets.firmware import image_names
 from targets.robots.vehicle_interface import DEFECTS, PROFILE_NAMES
 from tests.mutants.defects_page import killers

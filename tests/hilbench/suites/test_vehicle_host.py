@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from hilbench.bench_provider import make_provider
+from hilbench.bench.client_under_test import EXEC_CAPABILITIES
+from hilbench.bench.locked_providers import ExecProvider
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
-from hilbench.client_under_test import EXEC_CAPABILITIES
-from hilbench.config import open_bench
+from hilbench.check.bench_provider import make_provider
 from hilbench.journal import Journal
-from hilbench.locked_providers import ExecProvider
-from hilbench.options import TargetChoice
-from hilbench.shared import Shared
 from hilbench.systems.vehicle.provider import VehicleProvider, foreign_simulator
+from hilbench.terminal.options import TargetChoice
 from protocols.carla import AckermannCommand, Commanded, CommandLimits, ManualCommand, Mode, Signs
 from protocols.carla.clauses import HOST_CLAUSES
 from targets.robots.car_host import BEHAVIOURS, DEFECTS, CarHost

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, run_suites
 from hilbench.check.results import Report
-from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.mcu.board_provider import BoardProvider
-from hilbench.options import TargetChoice
-from hilbench.shared import Shared
 from hilbench.systems.vehicle.provider import VehicleProvider
+from hilbench.terminal.options import TargetChoice
 from protocols.carla.clauses import BOARD_CLAUSES
 from targets.firmware import image_path
 from tests.mutants.each_its_own import Fault
