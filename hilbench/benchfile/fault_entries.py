@@ -1,6 +1,7 @@
 """The entries of ``[[faults]]`` in a bench file: what is written, what is refused, how it is said in one line.
 
-What a fault does to the line is in `hilbench.links.faults`; how the entries get onto it, in `hilbench.bench.line_faults`.
+What a fault does to the line is in `hilbench.links.faults`; how the entries get onto it, in
+`hilbench.bench.line_faults`.
 """
 
 from __future__ import annotations

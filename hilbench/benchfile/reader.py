@@ -46,7 +46,7 @@ __all__ = [
     "resolve_scene",
 ]
 
-BUILT_IN_FOLDER = Path(__file__).parent / "benches"
+BUILT_IN_FOLDER = Path(__file__).parent.parent / "benches"
 DEFAULT_FILE = Path("hilbench.toml")
 
 _LINE_NAME = re.compile(r"[A-Za-z_][\w-]*")

@@ -1,8 +1,8 @@
 """What lateness makes of a verdict that is of no figure of time, and what an emulation lacks of any.
 
 A figure that has lateness in its uncertainty is judged with it (`hilbench.judging.judge`). That an answer did not come,
-or said something else, has none, and the uncertainty of a figure may be of something else (`hilbench.judging.uncertainty`):
-whether lateness is to blame nobody can tell. So such a fail stands only where the benches were no later than cases have
+or said something else, has none, and the uncertainty of a figure may be of something else (`uncertainty.py`): whether
+lateness is to blame nobody can tell. So such a fail stands only where the benches were no later than cases have
 to bear anyway.
 
 A target that waits on something that its emulation lacks would have gone on where it is at home: nothing that it fails

@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 
-DATA_FOLDER = Path(__file__).parent / "data"
+DATA_FOLDER = Path(__file__).parent.parent / "data"
 
 _ATTRIBUTE = re.compile(r"^\s*(\w+): ")
 

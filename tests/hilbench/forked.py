@@ -41,10 +41,11 @@ import _pytest.config; _pytest.config.get_config()
 """
 COMMANDS = f"""{OF_OTHERS}
 import vcd
-import hilbench.check.bench_provider, hilbench.check.pytest_run, hilbench.check.runner, hilbench.cli, hilbench.cli.siblings
+import hilbench.check.bench_provider, hilbench.check.pytest_run, hilbench.check.runner, hilbench.cli.siblings
 import hilbench.commands.check, hilbench.commands.doctor, hilbench.commands.proxy, hilbench.commands.run
 import hilbench.commands.serve, hilbench.doctor.report, hilbench.doctor.software, hilbench.mcu.command_line
-import hilbench.serving.run, hilbench.serving.boards, hilbench.serving.proxy, hilbench.serving.serve, hilbench.udev.installing
+import hilbench.serving.run, hilbench.serving.boards, hilbench.serving.proxy, hilbench.serving.serve
+import hilbench.udev.installing
 import protocols.carla.clauses, protocols.p2os.clauses, protocols.pkt.clauses
 import targets.mcu.engine.table_timing, targets.mcu.machine, targets.mcu.stm32f1.chip, worlds.plane
 """

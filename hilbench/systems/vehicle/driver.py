@@ -122,7 +122,7 @@ class CarDriver:
         }
 
     def take(self, forward: float, turn: float, *, pad: bool = False) -> None:
-        """Drive by hand, see `hilbench.driving.driver.Drives`: a game pad moves the joystick no farther than keys do."""
+        """Drive by hand, see `Drives`: a game pad moves the joystick no farther than keys do."""
         del pad
         self.demo = False
         self._let_go = "dead man"
