@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, get_args
 
@@ -14,6 +15,9 @@ from hilbench.strict.schema import json_schema
 from hilbench.strict.toml_file import TomlFile
 from targets.boards import BOARD_FOLDER, Board, board_names
 from targets.mcu.variants import VARIANTS, ChipName
+
+_PACKAGES = "TCRVZI"
+"""The letters of packages in part numbers of ST, by the number of pins: 36, 48, 64, 100, 144, 176."""
 
 
 def open_board(spec: str, folder: Path, where: str | None = None) -> Board:
@@ -50,7 +54,8 @@ def with_chip(board: Board, chip: str, where: str | None = None) -> Board:
     family = {str(name): name for name in known if VARIANTS[name].family == board.variant.family}
     instead = family.get(chip.upper())
     if instead is None:
-        hint = did_you_mean(chip, family, "chips")
+        near = _as_large(chip.upper(), family)
+        hint = f"did you mean '{near}'?" if near else did_you_mean(chip, family, "chips")
         raise UsageError(f"no chip '{chip}' that could take the place of the {board.chip}", where=where, hint=hint)
     usarts = VARIANTS[instead].usarts
     connectors = tuple(
@@ -61,6 +66,14 @@ def with_chip(board: Board, chip: str, where: str | None = None) -> Board:
         return dataclasses.replace(board, chip=instead, connectors=connectors)
     except ValueError as error:
         raise UsageError(f"does not fit the board: {error}", where=where) from None
+
+
+def _as_large(chip: str, family: Iterable[str]) -> str | None:
+    """Return the chip of the same line and as much flash whose package is nearest, the larger of two; None for none."""
+    line, place, flash = chip[:9], _PACKAGES.find(chip[9:10] or "?"), chip[10:11]  # STM32F103, C, E
+    there = [one for one in family if place >= 0 and one[:9] == line and one[10:] == flash]
+    further = {one: _PACKAGES.find(one[9]) - place for one in there}
+    return min(there, key=lambda one: (abs(further[one]), further[one] < 0), default=None)
 
 
 def is_board_file(spec: str) -> bool:

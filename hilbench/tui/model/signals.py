@@ -164,7 +164,7 @@ class SignalsModel:
     def _take_wave(self, event: Event) -> None:
         high = 1.0 if event.get("level") else 0.0
         if event.get("edges", 0) and event.get("period_ns"):
-            high = event["high_ns"] / event["period_ns"]
+            high = event.get("duty", event["high_ns"] / event["period_ns"])
         self._put(f"{_pin(event['source'])} duty", "%", event["ns"], 100 * high)
 
     def _take_edge(self, event: Event) -> None:

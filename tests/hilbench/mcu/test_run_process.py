@@ -53,6 +53,11 @@ def test_a_blue_pill_with_128_kb_runs_what_is_too_large_for_64(tmp_path, capfd):
     assert open_bench(str(tmp_path / "hilbench.toml")).boards["board"].board.chip == "STM32F103CB"
 
 
+def test_a_program_that_runs_on_is_seen_in_its_functions(capfd):
+    assert main(["run", f"bluepill:{IMAGES / 'bench-busy.elf'}", "--for", "30ms"]) == 0
+    assert "  bluepill: runs, at 3 looks in main (3), at the end\n" in capfd.readouterr().err
+
+
 def test_a_wait_for_a_register_of_the_core_is_told_by_its_name(capfd):
     assert main(["run", f"bluepill:{IMAGES / 'style-swj.elf'}", "--for", "3ms"]) == 0
     assert "waits in main (swj.c:50), polling STK_CTRL, at the end" in capfd.readouterr().err

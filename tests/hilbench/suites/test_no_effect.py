@@ -144,6 +144,16 @@ def test_a_report_without_any_measurement_is_no_wrong_unit_and_no_wrong_order():
     assert found[Verdict.INCONCLUSIVE] == {"P41", "P41D", "P42", "P42D"}
 
 
+def test_a_report_with_an_acceleration_and_no_quaternion_is_no_wrong_order():
+    imu = RoverRobot._imu
+
+    def without(robot):
+        return replace(imu(robot), quaternion=(0.0, 0.0, 0.0, 0.0))
+
+    found = clauses_by_verdict(rover_model("P41 or P41D or P42 or P42D", patch.object(RoverRobot, "_imu", without)))
+    assert found[Verdict.INCONCLUSIVE] == {"P42", "P42D"}
+
+
 def test_wheels_that_never_turn_in_a_report_do_not_stop_in_it():
     still = patch.object(Tachometers, "read", lambda *_: None)
     found = clauses_by_verdict(rover_model("P47D", still))
