@@ -7,6 +7,7 @@ from typing import Any
 
 from hilbench.bench.teller import Observed, describe_machine
 from hilbench.benchfile.bench_file import EmulatedBoard
+from hilbench.plugins.discovery import PLUGINS
 from worlds.world import World
 
 __all__ = ["about_boards", "about_line", "about_world"]
@@ -26,10 +27,12 @@ def about_world(world: World | None) -> dict[str, Any]:
     if world is None:
         return {}
     boxes = [[[round(x, 3), round(y, 3)] for x, y in outline] for outline in world.scene.outlines_m().values()]
-    start = world.scene.start
+    start, name = world.scene.start, world.vehicle.name
+    size = {"vehicle_size_m": PLUGINS.systems.vehicle(name).size_m} if name in PLUGINS.systems.vehicle_names() else {}
     return {
         "scene": {"name": world.scene.name, "boxes": boxes, "start": [start.x_m, start.y_m, start.yaw_rad]},
-        "vehicle": world.vehicle.name,
+        "vehicle": name,
+        **size,
         "physics": world.name,
     }
 

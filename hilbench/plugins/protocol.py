@@ -115,6 +115,7 @@ class ProtocolPlugin:
         name: what a command line and a journal call it.
         title: what people call it; a bench that speaks it has the capability of this name.
         summary: what it is, in a few words.
+        help: what one sees where our client speaks it, for the help of the dashboard; in Textual's markup.
         decoder: makes a decoder of a stream: how it is read, and who sends it.
         options: how frames are read, a dataclass whose fields all have defaults; each becomes a flag of those commands
             that show frames. The metadata ``help`` of a field says what it is.
@@ -139,6 +140,7 @@ class ProtocolPlugin:
     title: str
     decoder: Callable[[Any, Speaker], Decoder]
     summary: str = ""
+    help: str = ""
     options: type[Any] = NoOptions
     regions: Callable[..., list[Region]] = _one_region
     longest_frame: int = 256

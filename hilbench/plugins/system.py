@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from hilbench.judging.provider import BenchProvider, CaseInfo
     from hilbench.links import Port
     from hilbench.mcu.emulated import EmulatedBench
+    from hilbench.plugins.dashboard import Dashboard
     from hilbench.terminal.options import TargetChoice
     from worlds.vehicles import Vehicle
     from worlds.world import World
@@ -284,4 +285,8 @@ class System:
     def scene(self, bench_file: BenchFile) -> str | None:
         """Return the scene that a bench is shown in where nobody names one; None for that of its file."""
         del bench_file
+        return None
+
+    def dashboard(self) -> Dashboard | None:
+        """Return how its benches are shown; None for as any others."""
         return None

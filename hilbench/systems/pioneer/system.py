@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hilbench.driving.rig import Rig
     from hilbench.judging.provider import BenchProvider
     from hilbench.links import Port
+    from hilbench.plugins.dashboard import Dashboard
     from hilbench.systems.pioneer.robot import PioneerPlan, VirtualPioneer
     from hilbench.terminal.options import TargetChoice
     from worlds.world import World
@@ -132,6 +133,12 @@ class Pioneer(System):
         from hilbench.systems.pioneer.rig import attached_rig
 
         return attached_rig(bench, bench_file, ports[""], seed)
+
+    def dashboard(self) -> Dashboard:
+        """See `System`."""
+        from hilbench.systems.pioneer.dashboard import DASHBOARD
+
+        return DASHBOARD
 
 
 def _plan(bench_file: BenchFile, scene: str | None, baud: int | None) -> PioneerPlan:

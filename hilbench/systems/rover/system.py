@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hilbench.judging.provider import BenchProvider
     from hilbench.links import Port
     from hilbench.mcu.emulated import EmulatedBench
+    from hilbench.plugins.dashboard import Dashboard
     from hilbench.terminal.options import TargetChoice
 
 __all__ = ["ROVER", "ROVER_ROOM"]
@@ -156,6 +157,12 @@ class Rover(System):
         is_ours = bench_file.path is not None and bench_file.path.parent == BUILT_IN_FOLDER
         on_stand = (bench_file.world.vehicle, bench_file.world.scene) == (VEHICLE, "stand")
         return ROVER_ROOM if is_ours and bench_file.has_world and on_stand else None
+
+    def dashboard(self) -> Dashboard:
+        """See `System`."""
+        from hilbench.systems.rover.dashboard import DASHBOARD
+
+        return DASHBOARD
 
 
 ROVER = Rover()

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from hilbench.judging.provider import BenchProvider, CaseInfo
     from hilbench.links import Port
     from hilbench.mcu.emulated import EmulatedBench
+    from hilbench.plugins.dashboard import Dashboard
     from hilbench.terminal.options import TargetChoice
 
 __all__ = ["CAR", "TRACK", "VEHICLE"]
@@ -207,6 +208,12 @@ class Vehicle(System):
         from hilbench.systems.vehicle.on_board import is_on_board
 
         return TRACK if is_on_board(bench_file) and bench_file.world.scene == "empty" else None
+
+    def dashboard(self) -> Dashboard:
+        """See `System`."""
+        from hilbench.systems.vehicle.dashboard import DASHBOARD
+
+        return DASHBOARD
 
 
 VEHICLE = Vehicle()

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.text import Text
 
-from hilbench.tui.views.words import BAD, DIM, GOOD, HEAD, fit
+from hilbench.plugins.dashboard import BAD, DIM, GOOD, HEAD
 
 __all__ = ["COCKPIT_ROWS", "cockpit_view"]
 
@@ -22,28 +22,23 @@ def cockpit_view(seen: Mapping[str, Any], width: int, height: int = COCKPIT_ROWS
     """Return the stick as seen from above, and beside it what can be read; what matters most first in a few rows.
 
     Args:
-        seen: what the journal tells of the car and the board; nothing is shown where that is nothing.
-        width: cells in a line.
+        seen: what the journal tells of the car and the board.
+        width: cells in a line; what is longer is cut by whoever shows it.
         height: rows there are.
     """
-    if not seen:
-        return []
+    del width
     reached = [_reported(seen), _who(seen), _car(seen)]
     if seen["stick"] is None:  # of a board at two ports
         at_board = Text("joystick, lights and lamps are at the board, where nobody here sees them", DIM)
-        return [fit(line, width) for line in (at_board, *reached)]
+        return [at_board, *reached]
     beside = [_lights(seen), _lamps(seen), *reached]
     right, forward = seen["stick"]
     where = f"{right:+.2f} right  {forward:+.2f} ahead"
     if height < COCKPIT_ROWS:
-        brief = [Text.assemble(("stick     ", HEAD), where), _reported(seen), _lights(seen), _lamps(seen), *reached[1:]]
-        return [fit(line, width) for line in brief[:height]]
+        return [Text.assemble(("stick     ", HEAD), where), _reported(seen), _lights(seen), _lamps(seen), *reached[1:]]
     return [
-        fit(Text.assemble((" stick  ", HEAD), where), width),
-        *(
-            fit(Text.assemble(stick, "  ", said), width)
-            for stick, said in zip(_stick(right, forward), beside, strict=True)
-        ),
+        Text.assemble((" stick  ", HEAD), where),
+        *(Text.assemble(stick, "  ", said) for stick, said in zip(_stick(right, forward), beside, strict=True)),
     ]
 
 
