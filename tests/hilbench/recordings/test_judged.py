@@ -17,6 +17,9 @@ from hilbench.recordings.csv_file import write_csv
 from hilbench.recordings.mcap_file import write_mcap
 from hilbench.recordings.pcapng import write_pcapng
 from hilbench.terminal.options import TargetChoice
+from measure.mutants.bench import MutantProvider
+from measure.mutants.catalogue import mutants_of
+from measure.mutants.mutant import Family
 from protocols import autoware
 from protocols.p2os import Command, encode_command
 from protocols.pkt import (
@@ -31,9 +34,6 @@ from protocols.pkt import (
     encode_report,
 )
 from protocols.pkt import encode_command as encode_command_of_rover
-from tests.mutants.bench import MutantProvider
-from tests.mutants.catalogue import mutants_of
-from tests.mutants.mutant import Family
 
 SUITES = {"server": "p2os-server", "client": "p2os-client"}
 MS = 1_000_000

@@ -10,10 +10,10 @@ from hilbench.benchfile.bench_file import Net, PinEnd, TerminalEnd
 from hilbench.cli import main
 from hilbench.exit_codes import ExitCode
 from hilbench.systems.bluepill.pins_clauses import CLAUSES
+from measure.mutants.alterations import setting, swapped
+from measure.mutants.altered_bench import AlteredBench, first_of_each
 from targets.firmware import image_path
 from targets.parts.p2os_adapter.link import RobotLink
-from tests.mutants.alterations import setting, swapped
-from tests.mutants.altered_bench import AlteredBench, first_of_each
 
 pytestmark = pytest.mark.needs_bullet
 

@@ -31,6 +31,10 @@ from hilbench.systems.vehicle.car_simulator import CarSimulator
 from hilbench.systems.vehicle.driven_car import DrivenCar
 from hilbench.systems.vehicle.driving_stack import DrivingStack
 from hilbench.systems.vehicle.on_board import BoardHands
+from measure.mutants.altered_bench import AlteredBench
+from measure.mutants.bench import run_mutant
+from measure.mutants.mutant import Family, Mutant
+from measure.mutants.rover import RoverMutant
 from protocols import carla, p2os, pkt
 from protocols.carla.clauses import HOST_CLAUSES
 from protocols.pkt import ServerState, ServerTrigger, Transition
@@ -39,10 +43,6 @@ from protocols.pkt.server import ServerMachine
 from targets.robots.rover import RoverRobot
 from targets.robots.rover.control import Tachometers
 from targets.robots.vehicle_interface import VehicleInterface
-from tests.mutants.altered_bench import AlteredBench
-from tests.mutants.bench import run_mutant
-from tests.mutants.mutant import Family, Mutant
-from tests.mutants.rover import RoverMutant
 from worlds.bullet import BulletWorld
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 from worlds.vehicles.rover_4wd import Rover4wdBody

@@ -17,6 +17,8 @@ from hilbench.journal import Journal
 from hilbench.systems.rover.ground_station import GroundStation
 from hilbench.systems.rover.provider import RoverProvider, foreign_host
 from hilbench.terminal.options import TargetChoice
+from measure.mutants.each_its_own import Fault, judge
+from measure.mutants.in_bench_time import ForeignClientInBenchTime, saying
 from protocols.pkt import (
     CLIENT_TABLE,
     PROFILES,
@@ -30,8 +32,6 @@ from protocols.pkt import (
     UnknownReport,
 )
 from protocols.pkt.clauses import HOST_CLAUSES
-from tests.mutants.each_its_own import Fault, judge
-from tests.mutants.in_bench_time import ForeignClientInBenchTime, saying
 
 OPTIONS = CheckOptions(bench="rover-model", suites=("pkt-host",))
 

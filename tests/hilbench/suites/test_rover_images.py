@@ -13,8 +13,8 @@ from hilbench.check import CheckOptions, Verdict, run_suites
 from hilbench.journal import Journal
 from hilbench.mcu.board_provider import BoardProvider
 from hilbench.terminal.options import TargetChoice
+from measure.mutants.rover import FIRMWARE_ALONE
 from targets.firmware import image_names, image_path
-from tests.mutants.rover import FIRMWARE_ALONE
 
 pytestmark = pytest.mark.needs_bullet
 

@@ -11,8 +11,8 @@ from hilbench.check import Verdict
 from hilbench.cli import main
 from hilbench.exit_codes import ExitCode
 from hilbench.systems.rover.motion_clauses import CLAUSES
-from tests.mutants.alterations import setting, swapped
-from tests.mutants.altered_bench import AlteredBench, first_of_each
+from measure.mutants.alterations import setting, swapped
+from measure.mutants.altered_bench import AlteredBench, first_of_each
 
 pytestmark = pytest.mark.needs_bullet
 

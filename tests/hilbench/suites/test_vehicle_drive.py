@@ -22,11 +22,11 @@ from hilbench.suites import vehicle_drive
 from hilbench.suites._vehicle_drive import Drive, DriveBench
 from hilbench.systems.vehicle.drive_clauses import CLAUSES
 from hilbench.systems.vehicle.hands import ModelHands
+from measure.mutants.vehicle.driven import DRIVEN
 from protocols.carla import VECTORS, Axis, Mode, decode_command
 from targets.robots import car_host
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 from targets.robots.vehicle_interface.board import behaviour_of
-from tests.mutants.vehicle.driven import DRIVEN
 
 pytestmark = pytest.mark.needs_bullet
 
