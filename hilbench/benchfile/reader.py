@@ -217,9 +217,11 @@ class _Reader:
         name, systems = model.world.vehicle, PLUGINS.systems
         if not self._run_plugins and self._is_unseen(name):
             return None
+        if "vehicle" not in self._file.data.get("world", {}) and name not in systems.vehicle_names():
+            return None  # the usual one is not installed, and nobody asks for it
         try:
             return systems.vehicle(name)
-        except StopIteration:
+        except KeyError:
             hint = did_you_mean(name, systems.vehicle_names(), "it takes")
             raise self._strict.error(f"'{name}' is not a value it takes", ("world", "vehicle"), hint) from None
 

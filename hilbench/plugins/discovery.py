@@ -106,11 +106,12 @@ class Systems(Registry[System]):
         """Return a vehicle by its name.
 
         Raises:
-            StopIteration: no system has it.
+            KeyError: no system has it.
         """
         self._use_called_like(name, name)
         if name not in self._vehicles:
-            self._vehicles[name] = next(one.vehicles[name] for one in self.there() if name in one.vehicles)()
+            makers = {one: make for system in self.there() for one, make in system.vehicles.items()}
+            self._vehicles[name] = makers[name]()
         return self._vehicles[name]
 
     def shown(self, name: str) -> Iterator[System]:
