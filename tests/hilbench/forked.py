@@ -36,7 +36,7 @@ CLOSED = object()
 """A stream that is closed as the process begins."""
 
 OF_OTHERS = """
-import crcmod, elftools.elf.elffile, msgspec, numpy, serial, unicorn.unicorn_py3.arch.arm
+import elftools.elf.elffile, msgspec, numpy, serial, unicorn.unicorn_py3.arch.arm
 import _pytest.config; _pytest.config.get_config()
 """
 COMMANDS = f"""{OF_OTHERS}
