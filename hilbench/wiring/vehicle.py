@@ -1,4 +1,4 @@
-"""A vehicle in its world without a controller of its own: what parts do is all that moves it."""
+"""A vehicle in its world without a controller of its own: what parts, or a device, do is all that moves it."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ class BareVehicle:
         world: which scene, vehicle and physics.
         scene: the scene, if it is made already.
         seed: of a scene that places boxes at random.
+        ahead: whether a step is made at its beginning, as parts need it; see `hilbench.world_runner`.
 
     Raises:
         WorldError: the world cannot be opened.
@@ -30,13 +31,15 @@ class BareVehicle:
         runner: who moves the world.
     """
 
-    def __init__(self, bench: Bench, world: WorldEntry, *, scene: Scene | None = None, seed: int) -> None:
+    def __init__(
+        self, bench: Bench, world: WorldEntry, *, scene: Scene | str | None = None, seed: int, ahead: bool = True
+    ) -> None:
         kind = PLUGINS.systems.vehicle(world.vehicle)
         self.world = open_world(
             scene or world.scene, kind.vehicle(), physics=world.physics, step_hz=world.step_hz, seed=seed
         )
         self.body = kind.body(self.world)
-        self.runner = WorldRunner(bench, self.world, ahead=True)
+        self.runner = WorldRunner(bench, self.world, ahead=ahead)
 
     def close(self) -> None:
         """Give the world back."""
