@@ -102,7 +102,10 @@ class ProtocolSystem(System):
 
     def board_rig(self, emulated: EmulatedBench, *, seed: int) -> Rig | None:
         """See `System`."""
-        port = emulated.ports[emulated.bench_file.checker_lines[""]]
+        far_end = emulated.bench_file.checker_lines.get("", "")
+        if emulated.bench_file.protocols.get(far_end) is not self._protocol:
+            return None
+        port = emulated.ports[far_end]
         port.reacts = True
         return self._rig(*self._host(emulated.bench, port, seed))
 

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from types import SimpleNamespace
+
 import pytest
 
 from hilbench.bench import Bench
+from hilbench.bench_provider import make_provider
 from hilbench.clock import Scheduler
 from hilbench.config import open_bench
 from hilbench.errors import PluginError, UnavailableError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
+from hilbench.mcu.attached_board import AttachedBoardProvider
+from hilbench.options import CheckOptions, TargetChoice
 from hilbench.plugins.protocol import Device
 from hilbench.protocol_bench.cases import machines_of
 from hilbench.protocol_bench.placed import PlacedDevice
@@ -101,3 +107,29 @@ def test_a_device_may_be_several_machines():
         observed = 3
 
     assert machines_of({"device": Bus(), "client": Node(), "other": object()}) == {"left": 1, "right": 2, "client": 3}
+
+
+def test_it_does_not_speak_to_boards_that_speak_something_else(bench_file):
+    open_bench(str(bench_file))
+    import cart
+
+    for protocols in ({}, {"brain.usart1": object()}):
+        about = SimpleNamespace(checker_lines={"": "brain.usart1"}, protocols=protocols)
+        assert cart.CART.board_rig(SimpleNamespace(bench_file=about, ports={}), seed=0) is None
+
+
+def test_a_board_at_a_port_that_runs_its_suite_is_spoken_to_by_the_suite(bench_file, tmp_path):
+    image = Path(__file__).parents[3] / "targets/firmware/images/echo-irq.elf"
+    suite = tmp_path / "suite.py"
+    suite.write_text("")
+    cart = tmp_path / "cart.py"
+    cart.write_text(cart.read_text().replace("device=", f"suites=(Path({str(suite)!r}),), device="))
+    bench_file.write_text(
+        f'version = 1\nplugins = ["cart.py", "tiny.py"]\nsuites = ["suite.py"]\n'
+        f'[targets.brain]\nboard = "bluepill"\nfirmware = "{image}"\n'
+        '[[links]]\nends = ["peer", "brain.usart1"]\nprotocol = "tiny"\n'
+    )
+    choice = TargetChoice(spec="serial:/dev/nothing", name="brain.usart1")
+    provider = make_provider(CheckOptions(bench=str(bench_file), targets=(choice,)))
+    assert isinstance(provider, AttachedBoardProvider)
+    provider.close()
