@@ -10,7 +10,9 @@ import pytest
 
 from hilbench.bench import Bench
 from hilbench.bench_model import World
+from hilbench.cli import COMMANDS
 from hilbench.clock import Scheduler
+from hilbench.commands import dashboard
 from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
@@ -18,6 +20,7 @@ from hilbench.live.rigs import open_rig
 from hilbench.live.teller import Teller
 from hilbench.recordings.piecewise import open_pieces
 from hilbench.served_targets import served_target
+from hilbench.tui import bench_process
 from hilbench.tui.model.replay import Replay
 
 ROOT = Path(__file__).parents[3]
@@ -174,6 +177,18 @@ def test_its_bench_is_known_by_name_and_validated_by_its_file_without_its_code(h
     assert hilbench("validate", FILE) == (0, f"{FILE}: ok\n", "")
     assert "pantilt.plugin" not in sys.modules
     assert open_bench("pantilt").path == FILE
+
+
+def test_its_bench_stands_where_a_command_does(hilbench, monkeypatch):
+    monkeypatch.setattr(dashboard, "require_terminal", lambda hint: None)
+    monkeypatch.setattr(dashboard, "show", lambda process: process)
+    monkeypatch.setattr(bench_process.BenchProcess, "start", lambda words, name: len(words) if name == "pantilt" else 9)
+    assert hilbench("pantilt")[0] == 3  # it is started with its name and a seed
+    assert hilbench("pantlit") == (
+        2,
+        "",
+        "hilbench: unknown command 'pantlit'; commands: " + ", ".join(COMMANDS) + "\n",
+    )
 
 
 def test_it_does_not_stand_beside_boards(hilbench, tmp_path):
