@@ -58,52 +58,52 @@ search: dev       ## the property tests again, with examples nobody has seen
 	HILBENCH_SEARCH=1 $(BIN)/python -m pytest -n auto --dist worksteal
 
 bench: dev        ## speed, as ratios against something run beside it
-	$(BIN)/python -m pytest tests/benchmarks -s
+	$(BIN)/python -m pytest measure/benchmarks -s
 
 soak: dev         ## ten million bytes into both roles, whole and byte by byte; 10^9 through the links; a megabyte through firmware on a pty
-	$(BIN)/python -m pytest tests/soak -s
+	$(BIN)/python -m pytest measure/soak -s
 
 .PHONY: proxy-soak
 proxy-soak: dev   ## 10^8 bytes, both ways together, between a ground station and the emulated rover, by a proxy; three hours
-	$(BIN)/python -m tests.proxy_soak
+	$(BIN)/python -m measure.proxy_soak
 
 .PHONY: dashboard-load
 dashboard-load: dev ## what the dashboard costs a bench whose line is full both ways (docs/dashboard.md); a quiet machine, 4 minutes
-	$(BIN)/python -m tests.dashboard_load
+	$(BIN)/python -m measure.dashboard_load
 
 .PHONY: hardware
 hardware: dev     ## what only a board or an adapter on the desk can prove (docs/hardware-tests.md): PORT=serial:... WITH=plug
 	HILBENCH_HARDWARE_PORT='$(PORT)' HILBENCH_HARDWARE_WITH='$(WITH)' $(BIN)/python -m pytest tests/hardware
 
 mutants: dev      ## the matrix clause x mutant (docs/mutants.md, docs/rover-defects.md)
-	$(BIN)/python -m tests.mutants
-	$(BIN)/python -m tests.mutants.rover
+	$(BIN)/python -m measure.mutants
+	$(BIN)/python -m measure.mutants.rover
 
 loss: dev         ## what newlines cost a client of the rover (docs/pkt/loss.md)
-	$(BIN)/python -m tests.loss
+	$(BIN)/python -m measure.loss
 
 deadlines: dev    ## how exactly a vehicle-interface board keeps its deadlines (docs/carla/deadlines.md)
-	$(BIN)/python -m tests.deadlines
+	$(BIN)/python -m measure.deadlines
 
 resync: dev       ## what stray bytes cost a vehicle-interface board (docs/carla/resync.md)
-	$(BIN)/python -m tests.resync
+	$(BIN)/python -m measure.resync
 
 .PHONY: doors
 doors: dev        ## suites on boards in memory and through each door (docs/doors-verdicts.md): whole suites in virtual time, an hour, and parts in real time, half an hour, on an idle host
-	$(BIN)/python -m tests.doors --whole
-	$(BIN)/python -m tests.doors
+	$(BIN)/python -m measure.doors --whole
+	$(BIN)/python -m measure.doors
 
 campaign: dev     ## the dodger in twenty rooms, in three ways (docs/campaign.md); half an hour
-	$(BIN)/python -m tests.campaign
+	$(BIN)/python -m measure.campaign
 
 .PHONY: drive-plots
 drive-plots: dev  ## a lap and an emergency stop of a car (docs/vehicle-drive.md); two minutes
-	$(BIN)/python -m tests.drive_plots
+	$(BIN)/python -m measure.drive_plots
 
 .PHONY: plots
 plots:            ## the rover's wheels after throttles and set points (docs/rover-motion.md); five minutes
 	@.ci/setup $(VENV) dev,plots
-	$(BIN)/python -m tests.rover_plots
+	$(BIN)/python -m measure.rover_plots
 
 docs: dev         ## regenerate what the docs take from the code
 	$(BIN)/python docs/generate.py

@@ -17,7 +17,10 @@ import carla_pages
 from hilbench.check.catalogue import Clause
 from hilbench.mcu.ledger import LedgerPeripheral, ledger_of
 from hilbench.plugins.discovery import PLUGINS
-from hilbench.suites import _bluepill_clauses, _dodge_clauses, _rover_motion_clauses, _vehicle_drive_clauses
+from hilbench.systems.bluepill import dodge_clauses as _dodge_clauses
+from hilbench.systems.bluepill import pins_clauses as _bluepill_clauses
+from hilbench.systems.rover import motion_clauses as _rover_motion_clauses
+from hilbench.systems.vehicle import drive_clauses as _vehicle_drive_clauses
 from protocols.p2os.clauses import CLAUSES
 from protocols.p2os.command_table import COMMANDS
 from protocols.p2os.states import CLIENT_TABLE, SERVER_TABLE, State, Table

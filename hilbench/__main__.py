@@ -8,14 +8,14 @@ from __future__ import annotations
 import os
 import sys
 
-from hilbench import interruption
+from hilbench.terminal import interruption
 
 
 def main() -> int:
     """Run the command line of this process and return its exit code; nothing is left to be done then but to exit."""
     interruption.end_at_once()
     if __name__ == "__main__":
-        from hilbench.siblings import leave_working_folder
+        from hilbench.cli.siblings import leave_working_folder
 
         leave_working_folder()  # what is imported from now on must not come from there
 

@@ -33,13 +33,13 @@ def add_options(parser: pytest.Parser) -> None:
 
 
 def _seed(text: str) -> int:
-    from hilbench.arguments import seed
+    from hilbench.terminal.arguments import seed
 
     return _understood(seed, text)
 
 
 def _timeout_scale(text: str) -> float:
-    from hilbench.arguments import timeout_scale
+    from hilbench.terminal.arguments import timeout_scale
 
     return _understood(timeout_scale, text)
 

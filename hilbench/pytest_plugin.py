@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from hilbench.arguments import target_choice
+from hilbench.cli.siblings import check_siblings
 from hilbench.errors import HilbenchError
 from hilbench.pytest_options import OWN, add_options
-from hilbench.siblings import check_siblings
+from hilbench.terminal.arguments import target_choice
 
 if TYPE_CHECKING:
-    from hilbench.check.provider import BenchProvider
-    from hilbench.options import CheckOptions
+    from hilbench.judging.provider import BenchProvider
+    from hilbench.terminal.options import CheckOptions
 
 
 def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
@@ -44,7 +44,7 @@ def _register(config: pytest.Config) -> None:
     from hilbench.check.collector import Collector
     from hilbench.check.plugin import CheckPlugin
     from hilbench.mcu.fixtures import BoardFixtures
-    from hilbench.options import CheckOptions
+    from hilbench.terminal.options import CheckOptions
 
     options = CheckOptions(
         bench=config.getoption("--hil-bench", None),
@@ -61,7 +61,7 @@ def _register(config: pytest.Config) -> None:
 
 def _provider(options: CheckOptions) -> BenchProvider:
     """Return what opens benches for cases; on a bench of boards alone there are none."""
-    from hilbench.bench_provider import make_provider
+    from hilbench.check.bench_provider import make_provider
     from hilbench.mcu.command_line import open_target
     from hilbench.mcu.no_cases import NoCases
 

@@ -12,8 +12,8 @@ import contextlib
 import sys
 
 from hilbench.bench import Bench
+from hilbench.bench.devices import DeviceActor
 from hilbench.clock import MonotonicHostClock, Scheduler
-from hilbench.devices import DeviceActor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink, Port, SerialPort, parse_serial_target
 from hilbench.systems.rover.ground_station import GroundStation, Telemetry

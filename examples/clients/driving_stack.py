@@ -14,14 +14,14 @@ import contextlib
 import sys
 
 from hilbench.bench import Bench
-from hilbench.bench_model import World
+from hilbench.bench.devices import LinesActor
+from hilbench.benchfile.bench_model import World
 from hilbench.clock import MonotonicHostClock, Scheduler
-from hilbench.devices import LinesActor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink, Port, SerialPort, parse_serial_target
+from hilbench.mcu.bare_vehicle import BareVehicle
 from hilbench.systems.vehicle.driven_car import DrivenCar
 from hilbench.systems.vehicle.driving_stack import DrivingStack
-from hilbench.wiring.vehicle import BareVehicle
 from protocols.autoware import ControlMode, ControlModeReport, VelocityReport
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 from worlds.vehicles.car import CarBody

@@ -7,13 +7,13 @@ programs: `run_suites`. For those who bring a bench: `BenchProvider`, `CaseBench
 from __future__ import annotations
 
 from hilbench.check.cases import case
-from hilbench.check.judge import at_least, at_most, near, within
-from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo, CaseSetup
-from hilbench.check.recorder import record_measure
 from hilbench.check.results import CaseResult, ClauseResult, Report
 from hilbench.check.runner import list_cases, run_check, run_suites
-from hilbench.check.verdicts import Inconclusive, Measure, NotApplicable, Verdict, Violation
-from hilbench.options import CheckOptions
+from hilbench.judging.judge import at_least, at_most, near, within
+from hilbench.judging.provider import BenchProvider, CaseBench, CaseInfo, CaseSetup
+from hilbench.judging.recorder import record_measure
+from hilbench.judging.verdicts import Inconclusive, Measure, NotApplicable, Verdict, Violation
+from hilbench.terminal.options import CheckOptions
 
 __all__ = [
     "BenchProvider",

@@ -19,8 +19,8 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from hilbench.check.catalogue import Clause
-from hilbench.check.provider import PLAIN_SETUP, CaseSetup
-from hilbench.check.verdicts import Level
+from hilbench.judging.provider import PLAIN_SETUP, CaseSetup
+from hilbench.judging.verdicts import Level
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., object])
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
 
-from hilbench.check.verdicts import Level
+from hilbench.judging.verdicts import Level
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ClauseEntry, ProtocolPlugin
 from hilbench.plugins.registry import Registry

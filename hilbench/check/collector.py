@@ -9,9 +9,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from hilbench.check.catalogue import Clause
-from hilbench.check.provider import CaseSetup
 from hilbench.check.results import CaseResult
-from hilbench.check.verdicts import Verdict
+from hilbench.judging.provider import CaseSetup
+from hilbench.judging.verdicts import Verdict
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from hilbench import __version__
 from hilbench.check.catalogue import Clause
 from hilbench.check.collector import Collector, PlannedCase
-from hilbench.check.observations import Observations
 from hilbench.check.results import (
     FORMAT,
     CaseResult,
@@ -23,9 +22,10 @@ from hilbench.check.results import (
     worst_case,
     worst_margin,
 )
-from hilbench.check.verdicts import Verdict
 from hilbench.exit_codes import ExitCode, worst
-from hilbench.options import CheckOptions
+from hilbench.judging.observations import Observations
+from hilbench.judging.verdicts import Verdict
+from hilbench.terminal.options import CheckOptions
 
 EXIT_MEANINGS = {
     ExitCode.OK: "all checks passed",

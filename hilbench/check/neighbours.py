@@ -10,7 +10,7 @@ from types import ModuleType
 
 import pytest
 
-from hilbench.check.suites import is_shipped
+from hilbench.benchfile.suites import is_shipped
 
 __all__ = ["Neighbours"]
 

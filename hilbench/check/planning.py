@@ -7,8 +7,8 @@ from collections.abc import Collection, Iterable
 from hilbench.check.cases import CaseSpec
 from hilbench.check.catalogue import Clause, find_clause
 from hilbench.check.collector import PlannedCase
-from hilbench.check.provider import ANSWERS, RECORDING, case_seed
 from hilbench.errors import UsageError
+from hilbench.judging.provider import ANSWERS, RECORDING, case_seed
 
 
 def plan_case(

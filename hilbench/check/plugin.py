@@ -14,20 +14,29 @@ from typing import Any
 
 import pytest
 
+from hilbench.benchfile.suites import is_shipped, shipped_suites, suite_name
 from hilbench.check.cases import spec_of
 from hilbench.check.catalogue import titles
 from hilbench.check.collector import Collector, PlannedCase
-from hilbench.check.doubt import doubted, excused
-from hilbench.check.outcome import PASSED, Outcome, outcome_of, printable
 from hilbench.check.planning import plan_case, refuse_conflicts
-from hilbench.check.provider import BenchProvider, CaseBench, CaseInfo, CaseView, Doubtful, Lacking, Preparing, Viewable
-from hilbench.check.recorder import recording, uncertain
 from hilbench.check.results import CaseResult
 from hilbench.check.screens import SHOWN_VERDICTS, Screens
 from hilbench.check.selection import Candidate, compile_selection
-from hilbench.check.suites import is_shipped, shipped_suites, suite_name
-from hilbench.check.verdicts import Measure, Verdict
 from hilbench.errors import HilbenchError, UsageError
+from hilbench.judging.doubt import doubted, excused
+from hilbench.judging.outcome import PASSED, Outcome, outcome_of, printable
+from hilbench.judging.provider import (
+    BenchProvider,
+    CaseBench,
+    CaseInfo,
+    CaseView,
+    Doubtful,
+    Lacking,
+    Preparing,
+    Viewable,
+)
+from hilbench.judging.recorder import recording, uncertain
+from hilbench.judging.verdicts import Measure, Verdict
 
 NS_PER_S = 1_000_000_000
 

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Sequence
 
 import msgspec
 
-from hilbench.check.observations import Observations
-from hilbench.check.verdicts import WORST_FIRST, Level, Measure, Verdict
+from hilbench.judging.observations import Observations
+from hilbench.judging.verdicts import WORST_FIRST, Level, Measure, Verdict
 
 FORMAT = "hilbench-report/1"
 TIGHTEST = 5

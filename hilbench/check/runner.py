@@ -12,20 +12,20 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hilbench.benchfile.suites import find_suites, is_shipped
 from hilbench.check.collector import Collector, PlannedCase
 from hilbench.check.evaluate import make_report
-from hilbench.check.observations import Observing
-from hilbench.check.provider import BenchProvider, Choosing
 from hilbench.check.report import check_outputs, listing, write_report
 from hilbench.check.results import CaseResult, Report
 from hilbench.check.screens import Draw, Screens
-from hilbench.check.suites import find_suites, is_shipped
 from hilbench.clock import Stopwatch
-from hilbench.console import Console
 from hilbench.errors import HilbenchError, InternalError, UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
-from hilbench.names import escaped
-from hilbench.options import CheckOptions
+from hilbench.files.names import escaped
+from hilbench.judging.observations import Observing
+from hilbench.judging.provider import BenchProvider, Choosing
+from hilbench.terminal.console import Console
+from hilbench.terminal.options import CheckOptions
 
 if TYPE_CHECKING:
     from hilbench.check.plugin import CheckPlugin, ProgressCallback, ResultCallback
@@ -83,7 +83,7 @@ def run_check(
 
     Args:
         options: what the command line says.
-        provider_factory: makes the provider; `hilbench.bench_provider` has the one of the product.
+        provider_factory: makes the provider; `hilbench.check.bench_provider` has the one of the product.
         console: where to print; the standard streams by default.
         draw: draws the screen of the dashboard, for `CheckOptions.screens`.
 

@@ -10,10 +10,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hilbench.check.provider import CaseView
-from hilbench.check.verdicts import Verdict
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.files import write_atomically
+from hilbench.judging.provider import CaseView
+from hilbench.judging.verdicts import Verdict
 
 __all__ = ["Draw", "Screens", "make_folder"]
 

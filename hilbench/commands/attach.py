@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 
+from hilbench.cli.protocol_flags import add_plugins, use_plugins
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.nearest import did_you_mean
-from hilbench.parser import Parser
-from hilbench.plugins.flags import add_plugins, use_plugins
+from hilbench.terminal.parser import Parser
 
 _EXAMPLES = """
 hilbench attach               the latest bench that was left running
@@ -32,8 +32,8 @@ def run(parsed: argparse.Namespace) -> int:
         UsageError: no bench of that name runs; this is no terminal.
         UnavailableError: none runs at all.
     """
-    from hilbench.console import Console
     from hilbench.live.folders import sessions
+    from hilbench.terminal.console import Console
 
     use_plugins(parsed.plugin)
     found = list(sessions())

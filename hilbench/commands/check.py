@@ -6,11 +6,11 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from hilbench import arguments, interruption
-from hilbench.journal_options import add_journal, check_journal
-from hilbench.options import THROUGH, CheckOptions
-from hilbench.parser import Parser, typed
-from hilbench.plugins.flags import add_plugins, use_plugins
+from hilbench.cli.journal_options import add_journal, check_journal
+from hilbench.cli.protocol_flags import add_plugins, use_plugins
+from hilbench.terminal import arguments, interruption
+from hilbench.terminal.options import THROUGH, CheckOptions
+from hilbench.terminal.parser import Parser, typed
 
 _EXAMPLES = """
 hilbench check                                   the bench in ./hilbench.toml, or else the virtual Pioneer
@@ -68,10 +68,10 @@ def parser() -> Parser:
 
 def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.check.runner.run_check`."""
-    from hilbench.bench_provider import make_provider
-    from hilbench.check.provider import BenchProvider
+    from hilbench.check.bench_provider import make_provider
     from hilbench.check.runner import run_check
-    from hilbench.names import escaped
+    from hilbench.files.names import escaped
+    from hilbench.judging.provider import BenchProvider
 
     check_journal(parsed)
     use_plugins(parsed.plugin)

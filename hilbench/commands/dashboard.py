@@ -10,18 +10,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import hilbench
-from hilbench import arguments, interruption
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.files import check_writable
-from hilbench.parser import Parser, typed
+from hilbench.terminal import arguments, interruption
+from hilbench.terminal.options import DEFAULT_BENCH
+from hilbench.terminal.parser import Parser, typed
 
 if TYPE_CHECKING:
     from hilbench.tui.bench_process import BenchProcess
 
 DEFAULT_FILE = Path("hilbench.toml")
-DEFAULT_BENCH = "pioneer"
-"""As of `hilbench.config`, which takes its time."""
 _WORDS = 56
 _NICE = 10
 """A tenth of the share that a bench gets where they compete (Linux, sched(7); choice)."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 
+from hilbench.cli.protocol_flags import ProtocolParser
 from hilbench.errors import UnavailableError
 from hilbench.exit_codes import ExitCode
-from hilbench.parser import Parser
-from hilbench.plugins.flags import ProtocolParser
+from hilbench.terminal.parser import Parser
 
 _EXAMPLES = """
 hilbench decode pkt capture.bin                      bytes as they stood on the line
@@ -47,9 +47,9 @@ def run(parsed: argparse.Namespace) -> int:
     """Decode, print, and return the exit code."""
     import os
 
-    from hilbench.console import Console
     from hilbench.decode.run import Totals, decode
     from hilbench.decode.sources import read_chunks
+    from hilbench.terminal.console import Console
 
     console, totals = Console(), Totals()
     where = "standard input" if parsed.file == "-" else parsed.file

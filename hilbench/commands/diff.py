@@ -6,10 +6,10 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from hilbench import arguments
 from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
-from hilbench.parser import Parser, typed
+from hilbench.terminal import arguments
+from hilbench.terminal.parser import Parser, typed
 
 _SHOWN = 4
 _EXAMPLES = """
@@ -66,9 +66,9 @@ def run(parsed: argparse.Namespace) -> int:
     if parsed.only:
         raise UsageError("is about events", where="--only", hint="give --events, too; for pins it is --pins")
 
-    from hilbench.console import Console
     from hilbench.diff.compare import Options, compare, span
     from hilbench.diff.files import check_mapping, named, read_capture
+    from hilbench.terminal.console import Console
 
     mapping = dict(parsed.map)
     if len(mapping) != len(parsed.map):
@@ -94,7 +94,7 @@ def run(parsed: argparse.Namespace) -> int:
         raise UsageError(f"nothing to compare: {about}", hint="; ".join(apart[:_SHOWN]))
     if parsed.json:
         from hilbench.diff.report import as_data
-        from hilbench.names import json_text
+        from hilbench.files.names import json_text
 
         Console().data(json_text(as_data(comparison)))
     else:
@@ -105,10 +105,10 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _events(parsed: argparse.Namespace) -> int:
-    from hilbench.console import Console
     from hilbench.diff.events import EventOptions, as_data, as_text, compare_events
-    from hilbench.names import json_text
+    from hilbench.files.names import json_text
     from hilbench.recordings.reading import read_recording
+    from hilbench.terminal.console import Console
 
     of_pins = {"--map": parsed.map, "--pins": parsed.pins, "--until": parsed.until, "--common": parsed.common}
     for option, value in of_pins.items():

@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from hilbench.parser import Parser
+from hilbench.terminal.parser import Parser
 
 if TYPE_CHECKING:
-    from hilbench.console import Console
+    from hilbench.terminal.console import Console
 
 _EXAMPLES = """
 hilbench doctor                            is everything here, and right
@@ -49,8 +49,8 @@ def parser() -> Parser:
 
 def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.doctor` and `hilbench.mcu.ledger`."""
-    from hilbench.console import Console
-    from hilbench.siblings import check_siblings
+    from hilbench.cli.siblings import check_siblings
+    from hilbench.terminal.console import Console
 
     console = Console()
     if parsed.fidelity is None and parsed.calibrate is None:
@@ -65,14 +65,14 @@ def _examine(console: Console, target: str | None, *, as_json: bool) -> int:
     from hilbench.doctor.facts import this_machine
     from hilbench.doctor.report import as_data, as_text, findings_of, is_fit
     from hilbench.exit_codes import ExitCode
-    from hilbench.names import json_text
+    from hilbench.files.names import json_text
 
     facts = this_machine()
     findings = findings_of(facts, target)
     # What is installed is not known where our packages are not our own.
     ours = facts.intruder is None
     if ours:
-        from hilbench import installation
+        from hilbench.doctor import installation
     if as_json:
         console.data(json_text(as_data(findings) | (installation.as_data() if ours else {})))
     else:
@@ -84,11 +84,11 @@ def _examine(console: Console, target: str | None, *, as_json: bool) -> int:
 
 
 def _calibrate(console: Console, text: str, *, as_json: bool) -> int:
-    from hilbench import interruption
     from hilbench.doctor.calibrate import calibrate
     from hilbench.doctor.calibrated import as_data, as_text
     from hilbench.exit_codes import ExitCode
-    from hilbench.names import json_text
+    from hilbench.files.names import json_text
+    from hilbench.terminal import interruption
 
     interruption.raise_once()
     done = calibrate(text)
@@ -98,8 +98,8 @@ def _calibrate(console: Console, text: str, *, as_json: bool) -> int:
 
 def _fidelity(console: Console, chip: str, *, as_json: bool) -> int:
     from hilbench.exit_codes import ExitCode
+    from hilbench.files.names import json_text
     from hilbench.mcu.ledger import as_data, as_text, ledger_of
-    from hilbench.names import json_text
 
     ledger = ledger_of(chip)
     console.data(json_text(as_data(chip, ledger)) if as_json else as_text(chip, ledger))

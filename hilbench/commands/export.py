@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hilbench import arguments
+from hilbench.cli.protocol_flags import ProtocolParser
 from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
-from hilbench.parser import Parser, typed
-from hilbench.plugins.flags import ProtocolParser
+from hilbench.terminal import arguments
+from hilbench.terminal.parser import Parser, typed
 
 _EXAMPLES = """
 hilbench export run.jsonl --mcap run.mcap                   for Foxglove
@@ -48,14 +48,14 @@ def parser() -> Parser:
 
 def run(parsed: argparse.Namespace) -> int:
     """Write, say what was written, and return the exit code."""
-    from hilbench.console import Console
+    from hilbench.benchfile.inputs import plugin_files
     from hilbench.files import check_writable, is_standard_output, refuse_overwriting
-    from hilbench.inputs import plugin_files
-    from hilbench.names import json_text
+    from hilbench.files.names import json_text
     from hilbench.recordings.export import export
     from hilbench.recordings.layout import of_case
     from hilbench.recordings.reading import read_recording
     from hilbench.recordings.remarks import remarks_on
+    from hilbench.terminal.console import Console
 
     outputs = {name: getattr(parsed, name) for name in _FORMATS if getattr(parsed, name) is not None}
     if not outputs:

@@ -6,13 +6,13 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hilbench import arguments, interruption
+from hilbench.cli.protocol_flags import add_plugins, use_plugins
 from hilbench.errors import UsageError
-from hilbench.parser import Parser, typed
-from hilbench.plugins.flags import add_plugins, use_plugins
+from hilbench.terminal import arguments, interruption
+from hilbench.terminal.parser import Parser, typed
 
 if TYPE_CHECKING:
-    from hilbench.new_files import Written
+    from hilbench.files.new_files import Written
 
 _EXAMPLES = """
 hilbench init --board bluepill --image build/firmware.elf
@@ -61,13 +61,13 @@ def parser() -> Parser:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Run the command; see `hilbench.mcu.init.init` and `hilbench.ports.first_test.init_port`.
+    """Run the command; see `hilbench.mcu.init.init` and `hilbench.doctor.first_test.init_port`.
 
     Raises:
         UsageError: it is not said for what, or for both.
     """
-    from hilbench.console import Console
     from hilbench.exit_codes import ExitCode
+    from hilbench.terminal.console import Console
 
     console = Console()
     _check(parsed)
@@ -96,7 +96,7 @@ def _of_protocol(parsed: argparse.Namespace) -> tuple[Written, str]:
 
     name, known = parsed.protocol, PLUGINS.names()
     if name in known or nearest(name, known) or parsed.port or parsed.baud is not None:
-        from hilbench.ports.first_test import init_port
+        from hilbench.doctor.first_test import init_port
 
         return init_port(PLUGINS.get(name, "--protocol"), parsed.port, parsed.baud, parsed.dir), "pytest"
     from hilbench.plugins.new_package import new_package

@@ -6,12 +6,12 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hilbench import arguments, interruption
 from hilbench.errors import UsageError
-from hilbench.parser import Parser, typed
+from hilbench.terminal import arguments, interruption
+from hilbench.terminal.parser import Parser, typed
 
 if TYPE_CHECKING:
-    from hilbench.bench_file import BenchFile
+    from hilbench.benchfile.bench_file import BenchFile
 
 
 def parser() -> Parser:
@@ -38,7 +38,7 @@ def in_scene(bench_file: BenchFile, scene: str | None) -> BenchFile:
 
     import msgspec
 
-    from hilbench.config import resolve_scene
+    from hilbench.benchfile.reader import resolve_scene
 
     if scene is None:
         return bench_file

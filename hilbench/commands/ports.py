@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from hilbench.parser import Parser
+from hilbench.terminal.parser import Parser
 
 _EXAMPLES = """
 hilbench ports
@@ -30,12 +30,12 @@ def parser() -> Parser:
 
 def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.ports.states`."""
-    from hilbench.console import Console
     from hilbench.exit_codes import ExitCode
-    from hilbench.host import this_host
-    from hilbench.names import json_text
+    from hilbench.files.host import this_host
+    from hilbench.files.names import json_text
     from hilbench.ports.listing import list_ports
     from hilbench.ports.states import as_data, as_text, port_states
+    from hilbench.terminal.console import Console
 
     console = Console()
     states = port_states(this_host(), list_ports())

@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from hilbench.cli.protocol_flags import add_plugins
 from hilbench.exit_codes import ExitCode
-from hilbench.parser import Parser
-from hilbench.plugins.flags import add_plugins
+from hilbench.terminal.parser import Parser
 
 if TYPE_CHECKING:
     from hilbench.plugins.protocol import ProtocolPlugin
@@ -35,10 +35,10 @@ def parser() -> Parser:
 
 def run(parsed: argparse.Namespace) -> ExitCode:
     """Print what there is."""
-    from hilbench.console import Console
-    from hilbench.names import json_text
+    from hilbench.cli.protocol_flags import use_plugins
+    from hilbench.files.names import json_text
     from hilbench.plugins.discovery import PLUGINS
-    from hilbench.plugins.flags import use_plugins
+    from hilbench.terminal.console import Console
 
     use_plugins(parsed.plugin)
     found = [PLUGINS.get(parsed.name, "NAME")] if parsed.name else [*PLUGINS.all()]
@@ -62,7 +62,7 @@ def run(parsed: argparse.Namespace) -> ExitCode:
 
 def _about(protocol: ProtocolPlugin, origin: str) -> dict[str, Any]:
     from hilbench.check.catalogue import clauses_of
-    from hilbench.plugins.flags import flags_of
+    from hilbench.cli.protocol_flags import flags_of
 
     uses = {
         "check": protocol.device is not None,

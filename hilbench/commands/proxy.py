@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hilbench import arguments, interruption
+from hilbench.cli.journal_options import add_journal, check_journal
+from hilbench.cli.protocol_flags import ProtocolParser
 from hilbench.exit_codes import ExitCode
-from hilbench.journal_options import add_journal, check_journal
-from hilbench.parser import Parser, typed
-from hilbench.plugins.flags import ProtocolParser
+from hilbench.terminal import arguments, interruption
+from hilbench.terminal.parser import Parser, typed
 
 _EXAMPLES = """
 hilbench proxy pty:./board serial:/dev/ttyACM0@115200              your program opens ./board instead
@@ -44,10 +44,10 @@ def parser() -> Parser:
 
 def run(parsed: argparse.Namespace) -> ExitCode:
     """Stand in between until told to stop."""
-    from hilbench.console import Console
+    from hilbench.benchfile.inputs import lines_of, plugin_files
     from hilbench.files import refuse_overwriting, refuse_writing_into
-    from hilbench.inputs import lines_of, plugin_files
-    from hilbench.proxy import ProxyOptions, proxy
+    from hilbench.serving.proxy import ProxyOptions, proxy
+    from hilbench.terminal.console import Console
 
     check_journal(parsed)
     options = ProxyOptions(

@@ -6,15 +6,15 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hilbench import arguments, interruption
+from hilbench.cli.protocol_flags import add_plugins, use_plugins
 from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
-from hilbench.parser import Parser, typed
-from hilbench.plugins.flags import add_plugins, use_plugins
+from hilbench.terminal import arguments, interruption
+from hilbench.terminal.parser import Parser, typed
 
 if TYPE_CHECKING:
-    from hilbench.options import CheckOptions
     from hilbench.plugins.protocol import ProtocolPlugin
+    from hilbench.terminal.options import CheckOptions
 
 _EXAMPLES = """
 hilbench replay session.jsonl                           look at it in the dashboard
@@ -85,17 +85,17 @@ def _look(path: Path) -> int:
 def _into(parsed: argparse.Namespace) -> int:
     from dataclasses import replace
 
-    from hilbench.bench_provider import make_provider
-    from hilbench.console import Console
+    from hilbench.benchfile.inputs import plugin_files
+    from hilbench.check.bench_provider import make_provider
     from hilbench.files import check_writable, refuse_overwriting
-    from hilbench.inputs import plugin_files
-    from hilbench.names import json_text
+    from hilbench.files.names import json_text
     from hilbench.plugins.discovery import PLUGINS
     from hilbench.recordings.frames import spoken
     from hilbench.recordings.layout import laid_out, of_case
     from hilbench.recordings.reading import read_recording
     from hilbench.recordings.remarks import remarks_on
     from hilbench.recordings.replaying import replay_into
+    from hilbench.terminal.console import Console
 
     path = Path(parsed.journal)
     outputs = [("--journal", parsed.new_journal)]
@@ -148,7 +148,7 @@ def _line(case: str, sent: int, recorded: int, answered: int) -> str:
 
 
 def _options(parsed: argparse.Namespace, protocol: ProtocolPlugin) -> CheckOptions:
-    from hilbench.options import CheckOptions, TargetChoice
+    from hilbench.terminal.options import CheckOptions, TargetChoice
 
     spec = parsed.into.removeprefix("pty:")
     spec = f"serial:{spec}" if spec != parsed.into else spec

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from hilbench import arguments, interruption
+from hilbench.cli.journal_options import add_journal, check_journal
 from hilbench.errors import UsageError
-from hilbench.journal_options import add_journal, check_journal
-from hilbench.parser import Parser, typed
+from hilbench.terminal import arguments, interruption
+from hilbench.terminal.parser import Parser, typed
 
 _EXAMPLES = """
 hilbench run bluepill:firmware.elf --for 10s --follow      ten seconds of bench time, told line by line
@@ -49,21 +49,21 @@ def parser() -> Parser:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Run the command; see `hilbench.mcu.run.run`."""
-    from hilbench.config import DEFAULT_FILE
-    from hilbench.console import Console
+    """Run the command; see `hilbench.serving.run.run`."""
+    from hilbench.benchfile.inputs import inputs_of
+    from hilbench.benchfile.reader import DEFAULT_FILE
     from hilbench.files import refuse_overwriting
-    from hilbench.inputs import inputs_of
     from hilbench.mcu.command_line import open_target
+    from hilbench.terminal.console import Console
 
     check_journal(parsed)
     if parsed.what is None and not DEFAULT_FILE.is_file():
-        hint = f"write bluepill:IMAGE or a bench file; 'hilbench init' makes {DEFAULT_FILE}"
+        hint = f"write BOARD:IMAGE or a bench file; 'hilbench init' makes {DEFAULT_FILE}"
         raise UsageError(f"names nothing to run, and there is no {DEFAULT_FILE} here", where="run", hint=hint)
     bench_file = open_target(parsed.what, parsed.chip)
     refuse_overwriting((("--journal", parsed.journal), ("--vcd", parsed.vcd)), inputs_of(bench_file))
 
-    from hilbench.mcu.run import RunOptions, run
+    from hilbench.serving.run import RunOptions, run
 
     options = RunOptions(
         for_ns=parsed.for_ns,

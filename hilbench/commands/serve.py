@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hilbench import arguments, interruption
-from hilbench.journal_options import add_journal, check_journal
-from hilbench.options import ServeOptions
-from hilbench.parser import Parser, typed
+from hilbench.cli.journal_options import add_journal, check_journal
+from hilbench.terminal import arguments, interruption
+from hilbench.terminal.options import ServeOptions
+from hilbench.terminal.parser import Parser, typed
 
 _EXAMPLES = """
 hilbench serve bluepill:firmware.elf                       each USART on a pty: ./bluepill-usart1, ...
@@ -51,12 +51,12 @@ def parser() -> Parser:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Run the command; see `hilbench.serve.serve` and `hilbench.mcu.serve.serve_boards`."""
-    from hilbench.config import resolve_scene
-    from hilbench.console import Console
+    """Run the command; see `hilbench.serving.serve.serve` and `hilbench.serving.boards.serve_boards`."""
+    from hilbench.benchfile.inputs import inputs_of
+    from hilbench.benchfile.reader import resolve_scene
     from hilbench.files import refuse_overwriting, refuse_writing_into
-    from hilbench.inputs import inputs_of
     from hilbench.mcu.command_line import open_target
+    from hilbench.terminal.console import Console
 
     check_journal(parsed)
     options = ServeOptions(
@@ -77,12 +77,12 @@ def run(parsed: argparse.Namespace) -> int:
     refuse_writing_into([("--journal", options.journal)], ((f"--pty {door.path}", door.path) for door in options.ptys))
     say = Console().mention
     if bench_file.boards:
-        from hilbench.mcu.serve import serve_boards
+        from hilbench.serving.boards import serve_boards
 
         interruption.raise_once()
         return serve_boards(options, bench_file, say)
 
-    from hilbench.serve import serve
+    from hilbench.serving.serve import serve
 
     interruption.raise_once()
     return serve(options, bench_file, say)

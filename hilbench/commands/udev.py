@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from hilbench.parser import Parser
+from hilbench.terminal.parser import Parser
 
 if TYPE_CHECKING:
-    from hilbench.console import Console
-    from hilbench.host import Host
+    from hilbench.files.host import Host
+    from hilbench.terminal.console import Console
 
 _EXAMPLES = """
 hilbench udev                                  print the rules
@@ -42,10 +42,10 @@ def parser() -> Parser:
 
 def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.udev.installing`."""
-    from hilbench.console import Console
     from hilbench.errors import UsageError
     from hilbench.exit_codes import ExitCode
-    from hilbench.host import this_host
+    from hilbench.files.host import this_host
+    from hilbench.terminal.console import Console
     from hilbench.udev.installing import install_by, port_group, rules_text
 
     if parsed.directory is not None and not (parsed.install or parsed.check):
@@ -68,7 +68,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 def _install(console: Console, host: Host, asked_for: str | None, directory: str | None) -> int:
     from hilbench.exit_codes import ExitCode
-    from hilbench.paths import absolute_path
+    from hilbench.files.paths import absolute_path
     from hilbench.udev.installing import (
         RULES_FOLDER,
         RULES_NAME,
@@ -99,8 +99,8 @@ def _install(console: Console, host: Host, asked_for: str | None, directory: str
 
 def _check(console: Console, host: Host, parsed: argparse.Namespace) -> int:
     from hilbench.exit_codes import ExitCode
-    from hilbench.names import json_text
-    from hilbench.paths import absolute_path
+    from hilbench.files.names import json_text
+    from hilbench.files.paths import absolute_path
     from hilbench.udev.installing import check_rules
 
     where = str(absolute_path(parsed.directory)) if parsed.directory is not None else None
@@ -113,9 +113,9 @@ def _check(console: Console, host: Host, parsed: argparse.Namespace) -> int:
 
 
 def _explain(console: Console, text: str, *, as_json: bool) -> None:
-    from hilbench.names import json_text
+    from hilbench.doctor.rules_explained import as_data, as_text
+    from hilbench.files.names import json_text
     from hilbench.ports.listing import list_ports
-    from hilbench.udev.explained import as_data, as_text
 
     ports = list_ports()
     console.data(json_text(as_data(text, ports)) if as_json else as_text(text, ports))

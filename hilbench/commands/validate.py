@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from hilbench.exit_codes import ExitCode
-from hilbench.parser import Parser
+from hilbench.terminal.parser import Parser
 
 _EXAMPLES = """
 hilbench validate my-bench.toml
@@ -21,8 +21,8 @@ def parser() -> Parser:
 
 def run(parsed: argparse.Namespace) -> int:
     """Print ``ok``, or raise the error that names the line. No plug-in is run."""
-    from hilbench.config import open_bench
-    from hilbench.console import Console
+    from hilbench.benchfile.reader import open_bench
+    from hilbench.terminal.console import Console
 
     bench = open_bench(parsed.bench, run_plugins=False)
     Console().data(f"{bench.path}: ok")

@@ -6,13 +6,13 @@ import contextlib
 import threading
 from queue import Empty, Full, Queue
 
-from hilbench.console import Console
-from hilbench.decode.chunks import Chunk
 from hilbench.decode.run import Totals, decode
 from hilbench.errors import HilbenchError, PluginError
 from hilbench.plugins.blame import place_of
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.recordings.chunks import Chunk
+from hilbench.terminal.console import Console
 
 __all__ = ["LiveDecoder"]
 

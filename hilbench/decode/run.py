@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from hilbench.decode.chunks import Chunk
-from hilbench.decode.lines import json_line, text_line
 from hilbench.errors import PluginError, UsageError
 from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.recordings.chunks import Chunk
+from hilbench.recordings.lines import json_line, text_line
 from protocols.common.decoding import Decoder, Speaker
 from protocols.common.items import Item, Kind
 

@@ -14,8 +14,8 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from hilbench.decode.chunks import Chunk, chunk_of
 from hilbench.errors import UnavailableError
+from hilbench.recordings.chunks import Chunk, chunk_of
 from hilbench.recordings.event_form import wrong_with
 from hilbench.recordings.layout import BYTE_KINDS
 from hilbench.recordings.remarks import remarks_on

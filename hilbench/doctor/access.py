@@ -12,7 +12,7 @@ from pathlib import Path
 from hilbench.doctor.facts import Facts
 from hilbench.doctor.finding import Finding, cross, fine, warning
 from hilbench.errors import HilbenchError
-from hilbench.paths import absolute_path
+from hilbench.files.paths import absolute_path
 from hilbench.ports.calibration import Calibration
 from hilbench.ports.listing import LINK_FOLDERS, PortInfo
 from hilbench.ports.states import PortState, port_states, state_at

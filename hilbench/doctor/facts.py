@@ -13,12 +13,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from hilbench.cli.siblings import check_siblings
 from hilbench.clock import NS_PER_MS, MonotonicHostClock
 from hilbench.errors import HilbenchError
-from hilbench.host import Host, this_host
+from hilbench.files.host import Host, this_host
 from hilbench.ports.calibration import Calibration, calibration_of, state_folder
 from hilbench.ports.listing import PortEnumerator, PortInfo, list_ports
-from hilbench.siblings import check_siblings
 
 __all__ = ["Facts", "this_machine"]
 

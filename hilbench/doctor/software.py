@@ -6,9 +6,9 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from hilbench.cli.siblings import SIBLINGS
 from hilbench.doctor.facts import Facts
 from hilbench.doctor.finding import Finding, cross, fine, warning
-from hilbench.siblings import SIBLINGS
 
 __all__ = ["look_at_software"]
 

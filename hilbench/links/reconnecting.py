@@ -14,12 +14,12 @@ from functools import partial
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
 from hilbench.errors import UnavailableError, UsageError
+from hilbench.files.paths import real_path
 from hilbench.links.attempt import Attempt
 from hilbench.links.port import NO_LINE_ASSERTED, ModemLines, Port, PortBase, Refused, raise_it
 from hilbench.links.serial_device import open_serial
 from hilbench.links.serial_target import SerialTarget, located
 from hilbench.links.serialport import WRITE_TIMEOUT_S, SerialPort
-from hilbench.paths import real_path
 from hilbench.ports.listing import PortEnumerator, PortInfo, UsbIdentity, find_again, list_ports
 
 __all__ = ["POLL_NS", "PortOpener", "ReconnectingPort", "Recorder"]

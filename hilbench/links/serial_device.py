@@ -25,6 +25,7 @@ import serial
 from serial import rfc2217
 
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
+from hilbench.links.bench_url import parse_bench_url
 from hilbench.links.port import ModemLines
 from hilbench.links.serial_target import SerialTarget
 
@@ -40,6 +41,7 @@ __all__ = [
     "set_modem_lines",
 ]
 
+_URL_HANDLERS = "hilbench.urlhandler"
 _INT = struct.Struct("i")
 _ICOUNTER = struct.Struct("20i")
 """struct serial_icounter_struct of linux/serial.h: cts, dsr, rng, dcd, rx, tx, frame, overrun, parity, brk,
@@ -81,7 +83,7 @@ def open_serial(target: SerialTarget, write_timeout_s: float) -> Any:
     settings = target.settings
     _require_sense(target)
     if target.url.lower().startswith("hilbench:"):
-        import hilbench.urlhandler  # noqa: F401 - tells pyserial of these URLs
+        _let_open_benches()
     # pyserial's client of RFC 2217 refuses every write timeout; its socket has one of 5 s of its own.
     timeout_s = None if target.url.lower().startswith("rfc2217:") else write_timeout_s
     try:
@@ -119,12 +121,15 @@ def _require_sense(target: SerialTarget) -> None:
     scheme, _, _ = target.url.lower().partition("://")
     if scheme in {"socket", "rfc2217"}:
         _require_port_number(target.url)
-    if scheme == "hilbench":
-        from hilbench.urlhandler.bench_url import parse_bench_url
+    if scheme == "hilbench" and parse_bench_url(target.url).fast:
+        hint = "leave 'fast' out; a bench that is named itself runs as fast as it can"
+        raise UsageError("its time would be another than that of this bench", where=target.url, hint=hint)
 
-        if parse_bench_url(target.url).fast:
-            hint = "leave 'fast' out; a bench that is named itself runs as fast as it can"
-            raise UsageError("its time would be another than that of this bench", where=target.url, hint=hint)
+
+def _let_open_benches() -> None:
+    """Tell pyserial of ``hilbench:`` URLs; it imports what opens them when one is there."""
+    if _URL_HANDLERS not in serial.protocol_handler_packages:
+        serial.protocol_handler_packages.append(_URL_HANDLERS)
 
 
 def _require_port_number(url: str) -> None:
@@ -271,7 +276,7 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
 
 
 def _how_to_get_access(path: str) -> str:
-    from hilbench.host import this_host
+    from hilbench.files.host import this_host
     from hilbench.ports.listing import list_ports
     from hilbench.ports.states import advice_on_access, state_at
 
@@ -288,7 +293,7 @@ def _how_to_be_heard(url: str, error: Exception) -> str | None:
 
 
 def _who_to_stop(path: str) -> str:
-    from hilbench.host import this_host
+    from hilbench.files.host import this_host
     from hilbench.ports.listing import list_ports
     from hilbench.ports.states import state_at
 

@@ -9,11 +9,11 @@ from typing import Any
 
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_S
+from hilbench.driving.control import Request, RequestError
+from hilbench.driving.driver import Drives
+from hilbench.driving.rig import Rig
 from hilbench.errors import HilbenchError
 from hilbench.links.faults import Direction, Fault, FaultKind
-from hilbench.live.control import Request, RequestError
-from hilbench.live.driver import Drives
-from hilbench.live.rig import Rig
 
 __all__ = ["MOST_SPEED", "Actions"]
 
@@ -85,7 +85,7 @@ class Actions:
             raise
 
     def standing(self) -> Mapping[str, object]:
-        """Return what was told once and still stands; see `hilbench.live.teller.Teller`."""
+        """Return what was told once and still stands; see `hilbench.bench.teller.Teller`."""
         struck = sum((tap.struck for tap in self._rig.taps.values()), Counter[tuple[str, str]]())
         return {
             "paused": self.paused,

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
+from hilbench.benchfile.bench_file import BenchFile
+from hilbench.benchfile.target import TargetKind, target_of
+from hilbench.driving.rig import Rig
 from hilbench.errors import UsageError
-from hilbench.links import ReconnectingPort, parse_serial_target
-from hilbench.live.rig import Rig
-from hilbench.options import TargetChoice
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.system import System
-from hilbench.protocol_bench.system import ProtocolSystem
-from hilbench.target import TargetKind, target_of
+from hilbench.protocol_bench.system import ProtocolSystem, system_of
+from hilbench.terminal.options import TargetChoice
 
-__all__ = ["only_line", "open_at", "open_attached", "ports_asked"]
+__all__ = ["open_attached", "ports_asked"]
 
 
 def open_attached(bench: Bench, bench_file: BenchFile, targets: Sequence[TargetChoice], *, seed: int) -> Rig:
@@ -63,23 +62,10 @@ def only_line(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mapping
     return {"": first.spec}
 
 
-def open_at(bench: Bench, bench_file: BenchFile, target: str, usual_baud: int) -> ReconnectingPort:
-    """Open a port, again and again if it goes; the caller closes it.
-
-    Args:
-        bench: whose time passes.
-        bench_file: says how ports are opened.
-        target: as ``serial:/dev/ttyACM0``.
-        usual_baud: its rate where nobody says one, in bit/s.
-    """
-    serial = parse_serial_target(target, usual_baud, bench_file.port.settings)
-    return ReconnectingPort(bench.scheduler, serial, record=bench.record)
-
-
 def _system_at(bench_file: BenchFile) -> System:
     """Return whose clients speak to what stands for this bench: those of its model, or of what its boards speak."""
     if bench_file.model is not None and not bench_file.boards:
-        return bench_file.model.system
+        return system_of(bench_file.model)
     protocol = bench_file.protocols.get(bench_file.checker_lines.get("", ""))
     if protocol is not None:
         return ProtocolSystem(protocol)

@@ -20,9 +20,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from hilbench.driving.local_socket import connect_to
 from hilbench.errors import UnavailableError
-from hilbench.live.local_socket import connect_to
-from hilbench.runtime_folder import made_private, runtime_folder
+from hilbench.files.runtime_folder import made_private, runtime_folder
 
 __all__ = ["Session", "new_session", "sessions"]
 

@@ -8,12 +8,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
-from hilbench.live.about import about_boards, about_world
-from hilbench.live.rig import Rig
-from hilbench.live.teller import describe_machine
+from hilbench.bench.about import about_boards, about_world
+from hilbench.bench.teller import describe_machine
+from hilbench.benchfile.bench_file import BenchFile
+from hilbench.driving.rig import Rig
 from hilbench.plugins.discovery import PLUGINS
-from hilbench.protocol_bench.system import ProtocolSystem
+from hilbench.protocol_bench.system import ProtocolSystem, system_of
 
 if TYPE_CHECKING:
     from hilbench.mcu.emulated import EmulatedBench
@@ -30,7 +30,7 @@ def open_rig(bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
     """
     if not bench_file.boards:
         assert bench_file.model is not None
-        return bench_file.model.system.rig(bench, bench_file, seed=seed)
+        return system_of(bench_file.model).rig(bench, bench_file, seed=seed)
     from hilbench.mcu.emulated import EmulatedBench
     from hilbench.mcu.group import LOCKED_STEP_NS
 

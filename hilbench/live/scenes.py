@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hilbench.bench_file import BenchFile
+from hilbench.benchfile.bench_file import BenchFile
 from hilbench.plugins.discovery import PLUGINS
 
 __all__ = ["scene_for"]

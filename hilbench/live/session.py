@@ -11,27 +11,28 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
+from hilbench.bench.teller import Teller
+from hilbench.benchfile.bench_file import BenchFile
 from hilbench.clock import NS_PER_S, MonotonicHostClock, ScaledHostClock, Scheduler, deferred_interrupts
-from hilbench.console import Console
+from hilbench.driving.control import Control
+from hilbench.driving.driver import Driver, Drives
+from hilbench.driving.rig import Rig
 from hilbench.errors import UnavailableError
 from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
 from hilbench.live.actions import Actions
 from hilbench.live.attached import open_attached
-from hilbench.live.control import Control
-from hilbench.live.driver import Driver, Drives
 from hilbench.live.folders import Session
-from hilbench.live.rig import Rig
 from hilbench.live.rigs import open_rig
-from hilbench.live.teller import Teller
-from hilbench.options import TargetChoice
 from hilbench.serving import STOP_SIGNALS, signals_held
+from hilbench.terminal.console import Console
+from hilbench.terminal.options import TargetChoice
 
 __all__ = ["JOURNAL_BYTES", "LINGER_NS", "LiveBench", "LiveOptions", "run_live"]
 
 JOURNAL_BYTES = 64 * 1024 * 1024
-"""What a live journal may take on disk, some two hours of a Pioneer's; the older half is forgotten first (choice)."""
+"""What a live journal may take on disk; the older half is forgotten first. A choice: some two hours of a robot that
+reports ten times a second."""
 LINGER_NS = 60 * NS_PER_S
 """How long a bench goes on whose dashboard has died without a word (choice)."""
 

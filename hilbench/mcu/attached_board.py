@@ -10,21 +10,21 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
-from hilbench.cases import CaseBase
-from hilbench.check.provider import CaseInfo
-from hilbench.check.verdicts import NotApplicable
+from hilbench.bench.cases import CaseBase
+from hilbench.bench.line_faults import LineFaults
+from hilbench.bench.line_peer import Sound, Unsound
+from hilbench.bench.locked_providers import AttachedProviderBase
+from hilbench.bench.protocol_peer import RAW, ProtocolPeer
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.bench_file import BenchFile
 from hilbench.errors import UsageError
-from hilbench.line_faults import LineFaults
-from hilbench.line_peer import Sound, Unsound
+from hilbench.judging.provider import CaseInfo
+from hilbench.judging.verdicts import NotApplicable
 from hilbench.links import Port
-from hilbench.locked_providers import AttachedProviderBase
 from hilbench.mcu.under_test import SerialLine
 from hilbench.nearest import did_you_mean
-from hilbench.options import TargetChoice
 from hilbench.plugins.protocol import ProtocolPlugin
-from hilbench.protocol_bench.peer import RAW, ProtocolPeer
-from hilbench.shared import Shared
+from hilbench.terminal.options import TargetChoice
 
 __all__ = ["AttachedBoard", "AttachedBoardCase", "AttachedBoardProvider", "protocol_at"]
 

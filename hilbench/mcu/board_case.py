@@ -7,18 +7,18 @@ from functools import cached_property
 from typing import Any, TypeVar
 
 from hilbench.bench import Bench
-from hilbench.cases import CaseBase
-from hilbench.check.provider import CaseInfo, CaseSetup
+from hilbench.bench.about import about_boards, about_world
+from hilbench.bench.cases import CaseBase
+from hilbench.bench.line_peer import LinePeer
+from hilbench.bench.protocol_peer import RAW, peer_of
+from hilbench.bench.teller import Observed
+from hilbench.bench.world_runner import WorldRunner
 from hilbench.errors import InternalError, UsageError
-from hilbench.line_peer import LinePeer
+from hilbench.judging.provider import CaseInfo, CaseSetup
 from hilbench.links import Port
-from hilbench.live.about import about_boards, about_world
-from hilbench.live.teller import Observed
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.under_test import BoardUnderTest, boards_under_test
 from hilbench.plugins.discovery import PLUGINS
-from hilbench.protocol_bench.peer import RAW, peer_of
-from hilbench.world_runner import WorldRunner
 from targets.parts import Part
 from worlds.world import World
 

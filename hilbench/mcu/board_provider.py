@@ -14,25 +14,25 @@ from pathlib import Path
 import msgspec
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile, EmulatedBoard, PartPlan
-from hilbench.cases import CaseBase
-from hilbench.check.observations import Observations
-from hilbench.check.provider import CaseInfo, CaseSetup
+from hilbench.bench.cases import CaseBase
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.bench_file import BenchFile, EmulatedBoard, PartPlan
+from hilbench.benchfile.reader import read_bench
+from hilbench.benchfile.target import TargetKind, target_of
 from hilbench.clock import Scheduler
-from hilbench.config import read_bench
 from hilbench.errors import UsageError
 from hilbench.journal import Journal
+from hilbench.judging.observations import Observations
+from hilbench.judging.provider import CaseInfo, CaseSetup
 from hilbench.mcu.board_case import BoardBench, BoardCase
 from hilbench.mcu.command_line import open_target
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.noted import Noted, lacking
 from hilbench.nearest import did_you_mean
-from hilbench.options import TargetChoice
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.system import System
-from hilbench.shared import Shared
-from hilbench.target import TargetKind, target_of
-from targets.boards import Board
+from hilbench.terminal.options import TargetChoice
+from targets.boards import Board, board_names
 
 __all__ = ["BoardProvider"]
 
@@ -225,7 +225,7 @@ class _Images:
 
 def _only_board(choice: TargetChoice) -> EmulatedBoard:
     if target_of(choice).kind is not TargetKind.BOARD:
-        raise UsageError("not a board with an image", where=choice.where, hint="write bluepill:IMAGE")
+        raise UsageError("not a board with an image", where=choice.where, hint=f"write {board_names()[0]}:IMAGE")
     return next(iter(open_target(choice.spec).boards.values()))
 
 

@@ -1,15 +1,15 @@
-"""Emulated boards on the command line: ``bluepill:IMAGE``, ``./my-board.toml:IMAGE``."""
+"""Emulated boards on the command line: ``BOARD:IMAGE``, ``./my-board.toml:IMAGE``."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from hilbench.bench_file import BenchFile, EmulatedBoard
-from hilbench.board_files import is_board_file, open_board, with_chip
-from hilbench.config import built_in_benches, open_bench
+from hilbench.benchfile.bench_file import BenchFile, EmulatedBoard
+from hilbench.benchfile.board_files import is_board_file, open_board, with_chip
+from hilbench.benchfile.reader import built_in_benches, open_bench
+from hilbench.benchfile.target import parse_target
 from hilbench.errors import UsageError
 from hilbench.nearest import did_you_mean
-from hilbench.target import parse_target
 from targets.boards import board_names
 
 __all__ = ["open_target"]
@@ -66,7 +66,7 @@ def _refuse_image(what: str) -> None:
     if ":" in what and not path.is_file():
         return
     if path.suffix.lower() in _IMAGE_SUFFIXES or _is_elf(path):
-        raise UsageError("is firmware, and no bench", where=what, hint=f"write bluepill:{what}")
+        raise UsageError("is firmware, and no bench", where=what, hint=f"write {board_names()[0]}:{what}")
 
 
 def _is_elf(path: Path) -> bool:

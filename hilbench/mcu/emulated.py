@@ -12,17 +12,17 @@ from math import ceil
 from pathlib import Path
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile, EmulatedBoard, Link, Net
+from hilbench.bench.byte_log import ByteLog
+from hilbench.benchfile.bench_file import BenchFile, EmulatedBoard, Link, Net
 from hilbench.clock import NS_PER_S, EventClass, Scheduler
 from hilbench.journal import Journal
-from hilbench.mcu.byte_log import ByteLog
 from hilbench.mcu.group import FREE_STEP_NS, MachineGroup
 from hilbench.mcu.images import load, translated
 from hilbench.mcu.pin_log import PinLog
 from hilbench.mcu.seams import Ending, Machine
+from hilbench.mcu.surroundings import Surroundings
 from hilbench.mcu.usart_port import UsartPort
 from hilbench.mcu.vcd import Waveforms
-from hilbench.wiring.surroundings import Surroundings
 from targets.mcu.cortexm.faults import Fault
 from targets.mcu.errors import McuError
 from targets.mcu.fidelity import Fidelity, Note
@@ -181,6 +181,7 @@ class EmulatedBench:
         self.resets: dict[tuple[str, str], Resets] = {}
         self._lacks: dict[str, _Lack | None] = {}
         self._heard_ns: dict[str, int] = {}
+        self._said: dict[str, SerialFrame] = {}
         self._next_look_ns = 0
         self._looks: dict[str, deque[int]] = {name: deque(maxlen=_LOOKS) for name in bench_file.boards}
         with contextlib.ExitStack() as undo:
@@ -199,6 +200,7 @@ class EmulatedBench:
             self._byte_logs: list[ByteLog] = []
             for full, port in self.ports.items():
                 port.heard_taps.append(partial(self._heard, _board_of(full)))
+                port.frame_taps.append(partial(self._say, _board_of(full)))
             self._wire()
             self._join_lines()
             self.surroundings = Surroundings(self.bench, bench_file, self._group, self.machines, self.ports, seed=seed)
@@ -220,19 +222,23 @@ class EmulatedBench:
     def lacking(self, name: str) -> str:
         """Return on what that is not modelled the program of a board waits, for people; empty: on nothing of the kind.
 
-        It waits if it polls nothing else and has written no register of a peripheral since it was first seen to, and if
-        that was before it was spoken to last, unless it has never said anything. Of several boards only those count
-        that were spoken to, if any was.
+        It waits if it polls nothing else and has written no register of a peripheral since it was first seen to, unless
+        that was after it was spoken to last and it had said something in between: what it said may be what is wrong. Of
+        several boards only those count that were spoken to, if any was.
         """
         self._see_lack(name)
         lack = self._lacks.get(name)
         if lack is None or (self._heard_ns and name not in self._heard_ns):
             return ""
-        said = any(port.counters.received for full, port in self.ports.items() if _board_of(full) == name)
-        return "" if said and lack.since_ns > self._heard_ns.get(name, 0) else lack.text
+        heard_ns, said = self._heard_ns.get(name, 0), self._said.get(name)
+        answered = said is not None and said.start_ns > heard_ns  # what goes out during the wait was written before it
+        return "" if answered and lack.since_ns > heard_ns else lack.text
 
     def _heard(self, name: str, _data: bytes, at_ns: int) -> None:
         self._heard_ns[name] = at_ns
+
+    def _say(self, name: str, frame: SerialFrame) -> None:
+        self._said[name] = frame
 
     def _see_lack(self, name: str) -> None:
         machine, lack = self.machines[name], self._lacks.get(name)
@@ -374,7 +380,8 @@ class EmulatedBench:
         machine.on_fault = partial(self._fault, name)
         machine.notes.on_note = partial(self._note, name)
         for text in self.images[name].notes:
-            self.bench.record("note", name, note="image", where=str(self.images[name].path.name), text=text, at="")
+            about = {"kind": "image", "where": self.images[name].path.name, "text": text}
+            self._record_note(name, Note(**about, pc=None, cycle=0, ns=self.bench.now_ns))
         for note in machine.notes.all:
             self._record_note(name, note)
         waveforms = self._waveforms

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from hilbench.bench_file import BenchFile
-from hilbench.config import DEFAULT_FILE
+from hilbench.benchfile.bench_file import BenchFile
+from hilbench.benchfile.reader import DEFAULT_FILE
 from hilbench.errors import UsageError
 from hilbench.mcu.command_line import open_target
 from hilbench.mcu.emulated import EmulatedBench

@@ -5,7 +5,7 @@ from __future__ import annotations
 import stat
 from pathlib import Path
 
-from hilbench.bench_file import EmulatedBoard
+from hilbench.benchfile.bench_file import EmulatedBoard
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
 from targets.mcu.errors import BoardError, EngineError, ImageError, McuError
 from targets.mcu.image import Image, limits_of, load_image

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from hilbench.bench_file import EmulatedBoard
-from hilbench.board_files import is_board_file, open_board, with_chip
+from hilbench.benchfile.bench_file import EmulatedBoard
+from hilbench.benchfile.board_files import is_board_file, open_board, with_chip
+from hilbench.files.names import as_utf8, escaped
+from hilbench.files.new_files import Written, quoted, write_new
+from hilbench.files.paths import real_path
 from hilbench.mcu.images import load
-from hilbench.names import as_utf8, escaped
-from hilbench.new_files import Written, quoted, write_new
-from hilbench.paths import real_path
 
 __all__ = ["BENCH_NAME", "CONFTEST_NAME", "TEST_NAME", "init"]
 

@@ -108,6 +108,8 @@ class Narrator:
             port.taps.append(self._text(name))
             if not port.joined:  # what comes from another board is told there
                 port.heard_taps.append(self._text(name, "<"))
+        for note in emulated.notes():  # on the images, before anything runs
+            self._event({**note, "source": note["board"], "note": note["kind"], "kind": "note"})
 
     def finish(self) -> None:
         """Show lines that have not ended."""
@@ -173,7 +175,8 @@ class Narrator:
         if abs(period_ns - before_ns[0]) <= ROUNDING_NS and abs(high_ns - before_ns[1]) <= ROUNDING_NS:
             return ""
         self._pwm[event["source"]] = (period_ns, high_ns)
-        return f"period {period_ns} ns, high {high_ns} ns ({100 * high_ns / period_ns:.2f} %)"
+        duty = event.get("duty", high_ns / period_ns)
+        return f"period {period_ns} ns, high {high_ns} ns ({100 * duty:.2f} %)"
 
 
 def _i2c_words(transaction: Mapping[str, Any]) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 
-from hilbench.check.provider import CaseBench, CaseInfo
 from hilbench.errors import UsageError
+from hilbench.judging.provider import CaseBench, CaseInfo
 
 __all__ = ["NoCases"]
 

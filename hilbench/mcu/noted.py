@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from hilbench.check.observations import EmulationNote
-from hilbench.check.outcome import printable
+from hilbench.judging.observations import EmulationNote
+from hilbench.judging.outcome import printable
 from hilbench.mcu.emulated import EmulatedBench
 
 __all__ = ["Noted", "lacking"]

@@ -202,7 +202,7 @@ class PinLog:
             about = {"edges": int(2 * old.hz * in_ns / NS_PER_S), "in_ns": in_ns}
         if wave is not None:
             period_ns = NS_PER_S / wave.hz
-            about |= {"period_ns": round(period_ns), "high_ns": round(period_ns * wave.duty)}
+            about |= {"period_ns": round(period_ns), "high_ns": round(period_ns * wave.duty), "duty": float(wave.duty)}
         self._bench.record("pwm", self._source(watched), **about, level=False)
 
     def _look_away(self) -> None:

@@ -1,7 +1,7 @@
 """How a bench in real time keeps up, told to whoever on this host has a line to it.
 
-Who serves keeps a file in the runtime folder (`hilbench.runtime_folder`) as long as it runs, ``pace/PID-XXXXXX``; who
-checks finds it by the port that it opened (`hilbench.pace.far_pace`), and maps it. All times in it are the host's
+Who serves keeps a file in the runtime folder as long as it runs, ``pace/PID-XXXXXX``; who checks finds it by the port
+that it opened (`hilbench.pace.far_pace`), and maps it. All times in it are the host's
 monotonic clock, which all processes of a host share, in ns. It is an array of 64-bit integers in the order of the host:
 
 ====================  =================================================================================================
@@ -37,8 +37,8 @@ import msgspec
 
 from hilbench.clock import NS_PER_MS, LatenessMeter
 from hilbench.errors import UnavailableError
+from hilbench.files.runtime_folder import check_private, made_private, runtime_folder
 from hilbench.pace.lateness import Lateness
-from hilbench.runtime_folder import check_private, made_private, runtime_folder
 
 __all__ = ["PaceNotice", "PaceReader", "notices"]
 

@@ -11,10 +11,11 @@ An installed package names them in its ``pyproject.toml``::
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import importlib.util
 import sys
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 
@@ -105,12 +106,19 @@ class Systems(Registry[System]):
         """Return a vehicle by its name.
 
         Raises:
-            StopIteration: no system has it.
+            KeyError: no system has it.
         """
         self._use_called_like(name, name)
         if name not in self._vehicles:
-            self._vehicles[name] = next(one.vehicles[name] for one in self.there() if name in one.vehicles)()
+            makers = {one: make for system in self.there() for one, make in system.vehicles.items()}
+            self._vehicles[name] = makers[name]()
         return self._vehicles[name]
+
+    def shown(self, name: str) -> Iterator[System]:
+        """Yield those that are `there`, and the one that a vehicle or protocol to be shown is called like."""
+        with contextlib.suppress(UsageError):
+            self._use_called_like(name, name)
+        yield from self.there()
 
     def speakers(self) -> Mapping[str, Speaker]:
         """Return who speaks at the sources of journals that only some systems have; asked for each event."""

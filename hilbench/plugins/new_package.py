@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.files import check_writable
-from hilbench.new_files import Written
+from hilbench.files.new_files import Written
 
 __all__ = ["new_package"]
 

@@ -14,8 +14,8 @@ from protocols.common.layout import Region, laid_out
 
 if TYPE_CHECKING:
     from hilbench.bench import Bench
-    from hilbench.devices import SerialDevice
-    from hilbench.line_peer import LinePeer
+    from hilbench.bench.devices import SerialDevice
+    from hilbench.bench.line_peer import LinePeer
     from hilbench.links import Port
 
 __all__ = ["API", "ClauseEntry", "Device", "FirstTest", "ProtocolPlugin", "Recorded"]
@@ -62,7 +62,7 @@ class Device:
 
     Attributes:
         make: makes one with these settings, just powered on. Where it has an attribute ``observed``, its state machine
-            (`hilbench.live.teller.Observed`) or several by name, the dashboard shows states and watchdogs.
+            (`hilbench.bench.teller.Observed`) or several by name, the dashboard shows states and watchdogs.
         settings: what it can be set to, a dataclass whose fields all have defaults.
         capabilities: what a bench with it can do beside speaking the protocol, by the names that clauses use.
         resting: the names of its timers with which nothing is wrong when they run out, such as one for the next
@@ -115,6 +115,7 @@ class ProtocolPlugin:
         name: what a command line and a journal call it.
         title: what people call it; a bench that speaks it has the capability of this name.
         summary: what it is, in a few words.
+        help: what one sees where our client speaks it, for the help of the dashboard; in Textual's markup.
         decoder: makes a decoder of a stream: how it is read, and who sends it.
         options: how frames are read, a dataclass whose fields all have defaults; each becomes a flag of those commands
             that show frames. The metadata ``help`` of a field says what it is.
@@ -139,6 +140,7 @@ class ProtocolPlugin:
     title: str
     decoder: Callable[[Any, Speaker], Decoder]
     summary: str = ""
+    help: str = ""
     options: type[Any] = NoOptions
     regions: Callable[..., list[Region]] = _one_region
     longest_frame: int = 256

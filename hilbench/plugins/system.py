@@ -13,27 +13,28 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
 
 from hilbench.errors import UsageError
-from hilbench.plugins.protocol import ClauseEntry
+from hilbench.plugins.protocol import ClauseEntry, ProtocolPlugin
 from protocols.common.decoding import Speaker
 
 if TYPE_CHECKING:
     from hilbench.bench import Bench
-    from hilbench.bench_file import BenchFile
-    from hilbench.cases import CaseBase
-    from hilbench.check.provider import BenchProvider, CaseInfo
+    from hilbench.bench.cases import CaseBase
+    from hilbench.bench.served_targets import ServedTarget
+    from hilbench.bench.shared import Shared
+    from hilbench.bench.teller import Observed
+    from hilbench.bench.world_runner import WorldRunner
+    from hilbench.benchfile.bench_file import BenchFile
+    from hilbench.benchfile.world_signals import WorldSignal, WorldSignals
+    from hilbench.driving.rig import Rig
+    from hilbench.judging.provider import BenchProvider, CaseInfo
     from hilbench.links import Port
-    from hilbench.live.rig import Rig
-    from hilbench.live.teller import Observed
     from hilbench.mcu.emulated import EmulatedBench
-    from hilbench.options import TargetChoice
-    from hilbench.served_targets import ServedTarget
-    from hilbench.shared import Shared
-    from hilbench.wiring.world_signals import WorldSignal, WorldSignals
-    from hilbench.world_runner import WorldRunner
+    from hilbench.plugins.dashboard import Dashboard
+    from hilbench.terminal.options import TargetChoice
     from worlds.vehicles import Vehicle
     from worlds.world import World
 
-__all__ = ["API", "ModelKind", "Standing", "System", "VehicleKind"]
+__all__ = ["API", "ModelKind", "Standing", "System", "VehicleKind", "device_kind"]
 
 API = 1
 """Of this class; a plug-in says which one it was written for."""
@@ -67,6 +68,17 @@ class ModelKind:
     target: str = ""
     beside: bool = False
     has_body: bool = False
+
+
+def device_kind(protocol: ProtocolPlugin) -> ModelKind:
+    """Return the kind of model that a protocol's device is; without a device it has no settings."""
+    device = protocol.device
+    return ModelKind(
+        settings=dict if device is None else device.settings,
+        protocol=protocol.title,
+        suites=tuple(map(str, protocol.suites)),
+        baud=protocol.baud,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -184,7 +196,7 @@ class System:
         return None
 
     def about_board(self, bench_file: BenchFile, program: str) -> Mapping[str, Any]:
-        """Return what a journal says of its case on emulated boards for those who show it; see `hilbench.live.about`.
+        """Return what a journal says of its case on emulated boards for those who show it; see `hilbench.bench.about`.
 
         Args:
             bench_file: the bench.
@@ -245,14 +257,18 @@ class System:
         return any({*kind.suites} & {*bench_file.suites} for kind in self.models().values())
 
     def lines_asked(self, bench_file: BenchFile, choices: Sequence[TargetChoice]) -> Mapping[str, str]:
-        """Return which port is asked for at the far end of each line of ours, by its name; empty for the only line.
+        """Return which port is asked for at the far end of each line of ours, by its name; of the only line by nothing.
 
         Raises:
             UsageError: a line has none, or two, or the bench is none of ours.
         """
-        from hilbench.live.attached import only_line
-
-        return only_line(bench_file, choices)
+        del bench_file
+        first, *more = choices
+        if more or first.name:
+            where = " ".join(choice.where for choice in choices)
+            hint = f"write --target {first.spec}"
+            raise UsageError("this bench has one line, without a name", where=where, hint=hint)
+        return {"": first.spec}
 
     def attached_rig(self, bench: Bench, bench_file: BenchFile, ports: Mapping[str, str], *, seed: int) -> Rig:
         """Attach to what somebody else runs at ports; nobody drives it unasked.
@@ -273,4 +289,8 @@ class System:
     def scene(self, bench_file: BenchFile) -> str | None:
         """Return the scene that a bench is shown in where nobody names one; None for that of its file."""
         del bench_file
+        return None
+
+    def dashboard(self) -> Dashboard | None:
+        """Return how its benches are shown; None for as any others."""
         return None

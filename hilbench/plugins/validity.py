@@ -75,7 +75,7 @@ def _problems(record: Any) -> Iterator[str]:
 def _of_words(record: Any) -> Iterator[str]:
     if not isinstance(record.name, str) or _NAME.fullmatch(record.name) is None:
         yield f"name {record.name!r} is no name: write small letters, digits, _ and -"
-    for text in ("title", "summary", "replay_bench"):
+    for text in ("title", "summary", "help", "replay_bench"):
         if not isinstance(getattr(record, text), str):
             yield f"{text} is no text"
     if not record.title:

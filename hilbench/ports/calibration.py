@@ -18,7 +18,7 @@ from pathlib import Path
 import msgspec
 
 from hilbench.errors import UnavailableError
-from hilbench.paths import real_path
+from hilbench.files.paths import real_path
 from hilbench.ports.listing import PortInfo
 
 __all__ = ["Calibration", "calibration_of", "keep", "key_of", "port_at", "state_folder", "stored"]

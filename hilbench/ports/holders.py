@@ -16,8 +16,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from hilbench.host import Host
-from hilbench.names import printable
+from hilbench.files.host import Host
+from hilbench.files.names import printable
 
 __all__ = ["Holder", "Holders", "holders_of"]
 

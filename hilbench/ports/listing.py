@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from hilbench.names import printable
+from hilbench.files.names import printable
 
 __all__ = ["LINK_FOLDERS", "PortEnumerator", "PortInfo", "SysfsPorts", "UsbIdentity", "find_again", "list_ports"]
 

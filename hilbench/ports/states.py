@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hilbench.host import Host
-from hilbench.paths import absolute_path
+from hilbench.files.host import Host
+from hilbench.files.paths import absolute_path
 from hilbench.ports.choice import tells_apart
 from hilbench.ports.holders import Holders, holders_of
 from hilbench.ports.listing import PortInfo

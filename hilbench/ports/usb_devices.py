@@ -44,7 +44,7 @@ class UsbKind:
     has_port: bool = True
 
 
-_RS232 = "whatever its three wires lead to: a Pioneer through RS-232, the USART of a bare board"
+_RS232 = "whatever its three wires lead to: a robot through RS-232, the USART of a bare board"
 
 KINDS = (
     UsbKind(
@@ -61,8 +61,8 @@ KINDS = (
         },
         board="a Nucleo or Discovery board of STMicroelectronics",
         boards={
-            0x374B: "a Nucleo board, such as the NUCLEO-F767ZI of a rover",
-            0x374E: "a Nucleo board, such as the NUCLEO-H753ZI of a vehicle interface",
+            0x374B: "a Nucleo board, such as the NUCLEO-F767ZI",
+            0x374E: "a Nucleo board, such as the NUCLEO-H753ZI",
         },
     ),
     UsbKind(
@@ -97,7 +97,7 @@ KINDS = (
             0x6048: "FT4232HA",
         },
         board=_RS232,
-        boards={0x6001: "the simulator's line of a vehicle interface, or a Pioneer through RS-232"},
+        boards={0x6001: "a line of a board with 3.3 V signals, or a robot through RS-232"},
     ),
     UsbKind(
         name="cp210x",

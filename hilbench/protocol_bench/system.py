@@ -7,25 +7,30 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hilbench.plugins.protocol import Device, ProtocolPlugin
-from hilbench.plugins.system import API, ModelKind, System
+from hilbench.plugins.system import API, ModelKind, System, device_kind
 
 if TYPE_CHECKING:
     from hilbench.bench import Bench
-    from hilbench.bench_file import BenchFile
-    from hilbench.check.provider import BenchProvider
+    from hilbench.bench.served_targets import ServedTarget
+    from hilbench.bench.shared import Shared
+    from hilbench.bench.teller import Observed, Senses
+    from hilbench.benchfile.bench_file import BenchFile, ModelTarget
+    from hilbench.driving.rig import Rig
+    from hilbench.driving.tap import Tap
+    from hilbench.judging.provider import BenchProvider
     from hilbench.links import Port
-    from hilbench.live.rig import Rig
-    from hilbench.live.tap import Tap
-    from hilbench.live.teller import Observed, Senses
     from hilbench.mcu.emulated import EmulatedBench
-    from hilbench.options import TargetChoice
-    from hilbench.served_targets import ServedTarget
-    from hilbench.shared import Shared
+    from hilbench.terminal.options import TargetChoice
 
-__all__ = ["ProtocolSystem"]
+__all__ = ["ProtocolSystem", "system_of"]
 
 _CLIENT = "client"
 """The source in the journal of the host that a protocol brings."""
+
+
+def system_of(model: ModelTarget) -> System:
+    """Return whose a model is; a protocol's device is that of a system around the protocol alone."""
+    return model.owner if isinstance(model.owner, System) else ProtocolSystem(model.owner)
 
 
 class ProtocolSystem(System):
@@ -35,7 +40,7 @@ class ProtocolSystem(System):
 
     Args:
         protocol: the protocol; it brings a device where a model of it stands on a bench.
-        has_body: the device stands in a world: it is `hilbench.protocol_bench.placed.Embodied`.
+        has_body: the device stands in a world: it is `hilbench.bench.placed_device.Embodied`.
 
     Attributes:
         kind: of its model.
@@ -47,14 +52,7 @@ class ProtocolSystem(System):
         self.name = protocol.name
         self.title = protocol.title
         self._protocol = protocol
-        device = protocol.device
-        self.kind = ModelKind(
-            settings=dict if device is None else device.settings,
-            protocol=protocol.title,
-            suites=tuple(map(str, protocol.suites)),
-            baud=protocol.baud,
-            has_body=has_body,
-        )
+        self.kind = replace(device_kind(protocol), has_body=has_body)
 
     def models(self) -> Mapping[str, ModelKind]:
         """See `System`."""
@@ -62,8 +60,8 @@ class ProtocolSystem(System):
 
     def provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:
         """See `System`."""
-        from hilbench.protocol_bench.providers import AttachedPeerProvider, DeviceProvider
-        from hilbench.target_choice import only_port
+        from hilbench.bench.protocol_providers import AttachedPeerProvider, DeviceProvider
+        from hilbench.bench.target_choice import only_port
 
         if choices:
             return AttachedPeerProvider(shared, only_port(shared, choices).spec, self._protocol)
@@ -71,9 +69,9 @@ class ProtocolSystem(System):
 
     def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
         """See `System`."""
-        from hilbench.protocol_bench.cases import device_baud
-        from hilbench.protocol_bench.placed import DEVICE, PlacedDevice
-        from hilbench.served_targets import HOST_LINE, ServedTarget
+        from hilbench.bench.placed_device import DEVICE, PlacedDevice
+        from hilbench.bench.protocol_cases import device_baud
+        from hilbench.bench.served_targets import HOST_LINE, ServedTarget
 
         device = self._protocol.device
         assert device is not None
@@ -85,11 +83,11 @@ class ProtocolSystem(System):
 
     def rig(self, bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
         """See `System`."""
+        from hilbench.bench.about import about_world
+        from hilbench.bench.placed_device import DEVICE, PlacedDevice
+        from hilbench.bench.protocol_cases import device_baud, machines_of
         from hilbench.links import Line, MemoryLink
         from hilbench.links.memory import REAL_TIME_GROUP_NS
-        from hilbench.live.about import about_world
-        from hilbench.protocol_bench.cases import device_baud, machines_of
-        from hilbench.protocol_bench.placed import DEVICE, PlacedDevice
 
         made = self._protocol.device
         assert made is not None
@@ -111,10 +109,10 @@ class ProtocolSystem(System):
 
     def attached_rig(self, bench: Bench, bench_file: BenchFile, ports: Mapping[str, str], *, seed: int) -> Rig:
         """Listen to what is at a port: a host would speak, and move something, unasked."""
-        from hilbench.live.about import about_line
-        from hilbench.live.attached import open_at
-        from hilbench.live.rig import Rig
-        from hilbench.live.tap import Tap
+        from hilbench.bench.about import about_line
+        from hilbench.driving.real_port import open_at
+        from hilbench.driving.rig import Rig
+        from hilbench.driving.tap import Tap
 
         port = open_at(bench, bench_file, ports[""], self._protocol.baud)
         about = about_line(_CLIENT, self.name, {})
@@ -123,9 +121,9 @@ class ProtocolSystem(System):
 
     def _host(self, bench: Bench, port: Port, seed: int) -> tuple[Tap, Mapping[str, Observed]]:
         """Put the host of the protocol at the end of a line; where it brings none, the line is listened to."""
-        from hilbench.devices import DeviceActor
-        from hilbench.live.tap import Tap
-        from hilbench.protocol_bench.cases import machines_of
+        from hilbench.bench.devices import DeviceActor
+        from hilbench.bench.protocol_cases import machines_of
+        from hilbench.driving.tap import Tap
 
         tap = Tap(bench, port, _CLIENT, seed=seed)
         if self._protocol.host is None:
@@ -135,8 +133,8 @@ class ProtocolSystem(System):
         return tap, machines_of({_CLIENT: host})
 
     def _rig(self, tap: Tap, machines: Mapping[str, Observed], devices: Mapping[str, Device] | None = None) -> Rig:
-        from hilbench.live.about import about_line
-        from hilbench.live.rig import Rig
+        from hilbench.bench.about import about_line
+        from hilbench.driving.rig import Rig
 
         there = {_CLIENT: self._protocol.host, **(devices or {})}
         about = about_line(_CLIENT, self.name, machines)
@@ -144,6 +142,6 @@ class ProtocolSystem(System):
 
 
 def _senses(devices: Mapping[str, Device | None]) -> Senses:
-    from hilbench.live.teller import Sense
+    from hilbench.bench.teller import Sense
 
     return {name: dict.fromkeys(one.resting, Sense.REST) for name, one in devices.items() if one is not None}

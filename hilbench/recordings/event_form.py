@@ -69,10 +69,15 @@ def _level(value: object) -> str:
     return "" if value is None or isinstance(value, bool) else "no level: true, false or null"
 
 
+def _share(value: object) -> str:
+    return "" if isinstance(value, float | int) and 0 <= value <= 1 else "no part of 1"
+
+
 _ALL: tuple[Rule, ...] = (("kind", _text), ("ns", _time), ("source", _text))
 _MAY_HAVE: dict[str, tuple[Rule, ...]] = {
     **dict.fromkeys(BYTE_KINDS, (("data", _hex), ("from_ns", _time))),
     "console": (("data", _text), ("from_ns", _time)),
+    "pwm": (("duty", _share),),
 }
 _NEEDED: dict[str, tuple[Rule, ...]] = {
     "pin": (("level", _level),),

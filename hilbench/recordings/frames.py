@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from hilbench.clock import NS_PER_S
-from hilbench.decode.chunks import chunk_of
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.recordings.chunks import chunk_of
 from hilbench.recordings.layout import Event
 from protocols.common.decoding import Decoder
 from protocols.common.items import Item, Kind

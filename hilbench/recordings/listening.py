@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from hilbench.clock import NS_PER_S
-from hilbench.decode.chunks import speaker_of
 from hilbench.journal import Recording
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.recordings.chunks import speaker_of
 from hilbench.recordings.frames import FRAME_NS, framed
 from hilbench.recordings.layout import Event, data_of
 from protocols.common.items import Item, Kind

@@ -15,11 +15,11 @@ from typing import IO, TYPE_CHECKING, Any, cast
 import msgspec
 from mcap.exceptions import McapError
 
-from hilbench.decode.lines import plain
 from hilbench.journal import Recording
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.recordings.frames import framed
 from hilbench.recordings.layout import Event, json_bytes, laid_out
+from hilbench.recordings.lines import plain
 from hilbench.recordings.mcap_schemas import (
     EVENT_SCHEMA,
     FOXGLOVE_SCHEMAS,

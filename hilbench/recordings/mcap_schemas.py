@@ -31,7 +31,7 @@ _OF_KIND: Mapping[str, Mapping[str, Any]] = {
     "rx": {**_BYTES, "packet": _TEXT},
     "dropped": {**_BYTES, "reason": _TEXT},
     "pin": {"level": {"type": ["boolean", "null"]}},
-    "pwm": {"period_ns": _WHOLE, "high_ns": _WHOLE, "edges": _WHOLE, "in_ns": _WHOLE},
+    "pwm": {"period_ns": _WHOLE, "high_ns": _WHOLE, "duty": _NUMBER, "edges": _WHOLE, "in_ns": _WHOLE},
     "pose": {"x_m": _WHOLE, "y_m": _WHOLE, "z_m": _WHOLE, "yaw_rad": _WHOLE},
     "event": {"name": _TEXT, "value": {"type": "object"}},
     "verdict": {"verdict": _TEXT, "cause": _TEXT},

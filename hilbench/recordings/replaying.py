@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
 
-from hilbench.check.provider import PLAIN_SETUP, BenchProvider, CaseBench, CaseInfo, CaseSetup, case_seed
+from hilbench.bench.line_peer import LinePeer
+from hilbench.bench.protocol_peer import peer_of
 from hilbench.clock import NS_PER_S
-from hilbench.decode.lines import said
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.journal import Journal, Recording
-from hilbench.line_peer import LinePeer
+from hilbench.judging.provider import PLAIN_SETUP, BenchProvider, CaseBench, CaseInfo, CaseSetup, case_seed
 from hilbench.mcu.board_case import BoardCase
 from hilbench.plugins.protocol import ProtocolPlugin
-from hilbench.protocol_bench.peer import peer_of
+from hilbench.recordings.lines import said
 from hilbench.recordings.listening import HOST, TARGET, Talk, talks
 from protocols.common.items import Item
 
@@ -142,7 +142,7 @@ def _hear_out(peer: LinePeer[Any], answers: bytearray, expected: int) -> None:
 
 
 def _setup(case: str, capabilities: frozenset[str]) -> CaseSetup:
-    """Return the program that a case is named for, as ``[g2]`` is of a rover, if the target has it."""
+    """Return the program that a case is named for, as in ``[g2]``, if the target has it."""
     program = case.rpartition("[")[2].removesuffix("]")
     return CaseSetup(program=program) if f"program '{program}'" in capabilities else PLAIN_SETUP
 

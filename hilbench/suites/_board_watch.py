@@ -1,7 +1,7 @@
 """Writes down what happens on a bench of emulated boards: what parts tell, edges of pins, and how the vehicle moves.
 
 Times of the vehicle are those of its world, which is a step ahead of the bench where parts drive it
-(`hilbench.world_runner`).
+(`hilbench.bench.world_runner`).
 """
 
 from __future__ import annotations

@@ -11,11 +11,11 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
-from hilbench.capture_provider import CaptureCase
 from hilbench.check import Inconclusive, NotApplicable, Violation, at_most
 from hilbench.check import case as any_case
-from hilbench.check.provider import RECORDING
+from hilbench.check.capture_provider import CaptureCase
 from hilbench.clock import NS_PER_S
+from hilbench.judging.provider import RECORDING
 from hilbench.recordings.listening import Heard, Stretch
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., object])

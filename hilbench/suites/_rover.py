@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import TypeVar, cast
 
 from hilbench.check import CaseSetup, Inconclusive, Violation, at_most, case, near
-from hilbench.check.provider import CaseBench
-from hilbench.check.recorder import unrecorded
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError
+from hilbench.judging.provider import CaseBench
+from hilbench.judging.recorder import unrecorded
 from hilbench.mcu.board_case import BoardCase
 from hilbench.systems.rover.hands import RoverBench, RoverHands, RoverOnBoard
 from protocols.pkt import (

@@ -1,6 +1,6 @@
 """A rover that drives through a world: what cases of `rover_motion` do to it, and what they write down of the truth.
 
-Times of the vehicle are those of its world, which is a step ahead of the bench (`hilbench.world_runner`).
+Times of the vehicle are those of its world, which is a step ahead of the bench (`hilbench.bench.world_runner`).
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from functools import partial
 from typing import TypeVar
 
 from hilbench.check import CaseSetup, Violation, case
-from hilbench.check.recorder import unrecorded
 from hilbench.clock import NS_PER_S
+from hilbench.judging.recorder import unrecorded
 from hilbench.mcu.board_case import BoardCase
 from hilbench.suites._board_watch import PinEdge
 from hilbench.suites._rover import Rover, rover_bench

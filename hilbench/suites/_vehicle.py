@@ -11,11 +11,11 @@ from itertools import pairwise
 from typing import TypeVar, cast
 
 from hilbench.bench import Bench
+from hilbench.bench.line_peer import Received
 from hilbench.check import CaseSetup, Inconclusive, Violation, case, near, within
-from hilbench.check.provider import CaseBench
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError
-from hilbench.line_peer import Received
+from hilbench.judging.provider import CaseBench
 from hilbench.mcu.board_case import BoardCase
 from hilbench.systems.vehicle.hands import VehicleBench, VehicleHands
 from hilbench.systems.vehicle.on_board import VehicleOnBoard

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hilbench.bench import Bench
+from hilbench.bench.world_runner import WorldRunner
 from hilbench.check import Violation
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError
@@ -21,7 +22,6 @@ from hilbench.systems.vehicle.car_simulator import Published
 from hilbench.systems.vehicle.driven_car import DrivenCar
 from hilbench.systems.vehicle.driving_stack import COMMAND_HZ, DrivingStack
 from hilbench.systems.vehicle.hands import VehicleHands, stick_code
-from hilbench.world_runner import WorldRunner
 from protocols.autoware import AckermannControlCommand, ControlMode, SteeringReport, VelocityReport
 from protocols.carla import X_AXIS, Y_AXIS, AckermannCommand, ManualCommand, Mode
 from targets.robots.driving_stack import DriverSettings, Path, PathDriver, Pose

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from hilbench.capture_provider import CaptureCase
 from hilbench.check import NotApplicable, Violation
+from hilbench.check.capture_provider import CaptureCase
 from hilbench.recordings.listening import HOST, TARGET
 from hilbench.suites._recorded import around, on_recording, stretches_of
 

@@ -10,8 +10,8 @@ import statistics
 from collections.abc import Iterator
 from itertools import pairwise, takewhile
 
-from hilbench.capture_provider import CaptureCase
 from hilbench.check import NotApplicable, Violation, near
+from hilbench.check.capture_provider import CaptureCase
 from hilbench.clock import NS_PER_S
 from hilbench.recordings.listening import HOST, TARGET, Heard, Stretch
 from hilbench.suites._recorded import Worst, around, judge_answers, on_recording, stretches_of

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from hilbench.capture_provider import CaptureCase
 from hilbench.check import NotApplicable, Violation, within
+from hilbench.check.capture_provider import CaptureCase
 from hilbench.clock import NS_PER_S
 from hilbench.recordings.listening import HOST, TARGET, Heard, Stretch
 from hilbench.suites._recorded import Worst, around, on_recording, stretches_of

@@ -26,7 +26,7 @@ class Passages:
     """Ways that are kept for the whole run, and end with `close`.
 
     Args:
-        kind: one of `hilbench.options.THROUGH`.
+        kind: one of `hilbench.terminal.options.THROUGH`.
     """
 
     def __init__(self, kind: str) -> None:

@@ -17,7 +17,7 @@ from hilbench.errors import InternalError, UnavailableError
 from hilbench.journal import Journal
 from hilbench.links import Line, Port, PtyDoor, ReconnectingPort, Rfc2217Door, SerialTarget, TcpDoor
 from hilbench.links.door import Door
-from hilbench.relay import Relay
+from hilbench.serving.relay import Relay
 from hilbench.through.loop import Loop, Stage, arrived, settle
 
 __all__ = ["Way"]
@@ -33,7 +33,7 @@ class Way:
     """A client at a door, and perhaps a relay between the two. A `hilbench.through.port.Passage`.
 
     Args:
-        kind: one of `hilbench.options.THROUGH`.
+        kind: one of `hilbench.terminal.options.THROUGH`.
         name: of the line, for messages.
 
     Attributes:

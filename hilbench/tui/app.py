@@ -12,6 +12,7 @@ from textual.screen import Screen
 from textual.widgets import Static
 
 from hilbench.errors import HilbenchError
+from hilbench.plugins import dashboard as plugins
 from hilbench.tui.bench_process import BenchProcess, Phase
 from hilbench.tui.body import Body
 from hilbench.tui.check_run import CheckRun
@@ -28,7 +29,8 @@ from hilbench.tui.dialogs import (
 from hilbench.tui.key_line import KeyLine
 from hilbench.tui.keys import BY_NAME, KEYS
 from hilbench.tui.memory import Memory
-from hilbench.tui.model.arrangement import ARRANGED, Arrangement
+from hilbench.tui.model.arrangement import Arrangement, arrangement_of
+from hilbench.tui.model.dashboards import ROBOT
 from hilbench.tui.model.replay import Replay
 from hilbench.tui.pad_hand import PadHand
 from hilbench.tui.pads import Pads
@@ -37,7 +39,6 @@ from hilbench.tui.recorded import RecordedBench
 from hilbench.tui.saving import Saving
 from hilbench.tui.terminal import Terminal, end_by_signals, terminal_driver
 from hilbench.tui.timeline import Timeline
-from hilbench.tui.vehicle_keys import VehicleActions
 from hilbench.tui.views.help import help_text
 
 __all__ = ["FRAMES_PER_S", "Dashboard"]
@@ -54,7 +55,7 @@ _SPECIAL: dict[str, Callable[[], Pane]] = {"frames": FramesPane, "plots": PlotsP
 OpenBench = Callable[[str], BenchProcess]
 
 
-class Dashboard(VehicleActions, Saving):
+class Dashboard(Saving):
     """See the module.
 
     Args:
@@ -108,7 +109,8 @@ class Dashboard(VehicleActions, Saving):
         """Put all panes into the body; it says where each is."""
         yield Head()
         yield Static(id="ended")
-        yield Body(*(_SPECIAL.get(name, partial(Pane, name))() for name in PANES), arrangement=ARRANGED["robot"][0])
+        panes = (_SPECIAL.get(name, partial(Pane, name))() for name in PANES)
+        yield Body(*panes, arrangement=arrangement_of(ROBOT, wide=True))
         yield Strip()
         yield Timeline(self.replay).set_class(self.replay is not None, "recorded")
         yield KeyLine()
@@ -152,7 +154,6 @@ class Dashboard(VehicleActions, Saving):
         """Watch another bench, or a recording, with nothing left of the one before."""
         super().open(process, replay)
         self.zoomed = ""
-        self.lamps_asked = 0
         if self.run_of_suite is not None:
             self.run_of_suite.stop()
         self.run_of_suite = None
@@ -167,6 +168,7 @@ class Dashboard(VehicleActions, Saving):
         self._tell_problems()
         self._look_at_pad()
         self._look_at_suite()
+        self.offer_keys()
         self._arrange()
         self._look_at_model()
         if self.replay is not None:
@@ -221,13 +223,13 @@ class Dashboard(VehicleActions, Saving):
         return self.size.width >= _WIDE
 
     @property
-    def _kind(self) -> str:
-        return self.model.kind if self.model is not None else "robot"
+    def _shown_as(self) -> plugins.Dashboard:
+        return ROBOT if self.model is None else self.model.dashboard
 
     @property
     def arrangement(self) -> Arrangement:
         """Where the panes are, on this bench and on a screen as wide as this one."""
-        return self._memory.arrangement(self._kind, wide=self._wide)
+        return self._memory.arrangement(self._shown_as, wide=self._wide)
 
     def available(self) -> list[str]:
         """Return the panes that have something to show."""
@@ -246,7 +248,7 @@ class Dashboard(VehicleActions, Saving):
 
     def _arrange(self) -> None:
         """Show what there is room for: columns, or the first few panes one below the other, or one pane."""
-        kind = self._kind
+        kind = self._shown_as.kind
         if kind != self._plots_of:
             self._plots_of = kind
             self.query_one(PlotsPane).choose(*self._memory.signals(kind))
@@ -257,7 +259,7 @@ class Dashboard(VehicleActions, Saving):
         self.query_one(Strip).display = not self._wide or bool(self.zoomed)
 
     def _rearrange(self, arrangement: Arrangement | None) -> None:
-        self._memory.arrange(self._kind, arrangement, wide=self._wide)
+        self._memory.arrange(self._shown_as.kind, arrangement, wide=self._wide)
         self._arrange()
 
     def on_body_arranged(self, message: Body.Arranged) -> None:
@@ -353,7 +355,7 @@ class Dashboard(VehicleActions, Saving):
 
     def _plot(self, signals: list[str] | None, span_s: int) -> None:
         self.query_one(PlotsPane).choose(signals, span_s)
-        self._memory.plot(self._kind, signals, span_s)
+        self._memory.plot(self._shown_as.kind, signals, span_s)
 
     # --- suites
 
@@ -457,3 +459,6 @@ class Dashboard(VehicleActions, Saving):
             if self.check_action(name, arguments):
                 action = getattr(self, f"action_{name}")
                 yield SystemCommand(what, (action.__doc__ or "").strip(), partial(action, *arguments))
+        for number, key in enumerate(self.keys):
+            if self.check_action("ask", (number,)):
+                yield SystemCommand(key.title, key.help, partial(self.action_ask, number))

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from textual import events
-from textual.binding import NoBinding
+from collections import Counter
+from collections.abc import Sequence
 
+from textual import actions, events
+from textual.binding import BindingsMap, NoBinding
+
+from hilbench.plugins.dashboard import Key
 from hilbench.tui.bench_process import BenchProcess, Phase
 from hilbench.tui.dialogs import InjectScreen, WordScreen
 from hilbench.tui.keys import NEEDS, OF_RECORDINGS
@@ -33,11 +37,33 @@ class Asking(Watching):
         super().__init__(process, replay)
         self._stick = Stick()
         self._said_why = ("", -_SAID_FOR_S)
+        self._keys: Sequence[Key] = ()
+        self._asked: Counter[int] = Counter()
+        self._usual = self._bindings
+
+    def open(self, process: BenchProcess | RecordedBench, replay: Replay | None = None) -> None:
+        """See `Watching`; what a key asks for by turns begins anew."""
+        super().open(process, replay)
+        self._asked.clear()
+
+    @property
+    def keys(self) -> Sequence[Key]:
+        """The keys that the system of the bench brings."""
+        return () if self.model is None else self.model.dashboard.keys
+
+    def offer_keys(self) -> None:
+        """Take these keys in the place of those of the bench before; they stand behind all others."""
+        if self.keys == self._keys:
+            return
+        self._keys = self.keys
+        self._bindings = BindingsMap.from_keys({key: [*there] for key, there in self._usual.key_to_bindings.items()})
+        for number, key in enumerate(self._keys):
+            self.bind(key.key, f"ask({number})", description=key.shown)
+        self.refresh_bindings()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Offer only what the bench can do."""
-        del parameters
-        needed = NEEDS.get(action)
+        needed = self._needed(action, parameters)
         if needed is None:
             wanted = OF_RECORDINGS.get(action)
             return wanted is None or wanted is (self.replay is not None)
@@ -51,7 +77,7 @@ class Asking(Watching):
             bindings = self._bindings.get_bindings_for_key(event.key)
         except NoBinding:
             return
-        why, now_s = self._why_not(bindings[0].action.partition("(")[0]), self.stopwatch.elapsed_s()
+        why, now_s = self._why_not(bindings[0].action), self.stopwatch.elapsed_s()
         if why != self._said_why[0] or now_s - self._said_why[1] >= _SAID_FOR_S:
             self._said_why = why, now_s
             self.say(why, severity="warning")
@@ -60,11 +86,22 @@ class Asking(Watching):
         """Return why an action is not offered."""
         if self.replay is not None:
             return "a recording obeys nobody"
-        if action not in NEEDS:
+        needed = self._needed(*actions.parse(action)[1:])
+        if needed is None:
             return "only a recording can be gone through"
         if self.process.phase is not Phase.LIVE:
             return "the bench has ended" if self.process.phase is Phase.ENDED else "the bench is not there yet"
-        return f"this bench has no '{NEEDS[action]}'"
+        return f"this bench has no '{needed}'"
+
+    def _needed(self, action: str, parameters: tuple[object, ...]) -> str | None:
+        """Return what an action asks of the bench; None if it asks nothing of it."""
+        return self._keys[int(str(parameters[0]))].do if action == "ask" else NEEDS.get(action)
+
+    def action_ask(self, number: int) -> None:
+        """Ask for what a key of the bench's own system means."""
+        key = self._keys[number]
+        self.process.send(key.do, **key.sent({} if self.model is None else self.model.seen, self._asked[number]))
+        self._asked[number] += 1
 
     def action_drive(self, axis: int, share: float) -> None:
         """Move the stick."""

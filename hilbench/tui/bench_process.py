@@ -18,9 +18,9 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
+from hilbench.driving.local_socket import connect_to
 from hilbench.exit_codes import ExitCode
 from hilbench.live.folders import Session, new_session
-from hilbench.live.local_socket import connect_to
 
 __all__ = ["BenchProcess", "Phase"]
 

@@ -10,6 +10,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.content import Content
+from textual.markup import MarkupError
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, Select, Static
 from textual.widgets.option_list import Option
@@ -38,6 +39,14 @@ class _Dialog(ModalScreen[Answer]):
             self.dismiss(None)
 
 
+def _content(text: str) -> Content:
+    """Return text of which some may be a plug-in's: as it stands where its markup is wrong."""
+    try:
+        return Content.from_markup(text)
+    except MarkupError:
+        return Content(text)
+
+
 class HelpScreen(_Dialog[None]):
     """What everything means.
 
@@ -54,7 +63,7 @@ class HelpScreen(_Dialog[None]):
     def compose(self) -> ComposeResult:
         """Show the text."""
         with VerticalScroll(id="help", classes="dialog"):
-            yield Static(self._text)
+            yield Static(_content(self._text))
 
     def on_mount(self) -> None:
         """Let the arrows scroll."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from textual.binding import Binding, BindingType
 
 from hilbench.tui.panes import PANES
-from hilbench.tui.vehicle_keys import VEHICLE_BY_NAME, VEHICLE_KEYS, VEHICLE_NEEDS
 
 __all__ = ["BY_NAME", "KEYS", "NEEDS", "OF_RECORDINGS"]
 
@@ -48,7 +47,6 @@ KEYS: list[BindingType] = [
     Binding("b", "pick", "Bench", show=False),
     Binding("question_mark", "help", "Help", key_display="?"),
     Binding("q", "leave", "Quit"),
-    *VEHICLE_KEYS,  # behind what must be seen on 80 columns too
     Binding("escape", "unzoom", show=False),
     Binding("p", "play", "Play"),
     Binding("left", "go(-1)", "Back"),
@@ -106,7 +104,6 @@ BY_NAME: dict[str, tuple[str, tuple[object, ...]]] = {
     "Go to the previous error": ("error", (-1,)),
     "Show all panes": ("unzoom", ()),
     **{f"Show {pane.title} alone": ("zoom", (name,)) for name, pane in PANES.items()},
-    **{what: (name, ()) for name, what in VEHICLE_BY_NAME.items()},
     "Leave": ("leave", ()),
 }
 """The command palette: what actions are called there, and what each is."""
@@ -115,7 +112,6 @@ NEEDS = {
     "drive": "drive", "stop": "stop", "demo": "demo", "connect": "connect", "disconnect": "disconnect",
     "reset": "reset", "inject": "inject", "clear_faults": "clear-faults", "pause": "pause", "step": "step",
     "faster": "speed", "slower": "speed", "fast": "speed", "mark": "mark",
-    **VEHICLE_NEEDS,
 }  # fmt: skip
 """What an action of ours asks of the bench; one that the bench does not have is not offered."""
 

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import msgspec
 
-from hilbench.tui.model.arrangement import ARRANGED, Arrangement, Column
+from hilbench.plugins.dashboard import Dashboard
+from hilbench.tui.model.arrangement import Arrangement, Column, arrangement_of
 
 __all__ = ["Memory", "Remembered", "state_file"]
 
@@ -59,10 +60,10 @@ class Memory:
             self._remembered.theme = name
             self._write()
 
-    def arrangement(self, kind: str, *, wide: bool) -> Arrangement:
-        """Return how a kind of bench is arranged."""
-        usual = ARRANGED[kind][0 if wide else 1]
-        known = self._kind(kind)
+    def arrangement(self, dashboard: Dashboard, *, wide: bool) -> Arrangement:
+        """Return how a kind of bench is arranged: as somebody has, else as it says."""
+        usual = arrangement_of(dashboard, wide=wide)
+        known = self._kind(dashboard.kind)
         kept = known.wide if wide else known.narrow
         return usual if kept is None or sorted(kept.names) != sorted(usual.names) else kept
 

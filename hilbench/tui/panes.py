@@ -15,8 +15,8 @@ from hilbench.tui.lines import Lines
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.frames import KEPT_FRAMES, FrameModel
 from hilbench.tui.views.above import world_view
+from hilbench.tui.views.beside import beside_view
 from hilbench.tui.views.checks import checks_view
-from hilbench.tui.views.cockpit import cockpit_view
 from hilbench.tui.views.console import console_view
 from hilbench.tui.views.frames import frame_view, frames_view
 from hilbench.tui.views.log import log_view
@@ -54,7 +54,7 @@ def _pins(model: BenchModel, width: int, height: int) -> list[Text]:
     """Show what stands beside a board, then its pins; in little room some of both, analog pins above all."""
     pins = model.pins.pins.values()
     analog = sum(bool(pin.volts) for pin in pins)
-    beside = cockpit_view(model.vehicle, width, max(1, height - analog - (len(pins) > analog)))
+    beside = beside_view(model, width, max(1, height - analog - (len(pins) > analog)))
     if beside and not pins:
         return beside
     return [*beside, *pins_view(model.pins, width, max(1, height - len(beside)), model.ns)]
@@ -99,7 +99,7 @@ PANES: dict[str, PaneSpec] = {
         "Pins",
         _pins,
         "7",
-        lambda m: bool(m.pins.pins or m.vehicle),
+        lambda m: bool(m.pins.pins or m.seen),
     ),
     "log": PaneSpec("Log", lambda model, width, height: log_view(model.log, width, height), "8"),
     "plots": PaneSpec(

@@ -21,9 +21,9 @@ from typing import Any
 from aiohttp import web
 from textual_serve.server import Server
 
-from hilbench import interruption
-from hilbench.console import Console
 from hilbench.errors import UnavailableError
+from hilbench.terminal import interruption
+from hilbench.terminal.console import Console
 from hilbench.tui.bench_process import BenchProcess, Phase
 
 __all__ = ["WebDashboard", "serve_web"]

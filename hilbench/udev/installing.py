@@ -16,7 +16,7 @@ from pathlib import Path
 
 import hilbench
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
-from hilbench.host import Host
+from hilbench.files.host import Host
 from hilbench.udev.rules import Problem, parse_rules, problems_of
 
 __all__ = [

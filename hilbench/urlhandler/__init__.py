@@ -1,4 +1,4 @@
-"""A bench in the same process behind a URL of pyserial: ``serial.serial_for_url("hilbench://bluepill?image=fw.elf")``.
+"""A bench in the same process behind a URL of pyserial: ``serial.serial_for_url("hilbench://BOARD?image=fw.elf")``.
 
 Importing this package is enough: it adds itself to the packages that pyserial looks for URLs in.
 """

@@ -9,8 +9,9 @@ from serial import PortNotOpenError, SerialBase, SerialException, to_bytes
 
 from hilbench.clock import NS_PER_MS
 from hilbench.errors import HilbenchError
-from hilbench.near_ends import NearEnd
-from hilbench.urlhandler.bench_url import parse_bench_url
+from hilbench.links.bench_url import parse_bench_url
+from hilbench.mcu.command_line import open_target
+from hilbench.serving.near_ends import NearEnd
 from hilbench.urlhandler.runner import FastRunner, RealTimeRunner, Runner
 
 __all__ = ["Serial"]
@@ -47,7 +48,7 @@ class Serial(SerialBase):  # type: ignore[misc]  # pyserial has no types
         try:
             url = parse_bench_url(self._port)
             make: Callable[..., Runner] = FastRunner if url.fast else RealTimeRunner
-            self._runner = make(url.bench_file(), line=url.line, baud=self._baudrate, seed=url.seed)
+            self._runner = make(open_target(url.what), line=url.line, baud=self._baudrate, seed=url.seed)
         except HilbenchError as error:
             raise SerialException(str(error)) from error
         self.is_open = True

@@ -18,12 +18,12 @@ from queue import SimpleQueue
 from typing import Protocol
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
+from hilbench.benchfile.bench_file import BenchFile
 from hilbench.clock import NS_PER_S, MonotonicHostClock, Scheduler
 from hilbench.errors import HilbenchError, InternalError
 from hilbench.journal import Journal
 from hilbench.links.door import Input
-from hilbench.near_ends import NearEnd, open_near_end
+from hilbench.serving.near_ends import NearEnd, open_near_end
 
 __all__ = ["FastRunner", "RealTimeRunner", "Runner"]
 

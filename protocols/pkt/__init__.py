@@ -36,7 +36,6 @@ from protocols.pkt.connection import (
 from protocols.pkt.crc import (
     CRC_BYTES,
     crc16,
-    crc_source,
 )
 from protocols.pkt.errors import (
     LocalProtocolError,
@@ -254,7 +253,6 @@ __all__ = [
     "attitude_wxyz",
     "clamp_command",
     "crc16",
-    "crc_source",
     "decode_command",
     "decode_report",
     "encode_command",

@@ -27,7 +27,8 @@ class Note:
 
     Attributes:
         kind: ``unmodelled`` (the model lacks it), ``clock-off``, ``misuse`` (silicon would not do what was meant),
-            ``reserved`` (no such register), ``assumed`` (the model chose what the manual leaves open).
+            ``reserved`` (no such register), ``assumed`` (the model chose what the manual leaves open), ``image`` (what
+            is odd about it).
         where: peripheral, register and bits: ``USART1_CR3.SCEN``.
         text: what was done and what comes of it.
         pc: address of the instruction, or None outside the program.

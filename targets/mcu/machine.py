@@ -25,6 +25,7 @@ from targets.mcu.chip_limits import limits_of, past_end
 from targets.mcu.chips import chip_of
 from targets.mcu.cortexm.core import Core
 from targets.mcu.cortexm.faults import Fault
+from targets.mcu.cortexm.frame import EXC_RETURNS, RETURN_ADDRESS, bank_of, pull
 from targets.mcu.cortexm.semihosting import Exit, Semihosting
 from targets.mcu.ended import Ended, EndKind
 from targets.mcu.engine.api import Access, Reg, Stop, StopKind
@@ -32,6 +33,7 @@ from targets.mcu.engine.idle import IdleSkipper, Loop
 from targets.mcu.engine.straight import straight_run
 from targets.mcu.engine.timing import make_timing
 from targets.mcu.engine.unicorn_engine import UnicornEngine
+from targets.mcu.errors import BusFault
 from targets.mcu.fault_watch import FaultWatch
 from targets.mcu.fidelity import Notes
 from targets.mcu.image import Image
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
 __all__ = ["Machine"]
 
 _OUTSIDE = 1  # order of events from outside: after those of the chip, which are of order 0
+_NO_MEMORY = 0x4000_0000  # here the peripherals begin
 _PAGE = 0x400  # the least that the engine can execute from
 _SEMIHOSTING = 0xAB
 _STRAIGHT_LIMIT = 64
@@ -193,8 +196,14 @@ class Machine:
 
     @property
     def pc(self) -> int:
-        """Address of the instruction that is executed next."""
-        return self.engine.get(Reg.PC)
+        """Address of the instruction that is executed next; during a return from an exception, of that gone back to."""
+        pc = self.engine.get(Reg.PC)
+        if pc < EXC_RETURNS or self.engine.get(bank_of(pc | 1)) >= _NO_MEMORY:
+            return pc
+        try:
+            return pull(self.engine, self.bus, pc | 1)[RETURN_ADDRESS]
+        except BusFault:
+            return pc
 
     @property
     def writes(self) -> int:

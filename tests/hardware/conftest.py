@@ -14,7 +14,7 @@ import sys
 import pytest
 
 from hilbench.clock import MonotonicHostClock, Scheduler
-from hilbench.host import this_host
+from hilbench.files.host import this_host
 from hilbench.links import ReconnectingPort, SerialPort
 from hilbench.links.serial_target import located, parse_serial_target
 from hilbench.ports.listing import list_ports

@@ -9,14 +9,14 @@ import sys
 import pytest
 
 from hilbench.doctor.calibrate import calibrate
+from hilbench.doctor.rules_explained import outcome_at
 from hilbench.errors import UnavailableError
-from hilbench.host import this_host
+from hilbench.files.host import this_host
 from hilbench.links.serial_target import located
 from hilbench.ports.calibration import key_of
 from hilbench.ports.choice import choose_port, parse_port_choice
 from hilbench.ports.listing import list_ports
 from hilbench.ports.usb_devices import kind_of
-from hilbench.udev.explained import outcome_at
 from hilbench.udev.installing import check_rules, rules_text
 
 ECHOES = pytest.mark.attached("plug", "modem-plug", "echo")

@@ -36,4 +36,4 @@ def forkable_pytest():
 @pytest.fixture
 def skips(monkeypatch):
     """Benches with something attached skip what they would wait for; see `SkippingHost` for what that is good for."""
-    monkeypatch.setattr("hilbench.locked_providers.MonotonicHostClock", SkippingHost)
+    monkeypatch.setattr("hilbench.bench.locked_providers.MonotonicHostClock", SkippingHost)

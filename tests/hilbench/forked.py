@@ -36,15 +36,16 @@ CLOSED = object()
 """A stream that is closed as the process begins."""
 
 OF_OTHERS = """
-import crcmod, elftools.elf.elffile, msgspec, numpy, serial, unicorn.unicorn_py3.arch.arm
+import elftools.elf.elffile, msgspec, numpy, serial, unicorn.unicorn_py3.arch.arm
 import _pytest.config; _pytest.config.get_config()
 """
 COMMANDS = f"""{OF_OTHERS}
 import vcd
-import hilbench.bench_provider, hilbench.check.pytest_run, hilbench.check.runner, hilbench.cli, hilbench.siblings
+import hilbench.check.bench_provider, hilbench.check.pytest_run, hilbench.check.runner, hilbench.cli.siblings
 import hilbench.commands.check, hilbench.commands.doctor, hilbench.commands.proxy, hilbench.commands.run
 import hilbench.commands.serve, hilbench.doctor.report, hilbench.doctor.software, hilbench.mcu.command_line
-import hilbench.mcu.run, hilbench.mcu.serve, hilbench.proxy, hilbench.serve, hilbench.udev.installing
+import hilbench.serving.run, hilbench.serving.boards, hilbench.serving.proxy, hilbench.serving.serve
+import hilbench.udev.installing
 import protocols.carla.clauses, protocols.p2os.clauses, protocols.pkt.clauses
 import targets.mcu.engine.table_timing, targets.mcu.machine, targets.mcu.stm32f1.chip, worlds.plane
 """

@@ -10,10 +10,10 @@ from contextlib import contextmanager, suppress
 
 import pytest
 
-from hilbench.bench_provider import make_provider
-from hilbench.check.provider import CaseInfo
+from hilbench.check.bench_provider import make_provider
 from hilbench.clock import NS_PER_MS, Scheduler
-from hilbench.options import CheckOptions, TargetChoice
+from hilbench.judging.provider import CaseInfo
+from hilbench.terminal.options import CheckOptions, TargetChoice
 
 STOPPED_SIP = bytes.fromhex("FA FB 1B 32 00 00 00 00 00 00 00 00 00 00 80 00 00 00 00 00 00 00 00 05 00 00 FF 00 38 7F")
 STOP = bytes.fromhex("FA FB 03 1D 00 1D")

@@ -9,8 +9,8 @@ import subprocess
 
 import pytest
 
-from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, run_suites
+from hilbench.check.bench_provider import make_provider
 from hilbench.cli import main
 from hilbench.errors import UnavailableError
 

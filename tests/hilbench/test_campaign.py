@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.campaign.__main__ import DOCS, main
-from tests.campaign.drives import Figures
-from tests.campaign.pages import page
+from measure.campaign.__main__ import DOCS, main
+from measure.campaign.drives import Figures
+from measure.campaign.pages import page
 
 
 def figures(way, seed, **others):

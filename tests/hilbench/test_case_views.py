@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from hilbench.bench_provider import make_provider
-from hilbench.check.provider import CaseInfo, CaseView
-from hilbench.options import CheckOptions
+from hilbench.check.bench_provider import make_provider
+from hilbench.judging.provider import CaseInfo, CaseView
+from hilbench.terminal.options import CheckOptions
 from hilbench.tui.model.frames import FramesModel
 from protocols import carla
 

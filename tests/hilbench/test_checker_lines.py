@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from hilbench.checker_lines import ports_of_lines
-from hilbench.config import open_bench
+from hilbench.bench.checker_lines import ports_of_lines
+from hilbench.benchfile.reader import open_bench
 from hilbench.errors import UsageError
-from hilbench.options import TargetChoice
+from hilbench.terminal.options import TargetChoice
 
 TWO_LINES = """version = 1
 [targets.brain]

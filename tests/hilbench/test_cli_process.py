@@ -128,7 +128,7 @@ def test_a_served_bench_loads_no_dashboard(forkable):
         served.send_signal(signal.SIGINT)
         _, said = served.communicate()
     loaded = set(said.partition("loaded:")[2].split())
-    assert "hilbench.serve" in loaded
+    assert "hilbench.serving.serve" in loaded
     assert not DASHBOARD & loaded
 
 

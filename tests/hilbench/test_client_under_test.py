@@ -11,11 +11,11 @@ import textwrap
 import pytest
 
 from hilbench.bench import Bench
-from hilbench.check.verdicts import Violation
-from hilbench.client_under_test import ExecClient, ListenClient
+from hilbench.bench.client_under_test import ExecClient, ListenClient
 from hilbench.clock import NS_PER_S, Scheduler
 from hilbench.errors import UnavailableError
 from hilbench.journal import Journal
+from hilbench.judging.verdicts import Violation
 from hilbench.links import Line, MemoryLink
 from hilbench.systems.pioneer.client import P2osClient
 from hilbench.systems.pioneer.under_test import OwnClient
@@ -27,7 +27,7 @@ WAIT_S = 60
 @pytest.fixture(autouse=True)
 def patience(monkeypatch):
     """A program that obeys is given the time it needs to."""
-    monkeypatch.setattr("hilbench.client_under_test._TERMINATE_WITHIN_S", WAIT_S)
+    monkeypatch.setattr("hilbench.bench.client_under_test._TERMINATE_WITHIN_S", WAIT_S)
 
 
 @pytest.fixture
@@ -146,7 +146,7 @@ def test_all_that_a_program_has_started_ends_with_it(program):
 
 
 def test_a_program_that_will_not_end_is_killed(program, monkeypatch):
-    monkeypatch.setattr("hilbench.client_under_test._TERMINATE_WITHIN_S", 0.05)
+    monkeypatch.setattr("hilbench.bench.client_under_test._TERMINATE_WITHIN_S", 0.05)
     client = ExecClient(
         program.write("""
             signal.signal(signal.SIGTERM, signal.SIG_IGN)

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hilbench.benchfile.reader import bench_schema, built_in_benches, open_bench
 from hilbench.cli import main
-from hilbench.config import bench_schema, built_in_benches, open_bench
 from hilbench.errors import UsageError
-from hilbench.schema import DATA_FOLDER, schema_text
-from hilbench.toml_lines import find_line
+from hilbench.strict.schema import DATA_FOLDER, schema_text
+from hilbench.strict.toml_lines import find_line
 from protocols.p2os import ServerOptions, WrongOrder
 from targets.robots.pioneer import server_options
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from hilbench.bench_file import PinEnd
-from hilbench.board_files import board_schema, open_board
+from hilbench.benchfile.bench_file import PinEnd
+from hilbench.benchfile.board_files import board_schema, open_board
+from hilbench.benchfile.reader import open_bench
 from hilbench.cli import main
-from hilbench.config import open_bench
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
-from hilbench.schema import DATA_FOLDER, schema_text
+from hilbench.strict.schema import DATA_FOLDER, schema_text
 from targets.boards import Straps, board_names, built_in_board
 from targets.robots.pioneer import RobotSettings
 
@@ -108,6 +108,8 @@ def test_a_smaller_chip_leaves_the_ends_that_it_lacks_unconnected(read):
         (BRAIN + "frimware = 1\n", 5, "unknown key 'frimware' in [targets.brain]; did you mean 'firmware'?"),
         (BRAIN + "timing = 'tabel'\n", 5, "'tabel' is not a value it takes; did you mean 'table'?"),
         (BRAIN + "chip = 'STM32F103RG'\n", 5, "take the place of the STM32F103C8; did you mean 'STM32F103RE'?"),
+        (BRAIN + "chip = 'STM32F103CE'\n", 5, "take the place of the STM32F103C8; did you mean 'STM32F103RE'?"),
+        (BRAIN + "chip = 'STM32F103Z8'\n", 5, "take the place of the STM32F103C8; did you mean 'STM32F103V8'?"),
         (BRAIN + "chip = 'STM32F767ZI'\n", 5, "no chip 'STM32F767ZI' that could take the place of the STM32F103C8"),
         (BRAIN + "chip = 'STM32F103T8'\n", 5, "does not fit the board: leds name 'PC13', which the STM32F103T8"),
         (BRAIN + "skip_idle = 1\n", 5, "must be true or false"),

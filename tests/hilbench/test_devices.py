@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from hilbench.bench import Bench
+from hilbench.bench.devices import LinesActor
 from hilbench.clock import Scheduler
-from hilbench.devices import LinesActor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 

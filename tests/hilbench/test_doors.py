@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from hilbench import arguments, options
 from hilbench.clock import Scheduler
-from hilbench.doors import SharedDoor
 from hilbench.errors import PortClosedError
 from hilbench.links import Line, PtyDoor, Rfc2217Door, TcpDoor
 from hilbench.serving import door_option, open_door, place
+from hilbench.serving.doors import SharedDoor
+from hilbench.terminal import arguments, options
 from hilbench.testing import link_pair
 
 

@@ -7,10 +7,10 @@ import json
 
 import pytest
 
-from tests.doors.__main__ import DOCS, main
-from tests.doors.benches import DOORS
-from tests.doors.pages import compared, page
-from tests.doors.whole import WHOLE, whole_page
+from measure.doors.__main__ import DOCS, main
+from measure.doors.benches import DOORS
+from measure.doors.pages import compared, page
+from measure.doors.whole import WHOLE, whole_page
 
 PACE = {"lateness_p50_s": 0.0001, "lateness_p99_s": 0.002, "lateness_max_s": 0.05, "slips": 2, "slipped_s": 0.3}
 

@@ -13,20 +13,20 @@ from typing import get_args, get_type_hints
 
 import pytest
 
-from hilbench.bench_provider import make_provider
+from hilbench.bench.locked_providers import LockedProvider
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.fault_entries import FaultEntry
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, run_suites
-from hilbench.check.provider import CaseInfo
+from hilbench.check.bench_provider import make_provider
 from hilbench.check.report import matrix
-from hilbench.config import open_bench
 from hilbench.errors import UsageError
-from hilbench.fault_entries import FaultEntry
 from hilbench.journal import Journal
+from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink
 from hilbench.links.faults import FaultKind
-from hilbench.locked_providers import LockedProvider
-from hilbench.options import TargetChoice
-from hilbench.shared import Shared
 from hilbench.systems.pioneer.provider import VirtualProvider
+from hilbench.terminal.options import TargetChoice
 from protocols.p2os import SyncEcho, encode_packet
 from tests.hilbench.forked import PATIENCE_S
 

@@ -6,10 +6,10 @@ import os
 
 import pytest
 
-from hilbench import arguments
 from hilbench.cli import main
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.journal import Journal
+from hilbench.terminal import arguments
 from targets.firmware import image_path
 
 LIMIT = 4000

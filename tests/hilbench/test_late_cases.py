@@ -11,17 +11,17 @@ from contextlib import ExitStack, closing, contextmanager
 import pytest
 
 from hilbench.bench import Bench
-from hilbench.bench_provider import make_provider
-from hilbench.cases import CaseBase
+from hilbench.bench.cases import CaseBase
 from hilbench.check import Verdict, Violation
-from hilbench.check.doubt import doubted
-from hilbench.check.outcome import outcome_of
-from hilbench.check.provider import CaseInfo
+from hilbench.check.bench_provider import make_provider
 from hilbench.clock import NS_PER_MS, Scheduler
 from hilbench.journal import Journal
-from hilbench.options import CheckOptions, TargetChoice
+from hilbench.judging.doubt import doubted
+from hilbench.judging.outcome import outcome_of
+from hilbench.judging.provider import CaseInfo
 from hilbench.pace.lateness import IN_TIME, Lateness
 from hilbench.serving import Notice, run_until_stopped
+from hilbench.terminal.options import CheckOptions, TargetChoice
 from hilbench.testing import FakeHostClock
 
 INFO = CaseInfo(id="suite/x", clause_ids=(), seed=0)

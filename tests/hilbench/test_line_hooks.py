@@ -9,15 +9,15 @@ import tty
 import pytest
 
 from hilbench.bench import Bench
-from hilbench.bench_provider import make_provider
-from hilbench.check.provider import CaseInfo
+from hilbench.benchfile.line_hooks import Step, parse_step, run_hook
+from hilbench.benchfile.reader import open_bench
+from hilbench.check.bench_provider import make_provider
 from hilbench.clock import NS_PER_MS, Scheduler
-from hilbench.config import open_bench
 from hilbench.errors import AwayError, UnavailableError, UsageError
 from hilbench.journal import Journal
-from hilbench.line_hooks import Step, parse_step, run_hook
+from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, LineSettings, MemoryLink, PtyDoor
-from hilbench.options import CheckOptions, TargetChoice
+from hilbench.terminal.options import CheckOptions, TargetChoice
 
 BENCH = """
 version = 1
@@ -209,7 +209,7 @@ def test_a_case_whose_board_goes_is_no_verdict_and_the_next_one_waits_for_its_re
     with provider.open_case(case(2)) as bench:
         bench.peer.require_line()
         bench.finish("fail", "")
-    monkeypatch.setattr("hilbench.locked_providers.RETURN_WITHIN_S", 0.1)
+    monkeypatch.setattr("hilbench.bench.locked_providers.RETURN_WITHIN_S", 0.1)
     board.pull_out()
     provider._bench.run_until(lambda: not bench.peer.port.line_is_up, 30)
     with pytest.raises(UnavailableError, match="has not come back"), provider.open_case(case(3)):

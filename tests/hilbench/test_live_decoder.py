@@ -8,9 +8,9 @@ import threading
 
 import pytest
 
-from hilbench.console import Console
 from hilbench.decode.live import LiveDecoder
 from hilbench.systems.rover.protocol import PKT
+from hilbench.terminal.console import Console
 from protocols.pkt import PROFILES, RequestTelemetry, encode_command, encode_frame
 
 REQUEST = encode_frame(encode_command(RequestTelemetry()), PROFILES["documented"].client.frames)

@@ -12,21 +12,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.bench_provider import make_provider
-from hilbench.check.verdicts import Verdict
+from hilbench.check.bench_provider import make_provider
 from hilbench.clock import NS_PER_S, Scheduler
+from hilbench.judging.verdicts import Verdict
 from hilbench.links import Line, MemoryLink
-from hilbench.options import CheckOptions
-from protocols.p2os import CLIENT_TABLE, SERVER_TABLE, DropReason, Sip, SonarReading, checksum, encode_frame
-from protocols.p2os.clauses import CLAUSES
-from tests.mutants import farm
-from tests.mutants.bench import FaultyBody, fault, run_mutant
-from tests.mutants.catalogue import all_mutants, mutants_of
-from tests.mutants.each_its_own import Verdicts, judge, one_for_each
-from tests.mutants.mutant import BodyFault, Family, Mutant
-from tests.mutants.pages import _ranges, killing_nothing, page, unexplained
-from tests.mutants.record import Entry, Record, merged, save
-from tests.mutants.wire import (
+from hilbench.terminal.options import CheckOptions
+from measure.mutants import farm
+from measure.mutants.bench import FaultyBody, fault, run_mutant
+from measure.mutants.catalogue import all_mutants, mutants_of
+from measure.mutants.each_its_own import Verdicts, judge, one_for_each
+from measure.mutants.mutant import BodyFault, Family, Mutant
+from measure.mutants.pages import _ranges, killing_nothing, page, unexplained
+from measure.mutants.record import Entry, Record, merged, save
+from measure.mutants.wire import (
     Become,
     Before,
     Bits,
@@ -53,6 +51,8 @@ from tests.mutants.wire import (
     Way,
     Word,
 )
+from protocols.p2os import CLIENT_TABLE, SERVER_TABLE, DropReason, Sip, SonarReading, checksum, encode_frame
+from protocols.p2os.clauses import CLAUSES
 
 SYNC0, SYNC1 = bytes.fromhex("FAFB03000000"), bytes.fromhex("FAFB03010001")
 VEL_200, VEL_MINUS_200 = bytes.fromhex("FAFB060B3BC800D33B"), bytes.fromhex("FAFB060B1BC800D31B")

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from hilbench.errors import UsageError
+from hilbench.files.names import as_utf8, escaped, escaped_all, file_name
 from hilbench.journal import Journal
-from hilbench.names import as_utf8, escaped, escaped_all, file_name
 from tests.hilbench.forked import Forkable
 
 IMAGE = Path(__file__).parents[2] / "targets/firmware/images/style-hal.elf"

@@ -11,16 +11,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hilbench.bench_provider import make_provider
+from hilbench.bench.observing import coverage_of
 from hilbench.check import CheckOptions, Report, Verdict, run_suites
-from hilbench.check.observations import Observations, PortCounters
-from hilbench.check.provider import case_seed
+from hilbench.check.bench_provider import make_provider
 from hilbench.check.report import junit, matrix
 from hilbench.check.report.schema import report_json
 from hilbench.check.results import CaseResult, tightest_margins
-from hilbench.check.verdicts import Measure
-from hilbench.observing import coverage_of
-from hilbench.options import TargetChoice
+from hilbench.judging.observations import Observations, PortCounters
+from hilbench.judging.provider import case_seed
+from hilbench.judging.verdicts import Measure
+from hilbench.terminal.options import TargetChoice
 from protocols.p2os import CLIENT_TABLE, SERVER_TABLE
 from protocols.p2os.states import ServerState, ServerTrigger
 from targets.robots.pioneer.ledger import LEDGER, Fidelity
@@ -28,7 +28,7 @@ from targets.robots.pioneer.ledger import LEDGER, Fidelity
 SUITE = """
 from __future__ import annotations
 from hilbench.check import Violation, at_most, case
-from hilbench.check.verdicts import Inconclusive
+from hilbench.judging.verdicts import Inconclusive
 
 def my(clause): return case(clause, text=f"The robot does {clause}.", source="ours")
 

@@ -16,7 +16,7 @@ import pytest
 from hilbench.cli import main
 from hilbench.errors import UsageError
 from hilbench.journal import Journal
-from hilbench.proxy import read_faults
+from hilbench.serving.proxy import read_faults
 from protocols.pkt import PROFILES, RequestTelemetry, encode_command, encode_frame
 from tests.hilbench.forked import PATIENCE_S
 

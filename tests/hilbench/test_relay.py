@@ -9,15 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.bench import Bench
+from hilbench.benchfile.fault_entries import FaultEntry
+from hilbench.benchfile.reader import open_bench
 from hilbench.clock import NS_PER_MS, Scheduler
-from hilbench.config import open_bench
 from hilbench.errors import UnavailableError
-from hilbench.fault_entries import FaultEntry
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.links.door import Door
-from hilbench.near_ends import open_near_end
-from hilbench.relay import CLIENT, SERVER, Relay
+from hilbench.serving.near_ends import open_near_end
+from hilbench.serving.relay import CLIENT, SERVER, Relay
 from hilbench.systems.rover.ground_station import GroundStation
 from hilbench.testing import LinkUnderTest, check_link
 from protocols.pkt import ClientState

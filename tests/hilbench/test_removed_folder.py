@@ -12,7 +12,7 @@ import pytest
 from hilbench.cli import main
 from hilbench.doctor.access import look_at_access
 from hilbench.doctor.facts import Facts
-from hilbench.host import Host
+from hilbench.files.host import Host
 
 ROOT = Path(__file__).parents[2]
 IMAGE = str(ROOT / "targets/firmware/images/echo-irq.elf")

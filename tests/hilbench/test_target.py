@@ -8,13 +8,13 @@ from contextlib import contextmanager
 
 import pytest
 
-from hilbench.bench_provider import make_provider
+from hilbench.benchfile.target import Target, TargetKind, parse_target
 from hilbench.check import CheckOptions, Verdict, run_suites
+from hilbench.check.bench_provider import make_provider
 from hilbench.cli import main
 from hilbench.clock import NS_PER_MS
 from hilbench.errors import UsageError
-from hilbench.options import TargetChoice
-from hilbench.target import Target, TargetKind, parse_target
+from hilbench.terminal.options import TargetChoice
 from targets.firmware import image_path
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hilbench.timed_reader import TimedReader
+from hilbench.bench.timed_reader import TimedReader
 
 
 class Lines:

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hilbench.bench import Bench
 from hilbench.clock import Scheduler
 from hilbench.journal import Journal
+from hilbench.judging.uncertainty import OfTimes
 from hilbench.testing import FakeHostClock
-from hilbench.uncertainty import OfTimes
 
 figures = st.floats(0.001, 1000)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from hilbench.bench import Bench
+from hilbench.bench.world_runner import TRUTH_HZ, WorldRunner
 from hilbench.clock import Scheduler
 from hilbench.journal import Journal
-from hilbench.world_runner import TRUTH_HZ, WorldRunner
 from worlds.world import open_world
 
 HZ = 50

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests import car_figures
-from tests.car_figures import DOCS, PICTURE, picture, rows
+from measure import car_figures
+from measure.car_figures import DOCS, PICTURE, picture, rows
 from worlds.car_dynamics import CarDynamics
 
 PAGE = (DOCS / "vehicle-car.md").read_text(encoding="utf-8")
@@ -18,7 +18,7 @@ def figures():
 
 def test_the_table_in_the_docs_is_what_comes_out(figures, monkeypatch):
     monkeypatch.setattr(car_figures, "rows", lambda: figures)
-    assert car_figures.table() in PAGE, "run python -m tests.car_figures"
+    assert car_figures.table() in PAGE, "run python -m measure.car_figures"
 
 
 def test_no_figure_is_off_by_more_than_a_thousandth_of_its_formula(figures):
@@ -34,4 +34,4 @@ def test_what_is_not_modelled_is_in_the_docs():
 
 
 def test_the_picture_of_the_track_is_that_of_the_scene():
-    assert PICTURE.read_text(encoding="utf-8") == picture(), "run python -m tests.car_figures --picture"
+    assert PICTURE.read_text(encoding="utf-8") == picture(), "run python -m measure.car_figures --picture"

@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from tests.top_view import Sheet, top_view
+from measure.top_view import Sheet, top_view
 from worlds import find_scene
 
 SVG = "{http://www.w3.org/2000/svg}"

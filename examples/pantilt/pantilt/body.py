@@ -1,7 +1,7 @@
 """The body: a foot that stands still, a fork that pans on it, a camera that tilts in the fork. Figures are a choice."""
 
+from hilbench.benchfile.world_signals import WorldSignal
 from hilbench.plugins.system import VehicleKind
-from hilbench.wiring.world_signals import WorldSignal
 from pantilt.frames import IDS
 from targets.parts import Direction
 from worlds.vehicles.model import Axle, BoxShape, Part, Vehicle, box_inertia

@@ -84,7 +84,7 @@ class Head:
         self.servos = [*self.observed.values()]
 
     def enter(self, world):
-        """Take the body, which is the world with its joints; see `hilbench.protocol_bench.placed.Embodied`."""
+        """Take the body, which is the world with its joints; see `hilbench.bench.placed_device.Embodied`."""
         for servo in self.servos:
             servo.world = world
 

@@ -1,7 +1,7 @@
 """What a recording says of a head: the rules that need nobody to ask."""
 
 from hilbench.check import NotApplicable, Violation, case
-from hilbench.check.provider import RECORDING
+from hilbench.judging.provider import RECORDING
 from hilbench.recordings.listening import HOST, TARGET
 from pantilt.frames import IDS
 

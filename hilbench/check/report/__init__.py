@@ -10,11 +10,11 @@ from hilbench.check.report import junit, matrix
 from hilbench.check.report.schema import report_json
 from hilbench.check.results import Report
 from hilbench.check.screens import make_folder
-from hilbench.console import Console
 from hilbench.errors import HilbenchError, UnavailableError
 from hilbench.exit_codes import ExitCode, worst
 from hilbench.files import Named, check_writable, refuse_overwriting, write_atomically
-from hilbench.options import CheckOptions
+from hilbench.terminal.console import Console
+from hilbench.terminal.options import CheckOptions
 
 
 def check_outputs(options: CheckOptions) -> None:

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import msgspec
 
-from hilbench.check.observations import Coverage, Ledger, Pace, PortCounters
 from hilbench.check.results import Report, TightMargin, relative_margin
-from hilbench.check.verdicts import Measure
-from hilbench.mcu.note_lines import note_lines, notes_counted
+from hilbench.judging.note_lines import note_lines, notes_counted
+from hilbench.judging.observations import Coverage, Ledger, Pace, PortCounters
+from hilbench.judging.verdicts import Measure
 
 _MOST_NAMES = 6
 

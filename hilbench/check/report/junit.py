@@ -27,8 +27,8 @@ from xml.etree import ElementTree as ET
 
 from hilbench.check.report import footer
 from hilbench.check.results import ClauseResult, Report
-from hilbench.check.verdicts import Verdict
-from hilbench.names import escaped
+from hilbench.files.names import escaped
+from hilbench.judging.verdicts import Verdict
 
 # What XML 1.0 cannot hold, not even as a character reference.
 _NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

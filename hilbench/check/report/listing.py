@@ -9,10 +9,10 @@ from pathlib import Path
 import msgspec
 
 from hilbench.check.collector import PlannedCase
-from hilbench.console import Console
 from hilbench.files import write_atomically
-from hilbench.names import escaped_all
-from hilbench.options import CheckOptions
+from hilbench.files.names import escaped_all
+from hilbench.terminal.console import Console
+from hilbench.terminal.options import CheckOptions
 
 
 class ListedCase(msgspec.Struct, frozen=True, kw_only=True):

@@ -7,9 +7,9 @@ from itertools import groupby
 
 from hilbench.check.report import footer
 from hilbench.check.results import ClauseResult, Counts, Report
-from hilbench.check.verdicts import Verdict
 from hilbench.exit_codes import ExitCode
-from hilbench.mcu.note_lines import notes_counted
+from hilbench.judging.note_lines import notes_counted
+from hilbench.judging.verdicts import Verdict
 
 _EVIDENCE_LINES = 12
 _PLAIN_WIDTH = 10_000

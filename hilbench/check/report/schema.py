@@ -7,8 +7,8 @@ from typing import Any
 import msgspec
 
 from hilbench.check.results import FORMAT, Report
-from hilbench.names import escaped_all
-from hilbench.schema import json_schema
+from hilbench.files.names import escaped_all
+from hilbench.strict.schema import json_schema
 
 
 def report_json(report: Report) -> str:

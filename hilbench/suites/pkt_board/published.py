@@ -5,8 +5,8 @@ from __future__ import annotations
 import struct
 
 from hilbench.check import Inconclusive, at_least, at_most, within
-from hilbench.check.recorder import record_measure
 from hilbench.clock import NS_PER_S
+from hilbench.judging.recorder import record_measure
 from hilbench.suites._rover import Rover, at_power_up, on_rover
 from hilbench.suites.pkt_board._frames import SUCCESS, UNKNOWN, held_throttle, led_on_frame
 from hilbench.systems.rover.hands import RoverBench

@@ -104,6 +104,8 @@ SCALAR = 0.98
 
 def _require_scalar(rover: Rover, index: int) -> None:
     quaternion = _measured(rover).quaternion
+    if not any(quaternion):
+        raise Inconclusive("0x82 has zeros for the attitude")
     if any(map(math.isnan, quaternion)):
         raise Violation("the quaternion is no number", rover.peer.evidence())
     within(abs(quaternion[index]), SCALAR, 1.001, unit="", what=f"size of component {index + 1}, the scalar")

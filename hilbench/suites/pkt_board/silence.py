@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from hilbench.check import Inconclusive, Violation, at_least, near, within
 from hilbench.clock import NS_PER_S
+from hilbench.judging.uncertainty import OfTimes
 from hilbench.suites._rover import DONE_S, Counts, Rover, on_rover
 from hilbench.suites.pkt_board._frames import LED_OFF, LED_ON, SUCCESS
-from hilbench.uncertainty import OfTimes
 from protocols.pkt import GeneralReport, GpsReport, ImuReport, LedOn, MotionReport, Report, SpeedSetpoints
 
 FRAME_S, IN_TIME_S, TOO_LATE_S = 1.0, 0.9, 1.1

@@ -6,8 +6,8 @@ import random
 from dataclasses import replace
 
 from hilbench.check import Inconclusive, at_most, near
-from hilbench.check.recorder import record_measure
 from hilbench.clock import NS_PER_S
+from hilbench.judging.recorder import record_measure
 from hilbench.suites.vehicle_host._host import (
     ACKERMANN,
     COMMAND,

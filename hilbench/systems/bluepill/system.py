@@ -20,7 +20,8 @@ class Bluepill(System):
 
     def clauses(self) -> Sequence[ClauseEntry]:
         """See `System`."""
-        from hilbench.suites import _bluepill_clauses, _dodge_clauses
+        from hilbench.systems.bluepill import dodge_clauses as _dodge_clauses
+        from hilbench.systems.bluepill import pins_clauses as _bluepill_clauses
 
         return (*_bluepill_clauses.CLAUSES, *_dodge_clauses.CLAUSES)
 

@@ -1,4 +1,4 @@
-"""What the header of a journal says of a Pioneer for those who show it; see `hilbench.live.about`."""
+"""What the header of a journal says of a Pioneer for those who show it; see `hilbench.bench.about`."""
 
 from __future__ import annotations
 

@@ -13,15 +13,15 @@ from functools import cached_property
 from typing import Any
 
 from hilbench.bench import Bench
-from hilbench.cases import CaseBase
-from hilbench.check.provider import CaseInfo
+from hilbench.bench.about import about_world
+from hilbench.bench.cases import CaseBase
+from hilbench.bench.line_faults import LineFaults
+from hilbench.bench.teller import Observed
+from hilbench.benchfile.fault_entries import FaultEntry
 from hilbench.clock import Scheduler
 from hilbench.errors import InternalError
-from hilbench.fault_entries import FaultEntry
-from hilbench.line_faults import LineFaults
+from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port
-from hilbench.live.about import about_world
-from hilbench.live.teller import Observed
 from hilbench.systems.pioneer.about import about_sonars
 from hilbench.systems.pioneer.client import P2osClient
 from hilbench.systems.pioneer.peer import Peer

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hilbench.bench import Bench
-from hilbench.devices import ClientDevice, DeviceActor
+from hilbench.bench.devices import ClientDevice, DeviceActor
 from hilbench.links import Port
 from protocols.p2os import (
     BaudWanted,

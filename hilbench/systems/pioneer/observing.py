@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
-from hilbench.check.observations import Coverage, IgnoredCommand, Ledger, TouchedFeature
-from hilbench.observing import coverage_of
+from hilbench.bench.observing import coverage_of
+from hilbench.judging.observations import Coverage, IgnoredCommand, Ledger, TouchedFeature
 from hilbench.systems.pioneer.cases import VirtualCase
 from hilbench.systems.pioneer.robot import OBEYED, UNKNOWN
 from protocols.p2os import CLIENT_TABLE, SERVER_TABLE, Role, Table, command_name

@@ -1,12 +1,12 @@
-"""Who speaks P2OS to a Pioneer on a live bench; see `hilbench.live.operators`."""
+"""Who speaks P2OS to a Pioneer on a live bench; see `hilbench.driving.operators`."""
 
 from __future__ import annotations
 
 import math
 
 from hilbench.bench import Bench
+from hilbench.bench.teller import Observed
 from hilbench.clock import NS_PER_MS
-from hilbench.live.teller import Observed
 from hilbench.systems.pioneer.client import P2osClient
 from protocols.p2os import ClientState as P2osState
 from protocols.p2os import Sip

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hilbench.check.recorder import unrecorded
-from hilbench.check.verdicts import Violation
+from hilbench.bench.line_peer import QUIET_S, LinePeer, Sound, Unsound
 from hilbench.clock import NS_PER_S
-from hilbench.line_peer import QUIET_S, LinePeer, Sound, Unsound
+from hilbench.judging.recorder import unrecorded
+from hilbench.judging.verdicts import Violation
 from protocols.p2os import (
     Command,
     CommandNumber,

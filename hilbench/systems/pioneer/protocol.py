@@ -56,6 +56,8 @@ P2OS = ProtocolPlugin(
     name="p2os",
     title="P2OS",
     summary="the host protocol of the Pioneer robots",
+    help="Our client speaks P2OS to a Pioneer: SYNC0, SYNC1 and SYNC2 open the session, then the robot sends a SIP ten "
+    "times a second. Whoever stops talking to it stops the robot: that is what its watchdog is for.",
     decoder=decoder,
     regions=regions,
     longest_frame=3 + MAX_COUNT,

@@ -6,14 +6,14 @@ import contextlib
 import importlib.util
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from hilbench.check.observations import Observations
-from hilbench.check.provider import CaseInfo
+from hilbench.bench.line_faults import LineFaults
+from hilbench.bench.locked_providers import AttachedProviderBase, FarEnd
+from hilbench.bench.shared import Shared
 from hilbench.clock import Scheduler
 from hilbench.errors import UnavailableError
-from hilbench.line_faults import LineFaults
+from hilbench.judging.observations import Observations
+from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, Port
-from hilbench.locked_providers import AttachedProviderBase, FarEnd
-from hilbench.shared import Shared
 from hilbench.systems.pioneer.cases import (
     AttachedCase,
     ClientFactory,

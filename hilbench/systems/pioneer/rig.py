@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
+from hilbench.bench.about import about_line, about_world
+from hilbench.benchfile.bench_file import BenchFile
+from hilbench.driving.real_port import open_at
+from hilbench.driving.resuming import resume_sessions
+from hilbench.driving.rig import CLIENT_SENSES, Rig
+from hilbench.driving.tap import Tap
 from hilbench.errors import UnavailableError
 from hilbench.links import DEFAULT_BAUD, Line, MemoryLink, Port
 from hilbench.links.memory import REAL_TIME_GROUP_NS
-from hilbench.live.about import about_line, about_world
-from hilbench.live.attached import open_at
-from hilbench.live.resuming import resume_sessions
-from hilbench.live.rig import CLIENT_SENSES, Rig
-from hilbench.live.tap import Tap
 from hilbench.systems.pioneer.about import about_sonars
 from hilbench.systems.pioneer.client import P2osClient
 from hilbench.systems.pioneer.operator import PioneerOperator

@@ -1,7 +1,7 @@
 """The virtual Pioneer: its controller, its body in a world, and the loop that closes through both.
 
 At tick k the world is moved from tick k-1 to tick k with the wheel commands given at tick k-1; then the controller
-senses the world as it is at tick k and commands the wheels for the next slice (`hilbench.world_runner`). So the
+senses the world as it is at tick k and commands the wheels for the next slice (`hilbench.bench.world_runner`). So the
 controller acts on what is true now, and its command takes effect from now on: a latency of at most one step.
 """
 
@@ -11,13 +11,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from hilbench.bench import Bench
-from hilbench.config import BenchFile
-from hilbench.devices import DeviceActor
+from hilbench.bench.devices import DeviceActor
+from hilbench.bench.teller import Observed
+from hilbench.bench.world_runner import WorldRunner
+from hilbench.benchfile.reader import BenchFile
 from hilbench.errors import UsageError
 from hilbench.links import Port
-from hilbench.live.teller import Observed
 from hilbench.systems.pioneer.system import VEHICLE
-from hilbench.world_runner import WorldRunner
 from protocols.p2os import robot_parameters
 from targets.robots.pioneer import CommandIgnored, CommandObeyed, NotModelled, PioneerRobot, RobotSettings
 from worlds.scenes import Scene

@@ -20,12 +20,12 @@ from functools import partial
 from itertools import islice
 
 from hilbench.bench import Bench, to_ns
-from hilbench.check.judge import at_most
-from hilbench.check.verdicts import Violation
+from hilbench.bench.timed_reader import TimedReader
 from hilbench.clock import NS_PER_S, EventClass
+from hilbench.judging.judge import at_most
+from hilbench.judging.verdicts import Violation
 from hilbench.links import Port
 from hilbench.systems.pioneer.scripted_packets import CONFIG, IDENTIFICATION, STANDING
-from hilbench.timed_reader import TimedReader
 from protocols.p2os import (
     COMMANDS,
     Command,

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from hilbench.wiring.world_signals import WorldSignal
+from hilbench.benchfile.world_signals import WorldSignal
 from targets.parts import Direction
 from worlds.vehicles.pioneer_2dx import LEFT, RIGHT, Pioneer2dxBody
 

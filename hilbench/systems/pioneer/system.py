@@ -12,14 +12,15 @@ from hilbench.plugins.system import API, ModelKind, System, VehicleKind
 
 if TYPE_CHECKING:
     from hilbench.bench import Bench
-    from hilbench.bench_file import BenchFile
-    from hilbench.check.provider import BenchProvider
+    from hilbench.bench.served_targets import ServedTarget
+    from hilbench.bench.shared import Shared
+    from hilbench.benchfile.bench_file import BenchFile
+    from hilbench.driving.rig import Rig
+    from hilbench.judging.provider import BenchProvider
     from hilbench.links import Port
-    from hilbench.live.rig import Rig
-    from hilbench.options import TargetChoice
-    from hilbench.served_targets import ServedTarget
-    from hilbench.shared import Shared
+    from hilbench.plugins.dashboard import Dashboard
     from hilbench.systems.pioneer.robot import PioneerPlan, VirtualPioneer
+    from hilbench.terminal.options import TargetChoice
     from worlds.world import World
 
 __all__ = ["PIONEER", "VEHICLE"]
@@ -76,9 +77,9 @@ class Pioneer(System):
 
     def provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:
         """See `System`."""
+        from hilbench.bench.target_choice import client_provider, only_choice
+        from hilbench.benchfile.target import TargetKind, target_of
         from hilbench.systems.pioneer.provider import P2OS_SERVER, AttachedProvider, VirtualProvider
-        from hilbench.target import TargetKind, target_of
-        from hilbench.target_choice import client_provider, only_choice
 
         if not choices:
             return VirtualProvider(shared)
@@ -92,8 +93,8 @@ class Pioneer(System):
 
     def board_provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider | None:
         """See `System`."""
+        from hilbench.bench.target_choice import port_of_boards
         from hilbench.systems.pioneer.provider import AttachedProvider
-        from hilbench.target_choice import port_of_boards
 
         choice = port_of_boards(shared, choices)
         return None if choice is None else AttachedProvider(shared, choice.spec)
@@ -107,7 +108,7 @@ class Pioneer(System):
 
     def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
         """See `System`."""
-        from hilbench.served_targets import HOST_LINE, ServedTarget
+        from hilbench.bench.served_targets import HOST_LINE, ServedTarget
         from hilbench.systems.pioneer.robot import VirtualPioneer
         from worlds.errors import WorldError
 
@@ -132,6 +133,12 @@ class Pioneer(System):
         from hilbench.systems.pioneer.rig import attached_rig
 
         return attached_rig(bench, bench_file, ports[""], seed)
+
+    def dashboard(self) -> Dashboard:
+        """See `System`."""
+        from hilbench.systems.pioneer.dashboard import DASHBOARD
+
+        return DASHBOARD
 
 
 def _plan(bench_file: BenchFile, scene: str | None, baud: int | None) -> PioneerPlan:

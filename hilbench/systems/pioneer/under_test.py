@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from hilbench.bench.under_test import OwnUnderTest, UnderTest
 from hilbench.systems.pioneer.client import P2osClient
-from hilbench.under_test import OwnUnderTest, UnderTest
 from protocols.p2os import LocalProtocolError
 
 __all__ = ["OWN_CAPABILITIES", "ClientUnderTest", "OwnClient"]

@@ -1,12 +1,12 @@
-"""What the header of a journal says of a rover for those who show it; see `hilbench.live.about`."""
+"""What the header of a journal says of a rover for those who show it; see `hilbench.bench.about`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from hilbench.live.about import about_line
-from hilbench.live.teller import Observed
+from hilbench.bench.about import about_line
+from hilbench.bench.teller import Observed
 
 __all__ = ["about_pkt"]
 

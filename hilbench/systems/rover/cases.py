@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
-from hilbench.cases import CaseBase
-from hilbench.check.provider import CaseInfo
-from hilbench.devices import DeviceActor
-from hilbench.line_faults import LineFaults
+from hilbench.bench.cases import CaseBase
+from hilbench.bench.devices import DeviceActor
+from hilbench.bench.line_faults import LineFaults
+from hilbench.bench.teller import Observed
+from hilbench.benchfile.bench_file import BenchFile
+from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port
-from hilbench.live.teller import Observed
 from hilbench.systems.rover.about import about_pkt
 from hilbench.systems.rover.client import HostUnderTest
 from hilbench.systems.rover.hands import ModelHands, RoverHands

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from hilbench.bench.under_test import OwnUnderTest, UnderTest
 from hilbench.systems.rover.ground_station import GroundStation
-from hilbench.under_test import OwnUnderTest, UnderTest
 from protocols.pkt import LocalProtocolError
 
 __all__ = ["OWN_HOST_CAPABILITIES", "HostUnderTest", "OwnHost"]

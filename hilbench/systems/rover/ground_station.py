@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from hilbench.bench import Bench
-from hilbench.devices import ClientDevice, DeviceActor
+from hilbench.bench.devices import ClientDevice, DeviceActor
 from hilbench.links import Port
 from protocols.pkt import (
     BOTH_MOTORS,

@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from typing import Protocol
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
+from hilbench.benchfile.bench_file import BenchFile
 from hilbench.errors import InternalError
 from hilbench.mcu.board_case import BoardBench
+from hilbench.mcu.terminals import PinInput
 from hilbench.systems.rover.peer import RoverPeer
-from hilbench.wiring.terminals import PinInput
 from protocols.pkt import Position, Profile
 from targets.parts.l298n import bridge_shares
 from targets.parts.neo6m.geodesy import Geodetic, Tangent, geodetic_of

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
-from hilbench.check.observations import Coverage
-from hilbench.observing import coverage_of
+from hilbench.bench.observing import coverage_of
+from hilbench.judging.observations import Coverage
 from protocols.pkt import CLIENT_TABLE, LEN_TABLE, SERVER_TABLE, TERM_TABLE, Connection, FrameState, Role
 
 __all__ = ["RoverObserver"]

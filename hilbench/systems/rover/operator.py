@@ -1,10 +1,10 @@
-"""Who speaks PKT! to a rover on a live bench; see `hilbench.live.operators`."""
+"""Who speaks PKT! to a rover on a live bench; see `hilbench.driving.operators`."""
 
 from __future__ import annotations
 
 from hilbench.bench import Bench
+from hilbench.bench.teller import Observed
 from hilbench.clock import NS_PER_MS
-from hilbench.live.teller import Observed
 from hilbench.systems.rover.ground_station import GroundStation
 from protocols.pkt import ClientState as PktState
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from hilbench.bench import Bench
-from hilbench.line_peer import LinePeer, Sound, Unsound
+from hilbench.bench.line_peer import LinePeer, Sound, Unsound
 from hilbench.links import Port
 from protocols.pkt import (
     ClientOptions,

@@ -51,6 +51,7 @@ PKT = ProtocolPlugin(
     name="pkt",
     title="PKT!",
     summary="the rover's frames with a CRC16",
+    help="Our ground station speaks PKT to a rover: it asks and the rover reports. A rover that hears nobody stops.",
     decoder=decoder,
     options=DecodeOptions,
     regions=regions,

@@ -7,14 +7,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from hilbench.bench import Bench
-from hilbench.check.observations import Observations
-from hilbench.check.provider import CaseInfo
+from hilbench.bench.line_faults import LineFaults
+from hilbench.bench.locked_providers import AttachedProviderBase, FarEnd
+from hilbench.bench.shared import Shared
 from hilbench.clock import Scheduler
 from hilbench.errors import UsageError
-from hilbench.line_faults import LineFaults
+from hilbench.judging.observations import Observations
+from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port
-from hilbench.locked_providers import AttachedProviderBase, FarEnd
-from hilbench.shared import Shared
 from hilbench.systems.rover.cases import (
     AttachedRoverCase,
     HostCase,

@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from typing import Any
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
-from hilbench.devices import DeviceActor
+from hilbench.bench.devices import DeviceActor
+from hilbench.bench.teller import Observed
+from hilbench.benchfile.bench_file import BenchFile
+from hilbench.driving.real_port import open_at
+from hilbench.driving.resuming import resume_sessions
+from hilbench.driving.rig import CLIENT_SENSES, Rig
+from hilbench.driving.tap import Tap
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.links.memory import REAL_TIME_GROUP_NS
-from hilbench.live.attached import open_at
-from hilbench.live.resuming import resume_sessions
-from hilbench.live.rig import CLIENT_SENSES, Rig
-from hilbench.live.tap import Tap
-from hilbench.live.teller import Observed
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.systems.rover.about import about_pkt
 from hilbench.systems.rover.cases import rover_baud

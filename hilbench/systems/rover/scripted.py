@@ -9,9 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from hilbench.bench import Bench
+from hilbench.bench.timed_reader import TimedReader
 from hilbench.clock import NS_PER_S
 from hilbench.links import Port
-from hilbench.timed_reader import TimedReader
 from protocols.pkt import (
     Command,
     Dropped,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from hilbench.wiring.world_signals import WorldSignal
+from hilbench.benchfile.world_signals import WorldSignal
 from targets.parts import Direction
 from worlds.vehicles.rover_4wd import BODY, WHEELS, Rover4wdBody
 

@@ -11,14 +11,15 @@ from hilbench.plugins.system import API, ModelKind, System, VehicleKind
 
 if TYPE_CHECKING:
     from hilbench.bench import Bench
-    from hilbench.bench_file import BenchFile
-    from hilbench.check.provider import BenchProvider
+    from hilbench.bench.served_targets import ServedTarget
+    from hilbench.bench.shared import Shared
+    from hilbench.benchfile.bench_file import BenchFile
+    from hilbench.driving.rig import Rig
+    from hilbench.judging.provider import BenchProvider
     from hilbench.links import Port
-    from hilbench.live.rig import Rig
     from hilbench.mcu.emulated import EmulatedBench
-    from hilbench.options import TargetChoice
-    from hilbench.served_targets import ServedTarget
-    from hilbench.shared import Shared
+    from hilbench.plugins.dashboard import Dashboard
+    from hilbench.terminal.options import TargetChoice
 
 __all__ = ["ROVER", "ROVER_ROOM"]
 
@@ -68,15 +69,15 @@ class Rover(System):
 
     def clauses(self) -> Sequence[ClauseEntry]:
         """See `System`."""
-        from hilbench.suites._rover_motion_clauses import CLAUSES
+        from hilbench.systems.rover.motion_clauses import CLAUSES
 
         return CLAUSES
 
     def provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:
         """See `System`."""
+        from hilbench.bench.target_choice import client_provider, only_choice
+        from hilbench.benchfile.target import TargetKind, target_of
         from hilbench.systems.rover.provider import AttachedRoverProvider, RoverProvider, foreign_host
-        from hilbench.target import TargetKind, target_of
-        from hilbench.target_choice import client_provider, only_choice
 
         if not choices:
             return RoverProvider(shared)
@@ -90,8 +91,8 @@ class Rover(System):
 
     def board_provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider | None:
         """See `System`."""
+        from hilbench.bench.target_choice import port_of_boards
         from hilbench.systems.rover.provider import AttachedRoverProvider
-        from hilbench.target_choice import port_of_boards
 
         choice = port_of_boards(shared, choices)
         return None if choice is None else AttachedRoverProvider(shared, choice.spec)
@@ -112,8 +113,8 @@ class Rover(System):
 
     def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
         """See `System`."""
-        from hilbench.devices import DeviceActor
-        from hilbench.served_targets import HOST_LINE, ServedTarget
+        from hilbench.bench.devices import DeviceActor
+        from hilbench.bench.served_targets import HOST_LINE, ServedTarget
         from hilbench.systems.rover.cases import rover_baud
         from targets.robots.rover import RoverRobot, RoverSettings
 
@@ -151,11 +152,17 @@ class Rover(System):
 
         A stand in a file of one's own was named by somebody.
         """
-        from hilbench.config import BUILT_IN_FOLDER
+        from hilbench.benchfile.reader import BUILT_IN_FOLDER
 
         is_ours = bench_file.path is not None and bench_file.path.parent == BUILT_IN_FOLDER
         on_stand = (bench_file.world.vehicle, bench_file.world.scene) == (VEHICLE, "stand")
         return ROVER_ROOM if is_ours and bench_file.has_world and on_stand else None
+
+    def dashboard(self) -> Dashboard:
+        """See `System`."""
+        from hilbench.systems.rover.dashboard import DASHBOARD
+
+        return DASHBOARD
 
 
 ROVER = Rover()

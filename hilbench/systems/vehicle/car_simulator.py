@@ -9,9 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hilbench.bench import Bench
-from hilbench.devices import DeviceActor
+from hilbench.bench.devices import DeviceActor
+from hilbench.bench.under_test import OwnUnderTest, UnderTest
 from hilbench.links import Port
-from hilbench.under_test import OwnUnderTest, UnderTest
 from protocols.carla import AckermannCommand, LocalProtocolError, ManualCommand, SimulatorReader
 from targets.robots.car_host import CarCommanded, CarHost, CarHostSettings, CarState
 

@@ -8,14 +8,14 @@ from types import MappingProxyType
 from typing import Any
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
-from hilbench.cases import CaseBase
-from hilbench.check.provider import CaseInfo
-from hilbench.devices import LinesActor
-from hilbench.line_faults import LineFaults, plan_for
+from hilbench.bench.cases import CaseBase
+from hilbench.bench.devices import LinesActor
+from hilbench.bench.line_faults import LineFaults, plan_for
+from hilbench.bench.shared import Shared
+from hilbench.bench.teller import Observed, Senses
+from hilbench.benchfile.bench_file import BenchFile
+from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port
-from hilbench.live.teller import Observed, Senses
-from hilbench.shared import Shared
 from hilbench.systems.vehicle.about import about_vehicle_lines
 from hilbench.systems.vehicle.board_views import BOARD_SENSES, BoardLink, BoardModes, ControlTask
 from hilbench.systems.vehicle.car_simulator import CarHostUnderTest, CarSimulator, HostFactory, OwnCarHost, make_host

@@ -16,11 +16,11 @@ from __future__ import annotations
 import math
 
 from hilbench.bench import Bench
-from hilbench.feed import Feed
+from hilbench.bench.feed import Feed
+from hilbench.bench.world_runner import WorldRunner
 from hilbench.links import Port
 from hilbench.systems.vehicle.car_simulator import CarSimulator
 from hilbench.systems.vehicle.simulator_peer import STATUS_HZ
-from hilbench.world_runner import WorldRunner
 from protocols.carla import AckermannCommand
 from targets.robots.car_host import CarHostSettings, CarState, CarWish
 from worlds.car_commands import CarCommand, CommandMode

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass
-from hilbench.live.control import Request, RequestError
-from hilbench.live.driver import DEAD_MAN_NS
+from hilbench.driving.control import Request, RequestError
+from hilbench.driving.driver import DEAD_MAN_NS
 from hilbench.systems.vehicle.driven_car import DrivenCar
 from hilbench.systems.vehicle.driving_stack import DrivingStack
 from hilbench.systems.vehicle.hands import VehicleHands, stick_code
@@ -122,7 +122,7 @@ class CarDriver:
         }
 
     def take(self, forward: float, turn: float, *, pad: bool = False) -> None:
-        """Drive by hand, see `hilbench.live.driver.Drives`: a game pad moves the joystick no farther than keys do."""
+        """Drive by hand, see `Drives`: a game pad moves the joystick no farther than keys do."""
         del pad
         self.demo = False
         self._let_go = "dead man"

@@ -22,9 +22,9 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from hilbench.bench import Bench
+from hilbench.bench.devices import ClientDevice, DeviceActor
+from hilbench.bench.feed import Feed
 from hilbench.clock import Entry, EventClass
-from hilbench.devices import ClientDevice, DeviceActor
-from hilbench.feed import Feed
 from hilbench.links import Port
 from protocols.autoware import (
     AckermannControlCommand,

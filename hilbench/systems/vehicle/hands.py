@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from hilbench.bench import Bench
-from hilbench.devices import LinesActor
+from hilbench.bench.devices import LinesActor
 from hilbench.systems.vehicle.simulator_peer import SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer
 from protocols.carla import Axis

@@ -11,15 +11,17 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
-from hilbench.bench_model import World as WorldEntry
-from hilbench.devices import LinesActor
+from hilbench.bench.about import about_world
+from hilbench.bench.devices import LinesActor
+from hilbench.bench.teller import Observed, Sense, Senses, describe_machine
+from hilbench.bench.world_runner import WorldRunner
+from hilbench.benchfile.bench_file import BenchFile
+from hilbench.benchfile.bench_model import World as WorldEntry
+from hilbench.driving.real_port import open_at
+from hilbench.driving.rig import Rig
+from hilbench.driving.tap import Tap
 from hilbench.links import Line, MemoryLink, Port
-from hilbench.live.about import about_world
-from hilbench.live.attached import open_at
-from hilbench.live.rig import Rig
-from hilbench.live.tap import Tap
-from hilbench.live.teller import Observed, Sense, Senses, describe_machine
+from hilbench.mcu.bare_vehicle import BareVehicle
 from hilbench.systems.vehicle.board_views import BOARD_SENSES, BoardFromOutside, BoardLink, BoardModes, ControlTask
 from hilbench.systems.vehicle.cases import line_baud
 from hilbench.systems.vehicle.driven_car import DrivenCar
@@ -28,8 +30,6 @@ from hilbench.systems.vehicle.driving_stack import DrivingStack
 from hilbench.systems.vehicle.hands import ModelHands, VehicleHands
 from hilbench.systems.vehicle.provider import settings_of
 from hilbench.systems.vehicle.system import CAR, TRACK
-from hilbench.wiring.vehicle import BareVehicle
-from hilbench.world_runner import WorldRunner
 from protocols.autoware import Timer as LinkTimer
 from protocols.carla import BAUD
 from targets.robots.driving_stack import Path, PathDriver

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
-from hilbench.check.observations import Coverage
-from hilbench.observing import coverage_of
+from hilbench.bench.observing import coverage_of
+from hilbench.judging.observations import Coverage
 from hilbench.systems.vehicle.car_simulator import CarSimulator
 from protocols import autoware
 from protocols.carla import LINK_TABLE, MODE_TABLE, STEP_TABLE, Transition

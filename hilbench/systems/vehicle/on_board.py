@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from hilbench.bench_file import BenchFile
+from hilbench.benchfile.bench_file import BenchFile
 from hilbench.clock import NS_PER_MS, EventClass
 from hilbench.errors import InternalError
 from hilbench.mcu.board_case import BoardBench

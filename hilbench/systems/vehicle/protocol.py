@@ -14,6 +14,11 @@ from targets.robots.vehicle_interface import LINE_BAUD
 
 __all__ = ["AUTOWARE", "CARLA"]
 
+_BOTH_ENDS = (
+    "The board hands the driving stack's commands on to the car, or the joystick's: its mode says whose. We are at its "
+    "two lines, the simulator with a car at one, the driving stack at the other. Ten deadlines missed in a row end it."
+)
+
 
 def _clauses() -> Sequence[Clause]:
     from protocols.carla.clauses import CLAUSES
@@ -26,6 +31,7 @@ CARLA = ProtocolPlugin(
     name="carla",
     title="CARLA",
     summary="the UART frames between a vehicle-interface board and a simulator",
+    help=_BOTH_ENDS,
     decoder=simulator_line.decoder,
     regions=simulator_line.regions,
     longest_frame=COMMAND_LAYOUT.length + len(COMMAND_LAYOUT.padding),
@@ -41,6 +47,7 @@ AUTOWARE = ProtocolPlugin(
     name="autoware",
     title="AUTOWARE",
     summary="the stand-in for the link between a vehicle-interface board and its driving stack",
+    help=_BOTH_ENDS,
     decoder=stack_line.decoder,
     regions=stack_line.regions,
     longest_frame=longest_frame(),

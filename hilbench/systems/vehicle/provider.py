@@ -8,21 +8,22 @@ from dataclasses import replace
 from typing import Any
 
 from hilbench.bench import Bench
-from hilbench.bench_file import BenchFile
-from hilbench.check.observations import Observations
-from hilbench.check.provider import BenchProvider, CaseInfo
-from hilbench.checker_lines import ports_of_lines
+from hilbench.bench.checker_lines import ports_of_lines
+from hilbench.bench.devices import LinesActor
+from hilbench.bench.line_faults import LineFaults, plan_for
+from hilbench.bench.line_peer import LinePeer
+from hilbench.bench.locked_providers import FarEnd, LockedProvider, faults_between
+from hilbench.bench.shared import Shared
+from hilbench.bench.target_choice import CLIENTS, client_provider, first_of
+from hilbench.benchfile.bench_file import BenchFile
+from hilbench.benchfile.line_hooks import run_hook
+from hilbench.benchfile.target import TargetKind, target_of
 from hilbench.clock import Scheduler
-from hilbench.devices import LinesActor
 from hilbench.errors import UnavailableError, UsageError
-from hilbench.line_faults import LineFaults, plan_for
-from hilbench.line_hooks import run_hook
-from hilbench.line_peer import LinePeer
+from hilbench.judging.observations import Observations
+from hilbench.judging.provider import BenchProvider, CaseInfo
 from hilbench.links import Line, MemoryLink, parse_serial_target
-from hilbench.locked_providers import FarEnd, LockedProvider, faults_between
 from hilbench.nearest import did_you_mean
-from hilbench.options import TargetChoice
-from hilbench.shared import Shared
 from hilbench.systems.vehicle.car_simulator import OWN_HOST_CAPABILITIES, HostFactory, make_host
 from hilbench.systems.vehicle.cases import (
     AttachedVehicleCase,
@@ -41,8 +42,7 @@ from hilbench.systems.vehicle.hands import HANDS
 from hilbench.systems.vehicle.observing import VehicleObserver
 from hilbench.systems.vehicle.simulator_peer import BoardPeer, SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer
-from hilbench.target import TargetKind, target_of
-from hilbench.target_choice import CLIENTS, client_provider, first_of
+from hilbench.terminal.options import TargetChoice
 from protocols.carla import BAUD
 from targets.robots.vehicle_interface import PROFILE_NAMES, SIMULATOR_LINE, STACK_LINE, VehicleSettings
 

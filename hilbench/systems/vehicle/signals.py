@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from hilbench.wiring.world_signals import WorldSignal
+from hilbench.benchfile.world_signals import WorldSignal
 from targets.parts import Direction
 from worlds.car_commands import CommandMode
 from worlds.vehicles.car import CarBody

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from hilbench.bench import Bench
-from hilbench.feed import Feed
-from hilbench.line_peer import LinePeer, Received, Sound, Unsound
+from hilbench.bench.feed import Feed
+from hilbench.bench.line_peer import LinePeer, Received, Sound, Unsound
 from hilbench.links import Port
 from protocols.carla import (
     COMMAND_LAYOUT,

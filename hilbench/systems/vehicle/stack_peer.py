@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hilbench.bench import Bench
-from hilbench.feed import Feed
-from hilbench.line_peer import LinePeer, Sound, Unsound
+from hilbench.bench.feed import Feed
+from hilbench.bench.line_peer import LinePeer, Sound, Unsound
 from hilbench.links import Port
 from protocols.autoware import (
     AckermannControlCommand,

@@ -12,15 +12,16 @@ from hilbench.plugins.system import API, ModelKind, System, VehicleKind
 
 if TYPE_CHECKING:
     from hilbench.bench import Bench
-    from hilbench.bench_file import BenchFile
-    from hilbench.cases import CaseBase
-    from hilbench.check.provider import BenchProvider, CaseInfo
+    from hilbench.bench.cases import CaseBase
+    from hilbench.bench.served_targets import ServedTarget
+    from hilbench.bench.shared import Shared
+    from hilbench.benchfile.bench_file import BenchFile
+    from hilbench.driving.rig import Rig
+    from hilbench.judging.provider import BenchProvider, CaseInfo
     from hilbench.links import Port
-    from hilbench.live.rig import Rig
     from hilbench.mcu.emulated import EmulatedBench
-    from hilbench.options import TargetChoice
-    from hilbench.served_targets import ServedTarget
-    from hilbench.shared import Shared
+    from hilbench.plugins.dashboard import Dashboard
+    from hilbench.terminal.options import TargetChoice
 
 __all__ = ["CAR", "TRACK", "VEHICLE"]
 
@@ -77,7 +78,7 @@ class Vehicle(System):
 
     def clauses(self) -> Sequence[ClauseEntry]:
         """See `System`."""
-        from hilbench.suites._vehicle_drive_clauses import CLAUSES
+        from hilbench.systems.vehicle.drive_clauses import CLAUSES
 
         return CLAUSES
 
@@ -89,9 +90,9 @@ class Vehicle(System):
 
     def board_provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider | None:
         """See `System`."""
+        from hilbench.bench.target_choice import CLIENTS, first_of
+        from hilbench.benchfile.target import TargetKind, target_of
         from hilbench.systems.vehicle.provider import AttachedVehicleProvider
-        from hilbench.target import TargetKind, target_of
-        from hilbench.target_choice import CLIENTS, first_of
 
         kinds = {target_of(choice).kind for choice in choices}
         if kinds & CLIENTS:
@@ -149,8 +150,8 @@ class Vehicle(System):
 
     def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
         """See `System`."""
-        from hilbench.devices import LinesActor
-        from hilbench.served_targets import ServedTarget
+        from hilbench.bench.devices import LinesActor
+        from hilbench.bench.served_targets import ServedTarget
         from hilbench.systems.vehicle.cases import line_baud
         from hilbench.systems.vehicle.provider import settings_of
         from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface
@@ -188,7 +189,7 @@ class Vehicle(System):
 
     def lines_asked(self, bench_file: BenchFile, choices: Sequence[TargetChoice]) -> Mapping[str, str]:
         """See `System`; there are two lines."""
-        from hilbench.checker_lines import ports_of_lines
+        from hilbench.bench.checker_lines import ports_of_lines
         from hilbench.systems.vehicle.live import SIMULATOR, STACK
         from hilbench.systems.vehicle.provider import vehicle_lines
 
@@ -207,6 +208,12 @@ class Vehicle(System):
         from hilbench.systems.vehicle.on_board import is_on_board
 
         return TRACK if is_on_board(bench_file) and bench_file.world.scene == "empty" else None
+
+    def dashboard(self) -> Dashboard:
+        """See `System`."""
+        from hilbench.systems.vehicle.dashboard import DASHBOARD
+
+        return DASHBOARD
 
 
 VEHICLE = Vehicle()

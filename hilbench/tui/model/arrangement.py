@@ -9,11 +9,14 @@ import itertools
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-__all__ = ["ARRANGED", "LEAST_COLUMNS", "LEAST_ROWS", "Arrangement", "Box", "Column", "arranged"]
+from hilbench.plugins.dashboard import Dashboard
+
+__all__ = ["LEAST_COLUMNS", "LEAST_ROWS", "Arrangement", "Box", "Column", "arrangement_of"]
 
 LEAST_COLUMNS = 20
 LEAST_ROWS = 3
 """The least that is left of a pane: a title, a line, a border."""
+_ALL = Dashboard(kind="").narrow
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,48 +146,17 @@ def _moved(shares: Sequence[float], whole: int, at: int, by: int, least: int) ->
     return [total * cell / max(1, whole) for cell in cells]
 
 
-def arranged(*columns: tuple[float, Sequence[tuple[str, float]]]) -> Arrangement:
-    """Return an arrangement of columns: the share of each, and its panes with theirs."""
-    return Arrangement(tuple(Column(share, tuple(panes)) for share, panes in columns))
+def arrangement_of(dashboard: Dashboard, *, wide: bool) -> Arrangement:
+    """Return where the panes are as long as nobody moves them; those that it does not name come last.
 
-
-def _list(*names: str) -> Arrangement:
-    """Return panes one below the other, what matters most first: as many are seen as there is room for."""
-    return arranged((1, [(name, 3 if name == "world" else 2) for name in names]))
-
-
-ARRANGED: dict[str, tuple[Arrangement, Arrangement]] = {
-    "robot": (
-        arranged(
-            (4, [("link", 9), ("timers", 8), ("counters", 14), ("pins", 8)]),
-            (5, [("world", 3), ("frames", 2), ("console", 1)]),
-            (4, [("states", 5), ("plots", 4), ("log", 3), ("checks", 3)]),
-        ),
-        _list("world", "frames", "plots", "link", "log", "states", "timers", "counters", "checks", "console", "pins"),
-    ),
-    "rover": (
-        arranged(
-            (4, [("link", 9), ("timers", 6), ("counters", 16), ("log", 7)]),
-            (5, [("world", 3), ("plots", 3), ("frames", 2)]),
-            (4, [("states", 4), ("pins", 4), ("console", 2), ("checks", 3)]),
-        ),
-        _list("world", "plots", "frames", "link", "pins", "log", "states", "timers", "counters", "checks", "console"),
-    ),
-    "vehicle": (
-        arranged(
-            (4, [("link", 8), ("timers", 9), ("counters", 13), ("pins", 7)]),
-            (5, [("world", 3), ("plots", 2), ("frames", 2)]),
-            (4, [("states", 5), ("log", 3), ("console", 2), ("checks", 3)]),
-        ),
-        _list("world", "frames", "plots", "states", "link", "timers", "log", "pins", "counters", "checks", "console"),
-    ),
-    "board": (
-        arranged(
-            (4, [("pins", 3), ("link", 2), ("timers", 2), ("counters", 3)]),
-            (5, [("console", 2), ("plots", 3), ("world", 3), ("frames", 2)]),
-            (4, [("log", 3), ("states", 3), ("checks", 3)]),
-        ),
-        _list("pins", "console", "log", "plots", "world", "frames", "states", "link", "timers", "counters", "checks"),
-    ),
-}
-"""What matters on a bench of each kind, on a screen that has room for three columns and on one that has not."""
+    Args:
+        dashboard: says where they are.
+        wide: whether there is room for columns; else they stand one below the other, as many as there is room for.
+    """
+    columns = (
+        dashboard.wide if wide else ((1, tuple((name, 3 if name == "world" else 2) for name in dashboard.narrow)),)
+    )
+    made = [Column(share, tuple(pane for pane in panes if pane[0] in _ALL)) for share, panes in columns]
+    named = {name for column in made for name in column.names}
+    rest = tuple((name, 1.0) for name in _ALL if name not in named)
+    return Arrangement((*made, *((Column(1, rest),) if rest else ())))

@@ -9,9 +9,10 @@ from typing import Any
 
 from hilbench.tui.model.checks import ChecksModel
 from hilbench.tui.model.consoles import ConsoleModel
+from hilbench.tui.model.dashboards import dashboard_of
 from hilbench.tui.model.frames import FramesModel
 from hilbench.tui.model.log import LogModel
-from hilbench.tui.model.machines import MachineModel
+from hilbench.tui.model.machines import MachineModel, is_change
 from hilbench.tui.model.pins import PinsModel
 from hilbench.tui.model.places import WorldModel
 from hilbench.tui.model.rates import Counted
@@ -23,13 +24,6 @@ Event = Mapping[str, Any]
 
 SLOW_FACTOR = 0.98
 """A bench that is slower than this is shown to be (choice)."""
-
-_KINDS = {"p2os": "robot", "pkt": "rover", "pioneer-2dx": "board", "rover-4wd": "rover"}
-"""By the protocol that our client speaks; else by what drives: a Pioneer that none of them speaks to has a board of its
-own."""
-
-_CHANGES = frozenset({"StateChanged", "ModeChanged", "ModeSeen"})
-"""The events that say that a machine is in another state, by ``old``, ``new`` and ``trigger``."""
 
 
 @dataclass(slots=True)
@@ -77,7 +71,8 @@ class BenchModel:
         ended: whether the journal was closed in good order.
         faults: how often each struck.
         armed: those that go on striking until they are taken back, in words.
-        vehicle: what is seen in a car and at the board in it; empty where there is none.
+        dashboard: how it is shown.
+        seen: what was told last of what its system shows of its own; empty before.
     """
 
     def __init__(self, header: Event) -> None:
@@ -91,15 +86,18 @@ class BenchModel:
         self.frames = FramesModel(live)
         self.world = WorldModel.of(live)
         self.pins = PinsModel(live)
-        self.signals = SignalsModel(self.kind, live)
+        self.dashboard, problems = dashboard_of(live)
+        self.signals = SignalsModel(self.dashboard, live)
         self.console = ConsoleModel(live)
         self.checks = ChecksModel()
-        self.log = LogModel()
+        self.log = LogModel(self.dashboard)
+        for problem in problems:
+            self.log.say(0, "screen", problem)
         self.faults: Counter[str] = Counter()
         self.armed: list[str] = []
         self.pace: Event = {}
         self.driver = DriverModel()
-        self.vehicle: Event = {}
+        self.seen: Event = {}
         self.paused = False
         self.speed = 1.0
 
@@ -107,12 +105,6 @@ class BenchModel:
     def name(self) -> str:
         """The bench."""
         return str(self.header.get("bench", ""))
-
-    @property
-    def kind(self) -> str:
-        """What sort of bench it is, for what matters on it: robot, rover, vehicle or board."""
-        told = self.live.get("protocol") or self.live.get("vehicle", "")
-        return _KINDS.get(str(told), "vehicle" if told else "board")
 
     @property
     def factor(self) -> float | None:
@@ -133,8 +125,8 @@ class BenchModel:
                 self._take(event)
                 self.signals.take(event)
                 self.log.take(event)
-            except (KeyError, ValueError, TypeError, AttributeError):
-                continue  # of another version, or of a recording that was touched: the rest is shown
+            except Exception:  # noqa: BLE001, S112 - of another version, touched, or a plug-in's words: the rest is shown
+                continue
 
     def _take(self, event: Event) -> None:
         match event["kind"]:
@@ -162,8 +154,6 @@ class BenchModel:
         match event["kind"]:
             case "driver":
                 self.driver = DriverModel(who=event["who"], forward=event["forward"], turn=event["turn"])
-            case "vehicle":
-                self.vehicle = event
             case "clock":
                 self.paused, self.speed = event["paused"], event["speed"]
             case "host-end":
@@ -178,6 +168,8 @@ class BenchModel:
                 self.armed.clear()
             case "standing":
                 self._take_standing(event)
+            case self.dashboard.tells:
+                self.seen = event
 
     def _take_standing(self, event: Event) -> None:
         """Take what was told before this journal begins, or where it was passed over."""
@@ -198,10 +190,10 @@ class BenchModel:
         return about if len(self.lines) < 2 else f"{about} on {event['source']}"
 
     def _take_reported(self, event: Event) -> None:
-        name, source = event["name"], event["source"]
-        if name in _CHANGES:
+        value = event.get("value", {})
+        if is_change(value):
             for machine in self.machines.values():
                 if machine.is_meant(event):
                     machine.change(event)
-        elif name == "PacketReceived" and source == self.live.get("operator"):
-            self.world.take_sonars(event["value"]["packet"].get("sonars", ()))
+        elif event["source"] == self.live.get("operator"):
+            self.world.take_sonars(value.get("packet", {}).get("sonars", ()))

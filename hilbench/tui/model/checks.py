@@ -12,7 +12,7 @@ __all__ = ["RUNNING", "CheckedModel", "ChecksModel"]
 Event = Mapping[str, Any]
 RUNNING = "runs"
 _WORST = ("error", "fail", "inconclusive", RUNNING, "pass", "not-applicable", "")
-"""The verdicts of a clause's cases, worst first: the worst is the clause's, as of `hilbench.check.verdicts`."""
+"""The verdicts of a clause's cases, worst first: the worst is the clause's, as of `hilbench.judging.verdicts`."""
 
 
 @dataclass(slots=True)

@@ -7,15 +7,15 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Seq
 from dataclasses import dataclass
 from typing import Any
 
-from hilbench.decode.lines import said
 from hilbench.plugins.blame import place_of
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.recordings.lines import said
 from protocols.common.decoding import Decoder, Speaker
 from protocols.common.items import Item, Kind
 from protocols.common.layout import Region, laid_out
 
-__all__ = ["KEPT_FRAMES", "LEAST_STEP_NS", "FrameModel", "FramesModel"]
+__all__ = ["KEPT_FRAMES", "LEAST_STEP_NS", "FrameModel", "FramesModel", "failed"]
 
 KEPT_FRAMES = 2000
 LEAST_STEP_NS = 50_000_000
@@ -76,7 +76,7 @@ class FrameModel:
         try:
             return self._end.protocol.regions(self.item.raw, self._end.options, sent=self.sent)
         except Exception as error:  # noqa: BLE001 - a plug-in's: the others are there
-            return laid_out(self.item.raw, [(_failed("regions", error), len(self.item.raw))])
+            return laid_out(self.item.raw, [(failed("regions", error), len(self.item.raw))])
 
     @property
     def words(self) -> str:
@@ -112,7 +112,7 @@ class _Guarded:
         try:
             self._decoder = end.protocol.decoder(end.options, speaker)
         except Exception as error:  # noqa: BLE001 - a plug-in's
-            self._why = _failed("decoder", error)
+            self._why = failed("decoder", error)
 
     def find(self, data: bytes) -> Sequence[Any]:
         if self._decoder is None:
@@ -120,7 +120,7 @@ class _Guarded:
         try:
             return self._decoder.find(data)
         except Exception as error:  # noqa: BLE001 - a plug-in's
-            self._why = _failed("decoder", error)
+            self._why = failed("decoder", error)
             return [self._unread(data)]
 
     def sort(self, found: Any) -> Hashable:
@@ -138,7 +138,7 @@ class _Guarded:
         try:
             return self._decoder.read(found)
         except Exception as error:  # noqa: BLE001 - a plug-in's
-            return Item(kind=Kind.UNREADABLE, name=_failed("decoder", error), raw=bytes(getattr(found, "raw", b"")))
+            return Item(kind=Kind.UNREADABLE, name=failed("decoder", error), raw=bytes(getattr(found, "raw", b"")))
 
     def _unread(self, data: bytes) -> _Unread:
         return _Unread(Item(kind=Kind.DROPPED, name=self._why, raw=data))
@@ -151,7 +151,8 @@ class _Unread:
     item: Item
 
 
-def _failed(what: str, error: Exception) -> str:
+def failed(what: str, error: Exception) -> str:
+    """Return what went wrong in the code of a plug-in, and where."""
     place = place_of(error, PLUGINS.brought)
     return f"its {what} fails: {place}{': ' if place else ''}{type(error).__name__}: {error}"
 
@@ -178,6 +179,11 @@ class FramesModel:
     def count(self) -> int:
         """How many there were in all."""
         return self._count
+
+    @property
+    def protocols(self) -> list[ProtocolPlugin]:
+        """What is spoken, as far as it is known here."""
+        return [end.protocol for end in self._ends.values() if end.protocol is not None]
 
     def take(self, event: Event) -> list[FrameModel]:
         """Take bytes that an end of ours sent or heard; return what they bring anew.

@@ -7,42 +7,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from hilbench.plugins.dashboard import Dashboard
+from hilbench.tui.model.machines import is_change
+
 __all__ = ["LogLine", "LogModel", "line_of"]
 
 Event = Mapping[str, Any]
 KEPT_LINES = 1000
-
-_ROUTINE = frozenset(
-    {
-        "PacketReceived",
-        "ReportReceived",
-        "CommandReceived",
-        "CommandObeyed",
-        "MotorsCommanded",
-        "ReportDue",
-        "I2cTransaction",
-        "MotorWord",
-        "EncoderMoved",
-        "EncoderWords",
-        "MessageReceived",
-        "StatusReceived",
-        "StatusReported",
-        "ModeReported",
-        "Commanded",
-        "CarCommanded",
-        "LightsSwitched",
-        "LampChanged",
-        "ModeAnswered",
-        "JoystickMoved",
-    }
-)
-"""What comes all the time; frames, counters and pins show it."""
-_BAD = frozenset(
-    {
-        *("ConnectionLost", "ConnectFailed", "RoverLost", "WatchdogExpired", "BoardLost"),
-        *("DeadlineMissed", "LinkSilent", "LineDead", "CommandRefused"),
-    }
-)
 
 
 @dataclass(slots=True)
@@ -57,15 +28,20 @@ class LogLine:
 
 
 class LogModel:
-    """The latest lines."""
+    """The latest lines.
 
-    def __init__(self) -> None:
+    Args:
+        dashboard: says what makes no line, and what is bad.
+    """
+
+    def __init__(self, dashboard: Dashboard) -> None:
         self.lines: deque[LogLine] = deque(maxlen=KEPT_LINES)
         self.errors = 0
+        self._dashboard = dashboard
 
     def take(self, event: Event) -> None:
         """Take an event; most of them make no line."""
-        found = line_of(event)
+        found = line_of(event, self._dashboard)
         if found is None:
             return
         self.say(event["ns"], event["source"], *found)
@@ -81,23 +57,25 @@ class LogModel:
         self.lines.append(LogLine(ns, source, text, bad))
 
 
-def line_of(event: Event) -> tuple[str, bool] | None:
+def line_of(event: Event, dashboard: Dashboard) -> tuple[str, bool] | None:
     """Return the text of an event, and whether it tells of something bad; None if it is for the other panes."""
-    said = _SAID.get(event["kind"])
+    if event["kind"] == "event":
+        return _reported(event, dashboard)
+    said = _SAID.get(event["kind"]) or dashboard.said.get(event["kind"])
     return None if said is None else said(event)
 
 
-def _reported(event: Event) -> tuple[str, bool] | None:
+def _reported(event: Event, dashboard: Dashboard) -> tuple[str, bool] | None:
     name, value = event["name"], event.get("value", {})
-    if name in _ROUTINE:
+    if name in dashboard.routine:
         return None
-    if name in {"StateChanged", "ModeChanged", "ModeSeen"}:
+    if is_change(value):
         return f"{value['old']} -> {value['new']} ({value['trigger']})", False
     if name == "FrameDropped":
         data = value.get("data", "")
         return f"dropped {value.get('reason', '')}: {data[:24]}{'...' if len(data) > 24 else ''}", True
     about = " ".join(f"{key}={_short(one)}" for key, one in value.items())
-    return f"{name} {about}".strip(), name in _BAD
+    return f"{name} {about}".strip(), name in dashboard.bad
 
 
 def _action(event: Event) -> str:
@@ -127,7 +105,6 @@ def _clock(event: Event) -> str:
 
 
 _SAID: Mapping[str, Callable[[Event], tuple[str, bool] | None]] = {
-    "event": _reported,
     "fault": lambda event: (f"fault: {event['fault']} towards {event['towards']}", True),
     "fault-refused": lambda event: (f"fault: {event['fault']} did not strike: {event['text']}", True),
     "action": lambda event: (_action(event), False),
@@ -140,6 +117,4 @@ _SAID: Mapping[str, Callable[[Event], tuple[str, bool] | None]] = {
     "end": lambda event: (_end(event), True),
     "console": lambda event: (_console(event), False),
     "clock": lambda event: (_clock(event), False),
-    "press": lambda _event: ("the joystick's switch is pressed", False),
-    "answer": lambda event: (f"{event['mode']}: {event['said']}", event["said"] != "granted"),
 }

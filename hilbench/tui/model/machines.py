@@ -8,20 +8,12 @@ from typing import Any
 
 from hilbench.tui.model.rates import Counted
 
-__all__ = ["TRAFFIC", "MachineModel", "TimerModel"]
+__all__ = ["MachineModel", "TimerModel", "is_change"]
 
 Event = Mapping[str, Any]
 
-TRAFFIC = frozenset(
-    {
-        *("bytes_in", "bytes_out", "frames_in", "frames_out", "keepalives", "requests", "pings", "polls"),
-        *("commands", "mode_changes", "presses", "status_reports", "published"),
-        *("frames_autoware", "frames_manual", "frames_emergency", "commands_sent", "statuses_sent"),
-    }
-)
-"""The counters that count what is right; every other one counts something that went wrong, or nearly."""
 _TOLD_NS = 200_000_000
-"""Twice as long as it takes a bench to tell of its timers again (hilbench.live.teller.TELL_EVERY_NS)."""
+"""Twice as long as it takes a bench to tell of its timers again (hilbench.bench.teller.TELL_EVERY_NS)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,3 +124,8 @@ class MachineModel:
             for before, trigger, after in self.table.get("edges", ())
             if after == state
         )
+
+
+def is_change(value: Event) -> bool:
+    """Say whether the fields of an event say that a machine is in another state."""
+    return value.keys() >= {"old", "new", "trigger"}

@@ -5,9 +5,9 @@ order of the machine (Linux, Documentation/input/joydev/joystick-api.rst). The k
 by their codes, so that on those that its drivers know as game pads (Documentation/input/gamepad.rst; xpad,
 hid-playstation) the left stick is 0 and 1, the right one 3 and 4, the triggers 2 and 5, the cross 6 and 7.
 
-What they mean follows the Pioneer's own pad, a PS5 controller: the triggers are the speed, their difference; the right
-stick turns; up connects, down disconnects (qemu-gazebo-sim/pioneer_2DX-Interface, code-esp32_d1 task_controller.cpp).
-The left stick does both, which is a choice, and so are the dead man, the upper left button, and the dead zone.
+What they mean follows the pad of a real robot, a PS5 controller (docs/dashboard.md, "Game pads", has the source): the
+triggers are the speed, their difference; the right stick turns; up connects, down disconnects. The left stick does
+both, which is a choice, and so are the dead man, the upper left button, and the dead zone.
 """
 
 from __future__ import annotations

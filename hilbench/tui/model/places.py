@@ -15,6 +15,8 @@ Point = tuple[float, float]
 
 _TRACK_POINTS = 3000
 _TRACK_STEP_M = 0.02
+_SIZE_M = (0.4, 0.3)
+"""Of a vehicle in a recording that does not say it (choice)."""
 
 
 @dataclass(slots=True)
@@ -24,6 +26,8 @@ class WorldModel:
     Attributes:
         boxes: outlines of what stands there.
         vehicle: its name; empty if there is no world.
+        scene: the name of the scene.
+        size_m: length and breadth of the vehicle.
         pose: x, y and yaw; None before it was told.
         track: where it has been, at most some thousand points.
         lane: the middle of the way it is meant to go, and half its breadth; no points where there is none.
@@ -33,6 +37,7 @@ class WorldModel:
     boxes: Sequence[Sequence[Point]] = ()
     vehicle: str = ""
     scene: str = ""
+    size_m: tuple[float, float] = _SIZE_M
     pose: tuple[float, float, float] | None = None
     track: deque[Point] = field(default_factory=lambda: deque(maxlen=_TRACK_POINTS))
     lane: tuple[Sequence[Point], float] = ((), 0.0)
@@ -53,6 +58,7 @@ class WorldModel:
         if lane := live.get("lane"):
             points = [(x, y) for x, y in lane["center"]]
             made.lane = [*points, *points[:1]] if lane["closed"] else points, lane["width_m"] / 2
+        made.size_m = live.get("vehicle_size_m", _SIZE_M)
         made._discs = live.get("sonars", ())
         made._unit_m = live.get("sonar_unit_mm", 0.0) / 1000
         made._no_echo = live.get("sonar_no_echo", 1 << 16)

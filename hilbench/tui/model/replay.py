@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
+from hilbench.plugins.dashboard import Dashboard
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.recordings.piecewise import Pieces
 from hilbench.tui.model.bench import BenchModel
@@ -140,7 +141,7 @@ class Replay:
         self.reading = bool(events)
         for event in events:  # an event that is told late belongs where it stands
             self._times.append(max(event["ns"], self.length_ns))
-            sort = _sort(event)
+            sort = _sort(event, self.model.dashboard)
             if sort:
                 self.marks.append((self._times[-1], sort))
             if sort == "!":
@@ -178,7 +179,7 @@ class _Packer(pickle.Pickler):
 
     def persistent_id(self, thing: object) -> int | None:
         sort = type(thing)
-        if sort not in (struct.Struct, ProtocolPlugin):
+        if sort not in (struct.Struct, ProtocolPlugin, Dashboard):
             known = getattr(sort, "__dataclass_params__", None)
             if known is None or not known.frozen or not sort.__module__.startswith("protocols."):
                 return None
@@ -217,14 +218,14 @@ def _per_cent(share: float) -> str:
     return f"{int(100 * share)} %"
 
 
-def _sort(event: Event) -> str:
+def _sort(event: Event, dashboard: Dashboard) -> str:
     """Return the mark of an event on the line of time; empty for most of them."""
     try:
-        found = line_of(event)
+        found = line_of(event, dashboard)
         if (found is not None and found[1]) or event.get("verdict") in {"fail", "error"}:
             return "!"
         if event["kind"] == "action":
             return "m" if event["do"] == "mark" else ""
-    except (KeyError, ValueError, TypeError, AttributeError):
+    except Exception:  # noqa: BLE001 - as of `BenchModel.take`
         return ""
     return "c" if event["kind"] == "verdict" else ""

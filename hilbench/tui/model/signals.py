@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from hilbench.plugins.dashboard import Dashboard
 from hilbench.tui.model.frames import LEAST_STEP_NS, FrameModel
 
 __all__ = ["LEAST_STEP_NS", "Signal", "SignalsModel"]
@@ -19,8 +20,6 @@ _KEPT = 6000
 """Points: five minutes at the least step."""
 _SLOWEST_PWM_NS = 100_000_000
 _MOST_PARTS = 4
-_AHEAD = frozenset({2, 3, 4, 5})
-"""The discs of a Pioneer that look ahead, as of `hilbench.live.operators`."""
 _UNITS = (
     ("_mm_s", "mm/s", 1.0), ("_m_s2", "m/s²", 1.0), ("_m_s", "m/s", 1.0), ("_deg_s", "°/s", 1.0),
     ("_rad_s", "rad/s", 1.0), ("_deg", "°", 1.0), ("_rad", "rad", 1.0), ("_kmh", "km/h", 1.0), ("_dv", "V", 0.1),
@@ -28,12 +27,6 @@ _UNITS = (
     ("_m", "m", 1.0),
 )  # fmt: skip
 """How our protocol stacks end the names of what has a unit; what the value is multiplied by to be in it."""
-_USUAL: Mapping[str, Sequence[str]] = {
-    "robot": ("speed", "turn rate", "range ahead", "battery"),
-    "rover": ("speed", "turn rate", "rpm", "throttles", "duty", "temperature"),
-    "vehicle": ("speed", "turn rate", "steer"),
-    "board": ("speed", "turn rate", "duty"),
-}
 _MOST_USUAL = 4
 
 
@@ -70,13 +63,13 @@ class SignalsModel:
     """The figures that were told of.
 
     Args:
-        kind: of the bench: which figures matter.
+        dashboard: says which figures matter.
         live: what the header of the journal says of the bench.
     """
 
-    def __init__(self, kind: str, live: Event) -> None:
+    def __init__(self, dashboard: Dashboard, live: Event) -> None:
         self.signals: dict[str, Signal] = {}
-        self._kind = kind
+        self._dashboard = dashboard
         self._sonar_unit_m = live.get("sonar_unit_mm", 0.0) / 1000
         self._no_echo = live.get("sonar_no_echo", 1 << 16)
         self._ahead: dict[int, int] = {}
@@ -87,7 +80,7 @@ class SignalsModel:
     def usual(self) -> list[str]:
         """Return what is plotted unless somebody chooses: the first of each sort that matters on such a bench."""
         found: list[str] = []
-        for word in _USUAL[self._kind]:
+        for word in self._dashboard.plots:
             named = [name for name in self.signals if name.endswith(f" {word}")]
             found += [word] if word in self.signals else named[:1]
         return found[:_MOST_USUAL] or list(self.signals)[:_MOST_USUAL]
@@ -138,10 +131,8 @@ class SignalsModel:
             self._take_sonars(value, ns)
             return
         found = next(((unit, scale, len(end)) for end, unit, scale in _UNITS if name.endswith(end)), None)
-        if name == "rpm":
-            found = ("rpm", 1.0, 0)
-        elif name == "throttles":
-            found = ("", 1.0, 0)
+        if name in self._dashboard.units:
+            found = (self._dashboard.units[name], 1.0, 0)
         if found is None:
             return
         unit, scale, cut = found
@@ -154,7 +145,8 @@ class SignalsModel:
         """Take the least of what the discs heard last that look ahead; nothing where none of them hears anything."""
         if not isinstance(readings, list | tuple) or not self._sonar_unit_m:
             return
-        self._ahead |= {one["number"]: one["range_raw"] for one in map(_plain, readings) if one["number"] in _AHEAD}
+        ahead = self._dashboard.discs_ahead
+        self._ahead |= {one["number"]: one["range_raw"] for one in map(_plain, readings) if one["number"] in ahead}
         heard = [range_raw for range_raw in self._ahead.values() if range_raw < self._no_echo]
         if heard:
             self._put("range ahead", "m", ns, min(heard) * self._sonar_unit_m)
@@ -164,7 +156,7 @@ class SignalsModel:
     def _take_wave(self, event: Event) -> None:
         high = 1.0 if event.get("level") else 0.0
         if event.get("edges", 0) and event.get("period_ns"):
-            high = event["high_ns"] / event["period_ns"]
+            high = event.get("duty", event["high_ns"] / event["period_ns"])
         self._put(f"{_pin(event['source'])} duty", "%", event["ns"], 100 * high)
 
     def _take_edge(self, event: Event) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 __all__ = ["Stick"]
 
 HOLD_S = 0.7
-"""How long a press holds, as the bench's own dead man (`hilbench.live.driver.DEAD_MAN_NS`)."""
+"""How long a press holds, as the bench's own dead man (`hilbench.driving.driver.DEAD_MAN_NS`)."""
 
 
 class Stick:

@@ -15,8 +15,6 @@ from hilbench.tui.views.words import DIM, HEAD, fit
 __all__ = ["world_view"]
 
 _LEAST_SPAN_M = 5.0
-_LENGTH_M = {"pioneer-2dx": (0.44, 0.38), "rover-4wd": (0.26, 0.16)}
-_LIKE_A_CAR = (4.5, 1.8)
 _NICE_M = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500)
 
 
@@ -83,7 +81,7 @@ def _edges_of(world: WorldModel) -> Iterator[tuple[Point, Point]]:
 def _draw_vehicle(canvas: Canvas, world: WorldModel, place: Callable[[Point], Point]) -> None:
     assert world.pose is not None
     x, y, yaw = world.pose
-    length_m, breadth_m = _LENGTH_M.get(world.vehicle, _LIKE_A_CAR)
+    length_m, breadth_m = world.size_m
     cos, sin = math.cos(yaw), math.sin(yaw)
 
     def corner(along: float, across: float) -> Point:

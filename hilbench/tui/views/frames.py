@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from hilbench.decode.lines import value_text
+from hilbench.recordings.lines import value_text
 from hilbench.tui.model.frames import FrameModel
 from hilbench.tui.views.words import BAD, DIM, HEAD, LIT, fit, seconds
 

@@ -6,19 +6,12 @@ from collections.abc import Collection, Iterator
 
 from rich.markup import escape
 
+from hilbench.plugins.dashboard import Help
 from hilbench.tui.model.bench import BenchModel
+from hilbench.tui.model.frames import failed
 
 __all__ = ["help_text"]
 
-_WHO = {
-    "p2os": "Our client speaks P2OS to a Pioneer: SYNC0, SYNC1 and SYNC2 open the session, then the robot sends a SIP "
-    "ten times a second. Whoever stops talking to it stops the robot: that is what its watchdog is for.",
-    "pkt": "Our ground station speaks PKT to a rover: it asks and the rover reports. A rover that hears nobody stops.",
-}
-_BOTH_ENDS = (
-    "The board hands the driving stack's commands on to the car, or the joystick's: its mode says whose. We are at its "
-    "two lines, the simulator with a car at one, the driving stack at the other. Ten deadlines missed in a row end it."
-)
 _PANES = {
     "link": "bytes, rates and errors of the line; how well the host keeps up with real time",
     "timers": "every timer of both ends runs down; min: the least that was ever left when it was set anew",
@@ -53,13 +46,6 @@ _KEYS = (
     ("q", "leave: stop the bench, or detach from it"),
     ("ctrl+p", "all of this by name"),
 )
-_VEHICLE = (
-    ("y v", "ask the board for AUTOWARE, MANUAL"),
-    ("j", "press the joystick's switch, as a drive key does in AUTOWARE. Let go, and the car is braked"),
-    ("k l", "pause the driving stack, the simulator, or let it go on"),
-    ("z", "next lamps: left, right, hazard"),
-    ("backspace", "put the car back to the start"),
-)
 _RECORDED = (
     ("p", "plays, or stands still"),
     ("left right", "a second back, on; with shift ten"),
@@ -85,17 +71,28 @@ def help_text(
         panes: key, name and title of the panes that have something to show.
         recorded: whether it is a recording.
     """
-    parts = ["[b]What you see[/b]", *_seen(model, actions, recorded), ""]
-    tries = list(_tries(model, actions, recorded))
+    own = _own(model, actions)
+    parts = ["[b]What you see[/b]", *_seen(model, own, recorded), ""]
+    tries = list(_tries(model, actions, own, recorded))
     if tries:
         parts += ["[b]Try[/b]", *tries, ""]
     parts += ["[b]Panes[/b]", *(f"[b]{key}[/b] {title:<10} {_PANES[name]}" for key, name, title in panes), ""]
     parts += ["[b]Of a recording[/b]", *_table(_RECORDED), ""] if recorded else []
-    parts += ["[b]Of a vehicle interface[/b]", *_table(_VEHICLE), ""] if "press" in actions else []
+    parts += [f"[b]{own.title}[/b]", *_table(own.rows), ""] if own.rows else []
     return "\n".join([*parts, "[b]Keys[/b]", *_table(_KEYS)])
 
 
-def _seen(model: BenchModel | None, actions: Collection[str], recorded: bool) -> Iterator[str]:
+def _own(model: BenchModel | None, actions: Collection[str]) -> Help:
+    """Return what the system of the bench says."""
+    if model is None:
+        return Help()
+    try:
+        return model.dashboard.help(actions, model.driver.who)
+    except Exception as error:  # noqa: BLE001 - a plug-in's: the rest is said
+        return Help(seen=(escape(failed("help", error)),))
+
+
+def _seen(model: BenchModel | None, own: Help, recorded: bool) -> Iterator[str]:
     if recorded:
         yield "A recording: nothing here can be changed, and every moment of it can be looked at."
     else:
@@ -106,31 +103,22 @@ def _seen(model: BenchModel | None, actions: Collection[str], recorded: bool) ->
     boards = ", ".join(escape(f"{about.get('board', name)}") for name, about in model.live.get("boards", {}).items())
     if boards:
         yield f"Firmware runs on an emulated {boards}, instruction by instruction; Pins show what it does."
-    yield (
-        _BOTH_ENDS
-        if "speakers" in model.live
-        else _WHO.get(
-            str(model.live.get("protocol", "")), "None of our clients speaks to it: you look on, and can reset it."
-        )
-    )
+    said = dict.fromkeys(one.help for one in model.frames.protocols if one.help)
+    yield from said or ("None of our clients speaks to it: you look on, and can reset it.",)
     if model.world.vehicle:
         yield f"World is the truth about the {escape(model.world.vehicle)}, not what it believes."
     if model.driver.who == "figure-of-eight" and not recorded:
         yield "The demo driver has the stick: figures of eight. Press w, a, s or d and you have it."
-    if model.driver.who == "path-follower":
-        by_hand = "w, a, s and d press the switch, and you have the stick."
-        yield f"The driving stack follows the track. {by_hand if 'press' in actions else 'The joystick is not ours.'}"
+    yield from own.seen
 
 
-def _tries(model: BenchModel | None, actions: Collection[str], recorded: bool) -> Iterator[str]:
+def _tries(model: BenchModel | None, actions: Collection[str], own: Help, recorded: bool) -> Iterator[str]:
     if recorded:
         yield "[b]e[/b] goes to the first error; [b],[/b] and [b].[/b] go through what led to it, event by event."
         return
     if "drive" in actions:
         yield "Hold [b]w[/b], then let go: the log tells when the dead man stops it."
-    if "simulator" in actions:
-        yield "[b]l[/b] pauses the simulator: after ten missed statuses EMERGENCY. [b]l[/b] again: MANUAL."
-        yield "[b]k[/b] pauses the driving stack: after ten missed commands MANUAL. Watchdogs shows it come."
+    yield from own.tries
     if "inject" in actions:
         yield "[b]i ctrl+s[/b]: noise towards the target. Counters tell what is rejected, Watchdogs what is left."
         yield "[b]i[/b], drop, 60 percent: how long does the session live? States shows which way it ends."

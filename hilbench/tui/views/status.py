@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from rich.text import Text
 
 from hilbench.tui.model.bench import BenchModel, LineModel
-from hilbench.tui.model.machines import TRAFFIC, MachineModel, TimerModel
+from hilbench.tui.model.machines import MachineModel, TimerModel
 from hilbench.tui.model.rates import Counted
 from hilbench.tui.views.words import BAD, DIM, GOOD, HEAD, bar, bytes_words, fit, ns_words, rate_words
 
@@ -205,7 +205,7 @@ def counters_view(model: BenchModel, width: int) -> list[Text]:
             blocks.setdefault(tuple(machine.counters), []).append(machine)
     lines: list[Text] = []
     for machines in _joined(list(blocks.values())):
-        lines += [fit(line, width) for line in _block(machines, width, model.ns)]
+        lines += [fit(line, width) for line in _block(machines, width, model)]
     return lines or [Text("nothing is counted yet", DIM)]
 
 
@@ -215,15 +215,17 @@ def _joined(blocks: list[list[MachineModel]]) -> list[list[MachineModel]]:
     return [everyone] if len(everyone) <= _SIDE_BY_SIDE else blocks
 
 
-def _block(machines: list[MachineModel], width: int, now_ns: int) -> Iterator[Text]:
+def _block(machines: list[MachineModel], width: int, model: BenchModel) -> Iterator[Text]:
+    traffic = model.dashboard.traffic
     names = dict.fromkeys(name for machine in machines for name in machine.counters)
     shown = [name for name in names if len(names) <= _MANY or name in _ALWAYS or _counted(machines, name)]
     column = max(8, (width - _NAMES) // max(1, len(machines)))
     yield Text(f"{'':<{_NAMES}}" + "".join(f"{machine.name:>{column}}" for machine in machines), HEAD)
-    for name in sorted(shown, key=lambda one: one not in TRAFFIC):
+    for name in sorted(shown, key=lambda one: one not in traffic):
         line = Text(f"{name.replace('_', ' '):<{_NAMES}}")
         for machine in machines:
-            line.append_text(_cell(name, machine.counters.get(name), column, now_ns if column >= _WITH_RATE else None))
+            now_ns = model.ns if column >= _WITH_RATE else None
+            line.append_text(_cell(machine.counters.get(name), column, now_ns, "" if name in traffic else BAD))
         yield line
     if len(shown) < len(names):
         yield Text(f"and {len(names) - len(shown)} more, all 0", DIM)
@@ -233,11 +235,11 @@ def _counted(machines: list[MachineModel], name: str) -> bool:
     return any(machine.counters[name].value for machine in machines if name in machine.counters)
 
 
-def _cell(name: str, counted: Counted | None, column: int, now_ns: int | None) -> Text:
+def _cell(counted: Counted | None, column: int, now_ns: int | None, style: str) -> Text:
     if counted is None:
         return Text(f"{'-':>{column}}", DIM)
     said = str(counted.value) if now_ns is None else f"{counted.value} {rate_words(counted.per_s(now_ns)):>9}"
-    return Text(f"{said:>{column}}", DIM if not counted.value else "" if name in TRAFFIC else BAD)
+    return Text(f"{said:>{column}}", style if counted.value else DIM)
 
 
 def clock_words(model: BenchModel) -> str:
@@ -263,7 +265,7 @@ def strip_view(model: BenchModel, width: int) -> Text:
         counted.value
         for machine in model.machines.values()
         for name, counted in machine.counters.items()
-        if name not in TRAFFIC
+        if name not in model.dashboard.traffic
     )
     parts.append(Text(f"{bad} errors", BAD if bad else DIM))
     if model.factor is not None:

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from rich.text import Text
 
+from hilbench.plugins.dashboard import BAD, DIM, GOOD, HEAD
+
 __all__ = ["BAD", "DIM", "GOOD", "HEAD", "LIT", "bar", "bytes_words", "fit", "ns_words", "rate_words", "seconds"]
 
 NS_PER_S = 1_000_000_000
 
 LIT = "bold reverse"
 """What is the case now."""
-HEAD = "bold"
-DIM = "dim"
-GOOD = "green"
-BAD = "bold red"
 _KILO = 1000
 
 

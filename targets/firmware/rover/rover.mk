@@ -73,3 +73,7 @@ $(eval $(call rover,rover-log-no-0x81,-DLOG_MEMORY_TRIES=1000 -DDEFECT_NO_0X81=1
 # The start of Mbed OS 6 before the program: main.c finds it under the name of the one that it calls.
 $(eval $(call rover,rover-mbed-start,-Dclock_start=clock_and_tickers_start))
 $(IMAGES)/rover-mbed-start.elf: $(BUILD)/rover/board/tickers.o $(BUILD)/f767/f767/lp_ticker.o
+# Both, and the defect.
+$(eval $(call rover,rover-mbed-log-no-0x81,-Dclock_start=clock_and_tickers_start -DLOG_MEMORY_TRIES=1000 \
+  -DDEFECT_NO_0X81=1,,$(ROVER_LOG)))
+$(IMAGES)/rover-mbed-log-no-0x81.elf: $(BUILD)/rover/board/tickers.o $(BUILD)/f767/f767/lp_ticker.o

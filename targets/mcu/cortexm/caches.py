@@ -1,7 +1,7 @@
 """Caches and tightly coupled memories of a Cortex-M7 as software sees them (DDI0489 section 3.3, DDI0403 B2.2.7, B4.8).
 
 Neither is modelled: memory is always what was last written to it, code too, and everything takes the same time. Sizes
-can be read, operations on caches are accepted.
+can be read, operations on caches are accepted. QEMU has none of these registers of a Cortex-M7, and cannot tell.
 """
 
 from __future__ import annotations

@@ -17,6 +17,7 @@ While such a step is outstanding `can_take` is True, and no instruction may be e
 
 Cycles (Cortex-M3 TRM, sections on exception latency; zero wait states): 12 for entry, 6 for tail-chaining. 12 for
 return, and that a fault at return costs as much as tail-chaining, are choices; and that a Cortex-M7 takes the same.
+QEMU counts no cycles and cannot tell.
 Waking up takes no time of its own.
 
 Not modelled: imprecise bus faults, the vector's flash wait states, faults that wait until a debugger looks. Divisions,
@@ -361,6 +362,8 @@ class Core:
         floats, cycles = None if self._floats is None else self._floats.to_stack(), ENTRY_CYCLES
         self._exc_return, complete = frame.push(self._cpu, self._bus, align=self.scb.stack_align, floats=floats)
         if self._floats is not None and floats is not None:
+            if self._floats.not_storable():
+                self._fault(Number.USAGE_FAULT, cfsr=Cfsr.NOCP)
             cycles += self._floats.stacked(self._exc_return, self._ready())
         if not complete:
             self._fault(Number.BUS_FAULT, cfsr=Cfsr.STKERR)
@@ -565,7 +568,10 @@ class Core:
         self._stack_unless_locked()
 
     def _pass_over(self, address: int) -> None:
-        """Ignore a load or store that failed in the handler of HardFault or NMI (CCR.BFHFNMIGN)."""
+        """Ignore a load or store that failed in the handler of HardFault or NMI (CCR.BFHFNMIGN; QEMU locks up there).
+
+        That the destination of a load keeps what it had is a choice, and noted.
+        """
         self.scb.record_fault(Cfsr.PRECISERR | Cfsr.BFARVALID, 0, address)
         self._notes.add("assumed", "SCB_CCR.BFHFNMIGN", "a load that fails leaves its destination register unchanged")
         pc = self._cpu.get(Reg.PC)

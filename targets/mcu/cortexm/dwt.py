@@ -3,7 +3,7 @@
 While DEMCR.TRCENA is clear the unit has no clock: writes are lost, and every read gives 0x40000000, the value of
 CTRL (reported for CYCCNT of an STM32F103C8 and an STM32F303 by the authors of stm32f1xx-hal and RTIC; that other
 registers do the same is assumed). CYCCNT is a free-running count of HCLK; that it goes on during sleep is a choice
-(the architecture counts sleeping cycles in, a chip may stop the clock).
+(the architecture counts sleeping cycles in, a chip may stop the clock; QEMU 7.2 has no such unit and cannot tell).
 
 In a Cortex-M7 software has to write a key to LAR before it can write anything else: without it CYCCNT stays at 0 unless
 a debugger has been there (DDI0489 section 12.3.2; DDI0403 section D1 of the CoreSight lock). Not so in an STM32H7: see

@@ -1,7 +1,8 @@
 """What becomes of a floating-point context at exception entry and return (DDI0403 sections B1.5.6 to B1.5.8).
 
 Choices: 9 cycles more where 17 words go to the stack or come from it at once, two in a cycle; none for room that is
-only reserved. A context is stacked even if CPACR denies floating point by then.
+only reserved. If CPACR denies floating point by the time a context is stacked at once, a UsageFault (NOCP) comes before
+the handler, as in QEMU; that the context is in the frame all the same is a choice: QEMU leaves what was in memory.
 """
 
 from __future__ import annotations
@@ -75,6 +76,10 @@ class FloatContext:
         floats = self._cpu.get_floats()
         self._end(floats[_FPSCR])
         return [*floats[:_IN_FRAME], floats[_FPSCR]]
+
+    def not_storable(self) -> bool:
+        """Say whether registers are stacked at once, and the code that runs may not use them (``CheckVFPEnabled``)."""
+        return not self._fpu.lazy and not self.allowed()
 
     def stacked(self, exc_return: int, ready: int) -> int:
         """They are in the frame that `exc_return` names; return the cycles that this has taken.

@@ -16,8 +16,10 @@ from targets.mcu.services import BusMaster
 
 __all__ = [
     "BASIC",
+    "EXC_RETURNS",
     "FLOATS_AT",
     "FRAME_SIZE",
+    "RETURN_ADDRESS",
     "TO_HANDLER",
     "TO_THREAD_MSP",
     "TO_THREAD_PSP",
@@ -30,6 +32,8 @@ __all__ = [
 
 TO_HANDLER, TO_THREAD_MSP, TO_THREAD_PSP = 0xFFFF_FFF1, 0xFFFF_FFF9, 0xFFFF_FFFD
 """The values of EXC_RETURN of a core without floating point (DDI0403 table B1-8)."""
+EXC_RETURNS = 0xFFFF_FFE0
+"""From here on an address that a handler branches to is one (DDI0403 B1.5.8)."""
 BASIC = 1 << 4
 """The bit of EXC_RETURN that is clear where the frame has floating-point registers (DDI0403 table B1-9)."""
 
@@ -37,6 +41,8 @@ FRAME_SIZE, _EXTENDED_SIZE = 32, 104
 FLOATS_AT = FRAME_SIZE
 """Offset of the floating-point registers in a frame that has them."""
 _FRAME_WORDS, _FLOAT_WORDS = 8, 17
+RETURN_ADDRESS = 6
+"""Which word of a frame it is."""
 _WORD = 0xFFFF_FFFF
 _IPSR = 0x1FF
 _SPSEL = 1 << 1

@@ -1,6 +1,9 @@
 """The memory protection unit (DDI0403 section B3.5): its regions are remembered, and nothing is refused.
 
-Choice: of a region number that does not exist, the lower bits count (the manual calls it UNPREDICTABLE).
+Choice: of a region number that does not exist, the lower bits count, and it is noted. The manual calls it
+UNPREDICTABLE, and its pseudocode (`ValidateAddress`) only ever asks for regions that there are; a register of as many
+bits as regions need does this. QEMU ignores such a write whole: with 8 regions 9 leaves RNR as it was, and RBAR too
+where it has VALID.
 """
 
 from __future__ import annotations
@@ -86,14 +89,22 @@ class Mpu(LaneBlock):
 
     def write(self, offset: int, value: int) -> None:
         """Write the word at `offset`."""
+        if offset == _RNR:
+            self._check(value)
         if offset < _RBAR:
             super().write(offset, value)
         elif offset - _RBAR & 4:
             self._regions[self[_RNR]] = self._regions[self[_RNR]][0], value & _RASR_BITS
         else:
             if value & _VALID:
+                self._check(value & _REGION)
                 self[_RNR] = value & _REGION & self._count - 1
             self._regions[self[_RNR]] = value & ~0x1F, self._regions[self[_RNR]][1]
+
+    def _check(self, region: int) -> None:
+        if region >= self._count:
+            text = f"there is no region {region}, which is UNPREDICTABLE; region {region & self._count - 1} is meant"
+            self.note("misuse", "RNR", text)
 
 
 def _is_cached(attributes: int) -> bool:

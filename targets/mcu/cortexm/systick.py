@@ -5,8 +5,9 @@ one sets COUNTFLAG and, with TICKINT, makes the exception pending. So a reload v
 reload value of zero stops at zero, and enabling does not itself reload: it goes on from the value there is.
 
 The clock is HCLK, or HCLK/8 from a divider that runs on its own (choice: it steps at multiples of eight cycles since
-the chip was made). Both divide HCLK, so a change of the clock needs no care here. The value is computed when it is
-read; COUNTFLAG and the exception are events.
+the chip was made, whenever the timer starts; in QEMU a period of the reference begins with each start, which a clock
+that others share cannot do). Both divide HCLK, so a change of the clock needs no care here. The value is computed when
+it is read; COUNTFLAG and the exception are events.
 
 In silicon no two stores come to it in one cycle; with less than a cycle for an instruction they do here. A LOAD written
 in the cycle in which VAL was cleared, or in which the timer started at zero, then comes after the reload from the LOAD

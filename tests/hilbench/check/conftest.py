@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import pytest
 
 from hilbench.check import CheckOptions, run_suites
-from hilbench.check.doubt import Doubt
-from hilbench.check.provider import CaseView
+from hilbench.judging.doubt import Doubt
+from hilbench.judging.provider import CaseView
 
 
 class FakeBench:

@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 
 from hilbench.check import Inconclusive, Verdict, Violation, at_least, at_most, near
 from hilbench.check.collector import Collector
-from hilbench.check.doubt import BORNE_S, Doubt, doubted, excused
-from hilbench.check.outcome import outcome_of
 from hilbench.check.plugin import CheckPlugin
 from hilbench.check.pytest_run import run_pytest
-from hilbench.check.recorder import uncertain
-from hilbench.uncertainty import OfTimes
+from hilbench.judging.doubt import BORNE_S, Doubt, doubted, excused
+from hilbench.judging.outcome import outcome_of
+from hilbench.judging.recorder import uncertain
+from hilbench.judging.uncertainty import OfTimes
 
 CAUSE = "the served bench was up to 27.3 ms late"
 

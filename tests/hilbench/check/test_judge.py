@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.check import CaseResult, Inconclusive, Verdict, Violation, at_least, at_most, near, within
-from hilbench.check.recorder import recording
 from hilbench.check.results import tightest_margins, worst_margin
+from hilbench.judging.recorder import recording
 
 figures = st.floats(-1e6, 1e6)
 doubts = st.floats(0, 1e6)

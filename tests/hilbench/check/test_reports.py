@@ -11,12 +11,12 @@ import msgspec
 import pytest
 
 from hilbench.check import CheckOptions, Report, list_cases, run_check
-from hilbench.check.observations import EmulationNote, Observations
 from hilbench.check.report import junit, listing, matrix
 from hilbench.check.report.schema import report_json, report_schema
-from hilbench.console import Console
 from hilbench.errors import UnavailableError
-from hilbench.schema import DATA_FOLDER, schema_text
+from hilbench.judging.observations import EmulationNote, Observations
+from hilbench.strict.schema import DATA_FOLDER, schema_text
+from hilbench.terminal.console import Console
 
 EVERYTHING = """
     @my("A1")

@@ -48,7 +48,7 @@ def test_the_run_hash_is_what_the_documentation_says(check):
 
 
 def test_seeds_of_cases_do_not_depend_on_anything_but_run_seed_and_id():
-    from hilbench.check.provider import case_seed
+    from hilbench.judging.provider import case_seed
 
     # printf '0\npanel/first' | sha256sum; the first 16 digits, halved
     assert case_seed(0, "panel/first") == 5585696330953208524

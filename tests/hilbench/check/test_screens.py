@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.check import CheckOptions, run_check
-from hilbench.check.provider import CaseView
 from hilbench.check.screens import Screens
-from hilbench.check.verdicts import Verdict
-from hilbench.console import Console
 from hilbench.errors import UsageError
+from hilbench.judging.provider import CaseView
+from hilbench.judging.verdicts import Verdict
+from hilbench.terminal.console import Console
 
 SUITE = """
     @my("A1")

@@ -6,7 +6,7 @@ from importlib import import_module
 
 import pytest
 
-from hilbench.check.suites import SHIPPED_FOLDER, find_suites, is_shipped, shipped_suites, suite_name
+from hilbench.benchfile.suites import SHIPPED_FOLDER, find_suites, is_shipped, shipped_suites, suite_name
 
 
 @pytest.mark.parametrize(("name", "path"), shipped_suites().items())

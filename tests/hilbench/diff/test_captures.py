@@ -233,6 +233,7 @@ def test_a_device_is_no_recording(write, pins, diff):
         ('{"ns":1,"kind":"frames","source":"brain"}', "'pin' is missing"),
         ('{"ns":1,"kind":"pwm","source":"brain.PB7","in_ns":5}', "'edges' is missing"),
         ('{"ns":1,"kind":"pwm","source":"brain.PB7","in_ns":5,"edges":"5"}', "'edges' is no whole number"),
+        ('{"ns":1,"kind":"pwm","source":"b.PB7","in_ns":5,"edges":5,"duty":2}', "'duty' is no part of 1"),
         ('{"ns":1,"kind":"pwm","source":"b.PB7","in_ns":5,"edges":5,"period_ns":9}', "'high_ns' is missing"),
         ('{"ns":1,"kind":"tx","source":"brain.usart1","data":5}', "'data' is no text"),
         ('{"ns":1,"kind":"tx","source":"brain.usart1","data":"55","from_ns":"x"}', "'from_ns' is no whole number"),

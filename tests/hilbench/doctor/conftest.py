@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hilbench.doctor.facts import Facts
-from hilbench.host import Host, Ran
+from hilbench.files.host import Host, Ran
 from hilbench.ports.listing import PortInfo, UsbIdentity
 from hilbench.udev.installing import rules_text
 

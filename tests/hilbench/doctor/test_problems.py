@@ -9,7 +9,7 @@ import pytest
 from hilbench.doctor.finding import Finding, State, cross, fine, warning
 from hilbench.doctor.report import as_data, as_text, findings_of, is_fit
 from hilbench.errors import UnavailableError
-from hilbench.host import Ran
+from hilbench.files.host import Ran
 from hilbench.ports.calibration import Calibration
 from hilbench.udev.installing import INSTALL_BY, rules_text
 

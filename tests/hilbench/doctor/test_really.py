@@ -18,7 +18,7 @@ import pytest
 from hilbench.cli import main
 from hilbench.doctor.facts import this_machine
 from hilbench.doctor.report import findings_of
-from hilbench.host import this_host
+from hilbench.files.host import this_host
 from hilbench.ports.states import state_at
 
 NOBODY = 65534

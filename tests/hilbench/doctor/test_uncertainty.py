@@ -12,15 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.bench import LOCAL_PORT_S, LOCKED_FLOOR_S, Bench
-from hilbench.bench_provider import make_provider
-from hilbench.check.judge import at_most
-from hilbench.check.provider import CaseInfo
-from hilbench.check.verdicts import Inconclusive
+from hilbench.check.bench_provider import make_provider
 from hilbench.clock import NS_PER_MS, Scheduler
 from hilbench.journal import Journal
-from hilbench.options import CheckOptions, TargetChoice
+from hilbench.judging.judge import at_most
+from hilbench.judging.provider import CaseInfo
+from hilbench.judging.verdicts import Inconclusive
 from hilbench.ports.calibration import Calibration, keep, key_of
 from hilbench.ports.listing import PortInfo, UsbIdentity
+from hilbench.terminal.options import CheckOptions, TargetChoice
 from hilbench.testing import FakeHostClock
 
 USB = UsbIdentity(vendor_id=0x0403, product_id=0x6001, serial_number="A1", location="1-1")
@@ -35,7 +35,7 @@ class SilentHostClock(FakeHostClock):
 
 @pytest.fixture(autouse=True)
 def no_waiting_for_silence(monkeypatch):
-    monkeypatch.setattr("hilbench.locked_providers.MonotonicHostClock", SilentHostClock)
+    monkeypatch.setattr("hilbench.bench.locked_providers.MonotonicHostClock", SilentHostClock)
 
 
 def locked_bench(late_ms=0):
@@ -97,7 +97,7 @@ def test_a_check_at_a_port_takes_what_is_kept_of_it_and_says_so(tmp_path, monkey
                 paced_expected_s=0.0,
             )
         )
-    monkeypatch.setattr("hilbench.locked_providers.list_ports", lambda: ports)
+    monkeypatch.setattr("hilbench.bench.locked_providers.list_ports", lambda: ports)
     provider = make_provider(CheckOptions(targets=(TargetChoice(spec=f"serial:{os.ttyname(slave)}"),)))
     try:
         with provider.open_case(CaseInfo(id="x", clause_ids=(), seed=0)) as bench:
@@ -157,7 +157,7 @@ class Door:
     ],
 )
 def test_what_a_port_adds_follows_from_where_it_leads(monkeypatch, target, floor_s, port_s):
-    monkeypatch.setattr("hilbench.locked_providers.list_ports", list)
+    monkeypatch.setattr("hilbench.bench.locked_providers.list_ports", list)
     provider = make_provider(CheckOptions(targets=(TargetChoice(spec=target),)))
     with closing(Door(monkeypatch)), closing(provider), provider.open_case(CaseInfo(id="x", clause_ids=(), seed=0)):
         assert (provider._bench.port_floor_s, provider._bench.port_uncertainty_s) == (floor_s, port_s)

@@ -6,12 +6,12 @@ import pytest
 
 from hilbench.bench import Bench
 from hilbench.clock import Scheduler
-from hilbench.doors import SharedDoor
+from hilbench.driving.tap import Tap
 from hilbench.errors import UnavailableError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink, PtyDoor, Rfc2217Door, SerialPort, TcpDoor
 from hilbench.links.faults import FaultPlan, FaultyPort
-from hilbench.live.tap import Tap
+from hilbench.serving.doors import SharedDoor
 
 
 @pytest.fixture

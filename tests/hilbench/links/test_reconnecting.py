@@ -13,15 +13,15 @@ from pathlib import Path
 import pytest
 
 from hilbench.bench import Bench
+from hilbench.bench.devices import DeviceActor
 from hilbench.clock import NS_PER_MS, NS_PER_S, MonotonicHostClock, Scheduler
-from hilbench.devices import DeviceActor
+from hilbench.driving.resuming import resume_sessions
+from hilbench.driving.tap import Tap
 from hilbench.errors import PortClosedError, UnavailableError, UsageError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink, MemoryPort, ReconnectingPort, SerialPort, SerialTarget
 from hilbench.links.port import ModemLines
 from hilbench.links.reconnecting import POLL_NS, identity_of
-from hilbench.live.resuming import resume_sessions
-from hilbench.live.tap import Tap
 from hilbench.ports.listing import PortInfo, UsbIdentity
 from hilbench.systems.rover.ground_station import GroundStation
 from hilbench.systems.rover.operator import RoverOperator

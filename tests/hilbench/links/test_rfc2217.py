@@ -22,7 +22,7 @@ from hilbench.links import serial_device as device_module
 from hilbench.links.com_port import COM_PORT, ComPortServer, LinesSet
 from hilbench.links.port import ModemLines
 from hilbench.links.telnet import Data, Subnegotiation, TelnetDecoder, Verb, escape, negotiation, subnegotiation
-from hilbench.relay import Relay
+from hilbench.serving.relay import Relay
 
 from .conftest import until
 

@@ -11,7 +11,7 @@ import pytest
 import serial
 
 from hilbench.errors import UnavailableError, UsageError
-from hilbench.host import this_host
+from hilbench.files.host import this_host
 from hilbench.links import Line, PtyDoor, SerialPort, SerialTarget, parse_serial_target
 from hilbench.links.serial_device import _cannot_open
 from hilbench.udev.installing import port_group
@@ -104,7 +104,7 @@ def test_errors_are_one_line_and_say_what_to_do(locked):
 
 def test_permission_denied_names_the_group(tmp_path, monkeypatch):
     host = dataclasses.replace(this_host(), groups=frozenset(), groups_of_account=frozenset())  # of who is in none
-    monkeypatch.setattr("hilbench.host.this_host", lambda: host)
+    monkeypatch.setattr("hilbench.files.host.this_host", lambda: host)
     path = tmp_path / "port"
     path.touch()
     target = SerialTarget(url=str(path), baud=9600)

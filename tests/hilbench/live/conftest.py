@@ -10,8 +10,8 @@ import sys
 
 import pytest
 
+from hilbench.driving.local_socket import connect_to
 from hilbench.live.folders import Session
-from hilbench.live.local_socket import connect_to
 
 PATIENCE_S = 600
 LOOK_EVERY_S = 0.02

@@ -7,8 +7,8 @@ import json
 import pytest
 
 from hilbench.clock import Scheduler
-from hilbench.live.control import Control
-from hilbench.live.local_socket import connect_to
+from hilbench.driving.control import Control
+from hilbench.driving.local_socket import connect_to
 from hilbench.testing import FakeHostClock
 
 

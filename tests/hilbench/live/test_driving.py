@@ -7,21 +7,21 @@ import math
 
 import pytest
 
-from hilbench import arguments
 from hilbench.bench import Bench
 from hilbench.clock import Scheduler
 from hilbench.commands.live import in_scene
+from hilbench.driving.control import RequestError
+from hilbench.driving.driver import DEAD_MAN_NS, DEMO, Driver
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.journal import Journal
 from hilbench.live.actions import Actions
-from hilbench.live.control import RequestError
-from hilbench.live.driver import DEAD_MAN_NS, DEMO, Driver
 from hilbench.live.folders import Session
 from hilbench.live.scenes import scene_for
 from hilbench.live.session import LiveBench, LiveOptions
 from hilbench.mcu.command_line import open_target
 from hilbench.systems.rover.system import ROVER_ROOM
 from hilbench.systems.vehicle.system import TRACK
+from hilbench.terminal import arguments
 from hilbench.testing import FakeHostClock
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.views.status import strip_view

@@ -6,8 +6,8 @@ import os
 
 import pytest
 
+from hilbench.driving.local_socket import listen_at
 from hilbench.live.folders import Session, new_session
-from hilbench.live.local_socket import listen_at
 
 HOUR_S = 3600
 WHOLE = '{"kind":"journal"}\n{"ns":1,"kind":"host-end","source":"journal"}\n'

@@ -6,7 +6,7 @@ import stat
 
 import pytest
 
-from hilbench.live.local_socket import connect_to, listen_at
+from hilbench.driving.local_socket import connect_to, listen_at
 
 
 @pytest.mark.parametrize("depth", [0, 20])

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from hilbench.bench import Bench
 from hilbench.clock import Scheduler
+from hilbench.driving.tap import Tap
 from hilbench.errors import UnavailableError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.links.faults import Direction, Fault, FaultKind
-from hilbench.live.tap import Tap
 
 
 def test_a_break_that_shows_late_that_it_cannot_be_is_not_counted():

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import pytest
 
 from hilbench.bench import Bench
+from hilbench.bench.devices import DeviceActor
+from hilbench.bench.teller import Sense, Teller, describe_machine
 from hilbench.clock import NS_PER_MS, Scheduler
-from hilbench.devices import DeviceActor
+from hilbench.driving.tap import Tap
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.links.faults import Direction, Fault, FaultKind
-from hilbench.live.tap import Tap
-from hilbench.live.teller import Sense, Teller, describe_machine
 from hilbench.systems.rover.ground_station import GroundStation
 from protocols.p2os import CLIENT_TABLE, Connection, Role
 from protocols.pkt import PROFILES

@@ -7,21 +7,20 @@ import dataclasses
 import msgspec
 import pytest
 
-from hilbench import arguments
 from hilbench.bench import Bench
+from hilbench.bench.devices import LinesActor
 from hilbench.clock import Scheduler
 from hilbench.commands.live import in_scene
-from hilbench.devices import LinesActor
+from hilbench.driving.control import RequestError
+from hilbench.driving.driver import DEAD_MAN_NS
+from hilbench.driving.rig import Rig
 from hilbench.errors import UsageError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.links.faults import Fault, FaultKind
 from hilbench.live.actions import Actions
 from hilbench.live.attached import ports_asked
-from hilbench.live.control import RequestError
-from hilbench.live.driver import DEAD_MAN_NS
 from hilbench.live.folders import Session
-from hilbench.live.rig import Rig
 from hilbench.live.scenes import scene_for
 from hilbench.live.session import LiveBench, LiveOptions
 from hilbench.mcu.command_line import open_target
@@ -29,6 +28,7 @@ from hilbench.systems.vehicle.board_views import BoardFromOutside, Sight
 from hilbench.systems.vehicle.driver import DEMO
 from hilbench.systems.vehicle.live import SIMULATOR, STACK, attached_vehicle
 from hilbench.systems.vehicle.system import TRACK
+from hilbench.terminal import arguments
 from hilbench.testing import FakeHostClock
 from targets.parts.joystick import CODES, JoystickSettings
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import pytest
 
 from hilbench.bench import Bench
+from hilbench.benchfile.reader import open_bench
 from hilbench.clock import Scheduler
-from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.mcu.emulated import EmulatedBench
 from targets.mcu.fidelity import Notes

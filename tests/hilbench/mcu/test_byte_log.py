@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from hilbench.bench import Bench
+from hilbench.bench.byte_log import CHUNK_NS, ByteLog
 from hilbench.clock import NS_PER_MS, Scheduler
 from hilbench.journal import Journal
-from hilbench.mcu.byte_log import CHUNK_NS, ByteLog
 
 SPAN_NS = 2000 * NS_PER_MS
 BYTE_NS = NS_PER_MS

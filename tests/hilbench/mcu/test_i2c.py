@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hilbench.config import open_bench
+from hilbench.benchfile.reader import open_bench
 from hilbench.errors import UsageError
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.narration import Narrator

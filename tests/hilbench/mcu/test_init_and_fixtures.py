@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from hilbench.benchfile.reader import open_bench
 from hilbench.cli import main
-from hilbench.config import open_bench
 from hilbench.errors import UsageError
 from hilbench.mcu.under_test import boards_under_test
 from tests.hilbench.forked import ALREADY_IMPORTED, PYTEST

@@ -18,7 +18,7 @@ BENCH = """
 version = 1
 suites = ["suite.py"]
 [targets.brain]
-board = "nucleo-f767zi"
+board = "{board}"
 firmware = '{image}'
 """
 SUITE = """
@@ -35,8 +35,8 @@ def test_runs(bench):
 """
 
 
-def checked(tmp_path, capsys, image):
-    (tmp_path / "bench.toml").write_text(BENCH.format(image=image_path(image)))
+def checked(tmp_path, capsys, image, board="nucleo-f767zi"):
+    (tmp_path / "bench.toml").write_text(BENCH.format(image=image_path(image), board=board))
     (tmp_path / "suite.py").write_text(SUITE)
     files = ["--json", str(tmp_path / "r.json"), "--junit", str(tmp_path / "r.xml")]
     code = main(["check", str(tmp_path / "bench.toml"), *files])
@@ -62,13 +62,24 @@ def test_a_clause_that_fails_while_the_firmware_waits_on_what_we_lack_is_inconcl
     assert lines[-1] == "exit 4: inconclusive; 5 notes on what the firmware did"
 
 
-def test_having_touched_what_we_lack_excuses_nothing(tmp_path, capsys):
-    code, report, lines, junit = checked(tmp_path, capsys, "rover-log-no-0x81")
+@pytest.mark.parametrize("image", ["rover-log-no-0x81", "rover-mbed-log-no-0x81"])
+def test_having_touched_what_we_lack_excuses_nothing(tmp_path, capsys, image):
+    code, report, lines, junit = checked(tmp_path, capsys, image)
     assert code == report["exit_code"] == 1
     assert [case["verdict"] for case in report["cases"]] == ["fail", "pass"]
     assert report["cases"][0]["cause"] == "no answer"
     assert "QUADSPI is not modelled" in junit
     assert lines[-1] == "exit 1: the target violates a clause; 5 notes on what the firmware did"
+
+
+def test_what_is_odd_about_an_image_stands_in_the_report(tmp_path, capsys):
+    _, report, lines, junit = checked(tmp_path, capsys, "boot-application.bin", board="bluepill")
+    said = "boot-application.bin: the raw bytes were linked for 0x08002000, judging by their vectors, and are put there"
+    assert f"  brain: {said}" in lines
+    assert said in junit
+    notes = [(note["kind"], f"{note['where']}: {note['text']}") for note in report["observed"]["notes"]]
+    assert ("image", said) in notes
+    assert "on what the firmware did" in lines[-1]
 
 
 @pytest.fixture
@@ -131,15 +142,25 @@ def test_an_interrupt_that_has_just_come_does_not_end_the_wait_but_a_write_does(
 
 
 @pytest.mark.parametrize(
-    ("sends", "heard_at_ms", "excused"),
-    [(False, None, True), (False, 1, True), (True, None, False), (True, 1, False), (True, 50, True)],
+    ("sends_at_ms", "heard_at_ms", "excused"),
+    [
+        (None, None, True),
+        (None, 1, True),
+        (2, None, False),
+        (2, 1, False),  # it answered, and then waited
+        (0.2, 1, True),  # it greeted, and waits since it was spoken to
+        (0.98, 1, True),  # its greeting was still on the line
+        (2, 50, True),  # it waited already
+    ],
 )
-def test_who_has_said_something_waits_only_if_it_did_when_it_was_spoken_to(waiting, sends, heard_at_ms, excused):
+def test_who_said_something_after_it_was_spoken_to_and_before_it_waited_is_not_excused(
+    waiting, sends_at_ms, heard_at_ms, excused
+):
     def then(machine):
-        if sends:
-            machine.at_ns(2 * MS, lambda: machine.send_all("USART1", b"!"))
+        if sends_at_ms is not None:
+            machine.at_ns(round(sends_at_ms * MS), lambda: machine.send_all("USART1", b"!"))
 
-    emulated, _ = waiting(QUADSPI_SR, then=then)
+    emulated, _ = waiting(QUADSPI_SR, then=then)  # from 5 ms on
     if heard_at_ms is not None:
         emulated.bench.run_for(heard_at_ms / 1000)
         emulated.ports["brain.usart1"].write(b"?")

@@ -9,7 +9,7 @@ import pytest
 from hilbench.journal import Journal
 from hilbench.links import Line, Rfc2217Door
 from hilbench.links.com_port import BreakSet, Bytes
-from hilbench.mcu.doors import connect
+from hilbench.serving.usart_doors import connect
 from hilbench.testing import FakeHostClock
 
 BYTE_NS = 625 * 10 * 10**9 // 72_000_000  # ten bits of 625 cycles: 115200 baud at 72 MHz

@@ -93,6 +93,7 @@ def test_what_is_too_fast_for_edges_is_told_by_period_and_duty(emulate):
         (230_000_000, None, None, 480_000, 30_000_000),
     ]
     assert [event["level"] for event in events(emulated, "pin") if event["source"] == "brain.PA8"] == [False]
+    assert [event.get("duty") for event in events(emulated, "pwm")] == [0.5, 0.5, 0.5, None]
 
 
 def test_a_wire_joins_pins_of_two_boards(emulate):

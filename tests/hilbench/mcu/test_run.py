@@ -7,17 +7,20 @@ import json
 import os
 import re
 import signal
+import struct
 from fractions import Fraction
 from functools import partial
 
 import pytest
 
-from hilbench.config import open_bench
-from hilbench.console import Console
+from hilbench.benchfile.reader import open_bench
 from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
-from hilbench.mcu.run import RunOptions, run
+from hilbench.serving.run import RunOptions, run
+from hilbench.terminal.console import Console
+from targets.mcu.pins import PadMode
+from targets.mcu.services import Wave
 
 SECOND_NS = 10**9
 
@@ -141,6 +144,17 @@ def test_follow_tells_the_first_notes_of_a_cause_and_that_there_are_more(ran):
     assert len(of_pins(out)) == 29
 
 
+def test_what_is_odd_about_an_image_is_a_note_of_the_run(ran, image):
+    image.write_bytes(struct.pack("<II", 0x2000_5000, 0x0800_4009) + b"\xfe\xe7")
+    said = "a.bin: the raw bytes were linked for 0x08004000, judging by their vectors, and are put there"
+    _, _, err = ran(lambda _machine: None)
+    assert f"2 notes on what the firmware did:\n  brain: {said}\n" in err
+    _, out, _ = ran(lambda _machine: None, follow=True)
+    assert out.splitlines()[0].split(maxsplit=2) == ["0.000000", "brain", f"note: {said}"]
+    _, out, _ = ran(lambda _machine: None, as_json=True)
+    assert [(note["kind"], note["where"]) for note in json.loads(out)["notes"]] == [("image", "a.bin")] * 2
+
+
 def test_follow_tells_everything_line_by_line_in_order_of_time(ran):
     code, out, _ = ran(hello, follow=True)
     lines = [line.split(maxsplit=2) for line in out.splitlines()]
@@ -187,6 +201,18 @@ def test_a_period_that_is_no_whole_number_of_nanoseconds_is_told_once_too(ran):
 
     _, out, _ = ran(program, follow=True, for_ns=SECOND_NS // 2)
     assert len([line for line in out.splitlines() if "period 1944" in line]) == 1
+
+
+def test_the_duty_of_a_clock_is_not_taken_from_rounded_times(ran):
+    def program(machine):
+        clock = machine.chip.signals.output("MCO")
+        machine.chip.signals.route("MCO", "PA8")
+        machine.chip.pins["PA8"].configure(PadMode.AF_PUSH_PULL, latch=False, pull=None)
+        machine.at_ns(30_000_000, lambda: clock.set_wave(Wave(hz=Fraction(8_000_000), duty=Fraction(1, 2))))
+
+    _, out, _ = ran(program, follow=True)
+    told = [line.split(maxsplit=2)[2] for line in out.splitlines() if "period" in line]
+    assert told == ["period 125 ns, high 62 ns (50.00 %)"]
 
 
 @pytest.mark.parametrize(("mode", "text"), [("Sleep", ""), ("Stop", ", in Stop mode")])

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from hilbench.benchfile.reader import open_bench
 from hilbench.cli import main
-from hilbench.config import open_bench
 from hilbench.journal import Journal
 from tests.hilbench.forked import CLOSED, HILBENCH, PATIENCE_S
 
@@ -53,6 +53,11 @@ def test_a_blue_pill_with_128_kb_runs_what_is_too_large_for_64(tmp_path, capfd):
     assert open_bench(str(tmp_path / "hilbench.toml")).boards["board"].board.chip == "STM32F103CB"
 
 
+def test_a_program_that_runs_on_is_seen_in_its_functions(capfd):
+    assert main(["run", f"bluepill:{IMAGES / 'bench-busy.elf'}", "--for", "30ms"]) == 0
+    assert "  bluepill: runs, at 3 looks in main (3), at the end\n" in capfd.readouterr().err
+
+
 def test_a_wait_for_a_register_of_the_core_is_told_by_its_name(capfd):
     assert main(["run", f"bluepill:{IMAGES / 'style-swj.elf'}", "--for", "3ms"]) == 0
     assert "waits in main (swj.c:50), polling STK_CTRL, at the end" in capfd.readouterr().err
@@ -77,7 +82,7 @@ def test_a_wait_for_a_register_of_the_core_is_told_by_its_name(capfd):
         ),
         (["serve", HAL, "--chip", "STM32F103T8"], 2, "--chip: does not fit the board: leds name 'PC13', which"),
         (["init", "--protocol", "p2os", "--chip", "STM32F103CB"], 2, "--chip: is for an emulated board"),
-        (["run"], 2, "run: names nothing to run, and there is no hilbench.toml here; write bluepill:IMAGE or"),
+        (["run"], 2, "run: names nothing to run, and there is no hilbench.toml here; write BOARD:IMAGE or"),
         (["run", HAL, "--for", "0.5"], 2, "--for: '0.5' is not a duration; write 10s, 500ms or 2min"),
         (["run", HAL, "--folow"], 2, "run: unknown option --folow; did you mean '--follow'?"),
         (["run", HAL, "--vcd", "none/w.vcd"], 3, "none/w.vcd: the waveforms cannot be written"),
@@ -187,7 +192,7 @@ def test_a_reader_that_goes_away_is_no_error(forkable):
 def test_progress_is_shown_on_a_terminal_unless_lines_are(forkable, follow):
     ours, theirs = os.openpty()
     words = ["run", f"bluepill:{IMAGES / 'bench-busy.elf'}", *follow]
-    program = f"import hilbench.mcu.run; hilbench.mcu.run._PATIENCE_S = 0.01; {HILBENCH}"
+    program = f"import hilbench.serving.run; hilbench.serving.run._PATIENCE_S = 0.01; {HILBENCH}"
     with forkable.start(*words, program=program, stdin=theirs, stdout=theirs, stderr=theirs):
         os.close(theirs)
         said = b""

@@ -10,11 +10,11 @@ import pytest
 from vcd.reader import TokenKind, tokenize
 
 from hilbench.clock import NS_PER_MS
-from hilbench.console import Console
 from hilbench.journal import Journal
 from hilbench.mcu.command_line import open_target
 from hilbench.mcu.emulated import EmulatedBench
-from hilbench.mcu.run import RunOptions, run
+from hilbench.serving.run import RunOptions, run
+from hilbench.terminal.console import Console
 
 IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
 

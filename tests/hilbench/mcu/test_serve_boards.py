@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from hilbench.errors import UsageError
-from hilbench.mcu.doors import assign
-from hilbench.options import PtyDoor, ServeOptions, TcpDoor
+from hilbench.serving.usart_doors import assign
+from hilbench.terminal.options import PtyDoor, ServeOptions, TcpDoor
 from tests.hilbench.forked import PATIENCE_S
 
 IMAGES = Path(__file__).parents[3] / "targets/firmware/images"

@@ -13,11 +13,11 @@ import pytest
 from hilbench.clock import NS_PER_MS, NS_PER_S
 from hilbench.links import PtyDoor
 from hilbench.mcu.command_line import open_target
-from hilbench.mcu.doors import connect, open_doors
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.group import LOCKED_STEP_NS
-from hilbench.options import PtyDoor as PtyWish
-from hilbench.options import ServeOptions
+from hilbench.serving.usart_doors import connect, open_doors
+from hilbench.terminal.options import PtyDoor as PtyWish
+from hilbench.terminal.options import ServeOptions
 from hilbench.testing import FakeHostClock
 
 ECHO = f"bluepill:{Path(__file__).parents[3] / 'targets/firmware/images/echo-irq.elf'}"

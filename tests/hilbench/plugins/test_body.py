@@ -8,17 +8,17 @@ from types import SimpleNamespace
 import pytest
 
 from hilbench.bench import Bench
-from hilbench.bench_provider import make_provider
+from hilbench.bench.placed_device import PlacedDevice
+from hilbench.bench.protocol_cases import machines_of
+from hilbench.benchfile.reader import open_bench
+from hilbench.check.bench_provider import make_provider
 from hilbench.clock import Scheduler
-from hilbench.config import open_bench
 from hilbench.errors import PluginError, UnavailableError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.mcu.attached_board import AttachedBoardProvider
-from hilbench.options import CheckOptions, TargetChoice
 from hilbench.plugins.protocol import Device
-from hilbench.protocol_bench.cases import machines_of
-from hilbench.protocol_bench.placed import PlacedDevice
+from hilbench.terminal.options import CheckOptions, TargetChoice
 
 SYSTEM = """
 from pathlib import Path

@@ -273,9 +273,9 @@ def test_a_suite_has_bytes_at_its_peer_where_no_protocol_is_named(hilbench, tmp_
 
 
 def test_a_board_at_a_port_has_the_peer_of_its_protocol_as_the_emulated_one_has(plugins, tmp_path):
-    from hilbench.bench_provider import make_provider
-    from hilbench.options import CheckOptions, TargetChoice
-    from hilbench.protocol_bench.providers import AttachedPeerProvider
+    from hilbench.bench.protocol_providers import AttachedPeerProvider
+    from hilbench.check.bench_provider import make_provider
+    from hilbench.terminal.options import CheckOptions, TargetChoice
 
     image = Path(__file__).parents[3] / "targets/firmware/images/echo-irq.elf"
     tmp_path.joinpath("suite.py").write_text("")

@@ -7,16 +7,16 @@ from pathlib import Path
 import pytest
 
 from hilbench.bench import Bench
+from hilbench.bench.teller import Teller
+from hilbench.benchfile.reader import open_bench
 from hilbench.clock import Scheduler
-from hilbench.config import open_bench
+from hilbench.driving import real_port
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
-from hilbench.live import attached
 from hilbench.live.attached import open_attached
 from hilbench.live.rigs import open_rig
-from hilbench.live.teller import Teller
-from hilbench.options import TargetChoice
 from hilbench.recordings.piecewise import open_pieces
+from hilbench.terminal.options import TargetChoice
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.replay import Replay
 
@@ -148,7 +148,7 @@ def test_the_dashboard_sends_nothing_to_a_real_node(monkeypatch):
     link = MemoryLink(made.scheduler, Line(baud=115200), name="host")
     heard = bytearray()
     link.b.on_receive = lambda data, _at_ns: heard.extend(data)
-    monkeypatch.setattr(attached, "open_at", lambda *_: link.a)
+    monkeypatch.setattr(real_port, "open_at", lambda *_: link.a)
     rig = open_attached(made, open_bench(str(MODEL)), [TargetChoice(spec="serial:/dev/nothing")], seed=0)
     made.run_for(9.0)
     assert not heard
@@ -159,7 +159,7 @@ def test_the_dashboard_sends_nothing_to_a_real_node(monkeypatch):
 
 
 def test_a_node_is_served_at_its_rate_or_another():
-    from hilbench.served_targets import served_target
+    from hilbench.serving.served_model import served_target
 
     served = served_target(open_bench(str(MODEL)))
     assert (dict(served.lines), served.source) == ({"host": 115200}, "device")

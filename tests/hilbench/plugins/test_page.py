@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from hilbench.config import open_bench
-from hilbench.served_targets import served_target
+from hilbench.benchfile.reader import open_bench
+from hilbench.serving.served_model import served_target
 
 PAGE = (Path(__file__).parents[3] / "docs" / "plugins.md").read_text()
 FILES = dict(re.findall(r"```(?:python|toml)\n# (\S+)\n(.*?)```", PAGE, re.DOTALL))

@@ -9,17 +9,17 @@ from pathlib import Path
 import pytest
 
 from hilbench.bench import Bench
-from hilbench.bench_model import World
+from hilbench.bench.teller import Teller
+from hilbench.benchfile.bench_model import World
+from hilbench.benchfile.reader import open_bench
 from hilbench.cli import COMMANDS
 from hilbench.clock import Scheduler
 from hilbench.commands import dashboard
-from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.live.rigs import open_rig
-from hilbench.live.teller import Teller
 from hilbench.recordings.piecewise import open_pieces
-from hilbench.served_targets import served_target
+from hilbench.serving.served_model import served_target
 from hilbench.tui import bench_process
 from hilbench.tui.model.replay import Replay
 
@@ -110,8 +110,8 @@ def test_each_rule_finds_what_breaks_it(verdicts, monkeypatch, defect, rule, cas
 
 @pytest.mark.needs_bullet
 def test_its_joints_have_signals_for_parts():
+    from hilbench.mcu.bare_vehicle import BareVehicle
     from hilbench.plugins.discovery import PLUGINS
-    from hilbench.wiring.vehicle import BareVehicle
 
     kind = PLUGINS.systems.vehicle("pantilt")
     bench = Bench(Scheduler(), Journal())

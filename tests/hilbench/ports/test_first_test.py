@@ -8,15 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.arguments import target_choice
 from hilbench.cli import main
+from hilbench.doctor.first_test import init_port
 from hilbench.errors import HilbenchError, UnavailableError, UsageError
 from hilbench.links.serial_target import parse_serial_target
 from hilbench.ports.choice import choose_port, parse_port_choice
-from hilbench.ports.first_test import init_port
 from hilbench.ports.listing import PortInfo, UsbIdentity
 from hilbench.systems.pioneer.protocol import P2OS
 from hilbench.systems.rover.protocol import PKT
+from hilbench.terminal.arguments import target_choice
 
 
 def port(number, *, serial="A1", ids=(0x0403, 0x6001), location="1-1", interface=0):

@@ -7,7 +7,7 @@ import pytest
 from hilbench.cli import main
 from hilbench.doctor.access import look_at_access
 from hilbench.doctor.facts import Facts
-from hilbench.host import Host
+from hilbench.files.host import Host
 from hilbench.links.reconnecting import identity_of
 from hilbench.ports.listing import SysfsPorts
 from hilbench.ports.states import as_text, port_states, state_at

@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.arguments import target_choice
 from hilbench.errors import UnavailableError, UsageError
-from hilbench.options import TargetChoice
 from hilbench.ports.choice import PortChoice, choose_port, parse_port_choice
 from hilbench.ports.listing import PortInfo, UsbIdentity
+from hilbench.terminal.arguments import target_choice
+from hilbench.terminal.options import TargetChoice
 
 
 def port(device, ids="0483:374b", **changes):

@@ -11,7 +11,7 @@ import sys
 import pytest
 
 from hilbench.cli import main
-from hilbench.host import Host, this_host
+from hilbench.files.host import Host, this_host
 from hilbench.ports.holders import Holder, holders_of
 from hilbench.ports.listing import SysfsPorts
 from hilbench.ports.states import port_states
@@ -225,7 +225,7 @@ def test_the_command_shows_each_port(machine, host, monkeypatch, capsys):
     machine.solder("ttyS0")
     machine.link("/dev/hilbench/stlink-0668FF-if02", "ttyACM0")
     process(host, 7, opens=["/dev/ttyACM0"])
-    monkeypatch.setattr("hilbench.host.this_host", lambda: host)
+    monkeypatch.setattr("hilbench.files.host.this_host", lambda: host)
     monkeypatch.setattr("hilbench.ports.listing.list_ports", SysfsPorts(machine.root))
     assert main(["ports"]) == 0
     out = capsys.readouterr().out
@@ -233,7 +233,7 @@ def test_the_command_shows_each_port(machine, host, monkeypatch, capsys):
     assert first.splitlines() == [
         "/dev/ttyACM0  ST-LINK/V2-1 (cdc_acm)",
         "  plugged in   0483:374b at 1-1.2, interface 2, serial number 0668FF",
-        "  probably     a Nucleo board, such as the NUCLEO-F767ZI of a rover",
+        "  probably     a Nucleo board, such as the NUCLEO-F767ZI",
         "  target       serial:serial=0668FF",
         "  also         /dev/hilbench/stlink-0668FF-if02",
         "  access       no (dialout 0644)",

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from hilbench.check.verdicts import Inconclusive, NotApplicable, Violation
 from hilbench.journal import Journal, Recording
+from hilbench.judging.verdicts import Inconclusive, NotApplicable, Violation
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.recordings.csv_file import read_csv_events, write_csv
 from hilbench.recordings.listening import stretches

@@ -7,16 +7,19 @@ import json
 
 import pytest
 
-from hilbench.bench_provider import make_provider
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
+from hilbench.check.bench_provider import make_provider
 from hilbench.cli import main
-from hilbench.config import open_bench
 from hilbench.journal import Journal
-from hilbench.options import TargetChoice
 from hilbench.recordings.csv_file import write_csv
 from hilbench.recordings.mcap_file import write_mcap
 from hilbench.recordings.pcapng import write_pcapng
-from hilbench.shared import Shared
+from hilbench.terminal.options import TargetChoice
+from measure.mutants.bench import MutantProvider
+from measure.mutants.catalogue import mutants_of
+from measure.mutants.mutant import Family
 from protocols import autoware
 from protocols.p2os import Command, encode_command
 from protocols.pkt import (
@@ -31,9 +34,6 @@ from protocols.pkt import (
     encode_report,
 )
 from protocols.pkt import encode_command as encode_command_of_rover
-from tests.mutants.bench import MutantProvider
-from tests.mutants.catalogue import mutants_of
-from tests.mutants.mutant import Family
 
 SUITES = {"server": "p2os-server", "client": "p2os-client"}
 MS = 1_000_000

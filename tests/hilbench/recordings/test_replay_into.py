@@ -7,8 +7,8 @@ import re
 
 import pytest
 
-from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, list_cases
+from hilbench.check.bench_provider import make_provider
 from hilbench.cli import main
 from hilbench.journal import Journal
 from hilbench.links.memory import MemoryPort

@@ -6,7 +6,7 @@ from hilbench.bench import Bench
 from hilbench.clock import Scheduler
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
-from hilbench.serve import _record_received
+from hilbench.serving.serve import _record_received
 
 
 def test_bytes_to_the_model_are_recorded_and_reach_it():

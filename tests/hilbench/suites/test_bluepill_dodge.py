@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from hilbench.bench_provider import make_provider
+from hilbench.benchfile.suites import SHIPPED_FOLDER
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
-from hilbench.check.suites import SHIPPED_FOLDER
+from hilbench.check.bench_provider import make_provider
 from hilbench.exit_codes import ExitCode
-from hilbench.options import TargetChoice
-from hilbench.suites._dodge_clauses import CLAUSES
+from hilbench.systems.bluepill.dodge_clauses import CLAUSES
+from hilbench.terminal.options import TargetChoice
 from targets.firmware import image_path
 
 pytestmark = pytest.mark.needs_bullet

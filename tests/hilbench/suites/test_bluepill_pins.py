@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import pytest
 
-from hilbench.bench_file import Net, PinEnd, TerminalEnd
+from hilbench.benchfile.bench_file import Net, PinEnd, TerminalEnd
 from hilbench.cli import main
 from hilbench.exit_codes import ExitCode
-from hilbench.suites._bluepill_clauses import CLAUSES
+from hilbench.systems.bluepill.pins_clauses import CLAUSES
+from measure.mutants.alterations import setting, swapped
+from measure.mutants.altered_bench import AlteredBench, first_of_each
 from targets.firmware import image_path
 from targets.parts.p2os_adapter.link import RobotLink
-from tests.mutants.alterations import setting, swapped
-from tests.mutants.altered_bench import AlteredBench, first_of_each
 
 pytestmark = pytest.mark.needs_bullet
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, run_suites
-from hilbench.options import TargetChoice
+from hilbench.check.bench_provider import make_provider
+from hilbench.terminal.options import TargetChoice
 
 CLIENT = Path(__file__).parents[3] / "examples" / "clients" / "minimal_client.py"
 

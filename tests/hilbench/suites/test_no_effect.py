@@ -14,23 +14,27 @@ from unittest.mock import patch
 
 import pytest
 
-from hilbench.bench_provider import make_provider
+from hilbench.bench.feed import Feed
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Inconclusive, Verdict, run_suites
-from hilbench.config import open_bench
-from hilbench.feed import Feed
+from hilbench.check.bench_provider import make_provider
 from hilbench.journal import Journal
+from hilbench.mcu.parts import Parts
 from hilbench.mcu.under_test import BoardUnderTest
-from hilbench.shared import Shared
 from hilbench.suites._dodge import AHEAD, Drive
 from hilbench.suites._rover_motion import Ride
-from hilbench.suites._rover_motion_clauses import CLAUSES as RIDE_CLAUSES
 from hilbench.systems.rover.hands import ModelHands
+from hilbench.systems.rover.motion_clauses import CLAUSES as RIDE_CLAUSES
 from hilbench.systems.rover.provider import RoverProvider
 from hilbench.systems.vehicle.car_simulator import CarSimulator
 from hilbench.systems.vehicle.driven_car import DrivenCar
 from hilbench.systems.vehicle.driving_stack import DrivingStack
 from hilbench.systems.vehicle.on_board import BoardHands
-from hilbench.wiring.parts import Parts
+from measure.mutants.altered_bench import AlteredBench
+from measure.mutants.bench import run_mutant
+from measure.mutants.mutant import Family, Mutant
+from measure.mutants.rover import RoverMutant
 from protocols import carla, p2os, pkt
 from protocols.carla.clauses import HOST_CLAUSES
 from protocols.pkt import ServerState, ServerTrigger, Transition
@@ -39,10 +43,6 @@ from protocols.pkt.server import ServerMachine
 from targets.robots.rover import RoverRobot
 from targets.robots.rover.control import Tachometers
 from targets.robots.vehicle_interface import VehicleInterface
-from tests.mutants.altered_bench import AlteredBench
-from tests.mutants.bench import run_mutant
-from tests.mutants.mutant import Family, Mutant
-from tests.mutants.rover import RoverMutant
 from worlds.bullet import BulletWorld
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 from worlds.vehicles.rover_4wd import Rover4wdBody
@@ -142,6 +142,16 @@ def test_a_report_without_any_measurement_is_no_wrong_unit_and_no_wrong_order():
 
     found = clauses_by_verdict(rover_model("P41 or P41D or P42 or P42D", patch.object(RoverRobot, "_imu", without)))
     assert found[Verdict.INCONCLUSIVE] == {"P41", "P41D", "P42", "P42D"}
+
+
+def test_a_report_with_an_acceleration_and_no_quaternion_is_no_wrong_order():
+    imu = RoverRobot._imu
+
+    def without(robot):
+        return replace(imu(robot), quaternion=(0.0, 0.0, 0.0, 0.0))
+
+    found = clauses_by_verdict(rover_model("P41 or P41D or P42 or P42D", patch.object(RoverRobot, "_imu", without)))
+    assert found[Verdict.INCONCLUSIVE] == {"P42", "P42D"}
 
 
 def test_wheels_that_never_turn_in_a_report_do_not_stop_in_it():

@@ -10,12 +10,13 @@ import dataclasses
 
 import pytest
 
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
-from hilbench.config import open_bench
 from hilbench.journal import Journal
-from hilbench.shared import Shared
 from hilbench.systems.pioneer.client import P2osClient
 from hilbench.systems.pioneer.provider import VirtualProvider
+from measure.mutants.each_its_own import Fault, judge
 from protocols.p2os import (
     CLIENT_TABLE,
     Action,
@@ -34,7 +35,6 @@ from protocols.p2os import (
     pack_bytes,
 )
 from protocols.p2os.clauses import CLAUSES
-from tests.mutants.each_its_own import Fault, judge
 
 MUST_FAIL = {clause.id for clause in CLAUSES if clause.suite == "p2os-client"}
 

@@ -15,15 +15,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, Violation, list_cases, run_suites
 from hilbench.clock import NS_PER_MS, NS_PER_S
-from hilbench.config import open_bench
 from hilbench.journal import Journal
-from hilbench.shared import Shared
 from hilbench.suites import _session
 from hilbench.suites._requirements import all_caught_up
 from hilbench.suites._session import Seen, Slope, find_parameters, poses, turned_deg
 from hilbench.systems.pioneer.provider import VirtualProvider
+from measure.mutants.bench import MutantProvider
+from measure.mutants.each_its_own import Fault, judge
 from protocols.p2os import ROBOTS, CommandNumber, Identification, Sip
 from protocols.p2os.clauses import CLAUSES
 from targets.robots.pioneer import commands, reports, robot
@@ -34,8 +36,6 @@ from targets.robots.pioneer.hostbaud import HostBaud
 from targets.robots.pioneer.limits import SessionLimits
 from targets.robots.pioneer.motion import Motion
 from targets.robots.pioneer.sonar import SonarArrays
-from tests.mutants.bench import MutantProvider
-from tests.mutants.each_its_own import Fault, judge
 
 SETTLE_S = 0.3
 BUDGET_S = 290.0

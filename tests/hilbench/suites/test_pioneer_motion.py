@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
+from hilbench.check.bench_provider import make_provider
 from hilbench.exit_codes import ExitCode
 from protocols.p2os.motion_clauses import MOTION_CLAUSES
 

@@ -7,20 +7,20 @@ from dataclasses import replace
 
 import pytest
 
-from hilbench.bench_provider import make_provider
+from hilbench.bench.devices import DeviceActor
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
-from hilbench.config import open_bench
-from hilbench.devices import DeviceActor
+from hilbench.check.bench_provider import make_provider
 from hilbench.journal import Journal
 from hilbench.links import Line, PtyDoor
-from hilbench.options import TargetChoice
-from hilbench.shared import Shared
+from hilbench.terminal.options import TargetChoice
+from measure.mutants.defects_page import killers
+from measure.mutants.each_its_own import judge, one_for_each
+from measure.mutants.in_bench_time import ForeignRoverInBenchTime
+from measure.mutants.rover import BY_HAND, all_mutants, fault, on_the_page, run
 from protocols.pkt.clauses import BOARD_CLAUSES
 from targets.robots.rover import DEFECTS, RoverRobot, RoverSettings
-from tests.mutants.defects_page import killers
-from tests.mutants.each_its_own import judge, one_for_each
-from tests.mutants.in_bench_time import ForeignRoverInBenchTime
-from tests.mutants.rover import BY_HAND, all_mutants, fault, on_the_page, run
 
 OPTIONS = CheckOptions(bench="rover-model", suites=("pkt-board",))
 FOUND = on_the_page()

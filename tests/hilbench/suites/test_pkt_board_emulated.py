@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, run_suites
-from hilbench.options import TargetChoice
+from hilbench.check.bench_provider import make_provider
 from hilbench.systems.rover.provider import AttachedRoverProvider
+from hilbench.terminal.options import TargetChoice
+from measure.mutants.defects_page import killers
+from measure.mutants.rover import PAGE, has_image, run_image
 from targets.robots.rover import DEFECTS
-from tests.mutants.defects_page import killers
-from tests.mutants.rover import PAGE, has_image, run_image
 
 pytestmark = pytest.mark.needs_bullet
 

@@ -5,18 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 from types import MappingProxyType
 
-from hilbench.bench_provider import make_provider
+from hilbench.bench.client_under_test import EXEC_CAPABILITIES
+from hilbench.bench.locked_providers import ExecProvider
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
+from hilbench.check.bench_provider import make_provider
 from hilbench.cli import main
-from hilbench.client_under_test import EXEC_CAPABILITIES
-from hilbench.config import open_bench
 from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
-from hilbench.locked_providers import ExecProvider
-from hilbench.options import TargetChoice
-from hilbench.shared import Shared
 from hilbench.systems.rover.ground_station import GroundStation
 from hilbench.systems.rover.provider import RoverProvider, foreign_host
+from hilbench.terminal.options import TargetChoice
+from measure.mutants.each_its_own import Fault, judge
+from measure.mutants.in_bench_time import ForeignClientInBenchTime, saying
 from protocols.pkt import (
     CLIENT_TABLE,
     PROFILES,
@@ -30,8 +32,6 @@ from protocols.pkt import (
     UnknownReport,
 )
 from protocols.pkt.clauses import HOST_CLAUSES
-from tests.mutants.each_its_own import Fault, judge
-from tests.mutants.in_bench_time import ForeignClientInBenchTime, saying
 
 OPTIONS = CheckOptions(bench="rover-model", suites=("pkt-host",))
 

@@ -10,9 +10,9 @@ import pytest
 from hilbench.check import Verdict
 from hilbench.cli import main
 from hilbench.exit_codes import ExitCode
-from hilbench.suites._rover_motion_clauses import CLAUSES
-from tests.mutants.alterations import setting, swapped
-from tests.mutants.altered_bench import AlteredBench, first_of_each
+from hilbench.systems.rover.motion_clauses import CLAUSES
+from measure.mutants.alterations import setting, swapped
+from measure.mutants.altered_bench import AlteredBench, first_of_each
 
 pytestmark = pytest.mark.needs_bullet
 

@@ -6,16 +6,16 @@ from dataclasses import replace
 
 import pytest
 
-from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
+from hilbench.check.bench_provider import make_provider
+from measure.mutants.defects_page import killers
+from measure.mutants.each_its_own import judge, one_for_each
+from measure.mutants.vehicle.page import PAGE
+from measure.mutants.vehicle.published import CURES
+from measure.mutants.vehicle.runs import fault, run
+from measure.mutants.vehicle.tables import BY_HAND, all_mutants
 from protocols.carla.clauses import BOARD_CLAUSES
 from targets.robots.vehicle_interface import DEFECTS
-from tests.mutants.defects_page import killers
-from tests.mutants.each_its_own import judge, one_for_each
-from tests.mutants.vehicle.page import PAGE
-from tests.mutants.vehicle.published import CURES
-from tests.mutants.vehicle.runs import fault, run
-from tests.mutants.vehicle.tables import BY_HAND, all_mutants
 
 OPTIONS = CheckOptions(bench="vehicle-model", suites=("vehicle-board",))
 FOUND = PAGE.said()

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, Verdict, run_suites
-from hilbench.options import TargetChoice
+from hilbench.check.bench_provider import make_provider
 from hilbench.systems.vehicle.provider import AttachedVehicleProvider
+from hilbench.terminal.options import TargetChoice
+from measure.mutants.defects_page import killers
+from measure.mutants.vehicle.page import PAGE
+from measure.mutants.vehicle.runs import image_of, run_image
 from targets.firmware import image_names
 from targets.robots.vehicle_interface import DEFECTS, PROFILE_NAMES
-from tests.mutants.defects_page import killers
-from tests.mutants.vehicle.page import PAGE
-from tests.mutants.vehicle.runs import image_of, run_image
 
 FOUND = PAGE.said_of_firmware()
 QUICK = ("H2", "H7")

@@ -9,24 +9,24 @@ from pathlib import Path
 import pytest
 
 from hilbench.bench import Bench
-from hilbench.bench_model import World
+from hilbench.bench.devices import LinesActor
+from hilbench.benchfile.bench_model import World
 from hilbench.check import Violation
 from hilbench.check.cases import spec_of
 from hilbench.check.catalogue import find_clause
 from hilbench.clock import Scheduler
-from hilbench.devices import LinesActor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
+from hilbench.mcu.bare_vehicle import BareVehicle
 from hilbench.suites import vehicle_drive
 from hilbench.suites._vehicle_drive import Drive, DriveBench
-from hilbench.suites._vehicle_drive_clauses import CLAUSES
+from hilbench.systems.vehicle.drive_clauses import CLAUSES
 from hilbench.systems.vehicle.hands import ModelHands
-from hilbench.wiring.vehicle import BareVehicle
+from measure.mutants.vehicle.driven import DRIVEN
 from protocols.carla import VECTORS, Axis, Mode, decode_command
 from targets.robots import car_host
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 from targets.robots.vehicle_interface.board import behaviour_of
-from tests.mutants.vehicle.driven import DRIVEN
 
 pytestmark = pytest.mark.needs_bullet
 

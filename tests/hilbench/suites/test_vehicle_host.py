@@ -8,21 +8,21 @@ from pathlib import Path
 
 import pytest
 
-from hilbench.bench_provider import make_provider
+from hilbench.bench.client_under_test import EXEC_CAPABILITIES
+from hilbench.bench.locked_providers import ExecProvider
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
-from hilbench.client_under_test import EXEC_CAPABILITIES
-from hilbench.config import open_bench
+from hilbench.check.bench_provider import make_provider
 from hilbench.journal import Journal
-from hilbench.locked_providers import ExecProvider
-from hilbench.options import TargetChoice
-from hilbench.shared import Shared
 from hilbench.systems.vehicle.provider import VehicleProvider, foreign_simulator
+from hilbench.terminal.options import TargetChoice
+from measure.mutants.car_host import FAULTY_HOSTS
+from measure.mutants.each_its_own import Fault, judge
+from measure.mutants.in_bench_time import ForeignClientInBenchTime, saying
 from protocols.carla import AckermannCommand, Commanded, CommandLimits, ManualCommand, Mode, Signs
 from protocols.carla.clauses import HOST_CLAUSES
 from targets.robots.car_host import BEHAVIOURS, DEFECTS, CarHost
-from tests.mutants.car_host import FAULTY_HOSTS
-from tests.mutants.each_its_own import Fault, judge
-from tests.mutants.in_bench_time import ForeignClientInBenchTime, saying
 
 ROW = re.compile(r"^\| `(?P<name>[\w-]+)` \| [^|]+ \| (?P<clauses>VS[^|]+) \|$", re.MULTILINE)
 PAGE = (Path(__file__).parents[3] / "docs" / "vehicle.md").read_text(encoding="utf-8")

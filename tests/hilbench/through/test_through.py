@@ -11,14 +11,14 @@ from types import SimpleNamespace
 import pytest
 from serial.serialutil import Timeout
 
-from hilbench.bench_provider import make_provider
 from hilbench.check import CheckOptions, run_suites
+from hilbench.check.bench_provider import make_provider
 from hilbench.cli import main
 from hilbench.clock import Scheduler
 from hilbench.errors import InternalError, UnavailableError
 from hilbench.links import Line, MemoryLink, PtyDoor, Rfc2217Door, TcpDoor
-from hilbench.options import THROUGH
-from hilbench.relay import Relay
+from hilbench.serving.relay import Relay
+from hilbench.terminal.options import THROUGH
 from hilbench.through import Passages, loop, way
 from hilbench.through.loop import settle
 

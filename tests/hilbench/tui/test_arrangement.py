@@ -6,8 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.tui.model.arrangement import ARRANGED, LEAST_COLUMNS, LEAST_ROWS
+from hilbench.plugins.dashboard import Dashboard
+from hilbench.systems.rover.dashboard import DASHBOARD as ROVER
+from hilbench.systems.vehicle.dashboard import DASHBOARD as VEHICLE
+from hilbench.tui.model.arrangement import LEAST_COLUMNS, LEAST_ROWS, arrangement_of
+from hilbench.tui.model.dashboards import BOARD, ROBOT
 
+ARRANGED = {
+    one.kind: (arrangement_of(one, wide=True), arrangement_of(one, wide=False))
+    for one in (ROBOT, BOARD, ROVER, VEHICLE)
+}
 PANES = sorted(ARRANGED["robot"][0].names)
 SIZES = {"width": st.integers(60, 100), "height": st.integers(20, 40)}
 
@@ -18,6 +26,14 @@ def test_every_kind_has_every_pane_once(kind):
 
     assert sorted(panes.PANES) == PANES
     for arrangement in ARRANGED[kind]:
+        assert sorted(arrangement.names) == PANES
+
+
+def test_a_pane_that_a_dashboard_does_not_name_comes_last_and_one_that_there_is_not_is_left_out():
+    own = Dashboard(kind="own", wide=((1, (("world", 1), ("of another version", 3))),), narrow=("world",))
+    for wide in (True, False):
+        arrangement = arrangement_of(own, wide=wide)
+        assert arrangement.names[0] == "world"
         assert sorted(arrangement.names) == PANES
 
 

@@ -8,10 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hilbench.systems.rover.dashboard import DASHBOARD as ROVER
 from hilbench.tui.memory import Memory, state_file
-from hilbench.tui.model.arrangement import ARRANGED
+from hilbench.tui.model.arrangement import arrangement_of
+from hilbench.tui.model.dashboards import ROBOT as DASHBOARD
 
-ROBOT = ARRANGED["robot"][0]
+ROBOT = arrangement_of(DASHBOARD, wide=True)
 
 
 def test_what_was_arranged_is_found_again(tmp_path):
@@ -22,14 +24,14 @@ def test_what_was_arranged_is_found_again(tmp_path):
     first.plot("rover", ["rpm"], 60)
     first.theme = "textual-light"
     again = Memory(path)
-    assert again.arrangement("robot", wide=True) == mine
-    assert again.arrangement("robot", wide=False) == ARRANGED["robot"][1]
-    assert again.arrangement("rover", wide=True) == ARRANGED["rover"][0]
+    assert again.arrangement(DASHBOARD, wide=True) == mine
+    assert again.arrangement(DASHBOARD, wide=False) == arrangement_of(DASHBOARD, wide=False)
+    assert again.arrangement(ROVER, wide=True) == arrangement_of(ROVER, wide=True)
     assert (again.signals("rover"), again.signals("board")) == ((["rpm"], 60), (None, 20))
     assert again.theme == "textual-light"
     assert again.problems == []
     again.arrange("robot", None, wide=True)
-    assert Memory(path).arrangement("robot", wide=True) == ROBOT
+    assert Memory(path).arrangement(DASHBOARD, wide=True) == ROBOT
 
 
 DAMAGED = {
@@ -47,7 +49,7 @@ def test_a_damaged_file_costs_what_it_held_and_a_line(tmp_path, damage):
     path = tmp_path / "dashboard.json"
     path.write_text(DAMAGED[damage])
     memory = Memory(path)
-    assert memory.arrangement("robot", wide=True) == ROBOT
+    assert memory.arrangement(DASHBOARD, wide=True) == ROBOT
     assert memory.problems == [f"{path}: is damaged; the panes are as they are at first"]
     memory.theme = "textual-light"
     assert Memory(path).problems == []
@@ -57,14 +59,14 @@ def test_a_damaged_file_costs_what_it_held_and_a_line(tmp_path, damage):
 def test_no_bytes_in_the_file_break_it(tmp_path_factory, data):
     path = tmp_path_factory.getbasetemp() / "any.json"
     path.write_bytes(data)
-    assert Memory(path).arrangement("robot", wide=True) == ROBOT
+    assert Memory(path).arrangement(DASHBOARD, wide=True) == ROBOT
 
 
 def test_an_arrangement_of_other_panes_is_not_taken(tmp_path):
     path = tmp_path / "dashboard.json"
     pane = {"columns": [{"share": 1, "panes": [["link", 1]]}]}
     path.write_text(json.dumps({"kinds": {"robot": {"wide": pane}}}))
-    assert Memory(path).arrangement("robot", wide=True) == ROBOT
+    assert Memory(path).arrangement(DASHBOARD, wide=True) == ROBOT
 
 
 def test_a_file_that_cannot_be_written_is_said_once(tmp_path):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.views.above import world_view
-from hilbench.tui.views.cockpit import cockpit_view
+from hilbench.tui.views.beside import beside_view
 from hilbench.tui.views.frames import frame_view
 from hilbench.tui.views.help import help_text
 from hilbench.tui.views.status import counters_view, link_view, timers_view
@@ -122,10 +122,16 @@ def test_deadlines_that_come_fast_show_their_margin_and_misses_grow():
     assert " 0 us  min 20.0 ms" in timers_view(model, 80)[1].plain  # nobody fed it since
 
 
+def cockpit(seen, width):
+    model = BenchModel({"live": {"vehicle": "car"}})
+    model.take([{"ns": 1, "kind": "vehicle", "source": "bench", **seen}] if seen else [])
+    return beside_view(model, width, 6)
+
+
 def test_the_cockpit(expect):
-    expect("cockpit", [line.plain for line in cockpit_view(SEEN, 60)])
-    assert cockpit_view({}, 60) == []
-    elsewhere = [line.plain for line in cockpit_view({**SEEN, "stick": None, "lights": None, "lamps": None}, 70)]
+    expect("cockpit", [line.plain for line in cockpit(SEEN, 60)])
+    assert cockpit({}, 60) == []
+    elsewhere = [line.plain for line in cockpit({**SEEN, "stick": None, "lights": None, "lamps": None}, 70)]
     assert elsewhere[0].startswith("joystick, lights and lamps are at the board")
     assert len(elsewhere) == 4
     assert not any(word in line for line in elsewhere[1:] for word in ("lights", "lamps", "stick"))
@@ -133,7 +139,7 @@ def test_the_cockpit(expect):
 
 @given(st.floats(-1, 1), st.floats(-1, 1), st.integers(20, 80))
 def test_the_stick_is_within_its_field(right, forward, width):
-    lines = cockpit_view({**SEEN, "stick": [right, forward]}, width)
+    lines = cockpit({**SEEN, "stick": [right, forward]}, width)
     assert len(lines) == 6
     assert sum(line.plain[:12].count("●") for line in lines) == 1
     assert all(line.cell_len <= width for line in lines)
@@ -171,7 +177,7 @@ def test_keys_ask_the_board_and_those_around_it(process_of, on_screen):
         for key in ASKED_BY_KEYS:
             await pilot.press(key)
         assert process.sent == list(ASKED_BY_KEYS.values())
-        app.model.vehicle = {**app.model.vehicle, "simulator_on": False}
+        app.model.seen = {**app.model.seen, "simulator_on": False}
         await pilot.press("l", "z")
         assert process.sent[-2:] == [("simulator", {"on": True}), ("lamps", {"which": "right"})]
 

@@ -12,7 +12,7 @@ import pytest
 
 from hilbench.cli import main
 from hilbench.errors import UnavailableError
-from hilbench.host import Host, Ran
+from hilbench.files.host import Host, Ran
 from hilbench.ports.listing import PortInfo, UsbIdentity
 from hilbench.udev.installing import INSTALL_BY, check_rules, install_rules, rules_text
 
@@ -35,7 +35,7 @@ class Machine:
 
     def use(self, host, monkeypatch):
         self.host = host
-        monkeypatch.setattr("hilbench.host.this_host", lambda: host)
+        monkeypatch.setattr("hilbench.files.host.this_host", lambda: host)
 
     def run(self, command):
         self.commands.append(command[1])

@@ -10,7 +10,8 @@ import serial
 
 import hilbench.urlhandler  # noqa: F401 - what it is imported for
 from hilbench.errors import UsageError
-from hilbench.urlhandler.bench_url import BenchUrl, parse_bench_url
+from hilbench.links.bench_url import BenchUrl, parse_bench_url
+from hilbench.mcu.command_line import open_target
 from hilbench.urlhandler.runner import FastRunner, RealTimeRunner
 from protocols.pkt import PROFILES, RequestTelemetry, encode_command, encode_frame
 
@@ -141,7 +142,7 @@ def test_a_read_that_waits_can_be_cancelled_and_a_closed_port_says_so(opened):
 
 
 def test_a_read_is_cancelled_once():
-    runner = RealTimeRunner(parse_bench_url("hilbench://rover-model").bench_file(), line="", baud=115_200, seed=0)
+    runner = RealTimeRunner(open_target("rover-model"), line="", baud=115_200, seed=0)
     runner.cancel()
     runner.read(10**6, 60)
     runner.write(REQUEST)

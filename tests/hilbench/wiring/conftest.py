@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 from hilbench.bench import Bench
+from hilbench.benchfile.reader import open_bench
 from hilbench.clock import Scheduler
-from hilbench.config import open_bench
 from hilbench.journal import Journal
 
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from hilbench.bench_file import Net, PinEnd, TerminalEnd
+from hilbench.benchfile.bench_file import Net, PinEnd, TerminalEnd
 from hilbench.errors import HilbenchError
 from targets.parts.distance_switch import DistanceSwitchSettings
 

@@ -8,15 +8,15 @@ from types import SimpleNamespace
 
 import pytest
 
-from hilbench.bench_file import BusEnd, PartPlan
-from hilbench.bench_model import PartEntry
+from hilbench.benchfile.bench_file import BusEnd, PartPlan
+from hilbench.benchfile.bench_model import PartEntry
+from hilbench.benchfile.bus_reader import BusReader
 from hilbench.errors import UsageError
+from hilbench.mcu import parts as wiring
 from hilbench.mcu.group import MachineGroup
+from hilbench.mcu.i2c_buses import Buses
+from hilbench.mcu.parts import Parts
 from hilbench.strict import Strict
-from hilbench.wiring import parts as wiring
-from hilbench.wiring.bus_reader import BusReader
-from hilbench.wiring.buses import Buses
-from hilbench.wiring.parts import Parts
 from targets.mcu.stm32.i2c import I2c
 from targets.mcu.testing import FakeChip, peek, poke
 from targets.parts import Part

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from hilbench.check.provider import CaseInfo, CaseSetup
-from hilbench.config import open_bench
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
 from hilbench.journal import Journal
+from hilbench.judging.provider import CaseInfo, CaseSetup
 from hilbench.mcu.board_provider import BoardProvider
-from hilbench.shared import Shared
 from targets.parts.encoder_3bit import SECTOR_RAD
 from targets.parts.motor_code import MotorWord
 from worlds.errors import WorldError

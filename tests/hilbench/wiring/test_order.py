@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.bench_file import PartPlan, QuantityEnd
-from hilbench.wiring import parts as wiring
-from hilbench.wiring.order import CircleError, order_of
-from hilbench.wiring.parts import Parts
+from hilbench.benchfile.bench_file import PartPlan, QuantityEnd
+from hilbench.benchfile.order import CircleError, order_of
+from hilbench.mcu import parts as wiring
+from hilbench.mcu.parts import Parts
 from targets.parts import Direction, Part, Quantity
 
 

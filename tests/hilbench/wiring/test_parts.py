@@ -7,10 +7,10 @@ from functools import partial
 
 import pytest
 
-from hilbench.bench_file import Net, PartPlan, PinEnd, TerminalEnd
+from hilbench.benchfile.bench_file import Net, PartPlan, PinEnd, TerminalEnd
 from hilbench.links import Line, MemoryLink
-from hilbench.wiring import parts as wiring
-from hilbench.wiring.parts import Parts
+from hilbench.mcu import parts as wiring
+from hilbench.mcu.parts import Parts
 from targets.parts import Control, Direction, Part, Quantity, Terminal
 from targets.parts.joystick import JoystickSettings
 from targets.parts.part import check_controls

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from hilbench.bench_file import QuantityEnd
+from hilbench.benchfile.bench_file import QuantityEnd
 from hilbench.errors import HilbenchError
-from hilbench.wiring.surroundings import Surroundings
+from hilbench.mcu.surroundings import Surroundings
 from targets.parts.l298n import L298nOverload
 from worlds.vehicles.rover_4wd import Rover4wdBody
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hilbench.bench import Bench
 from hilbench.clock import Scheduler
 from hilbench.journal import Journal
-from hilbench.wiring.terminals import AnalogPinOutput, PinInput, PinOutput
+from hilbench.mcu.terminals import AnalogPinOutput, PinInput, PinOutput
 from targets.parts.part import HISTORY_NS
 
 MS = 1_000_000

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from measure.resync import __main__ as resync
+from measure.resync.measure import BEFORE_NS, FRAME, KINDS, STATUS_NS, drive, status, worst
 from protocols.carla import Mode
-from tests.resync import __main__ as resync
-from tests.resync.measure import BEFORE_NS, FRAME, KINDS, STATUS_NS, drive, status, worst
 
 PAGE = Path(__file__).parents[3] / "docs" / "carla" / "resync.md"
 
@@ -47,7 +47,7 @@ def test_what_it_takes_to_lose_one(monkeypatch):
     crafted = bytearray(status(number))
     crafted[11 - 7], crafted[16 - 7], crafted[21 - 7] = b"CD$"
     monkeypatch.setattr(
-        "tests.resync.measure.status", lambda wanted: bytes(crafted) if wanted == number else status(wanted)
+        "measure.resync.measure.status", lambda wanted: bytes(crafted) if wanted == number else status(wanted)
     )
     outcome = drive("hardened", stray, 1.0)
     assert (outcome.lost, outcome.mode) == (1, Mode.AUTOWARE)

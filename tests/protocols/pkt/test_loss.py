@@ -1,4 +1,4 @@
-"""What a line-splitting client loses: a small run of the experiment of `tests.loss`, against its formula."""
+"""What a line-splitting client loses: a small run of the experiment of `measure.loss`, against its formula."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from measure.loss.measure import Loss, by_formula, lost_by_lines, lost_by_newline
+from measure.loss.payloads import STRUCTURED, random_payloads
 from protocols.pkt import hides_newline
-from tests.loss.measure import Loss, by_formula, lost_by_lines, lost_by_newline
-from tests.loss.payloads import STRUCTURED, random_payloads
 
 DOCS = Path(__file__).parents[3] / "docs"
 

@@ -383,6 +383,27 @@ def test_a_jump_to_the_boot_loader_of_the_vendor_is_called_that(start):
     assert [note.where for note in machine.notes.all] == ["system memory"]
 
 
+def test_where_a_program_is_that_is_about_to_return_from_an_exception(start):
+    """A task that yields for ever: PC is an EXC_RETURN value at many a look."""
+    machine = start(0xDF00, 0xE7FD, 0x4770, vectors=[(11, CODE + 4 | 1)])  # svc 0; b to it; bx lr
+    seen, returning = set(), 0
+    for step in range(1, 60):
+        machine.run_to(step * 1000)
+        seen.add(machine.pc)
+        returning += machine.engine.get(Reg.PC) >= 0xFFFF_FFE0
+    assert returning > 10
+    assert seen <= {CODE, CODE + 2, CODE + 4}
+
+
+@pytest.mark.parametrize("stack", [0x1000_0000, 0x4001_3800])  # nothing; USART1
+def test_a_return_from_an_exception_with_a_stack_that_is_none_changes_nothing(start, stack):
+    machine = start(HANG)
+    machine.engine.set(Reg.MSP, stack)
+    machine.engine.set(Reg.PC, 0xFFFF_FFF9)
+    assert machine.pc >= 0xFFFF_FFE0
+    assert machine.notes.all == []
+
+
 @pytest.mark.parametrize(
     ("set_up", "mode"),
     [

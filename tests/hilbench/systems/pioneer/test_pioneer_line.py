@@ -8,8 +8,8 @@ from itertools import pairwise
 import pytest
 
 from hilbench.bench import Bench
+from hilbench.benchfile.reader import open_bench
 from hilbench.clock import Scheduler
-from hilbench.config import open_bench
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.systems.pioneer.robot import VirtualPioneer, plan_of

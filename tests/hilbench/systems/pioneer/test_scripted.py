@@ -8,9 +8,9 @@ from itertools import pairwise
 import pytest
 
 from hilbench.bench import Bench
-from hilbench.check.verdicts import Violation
 from hilbench.clock import NS_PER_MS, NS_PER_S, Scheduler
 from hilbench.journal import Journal
+from hilbench.judging.verdicts import Violation
 from hilbench.links import Line, MemoryLink
 from hilbench.systems.pioneer.client import P2osClient
 from hilbench.systems.pioneer.scripted import Pause, ScriptedServer

@@ -7,10 +7,10 @@ import signal
 import pytest
 import serial
 
-from hilbench.bench_provider import make_provider
+from hilbench.benchfile.reader import open_bench, read_bench
 from hilbench.check import CheckOptions, Verdict, run_suites
+from hilbench.check.bench_provider import make_provider
 from hilbench.cli import main
-from hilbench.config import open_bench, read_bench
 from hilbench.errors import UsageError
 from hilbench.systems.pioneer.robot import plan_of
 from targets.robots.rover import RoverSettings

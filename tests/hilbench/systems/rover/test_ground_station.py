@@ -13,8 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.bench import Bench
+from hilbench.bench.devices import DeviceActor
 from hilbench.clock import Scheduler
-from hilbench.devices import DeviceActor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.systems.rover.ground_station import Chassis, GroundStation

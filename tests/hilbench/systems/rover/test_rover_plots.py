@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from hilbench.suites.rover_motion.throttles import ORIGINAL_RPM
-from tests.rover_plots.drives import STEPS, course
-from tests.rover_plots.pages import page
+from measure.rover_plots.drives import STEPS, course
+from measure.rover_plots.pages import page
 
 DOCS = Path(__file__).parents[4] / "docs"
 RECORD = json.loads((DOCS / "rover-motion.json").read_text(encoding="utf-8"))
@@ -36,7 +36,7 @@ def test_the_record_has_what_the_page_says_in_words():
 
 def test_pictures_are_drawn_from_it():
     pytest.importorskip("matplotlib", reason="matplotlib comes with the extra 'plots'")
-    from tests.rover_plots.pictures import pictures
+    from measure.rover_plots.pictures import pictures
 
     drawn = pictures(RECORD)
     assert {path.name for path in (DOCS / "images").glob("rover-*.png")} == drawn.keys()

@@ -8,17 +8,17 @@ from contextlib import ExitStack, closing
 import pytest
 import serial
 
-from hilbench.bench_provider import make_provider
+from hilbench.bench.devices import LinesActor
+from hilbench.benchfile.reader import open_bench, read_bench
 from hilbench.check import CheckOptions, Verdict, run_suites
-from hilbench.check.provider import CaseInfo, CaseSetup
+from hilbench.check.bench_provider import make_provider
 from hilbench.cli import main
-from hilbench.config import open_bench, read_bench
-from hilbench.devices import LinesActor
 from hilbench.errors import UsageError
+from hilbench.judging.provider import CaseInfo, CaseSetup
 from hilbench.links import Line, PtyDoor
-from hilbench.options import TargetChoice
 from hilbench.systems.vehicle.cases import car_host_settings
 from hilbench.systems.vehicle.provider import AttachedVehicleProvider
+from hilbench.terminal.options import TargetChoice
 from protocols.carla import BAUD
 from targets.robots.car_host import CarHostSettings
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings

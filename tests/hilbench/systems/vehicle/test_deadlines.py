@@ -1,4 +1,4 @@
-"""A small run of the measurement of `tests.deadlines`: right boards are within, wrong ones are not."""
+"""A small run of the measurement of `measure.deadlines`: right boards are within, wrong ones are not."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from measure.deadlines.measure import EVENTS, measure
+from measure.deadlines.pages import page, picture
+from measure.deadlines.rigs import RIGS, model_rig
+from measure.deadlines.spread import spread_of
 from protocols.carla.states import DEADLINES
-from tests.deadlines.measure import EVENTS, measure
-from tests.deadlines.pages import page, picture
-from tests.deadlines.rigs import RIGS, model_rig
-from tests.deadlines.spread import spread_of
 
 DOCS = Path(__file__).parents[4] / "docs"
 

@@ -1,4 +1,4 @@
-"""The pictures and the page of `tests.drive_plots`."""
+"""The pictures and the page of `measure.drive_plots`."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import re
 from pathlib import Path
 
 from hilbench.suites.vehicle_drive import STOP_M
-from tests.drive_plots.chart import Panel, chart
-from tests.drive_plots.pages import TEMPLATE
+from measure.drive_plots.chart import Panel, chart
+from measure.drive_plots.pages import TEMPLATE
 
 DOCS = Path(__file__).parents[4] / "docs"
 

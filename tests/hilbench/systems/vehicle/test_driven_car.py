@@ -8,13 +8,13 @@ from types import SimpleNamespace
 import pytest
 
 from hilbench.bench import Bench
-from hilbench.bench_model import World
+from hilbench.benchfile.bench_model import World
 from hilbench.clock import Scheduler
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
+from hilbench.mcu.bare_vehicle import BareVehicle
 from hilbench.systems.vehicle.driven_car import DrivenCar, car_command
 from hilbench.systems.vehicle.simulator_peer import BoardPeer
-from hilbench.wiring.vehicle import BareVehicle
 from protocols.carla import AckermannCommand, CommandFrame, ManualCommand, Mode
 from targets.robots.car_host import CarHostSettings
 from worlds.car_commands import CarCommand, CommandMode

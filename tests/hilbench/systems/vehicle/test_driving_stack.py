@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import pytest
 
 from hilbench.bench import Bench
+from hilbench.bench.devices import ClientDevice, DeviceActor
 from hilbench.clock import Scheduler
-from hilbench.devices import ClientDevice, DeviceActor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.systems.vehicle.driving_stack import DrivingStack

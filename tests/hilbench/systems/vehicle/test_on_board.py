@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from hilbench.bench_provider import make_provider
+from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, run_suites
-from hilbench.check.provider import CaseInfo, CaseSetup
-from hilbench.config import open_bench
+from hilbench.check.bench_provider import make_provider
 from hilbench.errors import InternalError
+from hilbench.judging.provider import CaseInfo, CaseSetup
 from hilbench.mcu.board_case import BoardCase
 from hilbench.suites._vehicle import Vehicle, vehicle_bench
 from hilbench.systems.vehicle.on_board import BoardHands, VehicleOnBoard, vehicle_hands_on
@@ -97,7 +97,7 @@ def test_its_lines_are_told_apart_by_their_usarts(there):
     ],
 )
 def test_a_faulty_image_is_found(clause, image):
-    from hilbench.options import TargetChoice
+    from hilbench.terminal.options import TargetChoice
     from targets.firmware import image_path
 
     choice = TargetChoice(name="brain.hardened", spec=f"nucleo-h753zi:{image_path(image)}")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from hilbench.bench import Bench
+from hilbench.bench.devices import ClientDevice, DeviceActor
 from hilbench.clock import Scheduler
-from hilbench.devices import ClientDevice, DeviceActor
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.systems.vehicle.stack_peer import StackPeer

@@ -267,6 +267,17 @@ class TestLazyStacking:
         assert rig.cpu.cycle == cycle + ENTRY_CYCLES + RETURN_CYCLES + 2 * FLOAT_CYCLES
         assert rig.cpu.floats[0] == 0xF00D
 
+    @pytest.mark.parametrize(("lazy", "cause"), [(LSPEN, None), (0, ("NOCP",))])
+    def test_a_context_that_nobody_may_store_at_entry(self, rig, lazy, cause):
+        """As in QEMU: the frame has room for it, and the fault comes before the handler."""
+        rig.poke("FPU", "FPCCR", ASPEN | lazy)
+        begin_context(rig)
+        rig.poke("SCB", "CPACR", 0)
+        assert enter(rig) == rig.STACK_TOP - EXTENDED
+        fault = rig.core.last_fault
+        assert (None if fault is None else fault.causes) == cause
+        assert rig.core.running == (16 if cause is None else Number.HARD_FAULT)
+
     def test_lazy_costs_nothing_until_it_is_used(self, rig):
         begin_context(rig)
         cycle = rig.cpu.cycle

@@ -114,6 +114,14 @@ class TestMemoryProtection:
         m7.poke("MPU", "RNR", 3)
         assert (m7.peek("MPU", "RBAR_A3"), m7.peek("MPU", "RASR")) == (0x2000_0003, 0x17)
 
+    def test_a_region_that_there_is_not(self, m7):
+        """QEMU ignores both writes."""
+        m7.poke("MPU", "RNR", 9)
+        assert m7.peek("MPU", "RNR") == 1
+        m7.poke("MPU", "RBAR", 0x2000_0000 | 1 << 4 | 10)
+        assert m7.peek("MPU", "RNR") == 2
+        assert m7.chip.noted("misuse") == ["MPU_RNR"]
+
     def test_that_nothing_is_refused_is_said(self, m7):
         m7.poke("MPU", "CTRL", 4)
         assert not m7.chip.noted()

@@ -6,6 +6,7 @@ that the driver gives it, or less.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -19,7 +20,7 @@ RCC, PWR, FLASH, SYSCFG, EXTI, HSEM = 0x5802_4400, 0x5802_4800, 0x5200_2000, 0x5
 CR, CFGR, D1CFGR, D2CFGR, D3CFGR, PLLCKSELR, PLLCFGR, PLL1DIVR, PLL1FRACR = (
     RCC + offset for offset in (0x00, 0x10, 0x18, 0x1C, 0x20, 0x28, 0x2C, 0x30, 0x34)
 )
-CIER, BDCR, AHB3ENR, AHB4ENR, APB4ENR = (RCC + offset for offset in (0x60, 0x70, 0xD4, 0xE0, 0xF4))
+CIER, BDCR, CSR, AHB3ENR, AHB4ENR, APB4ENR = (RCC + offset for offset in (0x60, 0x70, 0x74, 0xD4, 0xE0, 0xF4))
 ACTVOSRDY = VOSRDY = 1 << 13
 MS = 1_000_000
 
@@ -207,3 +208,19 @@ def test_a_semaphore_is_taken_by_the_identifier_of_the_header(program):
     program.put(HSEM + 4 * 2, 3 << 8)
     program.put(HSEM + 4 * 2, 1 << 31 | 3 << 8 | 5)
     assert program.get(HSEM + 4 * 2) == 1 << 31 | 3 << 8 | 5
+
+
+def test_the_lsi_at_a_pin_is_told_edge_by_edge(program):
+    """HAL_RCC_MCOConfig(RCC_MCO2, RCC_MCO2SOURCE_LSICLK, RCC_MCODIV_4), on PC9: 8 kHz, which the host can follow."""
+    edges = []
+    program.machine.chip.pins["PC9"].on_edge(lambda _cycle, ns, level: edges.append((ns, level)))
+    program.change(CSR, 0, 1)
+    program.wait(CSR, 2, 2)
+    program.change(AHB4ENR, 0, 1 << 2)
+    program.change(0x5802_0800, 3 << 18, 2 << 18)  # GPIOC_MODER
+    program.change(CFGR, 0x7F << 25, 5 << 29 | 4 << 25)
+    began_ns = program.machine.now_ns
+    program.machine.run_to(began_ns + MS)
+    since = [(ns, level) for ns, level in edges if ns > began_ns]
+    assert [level for _, level in since] == [True, False] * 8
+    assert {round((later - ns) / 100) for (ns, _), (later, _) in pairwise(since)} == {625}

@@ -1,0 +1,45 @@
+"""What the header of a journal says for those who show it: protocol, state machines, boards, the world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hilbench.bench.teller import Observed, describe_machine
+from hilbench.benchfile.bench_file import EmulatedBoard
+from hilbench.plugins.discovery import PLUGINS
+from worlds.world import World
+
+__all__ = ["about_boards", "about_line", "about_world"]
+
+
+def about_line(operator: str, protocol: str, machines: Mapping[str, Observed]) -> dict[str, Any]:
+    """Return which source of the journal speaks which protocol, and the tables of the state machines to be seen."""
+    return {
+        "operator": operator,
+        "protocol": protocol,
+        "machines": {name: describe_machine(observed) for name, observed in machines.items()},
+    }
+
+
+def about_world(world: World | None) -> dict[str, Any]:
+    """Return what stands there, seen from above, in metres."""
+    if world is None:
+        return {}
+    boxes = [[[round(x, 3), round(y, 3)] for x, y in outline] for outline in world.scene.outlines_m().values()]
+    start, name = world.scene.start, world.vehicle.name
+    size = {"vehicle_size_m": PLUGINS.systems.vehicle(name).size_m} if name in PLUGINS.systems.vehicle_names() else {}
+    return {
+        "scene": {"name": world.scene.name, "boxes": boxes, "start": [start.x_m, start.y_m, start.yaw_rad]},
+        "vehicle": name,
+        **size,
+        "physics": world.name,
+    }
+
+
+def about_boards(boards: Mapping[str, EmulatedBoard]) -> dict[str, Any]:
+    """Return what is on emulated boards for people to see."""
+    return {
+        name: {"board": emulated.board_name, "leds": {led.pin: led.name for led in emulated.board.leds}}
+        for name, emulated in boards.items()
+    }

@@ -1,0 +1,259 @@
+"""One end of a line in the hands of a check, in any protocol: writes what a case wants, keeps what comes back.
+
+It is deliberately not a client: it starts nothing by itself, sends wrong things when told to, and has no opinion about
+what it receives. Judging is the business of the case.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from hilbench.bench import Bench
+from hilbench.bench.timed_reader import TimedReader
+from hilbench.clock import NS_PER_S
+from hilbench.errors import AwayError, UnavailableError
+from hilbench.judging.judge import at_most
+from hilbench.judging.verdicts import Violation
+from hilbench.links import Port
+
+__all__ = ["QUIET_S", "LinePeer", "Received", "Sound", "Unsound"]
+
+MessageT = TypeVar("MessageT")
+KindT = TypeVar("KindT")
+
+QUIET_S = 0.25
+"""A line with nothing on it for this long is quiet. A choice: two and a half times the usual 100 ms between reports."""
+
+_EVIDENCE_PACKETS = 6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sound(Generic[MessageT]):
+    """A sound frame: the bytes of it, and what it says; None if that cannot be read."""
+
+    raw: bytes
+    packet: MessageT | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unsound:
+    """Bytes that are no frame, and why, as the protocol names it."""
+
+    reason: str
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Received(Generic[MessageT]):
+    """A packet as it came off the line.
+
+    Attributes:
+        start_ns: bench time at which its first byte was complete.
+        at_ns: bench time at which its last byte was complete.
+        raw: the whole frame.
+        packet: what it says; None if that cannot be read.
+    """
+
+    start_ns: int
+    at_ns: int
+    raw: bytes
+    packet: MessageT | None
+
+
+class LinePeer(ABC, Generic[MessageT]):
+    """One end of a line in the hands of a check.
+
+    Args:
+        bench: whose time passes while the peer waits.
+        port: the line.
+
+    Attributes:
+        REPLY_WITHIN_S: how soon an answer is due, in seconds.
+        line_expected: whether a line that is down means that the target is gone; a case that hangs up clears it.
+    """
+
+    REPLY_WITHIN_S = 0.2
+
+    def __init__(self, bench: Bench, port: Port) -> None:
+        self.bench = bench
+        self.received: list[Received[MessageT]] = []
+        self.dropped: list[Unsound] = []
+        self._timed: TimedReader[Sound[MessageT] | Unsound] = TimedReader(self._read)
+        self.line_expected = True
+        self.attach(port)
+
+    # --- what a protocol brings along
+
+    @abstractmethod
+    def _begin_reading(self) -> None:
+        """Forget an unfinished frame: what comes now is the beginning of something."""
+
+    @abstractmethod
+    def _read(self, data: bytes, at_ns: int) -> Iterable[Sound[MessageT] | Unsound]:
+        """Take bytes; return what they complete."""
+
+    @abstractmethod
+    def settle(self) -> None:
+        """Bring a real target back to where a case may begin, and discard what was received."""
+
+    # --- sending
+
+    def write(self, data: bytes) -> None:
+        """Put raw bytes on the line, as they are."""
+        self.bench.record("tx", "checker", data=data)
+        self.port.write(data)
+
+    def run(self, duration_s: float) -> None:
+        """Let bench time pass, in seconds."""
+        self.bench.run_for(duration_s)
+        self.require_line()
+
+    # --- looking back
+
+    @property
+    def bytes_received(self) -> int:
+        """How many bytes were received, in all or since `forget`."""
+        return self._timed.bytes_received
+
+    def mark(self) -> int:
+        """Return a position in what was received, to look only at what comes after it."""
+        return len(self.received)
+
+    def since(self, mark: int, kind: type[KindT]) -> list[tuple[Received[MessageT], KindT]]:
+        """Return the packets of a kind received since ``mark``, each with how it was received."""
+        return [(got, got.packet) for got in self.received[mark:] if isinstance(got.packet, kind)]
+
+    def evidence(self, mark: int | None = None) -> Sequence[str]:
+        """Return the latest packets (those since ``mark``) and what was dropped, as lines for a report."""
+        shown = self.received[-_EVIDENCE_PACKETS:] if mark is None else self.received[mark:][-_EVIDENCE_PACKETS:]
+        lines = [f"{got.at_ns / NS_PER_S:10.4f} s  {got.raw.hex(' ').upper()}" for got in shown]
+        lines += [f"dropped ({drop.reason})  {drop.data[:32].hex(' ').upper()}" for drop in self.dropped[-2:]]
+        return lines or [f"nothing received ({self.bytes_received} bytes in all)"]
+
+    def uncertainty_s(self, since_ns: int) -> float:
+        """Return how far off times on this bench may be, over what happened since ``since_ns``; see `Bench`."""
+        return self.bench.uncertainty_s(since_ns)
+
+    # --- waiting
+
+    def expect(
+        self,
+        kind: type[KindT],
+        within_s: float | None = None,
+        *,
+        where: Callable[[KindT], bool] | None = None,
+        what: str = "",
+        mark: int | None = None,
+    ) -> KindT:
+        """Wait for a packet of a kind, and require it to be in time.
+
+        Args:
+            kind: the class of packet.
+            within_s: how soon, in seconds of bench time from now, its last byte is due; as soon as an answer if None.
+            where: what else must hold for it.
+            what: what to call it in a report.
+            mark: from where on to look; by default only what comes from now on.
+
+        Raises:
+            TypeError: `kind` is no class.
+            Violation: none came in time.
+            Inconclusive: it came so close to the limit that the bench cannot tell.
+        """
+        if not isinstance(kind, type):
+            raise TypeError(f"{kind!r} is no class of messages")
+        within_s = self.REPLY_WITHIN_S if within_s is None else within_s
+        name = what or kind.__name__
+        start_ns = self.bench.now_ns
+        position = first = self.mark() if mark is None else mark
+        found: list[tuple[int, KindT]] = []
+
+        def arrived() -> bool:
+            nonlocal position
+            while position < len(self.received) and not found:
+                got = self.received[position]
+                position += 1
+                if isinstance(got.packet, kind) and (where is None or where(got.packet)):
+                    found.append((got.at_ns, got.packet))
+            return bool(found)
+
+        # Waiting a little beyond the limit tells late from never.
+        if not self.bench.run_until(arrived, within_s * 1.5 + 0.05):
+            self.require_line()
+            raise Violation(f"no {name} within {within_s:g} s", self.evidence(first))
+        at_ns, packet = found[0]
+        elapsed_s = max(0, at_ns - start_ns) / NS_PER_S
+        at_most(elapsed_s, within_s, unit="s", what=f"{name} came after", uncertainty=self.uncertainty_s(start_ns))
+        return packet
+
+    def expect_silence(self, for_s: float, *, why: str = "") -> None:
+        """Require that nothing at all comes for ``for_s`` seconds.
+
+        Raises:
+            Violation: a byte came.
+        """
+        mark, count, start_ns = self.mark(), self.bytes_received, self.bench.now_ns
+        self.run(for_s)
+        if self.bytes_received != count:
+            after_s = (self._timed.last_byte_ns - start_ns) / NS_PER_S
+            raise Violation(
+                f"{self.bytes_received - count} bytes came (the last after {after_s:.3f} s) where silence is required"
+                + (f": {why}" if why else ""),
+                self.evidence(mark),
+            )
+
+    def wait_quiet(self, for_s: float = QUIET_S, within_s: float = 2.0) -> bool:
+        """Let time pass until nothing has come for ``for_s`` seconds; say whether that was so within ``within_s``."""
+        end_ns = self.bench.now_ns + round(within_s * NS_PER_S)
+        while self.bench.now_ns < end_ns:
+            count = self.bytes_received
+            self.run(for_s)
+            if self.bytes_received == count:
+                return True
+        return False
+
+    def forget(self) -> None:
+        """Discard everything received so far."""
+        self._begin_reading()
+        self.received.clear()
+        self.dropped.clear()
+        self._timed.bytes_received = 0
+
+    # --- the line
+
+    def attach(self, port: Port) -> None:
+        """Use another port from now on; one that has gone meanwhile is forgiven."""
+        self.port = port = self.bench.near_end(port)
+        self.line_expected = True
+        self._went_away = False
+        self._begin_reading()
+        port.on_receive = self._take
+        port.on_line = self._line_changed
+
+    def require_line(self) -> None:
+        """Raise UnavailableError if the far end has gone away by itself, whether it is back by now or not.
+
+        AwayError where it may come back.
+        """
+        if self.line_expected and (self._went_away or not self.port.line_is_up):
+            kind = AwayError if self.port.comes_back else UnavailableError
+            raise kind("the target closed the line", where=self.port.name)
+
+    def _take(self, data: bytes, at_ns: int) -> None:
+        for item in self._timed.receive(data, at_ns):
+            self._keep(item, at_ns)
+
+    def _keep(self, item: Sound[MessageT] | Unsound, at_ns: int) -> None:
+        if isinstance(item, Unsound):
+            self.dropped.append(item)
+            self.bench.record("dropped", "checker", reason=item.reason, data=item.data)
+            return
+        self.bench.record("rx", "checker", data=item.raw, packet=type(item.packet).__name__)
+        start_ns = self._timed.start_ns(item.raw)
+        self.received.append(Received(start_ns=start_ns, at_ns=at_ns, raw=item.raw, packet=item.packet))
+
+    def _line_changed(self, up: bool, _at_ns: int) -> None:
+        self.bench.record("line", "checker", up=up)
+        self._went_away |= self.line_expected and not up

@@ -1,0 +1,29 @@
+"""Virtual targets that are no emulated boards, as something that can be put at the end of a line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from hilbench.bench import Bench
+from hilbench.links import Port
+
+__all__ = ["HOST_LINE", "ServedTarget"]
+
+HOST_LINE = "host"
+"""The line of a target that has one alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServedTarget:
+    """A virtual target and its lines.
+
+    Attributes:
+        lines: the rate of each of its lines, bit/s, by name.
+        make: brings it to life at the far ends of these lines, and returns how to end it.
+        source: its source in the journal, where it has one line alone; empty else.
+    """
+
+    lines: Mapping[str, int]
+    make: Callable[[Bench, Mapping[str, Port]], Callable[[], None]]
+    source: str = ""

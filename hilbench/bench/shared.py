@@ -1,0 +1,81 @@
+"""What all benches of a run have in common: the bench file, the journal, how long to wait."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from hilbench.bench import Bench
+from hilbench.bench.line_faults import LineFaults, describe_faults
+from hilbench.benchfile.reader import BenchFile
+from hilbench.clock import Scheduler
+from hilbench.journal import Journal
+from hilbench.judging.provider import CaseInfo
+
+if TYPE_CHECKING:
+    from hilbench.through import Passages
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shared:
+    """What all benches of a run have in common.
+
+    Attributes:
+        bench_file: what was asked for.
+        timeout_scale: how much longer to wait.
+        journal: where everything is recorded.
+        passage: what the checker's ports stand behind; None for nothing.
+    """
+
+    bench_file: BenchFile
+    timeout_scale: float
+    journal: Journal
+    passage: Passages | None = None
+
+    @property
+    def suites(self) -> Sequence[str]:
+        """What is checked where no suite is asked for."""
+        return self.bench_file.suites
+
+    def bench(self, scheduler: Scheduler) -> Bench:
+        """Return a bench on a scheduler."""
+        bench = Bench(scheduler, self.journal, timeout_scale=self.timeout_scale)
+        bench.passage = self.passage
+        return bench
+
+    def close(self, now_ns: int = 0) -> None:
+        """Give up what the checker's ports stand behind, and close the journal at this bench time, in ns.
+
+        Raises:
+            UnavailableError: the journal could not be written to its end.
+        """
+        if self.passage is not None:
+            self.passage.close()
+        self.journal.close(now_ns)
+
+    def describe(self, target: str, physics: str) -> Mapping[str, str]:
+        """Name the parts of the bench, and the faults that everything it says is subject to."""
+        parts = {"bench": self.bench_file.name, "target": target, "physics": physics}
+        faults = describe_faults(self.bench_file.faults)
+        lines = {"lines": self.passage.words} if self.passage else {}
+        return {**parts, **lines, **({"faults": faults} if faults else {})}
+
+    def line_faults(
+        self,
+        bench: Bench,
+        case: CaseInfo,
+        *,
+        near_is_client: bool,
+        on_interruption: Callable[[], None] = lambda: None,
+    ) -> LineFaults | None:
+        """Return the bench file's faults for the lines of a case, which begins now; None if it names none."""
+        if not self.bench_file.faults:
+            return None
+        return LineFaults(
+            bench,
+            self.bench_file.faults,
+            seed=case.seed,
+            near_is_client=near_is_client,
+            on_interruption=on_interruption,
+        )

@@ -1,0 +1,61 @@
+"""Finds out which I2C bus of which board each part is soldered to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hilbench.benchfile.bench_file import BusEnd, EmulatedBoard
+from hilbench.benchfile.bench_model import PartEntry
+from hilbench.nearest import did_you_mean
+from hilbench.strict import Path, Strict
+from targets.parts import Part
+
+__all__ = ["BusReader"]
+
+
+class BusReader:
+    """Reads what stands under ``buses`` of the parts of one file.
+
+    Args:
+        boards: its boards.
+        kinds: the class of each part.
+        strict: says where in the file something stands.
+    """
+
+    def __init__(self, boards: Mapping[str, EmulatedBoard], kinds: Mapping[str, type[Part]], strict: Strict) -> None:
+        self._boards = boards
+        self._kinds = kinds
+        self._strict = strict
+
+    def read(self, name: str, entry: PartEntry) -> dict[str, BusEnd]:
+        """Return the buses of a part, by its own names for them.
+
+        Raises:
+            UsageError: a bus does not exist on either side, or an end leads nowhere.
+        """
+        known = self._kinds[name].BUSES
+        for key in entry.buses:
+            if key not in known:
+                hint = did_you_mean(key, known, "its buses") if known else "it has none"
+                path: Path = ("parts", name, "buses", key)
+                raise self._strict.error(f"a {entry.kind} has no bus '{key}'", path, hint)
+        for key in known:
+            if key not in entry.buses:
+                example = next(iter(self._interfaces()), "BOARD.I2C1")
+                hint = f'add buses = {{ {key} = "{example}" }}'
+                raise self._strict.error(f"'{name}': its bus '{key}' leads nowhere", ("parts", name), hint)
+        return {key: self._end(("parts", name, "buses", key), text) for key, text in entry.buses.items()}
+
+    def _interfaces(self) -> list[str]:
+        return [f"{name}.{i2c}" for name, one in self._boards.items() for i2c in one.board.variant.i2cs]
+
+    def _end(self, path: Path, text: str) -> BusEnd:
+        board, _, interface = text.partition(".")
+        if board not in self._boards:
+            hint = did_you_mean(text, self._interfaces(), "they are")
+            raise self._strict.error(f"'{text}' is no I2C interface of a board", path, hint)
+        known = self._boards[board].board.variant.i2cs
+        if interface.upper() not in known:
+            hint = did_you_mean(interface.upper(), known, "they are") if known else "those of its chip are not modelled"
+            raise self._strict.error(f"'{board}' has no I2C interface '{interface}'", path, hint)
+        return BusEnd(board=board, interface=interface.upper())

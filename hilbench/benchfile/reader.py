@@ -1,0 +1,466 @@
+"""Finds and reads bench files: which targets stand in which world, and how they are wired.
+
+TOML, versioned and strict. The published schema (``hilbench/data/bench.schema.json``, for completion in editors) is
+generated from `hilbench.benchfile.bench_model`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import re
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from msgspec import UNSET
+
+from hilbench.benchfile.bench_file import CHECKER_END, BenchFile, EmulatedBoard, Link, ModelTarget, is_checker_end
+from hilbench.benchfile.bench_model import BenchModel, LinkEntry, PortEntry, TargetEntry, World
+from hilbench.benchfile.board_files import open_board, with_chip
+from hilbench.benchfile.fault_entries import FaultEntry
+from hilbench.benchfile.line_hooks import parse_step
+from hilbench.benchfile.wiring_reader import WiringReader
+from hilbench.clock import NS_PER_US
+from hilbench.errors import UnavailableError, UsageError
+from hilbench.files.names import file_name
+from hilbench.nearest import did_you_mean
+from hilbench.plugins.discovery import PLUGINS
+from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.plugins.system import ModelKind, System, VehicleKind, device_kind
+from hilbench.strict import Strict
+from hilbench.strict.schema import json_schema
+from hilbench.strict.toml_file import TomlFile
+from hilbench.terminal.options import DEFAULT_BENCH
+from worlds.errors import SceneFileError
+from worlds.scenes import read_scene, scene_names
+
+__all__ = [
+    "CHECKER_END",
+    "BenchFile",
+    "bench_schema",
+    "built_in_benches",
+    "open_bench",
+    "read_bench",
+    "resolve_scene",
+]
+
+BUILT_IN_FOLDER = Path(__file__).parent.parent / "benches"
+DEFAULT_FILE = Path("hilbench.toml")
+
+_LINE_NAME = re.compile(r"[A-Za-z_][\w-]*")
+_TABLE_ALIGNMENT = 0x80
+"""VTOR holds no lower bits (ARMv7-M ARM, DDI0403, section B3.2.5)."""
+_UNSEEN = ModelKind(settings=dict, protocol="", suites=(), beside=True, has_body=True)
+"""A model of a plug-in that is not run: whatever it may be, it is."""
+_MODEL_KEYS = ("model", "settings")
+_BOARD_KEYS = ("board", "chip", "firmware", "base", "timing", "skip_idle", "straps", "programs")
+
+
+def built_in_benches() -> tuple[str, ...]:
+    """Return the names of the benches that come with hilbench."""
+    return tuple(sorted(file.stem for file in BUILT_IN_FOLDER.glob("*.toml")))
+
+
+def open_bench(bench: str | None = None, *, run_plugins: bool = True) -> BenchFile:
+    """Read a bench file.
+
+    Args:
+        bench: name of a built-in bench or path of a file; None for ``./hilbench.toml`` if there is one and else
+            the default one.
+        run_plugins: run the plug-ins that it names. Without, what they bring is not looked at, and the bench cannot be
+            built.
+
+    Raises:
+        UsageError: there is no such bench, or its file is wrong; the line is named.
+    """
+    if bench is None:
+        bench = str(DEFAULT_FILE) if DEFAULT_FILE.is_file() else DEFAULT_BENCH
+    if bench in built_in_benches():
+        return read_bench(BUILT_IN_FOLDER / f"{bench}.toml", name=bench)
+    if run_plugins and (file := PLUGINS.systems.bench(bench)) is not None:
+        return read_bench(file, name=bench)
+    if "/" in bench or bench.endswith(".toml") or Path(bench).exists():
+        return read_bench(Path(bench), run_plugins=run_plugins)
+    if not run_plugins and PLUGINS.systems.is_of_stranger(bench):
+        raise UsageError("comes with a plug-in, and none is run here", where=bench, hint="name the bench file itself")
+    raise UsageError("no such bench", where=bench, hint=did_you_mean(bench, built_in_benches(), "built-in benches"))
+
+
+def read_bench(path: Path, name: str = "", *, run_plugins: bool = True) -> BenchFile:
+    """Read a bench file from a path; see `open_bench`."""
+    hint = did_you_mean(path.stem, built_in_benches(), "built-in benches")
+    return _Reader(TomlFile(path, "bench file", hint), run_plugins=run_plugins).read(name or path.name)
+
+
+def resolve_scene(scene: str, folder: Path, where: str) -> str:
+    """Return a built-in scene as it is, and a scene file by a path that leads to it from here.
+
+    Args:
+        scene: name of a built-in scene, or a path that ends in ``.toml``.
+        folder: what the path is relative to.
+        where: who names the scene, for the error.
+
+    Raises:
+        UsageError: there is no such scene or file.
+    """
+    if scene in scene_names():
+        return scene
+    scene = file_name(scene)
+    if not scene.endswith(".toml"):
+        raise UsageError(f"no scene '{scene}'", where=where, hint=did_you_mean(scene, scene_names(), "built-in scenes"))
+    if not (folder / scene).is_file():
+        raise UsageError(f"no scene file '{folder / scene}'", where=where)
+    try:
+        read_scene(folder / scene)
+    except SceneFileError as error:
+        raise UsageError(str(error)) from None
+    return str(folder / scene)
+
+
+def bench_schema() -> dict[str, Any]:
+    """Return the JSON Schema of bench files."""
+    schema = json_schema(BenchModel, "hilbench bench file")
+    systems = [system for system in PLUGINS.systems.there() if PLUGINS.systems.is_own(system.name)]
+    there = {name: kind for system in systems for name, kind in system.models().items()}
+    kinds = [kind.settings for kind in there.values()]
+    models, known = msgspec.json.schema_components(kinds, ref_template="#/$defs/{name}")
+    for model, definition in zip(kinds, (known[one.__name__] for one in kinds), strict=True):
+        definition["additionalProperties"] = False
+        definition["description"] = " ".join(definition["description"].partition("Raises:")[0].split())
+        for item in dataclasses.fields(model):
+            unit, source = item.metadata["unit"], item.metadata["source"]
+            definition["properties"][item.name]["description"] = f"{unit}; {source}" if unit else source
+    schema["$defs"] |= known
+    properties = schema["$defs"]["TargetEntry"]["properties"]
+    properties["settings"] |= {"anyOf": [*models, {"type": "object"}]}
+    properties["model"] |= {"anyOf": [{"enum": [*there]}, {"type": "string"}]}
+    del properties["model"]["type"]
+    vehicle = schema["$defs"]["World"]["properties"]["vehicle"]
+    vehicle["anyOf"] = [
+        {"enum": [name for system in systems for name in system.vehicles]},
+        {"type": vehicle.pop("type")},
+    ]
+    return schema
+
+
+class _Reader:
+    """Reads one file, and knows where in it everything is."""
+
+    def __init__(self, file: TomlFile, *, run_plugins: bool) -> None:
+        self._file = file
+        self._folder = file.path.parent
+        self._strict = Strict(file.place)
+        self._run_plugins = run_plugins
+        self._whose: dict[str, tuple[System | ProtocolPlugin, ModelKind]] = {}
+        self._kinds: dict[str, ModelKind] = {}
+
+    def read(self, bench_name: str) -> BenchFile:
+        model = self._strict.convert(self._file.data, BenchModel)
+        for number, text in enumerate(model.plugins):
+            self._use_plugin(text, ("plugins", number))
+        vehicle = self._vehicle(model)
+        self._check_targets(model, ready=vehicle is not None and vehicle.stands_ready)
+        boards = {name: self._board(name, entry) for name, entry in model.targets.items() if entry.board is not UNSET}
+        wiring = WiringReader(model, boards, vehicle, self._strict)
+        links = self._links(model, boards, wiring.serial_ends())
+        wiring.check_lines(links)
+        return BenchFile(
+            name=bench_name,
+            path=self._file.path,
+            digest=hashlib.sha256(self._file.text.encode()).hexdigest(),
+            world=self._world(model),
+            targets={name: self._model(name, entry) for name, entry in model.targets.items() if entry.board is UNSET},
+            boards=boards,
+            parts=wiring.parts(),
+            links=links,
+            nets=wiring.nets(),
+            lockstep_ns=model.lockstep_us * NS_PER_US,
+            suites=self._suites(model, links),
+            variants={name: self._file_beside(text, ("variants", name)) for name, text in model.variants.items()},
+            faults=self._faults(model, links),
+            port=self._port(model),
+            vehicle_ready=vehicle is not None and vehicle.stands_ready,
+        )
+
+    # --- plug-ins
+
+    def _use_plugin(self, text: str, path: tuple[str | int, ...]) -> None:
+        file = self._file_beside(text, path)
+        if self._run_plugins:
+            PLUGINS.add_file(file, self._file.place(path))
+
+    def _protocol(self, name: str, path: tuple[str | int, ...]) -> ProtocolPlugin | None:
+        """Return a protocol by its name; None where plug-ins are not run, and one of them may bring it."""
+        unseen = name in PLUGINS.names() or self._file.data.get("plugins")
+        if self._run_plugins or PLUGINS.is_own(name) or not unseen:
+            return PLUGINS.get(name, self._file.place(path))
+        return None
+
+    def _kind(self, name: str, model: str) -> tuple[System | ProtocolPlugin, ModelKind]:
+        """Return a model and whose it is: one of a system, or the device of a protocol."""
+        path, systems = ("targets", name, "model"), PLUGINS.systems
+        if self._run_plugins or not self._is_unseen(model):
+            found = systems.model(model, self._file.place(path))
+            if found is not None:
+                return found
+            if model not in PLUGINS.names():
+                known = did_you_mean(model, systems.models(), "models")
+                hint = f"{known}; another one comes with a plug-in (docs/plugins.md)"
+                raise self._strict.error(f"'{model}' is not a value it takes", path, hint)
+        protocol = self._protocol(model, path) if model in PLUGINS.names() else None
+        if protocol is None:
+            return System(), _UNSEEN
+        if protocol.device is None:
+            raise self._strict.error(f"the protocol '{model}' brings no model", path, "give its record a 'device'")
+        return protocol, device_kind(protocol)
+
+    def _vehicle(self, model: BenchModel) -> VehicleKind | None:
+        """Return the vehicle in the world; None where plug-ins are not run, and one of them may bring it."""
+        name, systems = model.world.vehicle, PLUGINS.systems
+        if not self._run_plugins and self._is_unseen(name):
+            return None
+        if "vehicle" not in self._file.data.get("world", {}) and name not in systems.vehicle_names():
+            return None  # the usual one is not installed, and nobody asks for it
+        try:
+            return systems.vehicle(name)
+        except KeyError:
+            hint = did_you_mean(name, systems.vehicle_names(), "it takes")
+            raise self._strict.error(f"'{name}' is not a value it takes", ("world", "vehicle"), hint) from None
+
+    def _is_unseen(self, name: str) -> bool:
+        """Say whether a plug-in that is not run may bring a model, vehicle or protocol of this name."""
+        there = name in PLUGINS.systems.models() or name in PLUGINS.systems.vehicle_names()
+        plugged_in = bool(self._file.data.get("plugins")) or PLUGINS.systems.is_of_stranger(name)
+        return not there and (plugged_in or (name in PLUGINS.names() and not PLUGINS.is_own(name)))
+
+    # --- targets
+
+    def _check_targets(self, model: BenchModel, *, ready: bool) -> None:
+        if not model.targets:
+            raise self._strict.error("[targets] names no target", ("targets",), "add [targets.robot]")
+        for name, entry in model.targets.items():
+            self._check_target(name, entry)
+        models = [name for name, entry in model.targets.items() if entry.board is UNSET]
+        self._whose = {name: self._kind(name, str(model.targets[name].model)) for name in models}
+        self._kinds = {name: kind for name, (_, kind) in self._whose.items()}
+        alone = [name for name in models if not self._kinds[name].beside]
+        if len(alone) > 1:
+            message = f"'{alone[1]}': more than one robot is not available in this version of hilbench"
+            raise self._strict.error(message, ("targets", alone[1]))
+        signals = any(entry.signals for entry in model.parts.values())
+        bodies = any(kind.has_body for kind in self._kinds.values())
+        stands = ready and len(models) < len(model.targets)
+        if "world" in self._file.data and not (bodies or signals or stands):
+            raise self._strict.error("nothing stands in a world here: no target has a body", ("world",))
+
+    def _check_target(self, name: str, entry: TargetEntry) -> None:
+        given = self._file.data["targets"][name]
+        if entry.board is UNSET and entry.model is UNSET:
+            kinds = " or ".join(f'"{kind}"' for kind in PLUGINS.systems.models())
+            hint = f"write model = {kinds}, or board and firmware"
+            raise self._strict.error("the key 'model' or 'board' is missing", ("targets", name), hint)
+        is_board = entry.board is not UNSET
+        for key in _MODEL_KEYS if is_board else _BOARD_KEYS:
+            if key in given:
+                message = f"'{key}' says nothing about {'a board' if is_board else 'a model'}"
+                raise self._strict.error(message, ("targets", name, key))
+        if is_board and entry.firmware is UNSET:
+            raise self._strict.error("the key 'firmware' is missing", ("targets", name))
+
+    def _model(self, name: str, entry: TargetEntry) -> ModelTarget:
+        path = ("targets", name, "settings")
+        settings = self._strict.convert_at(entry.settings, self._kinds[name].settings, path)
+        owner, kind = self._whose[name]
+        return ModelTarget(settings=settings, kind=kind, owner=owner)
+
+    def _board(self, name: str, entry: TargetEntry) -> EmulatedBoard:
+        assert entry.board is not UNSET
+        assert entry.firmware is not UNSET
+        board = open_board(entry.board, self._folder, self._file.place(("targets", name, "board")))
+        if entry.chip is not UNSET:
+            board = with_chip(board, entry.chip, self._file.place(("targets", name, "chip")))
+        where = self._file.place(("targets", name, "firmware"))
+        firmware = self._folder / file_name(entry.firmware)
+        if not firmware.is_file():
+            raise UnavailableError(f"no firmware file '{firmware}'", where=where)
+        given = msgspec.structs.asdict(entry.straps)
+        straps = {key: value for key, value in given.items() if value is not UNSET}
+        if straps.get("boot1") and board.variant.boot1_pin is None:
+            hint = "its option bytes have an address for each level of BOOT, which is boot0"
+            raise self._strict.error(f"the {board.chip} has no BOOT1", ("targets", name, "straps"), hint)
+        return EmulatedBoard(
+            board=board,
+            board_name=entry.board,
+            firmware=firmware,
+            base=self._base(name, entry),
+            timing=entry.timing,
+            skip_idle=entry.skip_idle,
+            straps=dataclasses.replace(board.straps, **straps),
+            programs=self._programs(name, entry),
+            where=where,
+        )
+
+    def _base(self, name: str, entry: TargetEntry) -> int | None:
+        """Return where a raw binary belongs, which is where its vector table is."""
+        if entry.base is UNSET:
+            return None
+        if entry.base % _TABLE_ALIGNMENT:
+            message = f"0x{entry.base:08X} is no multiple of 0x{_TABLE_ALIGNMENT:X}, as the place of a vector table is"
+            hint = "write that of the linker script, such as 0x08002000"
+            raise self._strict.error(message, ("targets", name, "base"), hint)
+        return entry.base
+
+    def _programs(self, name: str, entry: TargetEntry) -> dict[str, Path]:
+        paths = {program: self._folder / file_name(image) for program, image in entry.programs.items()}
+        for program, path in paths.items():
+            if not path.is_file():
+                where = self._file.place(("targets", name, "programs", program))
+                raise UnavailableError(f"no firmware file '{path}'", where=where)
+        return paths
+
+    def _file_beside(self, text: str, path: tuple[str | int, ...]) -> Path:
+        file = self._folder / file_name(text)
+        if not file.is_file():
+            raise self._strict.error(f"no file '{file}'", path)
+        return file
+
+    def _suites(self, model: BenchModel, links: Sequence[Link]) -> tuple[str, ...]:
+        """Return the suites of the file; where it names none those of its model, or of what its boards speak."""
+        if "suites" not in self._file.data:
+            if len(self._kinds) == len(model.targets):
+                return next(iter(self._kinds.values())).suites
+            spoken = (link.protocol for link in links if link.protocol is not None)
+            return tuple(dict.fromkeys(str(suite) for protocol in spoken for suite in protocol.suites))
+        from hilbench.benchfile.suites import shipped_suites  # takes its time
+
+        shipped = shipped_suites()
+        return tuple(
+            suite if suite in shipped else str(self._suite_file(suite, number, shipped))
+            for number, suite in enumerate(model.suites)
+        )
+
+    def _suite_file(self, suite: str, number: int, shipped: Collection[str]) -> Path:
+        file = self._folder / file_name(suite)
+        if file.exists():
+            return file
+        hint = did_you_mean(suite, shipped, "shipped suites")
+        raise self._strict.error(f"no suite '{suite}'", ("suites", number), hint)
+
+    def _world(self, model: BenchModel) -> World:
+        scene = resolve_scene(model.world.scene, self._folder, self._file.place(("world", "scene")))
+        return msgspec.structs.replace(model.world, scene=scene)
+
+    def _port(self, model: BenchModel) -> PortEntry:
+        for hook in ("boot", "reset"):
+            for number, step in enumerate(getattr(model.port, hook)):
+                try:
+                    parse_step(step)
+                except ValueError as error:
+                    raise self._strict.error(str(error), ("port", hook, number)) from None
+        return model.port
+
+    # --- lines
+
+    def _links(self, model: BenchModel, boards: dict[str, EmulatedBoard], part_ends: Sequence[str]) -> tuple[Link, ...]:
+        model_ends = self._model_ends()
+        lines = len(model_ends)
+        unseen = any(kind is _UNSEEN for kind in self._kinds.values())
+        if len(model.links) > lines and not boards and not unseen:
+            several = "one line" if lines == 1 else f"{lines} lines"
+            raise self._strict.error(f"a second link: this bench has {several}", ("links", lines))
+        usarts = [f"{name}.{usart.lower()}" for name, entry in boards.items() for usart in entry.board.variant.usarts]
+        known = (CHECKER_END, *model_ends, *usarts, *part_ends)
+        taken: set[str] = set()
+        links = []
+        for number, entry in enumerate(model.links):
+            for end in entry.ends:
+                self._check_end(number, end, known, taken)
+            if entry.ends[0] == entry.ends[1]:
+                raise self._strict.error(f"both ends are '{entry.ends[0]}'", ("links", number, "ends"))
+            if {*entry.ends} <= {*model_ends}:
+                hint = f'write ends = ["peer.LINE", "{entry.ends[0]}"]'
+                raise self._strict.error("a line of a model leads to the checker", ("links", number, "ends"), hint)
+            of_part = not {*entry.ends}.isdisjoint(part_ends)
+            if of_part:
+                self._check_part_line(number, entry, part_ends)
+            taken |= {*entry.ends} - {CHECKER_END}
+            baud, protocol = self._baud(number, entry, of_part=of_part), self._protocol_of(number, entry, usarts)
+            links.append(Link(ends=entry.ends, baud=baud, protocol=protocol))
+        return tuple(links)
+
+    def _check_part_line(self, number: int, entry: LinkEntry, part_ends: Sequence[str]) -> None:
+        if not any(end not in part_ends and not is_checker_end(end) for end in entry.ends):
+            message = f"{' and '.join(entry.ends)}: a line of a part leads to a board or to a robot"
+            raise self._strict.error(message, ("links", number, "ends"), 'write ends = [..., "brain.usart1"]')
+
+    def _check_end(self, number: int, end: str, known: Sequence[str], taken: set[str]) -> None:
+        path = ("links", number, "ends")
+        unseen = self._kinds.get(end.partition(".")[0]) is _UNSEEN
+        if end not in known and not unseen and not _names_checker_line(end):
+            raise self._strict.error(f"'{end}' is not the end of a link", path, did_you_mean(end, known, "ends"))
+        if end in taken:
+            raise self._strict.error(f"'{end}' has a line already", path)
+
+    def _protocol_of(self, number: int, entry: LinkEntry, usarts: Collection[str]) -> ProtocolPlugin | None:
+        """Return what is spoken between the checker and a board."""
+        if entry.protocol is UNSET:
+            return None
+        path = ("links", number, "protocol")
+        if not any(map(is_checker_end, entry.ends)) or {*entry.ends}.isdisjoint(usarts):
+            message = "only a line between 'peer' and a board has a protocol"
+            raise self._strict.error(message, path, "leave it out: a model speaks its own")
+        return self._protocol(entry.protocol, path)
+
+    def _baud(self, number: int, entry: LinkEntry, *, of_part: bool) -> int:
+        """Return the rate of the end that is no emulated USART."""
+        path = ("links", number, "baud")
+        model_end = next((end for end in entry.ends if end in self._model_ends()), None)
+        two_usarts = model_end is None and not any(map(is_checker_end, entry.ends)) and not of_part
+        if two_usarts and entry.baud is not UNSET:
+            raise self._strict.error("both ends are USARTs and have a rate of their own", path, "leave it out")
+        if model_end is None:
+            return 0 if entry.baud is UNSET else entry.baud
+        kind = self._kinds[model_end.partition(".")[0]]
+        baud = kind.baud if entry.baud is UNSET else entry.baud
+        if kind.rates and baud not in kind.rates:
+            rates = ", ".join(map(str, kind.rates))
+            raise self._strict.error(f"{baud} is not a value it takes", path, f"{model_end} takes: {rates}")
+        return baud
+
+    # --- faults
+
+    def _faults(self, model: BenchModel, links: Sequence[Link]) -> tuple[FaultEntry, ...]:
+        """Let each fault say where it goes, by its receiving end."""
+        boards = any(entry.board is not UNSET for entry in model.targets.values())
+        if model.faults and boards:
+            message = "faults on the lines of emulated boards are not available in this version of hilbench"
+            raise self._strict.error(message, ("faults", 0))
+        lines: list[Sequence[str]] = [link.ends for link in links] or [(CHECKER_END, *self._model_ends()[:1])]
+        return tuple(self._with_direction(number, fault, lines) for number, fault in enumerate(model.faults))
+
+    def _with_direction(self, number: int, fault: FaultEntry, lines: Sequence[Sequence[str]]) -> FaultEntry:
+        if fault.link >= len(lines):
+            there = "one line, link 0" if len(lines) == 1 else f"{len(lines)} lines, link 0 to {len(lines) - 1}"
+            message = f"there is no link {fault.link}: this bench has {there}"
+            raise self._strict.error(message, ("faults", number, "link"))
+        ends = lines[fault.link]
+        if fault.kind == "disconnect":
+            return fault
+        for name, end in (("towards", fault.towards), ("from", fault.from_)):
+            if end is not UNSET and end not in ends:
+                hint = did_you_mean(end, ends, "ends")
+                raise self._strict.error(f"'{end}' is not an end of the link", ("faults", number, name), hint)
+        towards = fault.towards
+        if towards is UNSET:
+            towards = ends[0] if fault.from_ == ends[1] else ends[1]
+        return msgspec.structs.replace(fault, towards=towards, from_=UNSET)
+
+    def _model_ends(self) -> list[str]:
+        return [f"{name}.{line}" for name, kind in self._kinds.items() for line in kind.lines]
+
+
+def _names_checker_line(end: str) -> bool:
+    """Say whether it is ``peer.LINE``."""
+    return is_checker_end(end) and _LINE_NAME.fullmatch(end.partition(".")[2]) is not None

@@ -1,0 +1,238 @@
+"""The command line: finds the command, runs it, and turns what goes wrong into one line and an exit code.
+
+A command is a module in `hilbench.commands` with ``SUMMARY``, ``parser()`` and ``run(arguments)``. Only the one that is
+asked for is imported, and nothing heavy before it is known what to do: ``hilbench --help`` is there at once. A command
+that opens what must be closed calls `hilbench.terminal.interruption.raise_once` before it does.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import io
+import os
+import sys
+from collections.abc import Sequence
+
+from hilbench import __version__
+from hilbench.errors import HilbenchError, InternalError, UnavailableError, UsageError
+from hilbench.exit_codes import ExitCode
+from hilbench.terminal import interruption
+
+COMMANDS = {
+    "check": "run conformance suites on a target and report clause by clause",
+    "run": "run firmware on emulated boards, in virtual time",
+    "decode": "show the bytes of a line as frames",
+    "protocols": "list the protocols that are there, those of plug-ins among them",
+    "export": "write a journal as MCAP, pcapng, VCD or CSV",
+    "diff": "compare two recordings: what the pins did, or event by event",
+    "proxy": "stand between a client and a board: look, record, inject faults",
+    "serve": "offer a virtual target on a pty or a TCP port, in real time",
+    "init": "write a bench file and a test for firmware of your own",
+    "attach": "come back to a bench that was left running in the dashboard",
+    "replay": "look at a recording in the dashboard, or play it to a target",
+    "doctor": "say what is wrong here and what to do, how exact a port is, what is modelled of a chip",
+    "ports": "show serial ports: what is plugged in, who has it, what is in the way",
+    "udev": "rules for udev: access to boards and adapters, names that stay",
+    "validate": "read a bench file and say whether it is right",
+}
+
+_OF_DASHBOARD = frozenset({"--journal", "--scene", "--seed", "--target", "--web", "--web-host"})
+"""Options of the dashboard, which need no bench before them."""
+_OWN = frozenset({"live"})
+"""Commands that hilbench itself gives to processes of its own."""
+
+_LOOKS_FOR_ITSELF = frozenset({"doctor"})
+"""Commands that tell of packages in the place of ours in their own way."""
+
+_HELP = """\
+usage: hilbench [BENCH]             the dashboard: a bench, live
+       hilbench COMMAND [options]
+
+A hardware-in-the-loop bench for serial protocol stacks.
+
+commands:
+{commands}
+
+options:
+  -h, --help  show this help; 'hilbench COMMAND --help' shows that of a command
+  --version   show the version
+
+examples:
+  hilbench pioneer
+  hilbench check pioneer
+  hilbench check --target serial:/dev/ttyUSB0@9600 --suite p2os-server
+  hilbench serve pioneer --pty ./p2
+  hilbench run bluepill:firmware.elf --for 10s --follow
+  hilbench init --board bluepill --image firmware.elf
+
+exit codes:
+    0  all checks passed
+    1  the target violates a clause; firmware crashed, or ended with another status than 0
+    2  wrong usage or bench file, nothing selected
+    3  bench or target not available, or output that could not be written
+    4  inconclusive
+    5  defect in hilbench
+  130  interrupted; what was recorded is complete and readable"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        argv: the words after ``hilbench``; those of the process by default.
+
+    Returns:
+        The exit code.
+    """
+    interruption.end_at_once()
+    _prepare_streams()
+    code = _answered(list(sys.argv[1:] if argv is None else argv))
+    return _flushed(code)
+
+
+def _answered(words: list[str]) -> int:
+    try:
+        return int(_dispatch(words))
+    except KeyboardInterrupt:
+        return _end("interrupted", ExitCode.INTERRUPTED)
+    except InternalError as error:
+        return _defect(error)
+    except HilbenchError as error:
+        return _end(str(error), error.exit_code)
+    except BrokenPipeError:
+        return ExitCode.OK
+    except SystemExit as done:
+        return done.code if isinstance(done.code, int) else ExitCode.OK
+    except Exception as error:  # noqa: BLE001 - the last line of defence: whatever it is, it is ours
+        return _defect(error)
+
+
+def _dispatch(words: list[str]) -> int:
+    if not words or words[0].partition("=")[0] in _OF_DASHBOARD or _is_bench(words[0]):
+        return _run("dashboard", words)
+    first = words[0]
+    if first in {"-h", "--help", "help"}:
+        _say(_HELP.format(commands="\n".join(f"  {name:<11}{what}" for name, what in COMMANDS.items())))
+        return ExitCode.OK
+    if first == "--version":
+        _say(f"hilbench {__version__}")
+        return ExitCode.OK
+    if first not in COMMANDS and first not in _OWN:
+        raise _unknown_command(first)
+    return _run(first, words[1:])
+
+
+def _run(name: str, words: list[str]) -> int:
+    command = importlib.import_module(f"hilbench.commands.{name}")
+    arguments = command.parser().parse_words(words)
+
+    if name not in _LOOKS_FOR_ITSELF:
+        from hilbench.cli.siblings import check_siblings
+
+        check_siblings()
+    try:
+        return int(command.run(arguments))
+    finally:
+        _report_plugins()
+
+
+def _report_plugins() -> None:
+    """Say of each plug-in that was looked at and cannot be used why that is: one line."""
+    discovery = sys.modules.get("hilbench.plugins.discovery")
+    for line in discovery.PLUGINS.lines_of_broken() if discovery is not None else ():
+        _end(f"note: {line}", ExitCode.OK)
+
+
+def _is_bench(word: str) -> bool:
+    """Say whether a word that stands where a command does is a bench; a command of that name comes first."""
+    if word.startswith("-") or word in COMMANDS or word in _OWN or word == "help":
+        return False
+    from pathlib import Path
+
+    built_in = Path(__file__).parent.parent / "benches" / f"{word}.toml"
+    return word.endswith(".toml") or ":" in word or built_in.is_file() or _is_of_plugin(word)
+
+
+def _is_of_plugin(word: str) -> bool:
+    """Say whether a bench of an installed system may have this name; none of its code is run to say so."""
+    from hilbench.plugins.discovery import PLUGINS
+
+    return PLUGINS.systems.is_of_stranger(word)
+
+
+def _say(text: str) -> None:
+    from hilbench.terminal.console import Console
+
+    Console().data(text)
+
+
+def _unknown_command(word: str) -> UsageError:
+    from hilbench.nearest import did_you_mean
+
+    kind = "option" if word.startswith("-") else "command"
+    known = ["--help", "--version"] if kind == "option" else list(COMMANDS)
+    return UsageError(f"unknown {kind} '{word}'", hint=did_you_mean(word, known, f"{kind}s"))
+
+
+def _end(line: str, code: ExitCode) -> ExitCode:
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        print(f"hilbench: {line}", file=sys.stderr)
+    return code
+
+
+def _defect(error: BaseException) -> ExitCode:
+    import tempfile
+    import traceback
+
+    what = " ".join(f"{type(error).__name__}: {error}".split())
+    place = _place_in_plugin(error)
+    try:
+        descriptor, path = tempfile.mkstemp(prefix="hilbench-defect-", suffix=".txt")
+        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+            traceback.print_exception(error, file=file)
+    except OSError:
+        path = "no file: it could not be written"
+    if place:
+        return _end(f"{place}: {what} (traceback in {path})", ExitCode.USAGE)
+    return _end(f"defect in hilbench: {what} (traceback in {path})", ExitCode.DEFECT)
+
+
+def _place_in_plugin(error: BaseException) -> str:
+    """Return file and line of a plug-in whose error it is; empty where it is ours."""
+    discovery = sys.modules.get("hilbench.plugins.discovery")
+    if discovery is None:
+        return ""
+    from hilbench.plugins.blame import place_of
+
+    return place_of(error, discovery.PLUGINS.brought)
+
+
+def _prepare_streams() -> None:
+    """Let every name be printed, and what is closed of 0, 1 and 2 be taken, so that no file or port of ours gets it.
+
+    What takes the place of a closed stream cannot be written to either: what is printed there is known to be lost.
+    """
+    for descriptor in (0, 1, 2):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDONLY)
+    if sys.stdout is None:
+        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115 - a descriptor
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _flushed(code: int) -> int:
+    from hilbench.terminal.console import flush_data, flush_narration
+
+    try:
+        flush_data()
+    except UnavailableError as error:
+        said = _end(str(error), error.exit_code)
+        return code if code in {ExitCode.INTERRUPTED, ExitCode.DEFECT} else said
+    finally:
+        flush_narration()
+    return code

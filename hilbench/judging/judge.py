@@ -1,0 +1,123 @@
+"""Judges a measured figure against a limit, as far as the bench can tell.
+
+A figure is an interval: value minus to value plus uncertainty. Wholly inside the limits it passes, wholly outside it is
+a violation, across a limit it is inconclusive. So a bench that is late or coarse never accuses a good target and never
+acquits a bad one. Every figure is recorded with its margin, also when it passes. A time for which no uncertainty is
+given has that of any time of the running case.
+"""
+
+from __future__ import annotations
+
+import math
+
+from hilbench.judging.recorder import record_measure, uncertainty_of_times_s
+from hilbench.judging.uncertainty import OfTimes
+from hilbench.judging.verdicts import Inconclusive, Measure, Violation
+
+_PER_S = {"s": 1, "ms": 1000}
+
+
+def at_most(value: float, limit: float, *, unit: str, what: str, uncertainty: float = 0.0, clause: str = "") -> Measure:
+    """Require ``value <= limit``.
+
+    Args:
+        value: the measured figure.
+        limit: the highest value allowed.
+        unit: the unit of all three figures.
+        what: what was measured, to begin a sentence with.
+        uncertainty: half the width of the interval in which the true value lies; not negative. 0 for what is certain,
+            or a time (in ``s`` or ``ms``) that is as uncertain as any of the case. `OfTimes`, as every bench gives it,
+            if it has what the benches were late by: on late ones a violation stands only then.
+        clause: the clause this is about, where a case cites several.
+
+    Raises:
+        Violation: even ``value - uncertainty`` is above the limit.
+        Inconclusive: the limit lies within the uncertainty.
+        ValueError: a figure is not a number, or the uncertainty is negative.
+    """
+    return _judge(value, None, limit, unit, what, uncertainty, clause)
+
+
+def at_least(
+    value: float, limit: float, *, unit: str, what: str, uncertainty: float = 0.0, clause: str = ""
+) -> Measure:
+    """Require ``value >= limit``; the mirror image of `at_most`.
+
+    Raises:
+        Violation: even ``value + uncertainty`` is below the limit.
+        Inconclusive: the limit lies within the uncertainty.
+        ValueError: a figure is not a number, or the uncertainty is negative.
+    """
+    return _judge(value, limit, None, unit, what, uncertainty, clause)
+
+
+def within(
+    value: float, low: float, high: float, *, unit: str, what: str, uncertainty: float = 0.0, clause: str = ""
+) -> Measure:
+    """Require ``low <= value <= high``; see `at_most` for the arguments.
+
+    Raises:
+        Violation: the whole interval of the measurement is outside the limits.
+        Inconclusive: it is partly inside; always so when the uncertainty exceeds half the distance of the limits and
+            the value is not clearly outside.
+        ValueError: a figure is not a number, the uncertainty is negative, or ``low`` is above ``high``.
+    """
+    if low > high:
+        raise ValueError(f"the lower limit {low} is above the upper limit {high}")
+    return _judge(value, low, high, unit, what, uncertainty, clause)
+
+
+def near(
+    value: float, target: float, tolerance: float, *, unit: str, what: str, uncertainty: float = 0.0, clause: str = ""
+) -> Measure:
+    """Require ``value`` to be within ``tolerance`` of ``target``; see `within`."""
+    return within(
+        value, target - tolerance, target + tolerance, unit=unit, what=what, uncertainty=uncertainty, clause=clause
+    )
+
+
+def _judge(
+    value: float, low: float | None, high: float | None, unit: str, what: str, uncertainty: float, clause: str
+) -> Measure:
+    if math.isnan(value) or math.isnan(uncertainty) or uncertainty < 0:
+        raise ValueError(f"{what}: {value} ± {uncertainty} {unit} is not a measurement")
+    uncertainty = uncertainty or _PER_S.get(unit, 0) * OfTimes(uncertainty_of_times_s())
+    measure = record_measure(what, value, unit, low=low, high=high, uncertainty=uncertainty, clause=clause)
+    seen = _sentence(measure)
+    if _outside(value, low, high, uncertainty):
+        raise Violation(seen, clause=clause, measure=measure)
+    if not _inside(value, low, high, uncertainty):
+        raise Inconclusive(f"{seen}: {_why_unclear(low, high, uncertainty, unit)}", clause=clause, measure=measure)
+    return measure
+
+
+def _outside(value: float, low: float | None, high: float | None, uncertainty: float) -> bool:
+    too_low = low is not None and value + uncertainty < low
+    too_high = high is not None and value - uncertainty > high
+    return too_low or too_high
+
+
+def _inside(value: float, low: float | None, high: float | None, uncertainty: float) -> bool:
+    high_enough = low is None or value - uncertainty >= low
+    low_enough = high is None or value + uncertainty <= high
+    return high_enough and low_enough
+
+
+def _why_unclear(low: float | None, high: float | None, uncertainty: float, unit: str) -> str:
+    if low is not None and high is not None and 2 * uncertainty > high - low:
+        return f"the bench cannot resolve a tolerance of ± {_figure((high - low) / 2)} {unit}"
+    return "the limit lies within the uncertainty"
+
+
+def _sentence(measure: Measure) -> str:
+    limits = []
+    if measure.low is not None:
+        limits.append(f"at least {_figure(measure.low)} {measure.unit}")
+    if measure.high is not None:
+        limits.append(f"at most {_figure(measure.high)} {measure.unit}")
+    doubt = f" ± {_figure(measure.uncertainty)}" if measure.uncertainty else ""
+    return f"{measure.name}: {_figure(measure.value)}{doubt} {measure.unit}, required {' and '.join(limits)}"
+
+
+def _figure(value: float) -> str:
+    return f"{value:.6g}"

@@ -1,0 +1,90 @@
+"""The I2C buses of the chips, with the parts that are soldered to them.
+
+A chip runs ahead of bench time, and so do the calls that its I2C makes of a part. What the part tells meanwhile goes
+into the journal at the time of the call; a transaction does so at its end, as one event of the bus. After each call the
+part is asked anew when it is due next, and no chip runs beyond that.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from functools import partial
+
+from hilbench.bench import Bench
+from hilbench.benchfile.bench_file import BusEnd, PartPlan
+from hilbench.mcu.group import MachineGroup
+from hilbench.mcu.parts import Parts
+from hilbench.mcu.seams import Machine
+from targets.mcu.i2c_bus import I2cSlave, I2cTransaction
+
+__all__ = ["Buses"]
+
+
+class _Ahead:
+    """A slave of a part, called while its chip is ahead of the bench."""
+
+    def __init__(self, parts: Parts, group: MachineGroup, name: str, slave: I2cSlave) -> None:
+        self._parts = parts
+        self._group = group
+        self._name = name
+        self._slave = slave
+
+    def address(self, address: int, read: bool, now_ns: int) -> bool:
+        with self._at(now_ns):
+            return self._slave.address(address, read, now_ns)
+
+    def write(self, byte: int, now_ns: int) -> bool:
+        with self._at(now_ns):
+            return self._slave.write(byte, now_ns)
+
+    def read(self, now_ns: int) -> int:
+        with self._at(now_ns):
+            return self._slave.read(now_ns)
+
+    def end(self, now_ns: int) -> None:
+        with self._at(now_ns):
+            self._slave.end(now_ns)
+
+    @contextlib.contextmanager
+    def _at(self, now_ns: int) -> Iterator[None]:
+        with self._parts.ahead(self._name, now_ns):
+            yield
+        due_ns = self._parts.settle(self._name)
+        if due_ns is not None:
+            self._group.limit(due_ns)
+
+
+class Buses:
+    """See the module.
+
+    Args:
+        bench: whose journal it is.
+        group: who lets the chips run.
+        machines: the chips, by board.
+        parts: the parts, not switched on yet.
+        plans: what they are soldered to.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        group: MachineGroup,
+        machines: Mapping[str, Machine],
+        parts: Parts,
+        plans: Mapping[str, PartPlan],
+    ) -> None:
+        self._bench = bench
+        self._group = group
+        for board, machine in machines.items():
+            for interface, i2c in machine.chip.i2cs.items():
+                i2c.bus.taps.append(partial(self._ended, str(BusEnd(board=board, interface=interface)).lower()))
+        for name, plan in plans.items():
+            for key, end in plan.buses.items():
+                slave = _Ahead(parts, group, name, parts.by_name[name].slave(key))
+                machines[end.board].chip.i2cs[end.interface].bus.attach(slave)
+
+    def _ended(self, source: str, transaction: I2cTransaction) -> None:
+        self._group.output(
+            transaction.end_ns, partial(self._bench.record_event, source, transaction), source=source, reacts=False
+        )

@@ -1,0 +1,134 @@
+"""What stands around the emulated boards of a bench: parts, and a model or a bare vehicle in its world."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from hilbench.bench import Bench
+from hilbench.benchfile.bench_file import BenchFile, Link, ModelTarget
+from hilbench.errors import UnavailableError
+from hilbench.links import Line, MemoryLink, Port
+from hilbench.mcu.group import MachineGroup
+from hilbench.mcu.i2c_buses import Buses
+from hilbench.mcu.parts import Parts
+from hilbench.mcu.seams import Machine
+from hilbench.mcu.usart_port import UsartPort
+from hilbench.plugins.discovery import PLUGINS
+from hilbench.plugins.system import System
+from worlds.errors import WorldError
+
+if TYPE_CHECKING:
+    from hilbench.bench.world_runner import WorldRunner
+    from hilbench.mcu.bare_vehicle import BareVehicle
+    from hilbench.plugins.system import Standing
+    from worlds.world import World
+
+__all__ = ["Surroundings"]
+
+
+class Surroundings:
+    """See the module.
+
+    Args:
+        bench: whose time everything lives in.
+        bench_file: what to build.
+        group: who lets the chips run.
+        machines: the chips, by board.
+        ports: the far ends of the USARTs' lines, as ``BOARD.usart1``.
+        seed: of everything random.
+
+    Raises:
+        UnavailableError: the world cannot be opened.
+
+    Attributes:
+        model: the model that stands in the world, if the bench has one.
+        world: the world, if anything stands in one.
+        body: the vehicle in it.
+        runner: who moves the world.
+        parts: the parts.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        bench_file: BenchFile,
+        group: MachineGroup,
+        machines: Mapping[str, Machine],
+        ports: Mapping[str, UsartPort],
+        *,
+        seed: int,
+    ) -> None:
+        self._bench = bench
+        self._bench_file = bench_file
+        self._ports = ports
+        self._seed = seed
+        self._undo = contextlib.ExitStack()
+        self.model: Standing | None = None
+        self.world: World | None = None
+        self.body: Any = None
+        self.runner: WorldRunner | None = None
+        self.parts = Parts(bench, bench_file.parts, machines, bench_file.nets, seed=seed)
+        Buses(bench, group, machines, self.parts, bench_file.parts)
+        try:
+            if bench_file.standing is not None:
+                self._add_model(bench_file.standing)
+            elif bench_file.has_world:
+                self._add_vehicle()
+        except WorldError as error:
+            raise UnavailableError(str(error), where=f"scene {bench_file.world.scene}") from error
+        self._join_parts()
+        self.parts.power_on()
+
+    def close(self) -> None:
+        """Give the world back."""
+        self._undo.close()
+
+    def _add_model(self, there: ModelTarget) -> None:
+        def line(baud: int) -> Port:
+            found = (self._model_port(link, Line(baud=baud)) for link in self._bench_file.links)
+            port = next(filter(None, found), None)
+            return port or MemoryLink(self._bench.scheduler, Line(baud=baud), name="robot").b
+
+        assert isinstance(there.owner, System)  # a protocol's device has no body
+        self.model = there.owner.stand(self._bench, self._bench_file, line, seed=self._seed)
+        self._undo.callback(self.model.close)
+        self._join(self.model)
+
+    def _add_vehicle(self) -> None:
+        from hilbench.mcu.bare_vehicle import BareVehicle
+
+        vehicle = BareVehicle(self._bench, self._bench_file.world, seed=self._seed)
+        self._undo.callback(vehicle.close)
+        self._join(vehicle)
+
+    def _join(self, vehicle: Standing | BareVehicle) -> None:
+        self.world, self.body, self.runner = vehicle.world, vehicle.body, vehicle.runner
+        kind = PLUGINS.systems.vehicle(self._bench_file.world.vehicle)
+        self.parts.join(vehicle.runner, partial(kind.wire, vehicle.body))
+
+    def _join_parts(self) -> None:
+        """Let parts be the far ends of USARTs; whatever a part hears it may answer at once."""
+        for link in self._bench_file.links:
+            ports = [self._ports[end] for end in link.ends if end in self._ports]
+            parts = [name for end in link.ends if (name := end.partition(".")[0]) in self._bench_file.parts]
+            if ports and parts:
+                ports[0].reacts = True
+                self.parts.attach(parts[0], ports[0])
+
+    def _model_port(self, link: Link, line: Line) -> Port | None:
+        """Return the model's end of a link that leads to it: that of a board's USART, or of a part."""
+        if not any(end.endswith(".host") for end in link.ends):
+            return None
+        for end in link.ends:
+            name = end.partition(".")[0]
+            if end in self._ports:
+                self._ports[end].reacts = True
+                return self._ports[end]
+            if name in self._bench_file.parts:
+                memory = MemoryLink(self._bench.scheduler, line, name=end)
+                self.parts.attach(name, memory.a)
+                return memory.b
+        return None

@@ -1,0 +1,168 @@
+"""`hilbench serve`: a virtual target behind real doors, in real time, until it is told to stop."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+
+from hilbench.bench import Bench
+from hilbench.bench.line_faults import LineFaults, describe_faults
+from hilbench.benchfile.reader import BenchFile
+from hilbench.clock import Scheduler
+from hilbench.errors import UsageError
+from hilbench.exit_codes import ExitCode
+from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink, Port, PtyDoor
+from hilbench.nearest import did_you_mean
+from hilbench.serving import (
+    AnyDoor,
+    Notice,
+    Say,
+    door_option,
+    open_door,
+    place,
+    run_until_stopped,
+    signals_held,
+    traffic,
+)
+from hilbench.serving.doors import SharedDoor
+from hilbench.serving.served_model import served_target
+from hilbench.terminal.options import DoorWish, ServeOptions
+
+
+def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
+    """Serve until interrupted.
+
+    Args:
+        options: doors, scene, seed, speed of the line.
+        bench_file: what to serve.
+        say: takes lines meant for a person; it must never wait for that person, the robot would stand still.
+
+    Returns:
+        OK: being interrupted is how serving ends, from the moment this function is entered.
+
+    Raises:
+        UsageError: no door, one that leads nowhere, or a scene that does not exist.
+        UnavailableError: a door cannot be opened, the physics is missing, or the journal can no longer be written.
+    """
+    if not options.doors:
+        raise UsageError("no door", where="hilbench serve", hint="add --pty PATH, --tcp PORT or --rfc2217 PORT")
+    target = served_target(bench_file, scene=options.scene, baud=options.baud, seed=options.seed)
+    wishes = _assigned(options, bench_file, tuple(target.lines))
+    # What is half built or half gone cannot be cleaned up: a signal waits until the robot runs, or until all is gone.
+    with signals_held(), contextlib.ExitStack() as stack:
+        scheduler = Scheduler()
+        doors = {
+            line: stack.enter_context(_doors(options, wishes.get(line, ()), scheduler, baud))
+            for line, baud in target.lines.items()
+        }
+        journal = Journal(options.journal, bench_file.header(options.seed), max_bytes=options.journal_max)
+        bench = Bench(scheduler, journal)
+        stack.callback(lambda: journal.close(bench.now_ns))
+        ports = {line: _port(bench, line, there, target.lines[line]) for line, there in doors.items()}
+        faulty = _faulty(bench, ports, options, bench_file, say)
+        stack.callback(target.make(bench, faulty))
+        if target.source:
+            _record_received(bench, target.source, *faulty.values())
+        for line, there in doors.items():
+            _announce(bench, there, ports[line], say, line if len(doors) > 1 else "")
+        for line in (line for line, there in doors.items() if not there):
+            end = line.rpartition(".")[2]
+            say(f"{line} is connected to nothing; add --pty {end}=PATH or --tcp {end}=PORT")
+        if bench_file.faults:
+            lines = "lines" if len(doors) > 1 else "line"
+            say(f"faults on the {lines}: {describe_faults(bench_file.faults)}")
+        opened = [*itertools.chain.from_iterable(doors.values())]
+        run_until_stopped(scheduler, say, notice=Notice(doors=opened))
+        for door in opened:
+            say(traffic(door))
+    return ExitCode.OK
+
+
+def _assigned(options: ServeOptions, bench_file: BenchFile, lines: Sequence[str]) -> Mapping[str, Sequence[DoorWish]]:
+    """Return the doors of each line; where there is one alone, all doors are its."""
+    if len(lines) > 1:
+        from hilbench.serving.usart_doors import assign
+
+        return assign(options, lines)
+    _check_links(options, bench_file)
+    return {lines[0]: options.doors}
+
+
+def _check_links(options: ServeOptions, bench_file: BenchFile) -> None:
+    """Make sure that a door which says where it leads means the robot's line, which is the only one."""
+    known = [end for name in bench_file.targets for end in (name, f"{name}.host")]
+    for wish in options.doors:
+        if wish.link and wish.link not in known:
+            where = f"{door_option(wish)} {wish.link}="
+            raise UsageError(f"no line '{wish.link}'", where=where, hint=did_you_mean(wish.link, known, "lines"))
+
+
+@contextlib.contextmanager
+def _doors(
+    options: ServeOptions, wishes: Sequence[DoorWish], scheduler: Scheduler, baud: int
+) -> Iterator[Sequence[AnyDoor]]:
+    with contextlib.ExitStack() as stack:
+        yield [
+            stack.enter_context(
+                contextlib.closing(open_door(wish, scheduler, Line(baud=baud), any_baud=options.any_baud))
+            )
+            for wish in wishes
+        ]
+
+
+def _port(bench: Bench, line: str, doors: Sequence[AnyDoor], baud: int) -> Port:
+    """Return the robot's end of a line, with these doors at the far end; without one it leads nowhere."""
+    if not doors:
+        return MemoryLink(bench.scheduler, Line(baud=baud), name=line).b
+    return doors[0] if len(doors) == 1 else SharedDoor(doors)
+
+
+def _faulty(
+    bench: Bench, ports: Mapping[str, Port], options: ServeOptions, bench_file: BenchFile, say: Say
+) -> Mapping[str, Port]:
+    """Return the robot's ends of the lines, with the faults of the bench file on them."""
+    if not bench_file.faults:
+        return ports
+    faults = LineFaults(bench, bench_file.faults, seed=options.seed, near_is_client=False)
+    faults.on_refused = lambda text: say(f"{bench.now_s:10.3f} s  {text}")
+    ends = {line: line.rpartition(".")[2] for line in ports}
+    links = {line: bench_file.link_of(end, [*ends.values()]) if len(ports) > 1 else 0 for line, end in ends.items()}
+    return {line: faults.on(port, links[line]) for line, port in ports.items()}
+
+
+def _record_received(bench: Bench, name: str, port: Port) -> None:
+    """Have what a client sends in the journal, too, for whoever judges it or plays it again."""
+    to_target = port.on_receive
+
+    def received(data: bytes, at_ns: int) -> None:
+        bench.record("rx", name, data=data)
+        to_target(data, at_ns)
+
+    port.on_receive = received
+
+
+def _announce(bench: Bench, doors: Sequence[AnyDoor], port: Port, say: Say, line: str) -> None:
+    """Tell where the doors are and who comes and goes; `line` is its name where there are several."""
+    to_robot = port.on_line
+    at, serving = (f"{line}: ", f"serving {line} at") if line else ("", "serving at")
+
+    def line_changed(up: bool, at_ns: int) -> None:
+        say(f"{bench.now_s:10.3f} s  {at}a client {'came' if up else 'left'}")
+        to_robot(up, at_ns)
+
+    def garbled(door: AnyDoor, client_baud: int) -> None:
+        say(
+            f"{bench.now_s:10.3f} s  the client set {client_baud} baud, the robot listens at {door.baud}; "
+            f"bytes are garbled as on a real line; --any-baud or --baud {client_baud}"
+        )
+
+    port.on_line = line_changed
+    for door in doors:
+        door.on_garbled = partial(garbled, door)
+        if isinstance(door, PtyDoor):
+            say(f"{serving} {place(door)} ({door.slave_name}), {door.baud} baud")
+        else:
+            say(f"{serving} {place(door)}, paced as {door.baud} baud")

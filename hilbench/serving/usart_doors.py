@@ -1,0 +1,154 @@
+"""Which USART of which board gets which door, and how a door and a USART are put together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from hilbench.errors import UnavailableError, UsageError
+from hilbench.links import Line, Port
+from hilbench.links.port import USUAL_BREAK_NS
+from hilbench.mcu.emulated import EmulatedBench
+from hilbench.mcu.usart_port import UNSET_BAUD, UsartPort
+from hilbench.nearest import did_you_mean
+from hilbench.serving import AnyDoor, Say, door_option, open_door, place
+from hilbench.serving.doors import SharedDoor
+from hilbench.terminal.options import DoorWish, ServeOptions
+from hilbench.terminal.options import PtyDoor as PtyWish
+
+__all__ = ["ServedUsart", "assign", "open_doors"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServedUsart:
+    """A USART and the doors that lead to it.
+
+    Attributes:
+        name: as ``brain.usart1``.
+        doors: one or more.
+    """
+
+    name: str
+    doors: tuple[AnyDoor, ...]
+
+
+def assign(
+    options: ServeOptions, free: Sequence[str], unasked: Sequence[str] | None = None
+) -> Mapping[str, list[DoorWish]]:
+    """Return the doors that each USART gets.
+
+    A door that names none gets the next USART, in the order of `free`, that no door of its kind has. Where no doors are
+    wished for, each USART of `unasked` gets a pty in the working folder, called after it.
+
+    Args:
+        options: the doors that were wished for.
+        free: the USARTs that can have doors, as ``brain.usart1``.
+        unasked: those of them that have one without anybody asking; all if left out.
+
+    Raises:
+        UsageError: no such USART, two doors of a kind for one, or more doors than USARTs.
+    """
+    wishes = options.doors
+    if not wishes:
+        return {name: [PtyWish(path=Path(f"./{name.replace('.', '-')}"))] for name in unasked or free}
+    found: dict[str, list[DoorWish]] = {}
+    for wish in sorted(wishes, key=lambda wish: not wish.link):
+        name = _named(wish, free, found) if wish.link else _next(wish, free, found)
+        found.setdefault(name, []).append(wish)
+    return {name: found[name] for name in free if name in found}
+
+
+def _named(wish: DoorWish, free: Sequence[str], found: Mapping[str, Sequence[DoorWish]]) -> str:
+    link = wish.link.lower()
+    fitting = [name for name in free if name == link or name.partition(".")[2] == link]
+    where = f"{door_option(wish)} {wish.link}="
+    if len(fitting) == 1:
+        if _has_such(wish, found.get(fitting[0], ())):
+            raise UsageError(f"{fitting[0]} has a door of this kind already", where=where, hint="one of each kind")
+        return fitting[0]
+    if fitting:
+        raise UsageError("several boards have it", where=where, hint=f"write one of {', '.join(fitting)}")
+    raise UsageError("no such USART, or it is linked already", where=where, hint=did_you_mean(link, free, "USARTs"))
+
+
+def _next(wish: DoorWish, free: Sequence[str], found: Mapping[str, Sequence[DoorWish]]) -> str:
+    for name in free:
+        if not _has_such(wish, found.get(name, ())):
+            return name
+    raise UsageError(f"more of them than USARTs ({', '.join(free) or 'none is free'})", where=door_option(wish))
+
+
+def _has_such(wish: DoorWish, others: Sequence[DoorWish]) -> bool:
+    return any(type(other) is type(wish) for other in others)
+
+
+def open_doors(
+    emulated: EmulatedBench, name: str, wishes: Sequence[DoorWish], options: ServeOptions
+) -> Iterator[AnyDoor]:
+    """Open the doors of one USART; the caller closes them.
+
+    Raises:
+        UsageError: something else is at the path of a pty.
+        UnavailableError: a door cannot be opened.
+    """
+    port = emulated.ports[name]
+    scheduler, line = emulated.bench.scheduler, Line(baud=port.baud)
+    for wish in wishes:
+        yield open_door(wish, scheduler, line, any_baud=options.any_baud, chip_time=port.chip_time)
+
+
+def connect(emulated: EmulatedBench, name: str, doors: Sequence[AnyDoor], say: Say) -> None:
+    """Put the doors of one USART at the far end of its line, and tell who comes and goes."""
+    port = emulated.ports[name]
+    outside: Port = doors[0] if len(doors) == 1 else SharedDoor(doors)
+    port.on_receive = lambda data, _at_ns: outside.write(data)
+    port.on_follow = partial(_follow, port, doors)
+    outside.on_receive = port.begin
+    outside.on_break = lambda _at_ns: port.send_break(outside.break_ns or USUAL_BREAK_NS)
+    port.on_break = _BreakOut(emulated, name, outside, say)
+    outside.on_line = lambda up, _at_ns: say(_now(emulated, name, f"a client {'came' if up else 'left'}"))
+    for door in doors:
+        door.on_garbled = partial(_garbled, emulated, name, door, say)
+
+
+class _BreakOut:
+    """Hands a break of the firmware to the client; that its door knows none is said once."""
+
+    def __init__(self, emulated: EmulatedBench, name: str, outside: Port, say: Say) -> None:
+        self._emulated, self._name, self._outside, self._say = emulated, name, outside, say
+        self._said = False
+
+    def __call__(self, _at_ns: int) -> None:
+        """Take a break that has ended."""
+        try:
+            self._outside.send_break(0)  # it is over
+        except UnavailableError as error:
+            if not self._said:
+                self._said = True
+                self._emulated.bench.record("break-refused", self._name, text=str(error))
+                self._say(_now(self._emulated, self._name, str(error)))
+
+
+def _follow(port: UsartPort, doors: Sequence[AnyDoor]) -> None:
+    for door in doors:
+        was_baud = door.baud
+        door.set_frame(port.baud, port.bits_per_byte)
+        if was_baud != port.baud:
+            door.follow(was_baud, unasked=was_baud == UNSET_BAUD)
+
+
+def _garbled(emulated: EmulatedBench, name: str, door: AnyDoor, say: Say, client_baud: int) -> None:
+    say(
+        _now(
+            emulated,
+            name,
+            f"the client at {place(door)} set {client_baud} baud, the line runs at {door.baud}; bytes are garbled as "
+            "on a real line; --any-baud",
+        )
+    )
+
+
+def _now(emulated: EmulatedBench, name: str, text: str) -> str:
+    return f"{emulated.bench.now_s:10.3f} s  {name}: {text}"

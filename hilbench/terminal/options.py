@@ -1,0 +1,150 @@
+"""What the command line hands to the bench: plain values, understood but not yet looked up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+DEFAULT_BENCH = "pioneer"
+"""The bench that is meant where none is named and no file is there."""
+
+THROUGH = ("pty", "tcp", "rfc2217", "proxy")
+"""What ``check --through`` takes."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TargetChoice:
+    """One ``--target [NAME=]T``.
+
+    Attributes:
+        spec: the TARGET, such as the name of a model or ``serial:/dev/ttyUSB0@9600``.
+        name: the target of the bench file that it replaces, or the line of the checker that it is at the far end of;
+            empty for the only one.
+    """
+
+    spec: str
+    name: str = ""
+
+    @property
+    def where(self) -> str:
+        """The option as it was written, for messages."""
+        return f"--target {self.name}={self.spec}" if self.name else f"--target {self.spec}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckOptions:
+    """What ``hilbench check`` was asked to do.
+
+    Attributes:
+        bench: name of a built-in bench or path of a bench file; None for ``./hilbench.toml`` if there is one and
+            else `DEFAULT_BENCH`.
+        targets: what to put in the place of the targets of the bench file.
+        suites: names of shipped suites, or paths of suite files or folders; empty for all shipped ones.
+        select: the expression of ``-k``; empty selects everything.
+        seed: seed of the run.
+        strict: whether a *should* counts like a *must*.
+        timeout_scale: how much longer than usual to wait, at least 1.
+        junit: where to write JUnit XML.
+        json: where to write the JSON report; ``-`` is standard output.
+        journal: where to write the journal.
+        journal_max: how large it and the part before it may get together, in bytes; None for no limit.
+        through: one of `THROUGH`, for lines that pass such a door of this machine; empty for lines in memory.
+        screens: the folder for pictures of the screen of the dashboard at the moment a case fails.
+        list_only: list the cases and run nothing.
+    """
+
+    bench: str | None = None
+    targets: tuple[TargetChoice, ...] = ()
+    suites: tuple[str, ...] = ()
+    select: str = ""
+    seed: int = 0
+    strict: bool = False
+    timeout_scale: float = 1.0
+    junit: Path | None = None
+    json: str | None = None
+    journal: Path | None = None
+    journal_max: int | None = None
+    through: str = ""
+    screens: Path | None = None
+    list_only: bool = False
+
+    def outputs(self) -> tuple[tuple[str, Path | None], ...]:
+        """Return the files to write, by the options that name them."""
+        json = None if self.json in {None, "-"} else Path(str(self.json))
+        return (("--junit", self.junit), ("--json", json), ("--journal", self.journal))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PtyDoor:
+    """One ``--pty [LINK=]PATH``: a pseudo-terminal with a stable name.
+
+    Attributes:
+        path: the symbolic link to make.
+        link: what it opens: a USART of an emulated board, as ``usart2`` or ``brain.usart2``; empty for the only link
+            of the bench, or the next USART.
+    """
+
+    path: Path
+    link: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TcpDoor:
+    """One ``--tcp [LINK=][HOST:]PORT``: a listening socket.
+
+    Attributes:
+        port: TCP port, 0 to 65535; 0 lets the system choose.
+        host: address to listen at.
+        link: what it opens: a USART of an emulated board, as ``usart2`` or ``brain.usart2``; empty for the only link
+            of the bench, or the next USART.
+    """
+
+    port: int
+    host: str = "127.0.0.1"
+    link: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rfc2217Door(TcpDoor):
+    """One ``--rfc2217 [LINK=][HOST:]PORT``: a listening socket for clients that set the rate of the line."""
+
+
+DoorWish = PtyDoor | TcpDoor | Rfc2217Door
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServeOptions:
+    """What ``hilbench serve`` was asked to do.
+
+    Attributes:
+        what: a TARGET, the name of a built-in bench, or the path of a bench file.
+        ptys: pseudo-terminals to offer.
+        tcps: sockets to listen at.
+        rfc2217s: likewise, for clients of RFC 2217.
+        scene: scene to use instead of that of the bench file; None keeps it.
+        seed: seed of the run.
+        baud: speed of the line in bit/s instead of that of the bench file; None keeps it.
+        any_baud: take clients at any speed, without the garbage a wrong speed makes on a real line.
+        journal: where to write the journal.
+        journal_max: how large it and the part before it may get together, in bytes; None for no limit.
+    """
+
+    what: str
+    ptys: tuple[PtyDoor, ...] = ()
+    tcps: tuple[TcpDoor, ...] = ()
+    rfc2217s: tuple[Rfc2217Door, ...] = ()
+    scene: str | None = None
+    seed: int = 0
+    baud: int | None = None
+    any_baud: bool = False
+    journal: Path | None = None
+    journal_max: int | None = None
+
+    @property
+    def doors(self) -> tuple[DoorWish, ...]:
+        """All doors that were wished for."""
+        return (*self.ptys, *self.tcps, *self.rfc2217s)
+
+    def outputs(self) -> tuple[tuple[str, Path | None], ...]:
+        """Return the files and links to make, by the options that name them."""
+        return (*(("--pty", pty.path) for pty in self.ptys), ("--journal", self.journal))

@@ -1,0 +1,116 @@
+"""Throughput of the PKT! frame reader beside a plain loop over the bytes, and beside its CRC alone.
+
+The ratios are printed, with the CRC that is in use; nothing is asserted on time.
+"""
+
+from __future__ import annotations
+
+import random
+import statistics
+import time
+
+import pytest
+
+from protocols.pkt import Frame, FrameReader, ImuReport, MotionReport, crc16, encode_frame, encode_report
+
+ROUNDS = 7
+STREAM_BYTES = 400_000
+
+
+class PlainReader:
+    """What one writes first, and what the firmware does: a state machine fed byte by byte."""
+
+    def __init__(self):
+        self.frames = []
+        self._state = 0
+        self._length = 0
+        self._payload = []
+        self._crc = 0
+
+    def receive(self, data):
+        for byte in data:
+            if self._state < 4:
+                self._state = self._state + 1 if byte == b"PKT!"[self._state] else 0
+            elif self._state == 4:
+                self._length, self._payload = byte, []
+                self._state = 5 if 1 <= byte <= 96 else 0
+            elif self._state == 5:
+                self._payload.append(byte)
+                if len(self._payload) == self._length:
+                    self._state = 6
+            elif self._state == 6:
+                self._crc = byte << 8
+                self._state = 7
+            elif self._state == 7:
+                self._state = 8 if self._crc | byte == crc16(bytes(self._payload)) else 0
+            else:
+                if byte == 0x0A:
+                    self.frames.append(bytes(self._payload))
+                self._state = 0
+
+
+def telemetry():
+    """Reports as a rover sends them: four of motion for one of the IMU."""
+    chance = random.Random(1)
+    data = bytearray()
+    while len(data) < STREAM_BYTES:
+        for _ in range(4):
+            ticks = tuple(chance.randrange(100_000) for _ in range(4))
+            data += encode_frame(encode_report(MotionReport(ticks=ticks)))
+        data += encode_frame(encode_report(ImuReport(acceleration=(chance.random(), 0.0, 1.0))))
+    return bytes(data)
+
+
+def noisy_telemetry():
+    """The same with noise between the frames."""
+    chance = random.Random(2)
+    data = bytearray()
+    while len(data) < STREAM_BYTES:
+        data += encode_frame(encode_report(MotionReport())) + chance.randbytes(chance.randrange(7))
+    return bytes(data)
+
+
+def cut(data, size):
+    return [data[at : at + size] for at in range(0, len(data), size)]
+
+
+def rate(read, parts):
+    """Median rate in MB/s, and the number of frames found."""
+    times = []
+    for _ in range(ROUNDS):
+        start = time.perf_counter()
+        frames = read(parts)
+        times.append(time.perf_counter() - start)
+    return sum(map(len, parts)) / statistics.median(times) / 1e6, frames
+
+
+def read_ours(parts):
+    reader = FrameReader()
+    return sum(isinstance(item, Frame) for part in parts for item in reader.receive(part, 0))
+
+
+def read_plainly(parts):
+    reader = PlainReader()
+    for part in parts:
+        reader.receive(part)
+    return len(reader.frames)
+
+
+def only_crc(payloads):
+    return sum(crc16(payload) < 0x10000 for payload in payloads)
+
+
+@pytest.mark.parametrize("stream", [telemetry, noisy_telemetry])
+@pytest.mark.parametrize("size", [4096, 32, 1])
+def test_throughput(stream, size, capsys):
+    parts = cut(stream(), size)
+    ours, frames = rate(read_ours, parts)
+    plain, plain_frames = rate(read_plainly, parts)
+    assert frames >= plain_frames > 0
+    payloads = [item.payload for item in FrameReader().receive(b"".join(parts), 0) if isinstance(item, Frame)]
+    crc, _ = rate(only_crc, payloads)
+    figures = (
+        f"{ours:.2f} MB/s, plain loop {plain:.2f} MB/s, ratio {ours / plain:.2f}; CRC alone {crc:.1f} MB/s of payload"
+    )
+    with capsys.disabled():
+        print(f"\n{stream.__name__}, chunks of {size}: {figures}")  # noqa: T201 - the figure is what one runs it for

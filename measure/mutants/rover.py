@@ -1,0 +1,469 @@
+"""Faulty rovers: the defects of the published firmwares, one by one, and what else a firmware engineer gets wrong.
+
+``python -m measure.mutants.rover`` runs the suite ``pkt-board`` against each and writes ``docs/rover-defects.md``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from unittest.mock import patch
+
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
+from hilbench.check import CheckOptions, run_suites
+from hilbench.check.results import Report
+from hilbench.clock import NS_PER_S
+from hilbench.journal import Journal
+from hilbench.judging.provider import CaseBench, CaseInfo
+from hilbench.mcu.board_provider import BoardProvider
+from hilbench.systems.rover.provider import RoverProvider
+from hilbench.terminal.options import TargetChoice
+from measure.mutants.defects_page import DefectsPage, Found, by_clauses, killers
+from measure.mutants.each_its_own import Fault
+from protocols.pkt import (
+    SERVER_TABLE,
+    Action,
+    Connection,
+    Dropped,
+    DropReason,
+    ExecutionReport,
+    Frame,
+    FrameAction,
+    FrameState,
+    FrameTable,
+    FrameTransition,
+    FrameTrigger,
+    Resync,
+    Role,
+    ServerState,
+    ServerTrigger,
+    Table,
+    Transition,
+    frame_table,
+)
+from protocols.pkt.clauses import BOARD_CLAUSES
+from protocols.pkt.server import ServerMachine
+from targets.firmware import image_path
+from targets.robots.rover import BEHAVIOURS, DEFECTS, Behaviour, RoverRobot, RoverSettings, behaviour_of
+from targets.robots.rover.control import Motors
+
+SHOWN = 3
+"""So many of the clauses that find a defect in the model are run on the emulated board."""
+
+PAGE = DefectsPage(path=Path(__file__).parents[2] / "docs" / "rover-defects.md", clauses=BOARD_CLAUSES)
+
+FrameEdges = Mapping[tuple[FrameState, FrameTrigger], FrameTransition]
+Edges = Mapping[tuple[ServerState, ServerTrigger], Transition]
+Change = Callable[[Behaviour], Behaviour]
+
+_F, _FT, _FA = FrameState, FrameTrigger, FrameAction
+_IDLE = FrameTransition(_F.IDLE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoverMutant:
+    """A rover with one fault.
+
+    Attributes:
+        id: stable name.
+        what: what it does wrong.
+        profile: of the cases that have to find it.
+        change: what is wrong with its behaviour.
+        frames: changed edges of its decoder.
+        edges: changed edges of its role.
+        patches: what is put in the place of parts of it.
+    """
+
+    id: str
+    what: str
+    profile: str = "documented"
+    change: Change = lambda behaviour: behaviour
+    frames: FrameEdges = field(default_factory=dict)
+    edges: Edges = field(default_factory=dict)
+    patches: tuple[Callable[[], contextlib.AbstractContextManager[object]], ...] = ()
+
+    def make(self, settings: RoverSettings) -> RoverRobot:
+        """Make the rover."""
+        behaviour = self.change(behaviour_of(settings))
+        table: Table = {**SERVER_TABLE, **self.edges}
+        frames: FrameTable = {**frame_table(behaviour.server.frames), **self.frames}
+        epoch_ns = round(behaviour.body.boot_s * NS_PER_S)
+        connection = Connection(Role.SERVER, behaviour.server, epoch_ns=epoch_ns, table=table, frames=frames)
+        return RoverRobot(settings, behaviour=behaviour, connection=connection)
+
+
+def published() -> tuple[RoverMutant, ...]:
+    """The defects of the published firmwares, in a rover that is otherwise as documented."""
+    return tuple(RoverMutant(id=defect.name, what=defect.text, change=defect.put_into) for defect in DEFECTS.values())
+
+
+def server(**changes: object) -> Change:
+    """Change `ServerOptions`."""
+    return lambda behaviour: replace(behaviour, server=replace(behaviour.server, **changes))  # type: ignore[arg-type]
+
+
+def frames(**changes: object) -> Change:
+    """Change `FramingOptions`."""
+
+    def change(behaviour: Behaviour) -> Behaviour:
+        options = replace(behaviour.server.frames, **changes)  # type: ignore[arg-type]
+        return replace(behaviour, server=replace(behaviour.server, frames=options))
+
+    return change
+
+
+def body(**changes: object) -> Change:
+    """Change `BodyQuirks`."""
+    return lambda behaviour: replace(behaviour, body=replace(behaviour.body, **changes))  # type: ignore[arg-type]
+
+
+def as_documented(_behaviour: Behaviour) -> Behaviour:
+    """The documented rover, where a shipped one is expected."""
+    return BEHAVIOURS["documented"]
+
+
+def everywhere(trigger: ServerTrigger, *actions: Action) -> Edges:
+    """The same edge in each state."""
+    return {(state, trigger): Transition(ServerState.LINKED, actions) for state in ServerState}
+
+
+def _saturating(act: Callable[..., None], machine: ServerMachine, action: Action) -> None:
+    if action is not Action.ACCEPT or machine.telemetry.accepted < 255:
+        act(machine, action)
+
+
+def _without_flags(set_values: Callable[..., None], motors: Motors, which: object, values: object, _flags: int) -> None:
+    set_values(motors, which, values, 3)
+
+
+def _saturating_rejected(act: Callable[..., None], machine: ServerMachine, action: Action) -> None:
+    if action is not Action.REJECT or machine.telemetry.rejected < 255:
+        act(machine, action)
+
+
+def _exchanged(set_both: Callable[..., None], motors: Motors, a_rpm: float, b_rpm: float, flags: int) -> None:
+    set_both(motors, b_rpm, a_rpm, flags)
+
+
+def _without_setpoint_flags(
+    set_both: Callable[..., None], motors: Motors, a_rpm: float, b_rpm: float, _flags: int
+) -> None:
+    set_both(motors, a_rpm, b_rpm, 3)
+
+
+def _silent_on_motors(send: Callable[..., None], machine: ServerMachine) -> None:
+    if machine.telemetry.last_opcode not in (3, 4, 5):
+        send(machine)
+
+
+def _always_success(_send: Callable[..., None], machine: ServerMachine) -> None:
+    machine.transmit(machine.encode(ExecutionReport(opcode=machine.telemetry.last_opcode, error=0)))
+
+
+def _filled_up(decode: Callable[..., object], machine: ServerMachine, frame: Frame) -> object:
+    if frame.payload[0] in (4, 5):
+        frame = replace(frame, payload=frame.payload.ljust(13, b"\0"))
+    return decode(machine, frame)
+
+
+def _only_without_control(stop: Callable[..., None], motors: Motors) -> None:
+    if not motors.pid:
+        stop(motors)
+
+
+def _counting_noise(drop: Callable[..., None], machine: ServerMachine, dropped: Dropped) -> None:
+    if dropped.reason is DropReason.NOISE:
+        dropped = Dropped(reason=DropReason.BAD_SYNC, data=dropped.data)
+    drop(machine, dropped)
+
+
+def patched(
+    owner: type, name: str, around: Callable[..., object]
+) -> Callable[[], contextlib.AbstractContextManager[object]]:
+    """Put a function around a method."""
+    original = getattr(owner, name)
+    return lambda: patch.object(owner, name, lambda self, *args: around(original, self, *args))
+
+
+_COUNTED = (Action.FEED_WATCHDOG, Action.ACCEPT, Action.SEND_GENERAL)
+_RESULT = (Action.NOTE_RESULT, Action.SEND_EXECUTION)
+
+BY_HAND = (
+    RoverMutant(
+        id="crc-unchecked",
+        what="a frame with a wrong CRC is executed",
+        frames={(_F.CRC2, _FT.BAD_CRC): FrameTransition(_F.TERMINATOR)},
+    ),
+    RoverMutant(
+        id="terminator-unchecked",
+        what="a frame without its newline is executed",
+        frames={(_F.TERMINATOR, _FT.WRONG): FrameTransition(_F.IDLE, (_FA.DISPATCH,))},
+    ),
+    RoverMutant(
+        id="lengths-uncounted",
+        what="a length out of range is not counted",
+        frames={(_F.LENGTH, _FT.BAD_LENGTH): FrameTransition(_F.IDLE, (_FA.ABANDON,))},
+    ),
+    RoverMutant(id="limit-255", what="any length is taken", change=frames(max_payload=255)),
+    RoverMutant(id="limit-95", what="95 bytes are the largest payload", change=frames(max_payload=95)),
+    RoverMutant(
+        id="sync-uncounted",
+        what="a broken sync word is not counted",
+        frames={
+            (state, _FT.WRONG): FrameTransition(_F.IDLE, (_FA.ABANDON,)) for state in (_F.SYNC1, _F.SYNC2, _F.SYNC3)
+        },
+    ),
+    RoverMutant(
+        id="noise-counted",
+        what="a byte that begins no frame counts as a broken sync word",
+        patches=(patched(ServerMachine, "drop", _counting_noise),),
+    ),
+    RoverMutant(
+        id="requests-counted",
+        what="REQUEST_TMY counts as a packet",
+        edges=everywhere(ServerTrigger.REQUEST, *_COUNTED),
+    ),
+    RoverMutant(
+        id="requests-unanswered",
+        what="REQUEST_TMY is not answered",
+        edges=everywhere(ServerTrigger.REQUEST, Action.FEED_WATCHDOG),
+    ),
+    RoverMutant(
+        id="commands-uncounted",
+        what="packets are not counted",
+        edges=everywhere(ServerTrigger.COMMAND, Action.FEED_WATCHDOG, Action.DELIVER_COMMAND, *_RESULT),
+    ),
+    RoverMutant(
+        id="unknown-rejected",
+        what="an unknown opcode counts as rejected",
+        edges=everywhere(ServerTrigger.UNKNOWN, Action.FEED_WATCHDOG, Action.REJECT),
+    ),
+    RoverMutant(
+        id="accepted-saturates",
+        what="ACCEPTED stays at 255",
+        patches=(patched(ServerMachine, "_act_on_packet", _saturating),),
+    ),
+    RoverMutant(
+        id="rejected-saturates",
+        what="REJECTED stays at 255",
+        patches=(patched(ServerMachine, "_act_on_packet", _saturating_rejected),),
+    ),
+    RoverMutant(
+        id="flags-ignored",
+        what="a motor command is for both pairs, whatever its flags",
+        patches=(patched(Motors, "_set", _without_flags),),
+    ),
+    RoverMutant(
+        id="setpoints-exchanged",
+        what="0x04 sets the right pair to A and the left one to B",
+        patches=(patched(Motors, "set_setpoints", _exchanged),),
+    ),
+    RoverMutant(
+        id="setpoint-flags-ignored",
+        what="0x04 is for both pairs, whatever its flags",
+        patches=(patched(Motors, "set_setpoints", _without_setpoint_flags),),
+    ),
+    RoverMutant(
+        id="0x81-not-for-motors",
+        what="0x81 is not sent after 0x03, 0x04 and 0x05",
+        patches=(patched(ServerMachine, "_send_execution", _silent_on_motors),),
+    ),
+    RoverMutant(
+        id="0x81-always-success",
+        what="0x81 has status 0 also after a command that was refused",
+        patches=(patched(ServerMachine, "_send_execution", _always_success),),
+    ),
+    RoverMutant(
+        id="short-speed-control-taken",
+        what="missing parameters of 0x04 and 0x05 are taken for 0",
+        patches=(patched(ServerMachine, "_decode", _filled_up),),
+    ),
+    RoverMutant(id="stops-late", what="the motors stop after two seconds of silence", change=server(silence_s=2.0)),
+    RoverMutant(
+        id="speed-control-outlives-the-link",
+        what="a lost link does not stop motors that are under speed control",
+        patches=(patched(Motors, "stop", _only_without_control),),
+    ),
+    RoverMutant(
+        id="requests-do-not-count-as-life",
+        what="REQUEST_TMY does not keep the link up",
+        edges={(state, ServerTrigger.REQUEST): Transition(state, (Action.SEND_GENERAL,)) for state in ServerState},
+    ),
+    RoverMutant(id="frame-timeout-300ms", what="a frame is given up after 0.3 s", change=frames(timeout_s=0.3)),
+    RoverMutant(id="frame-timeout-700ms", what="a frame is given up after 0.7 s", change=frames(timeout_s=0.7)),
+    RoverMutant(id="frame-timeout-20s", what="a frame is given up after 20 s", change=frames(timeout_s=20.0)),
+    RoverMutant(id="kp-doubled", what="the controllers begin with twice the gain", change=body(kp=0.02)),
+    RoverMutant(
+        id="cut-frames-cost-two",
+        what="a frame that fails costs the one behind it too",
+        frames={(_F.CRC2, _FT.BAD_CRC): FrameTransition(_F.SYNC1, (_FA.FAIL_CRC,))},
+    ),
+    RoverMutant(
+        id="term-strict",
+        what="64 bytes are the limit for payload and CRC together",
+        profile="term-doc",
+        change=frames(strict_diagram=True),
+    ),
+    RoverMutant(
+        id="term-tolerant",
+        what="a newline behind which the CRC is wrong is taken for payload",
+        profile="term-doc",
+        change=frames(tolerant_newline=True),
+    ),
+    RoverMutant(
+        id="term-long", what="200 bytes are the largest payload", profile="term-doc", change=frames(max_payload=200)
+    ),
+    RoverMutant(
+        id="term-crc-uncounted",
+        what="a wrong CRC in front of the newline is not counted",
+        profile="term-doc",
+        frames={(_F.BODY, _FT.BAD_END): FrameTransition(_F.IDLE, (_FA.ABANDON,))},
+    ),
+    RoverMutant(
+        id="g2-scans",
+        what="what a failed frame held is searched for the next one",
+        profile="g2",
+        change=frames(resync=Resync.SCAN),
+    ),
+    RoverMutant(
+        id="g2-sum-stands", what="the sum stands at the limit of the output", profile="g2", change=body(windup=False)
+    ),
+    RoverMutant(
+        id="g2-sum-forgotten",
+        what="the speed controllers begin anew with their mode",
+        profile="g2",
+        change=body(mode_resets_controllers=True),
+    ),
+    RoverMutant(
+        id="g2-as-documented", what="does what was promised, not what was shipped", profile="g2", change=as_documented
+    ),
+)
+
+
+FIRMWARE_ALONE = (
+    (
+        "status-zero",
+        "STATUS in 0x80 is always 0",
+        "G2: nothing writes TMY_PARAM_STATUS",
+        "R21, R22 of `rover-motion`; nothing of `pkt-board`, which cannot break a sensor",
+    ),
+    (
+        "kd-ki-getters",
+        "0x85 shows kp in the place of kd and ki",
+        "G2 controllers/pid.h",
+        "nothing: no clause asks for 0x85, which no promised rover sends by itself",
+    ),
+)
+"""Images with a defect that the model does not have: name, what it does, where it was published, who finds it."""
+
+
+def all_mutants() -> tuple[RoverMutant, ...]:
+    """Every faulty rover there is."""
+    return (*published(), *BY_HAND)
+
+
+def run(mutant: RoverMutant | None, select: str = "") -> Report:
+    """Run the cases of a mutant's profile against it; those of all profiles against the right rover for None."""
+    shared = Shared(bench_file=open_bench("rover-model"), timeout_scale=1.0, journal=Journal())
+    provider = RoverProvider(shared, make_rover=mutant.make) if mutant is not None else RoverProvider(shared)
+    words = [word for word in (mutant.profile if mutant is not None else "", select) if word]
+    options = CheckOptions(bench="rover-model", suites=("pkt-board",), select=" and ".join(words))
+    with contextlib.ExitStack() as stack:
+        for make in mutant.patches if mutant is not None else ():
+            stack.enter_context(make())
+        return run_suites(options, provider)
+
+
+def fault(mutant: RoverMutant, clause_id: str) -> Fault:
+    """A mutant as something that a clause has to find."""
+    shared = Shared(bench_file=open_bench("rover-model"), timeout_scale=1.0, journal=Journal())
+    provider = RoverProvider(shared, make_rover=mutant.make)
+
+    @contextlib.contextmanager
+    def open_case(case: CaseInfo) -> Iterator[CaseBench]:
+        with contextlib.ExitStack() as stack:
+            for make in mutant.patches:
+                stack.enter_context(make())
+            yield stack.enter_context(provider.open_case(case))
+
+    return Fault(name=mutant.id, clause_id=clause_id, select=mutant.profile, open_case=open_case)
+
+
+def run_image(name: str, clauses: Sequence[str]) -> Report:
+    """Run some clauses of `documented` on the emulated board, with the image that has this defect."""
+    shared = Shared(bench_file=open_bench("rover"), timeout_scale=1.0, journal=Journal())
+    spec = f"nucleo-f767zi:{image_path(f'rover-{name}')}"
+    provider = BoardProvider(shared, [TargetChoice(name="brain.documented", spec=spec)])
+    select = f"documented and ({' or '.join(clauses)})"
+    return run_suites(CheckOptions(bench="rover", suites=("pkt-board",), select=select), provider)
+
+
+def has_image(name: str) -> bool:
+    """There is an image with this defect."""
+    return image_path(f"rover-{name}").is_file()
+
+
+def page(found: Found, firmware: Found) -> str:
+    """The page of the table, from the clauses that find each mutant, as a model and in the firmware."""
+    return "\n".join([*_head(), *_table(found, firmware), *PAGE.by_clause(found)]) + "\n"
+
+
+def _head() -> Iterator[str]:
+    yield "# Defects of the rover, and the clauses that find them\n"
+    yield "Made by `python -m measure.mutants.rover`. Do not edit.\n"
+    yield "The published firmwares of the CEAI rover differ from what their document and manual promise. Each of these"
+    yield "defects is put back by itself into a rover that is otherwise as documented (a behavioural model: `defects`"
+    yield "in the settings of the bench `rover-model`), and the suite `pkt-board` is run against it. Then the first"
+    yield f"{SHOWN} of the clauses that found it are run against our firmware with the same defect, on the emulated"
+    yield "NUCLEO-F767ZI (images `rover-DEFECT`).\n"
+    yield "A star marks a clause that says *should*: what only such clauses find is a warning, and fails a run with"
+    yield "`--strict` alone.\n"
+
+
+def _table(found: Found, firmware: Found) -> Iterator[str]:
+    yield from PAGE.published(DEFECTS.values(), found, firmware)
+    yield "\n## In the firmware alone\n"
+    yield "| Defect | What it does | Where it was published | Found by |"
+    yield "|---|---|---|---|"
+    for name, text, source, finders in FIRMWARE_ALONE:
+        yield f"| `{name}` | {text} | {source} | {finders} |"
+    yield "\n## Other faults\n"
+    yield from PAGE.faults(BY_HAND, found)
+
+
+def on_the_page() -> dict[str, tuple[str, ...]]:
+    """What the page says already: by fault, the clauses that find it in the model."""
+    alone = {name for name, *_ in FIRMWARE_ALONE}
+    return {name: clauses for name, clauses in PAGE.said().items() if name not in alone}
+
+
+def asked(mutant: RoverMutant) -> set[str]:
+    """The clauses that a rover is run against."""
+    return {clause.id for clause in BOARD_CLAUSES if mutant.profile in clause.profiles}
+
+
+def main(words: Sequence[str]) -> int:
+    """Run them all and write the page; 1 if one survives."""
+    parser = argparse.ArgumentParser(prog="python -m measure.mutants.rover", description=__doc__)
+    parser.add_argument("--firmware", action="store_true", help="run the images alone; the model is as on the page")
+    parser.add_argument("--clauses", nargs="+", help="run these on the model alone; the rest is as on the page")
+    chosen = parser.parse_args(words)
+    if chosen.clauses:
+        found = by_clauses(on_the_page(), all_mutants(), chosen.clauses, asked=asked, run=run)
+        firmware: Found = PAGE.said_of_firmware()
+    else:
+        found = on_the_page() if chosen.firmware else {mutant.id: killers(run(mutant)) for mutant in all_mutants()}
+        firmware = {name: killers(run_image(name, found[name][:SHOWN])) for name in DEFECTS if has_image(name)}
+    PAGE.path.write_text(page(found, firmware), encoding="utf-8")
+    survivors = [name for name, clauses in (*found.items(), *firmware.items()) if not clauses]
+    sys.stderr.write("".join(f"{name} survives\n" for name in survivors))
+    return 1 if survivors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,59 @@
+"""Boards that read the joystick wrongly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from measure.mutants.vehicle.mutant import VehicleMutant
+from protocols.carla import FULL_SCALE, X_AXIS, Y_AXIS, Axis
+
+
+class _CubicAxis(Axis):
+    """Softer in the middle."""
+
+    def position(self, reading):
+        return super().position(reading) ** 3
+
+
+def _cubic(axis):
+    return _CubicAxis(least=axis.least, zero=axis.zero, greatest=axis.greatest, dead_band=axis.dead_band)
+
+
+FAULTS = (
+    VehicleMutant(
+        id="narrow-dead-band",
+        what="a dead band of 400",
+        about=("VB16",),
+        board={"x_axis": replace(X_AXIS, dead_band=400), "y_axis": replace(Y_AXIS, dead_band=400)},
+    ),
+    VehicleMutant(
+        id="zero-off",
+        what="the joystick's middle is taken to be 1000 lower",
+        about=(
+            "VB15",
+            "VB16",
+        ),
+        board={"x_axis": replace(X_AXIS, zero=32_970), "y_axis": replace(Y_AXIS, zero=32_580)},
+    ),
+    VehicleMutant(
+        id="upper-end-off",
+        what="the joystick's upper ends are taken to be higher",
+        about=("VB17",),
+        board={"x_axis": replace(X_AXIS, greatest=FULL_SCALE + 2000), "y_axis": replace(Y_AXIS, greatest=70_000)},
+    ),
+    VehicleMutant(
+        id="lower-end-off",
+        what="the joystick's lower ends are taken to be lower",
+        about=(
+            "VB18",
+            "VB34H",
+        ),
+        board={"x_axis": replace(X_AXIS, least=0), "y_axis": replace(Y_AXIS, least=0)},
+    ),
+    VehicleMutant(
+        id="soft-joystick",
+        what="the joystick's positions are cubed",
+        about=("VB46",),
+        board={"x_axis": _cubic(X_AXIS), "y_axis": _cubic(Y_AXIS)},
+    ),
+)

@@ -1,0 +1,62 @@
+"""Boards that wait wrongly for the driving stack, or for the watchdog."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from measure.mutants.vehicle.mutant import VehicleMutant
+from protocols.carla import Mode
+from targets.robots.vehicle_interface import STACK_LINE, VehicleInterface
+
+
+class _WatchedInAutoware(VehicleInterface):
+    """Has a watchdog that sleeps in MANUAL."""
+
+    def hang(self, now_ns):
+        if self.simulator.mode is Mode.MANUAL:
+            self.behaviour = replace(self.behaviour, body=replace(self.behaviour.body, watchdog_s=None))
+        return super().hang(now_ns)
+
+
+class _HearsNobodyAfterTwoSeconds(VehicleInterface):
+    """Takes a driving stack that is there within 2 s of the start, or after 20 s, and none between."""
+
+    _heard = False
+    _listens_s = 2.0
+
+    def receive(self, line, data, now_ns):
+        since_s = (now_ns - self._epoch_ns) / 1e9
+        if line == STACK_LINE and not self._heard and self._listens_s < since_s < 20.0:
+            return self.advance(now_ns)
+        self._heard = self._heard or line == STACK_LINE
+        return super().receive(line, data, now_ns)
+
+
+class _HearsNobodyAfterSeventeenSeconds(_HearsNobodyAfterTwoSeconds):
+    _listens_s = 17.0
+
+
+FAULTS = (
+    VehicleMutant(
+        id="agent-2s",
+        what="an agent that comes from 2 to 20 s after the first ping is not heard",
+        about=("VB58",),
+        kind=_HearsNobodyAfterTwoSeconds,
+    ),
+    VehicleMutant(
+        id="agent-17s",
+        what="an agent that comes from 17 to 20 s after the first ping is not heard",
+        about=("VB58",),
+        kind=_HearsNobodyAfterSeventeenSeconds,
+    ),
+    VehicleMutant(
+        id="agent-10s", what="an agent is waited for for 10 s", about=("VB03",), board={"agent_wait_s": 10.0}
+    ),
+    VehicleMutant(id="lazy-watchdog", what="the watchdog waits for 5 s", about=("VB56H",), body={"watchdog_s": 5.0}),
+    VehicleMutant(
+        id="watched-in-autoware",
+        what="the watchdog sleeps in MANUAL",
+        about=("VB56H",),
+        kind=_WatchedInAutoware,
+    ),
+)

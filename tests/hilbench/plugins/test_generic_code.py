@@ -1,0 +1,47 @@
+"""Generic code names no protocol and no system: what is peculiar to one stands in its folder and its suites."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import hilbench
+
+ROOT = Path(hilbench.__file__).parent
+NAMES = re.compile(
+    r"p2os|pioneer|\bpkt\b|rover|carla|autoware|bluepill|vehicle[-_ ]interface|car[-_]host"
+    r"|hilbench\.systems(\.| import)",
+    re.IGNORECASE,
+)
+THEIR_OWN = ("systems", "suites")
+HELP = {Path("cli/__init__.py"), *(path.relative_to(ROOT) for path in (ROOT / "commands").glob("*.py"))}
+"""Their texts show how a command is used, with names that are there."""
+DEFAULTS = {Path("terminal/options.py"): "pioneer", Path("benchfile/bench_model.py"): "pioneer-2dx"}
+"""What is meant where nobody names a bench, or a vehicle."""
+
+
+def names_of(place, tree):
+    """Yield the line and the words of what names a system, or imports from the folder of one."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Constant(value=str(words)) if place not in HELP and words != DEFAULTS.get(place):
+                pass
+            case ast.Name(id=words) | ast.Attribute(attr=words):
+                pass
+            case ast.Import() | ast.ImportFrom():
+                words = ast.unparse(node)
+            case _:
+                continue
+        if NAMES.search(words):
+            yield node.lineno, words.strip()
+
+
+def test_no_module_names_a_system():
+    found = [
+        f"{place}:{line}: {words[:60]}"
+        for path in sorted(ROOT.rglob("*.py"))
+        if (place := path.relative_to(ROOT)).parts[0] not in THEIR_OWN
+        for line, words in names_of(place, ast.parse(path.read_text(encoding="utf-8")))
+    ]
+    assert found == []
