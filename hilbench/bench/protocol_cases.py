@@ -6,23 +6,21 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hilbench.bench import Bench
-from hilbench.bench.about import about_line
+from hilbench.bench.about import about_line, about_world
 from hilbench.bench.cases import CaseBase
-from hilbench.bench.devices import DeviceActor, SerialDevice
+from hilbench.bench.devices import SerialDevice
 from hilbench.bench.line_faults import LineFaults
 from hilbench.bench.line_peer import LinePeer
+from hilbench.bench.placed_device import DEVICE, PlacedDevice
 from hilbench.bench.protocol_peer import peer_of
 from hilbench.bench.teller import Observed
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.judging.provider import CaseInfo
 from hilbench.judging.verdicts import NotApplicable
 from hilbench.links import Line, MemoryLink, Port
-from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.plugins.protocol import Device, ProtocolPlugin
 
-__all__ = ["DEVICE", "DeviceCase", "PeerCase", "device_baud", "machines_of"]
-
-DEVICE = "device"
-"""The source of a model's events in the journal."""
+__all__ = ["DeviceCase", "PeerCase", "device_baud", "machines_of"]
 
 
 def device_baud(bench_file: BenchFile, protocol: ProtocolPlugin) -> int:
@@ -31,9 +29,18 @@ def device_baud(bench_file: BenchFile, protocol: ProtocolPlugin) -> int:
 
 
 def machines_of(devices: Mapping[str, SerialDevice]) -> dict[str, Observed]:
-    """Return the state machines of those devices that have one to be looked at, as their attribute ``observed``."""
-    found = {name: getattr(device, "observed", None) for name, device in devices.items()}
-    return {name: machine for name, machine in found.items() if machine is not None}
+    """Return the state machines of those devices that have any to be looked at, as their attribute ``observed``.
+
+    A device that is several, such as the nodes of a bus, has them there by names of their own.
+    """
+    found: dict[str, Observed] = {}
+    for name, device in devices.items():
+        observed = getattr(device, "observed", None)
+        if isinstance(observed, Mapping):
+            found |= observed
+        elif observed is not None:
+            found[name] = observed
+    return found
 
 
 class PeerCase(CaseBase):
@@ -79,26 +86,38 @@ class DeviceCase(PeerCase):
 
     Args:
         bench: made for this case alone.
+        bench_file: says what the device is set to, and where it stands.
         case: what is known of it.
         protocol: what is spoken.
-        device: the device.
-        line: what lies between.
-        faults: what goes wrong on it.
+        made: makes the device.
+        faults: what goes wrong on the line.
+
+    Attributes:
+        world: the truth about where the device stands; only where it has a body.
     """
 
     def __init__(
         self,
         bench: Bench,
+        bench_file: BenchFile,
         case: CaseInfo,
         protocol: ProtocolPlugin,
-        device: SerialDevice,
-        line: Line,
+        made: Device,
         faults: LineFaults | None = None,
     ) -> None:
+        line = Line(baud=device_baud(bench_file, protocol))
         link = MemoryLink(bench.scheduler, line, name="host", faults=faults.plan if faults is not None else None)
         super().__init__(bench, case, peer_of(bench, link.a, protocol), protocol, faults)
-        self.device = device
-        DeviceActor(bench, device, link.b, name=DEVICE)
+        self._placed = PlacedDevice(bench, bench_file, made, link.b, scene=case.scene or None, seed=case.seed)
+        if self._placed.world is not None:
+            self.world = self._placed.world
+
+    def close(self) -> None:
+        """Give the world back."""
+        self._placed.close()
+
+    def _about_view(self) -> Mapping[str, Any]:
+        return {**super()._about_view(), **about_world(self._placed.world)}
 
     def _machines_seen(self) -> Mapping[str, Observed]:
-        return machines_of({DEVICE: self.device})
+        return machines_of({DEVICE: self._placed.device})

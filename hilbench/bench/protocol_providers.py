@@ -9,37 +9,42 @@ from typing import Any
 from hilbench.bench.line_faults import LineFaults
 from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.locked_providers import AttachedProviderBase
-from hilbench.bench.protocol_cases import DeviceCase, PeerCase, device_baud
+from hilbench.bench.protocol_cases import DeviceCase, PeerCase
 from hilbench.bench.protocol_peer import peer_of
 from hilbench.bench.shared import Shared
 from hilbench.clock import Scheduler
 from hilbench.judging.provider import CaseInfo
-from hilbench.links import Line, Port
+from hilbench.links import Port
 from hilbench.plugins.protocol import ProtocolPlugin
 
 __all__ = ["AttachedPeerProvider", "DeviceProvider"]
 
 
+_IN_WORLD = frozenset({"truth", "scene", "rays", "contacts", "gravity"})
+"""What a bench can do whose device has a body in a world."""
+
+
 class DeviceProvider:
-    """Gives each case a fresh device.
+    """Gives each case a fresh device, in a world of its own where it has a body.
 
     Args:
         shared: bench file, journal, waiting.
         protocol: what is spoken; it brings the device.
-        settings: of the device.
     """
 
-    def __init__(self, shared: Shared, protocol: ProtocolPlugin, settings: Any) -> None:
+    def __init__(self, shared: Shared, protocol: ProtocolPlugin) -> None:
+        model = shared.bench_file.model
         assert protocol.device is not None
+        assert model is not None
         self._shared = shared
         self._protocol = protocol
         self._device = protocol.device
-        self._settings = settings
+        self._has_body = model.kind.has_body
 
     @property
     def capabilities(self) -> frozenset[str]:
-        """That the protocol is spoken, and what else the device says it can do."""
-        return self._device.capabilities | {self._protocol.title}
+        """That the protocol is spoken, what there is to a world, and what else the device says it can do."""
+        return self._device.capabilities | {self._protocol.title} | (_IN_WORLD if self._has_body else frozenset())
 
     @property
     def suites(self) -> Sequence[str]:
@@ -48,7 +53,9 @@ class DeviceProvider:
 
     def describe(self) -> Mapping[str, str]:
         """Name the bench and its target."""
-        return self._shared.describe(f"model of {self._protocol.title}", "none")
+        world = self._shared.bench_file.world
+        physics = f"{world.physics} at {world.step_hz} Hz" if self._has_body else "none"
+        return self._shared.describe(f"model of {self._protocol.title}", physics)
 
     @contextlib.contextmanager
     def open_case(self, case: CaseInfo) -> Iterator[DeviceCase]:
@@ -61,10 +68,9 @@ class DeviceProvider:
                 one.peer.line_expected = False
 
         faults = self._shared.line_faults(bench, case, near_is_client=True, on_interruption=interrupted)
-        device = self._device.make(self._settings)
-        line = Line(baud=device_baud(self._shared.bench_file, self._protocol))
-        made.append(DeviceCase(bench, case, self._protocol, device, line, faults))
-        yield made[0]
+        made.append(DeviceCase(bench, self._shared.bench_file, case, self._protocol, self._device, faults))
+        with contextlib.closing(made[0]):
+            yield made[0]
 
     def close(self) -> None:
         """Close what the benches of the run had in common."""

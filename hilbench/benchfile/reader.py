@@ -52,6 +52,8 @@ DEFAULT_FILE = Path("hilbench.toml")
 _LINE_NAME = re.compile(r"[A-Za-z_][\w-]*")
 _TABLE_ALIGNMENT = 0x80
 """VTOR holds no lower bits (ARMv7-M ARM, DDI0403, section B3.2.5)."""
+_UNSEEN = ModelKind(settings=dict, protocol="", suites=(), beside=True, has_body=True)
+"""A model of a plug-in that is not run: whatever it may be, it is."""
 _MODEL_KEYS = ("model", "settings")
 _BOARD_KEYS = ("board", "chip", "firmware", "base", "timing", "skip_idle", "straps", "programs")
 
@@ -81,6 +83,8 @@ def open_bench(bench: str | None = None, *, run_plugins: bool = True) -> BenchFi
         return read_bench(file, name=bench)
     if "/" in bench or bench.endswith(".toml") or Path(bench).exists():
         return read_bench(Path(bench), run_plugins=run_plugins)
+    if not run_plugins and PLUGINS.systems.is_of_stranger(bench):
+        raise UsageError("comes with a plug-in, and none is run here", where=bench, hint="name the bench file itself")
     raise UsageError("no such bench", where=bench, hint=did_you_mean(bench, built_in_benches(), "built-in benches"))
 
 
@@ -207,7 +211,7 @@ class _Reader:
                 raise self._strict.error(f"'{model}' is not a value it takes", path, hint)
         protocol = self._protocol(model, path) if model in PLUGINS.names() else None
         if protocol is None:
-            return System(), ModelKind(settings=dict, protocol="", suites=())
+            return System(), _UNSEEN
         if protocol.device is None:
             raise self._strict.error(f"the protocol '{model}' brings no model", path, "give its record a 'device'")
         return protocol, device_kind(protocol)
@@ -362,7 +366,8 @@ class _Reader:
     def _links(self, model: BenchModel, boards: dict[str, EmulatedBoard], part_ends: Sequence[str]) -> tuple[Link, ...]:
         model_ends = self._model_ends()
         lines = len(model_ends)
-        if len(model.links) > lines and not boards:
+        unseen = any(kind is _UNSEEN for kind in self._kinds.values())
+        if len(model.links) > lines and not boards and not unseen:
             several = "one line" if lines == 1 else f"{lines} lines"
             raise self._strict.error(f"a second link: this bench has {several}", ("links", lines))
         usarts = [f"{name}.{usart.lower()}" for name, entry in boards.items() for usart in entry.board.variant.usarts]
@@ -392,7 +397,8 @@ class _Reader:
 
     def _check_end(self, number: int, end: str, known: Sequence[str], taken: set[str]) -> None:
         path = ("links", number, "ends")
-        if end not in known and not _names_checker_line(end):
+        unseen = self._kinds.get(end.partition(".")[0]) is _UNSEEN
+        if end not in known and not unseen and not _names_checker_line(end):
             raise self._strict.error(f"'{end}' is not the end of a link", path, did_you_mean(end, known, "ends"))
         if end in taken:
             raise self._strict.error(f"'{end}' has a line already", path)

@@ -92,7 +92,7 @@ def _boards(shared: Shared, options: CheckOptions) -> BenchProvider:
     made = None if system is None else system.board_provider(shared, options.targets)
     if made is not None:
         return made
-    if system is None and any(target_of(choice).kind is TargetKind.SERIAL for choice in options.targets):
+    if any(target_of(choice).kind is TargetKind.SERIAL for choice in options.targets):
         return _stranger(shared, options.targets)
     from hilbench.mcu.board_provider import BoardProvider
 
@@ -100,7 +100,7 @@ def _boards(shared: Shared, options: CheckOptions) -> BenchProvider:
 
 
 def _stranger(shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:
-    """Return the provider of a real board that no system speaks to: its suite does, by the protocol of its file."""
+    """Return the provider of a real board that no system has one for: its suite speaks by the protocol of its file."""
     from hilbench.bench.protocol_providers import AttachedPeerProvider
     from hilbench.mcu.attached_board import AttachedBoardProvider, protocol_at
 

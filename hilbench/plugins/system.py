@@ -213,8 +213,12 @@ class System:
             bench_file: says what it is set to, and where it stands.
             line: returns its end of its line, of a rate in bit/s.
             seed: of everything random.
+
+        Raises:
+            UsageError: it cannot.
         """
-        raise NotImplementedError(f"system '{self.name}' has no model that stands beside boards")
+        del bench, line, seed
+        raise UsageError(f"system '{self.name}' has no model that stands beside boards", where=bench_file.name)
 
     # --- a bench that is served, or live
 

@@ -1,8 +1,9 @@
-"""A protocol alone as a system: the device and the host that its record brings, without a world or boards."""
+"""A protocol as a system: the device and the host that its record brings, in a world where the device has a body."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hilbench.plugins.protocol import Device, ProtocolPlugin
@@ -35,8 +36,11 @@ def system_of(model: ModelTarget) -> System:
 class ProtocolSystem(System):
     """See the module.
 
+    A system of one's own whose model is such a device derives from it.
+
     Args:
         protocol: the protocol; it brings a device where a model of it stands on a bench.
+        has_body: the device stands in a world: it is `hilbench.bench.placed_device.Embodied`.
 
     Attributes:
         kind: of its model.
@@ -44,11 +48,11 @@ class ProtocolSystem(System):
 
     api = API
 
-    def __init__(self, protocol: ProtocolPlugin) -> None:
+    def __init__(self, protocol: ProtocolPlugin, *, has_body: bool = False) -> None:
         self.name = protocol.name
         self.title = protocol.title
         self._protocol = protocol
-        self.kind = device_kind(protocol)
+        self.kind = replace(device_kind(protocol), has_body=has_body)
 
     def models(self) -> Mapping[str, ModelKind]:
         """See `System`."""
@@ -61,47 +65,45 @@ class ProtocolSystem(System):
 
         if choices:
             return AttachedPeerProvider(shared, only_port(shared, choices).spec, self._protocol)
-        there = shared.bench_file.model
-        assert there is not None
-        return DeviceProvider(shared, self._protocol, there.settings)
+        return DeviceProvider(shared, self._protocol)
 
     def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
         """See `System`."""
-        from hilbench.bench.devices import DeviceActor
-        from hilbench.bench.protocol_cases import DEVICE, device_baud
+        from hilbench.bench.placed_device import DEVICE, PlacedDevice
+        from hilbench.bench.protocol_cases import device_baud
         from hilbench.bench.served_targets import HOST_LINE, ServedTarget
 
-        del scene, seed
-        device, there = self._protocol.device, bench_file.model
+        device = self._protocol.device
         assert device is not None
-        assert there is not None
 
         def make(bench: Bench, ports: Mapping[str, Port]) -> Callable[[], None]:
-            DeviceActor(bench, device.make(there.settings), ports[HOST_LINE], name=DEVICE)
-            return lambda: None
+            return PlacedDevice(bench, bench_file, device, ports[HOST_LINE], scene=scene, seed=seed).close
 
         return ServedTarget({HOST_LINE: baud or device_baud(bench_file, self._protocol)}, make, DEVICE)
 
     def rig(self, bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
         """See `System`."""
-        from hilbench.bench.devices import DeviceActor
-        from hilbench.bench.protocol_cases import DEVICE, device_baud, machines_of
+        from hilbench.bench.about import about_world
+        from hilbench.bench.placed_device import DEVICE, PlacedDevice
+        from hilbench.bench.protocol_cases import device_baud, machines_of
         from hilbench.links import Line, MemoryLink
         from hilbench.links.memory import REAL_TIME_GROUP_NS
 
-        made, there = self._protocol.device, bench_file.model
+        made = self._protocol.device
         assert made is not None
-        assert there is not None
         line = Line(baud=device_baud(bench_file, self._protocol))
         link = MemoryLink(bench.scheduler, line, name="host", group_ns=REAL_TIME_GROUP_NS)
-        device = made.make(there.settings)
-        DeviceActor(bench, device, link.b, name=DEVICE)
+        placed = PlacedDevice(bench, bench_file, made, link.b, seed=seed)
         tap, machines = self._host(bench, link.a, seed)
-        return self._rig(tap, {**machines, **machines_of({DEVICE: device})}, {DEVICE: made})
+        rig = self._rig(tap, {**machines, **machines_of({DEVICE: placed.device})}, {DEVICE: made})
+        return replace(rig, about={**rig.about, **about_world(placed.world)}, close=placed.close)
 
     def board_rig(self, emulated: EmulatedBench, *, seed: int) -> Rig | None:
         """See `System`."""
-        port = emulated.ports[emulated.bench_file.checker_lines[""]]
+        far_end = emulated.bench_file.checker_lines.get("", "")
+        if emulated.bench_file.protocols.get(far_end) is not self._protocol:
+            return None
+        port = emulated.ports[far_end]
         port.reacts = True
         return self._rig(*self._host(emulated.bench, port, seed))
 

@@ -1,8 +1,8 @@
 """What a vehicle is to the physics: rigid parts, joints and the figures they are made of, each with its source.
 
-A vehicle is a star: the first part is the body, every other part hangs on it by a fixed joint or by one axle. Lengths
-are in the vehicle's own frame, whose origin is the vehicle's reference point at floor level (for a differential drive
-the middle between its wheels), x forward, y left, z up.
+The first part is the body; every other part hangs on it, or on another part before it, by a fixed joint or by one axle.
+Lengths are in the vehicle's own frame with every axle at angle 0. Its origin is the vehicle's reference point at floor
+level (for a differential drive the middle between its wheels), x forward, y left, z up.
 """
 
 from __future__ import annotations
@@ -105,7 +105,8 @@ class Part:
         inertia_kg_m2: principal moments about the centre of mass, axes along the vehicle's.
         shapes: what it collides with.
         friction: Coulomb coefficient against a surface of 1.0.
-        axle: None for a part fixed to the body (and for the body itself).
+        axle: None for a part that is fixed to what it hangs on (and for the body itself).
+        on: the part that it hangs on, which stands before it; the body if empty.
     """
 
     name: str
@@ -115,6 +116,7 @@ class Part:
     shapes: tuple[Shape, ...] = ()
     friction: float = 0.5
     axle: Axle | None = None
+    on: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

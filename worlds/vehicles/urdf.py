@@ -8,16 +8,28 @@ from __future__ import annotations
 
 import math
 
+from worlds.errors import WorldError
 from worlds.vehicles.model import BoxShape, Part, Shape, SphereShape, Vector, Vehicle
+
+_NOWHERE = (0.0, 0.0, 0.0)
+"""The origin of the vehicle's own frame."""
 
 
 def to_urdf(vehicle: Vehicle) -> str:
-    """Return the vehicle as URDF. Numbers are written so that they read back bit for bit."""
+    """Return the vehicle as URDF. Numbers are written so that they read back bit for bit.
+
+    Raises:
+        WorldError: a part hangs on none that stands before it.
+    """
     body = vehicle.parts[0]
-    lines = [f'<robot name="{vehicle.name}">', *_link(body, (0.0, 0.0, 0.0))]
+    lines = [f'<robot name="{vehicle.name}">', *_link(body, _NOWHERE)]
+    origins = {body.name: _NOWHERE}
     for part in vehicle.parts[1:]:
-        origin = part.axle.origin_m if part.axle else (0.0, 0.0, 0.0)
-        lines += [*_link(part, origin), *_joint(body, part, origin)]
+        parent = part.on or body.name
+        if parent not in origins:
+            raise WorldError(f"vehicle {vehicle.name!r}: {part.name!r} hangs on {parent!r}, which is no part before it")
+        origins[part.name] = origin = part.axle.origin_m if part.axle else _NOWHERE
+        lines += [*_link(part, origin), *_joint(parent, part, _minus(origin, origins[parent]))]
     return "\n".join([*lines, "</robot>"])
 
 
@@ -35,11 +47,11 @@ def _link(part: Part, origin: Vector) -> list[str]:
     ]
 
 
-def _joint(body: Part, part: Part, origin: Vector) -> list[str]:
+def _joint(parent: str, part: Part, origin: Vector) -> list[str]:
     kind = "continuous" if part.axle else "fixed"
     return [
         f'<joint name="{part.name}" type="{kind}">',
-        f'<parent link="{body.name}"/><child link="{part.name}"/>',
+        f'<parent link="{parent}"/><child link="{part.name}"/>',
         f'<origin xyz="{_numbers(origin)}"/>',
         f'<axis xyz="{_numbers(part.axle.axis)}"/>' if part.axle else "",
         "</joint>",

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import json
 import sys
+import tomllib
 from pathlib import Path
 from textwrap import dedent
 
@@ -73,9 +75,9 @@ def plugins(monkeypatch):
 
 
 def _is_brought(name):
-    """Say whether a module comes from a folder of a test, or is the example."""
+    """Say whether a module comes from a folder of a test, or is an example."""
     file = getattr(sys.modules[name], "__file__", None) or ""
-    return "pytest-of" in file or f"{Path('examples', 'tank')}" in file
+    return "pytest-of" in file or any(f"{Path('examples', one)}" in file for one in ("tank", "pantilt"))
 
 
 @pytest.fixture
@@ -93,6 +95,37 @@ def package(tmp_path, monkeypatch, plugins):
         monkeypatch.syspath_prepend(site)
 
     return install
+
+
+@pytest.fixture
+def example(tmp_path, monkeypatch, plugins):
+    """Return what installs an example: its package, and its entry points."""
+
+    def install(folder):
+        about = tmp_path / "site" / f"hilbench_{folder.name}-1.0.dist-info"
+        about.mkdir(parents=True)
+        lines = []
+        for group, points in tomllib.loads((folder / "pyproject.toml").read_text())["project"]["entry-points"].items():
+            lines += [f"[{group}]", *(f"{name} = {value}" for name, value in points.items())]
+        about.joinpath("entry_points.txt").write_text("\n".join(lines) + "\n")
+        about.joinpath("METADATA").write_text(f"Metadata-Version: 2.1\nName: hilbench-{folder.name}\nVersion: 1.0\n")
+        monkeypatch.syspath_prepend(about.parent)
+        monkeypatch.syspath_prepend(folder)
+
+    return install
+
+
+@pytest.fixture
+def verdicts(hilbench, tmp_path):
+    """Return what checks a bench: the exit code, and the verdict of each clause."""
+
+    def check(*words):
+        report = tmp_path / "report.json"
+        code, _, err = hilbench("check", *words, "--json", report)
+        assert report.is_file(), err
+        return code, {one["id"]: one["verdict"] for one in json.loads(report.read_text())["clauses"]}
+
+    return check
 
 
 @pytest.fixture

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -27,30 +25,10 @@ TANK = ROOT / "examples" / "tank"
 MODEL, BOARD = TANK / "model.toml", TANK / "board.toml"
 
 
-@pytest.fixture
-def installed(tmp_path, monkeypatch, plugins):
-    """Install the example: its package, and its entry point."""
-    about = tmp_path / "site" / "hilbench_tank-1.0.dist-info"
-    about.mkdir(parents=True)
-    points = tomllib.loads((TANK / "pyproject.toml").read_text())["project"]["entry-points"]["hilbench.protocols"]
-    lines = "".join(f"{name} = {value}\n" for name, value in points.items())
-    about.joinpath("entry_points.txt").write_text(f"[hilbench.protocols]\n{lines}")
-    about.joinpath("METADATA").write_text("Metadata-Version: 2.1\nName: hilbench-tank\nVersion: 1.0\n")
-    monkeypatch.syspath_prepend(about.parent)
-    monkeypatch.syspath_prepend(TANK)
-
-
-@pytest.fixture
-def verdicts(hilbench, installed, tmp_path):
-    """Return what checks a bench: the exit code, and the verdict of each clause."""
-
-    def check(*words):
-        report = tmp_path / "report.json"
-        code, _, err = hilbench("check", *words, "--json", report)
-        assert report.is_file(), err
-        return code, {one["id"]: one["verdict"] for one in json.loads(report.read_text())["clauses"]}
-
-    return check
+@pytest.fixture(autouse=True)
+def installed(example):
+    """Install the example."""
+    example(TANK)
 
 
 RULES = [f"TANK{number}" for number in range(1, 6)]
@@ -141,7 +119,7 @@ def test_a_silent_node_is_found_in_a_recording(verdicts, tmp_path):
 
 
 @pytest.mark.parametrize("bench", [MODEL, BOARD], ids=["model", "board"])
-def test_the_dashboard_shows_its_frames_states_and_watchdogs(installed, tmp_path, bench):
+def test_the_dashboard_shows_its_frames_states_and_watchdogs(tmp_path, bench):
     journal = tmp_path / "live.jsonl"
     made = Bench(Scheduler(), Journal())
     rig = open_rig(made, open_bench(str(bench)), seed=0)
@@ -165,7 +143,7 @@ def test_the_dashboard_shows_its_frames_states_and_watchdogs(installed, tmp_path
     assert {frame.item.name for frame in replay.model.frames.frames} == {"Read", "Level"}
 
 
-def test_the_dashboard_sends_nothing_to_a_real_node(installed, monkeypatch):
+def test_the_dashboard_sends_nothing_to_a_real_node(monkeypatch):
     made = Bench(Scheduler(), Journal())
     link = MemoryLink(made.scheduler, Line(baud=115200), name="host")
     heard = bytearray()
@@ -180,7 +158,7 @@ def test_the_dashboard_sends_nothing_to_a_real_node(installed, monkeypatch):
     assert link.a.counters.received == 2
 
 
-def test_a_node_is_served_at_its_rate_or_another(installed):
+def test_a_node_is_served_at_its_rate_or_another():
     from hilbench.serving.served_model import served_target
 
     served = served_target(open_bench(str(MODEL)))
@@ -188,7 +166,7 @@ def test_a_node_is_served_at_its_rate_or_another(installed):
     assert dict(served_target(open_bench(str(MODEL)), baud=9600).lines) == {"host": 9600}
 
 
-def test_it_is_refused_where_it_does_not_belong(hilbench, installed, tmp_path):
+def test_it_is_refused_where_it_does_not_belong(hilbench, tmp_path):
     for words, said in (
         ((MODEL, "--suite", "pkt-board"), "is a suite of PKT!, which this bench does not speak"),
         ((MODEL, "--target", "listen:tcp:0"), "a client that comes cannot be the target"),

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from hilbench.benchfile.reader import open_bench
+from hilbench.serving.served_model import served_target
+
 PAGE = (Path(__file__).parents[3] / "docs" / "plugins.md").read_text()
 FILES = dict(re.findall(r"```(?:python|toml)\n# (\S+)\n(.*?)```", PAGE, re.DOTALL))
 DECODED = re.search(r"\$ echo ([0-9A-F ]+) \| hilbench (decode .*?)\n(.*?)```", PAGE, re.DOTALL)
@@ -22,7 +25,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_the_page_has_its_files():
-    assert list(FILES) == ["tiny.py", "echo.py", "test_echo.py", "echo.toml"]
+    assert list(FILES) == ["tiny.py", "echo.py", "test_echo.py", "echo.toml", "turn.py", "test_turn.py", "turn.toml"]
 
 
 def test_its_frames_are_decoded_as_it_shows(hilbench, folder):
@@ -53,3 +56,19 @@ def test_its_model_is_listed(hilbench, folder):
     code, out, _ = hilbench("protocols", "--plugin", "echo.py")
     assert code == 0
     assert out.splitlines()[-1].startswith("echo")
+
+
+@pytest.mark.needs_bullet
+def test_its_system_is_checked_in_a_world_and_served(hilbench, folder):
+    code, out, err = hilbench("check", "turn.toml")
+    assert code == 0, out + err
+    assert "TURN1   must   pass" in out
+    assert served_target(open_bench("turn.toml")).lines == {"host": 9600}
+
+
+@pytest.mark.needs_bullet
+def test_its_rule_finds_a_plate_that_turns_too_slowly(hilbench, folder):
+    folder.joinpath("turn.py").write_text(FILES["turn.py"].replace("/ 100", "/ 110"))
+    code, out, err = hilbench("check", "turn.toml")
+    assert code == 1, out + err
+    assert "TURN1   must   fail" in out
