@@ -96,7 +96,9 @@ class ProtocolSystem(System):
         placed = PlacedDevice(bench, bench_file, made, link.b, seed=seed)
         tap, machines = self._host(bench, link.a, seed)
         rig = self._rig(tap, {**machines, **machines_of({DEVICE: placed.device})}, {DEVICE: made})
-        return replace(rig, about={**rig.about, **about_world(placed.world)}, close=placed.close)
+        look = getattr(placed.device, "look", None)
+        views = {} if look is None else {self.name: look}
+        return replace(rig, views=views, about={**rig.about, **about_world(placed.world)}, close=placed.close)
 
     def board_rig(self, emulated: EmulatedBench, *, seed: int) -> Rig | None:
         """See `System`."""

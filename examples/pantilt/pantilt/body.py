@@ -1,19 +1,13 @@
 """The body: a foot that stands still, a fork that pans on it, a camera that tilts in the fork. Figures are a choice."""
 
-from hilbench.benchfile.world_signals import WorldSignal
+from hilbench.benchfile.joint_signals import joint_signals
 from hilbench.plugins.system import VehicleKind
 from pantilt.frames import IDS
-from targets.parts import Direction
 from worlds.vehicles.model import Axle, BoxShape, Part, Vehicle, box_inertia
 
 ROTOR_KG_M2 = 2e-4  # of a servo's motor, seen through its gears
 FRICTION_NM = 0.15  # of its gears without torque: enough to hold the camera
 TORQUE_NM = 0.6  # of a motor on a bench with boards
-SIGNALS = {
-    **{joint: (Direction.OUT, "rad/s", f"how fast a motor turns the {joint} joint") for joint in IDS},
-    **{f"{joint}_angle": (Direction.IN, "rad", f"angle of the {joint} joint, + left or up") for joint in IDS},
-    **{f"{joint}_speed": (Direction.IN, "rad/s", f"speed of the {joint} joint, + left or up") for joint in IDS},
-}
 
 
 def part(name, mass_kg, size_m, center_m, axis=None, height_m=0.0, on=""):
@@ -32,22 +26,6 @@ def vehicle():
     return Vehicle(name="pantilt", parts=(foot, fork, camera))
 
 
-class Signals:
-    """Reads and drives the joints for parts, on a bench with boards."""
-
-    def __init__(self, world, wanted):
-        self.world, self.wanted = world, wanted
-
-    def read(self):
-        joints = ((name, *name.split("_")) for name in self.wanted)
-        units = {"angle": "angle_rad", "speed": "speed_rad_s"}
-        return {name: getattr(self.world.joint(joint), units[what]) for name, joint, what in joints}
-
-    def drive(self, name, value):
-        self.world.command(name, value, TORQUE_NM)
-
-
 def kind():
-    keys = ("direction", "unit", "text")
-    signals = {name: WorldSignal(name=name, **dict(zip(keys, about))) for name, about in SIGNALS.items()}
-    return VehicleKind(vehicle=vehicle, body=lambda world: world, signals=signals, wire=Signals, size_m=(0.2, 0.08))
+    signals, wire = joint_signals(IDS, TORQUE_NM)
+    return VehicleKind(vehicle=vehicle, body=lambda world: world, signals=signals, wire=wire, size_m=(0.2, 0.08))

@@ -93,6 +93,10 @@ class Head:
         for servo in self.servos:
             servo.step()
 
+    def look(self):
+        """Return what the dashboard shows of it."""
+        return {joint: math.degrees(one.world.joint(joint).angle_rad) for joint, one in self.observed.items()}
+
     def receive(self, data, now_ns):
         return b"".join(servo.receive(data, now_ns) for servo in self.servos)
 

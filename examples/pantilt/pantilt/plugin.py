@@ -3,6 +3,7 @@
 from pathlib import Path
 from types import MappingProxyType
 
+from hilbench.plugins.dashboard import Dashboard
 from hilbench.plugins.protocol import API, Device, ProtocolPlugin, Recorded
 from hilbench.protocol_bench.system import ProtocolSystem
 from pantilt.body import kind
@@ -59,12 +60,24 @@ BUS = ProtocolPlugin(
 )
 
 
+def view(told, width, height):
+    """Return a scale for each joint with where it is, left or down to right or up."""
+    from rich.text import Text
+
+    wide = max(9, min(61, width - 16))
+    places = {joint: round((told[joint] + 90) / 180 * (wide - 1)) for joint in IDS}
+    return [Text(f"{joint:<5}{'▲'.rjust(at + 1, '─'):─<{wide}} {told[joint]:+5.1f}°") for joint, at in places.items()]
+
+
 class PanTilt(ProtocolSystem):
     """The head as a system: what checks, serves and shows its bus finds it in a world."""
 
     summary = BUS.summary
     vehicles = MappingProxyType({"pantilt": kind})
     benches = Path(__file__).with_name("benches")
+
+    def dashboard(self):
+        return Dashboard(kind="pantilt", shows=frozenset({"pantilt"}), tells="pantilt", view=view)
 
 
 PANTILT = PanTilt(BUS, has_body=True)

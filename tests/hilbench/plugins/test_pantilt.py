@@ -145,6 +145,11 @@ def test_the_dashboard_shows_its_frames_states_watchdogs_and_world(tmp_path):
         "tilt": "HOLDING",
     }
     assert "WATCHDOG" in model.machines["pan"].timers
+    shown = [line.plain.split() for line in model.dashboard.view(model.seen, 60, 2)]
+    assert [(joint, float(angle[:-1])) for joint, _, angle in shown] == [
+        (joint, pytest.approx(model.seen[joint], abs=0.06)) for joint in ("pan", "tilt")
+    ]
+    assert 1 < model.seen["pan"] < 59  # on its way from one place to the next
     assert (model.world.vehicle, model.world.scene, len(model.world.boxes)) == ("pantilt", "desk", 1)
     assert model.world.pose is not None
 
