@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 
 from hilbench.bench.locked_providers import ExecProvider, FarEnd, ListenProvider
 from hilbench.bench.shared import Shared
-from hilbench.benchfile.target import TargetKind, target_of
+from hilbench.benchfile.target_grammar import TargetKind, target_of
 from hilbench.errors import UsageError
 from hilbench.judging.provider import BenchProvider
 from hilbench.nearest import did_you_mean

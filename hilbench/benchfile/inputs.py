@@ -9,7 +9,7 @@ from pathlib import Path
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.benchfile.board_files import is_board_file
 from hilbench.benchfile.reader import read_bench
-from hilbench.benchfile.target import TargetKind, target_of
+from hilbench.benchfile.target_grammar import TargetKind, target_of
 from hilbench.errors import HilbenchError
 from hilbench.files import Named
 from hilbench.files.names import file_name

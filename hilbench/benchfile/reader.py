@@ -11,7 +11,6 @@ import hashlib
 import re
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import Any
 
 import msgspec
 from msgspec import UNSET
@@ -30,7 +29,6 @@ from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.plugins.system import ModelKind, System, VehicleKind, device_kind
 from hilbench.strict import Strict
-from hilbench.strict.schema import json_schema
 from hilbench.strict.toml_file import TomlFile
 from hilbench.terminal.options import DEFAULT_BENCH
 from worlds.errors import SceneFileError
@@ -39,7 +37,6 @@ from worlds.scenes import read_scene, scene_names
 __all__ = [
     "CHECKER_END",
     "BenchFile",
-    "bench_schema",
     "built_in_benches",
     "open_bench",
     "read_bench",
@@ -117,32 +114,6 @@ def resolve_scene(scene: str, folder: Path, where: str) -> str:
     except SceneFileError as error:
         raise UsageError(str(error)) from None
     return str(folder / scene)
-
-
-def bench_schema() -> dict[str, Any]:
-    """Return the JSON Schema of bench files."""
-    schema = json_schema(BenchModel, "hilbench bench file")
-    systems = [system for system in PLUGINS.systems.there() if PLUGINS.systems.is_own(system.name)]
-    there = {name: kind for system in systems for name, kind in system.models().items()}
-    kinds = [kind.settings for kind in there.values()]
-    models, known = msgspec.json.schema_components(kinds, ref_template="#/$defs/{name}")
-    for model, definition in zip(kinds, (known[one.__name__] for one in kinds), strict=True):
-        definition["additionalProperties"] = False
-        definition["description"] = " ".join(definition["description"].partition("Raises:")[0].split())
-        for item in dataclasses.fields(model):
-            unit, source = item.metadata["unit"], item.metadata["source"]
-            definition["properties"][item.name]["description"] = f"{unit}; {source}" if unit else source
-    schema["$defs"] |= known
-    properties = schema["$defs"]["TargetEntry"]["properties"]
-    properties["settings"] |= {"anyOf": [*models, {"type": "object"}]}
-    properties["model"] |= {"anyOf": [{"enum": [*there]}, {"type": "string"}]}
-    del properties["model"]["type"]
-    vehicle = schema["$defs"]["World"]["properties"]["vehicle"]
-    vehicle["anyOf"] = [
-        {"enum": [name for system in systems for name in system.vehicles]},
-        {"type": vehicle.pop("type")},
-    ]
-    return schema
 
 
 class _Reader:

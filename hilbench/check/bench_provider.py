@@ -14,7 +14,7 @@ from hilbench.bench.shared import Shared
 from hilbench.bench.target_choice import first_of
 from hilbench.benchfile.inputs import inputs_of, inputs_of_targets, lines_of
 from hilbench.benchfile.reader import DEFAULT_FILE, open_bench
-from hilbench.benchfile.target import Target, TargetKind, target_of
+from hilbench.benchfile.target_grammar import Target, TargetKind, target_of
 from hilbench.errors import UsageError
 from hilbench.files import refuse_overwriting, refuse_writing_into
 from hilbench.journal import Journal

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from hilbench.bench import Bench
 from hilbench.benchfile.bench_file import BenchFile
-from hilbench.benchfile.target import TargetKind, target_of
+from hilbench.benchfile.target_grammar import TargetKind, target_of
 from hilbench.driving.rig import Rig
 from hilbench.errors import UsageError
 from hilbench.plugins.discovery import PLUGINS

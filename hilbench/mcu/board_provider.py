@@ -18,7 +18,7 @@ from hilbench.bench.cases import CaseBase
 from hilbench.bench.shared import Shared
 from hilbench.benchfile.bench_file import BenchFile, EmulatedBoard, PartPlan
 from hilbench.benchfile.reader import read_bench
-from hilbench.benchfile.target import TargetKind, target_of
+from hilbench.benchfile.target_grammar import TargetKind, target_of
 from hilbench.clock import Scheduler
 from hilbench.errors import UsageError
 from hilbench.journal import Journal

@@ -18,12 +18,14 @@ from hilbench.tui.views.above import world_view
 from hilbench.tui.views.beside import beside_view
 from hilbench.tui.views.checks import checks_view
 from hilbench.tui.views.console import console_view
+from hilbench.tui.views.counters import counters_view
 from hilbench.tui.views.frames import frame_view, frames_view
 from hilbench.tui.views.log import log_view
 from hilbench.tui.views.pins import pins_view
 from hilbench.tui.views.plots import SPANS_S, plots_view
 from hilbench.tui.views.states import machine_view
-from hilbench.tui.views.status import counters_view, link_view, strip_view, timers_view
+from hilbench.tui.views.status import link_view, strip_view
+from hilbench.tui.views.watchdogs import timers_view
 
 __all__ = ["PANES", "FramesPane", "Head", "Pane", "PaneSpec", "PlotsPane", "RowsPane", "Strip", "pane_names"]
 

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.benchfile.reader import bench_schema, built_in_benches, open_bench
+from hilbench.benchfile.bench_schema import bench_schema
+from hilbench.benchfile.reader import built_in_benches, open_bench
 from hilbench.cli import main
 from hilbench.errors import UsageError
 from hilbench.strict.schema import DATA_FOLDER, schema_text

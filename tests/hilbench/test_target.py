@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from hilbench.benchfile.target import Target, TargetKind, parse_target
+from hilbench.benchfile.target_grammar import Target, TargetKind, parse_target
 from hilbench.check import CheckOptions, Verdict, run_suites
 from hilbench.check.bench_provider import make_provider
 from hilbench.cli import main

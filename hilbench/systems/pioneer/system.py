@@ -78,7 +78,7 @@ class Pioneer(System):
     def provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:
         """See `System`."""
         from hilbench.bench.target_choice import client_provider, only_choice
-        from hilbench.benchfile.target import TargetKind, target_of
+        from hilbench.benchfile.target_grammar import TargetKind, target_of
         from hilbench.systems.pioneer.provider import P2OS_SERVER, AttachedProvider, VirtualProvider
 
         if not choices:

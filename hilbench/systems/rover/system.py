@@ -76,7 +76,7 @@ class Rover(System):
     def provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:
         """See `System`."""
         from hilbench.bench.target_choice import client_provider, only_choice
-        from hilbench.benchfile.target import TargetKind, target_of
+        from hilbench.benchfile.target_grammar import TargetKind, target_of
         from hilbench.systems.rover.provider import AttachedRoverProvider, RoverProvider, foreign_host
 
         if not choices:

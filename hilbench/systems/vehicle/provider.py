@@ -17,7 +17,7 @@ from hilbench.bench.shared import Shared
 from hilbench.bench.target_choice import CLIENTS, client_provider, first_of
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.benchfile.line_hooks import run_hook
-from hilbench.benchfile.target import TargetKind, target_of
+from hilbench.benchfile.target_grammar import TargetKind, target_of
 from hilbench.clock import Scheduler
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.judging.observations import Observations

@@ -91,7 +91,7 @@ class Vehicle(System):
     def board_provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider | None:
         """See `System`."""
         from hilbench.bench.target_choice import CLIENTS, first_of
-        from hilbench.benchfile.target import TargetKind, target_of
+        from hilbench.benchfile.target_grammar import TargetKind, target_of
         from hilbench.systems.vehicle.provider import AttachedVehicleProvider
 
         kinds = {target_of(choice).kind for choice in choices}

@@ -1,4 +1,4 @@
-"""The link, its watchdogs and its counters."""
+"""The link, how bench time passes, and all that matters most in one line."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from collections.abc import Iterator, Sequence
 from rich.text import Text
 
 from hilbench.tui.model.bench import BenchModel, LineModel
-from hilbench.tui.model.machines import MachineModel, TimerModel
-from hilbench.tui.model.rates import Counted
 from hilbench.tui.views.words import BAD, DIM, GOOD, HEAD, bar, bytes_words, fit, ns_words, rate_words
 
-__all__ = ["clock_words", "counters_view", "link_view", "strip_view", "timers_view"]
+__all__ = ["clock_words", "link_view", "strip_view"]
 
 LINE_ERRORS = (
     "lost",
@@ -25,13 +23,6 @@ LINE_ERRORS = (
     "withdrawn",
 )
 _WAYS = (("sent", "sent"), ("heard", "received"))
-_NEAR = 0.25
-_WITH_RATE = 19
-_WITH_LAST = 70
-_NAMES = 19
-_SIDE_BY_SIDE = 2
-_MANY = 24
-_ALWAYS = frozenset({"bytes_in", "bytes_out", "frames_in", "frames_out", "noise"})
 
 
 def link_view(model: BenchModel, width: int) -> list[Text]:
@@ -135,111 +126,6 @@ def _driver(model: BenchModel) -> Text:
         return Text("nobody can drive here", DIM)
     how = f"  {driver.forward:+.1f} ahead {driver.turn:+.1f} left" if driver.who == "user" else ""
     return Text.assemble(("driver   ", HEAD), driver.who, how)
-
-
-def timers_view(model: BenchModel, width: int) -> list[Text]:
-    """Return the timers of every machine as bars that run down, and what was missed in a row."""
-    lines: list[Text] = []
-    machines = [machine for machine in model.machines.values() if machine.timers or machine.misses]
-    names = [name for machine in machines for name in (*machine.timers, *map(_missed, machine.misses))]
-    column = max(11, *(len(name) + 1 for name in names), 0)
-    for machine in machines:
-        lines.append(fit(Text(machine.title, HEAD), width))
-        lines += [fit(_timer(name, timer, model.ns, width, column), width) for name, timer in machine.timers.items()]
-        lines += [fit(_misses(name, about, width, column), width) for name, about in machine.misses.items()]
-    return lines or [Text("no timer has run yet", DIM)]
-
-
-def _timer(name: str, timer: TimerModel, now_ns: int, width: int, column: int) -> Text:
-    room = _room(width, column)
-    left_ns = timer.left_ns(now_ns)
-    if left_ns is None:
-        return Text.assemble(f"  {name:<{column}}", (" " * room + f"{'stopped':>10}", DIM), _margins(timer, width))
-    share = left_ns / max(1, timer.span_ns)
-    style = BAD if share < _NEAR and timer.worst_ns is not None else GOOD
-    shown = (bar(share, room), style), f" {ns_words(left_ns):>9}"
-    return Text.assemble(f"  {name:<{column}}", *shown, _margins(timer, width))
-
-
-def _misses(name: str, about: tuple[int, int, int], width: int, column: int) -> Text:
-    """Return how many deadlines were missed in a row: the bar grows, and at its end something happens."""
-    now, most, worst = about
-    share = now / max(1, most)
-    said = f" {f'{now} of {most}':>9}"
-    style = BAD if share > 1 - _NEAR else DIM if not now else ""
-    shown = (bar(share, _room(width, column)), style), said, (f"  most {worst}", DIM)
-    return Text.assemble(f"  {_missed(name):<{column}}", *shown)
-
-
-def _missed(name: str) -> str:
-    return f"{name} missed"
-
-
-def _room(width: int, column: int) -> int:
-    """Return how long a bar may be: behind it stand what is left, and one margin, or two where there is room."""
-    return max(6, width - column - (42 if width >= _WITH_LAST else 26))
-
-
-def _margins(timer: TimerModel, width: int) -> Text:
-    """Return the margins: the least that was ever left, and where there is room what was the last time."""
-    said = Text()
-    if timer.worst_ns is not None:
-        bad = 0 < timer.worst_ns < _NEAR * timer.span_ns
-        said.append(f"  min {ns_words(timer.worst_ns)}" if timer.worst_ns else "  ran out", BAD if bad else DIM)
-    if timer.span_ns and (timer.worst_ns is None or timer.is_fast):
-        said.append(f"  of {ns_words(timer.span_ns)}", DIM)
-    elif timer.margin_ns and width >= _WITH_LAST:
-        said.append(f"  last {ns_words(timer.margin_ns)}", DIM)
-    return said
-
-
-def counters_view(model: BenchModel, width: int) -> list[Text]:
-    """Return the counters of every machine with their rates; what counts errors is marked once it has counted.
-
-    Machines that count the same things stand side by side, others below. Of many counters those that have counted
-    nothing are left out, and how many they are is said.
-    """
-    blocks: dict[tuple[str, ...], list[MachineModel]] = {}
-    for machine in model.machines.values():
-        if machine.counters:
-            blocks.setdefault(tuple(machine.counters), []).append(machine)
-    lines: list[Text] = []
-    for machines in _joined(list(blocks.values())):
-        lines += [fit(line, width) for line in _block(machines, width, model)]
-    return lines or [Text("nothing is counted yet", DIM)]
-
-
-def _joined(blocks: list[list[MachineModel]]) -> list[list[MachineModel]]:
-    """Join the blocks that have room side by side: two ends that do not count quite the same are still compared."""
-    everyone = [machine for block in blocks for machine in block]
-    return [everyone] if len(everyone) <= _SIDE_BY_SIDE else blocks
-
-
-def _block(machines: list[MachineModel], width: int, model: BenchModel) -> Iterator[Text]:
-    traffic = model.dashboard.traffic
-    names = dict.fromkeys(name for machine in machines for name in machine.counters)
-    shown = [name for name in names if len(names) <= _MANY or name in _ALWAYS or _counted(machines, name)]
-    column = max(8, (width - _NAMES) // max(1, len(machines)))
-    yield Text(f"{'':<{_NAMES}}" + "".join(f"{machine.name:>{column}}" for machine in machines), HEAD)
-    for name in sorted(shown, key=lambda one: one not in traffic):
-        line = Text(f"{name.replace('_', ' '):<{_NAMES}}")
-        for machine in machines:
-            now_ns = model.ns if column >= _WITH_RATE else None
-            line.append_text(_cell(machine.counters.get(name), column, now_ns, "" if name in traffic else BAD))
-        yield line
-    if len(shown) < len(names):
-        yield Text(f"and {len(names) - len(shown)} more, all 0", DIM)
-
-
-def _counted(machines: list[MachineModel], name: str) -> bool:
-    return any(machine.counters[name].value for machine in machines if name in machine.counters)
-
-
-def _cell(counted: Counted | None, column: int, now_ns: int | None, style: str) -> Text:
-    if counted is None:
-        return Text(f"{'-':>{column}}", DIM)
-    said = str(counted.value) if now_ns is None else f"{counted.value} {rate_words(counted.per_s(now_ns)):>9}"
-    return Text(f"{said:>{column}}", style if counted.value else DIM)
 
 
 def clock_words(model: BenchModel) -> str:

@@ -10,9 +10,11 @@ from hilbench.plugins.discovery import PLUGINS
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.views.above import world_view
 from hilbench.tui.views.beside import beside_view
+from hilbench.tui.views.counters import counters_view
 from hilbench.tui.views.frames import frame_view
 from hilbench.tui.views.help import help_text
-from hilbench.tui.views.status import counters_view, link_view, timers_view
+from hilbench.tui.views.status import link_view
+from hilbench.tui.views.watchdogs import timers_view
 from protocols import autoware, carla
 
 MS = 1_000_000
