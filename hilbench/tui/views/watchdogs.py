@@ -8,9 +8,9 @@ from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.machines import TimerModel
 from hilbench.tui.views.words import BAD, DIM, GOOD, HEAD, bar, fit, ns_words
 
-__all__ = ["NEAR", "timers_view"]
+__all__ = ["timers_view"]
 
-NEAR = 0.25
+_NEAR = 0.25
 """The share of a timer that is left when it is shown as near its end."""
 _WITH_LAST = 70
 
@@ -34,7 +34,7 @@ def _timer(name: str, timer: TimerModel, now_ns: int, width: int, column: int) -
     if left_ns is None:
         return Text.assemble(f"  {name:<{column}}", (" " * room + f"{'stopped':>10}", DIM), _margins(timer, width))
     share = left_ns / max(1, timer.span_ns)
-    style = BAD if share < NEAR and timer.worst_ns is not None else GOOD
+    style = BAD if share < _NEAR and timer.worst_ns is not None else GOOD
     shown = (bar(share, room), style), f" {ns_words(left_ns):>9}"
     return Text.assemble(f"  {name:<{column}}", *shown, _margins(timer, width))
 
@@ -44,7 +44,7 @@ def _misses(name: str, about: tuple[int, int, int], width: int, column: int) -> 
     now, most, worst = about
     share = now / max(1, most)
     said = f" {f'{now} of {most}':>9}"
-    style = BAD if share > 1 - NEAR else DIM if not now else ""
+    style = BAD if share > 1 - _NEAR else DIM if not now else ""
     shown = (bar(share, _room(width, column)), style), said, (f"  most {worst}", DIM)
     return Text.assemble(f"  {_missed(name):<{column}}", *shown)
 
@@ -62,7 +62,7 @@ def _margins(timer: TimerModel, width: int) -> Text:
     """Return the margins: the least that was ever left, and where there is room what was the last time."""
     said = Text()
     if timer.worst_ns is not None:
-        bad = 0 < timer.worst_ns < NEAR * timer.span_ns
+        bad = 0 < timer.worst_ns < _NEAR * timer.span_ns
         said.append(f"  min {ns_words(timer.worst_ns)}" if timer.worst_ns else "  ran out", BAD if bad else DIM)
     if timer.span_ns and (timer.worst_ns is None or timer.is_fast):
         said.append(f"  of {ns_words(timer.span_ns)}", DIM)
