@@ -28,8 +28,8 @@ ABOUT_SYSTEMS = (
 )
 """Tests of generic code that use a system, a protocol or a bench of ours to show it."""
 NAME_ONE = (
-    "test_a_board_talks_to_the_virtual_robot or test_it_is_refused_where_it_does_not_belong or did_you_mean"
-    " or test_a_name_that_cannot_be_one_writes_nothing"
+    "test_a_board_talks_to_the_virtual_robot or test_what_cannot_be_run_is_said_in_one_line or did_you_mean"
+    " or test_it_is_refused_where_it_does_not_belong or test_a_name_that_cannot_be_one_writes_nothing"
 )
 
 
