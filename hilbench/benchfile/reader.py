@@ -31,7 +31,7 @@ from hilbench.plugins.system import ModelKind, System, VehicleKind, device_kind
 from hilbench.strict import Strict
 from hilbench.strict.toml_file import TomlFile
 from hilbench.terminal.options import DEFAULT_BENCH
-from worlds.errors import SceneFileError
+from worlds.errors import SceneFileError, UnknownNameError
 from worlds.scenes import read_scene, scene_names
 
 __all__ = [
@@ -196,7 +196,7 @@ class _Reader:
             return None  # the usual one is not installed, and nobody asks for it
         try:
             return systems.vehicle(name)
-        except KeyError:
+        except UnknownNameError:
             hint = did_you_mean(name, systems.vehicle_names(), "it takes")
             raise self._strict.error(f"'{name}' is not a value it takes", ("world", "vehicle"), hint) from None
 
@@ -222,9 +222,18 @@ class _Reader:
             raise self._strict.error(message, ("targets", alone[1]))
         signals = any(entry.signals for entry in model.parts.values())
         bodies = any(kind.has_body for kind in self._kinds.values())
+        self._check_bodies(model.world.vehicle)
         stands = ready and len(models) < len(model.targets)
         if "world" in self._file.data and not (bodies or signals or stands):
             raise self._strict.error("nothing stands in a world here: no target has a body", ("world",))
+
+    def _check_bodies(self, vehicle: str) -> None:
+        """Require that a model with a body has the body of its system, if that has any."""
+        for name, (owner, kind) in self._whose.items():
+            there = owner.vehicles if isinstance(owner, System) and kind.has_body else {}
+            if there and vehicle not in there:
+                hint = f'write vehicle = "{next(iter(there))}" under [world]'
+                raise self._strict.error(f"'{name}' does not stand in the body of a {vehicle}", ("targets", name), hint)
 
     def _check_target(self, name: str, entry: TargetEntry) -> None:
         given = self._file.data["targets"][name]

@@ -88,7 +88,7 @@ def _bench_of(options: CheckOptions) -> str | None:
 
 def _boards(shared: Shared, options: CheckOptions) -> BenchProvider:
     """Return the provider of a bench with emulated boards, or of a board at ports in the place of them."""
-    system = PLUGINS.systems.of_suites(shared.suites or options.suites)
+    system = PLUGINS.systems.of_suites(_speaking(shared, options))
     made = None if system is None else system.board_provider(shared, options.targets)
     if made is not None:
         return made
@@ -97,6 +97,16 @@ def _boards(shared: Shared, options: CheckOptions) -> BenchProvider:
     from hilbench.mcu.board_provider import BoardProvider
 
     return BoardProvider(shared, options.targets)
+
+
+def _speaking(shared: Shared, options: CheckOptions) -> Sequence[str]:
+    """Return the suites that say what a bench of boards speaks: those of its file.
+
+    Where it has none, it is those that are asked for; not so if it names a protocol, or no line leads to the checker.
+    """
+    bench_file = shared.bench_file
+    lines = [end for end in bench_file.checker_lines.values() if end.partition(".")[0] in bench_file.boards]
+    return shared.suites or (options.suites if lines and not bench_file.protocols else ())
 
 
 def _stranger(shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:

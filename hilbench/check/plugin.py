@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from hilbench.benchfile.suites import is_shipped, shipped_suites, suite_name
+from hilbench.benchfile.suites import is_shipped, suite_name
 from hilbench.check.cases import spec_of
 from hilbench.check.catalogue import titles
 from hilbench.check.collector import Collector, PlannedCase
@@ -275,18 +275,20 @@ class CheckPlugin:
         self._to_run = len(items)
 
     def _refuse_foreign(self, plans: Sequence[PlannedCase]) -> None:
-        """Refuse a shipped suite that was asked for and is of a protocol that this bench does not speak.
+        """Refuse a suite that was asked for and is of a protocol that this bench does not speak, or of emulated boards.
 
         Raises:
             UsageError: all of its cases need one.
         """
-        spoken = titles()
-        asked = {plan.suite for plan in plans if plan.suite in shipped_suites()}
-        for suite in sorted(asked - {*getattr(self._provider, "suites", ())}):
-            lacks = [{*plan.missing} & spoken for plan in plans if plan.suite == suite]
-            for protocol in sorted(set.intersection(*lacks)):
+        spoken, own = titles(), {suite_name(Path(one)) for one in getattr(self._provider, "suites", ())}
+        for suite in sorted({plan.suite for plan in plans} - own):
+            lacks = set.intersection(*({*plan.missing} for plan in plans if plan.suite == suite))
+            for protocol in sorted(lacks & spoken):
                 message = f"is a suite of {protocol}, which this bench does not speak"
                 raise UsageError(message, where=f"--suite {suite}", hint="name a bench whose target speaks it")
+            if "boards" in lacks:
+                message = "is a suite of emulated boards, and there are none here"
+                raise UsageError(message, where=f"--suite {suite}", hint="name a bench with boards")
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
         """Make a case for each of the benches that a function asks for."""

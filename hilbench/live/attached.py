@@ -48,20 +48,6 @@ def ports_asked(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mappi
     return _system_at(bench_file).lines_asked(bench_file, targets)
 
 
-def only_line(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mapping[str, str]:
-    """Return the port at the far end of the only line of a bench, by an empty name.
-
-    Raises:
-        UsageError: there are several, or it is asked for by a name.
-    """
-    del bench_file
-    first, *more = targets
-    if more or first.name:
-        where = " ".join(choice.where for choice in targets)
-        raise UsageError("this bench has one line, without a name", where=where, hint=f"write --target {first.spec}")
-    return {"": first.spec}
-
-
 def _system_at(bench_file: BenchFile) -> System:
     """Return whose clients speak to what stands for this bench: those of its model, or of what its boards speak."""
     if bench_file.model is not None and not bench_file.boards:

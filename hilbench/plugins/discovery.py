@@ -19,12 +19,13 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 
-from hilbench.errors import UsageError
+from hilbench.errors import PluginError, UsageError
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.plugins.registry import Registry
 from hilbench.plugins.system import ModelKind, System, VehicleKind
 from hilbench.plugins.validity import problem_of, problem_of_system
 from protocols.common.decoding import Speaker
+from worlds.errors import UnknownNameError
 
 __all__ = ["PLUGINS", "Plugins", "Systems"]
 
@@ -106,12 +107,18 @@ class Systems(Registry[System]):
         """Return a vehicle by its name.
 
         Raises:
-            KeyError: no system has it.
+            UnknownNameError: no system has it.
+            PluginError: what its system makes is none.
         """
         self._use_called_like(name, name)
         if name not in self._vehicles:
             makers = {one: make for system in self.there() for one, make in system.vehicles.items()}
-            self._vehicles[name] = makers[name]()
+            if name not in makers:
+                raise UnknownNameError("vehicle", name, makers)
+            made = makers[name]()
+            if not isinstance(made, VehicleKind):
+                raise PluginError(f"its maker returns {made!r}, and no VehicleKind", where=f"vehicle '{name}'")
+            self._vehicles[name] = made
         return self._vehicles[name]
 
     def shown(self, name: str) -> Iterator[System]:
@@ -181,6 +188,8 @@ class Systems(Registry[System]):
         for name in (*found.models(), *found.vehicles):
             if name in models or name in vehicles:
                 raise UsageError(f"brings '{name}', which is there already", where=where, hint="give it another name")
+        benches = () if found.benches is None else (file.stem for file in found.benches.glob("*.toml"))
+        for name in (*found.models(), *found.vehicles, *benches):
             if not _is_called_like(name, found.name):
                 hint = f"call it '{found.name}' or '{found.name}-...'"
                 raise UsageError(f"brings '{name}', which is not called like it", where=where, hint=hint)

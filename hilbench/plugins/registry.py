@@ -6,6 +6,7 @@ Names are known without an import. The code of a plug-in runs when its record is
 from __future__ import annotations
 
 import sys
+import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from importlib import metadata
@@ -155,6 +156,9 @@ class Registry(Generic[RecordT]):
         for one in found:
             self._check(one, str(path))
             self._check_others(one, str(path))
+            if [other.name for other in found].count(one.name) > 1:
+                message = f"'{path}' brings two {self._called}s called '{one.name}'"
+                raise UsageError(message, where=where, hint="give each a name of its own")
             if one.name in self.names():
                 what = f"the {self._called} '{one.name}', which comes from {self.origin(one.name)} already"
                 raise UsageError(f"'{path}' brings {what}", where=where, hint="give it a name of its own")
@@ -175,7 +179,11 @@ class Registry(Generic[RecordT]):
         """Refuse what does not go with the others that there are."""
 
     def _check(self, found: RecordT, where: str) -> None:
-        problem = self._problem_of(found)
+        try:
+            problem = self._problem_of(found)
+        except Exception as error:  # noqa: BLE001 - whatever the code of a stranger raises when it is looked at
+            at = traceback.extract_tb(error.__traceback__)[-1]
+            problem = f"{Path(at.filename).name}:{at.lineno}: {type(error).__name__}: {error}"
         if problem:
             raise UsageError(problem, where=where)
 

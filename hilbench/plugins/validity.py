@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from enum import Enum
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -46,6 +46,18 @@ def _system_problems(system: Any) -> Iterator[str]:
             yield f"{text} is no text"
     if system.benches is not None and not (isinstance(system.benches, Path) and system.benches.is_dir()):
         yield f"its folder of benches '{system.benches}' is not there"
+    yield from _of_bodies(system)
+
+
+def _of_bodies(system: Any) -> Iterator[str]:
+    """Yield what is wrong with the models and vehicles of a system."""
+    if not callable(system.models):
+        yield "models cannot be called"
+        return
+    for what, found in (("vehicles", system.vehicles), ("models()", system.models())):
+        if not isinstance(found, Mapping) or not all(isinstance(name, str) for name in found):
+            yield f"{what} is no mapping of names"
+            return
     for name, make in system.vehicles.items():
         if not callable(make):
             yield f"its vehicle '{name}' cannot be made"

@@ -92,7 +92,8 @@ class Strict:
         elif isinstance(kind, inspect.ListType | inspect.VarTupleType) and isinstance(data, list):
             for index, value in enumerate(data):
                 self._refuse_unknown_keys(value, kind.item_type, (*path, index))
-        elif (fields := _fields(kind)) and isinstance(data, dict):
+        elif isinstance(kind, inspect.StructType | inspect.DataclassType) and isinstance(data, dict):
+            fields = _fields(kind)
             for key, value in data.items():
                 if key not in fields:
                     raise self._unknown(key, fields, path)

@@ -27,7 +27,7 @@ from hilbench.tui.views.states import machine_view
 from hilbench.tui.views.status import link_view, strip_view
 from hilbench.tui.views.watchdogs import timers_view
 
-__all__ = ["PANES", "FramesPane", "Head", "Pane", "PaneSpec", "PlotsPane", "RowsPane", "Strip", "pane_names"]
+__all__ = ["PANES", "FramesPane", "Head", "Pane", "PaneSpec", "PlotsPane", "RowsPane", "Strip"]
 
 _FEW_STATES = 3
 _HELD_FRAMES = 400
@@ -124,11 +124,6 @@ PANES: dict[str, PaneSpec] = {
     ),
 }
 """The panes by name, in the order of their keys."""
-
-
-def pane_names() -> tuple[str, ...]:
-    """Return the names of the panes, in the order of their keys."""
-    return tuple(PANES)
 
 
 class Pane(Lines, can_focus=True):
