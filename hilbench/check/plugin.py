@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from hilbench.bench.locked_providers import LockedProvider
 from hilbench.benchfile.suites import is_shipped, suite_name
 from hilbench.check.cases import spec_of
 from hilbench.check.catalogue import titles
@@ -275,7 +276,7 @@ class CheckPlugin:
         self._to_run = len(items)
 
     def _refuse_foreign(self, plans: Sequence[PlannedCase]) -> None:
-        """Refuse a suite that was asked for and is of a protocol that this bench does not speak, or of emulated boards.
+        """Refuse a suite that was asked for and is of a protocol that is not spoken here, or at a port of boards.
 
         Raises:
             UsageError: all of its cases need one.
@@ -286,7 +287,7 @@ class CheckPlugin:
             for protocol in sorted(lacks & spoken):
                 message = f"is a suite of {protocol}, which this bench does not speak"
                 raise UsageError(message, where=f"--suite {suite}", hint="name a bench whose target speaks it")
-            if "boards" in lacks:
+            if "boards" in lacks and isinstance(self._provider, LockedProvider):
                 message = "is a suite of emulated boards, and there are none here"
                 raise UsageError(message, where=f"--suite {suite}", hint="name a bench with boards")
 
