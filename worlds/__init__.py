@@ -1,6 +1,6 @@
 """The vehicle and its surroundings: scenes, physics and sensors in SI units behind one narrow interface.
 
-Importing this package loads neither numpy nor PyBullet.
+Importing this package loads neither numpy nor a physics library.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from worlds.errors import (
 )
 from worlds.scenes import Box, Scene, Start, find_scene, scene_names
 from worlds.vehicles import Parameter, Vehicle, find_vehicle, vehicle_names
-from worlds.world import Contact, JointState, Pose, Velocity, World, open_world, physics_names
+from worlds.world import Contact, JointState, Pose, Velocity, World, default_physics, engine_of, open_world, physics_names
 
 __all__ = [
     "Box",
@@ -34,6 +34,8 @@ __all__ = [
     "Velocity",
     "World",
     "WorldError",
+    "default_physics",
+    "engine_of",
     "find_scene",
     "find_vehicle",
     "open_world",

@@ -1,15 +1,17 @@
 """The one interface to the surroundings, and how to open it.
 
-SI units throughout; x forward, y left, z up, yaw counter-clockwise seen from above. Nothing here loads numpy or
-PyBullet: the implementation is imported when a world is opened.
+SI units throughout; x forward, y left, z up, yaw counter-clockwise seen from above. Nothing here loads numpy,
+PyBullet or MuJoCo: the implementation is imported when a world is opened.
 
-Two implementations: ``bullet`` (rigid bodies, contacts, rays) and ``plane`` (a vehicle on an endless floor, without
-contacts or rays). A third needs to satisfy `World` and nothing else.
+Three implementations: ``bullet`` and ``mujoco`` (rigid bodies, contacts, rays; what they have in common is in
+`worlds.rigid`) and ``plane`` (a vehicle on an endless floor, without contacts or rays).
 """
 
 from __future__ import annotations
 
 import importlib
+import importlib.metadata
+import importlib.util
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -27,7 +29,9 @@ CONTACTS = "contacts"
 GRAVITY = "gravity"
 TORQUE = "torque"
 
-_PHYSICS = MappingProxyType({"bullet": "worlds.bullet", "plane": "worlds.plane"})
+_PHYSICS = MappingProxyType({"bullet": "worlds.bullet", "mujoco": "worlds.mujoco", "plane": "worlds.plane"})
+
+_ENGINES = MappingProxyType({"bullet": ("PyBullet", ("pybullet",)), "mujoco": ("MuJoCo", ("mujoco-core", "mujoco"))})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,7 +96,7 @@ class World(Protocol):
 
     @property
     def name(self) -> str:
-        """Which implementation, ``bullet`` or ``plane``."""
+        """Which implementation: ``bullet``, ``mujoco`` or ``plane``."""
 
     @property
     def capabilities(self) -> frozenset[str]:
@@ -189,15 +193,36 @@ def physics_names() -> tuple[str, ...]:
     return tuple(_PHYSICS)
 
 
+def default_physics() -> str:
+    """Return ``bullet`` where PyBullet is installed, else ``mujoco``; which of them runs, everything says that runs."""
+    return "bullet" if importlib.util.find_spec("pybullet") is not None else "mujoco"
+
+
+def engine_of(physics: str) -> str:
+    """Return which library and version computes this physics, for example ``PyBullet 3.2.7``; what is not there says so.
+
+    Without loading it. Empty for ``plane``, which needs none.
+    """
+    title, distributions = _ENGINES.get(physics, ("", ()))
+    if not title:
+        return ""
+    for distribution in distributions:
+        try:
+            return f"{title} {importlib.metadata.version(distribution)}"
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return f"{title}, not installed"
+
+
 def open_world(
-    scene: Scene | str, vehicle: Vehicle | str, physics: str = "bullet", step_hz: int = 240, seed: int = 0
+    scene: Scene | str, vehicle: Vehicle | str, physics: str | None = None, step_hz: int = 240, seed: int = 0
 ) -> World:
     """Open a world with the vehicle at rest at the scene's start and step index 0.
 
     Args:
         scene: a scene, the name of a built-in one, or a path to a scene file ending in ``.toml``.
         vehicle: a vehicle or the name of a built-in one.
-        physics: ``bullet``, or ``plane`` where contacts and rays are not needed.
+        physics: ``bullet``, ``mujoco``, or ``plane`` where contacts and rays are not needed; `default_physics` if None.
         step_hz: steps per second; 240 is enough for robots, an odd figure is as good.
         seed: which placement, for scenes that place boxes at random.
 
@@ -210,6 +235,7 @@ def open_world(
     """
     if type(step_hz) is not int or step_hz < 1:
         raise WorldError(f"step_hz must be a whole number of at least 1, not {step_hz!r}")
+    physics = default_physics() if physics is None else physics
     if physics not in _PHYSICS:
         raise UnknownNameError("physics", physics, _PHYSICS)
     found_scene = find_scene(scene, seed) if isinstance(scene, str) else scene

@@ -69,7 +69,7 @@ def test_rays_use_one_thread(spy):
 
 def test_an_unchanged_command_is_not_sent_again(open_it, monkeypatch):
     world = open_it("empty", "pioneer-2dx")
-    world._bullet = spy = Spy(world._bullet)
+    world._engine = spy = Spy(world._engine)
     for _ in range(5):
         world.command(LEFT, 1.0, 1.0)
         world.step()

@@ -68,7 +68,7 @@ def test_free_fall_is_undamped(open_it, step_hz):
 
 def test_a_spin_is_undamped(open_it):
     def spin(world):
-        world._bullet.resetBaseVelocity(world._body, (0, 0, 0), (0, 0, 5.0), physicsClientId=world._client)
+        world._engine.resetBaseVelocity(world._body, (0, 0, 0), (0, 0, 5.0), physicsClientId=world._client)
 
     world = fall_from_100_m(open_it, 240, spin)
     assert world.velocity().angular_rad_s == pytest.approx((0, 0, 5.0), abs=1e-9)
@@ -76,7 +76,7 @@ def test_a_spin_is_undamped(open_it):
 
 def test_the_default_damping_would_be_seen(open_it):
     def damp(world):
-        world._bullet.changeDynamics(
+        world._engine.changeDynamics(
             world._body, -1, linearDamping=0.04, angularDamping=0.04, physicsClientId=world._client
         )
 
@@ -91,7 +91,7 @@ def test_a_sliding_box_stops_where_coulomb_says(open_it, friction, step_hz):
     for _ in range(step_hz // 10):
         world.step()
     start = world.pose().position_m[0]
-    world._bullet.resetBaseVelocity(world._body, (5.0, 0, 0), (0, 0, 0), physicsClientId=world._client)
+    world._engine.resetBaseVelocity(world._body, (5.0, 0, 0), (0, 0, 0), physicsClientId=world._client)
     for _ in range(4 * step_hz):
         world.step()
     slid = world.pose().position_m[0] - start
@@ -124,7 +124,7 @@ def lie_flat_on(world, slope, half_thickness):
     along, up = (math.cos(slope), 0, math.sin(slope)), (-math.sin(slope), 0, math.cos(slope))
     middle = [6 * a + (half_thickness + 0.05) * u for a, u in zip(along, up, strict=True)]
     turned = (0, math.sin(-slope / 2), 0, math.cos(slope / 2))
-    world._bullet.resetBasePositionAndOrientation(world._body, middle, turned, physicsClientId=world._client)
+    world._engine.resetBasePositionAndOrientation(world._body, middle, turned, physicsClientId=world._client)
 
 
 @pytest.mark.parametrize("step_hz", [240, 1000])
@@ -139,7 +139,7 @@ def test_a_pendulum_keeps_time_and_energy(open_it, step_hz):
     pivot = Part(name="pivot", mass_kg=0.0, center_of_mass_m=(0, 0, 10.0), inertia_kg_m2=(1, 1, 1))
     world = open_it("empty", Vehicle(name="pendulum", parts=(pivot, bob)), step_hz=step_hz)
     amplitude = math.radians(5)
-    world._bullet.resetJointState(world._body, 0, amplitude, 0.0, physicsClientId=world._client)
+    world._engine.resetJointState(world._body, 0, amplitude, 0.0, physicsClientId=world._client)
     crossings, before, peaks = [], amplitude, []
     for step in range(1, 10 * step_hz):
         world.step()

@@ -7,10 +7,11 @@ level (for a differential drive the middle between its wheels), x forward, y lef
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
 
+from worlds.errors import WorldError
 from worlds.motion import PlanarMotion
 
 Vector = tuple[float, float, float]
@@ -154,6 +155,23 @@ class Vehicle:
     def joints(self) -> tuple[str, ...]:
         """The names of the joints that turn."""
         return tuple(part.name for part in self.parts if part.axle is not None)
+
+
+def parents(vehicle: Vehicle) -> Iterator[tuple[Part, str | None]]:
+    """Give each part with the name of the part that it hangs on, None for the body; each after what it hangs on.
+
+    Raises:
+        WorldError: a part hangs on none that stands before it.
+    """
+    body = vehicle.parts[0]
+    before = {body.name}
+    yield body, None
+    for part in vehicle.parts[1:]:
+        parent = part.on or body.name
+        if parent not in before:
+            raise WorldError(f"vehicle {vehicle.name!r}: {part.name!r} hangs on {parent!r}, which is no part before it")
+        before.add(part.name)
+        yield part, parent
 
 
 def box_inertia(mass_kg: float, size_m: Vector) -> Vector:

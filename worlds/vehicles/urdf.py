@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 
-from worlds.errors import WorldError
-from worlds.vehicles.model import BoxShape, Part, Shape, SphereShape, Vector, Vehicle
+from worlds.vehicles.model import BoxShape, Part, Shape, SphereShape, Vector, Vehicle, parents
 
 _NOWHERE = (0.0, 0.0, 0.0)
 """The origin of the vehicle's own frame."""
@@ -21,15 +20,12 @@ def to_urdf(vehicle: Vehicle) -> str:
     Raises:
         WorldError: a part hangs on none that stands before it.
     """
-    body = vehicle.parts[0]
-    lines = [f'<robot name="{vehicle.name}">', *_link(body, _NOWHERE)]
-    origins = {body.name: _NOWHERE}
-    for part in vehicle.parts[1:]:
-        parent = part.on or body.name
-        if parent not in origins:
-            raise WorldError(f"vehicle {vehicle.name!r}: {part.name!r} hangs on {parent!r}, which is no part before it")
+    lines, origins = [f'<robot name="{vehicle.name}">'], {}
+    for part, parent in parents(vehicle):
         origins[part.name] = origin = part.axle.origin_m if part.axle else _NOWHERE
-        lines += [*_link(part, origin), *_joint(parent, part, _minus(origin, origins[parent]))]
+        lines += _link(part, origin)
+        if parent is not None:
+            lines += _joint(parent, part, _minus(origin, origins[parent]))
     return "\n".join([*lines, "</robot>"])
 
 
