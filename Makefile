@@ -1,4 +1,4 @@
-# Two commands do everything from a bare Debian or Ubuntu with Python 3.11: `make check` and `make test`.
+# Two commands do everything from a bare Debian or Ubuntu with Python 3.11 or newer: `make check` and `make test`.
 # PYTHON=python3.13 picks another interpreter; VENV=dir another environment.
 
 VENV ?= .venv
@@ -11,10 +11,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 check:            ## the main job: the virtual Pioneer against its conformance suites
 	@.ci/setup $(VENV)
-	@if $(BIN)/python -c 'import importlib.util, sys; sys.exit(importlib.util.find_spec("pybullet") is None)'; \
-	then exec $(BIN)/hilbench check pioneer; \
-	else echo 'PyBullet is not installed (no wheel for this Python or machine): physics = "plane"; what needs real physics is not applicable' >&2; \
-	exec $(BIN)/hilbench check pioneer-plane; fi
+	@exec $(BIN)/hilbench check pioneer
 
 test:             ## the gate: what a change must pass (docs/testing.md); minutes
 	@$(MAKE) --no-print-directory --jobs=2 --output-sync=target lint types layers collected

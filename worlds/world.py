@@ -15,7 +15,7 @@ import importlib.util
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Protocol
+from typing import Literal, Protocol
 
 from worlds.errors import UnknownNameError, WorldError
 from worlds.motion import PlanarMotion
@@ -31,6 +31,7 @@ TORQUE = "torque"
 
 _PHYSICS = MappingProxyType({"bullet": "worlds.bullet", "mujoco": "worlds.mujoco", "plane": "worlds.plane"})
 
+_LIBRARIES = MappingProxyType({"bullet": "pybullet", "mujoco": "mujoco"})
 _ENGINES = MappingProxyType({"bullet": ("PyBullet", ("pybullet",)), "mujoco": ("MuJoCo", ("mujoco-core", "mujoco"))})
 
 
@@ -193,9 +194,15 @@ def physics_names() -> tuple[str, ...]:
     return tuple(_PHYSICS)
 
 
-def default_physics() -> str:
+def default_physics() -> Literal["bullet", "mujoco"]:
     """Return ``bullet`` where PyBullet is installed, else ``mujoco``; which of them runs, everything says that runs."""
-    return "bullet" if importlib.util.find_spec("pybullet") is not None else "mujoco"
+    return "bullet" if physics_is_there("bullet") else "mujoco"
+
+
+def physics_is_there(physics: str) -> bool:
+    """Return whether the library for this physics is installed; ``plane`` needs none."""
+    module = _LIBRARIES.get(physics)
+    return module is None or importlib.util.find_spec(module) is not None
 
 
 def engine_of(physics: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 from hilbench.bench.teller import Observed, describe_machine
 from hilbench.benchfile.bench_file import EmulatedBoard
 from hilbench.plugins.discovery import PLUGINS
-from worlds.world import World
+from worlds.world import World, engine_of
 
 __all__ = ["about_boards", "about_line", "about_world"]
 
@@ -34,6 +34,7 @@ def about_world(world: World | None) -> dict[str, Any]:
         "vehicle": name,
         **size,
         "physics": world.name,
+        "engine": engine_of(world.name),
     }
 
 

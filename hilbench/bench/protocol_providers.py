@@ -9,6 +9,7 @@ from typing import Any
 from hilbench.bench.line_faults import LineFaults
 from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.locked_providers import AttachedProviderBase
+from hilbench.bench.physics import describe_physics
 from hilbench.bench.protocol_cases import DeviceCase, PeerCase
 from hilbench.bench.protocol_peer import peer_of
 from hilbench.bench.shared import Shared
@@ -54,7 +55,7 @@ class DeviceProvider:
     def describe(self) -> Mapping[str, str]:
         """Name the bench and its target."""
         world = self._shared.bench_file.world
-        physics = f"{world.physics} at {world.step_hz} Hz" if self._has_body else "none"
+        physics = describe_physics(world.physics, world.step_hz) if self._has_body else "none"
         return self._shared.describe(f"model of {self._protocol.title}", physics)
 
     @contextlib.contextmanager

@@ -8,6 +8,7 @@ import msgspec
 from msgspec import UNSET, UnsetType
 
 from hilbench.benchfile.fault_entries import FaultEntry
+from worlds import default_physics
 
 if TYPE_CHECKING:
     from hilbench.links import LineSettings
@@ -19,13 +20,14 @@ class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     Attributes:
         scene: name of a built-in scene, or the path of a scene file, seen from the bench file.
         vehicle: the body in it: that of a system, by its name.
-        physics: ``bullet``, or ``plane`` for an endless floor without rays and contacts.
+        physics: ``bullet`` (PyBullet), ``mujoco``, or ``plane`` for an endless floor without rays and contacts; where
+            it is not said, ``bullet`` if PyBullet is installed, else ``mujoco``.
         step_hz: physics steps per second.
     """
 
     scene: str = "empty"
     vehicle: str = "pioneer-2dx"
-    physics: Literal["bullet", "plane"] = "bullet"
+    physics: Literal["bullet", "mujoco", "plane"] = msgspec.field(default_factory=default_physics)
     step_hz: Annotated[int, msgspec.Meta(ge=50, le=10_000)] = 240
 
 

@@ -21,6 +21,7 @@ __all__ = ["WORLD", "QuantityReader"]
 
 WORLD = "world"
 _MOST_HINTS = 4
+_NOT_PLANE = 'leave out physics = "plane"'
 
 
 class QuantityReader:
@@ -75,7 +76,7 @@ class QuantityReader:
         world = self._model.world
         if any(plan.signals for plan in plans.values()) and not self._fits(world):
             message = f'physics "plane" has vehicles with two wheels, and no {world.vehicle}'
-            raise self._strict.error(message, ("world", "physics"), 'write physics = "bullet"')
+            raise self._strict.error(message, ("world", "physics"), _NOT_PLANE)
 
     def _check_names(self, name: str, entry: PartEntry, quantities: Mapping[str, Quantity]) -> None:
         terminals = [terminal.name for terminal in self._kinds[name].TERMINALS]
@@ -109,7 +110,7 @@ class QuantityReader:
         self._check_unit(path, text, signal.unit, quantity, instead)
         if signal.by_rays and self._model.world.physics == "plane":
             message = f"'{text}': physics \"plane\" has no rays, and nothing would ever be seen"
-            raise self._strict.error(message, path, 'write physics = "bullet" under [world]')
+            raise self._strict.error(message, path, f"under [world] {_NOT_PLANE}")
         return name
 
     def _source(self, path: Path, text: str, quantity: Quantity) -> QuantityEnd:

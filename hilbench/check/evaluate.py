@@ -63,7 +63,7 @@ def make_report(
     cases = collector.cases()
     clauses = tuple(_clause_result(group, options) for group in _by_clause(collector.planned, cases))
     code = _exit_code(collector, cases, clauses)
-    whole_hash = run_hash(cases)
+    whole_hash = run_hash(cases, bench.get("physics", "none"))
     return Report(
         format=FORMAT,
         hilbench=__version__,

@@ -17,6 +17,8 @@ from hilbench.judging.verdicts import WORST_FIRST, Level, Measure, Verdict
 FORMAT = "hilbench-report/1"
 TIGHTEST = 5
 
+_UNNAMED_PHYSICS = ("none", "plane ", "bullet (PyBullet 3.2.7)")
+
 
 class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
     """What came of one case.
@@ -178,10 +180,20 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     observed: Observations = Observations()
 
 
-def run_hash(cases: Iterable[CaseResult]) -> str | None:
-    """Hash the ``id:hash`` lines of the cases that have a hash, sorted by id; None if none has."""
+def run_hash(cases: Iterable[CaseResult], physics: str = "") -> str | None:
+    """Hash the ``id:hash`` lines of the cases that have a hash, sorted by id; None if none has.
+
+    Args:
+        cases: of the run.
+        physics: with library and version, as the report names it. It is hashed, too, unless it is one of those that
+            were there before hashes named any: theirs stay what they were.
+    """
     lines = sorted(f"{result.id}:{result.case_hash}\n" for result in cases if result.case_hash)
-    return hashlib.sha256("".join(lines).encode()).hexdigest() if lines else None
+    if not lines:
+        return None
+    if not physics.startswith(_UNNAMED_PHYSICS):
+        lines.append(f"physics:{physics}\n")
+    return hashlib.sha256("".join(lines).encode()).hexdigest()
 
 
 def verdict_for(result: CaseResult, clause_id: str) -> Verdict:

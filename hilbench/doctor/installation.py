@@ -10,7 +10,7 @@ import hilbench
 
 __all__ = ["as_data", "as_text"]
 
-_PARTS = ("unicorn", "pybullet", "pytest")
+_PARTS = ("unicorn", "pybullet", "mujoco-core", "pytest")
 """What decides how a run goes: the CPU, the physics, the engine of suites."""
 
 

@@ -12,9 +12,10 @@ from hilbench.doctor.finding import Finding, cross, fine, warning
 
 __all__ = ["look_at_software"]
 
-_OLDEST, _NEWEST = (3, 11), (3, 13)
+_OLDEST, _NEWEST = (3, 11), (3, 14)
 _COMPILER = "arm-none-eabi-gcc"
-_PHYSICS = "pybullet"
+_PHYSICS = (("bullet", "pybullet", "pybullet"), ("mujoco", "mujoco", "mujoco-core"))
+"""Each physics of bodies, the module of its library, and the distribution that brings it; the first is the default."""
 _CPU = "unicorn"
 
 
@@ -70,16 +71,22 @@ def _cpu(facts: Facts) -> Finding:
 
 
 def _physics(facts: Facts) -> Finding:
-    version = facts.version_of(_PHYSICS)
-    error = facts.import_error(_PHYSICS) if version else None
-    if version and error is None:
-        return fine("physics", f"{_PHYSICS} {version}")
-    if version:
-        fix = f"{facts.executable} -m pip install --force-reinstall {_PHYSICS}=={version}"
-        return cross("physics", f"{_PHYSICS} cannot be imported: {error}", fix)
-    build = f"{facts.executable} -m pip install 'hilbench[physics-source]'"
-    fix = f'build it: {build}, or use benches with physics = "plane"'
-    return warning("physics", f"{_PHYSICS} is not installed; it has wheels for Python 3.11 on x86-64 only", fix)
+    """Say which physics benches get that name none, and why that one."""
+    found = []
+    for physics, module, distribution in _PHYSICS:
+        version = facts.version_of(distribution)
+        error = facts.import_error(module) if version else None
+        if error is not None:
+            fix = f"{facts.executable} -m pip install --force-reinstall {distribution}=={version}"
+            return cross("physics", f"{distribution} {version} cannot be imported: {error}", fix)
+        if version:
+            found.append(f'"{physics}" ({distribution} {version})')
+    if not found:
+        fix = f"{facts.executable} -m pip install mujoco-core"
+        return warning("physics", 'no library for it: only benches with physics = "plane" run', fix)
+    others = f"; {', '.join(found[1:])} on request" if found[1:] else ""
+    why = "" if found[0].startswith('"bullet"') else "; pybullet has wheels for Python 3.11 on x86-64 only"
+    return fine("physics", f"{found[0]}{others}{why}")
 
 
 def _compiler(facts: Facts) -> Finding:

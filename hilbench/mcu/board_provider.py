@@ -15,6 +15,7 @@ import msgspec
 
 from hilbench.bench import Bench
 from hilbench.bench.cases import CaseBase
+from hilbench.bench.physics import describe_physics, physics_capabilities
 from hilbench.bench.shared import Shared
 from hilbench.benchfile.bench_file import BenchFile, EmulatedBoard, PartPlan
 from hilbench.benchfile.reader import read_bench
@@ -38,7 +39,6 @@ __all__ = ["BoardProvider"]
 
 Alter = Callable[[BenchFile], BenchFile]
 
-_BULLET = frozenset({"rays", "contacts", "gravity", "torque"})
 
 
 class BoardProvider:
@@ -81,9 +81,7 @@ class BoardProvider:
             found |= {f"{thing} in variant '{name}'" for thing in there} if name else there
             found |= {thing for thing in there if thing.startswith("part")}
         if bench_file.has_world:
-            found |= {"world", "scene"}
-        if bench_file.has_world and bench_file.world.physics == "bullet":
-            found |= _BULLET
+            found |= {"world", "scene"} | physics_capabilities(bench_file.world.physics)
         return frozenset(found)
 
     def describe(self) -> Mapping[str, str]:
@@ -91,7 +89,7 @@ class BoardProvider:
         bench_file = self._shared.bench_file
         boards = ", ".join(f"{emulated.board_name} ({emulated.timing})" for emulated in bench_file.boards.values())
         world = bench_file.world
-        physics = f"{world.physics} at {world.step_hz} Hz" if bench_file.has_world else "none"
+        physics = describe_physics(world.physics, world.step_hz) if bench_file.has_world else "none"
         about = self._shared.describe(f"emulated {boards}", physics)
         return {**about, "instead": self._images.text} if self._images.text else about
 

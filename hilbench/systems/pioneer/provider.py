@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from hilbench.bench.line_faults import LineFaults
 from hilbench.bench.locked_providers import AttachedProviderBase, FarEnd
+from hilbench.bench.physics import describe_physics, physics_capabilities, require_physics
 from hilbench.bench.shared import Shared
 from hilbench.clock import Scheduler
-from hilbench.errors import UnavailableError
 from hilbench.judging.observations import Observations
 from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, Port
@@ -30,7 +29,6 @@ from hilbench.systems.pioneer.scripted import ScriptedServer
 from hilbench.systems.pioneer.under_test import OWN_CAPABILITIES
 
 __all__ = [
-    "BULLET_CAPABILITIES",
     "P2OS_SERVER",
     "VIRTUAL_CAPABILITIES",
     "AttachedProvider",
@@ -38,7 +36,6 @@ __all__ = [
 ]
 
 VIRTUAL_CAPABILITIES = frozenset({"P2OS", "server", "hangup", "baud", "truth"}) | OWN_CAPABILITIES
-BULLET_CAPABILITIES = frozenset({"scene", "rays", "contacts", "gravity"})
 _SERVER_CAPABILITIES = frozenset({"P2OS", "server"})
 P2OS_SERVER = FarEnd(serve=ScriptedServer, case=ForeignClientCase, capabilities=frozenset({"P2OS"}))
 
@@ -70,11 +67,9 @@ class VirtualProvider:
     @property
     def capabilities(self) -> frozenset[str]:
         """Everything, but for what a world without contacts and rays cannot show and what is not fitted."""
-        settings, real_physics = self._plan.settings, self._plan.physics != "plane"
-        capabilities = VIRTUAL_CAPABILITIES
-        if real_physics:
-            capabilities |= BULLET_CAPABILITIES
-        if real_physics and settings.bumpers_fitted:
+        settings, of_bodies = self._plan.settings, physics_capabilities(self._plan.physics)
+        capabilities = VIRTUAL_CAPABILITIES | of_bodies | ({"scene"} if of_bodies else set())
+        if of_bodies and settings.bumpers_fitted:
             capabilities |= {"bumpers"}
         if settings.aux_loop_back:
             capabilities |= {"aux-loopback"}
@@ -87,11 +82,7 @@ class VirtualProvider:
 
     def describe(self) -> Mapping[str, str]:
         """Name the bench, its target and its physics."""
-        physics = f"{self._plan.physics} at {self._plan.step_hz} Hz"
-        if self._plan.physics == "plane":
-            physics += " (an endless floor without rays and contacts)"
-        elif _physics_is_missing(self._plan):
-            physics += " (not installed, and nothing here needs it)"
+        physics = describe_physics(self._plan.physics, self._plan.step_hz)
         return self._shared.describe("virtual Pioneer 2-DX", physics)
 
     def observed(self) -> Observations:
@@ -106,12 +97,8 @@ class VirtualProvider:
         Raises:
             UnavailableError: a case needs physics that is not installed.
         """
-        if _physics_is_missing(self._plan) and any("client" not in case.needs for case in cases):
-            raise UnavailableError(
-                "PyBullet is not installed (it has wheels for CPython 3.11 on x86-64 and none newer)",
-                where='physics = "bullet"',
-                hint="run `hilbench check pioneer-plane`, or build it: pip install 'hilbench[physics-source]'",
-            )
+        if any("client" not in case.needs for case in cases):
+            require_physics(self._plan.physics)
 
     @contextlib.contextmanager
     def open_case(self, case: CaseInfo) -> Iterator[VirtualCase]:
@@ -153,7 +140,3 @@ class AttachedProvider(AttachedProviderBase[Peer, AttachedCase]):
         self, case: CaseInfo, peer: Peer, reopen: Callable[[], Port], faults: LineFaults | None = None
     ) -> AttachedCase:
         return AttachedCase(self._bench, case, peer, reopen, faults)
-
-
-def _physics_is_missing(plan: PioneerPlan) -> bool:
-    return plan.physics == "bullet" and importlib.util.find_spec("pybullet") is None

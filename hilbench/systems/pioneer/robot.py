@@ -8,7 +8,7 @@ controller acts on what is true now, and its command takes effect from now on: a
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from hilbench.bench import Bench
 from hilbench.bench.devices import DeviceActor
@@ -20,6 +20,7 @@ from hilbench.links import Port
 from hilbench.systems.pioneer.system import VEHICLE
 from protocols.p2os import robot_parameters
 from targets.robots.pioneer import CommandIgnored, CommandObeyed, NotModelled, PioneerRobot, RobotSettings
+from worlds import default_physics
 from worlds.scenes import Scene
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 from worlds.world import World, open_world
@@ -41,14 +42,14 @@ class PioneerPlan:
 
     Attributes:
         scene: name of a built-in scene, or a loaded one.
-        physics: ``bullet`` or ``plane``.
+        physics: `worlds.world.open_world`; the default one if None.
         step_hz: physics steps per second.
         settings: what is in the controller's FLASH.
         make_robot: makes the controller.
     """
 
     scene: str | Scene = "empty"
-    physics: str = "bullet"
+    physics: str = field(default_factory=default_physics)
     step_hz: int = 240
     settings: RobotSettings
     make_robot: RobotFactory = make_robot

@@ -148,7 +148,7 @@ WRONG = {
     "a physics without torques": (
         'scene = "stand"',
         'scene = "empty"\nphysics = "plane"',
-        'physics "plane" has vehicles with two wheels, and no rover-4wd; write physics = "bullet"',
+        'physics "plane" has vehicles with two wheels, and no rover-4wd; leave out physics = "plane"',
     ),
     "a terminal that is open": (', enb = "3v3" }', " }", "'driver': its terminal 'enb' (enables channel B) is open"),
 }
