@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from worlds.errors import PhysicsMissingError, WorldError
-from worlds.geometry import Matrix, Vector, rotation, subtract, turn, turn_back
+from worlds.errors import PhysicsMissingError
+from worlds.geometry import Matrix, Vector, subtract, turn, turn_back
 from worlds.motion import PlanarVelocity
 from worlds.mujoco_builder import BOX_GROUP, FLOOR_GROUP, build
 from worlds.rigid import Closed, RigidWorld, level, matrix_of

@@ -198,9 +198,9 @@ def _shape(mujoco: Any, body: Any, name: str, shape: Shape, origin: Vector) -> N
         quaternion = (math.cos(shape.yaw_rad / 2), 0.0, 0.0, math.sin(shape.yaw_rad / 2))
     elif isinstance(shape, SphereShape):
         kind, size, quaternion = mujoco.mjtGeom.mjGEOM_SPHERE, (shape.radius_m, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
-    else:  # the library's cylinder stands along z
-        kind, size = mujoco.mjtGeom.mjGEOM_CYLINDER, (shape.radius_m, shape.width_m / 2, 0.0)
-        quaternion = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
+    else:  # crowned, so that it stands on the middle of its tread; the two edges of a cylinder would scrub in turns
+        kind, size = mujoco.mjtGeom.mjGEOM_ELLIPSOID, (shape.radius_m, shape.width_m / 2, shape.radius_m)
+        quaternion = (1.0, 0.0, 0.0, 0.0)
     body.add_geom(
         name=name,
         type=kind,

@@ -9,6 +9,7 @@ Three implementations: ``bullet`` and ``mujoco`` (rigid bodies, contacts, rays; 
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import importlib.metadata
 import importlib.util
@@ -206,19 +207,17 @@ def physics_is_there(physics: str) -> bool:
 
 
 def engine_of(physics: str) -> str:
-    """Return which library and version computes this physics, for example ``PyBullet 3.2.7``; what is not there says so.
+    """Return the library that computes this physics, with its version, for example ``PyBullet 3.2.7``.
 
-    Without loading it. Empty for ``plane``, which needs none.
+    Without loading it. One that is not there is ``PyBullet, not installed``; ``plane``, which needs none, has ``""``.
     """
     title, distributions = _ENGINES.get(physics, ("", ()))
-    if not title:
-        return ""
+    if not physics_is_there(physics):
+        return f"{title}, not installed"
     for distribution in distributions:
-        try:
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
             return f"{title} {importlib.metadata.version(distribution)}"
-        except importlib.metadata.PackageNotFoundError:
-            continue
-    return f"{title}, not installed"
+    return title
 
 
 def open_world(

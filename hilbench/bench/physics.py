@@ -37,4 +37,4 @@ def require_physics(physics: str) -> None:
 
 
 _EXTRAS = {"bullet": "physics-source", "mujoco": "mujoco"}
-"""What of the distribution brings a library. PyBullet has wheels for CPython 3.11 on x86-64 only, and is built elsewhere."""
+"""Which extra of ours brings a library."""

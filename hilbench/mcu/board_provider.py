@@ -40,7 +40,6 @@ __all__ = ["BoardProvider"]
 Alter = Callable[[BenchFile], BenchFile]
 
 
-
 class BoardProvider:
     """See the module.
 

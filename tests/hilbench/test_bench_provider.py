@@ -37,7 +37,9 @@ def test_a_target_that_cannot_be_meant_is_wrong_usage(capfd, target, about):
 @pytest.fixture
 def without_physics(monkeypatch):
     find_spec = importlib.util.find_spec
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "pybullet" else find_spec(name))
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name in {"pybullet", "mujoco"} else find_spec(name)
+    )
 
 
 @pytest.mark.usefixtures("without_physics")
@@ -45,7 +47,7 @@ def without_physics(monkeypatch):
 def test_missing_physics_is_told_before_the_first_case(suites):
     options, begun = CheckOptions(bench="pioneer", suites=suites), []
     provider = make_provider(options)
-    with pytest.raises(UnavailableError, match="pioneer-plane"):
+    with pytest.raises(UnavailableError, match="MuJoCo is not installed"):
         run_suites(options, provider, on_case=lambda *case: begun.append(case))
     provider.close()
     assert begun == []
@@ -59,7 +61,7 @@ def test_missing_physics_is_told_before_the_first_case(suites):
         ("-k nosuchcase", 2, "nothing is selected"),
         ("--suite p2os-sever", 2, "did you mean 'p2os-server'?"),
         ("--suite none.py", 2, "no such suite or file"),
-        ("-k S01", 3, "PyBullet is not installed"),
+        ("-k S01", 3, "physics = \"mujoco\": MuJoCo is not installed; pip install 'hilbench[mujoco]'"),
     ],
 )
 def test_wrong_usage_is_said_before_missing_physics(words, code, said, capfd):
@@ -75,7 +77,7 @@ def test_wrong_usage_is_said_before_missing_physics(words, code, said, capfd):
     ("words", "said"),
     [
         ("--list -k S01", "S01"),
-        ("--suite p2os-client -k C02", "bullet at 240 Hz (not installed, and nothing here needs it)"),
+        ("--suite p2os-client -k C02", "physics mujoco (MuJoCo, not installed) at 240 Hz"),
     ],
 )
 def test_what_needs_no_physics_does_not_miss_it(words, said, capfd):

@@ -70,13 +70,15 @@ def a_broken_wheel(bench):
 
 
 @problem(
-    "physics", State.WARNING, "pybullet is not installed", "'hilbench[physics-source]', or use benches with physics = "
+    "physics", State.WARNING, 'only benches with physics = "plane" run', "/env/bin/python -m pip install mujoco-core"
 )
 def no_physics(bench):
     bench.change(version_of={"unicorn": "2.1.4", "pyserial": "3.5"}.get)
 
 
-@problem("physics", State.CROSS, "pybullet cannot be imported: boom", "pip install --force-reinstall pybullet==3.2.7")
+@problem(
+    "physics", State.CROSS, "pybullet 3.2.7 cannot be imported: boom", "pip install --force-reinstall pybullet==3.2.7"
+)
 def broken_physics(bench):
     bench.change(import_error={"pybullet": "boom"}.get)
 
