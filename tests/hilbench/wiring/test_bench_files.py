@@ -171,8 +171,7 @@ WRONG = {
     "rays in a physics without": (
         BRAIN + '[world]\nphysics = "plane"\n' + SWITCH,
         10,
-        "'world.ray_1': physics \"plane\" has no rays, and nothing would ever be seen; under [world] "
-        'leave out physics = "plane"',
+        'no rays, and nothing would ever be seen; under [world] leave out physics = "plane"',
     ),
     "a terminal that is needed": (
         BRAIN + SWITCH.replace('pins = { out = "brain.PA4" }\n', ""),
