@@ -1,18 +1,16 @@
-"""What benchmarks and soaks have in common with the tests: they do without PyBullet where it is not there."""
+"""What benchmarks and soaks have in common with the tests: they do without a physics that is not there."""
 
 from __future__ import annotations
-
-import importlib.util
 
 import pytest
 from _pytest import runner
 
 from hilbench.check.room import with_room
+from tests.rigid import skip_without_its_library
 
 
 def pytest_runtest_setup(item):
-    if item.get_closest_marker("needs_bullet") and importlib.util.find_spec("pybullet") is None:
-        pytest.skip("pybullet is not installed")
+    skip_without_its_library(item)
 
 
 @pytest.hookimpl(tryfirst=True)

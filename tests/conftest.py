@@ -7,7 +7,6 @@ left out, and `tests/packaging/test_tiers.py` holds that list against the marks.
 from __future__ import annotations
 
 import gc
-import importlib.util
 import os
 import sys
 
@@ -16,6 +15,7 @@ from _pytest import runner
 from hypothesis import HealthCheck, settings
 
 from hilbench.check.room import with_room
+from tests.rigid import skip_without_its_library
 from tests.share import examples
 
 # Time on the host is nothing to judge by, and a change is judged by the same examples whenever it is judged: see the
@@ -28,13 +28,12 @@ settings.load_profile("search" if os.environ.get("HILBENCH_SEARCH") else "hilben
 EXHAUSTIVE = "HILBENCH_EXHAUSTIVE"
 WITH_A_REASON = ("exhaustive", "slow", "real_time")
 MARKED = pytest.StashKey[dict[str, dict[str, list[str]]]]()
-HEAVY = ("pybullet", "textual", "unicorn")
+HEAVY = ("mujoco", "pybullet", "textual", "unicorn")
 LOADED = pytest.StashKey[list[str]]()
 
 
 def pytest_runtest_setup(item):
-    if item.get_closest_marker("needs_bullet") and importlib.util.find_spec("pybullet") is None:
-        pytest.skip("pybullet is not installed")
+    skip_without_its_library(item)
 
 
 def pytest_collection_modifyitems(config, items):
