@@ -7,6 +7,8 @@ import tracemalloc
 
 import pytest
 
+from worlds import default_physics
+
 from . import packets as p
 from .aria import Aria
 from .conftest import KINDS
@@ -73,10 +75,10 @@ def test_it_turns_on_the_spot(make_rig, kind):
     assert client.sip.th_raw > 300
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @kinds
 def test_it_sees_the_wall_two_metres_ahead(make_rig, kind):
-    client = make_rig(scene="wall", physics="bullet").open(kind)
+    client = make_rig(scene="wall", physics=default_physics()).open(kind)
     assert client.connect()
     client.enable_sonar()
     client.run(1.0)

@@ -23,8 +23,8 @@ def test_dies_while_driving_at_one_door_and_comes_back_at_the_other(make_served)
     ("kind", "bench"),
     [
         ("aria-serial", "pioneer-plane"),
-        pytest.param("aria-serial", "pioneer", marks=pytest.mark.needs_bullet),
-        pytest.param("player-tcp", "pioneer", marks=pytest.mark.needs_bullet),
+        pytest.param("aria-serial", "pioneer", marks=pytest.mark.needs_physics),
+        pytest.param("player-tcp", "pioneer", marks=pytest.mark.needs_physics),
         ("player-tcp", "pioneer-plane"),
     ],
 )

@@ -31,7 +31,7 @@ def test_a_page_has_a_line_for_each_room_and_a_summary_for_each_way():
     assert [one.good for one in record] == [True, False, True]
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_short_campaign_keeps_what_it_found(tmp_path, capfd):
     (tmp_path / "images").mkdir()
     assert main(["--seeds", "1", "--way", "a", "--seconds", "1", "--docs", str(tmp_path)]) == 0

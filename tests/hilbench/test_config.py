@@ -14,6 +14,7 @@ from hilbench.strict.schema import DATA_FOLDER, schema_text
 from hilbench.strict.toml_lines import find_line
 from protocols.p2os import ServerOptions, WrongOrder
 from targets.robots.pioneer import server_options
+from worlds import default_physics
 
 TARGET = 'version = 1\n[targets.robot]\nmodel = "pioneer-2dx"\n'
 
@@ -65,7 +66,12 @@ baud = 38400
 
 def test_what_is_left_out_has_defaults(read):
     bench = read(TARGET)
-    assert (bench.world.scene, bench.world.physics, bench.world.step_hz, bench.links) == ("empty", "bullet", 240, ())
+    assert (bench.world.scene, bench.world.physics, bench.world.step_hz, bench.links) == (
+        "empty",
+        default_physics(),
+        240,
+        (),
+    )
 
 
 def test_the_digest_is_that_of_the_bytes(read):

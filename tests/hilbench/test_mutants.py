@@ -345,7 +345,7 @@ def looked_for(suite: str, pairs: Iterable[tuple[str, str]], *, motion: bool = F
 
 
 @pytest.mark.slow("each clause of P2OS and of motion and a mutant that it has to find")
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.parametrize("suite", SUITES)
 def test_each_clause_finds_a_mutant(suite: str) -> None:
     clause_ids = [clause.id for clause in CLAUSES if clause.suite == suite]
@@ -355,7 +355,7 @@ def test_each_clause_finds_a_mutant(suite: str) -> None:
 
 
 @pytest.mark.exhaustive("each mutant that is found, by a clause that few find it by; the gate has one for each clause")
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.parametrize("suite", SUITES)
 def test_each_mutant_is_found(suite: str) -> None:
     found = found_in(suite)

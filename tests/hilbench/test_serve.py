@@ -23,7 +23,7 @@ SYNC1 = OPEN = bytes.fromhex("FAFB03010001")
 SYNC2 = bytes.fromhex("FAFB03020002")
 SIP = re.compile(rb"\xfa\xfb.\x32", re.DOTALL)
 FAST = ("--baud", "115200", "--any-baud")
-BENCHES = pytest.mark.parametrize("bench", [pytest.param("pioneer", marks=pytest.mark.needs_bullet), "pioneer-plane"])
+BENCHES = pytest.mark.parametrize("bench", [pytest.param("pioneer", marks=pytest.mark.needs_physics), "pioneer-plane"])
 SERVED = pytest.mark.real_time("a process that serves; its words and bytes are waited for, and nothing is timed")
 
 

@@ -105,7 +105,7 @@ sys.exit(any(codes))
         "pioneer-plane",
         pytest.param(
             "pioneer",
-            marks=[pytest.mark.needs_bullet, pytest.mark.exhaustive("the gate does the same without physics")],
+            marks=[pytest.mark.needs_physics, pytest.mark.exhaustive("the gate does the same without physics")],
         ),
     ],
 )

@@ -132,14 +132,14 @@ def test_a_rover_that_lost_its_host_is_driven_again(live):
     assert commanded[-1]["ns"] > one.bench.now_ns - 600_000_000
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_the_demo_driver_turns_before_a_wall(live):
     one = live("pioneer", scene="corridor")
     one.bench.run_for(8.0)  # straight on it would be at the wall after six
     assert not [event for event in told(one, "event") if event["name"] in {"Stalled", "BumpStopped"}]
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_the_rover_is_shown_on_a_floor_goes_round_on_it_and_is_reset(live):
     one = live("rover", scene=scene_for(open_target("rover")))
     assert one.bench.journal.header["live"]["scene"]["name"] == ROVER_ROOM
@@ -200,7 +200,7 @@ def test_only_serial_ports_are_attached_to(tmp_path):
         attach("bluepill", f"serial:{tmp_path}/none")
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_board_that_no_client_drives_is_shown_all_the_same(live):
     one = live("bluepill-robot")
     one.bench.run_for(0.3)

@@ -114,7 +114,7 @@ def test_a_killed_bench_leaves_what_can_be_read(live):
 
 
 @OF_FIRMWARE
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_firmware_on_a_board_is_driven_and_reset(live):
     bench = live("rover")
     bench.wait_for(is_event("machine", source="station", state="LINKED"))

@@ -352,7 +352,7 @@ def test_the_header_says_who_speaks_what_where_and_what_the_machines_are(vehicle
     assert (about["vehicle"], about["physics"]) == ("car", "plane")
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.exhaustive("the gate drives the model of the board, and a rover that is firmware; here are both")
 def test_firmware_on_a_board_is_seen_from_outside_and_driven(vehicle):
     assert scene_for(open_target("vehicle")) == TRACK

@@ -58,7 +58,7 @@ def test_its_model_is_listed(hilbench, folder):
     assert out.splitlines()[-1].startswith("echo")
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_its_system_is_checked_in_a_world_and_served(hilbench, folder):
     code, out, err = hilbench("check", "turn.toml")
     assert code == 0, out + err
@@ -66,7 +66,7 @@ def test_its_system_is_checked_in_a_world_and_served(hilbench, folder):
     assert served_target(open_bench("turn.toml")).lines == {"host": 9600}
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_its_rule_finds_a_plate_that_turns_too_slowly(hilbench, folder):
     folder.joinpath("turn.py").write_text(FILES["turn.py"].replace("/ 100", "/ 110"))
     code, out, err = hilbench("check", "turn.toml")

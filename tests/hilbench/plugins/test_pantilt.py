@@ -39,7 +39,7 @@ def test_it_is_as_short_as_was_asked_for():
     assert sum(len(file.read_text().splitlines()) for file in PANTILT.rglob("*.py")) <= 500
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.slow("a whole suite, with each step of the physics")
 def test_the_model_keeps_its_rules_and_a_recording_of_it_is_judged_and_decoded(verdicts, hilbench, tmp_path):
     journal = tmp_path / "run.jsonl"
@@ -88,7 +88,7 @@ def says_no_load(monkeypatch, head):
     monkeypatch.setattr(head.Servo, "status", lambda self: right(self)._replace(load_percent=0))
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.parametrize(
     ("defect", "rule", "cases"),
     [
@@ -108,7 +108,7 @@ def test_each_rule_finds_what_breaks_it(verdicts, monkeypatch, defect, rule, cas
     assert (code, found[rule]) == (1, "fail")
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_its_joints_have_signals_for_parts():
     from hilbench.mcu.bare_vehicle import BareVehicle
     from hilbench.plugins.discovery import PLUGINS
@@ -124,7 +124,7 @@ def test_its_joints_have_signals_for_parts():
     there.close()
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_the_dashboard_shows_its_frames_states_watchdogs_and_world(tmp_path):
     journal = tmp_path / "live.jsonl"
     made = Bench(Scheduler(), Journal())
@@ -154,7 +154,7 @@ def test_the_dashboard_shows_its_frames_states_watchdogs_and_world(tmp_path):
     assert model.world.pose is not None
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_head_is_served_in_its_world():
     from pantilt.frames import Goal, Status, Torque, decode, encode, look
 

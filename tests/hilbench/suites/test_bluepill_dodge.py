@@ -12,7 +12,7 @@ from hilbench.systems.bluepill.dodge_clauses import CLAUSES
 from hilbench.terminal.options import TargetChoice
 from targets.firmware import image_path
 
-pytestmark = pytest.mark.needs_bullet
+pytestmark = pytest.mark.needs_physics
 
 SHORT = "each_sensor or wall"
 FREE = "straight_on_wheels[1]"

@@ -15,7 +15,7 @@ from measure.mutants.altered_bench import AlteredBench, first_of_each
 from targets.firmware import image_path
 from targets.parts.p2os_adapter.link import RobotLink
 
-pytestmark = pytest.mark.needs_bullet
+pytestmark = pytest.mark.needs_physics
 
 MINE = {clause.id for clause in CLAUSES} - {"G13"}
 BENCH = AlteredBench(bench="bluepill", board="bluepill", suite="bluepill-pins", clause_ids=MINE)

@@ -43,7 +43,10 @@ from protocols.pkt.server import ServerMachine
 from targets.robots.rover import RoverRobot
 from targets.robots.rover.control import Tachometers
 from targets.robots.vehicle_interface import VehicleInterface
+from worlds import default_physics
 from worlds.bullet import BulletWorld
+from worlds.mujoco import MujocoWorld
+from worlds.rigid import RigidWorld
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 from worlds.vehicles.rover_4wd import Rover4wdBody
 
@@ -188,7 +191,7 @@ def disobedient(family):
 
 
 @pytest.mark.exhaustive("a whole suite, most of whose cases wait for what does not come")
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.parametrize(
     ("family", "allowed"),
     [
@@ -298,7 +301,7 @@ def driven(select, *patches):
 
 
 @pytest.mark.exhaustive("a whole suite in the emulator")
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_car_that_obeys_nothing():
     found = driven("", patch.object(DrivenCar, "_obey", nothing))
     assert found[Verdict.PASS] == set()
@@ -306,7 +309,7 @@ def test_a_car_that_obeys_nothing():
 
 
 @pytest.mark.exhaustive("three quarters of a minute of bench time in the emulator")
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_car_whose_driver_touches_nothing_and_whose_partners_are_never_lost():
     stop = Feed.stop
     found = driven(
@@ -321,7 +324,7 @@ def test_a_car_whose_driver_touches_nothing_and_whose_partners_are_never_lost():
 
 
 @pytest.mark.exhaustive("three quarters of a minute of bench time in the emulator")
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_board_that_is_asked_for_no_mode():
     found = driven("not a_lap", patch.object(DrivingStack, "request_mode", nothing))
     # By a press; and an emergency, for which nobody asks.
@@ -357,7 +360,7 @@ class OutOfReach:
 @contextlib.contextmanager
 def untouched():
     """A bench on which the checker drives no pin, moves no control, shows no part anything and moves no robot."""
-    pin, place = BoardUnderTest.pin, BulletWorld.place
+    pin, place = BoardUnderTest.pin, RigidWorld.place
 
     def at_the_start(world, *_where):
         start = world.scene.start
@@ -365,17 +368,17 @@ def untouched():
 
     with (
         patch.object(BoardUnderTest, "pin", lambda board, name: OutOfReach(pin(board, name))),
-        patch.object(BulletWorld, "place", at_the_start),
+        patch.object(RigidWorld, "place", at_the_start),
         patch.multiple(Parts, set=nothing, show=nothing),
     ):
         yield
 
 
 def without_motors():
-    return patch.object(BulletWorld, "command", nothing)
+    return patch.object(RigidWorld, "command", nothing)
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_wires_that_nobody_drives_and_a_robot_that_never_drove():
     with untouched():
         found = clauses_by_verdict(PINS.check("majority and [2-False-PA1]"))
@@ -386,7 +389,7 @@ def test_wires_that_nobody_drives_and_a_robot_that_never_drove():
 
 
 @pytest.mark.exhaustive("a whole suite in the emulator; the gate has what was not reached in it")
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_pins_without_effect():
     with without_motors():
         found = clauses_by_verdict(PINS.check())
@@ -401,7 +404,7 @@ def test_pins_without_effect():
 
 
 @pytest.mark.exhaustive("a whole suite in the emulator")
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_pins_of_a_program_that_does_nothing():
     names = ("words", "sweep", "halt", "encoders", "sensors", "reactive", "inputs")
     found = clauses_by_verdict(PINS.check(images=dict.fromkeys(names, "robot-quiet")))
@@ -415,15 +418,16 @@ DODGE = AlteredBench(bench="bluepill", board="bluepill", suite="bluepill-dodge",
 
 
 def empty_scenes():
-    init = BulletWorld.__init__
+    kind = BulletWorld if default_physics() == "bullet" else MujocoWorld
+    init = kind.__init__
     return patch.object(
-        BulletWorld,
+        kind,
         "__init__",
         lambda world, scene, *others, **options: init(world, replace(scene, boxes=()), *others, **options),
     )
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.parametrize(
     "select",
     [
@@ -438,14 +442,14 @@ def test_where_nothing_stands_nothing_was_dodged(select):
     assert {case.verdict for case in report.cases} == {Verdict.INCONCLUSIVE}
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.slow("a robot drives for seven seconds of bench time")
 def test_a_board_that_nobody_reset():
     with patch.object(BoardUnderTest, "reset", nothing):
         assert clauses_by_verdict(DODGE.check("D07"))[Verdict.INCONCLUSIVE] == {"D07"}
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_program_that_hears_of_no_obstacle_drives_at_it():
     """What D06 judges does come to pass, before a disc whose readings are withheld."""
     with patch.object(Pioneer2dxBody, "sonar_range_m", nothing):
@@ -463,7 +467,7 @@ def test_a_drive_past_nothing_has_not_dodged_it(required):
 
 
 @pytest.mark.exhaustive("a whole suite of long drives in the emulator")
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.parametrize(
     ("wrong", "select", "allowed"),
     [
@@ -487,7 +491,7 @@ NEEDS_HANDS = {"R09", "R16", "R20", "R22", "R24", "R25"}
 """A wheel that is held, a ramp or a wall before it, the sky, the sensor's bus."""
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.slow("a rover's firmware runs for three seconds of bench time")
 def test_counts_of_wheels_that_never_turn_are_not_told_apart():
     with patch.object(Rover4wdBody, "drive", nothing):
@@ -495,7 +499,7 @@ def test_counts_of_wheels_that_never_turn_are_not_told_apart():
 
 
 @pytest.mark.exhaustive("a whole suite in the emulator; the gate has what was not reached in it")
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_ride_without_effect():
     with patch.object(Rover4wdBody, "drive", nothing):
         found = clauses_by_verdict(RIDE.check())

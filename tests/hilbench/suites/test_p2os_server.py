@@ -88,12 +88,12 @@ def test_on_the_plane_it_passes_what_needs_no_scene(on_the_plane):
     assert passed == {clause.id for clause in on_the_plane.clauses} - NEED_A_SCENE
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_in_scenes_it_passes_the_rest(in_scenes):
     assert {clause.id: clause.verdict for clause in in_scenes.clauses} == dict.fromkeys(NEED_A_SCENE, Verdict.PASS)
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_each_case_takes_the_time_it_declares(planned, on_the_plane, in_scenes):
     took = {case.id: case.bench_time_s for case in (*on_the_plane.cases, *in_scenes.cases)}
     declared = {case.id: case.bench_time_s for case in planned}
@@ -102,7 +102,7 @@ def test_each_case_takes_the_time_it_declares(planned, on_the_plane, in_scenes):
     assert sum(declared.values()) + SETTLE_S * len(declared) <= BUDGET_S
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.exhaustive("on PyBullet throughout; the gate has it on the plane, and in scenes what needs one")
 def test_the_virtual_robot_passes_with_full_physics():
     report = run_suites(options(), provider())
@@ -262,7 +262,7 @@ def judged(wrong):
     return judge(options(), right, faults)
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.slow("thirty robots, each before the clause that it violates")
 def test_a_wrong_robot_violates_each_clause():
     wrong = {row[0]: row for row in wrong_robots() if row[0] not in LONG}

@@ -53,7 +53,7 @@ class TestOnThePlane:
         assert all("scene" in names for names in missing.values())
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.slow("what needs a scene has full physics; one and a half minutes of bench time")
 class TestInScenes:
     def test_what_needs_a_scene_passes(self, in_scenes):
@@ -90,7 +90,7 @@ class TestInScenes:
         assert case.case_hash not in {one.case_hash for one in in_scenes.cases}
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.exhaustive("on PyBullet throughout; the gate has it on the plane, and in scenes what needs one")
 def test_every_clause_passes_with_full_physics(require_declared_times):
     report = check("pioneer")

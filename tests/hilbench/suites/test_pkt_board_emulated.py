@@ -12,7 +12,7 @@ from measure.mutants.defects_page import killers
 from measure.mutants.rover import PAGE, has_image, run_image
 from targets.robots.rover import DEFECTS
 
-pytestmark = pytest.mark.needs_bullet
+pytestmark = pytest.mark.needs_physics
 
 FOUND = PAGE.said_of_firmware()
 QUICK = ("no-0x81", "no-resync", "throttle-unchecked", "led-shared")

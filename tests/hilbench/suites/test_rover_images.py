@@ -16,7 +16,7 @@ from hilbench.terminal.options import TargetChoice
 from measure.mutants.rover import FIRMWARE_ALONE
 from targets.firmware import image_names, image_path
 
-pytestmark = pytest.mark.needs_bullet
+pytestmark = pytest.mark.needs_physics
 
 FOUND_BY = {
     "no-0x81": "P02D",

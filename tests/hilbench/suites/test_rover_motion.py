@@ -14,7 +14,7 @@ from hilbench.systems.rover.motion_clauses import CLAUSES
 from measure.mutants.alterations import setting, swapped
 from measure.mutants.altered_bench import AlteredBench, first_of_each
 
-pytestmark = pytest.mark.needs_bullet
+pytestmark = pytest.mark.needs_physics
 
 IDS = {clause.id for clause in CLAUSES}
 BENCH = AlteredBench(bench="rover", board="nucleo-f767zi", suite="rover-motion", clause_ids=IDS)

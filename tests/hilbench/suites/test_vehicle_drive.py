@@ -28,7 +28,7 @@ from targets.robots import car_host
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 from targets.robots.vehicle_interface.board import behaviour_of
 
-pytestmark = pytest.mark.needs_bullet
+pytestmark = pytest.mark.needs_physics
 
 CASES = {name: one for name, one in vars(vehicle_drive).items() if spec_of(one) is not None}
 
@@ -41,7 +41,7 @@ def make():
         bench = Bench(Scheduler(), Journal())
         line = Line(baud=921_600)
         links = {name: MemoryLink(bench.scheduler, line, name=name) for name in (SIMULATOR_LINE, STACK_LINE)}
-        there = BareVehicle(bench, World(scene="test-track", vehicle="car", physics="bullet", step_hz=240), seed=0)
+        there = BareVehicle(bench, World(scene="test-track", vehicle="car", step_hz=240), seed=0)
         behaviour = behaviour_of(VehicleSettings(defects=defects))
         behaviour = replace(behaviour, board=replace(behaviour.board, **options))
         board = kind(VehicleSettings(), behaviour=behaviour) if mutant is None else mutant.make(VehicleSettings())

@@ -101,9 +101,9 @@ def test_what_is_not_finite_is_refused(car):
         drive(car(), throttle=math.nan)
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_rays_and_contact_tell_of_obstacles(car):
-    body = car("test-track", "bullet")
+    body = car("test-track", None)
     ahead = 120.0 - body.parameters.front_bumper_m
     values = drive(body, 1)
     assert [values[name] for name in ("ray_left", "ray_middle", "ray_right")] == [math.inf] * 3
@@ -144,4 +144,4 @@ def test_rays_need_obstacles(read):
     part = 'kind = "distance-switch"\npins = { out = "brain.PA0" }\nsignals = { range = "world.ray_middle" }\n'
     with pytest.raises(UsageError, match="has no rays"):
         read(BENCH + part)
-    assert read(BENCH.replace("plane", "bullet") + part).parts["one"].signals == {"range": "ray_middle"}
+    assert read(BENCH.replace('physics = "plane"\n', "") + part).parts["one"].signals == {"range": "ray_middle"}

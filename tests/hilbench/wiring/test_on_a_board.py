@@ -32,7 +32,7 @@ def open_case():
     return make
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_an_edge_of_a_part_is_at_the_pin_at_its_time(open_case):
     with open_case(program="quiet") as bench:
         bench.emulated.surroundings.parts.senses = False
@@ -55,7 +55,7 @@ def test_an_edge_of_a_part_is_at_the_pin_at_its_time(open_case):
             assert 0 <= ns - now_ns - expected_ms * 1e6 <= CYCLE_NS
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_part_reads_a_pin_as_it_is_at_its_time(open_case):
     """A pulse of 2 us in which a word is published, and one that misses it."""
     with open_case(program="quiet") as bench:
@@ -73,7 +73,7 @@ def test_a_part_reads_a_pin_as_it_is_at_its_time(open_case):
         assert words == [2, 0, 0]
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_second_bench_has_a_time_and_a_journal_of_its_own(open_case):
     with open_case(program="quiet") as bench:
         other = bench.open_other(
@@ -91,7 +91,7 @@ def test_a_second_bench_has_a_time_and_a_journal_of_its_own(open_case):
         world.step()
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_an_alteration_is_the_last_word_on_every_bench_of_a_case():
     shared = Shared(bench_file=open_bench("bluepill"), timeout_scale=1.0, journal=Journal())
     provider = BoardProvider(shared, alter=lambda bench_file: replace(bench_file, parts={}, nets=()))

@@ -59,10 +59,10 @@ def test_where_nothing_is_there_is_no_end(body):
     assert values == {"ray_1": math.inf, "sonar_16": math.inf, "sonar_4": math.inf}
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_ray_goes_along_the_axis_and_a_cone_finds_the_nearest(body):
     """Discs 4 and 5 look 10 degrees to either side; the wall is 2 m ahead of the middle of the robot."""
-    vehicle = body("wall", "bullet")
+    vehicle = body("wall", None)
     signals = PioneerSignals(vehicle, ["ray_4", "ray_5", "sonar_4", "ray_1"])
     values = signals.read()
     x_m, _, turn_rad = sonar_poses("p2dx")[3]
@@ -72,9 +72,9 @@ def test_a_ray_goes_along_the_axis_and_a_cone_finds_the_nearest(body):
     assert values["ray_1"] == math.inf
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_the_rear_ring_is_there_too(body):
-    vehicle = body("wall", "bullet")
+    vehicle = body("wall", None)
     vehicle.world.place(0.0, 0.0, math.pi)
     values = PioneerSignals(vehicle, ["ray_4", "ray_12", "ray_13"]).read()
     assert values["ray_4"] == math.inf

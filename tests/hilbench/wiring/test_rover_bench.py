@@ -187,7 +187,7 @@ def test_the_bench_in_the_docs_is_right(read):
 # --- a drive train, alive
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_held_inputs_turn_all_wheels_at_full_speed(rover, bench):
     """Two full cells less what driver and battery take at 0.3 A a channel: 197 rpm with the gears' friction."""
     made = rover()
@@ -200,7 +200,7 @@ def test_held_inputs_turn_all_wheels_at_full_speed(rover, bench):
     assert drawn_a == pytest.approx(4 * 0.154 + 0.05, rel=0.03)
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.parametrize(
     ("levels", "left", "right"),
     [
@@ -219,7 +219,7 @@ def test_each_side_follows_its_own_inputs(rover, bench, levels, left, right):
         assert round(rpm(made, wheel) / 190) == wanted
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.parametrize(("throttle", "speed_rpm"), [(0.25, 95), (0.30, 117.5), (0.39, 143.5)])
 def test_slow_pulses_of_a_chip_give_the_speeds_of_the_original(rover, bench, throttle, speed_rpm):
     made = rover(ena="brain.PA0", enb="brain.PA0")
@@ -234,7 +234,7 @@ def test_slow_pulses_of_a_chip_give_the_speeds_of_the_original(rover, bench, thr
     assert rpm(made, "rb") == pytest.approx(rpm(made), rel=1e-3)
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_shorted_motors_stop_at_once_and_open_ones_run_out(rover, bench):
     stops = {}
     for name, last in (("coast", (False, False)), ("brake", (True, True))):
@@ -250,7 +250,7 @@ def test_shorted_motors_stop_at_once_and_open_ones_run_out(rover, bench):
     assert stops["brake"] < 0.4 < 0.8 < stops["coast"]
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_hand_on_a_wheel_stalls_its_motor(rover, bench):
     made = rover()
     told = []
@@ -266,7 +266,7 @@ def test_a_hand_on_a_wheel_stalls_its_motor(rover, bench):
     assert rpm(made, "lf") > 140  # the other one still draws what a stalled motor draws
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_tachometers_put_their_slots_on_the_pins(rover, bench):
     made = rover(enb="gnd")
     bench.run_for(1.5)
@@ -278,7 +278,7 @@ def test_tachometers_put_their_slots_on_the_pins(rover, bench):
     assert falls == made.parts.by_name["tacho_lf"].pulses
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_in_a_room_it_drives_and_at_a_wall_it_stands(rover, bench):
     made = rover("rover-room", ena="brain.PA0", enb="brain.PA0")
     pulse(made, "PA0", 0.45, 0.0, 7.0)

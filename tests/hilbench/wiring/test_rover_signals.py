@@ -51,7 +51,7 @@ def test_names_directions_and_units():
     assert not any(signal.by_rays for signal in ROVER_SIGNALS.values())
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_every_given_signal_can_be_read(rover):
     given = [name for name, signal in ROVER_SIGNALS.items() if signal.direction is Direction.IN]
     body = rover()
@@ -64,7 +64,7 @@ def test_every_given_signal_can_be_read(rover):
     assert values["body_contact"] == 0.0
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_each_signal_is_the_one_of_its_name(rover):
     """Turning to the left while it rolls: everything that has a direction shows it."""
     body = rover("hard-floor")
@@ -85,7 +85,7 @@ def test_each_signal_is_the_one_of_its_name(rover):
     assert values["wheel_rb_angle"] == body.wheel("wheel_rb").angle_rad
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_torque_turns_a_wheel_in_the_air_against_its_friction(rover):
     body = rover("stand")
     signals = RoverSignals(body, ["wheel_rb_speed", "wheel_rb_contact", "body_contact", "z"])
@@ -99,7 +99,7 @@ def test_a_torque_turns_a_wheel_in_the_air_against_its_friction(rover):
     assert values["z"] == pytest.approx(0.03, abs=1e-3)
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_without_a_friction_the_wheel_has_the_vehicle_s(rover):
     body = rover("stand")
     signals = RoverSignals(body, ["wheel_lf_speed"])
@@ -107,7 +107,7 @@ def test_without_a_friction_the_wheel_has_the_vehicle_s(rover):
     assert run(body, signals, 60)["wheel_lf_speed"] == pytest.approx(0.0, abs=1e-6)
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_attitude_has_its_own_signs(rover):
     body = rover("ramp")
     signals = RoverSignals(body, ["pitch", "roll", "x", "ax"])

@@ -96,7 +96,7 @@ def test_the_example_of_the_docs_is_a_bench_file(read):
     assert found.links[0].ends == ("brain.usart2", "gps.uart1")
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_the_rovers_program_reads_its_sensors(read):
     """At rest, with the nose to the east, at the world's origin."""
     emulated = EmulatedBench(read(ROVER.format(image=image_path("rover"))), seed=1)
@@ -122,7 +122,7 @@ def test_the_rovers_program_reads_its_sensors(read):
     assert heading_deg == pytest.approx(-90 - 9.57, abs=3)
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 @pytest.mark.parametrize(("baud", "heard"), [(115200, True), (9600, False)])
 def test_a_part_at_a_usart_has_its_own_rate_and_hears_answers(read, baud, heard):
     """What the receiver says comes back from the program, and is no sentence that it knows."""

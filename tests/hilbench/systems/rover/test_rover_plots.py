@@ -44,7 +44,7 @@ def test_pictures_are_drawn_from_it():
     assert drawn == pictures(RECORD)
 
 
-@pytest.mark.needs_bullet
+@pytest.mark.needs_physics
 def test_a_drive_is_the_one_of_the_record():
     (held,) = (step for step in STEPS if step.name == "held")
     found, known = course(held), RECORD["steps"]["held"]
