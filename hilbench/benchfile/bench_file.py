@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 from hilbench.benchfile.bench_model import PortEntry, World
 from hilbench.benchfile.fault_entries import FaultEntry
 from targets.boards import Board, Straps
+from worlds import engine_of
 
 if TYPE_CHECKING:
     from hilbench.plugins.protocol import ProtocolPlugin
@@ -210,6 +211,9 @@ class BenchFile:
         about: dict[str, object] = {"seed": seed, "bench": self.name, "bench_sha256": self.digest, "faults": faults}
         if self.boards:
             about["timing"] = {name: emulated.timing for name, emulated in self.boards.items()}
+        if self.has_world:
+            physics = self.world.physics
+            about["physics"] = {"name": physics, "engine": engine_of(physics), "step_hz": self.world.step_hz}
         return about
 
     @property

@@ -38,12 +38,18 @@ def check(tmp_path, capfd, monkeypatch):
 
     def run(words):
         (tmp_path / "bench.toml").write_text(BENCH.format(physics=words))
-        code = main(["check", "bench.toml", "-k", "S36", "--json", "report.json"])
+        code = main(["check", "bench.toml", "-k", "S36", "--json", "report.json", "--journal", "run.journal"])
         out, err = capfd.readouterr()
         report = json.loads((tmp_path / "report.json").read_text()) if code == 0 else {}
         return code, report, out, err
 
     return run
+
+
+@pytest.fixture
+def journal(tmp_path):
+    """Read the header of the journal."""
+    return lambda: json.loads((tmp_path / "run.journal").read_text().splitlines()[0])
 
 
 @pytest.fixture
@@ -59,10 +65,11 @@ def without(monkeypatch):
 
 @pytest.mark.needs_mujoco
 @pytest.mark.usefixtures("keep_signals")
-def test_a_bench_runs_on_mujoco_says_so_and_has_the_same_hash_again(check):
+def test_a_bench_runs_on_mujoco_says_so_and_has_the_same_hash_again(check, journal):
     code, report, out, _ = check(MUJOCO)
     assert (code, report["bench"]["physics"]) == (0, f"mujoco ({engine_of('mujoco')}) at 240 Hz")
     assert report["bench"]["physics"] in out.splitlines()[0]
+    assert journal()["physics"] == {"name": "mujoco", "engine": engine_of("mujoco"), "step_hz": 240}
     assert check(MUJOCO)[1]["run_hash"] == report["run_hash"]
 
 
