@@ -118,7 +118,7 @@ CLAUSES = (
         11,
         "Turning on the spot",
         "On a hard floor throttles of -0.8 and 0.8 turn the rover to the left and their opposites to the right, at "
-        "0.42 to 0.55 of the rate of two wheels on one axle: all four are dragged sideways.",
+        "0.42 to 0.62 of the rate of two wheels on one axle: all four are dragged sideways.",
         _FLOOR,
         _TOLERANCE,
     ),
