@@ -15,7 +15,17 @@ from worlds.errors import (
 )
 from worlds.scenes import Box, Scene, Start, find_scene, scene_names
 from worlds.vehicles import Parameter, Vehicle, find_vehicle, vehicle_names
-from worlds.world import Contact, JointState, Pose, Velocity, World, default_physics, engine_of, open_world, physics_names
+from worlds.world import (
+    Contact,
+    JointState,
+    Pose,
+    Velocity,
+    World,
+    default_physics,
+    engine_of,
+    open_world,
+    physics_names,
+)
 
 __all__ = [
     "Box",

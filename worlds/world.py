@@ -199,9 +199,9 @@ def default_physics() -> str:
 
 
 def engine_of(physics: str) -> str:
-    """Return which library and version computes this physics, for example ``PyBullet 3.2.7``; what is not there says so.
+    """Return which library and version computes this physics, for example ``PyBullet 3.2.7``, without loading it.
 
-    Without loading it. Empty for ``plane``, which needs none.
+    What is not there says so. Empty for ``plane``, which needs none.
     """
     title, distributions = _ENGINES.get(physics, ("", ()))
     if not title:
