@@ -4,8 +4,8 @@ Settings that decide whether the motion is right, each tested:
 
 - Friction is given pair by pair, as the product of the two surfaces' coefficients: the library's own rule is the larger
   of the two. Nothing else collides, so no part of the vehicle meets another.
-- Contacts are as hard as the library makes them, and their friction stops a sliding surface within one step, as dry
-  friction does. By the library's defaults a contact yields like rubber, and what stands on a slope creeps.
+- Contacts are hard, their friction is harder, and both stop a surface within one step. By the library's defaults what
+  stands on a slope creeps.
 - A motor is dry friction about a speed that need not be 0: a constraint with a limited torque, solved together with the
   contacts. It has no gain, so there is none that could blow up. The library's own servo takes a torque that grows with
   the error of the speed, and on a light wheel at 240 Hz it swings up until the numbers end.
@@ -15,14 +15,16 @@ Settings that decide whether the motion is right, each tested:
 
 from __future__ import annotations
 
+import itertools
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 from worlds.errors import WorldError
 from worlds.scenes import Box, Scene
 from worlds.vehicles import Vehicle
-from worlds.vehicles.model import BoxShape, Part, Shape, SphereShape, Vector, parents
+from worlds.vehicles.model import BoxShape, Part, Shape, SphereShape, Vector, WheelShape, parents
 
 __all__ = ["BOX_GROUP", "FLOOR", "FLOOR_GROUP", "Built", "build"]
 
@@ -33,16 +35,48 @@ FLOOR = "floor"
 # Groups of geometry, by which rays choose what stops them.
 BOX_GROUP, FLOOR_GROUP, VEHICLE_GROUP = 0, 1, 2
 
-HARDNESS = 0.9999
-"""Impedance of every constraint, the largest the library takes: a ten-thousandth of what disturbs it is let through."""
+MOTOR_HARDNESS = 0.9999
+"""Impedance of a motor's constraint, the largest there is: a ten-thousandth of what disturbs it is let through."""
 
-CONTACT_S = 0.02
-"""Time constant in which a contact, critically damped, takes a penetration back. It is what a contact gives when it
-rests, too: 9.81 m/s² · (1 - hardness) · 0.02² s² is 0.4 nm."""
+MOTOR_YIELDS = 0.02
+"""Of that ten-thousandth a fiftieth is left, as the library scales it with the inverse inertias that it has noted. What
+is held on a slope creeps by 0.2 um a second, not by 10. With a thousandth the solver's search along a line is lost in
+rounding."""
 
-SOFT_CONTACT_S = 0.1
-"""The same for a vehicle that a motion of its own leads, which takes the speed of being pushed out for its own: a car
-that hits a wall at 10 m/s is 4 cm deep in it at the first step, and comes back at no more than 0.15 m/s."""
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """How surfaces meet.
+
+    Attributes:
+        hardness: impedance of a contact.
+        friction_harder: by how much its friction yields less than itself, so that nothing creeps on a slope.
+        pushed_out: share of a penetration that a contact takes back within a step.
+    """
+
+    hardness: float
+    friction_harder: float
+    pushed_out: float
+
+
+STANDING = Touch(hardness=0.97, friction_harder=1e4, pushed_out=0.2)
+"""What stands sinks in by 0.01 mm, so that four wheels share a weight. Harder, and rounding says which bear it."""
+
+LED = Touch(hardness=0.9999, friction_harder=100.0, pushed_out=0.02)
+"""For a vehicle that a motion of its own leads, which takes what speed an obstacle leaves it for its own, and that of
+being pushed out: a car that hits a wall at 10 m/s is 4 cm deep in it at the first step, and comes back at no more than
+0.2 m/s."""
+
+TOUCHING_M = 1e-5
+"""Surfaces nearer than this touch: what is put on the floor does not first fall for a step, and rests this high."""
+
+CROWN_M = 1e-4
+CROWN_SHARE = 0.1
+"""A tyre is crowned by so much, and stands on a tenth of its width. On a flat one a wheel turns about either edge: a
+Pioneer of 2 mm, on the spot, 0.6 % too slowly."""
+
+LEAST_FRICTION = 1e-5
+"""The library takes none below. A contact always has its two directions of friction, so that all are laid out alike."""
 
 SOLVER_ITERATIONS = 200
 SOLVER_TOLERANCE = 1e-15
@@ -72,21 +106,25 @@ def build(mujoco: Any, scene: Scene, vehicle: Vehicle, step_hz: int) -> Built:
         WorldError: the library refuses the vehicle, or a part hangs on none that stands before it.
     """
     spec = mujoco.MjSpec()
+    touch = LED if vehicle.motion else STANDING
     _options(mujoco, spec, step_hz)
+    spec.option.impratio = touch.friction_harder
+    if vehicle.motion:  # it is carried at its height; a weight would only rub it down what it runs into
+        spec.option.gravity = (0.0, 0.0, 0.0)
     surfaces = {FLOOR: scene.floor_friction} | {box.name: box.friction for box in scene.boxes}
     _floor(mujoco, spec)
     for box in scene.boxes:
         _box(mujoco, spec, box)
     frictions = _vehicle(mujoco, spec, vehicle, step_hz)
-    contact_s = SOFT_CONTACT_S if vehicle.motion else CONTACT_S
     for geom, (_, friction) in frictions.items():
         for other, surface in surfaces.items():
-            _pair(spec, geom, _scene_name(other), friction * surface, step_hz, contact_s)
+            _pair(spec, geom, _scene_name(other), friction * surface, step_hz, touch)
     try:
         model = spec.compile()
     except ValueError as problem:
         text = " ".join(str(problem).split())
         raise WorldError(f"the physics refused the vehicle {vehicle.name!r}: {text}") from problem
+    model.dof_invweight0 *= MOTOR_YIELDS
     names = [model.geom(number).name for number in range(model.ngeom)]
     scenery = {_scene_name(name): name for name in surfaces}
     joints = {joint: model.joint(joint) for joint in vehicle.joints}
@@ -164,7 +202,7 @@ def _vehicle(mujoco: Any, spec: Any, vehicle: Vehicle, step_hz: int) -> dict[str
             body.explicitinertial = True
         if part.axle is not None:
             _joint(mujoco, body, part, step_hz)
-        for number, shape in enumerate(part.shapes):
+        for number, shape in enumerate(itertools.chain.from_iterable(map(_crowned, part.shapes))):
             name = f"{part.name}:{number}"
             _shape(mujoco, body, name, shape, origin)
             frictions[name] = part.name, part.friction
@@ -178,17 +216,31 @@ def _joint(mujoco: Any, body: Any, part: Part, step_hz: int) -> None:
         type=mujoco.mjtJoint.mjJNT_HINGE,
         axis=part.axle.axis,
         armature=part.axle.reflected_inertia_kg_m2,
-        solref_friction=_at_once(step_hz),
-        solimp_friction=_HARD,
+        solref_friction=_within_a_step(step_hz, MOTOR_HARDNESS),
+        solimp_friction=_impedance(MOTOR_HARDNESS),
     )
 
 
-_HARD = (HARDNESS, HARDNESS, 0.001, 0.5, 2.0)
+def _impedance(hardness: float) -> tuple[float, ...]:
+    """As the library wants it: the same however deep; what follows says how it would grow."""
+    return hardness, hardness, 0.001, 0.5, 2.0
 
 
-def _at_once(step_hz: int) -> tuple[float, float]:
-    """The library's stiffness and damping, negative, of a constraint that takes a speed back within one step."""
-    return -1.0, -step_hz * HARDNESS
+def _within_a_step(step_hz: int, hardness: float, pushed_out: float = 0.0) -> tuple[float, float]:
+    """The library's stiffness and damping, negative, of a constraint that takes a speed back within one step.
+
+    And a share of a distance. The library would take a stiffness of 0 for a time constant.
+    """
+    return -max(pushed_out * (step_hz * hardness) ** 2, 1.0), -step_hz * hardness
+
+
+def _crowned(shape: Shape) -> Iterator[Shape]:
+    """A wheel as a cylinder that is a little smaller, and one of its radius in the middle, on which it stands."""
+    if isinstance(shape, WheelShape):
+        yield replace(shape, radius_m=shape.radius_m - CROWN_M)
+        yield replace(shape, width_m=shape.width_m * CROWN_SHARE)
+    else:
+        yield shape
 
 
 def _shape(mujoco: Any, body: Any, name: str, shape: Shape, origin: Vector) -> None:
@@ -212,15 +264,16 @@ def _shape(mujoco: Any, body: Any, name: str, shape: Shape, origin: Vector) -> N
     )
 
 
-def _pair(spec: Any, geom: str, other: str, friction: float, step_hz: int, contact_s: float) -> None:
+def _pair(spec: Any, geom: str, other: str, friction: float, step_hz: int, touch: Touch) -> None:
     spec.add_pair(
         geomname1=geom,
         geomname2=other,
-        condim=3 if friction else 1,
-        friction=(friction, friction, 0.0, 0.0, 0.0),
-        solref=(max(contact_s, 2 / step_hz), 1.0),
-        solreffriction=_at_once(step_hz),
-        solimp=_HARD,
+        condim=3,
+        friction=(max(friction, LEAST_FRICTION), max(friction, LEAST_FRICTION), 0.0, 0.0, 0.0),
+        margin=TOUCHING_M,
+        solref=_within_a_step(step_hz, touch.hardness, touch.pushed_out),
+        solreffriction=_within_a_step(step_hz, touch.hardness),
+        solimp=_impedance(touch.hardness),
     )
 
 

@@ -93,9 +93,12 @@ class RigidWorld(ABC):
         if self._joint_states is None:
             self._joint_states = self._read_joints()
         try:
-            return self._joint_states[joint]
+            state = self._joint_states[joint]
         except KeyError:
             raise self._no_joint(joint) from None
+        if not math.isfinite(state.angle_rad + state.speed_rad_s):
+            self._lost()
+        return state
 
     def pose(self) -> Pose:
         """Return where the vehicle is.
@@ -166,6 +169,7 @@ class RigidWorld(ABC):
             self._engine = Closed()
             self._commands = {}
             self._torques_nm = {}
+            self._commands_changed = self._torques_changed = False
             self._placed = False
             self._forget()
 
@@ -217,13 +221,13 @@ class RigidWorld(ABC):
             self._good = self.step_index, position, frame
         return self._frame_now
 
-    def _lost(self) -> NoReturn:
-        """Raise: what the physics says of the vehicle is no number any more."""
+    def _lost(self, why: str = "its state is no number any more") -> NoReturn:
+        """Raise: the physics does not know of the vehicle any more."""
         step, (x, y, z), frame = self._good
         where = f"x {x:.3f} m, y {y:.3f} m, z {z:.3f} m, yaw {math.atan2(frame[1][0], frame[0][0]):.3f} rad"
         raise WorldError(
-            f"physics {self.name!r} lost the {self.vehicle.name!r} in step {self.step_index}: its state is no number "
-            f"any more; last seen in step {step} at {where}"
+            f"physics {self.name!r} lost the {self.vehicle.name!r} in step {self.step_index}: {why}; "
+            f"last seen in step {step} at {where}"
         )
 
     def _forget(self) -> None:

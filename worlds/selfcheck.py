@@ -15,7 +15,7 @@ from worlds.vehicles.model import Part, SphereShape, Vehicle, sphere_inertia
 from worlds.vehicles.pioneer_2dx import DEFAULTS, Pioneer2dxBody
 from worlds.vehicles.rover_4wd import DEFAULTS as ROVER
 from worlds.vehicles.rover_4wd import WHEELS
-from worlds.world import open_world
+from worlds.world import default_physics, open_world
 
 GRAVITY_M_S2 = 9.81
 FALL_TOLERANCE_M = 1e-6
@@ -35,22 +35,23 @@ class Finding:
     detail: str
 
 
-def self_check() -> tuple[Finding, ...]:
-    """Run every check on the ``bullet`` physics.
+def self_check(physics: str | None = None) -> tuple[Finding, ...]:
+    """Run every check on a physics of rigid bodies, `worlds.world.default_physics` if None.
 
     Raises:
         PhysicsMissingError: the physics library is not installed.
         PhysicsOutputError: it warned while loading.
     """
-    return free_fall(), rolling(), driving()
+    physics = default_physics() if physics is None else physics
+    return free_fall(physics), rolling(physics), driving(physics)
 
 
-def free_fall() -> Finding:
+def free_fall(physics: str) -> Finding:
     """A ball falls for 2 s as semi-implicit Euler integration says, to 1e-6 m: no damping anywhere."""
     steps = 2 * _STEP_HZ
     expected_m = _FALL_HEIGHT_M - GRAVITY_M_S2 * steps * (steps + 1) / 2 / _STEP_HZ**2
     scene = Scene(name="fall", start=Start(z_m=_FALL_HEIGHT_M))
-    with closing(open_world(scene, _ball(), step_hz=_STEP_HZ)) as world:
+    with closing(open_world(scene, _ball(), physics, step_hz=_STEP_HZ)) as world:
         for _ in range(steps):
             world.step()
         fallen_m = world.pose().position_m[2]
@@ -58,9 +59,9 @@ def free_fall() -> Finding:
     return Finding(name="free fall", passed=abs(fallen_m - expected_m) <= FALL_TOLERANCE_M, detail=detail)
 
 
-def rolling() -> Finding:
+def rolling(physics: str) -> Finding:
     """A Pioneer that speeds up gently and rolls for 2 s covers what its wheels turned, to 0.1 %: round wheels."""
-    with closing(open_world("empty", "pioneer-2dx", step_hz=_STEP_HZ)) as world:
+    with closing(open_world("empty", "pioneer-2dx", physics, step_hz=_STEP_HZ)) as world:
         body = Pioneer2dxBody(world, sonar_poses=())
         for step in range(2 * _STEP_HZ):
             speed_rad_s = min(0.3 * step / _STEP_HZ, 0.3) / DEFAULTS.wheel_radius_m
@@ -72,10 +73,10 @@ def rolling() -> Finding:
     return Finding(name="rolling", passed=abs(travelled_m / rolled_m - 1) <= ROLL_TOLERANCE, detail=detail)
 
 
-def driving() -> Finding:
+def driving(physics: str) -> Finding:
     """A rover's wheel in the air is driven for 0.5 s against dry friction, and turns as its inertia says, to 0.1 %."""
     torque_nm, friction_nm, seconds = 0.010, 0.004, 0.5
-    with closing(open_world("stand", "rover-4wd", step_hz=_STEP_HZ)) as world:
+    with closing(open_world("stand", "rover-4wd", physics, step_hz=_STEP_HZ)) as world:
         for _ in range(round(seconds * _STEP_HZ)):
             for wheel in WHEELS:
                 world.drive(wheel, torque_nm, friction_nm)

@@ -18,12 +18,13 @@ from hilbench.links import Line, MemoryLink
 from hilbench.systems.pioneer.robot import PioneerPlan, VirtualPioneer
 from protocols.p2os import Command, CommandNumber, encode_command
 from targets.robots.pioneer import RobotSettings
+from tests.rigid import RIGID
 
 C = CommandNumber
 STEP_HZ = 240
 
 OTHER_VALUES = pytest.mark.exhaustive("the gate has the formula at other values, with each physics")
-PHYSICS = pytest.mark.parametrize("physics", [pytest.param("bullet", marks=pytest.mark.needs_bullet), "plane"])
+PHYSICS = pytest.mark.parametrize("physics", [*RIGID, "plane"])
 
 
 class Rig:
@@ -148,12 +149,12 @@ def test_stopping_distance(rig, physics, speed, deceleration):
     assert formula - 0.3 <= x - x0 <= formula + speed / robot.world.step_hz + 0.3
 
 
-@pytest.mark.needs_bullet
-def test_a_finer_step_moves_nothing_by_more_than_a_step():
+@pytest.mark.parametrize("physics", RIGID)
+def test_a_finer_step_moves_nothing_by_more_than_a_step(physics):
     """The same 300 mm at 240 and at 1000 steps per second."""
     ends = []
     for step_hz in (240, 1000):
-        robot = Rig("bullet", step_hz=step_hz)
+        robot = Rig(physics, step_hz=step_hz)
         try:
             robot.send(C.MOVE, 300)
             ends.append(robot.run(2.5)[-1][0])

@@ -9,6 +9,7 @@ import sys
 
 import pytest
 
+from tests.rigid import RIGID
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 from worlds.world import open_world
 
@@ -24,13 +25,19 @@ FRONT_DISCS_MM_DEG = [
 ]
 
 
+@pytest.fixture(params=RIGID)
+def physics(request):
+    """Each physics of rigid bodies; a test that needs one of them, or the plane, says so by a parameter."""
+    return request.param
+
+
 @pytest.fixture
-def open_it():
-    """Open worlds as `open_world` does; all are closed afterwards."""
+def open_it(physics):
+    """Open worlds as `open_world` does, of the test's physics; all are closed afterwards."""
     opened = []
 
-    def opener(*arguments, **options):
-        opened.append(open_world(*arguments, **options))
+    def opener(scene, vehicle, physics=physics, step_hz=240, seed=0):
+        opened.append(open_world(scene, vehicle, physics, step_hz, seed))
         return opened[-1]
 
     yield opener
@@ -45,10 +52,10 @@ def discs():
 
 
 @pytest.fixture
-def pioneer(open_it, discs):
+def pioneer(open_it, discs, physics):
     """Open a world with a Pioneer and return its body."""
 
-    def opener(scene="empty", physics="bullet", step_hz=240, seed=0):
+    def opener(scene="empty", physics=physics, step_hz=240, seed=0):
         return Pioneer2dxBody(open_it(scene, "pioneer-2dx", physics, step_hz, seed), sonar_poses=discs)
 
     return opener
@@ -117,10 +124,10 @@ def run_hash(state_bits):
 def python():
     """Run a program in a fresh interpreter of its own."""
 
-    def runner(source, **variables):
+    def runner(source, *words, **variables):
         # PYTHONUNBUFFERED would switch off C's buffers too, and hide what a pipe does to them.
         environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"} | variables
-        command = [sys.executable, "-c", source]
+        command = [sys.executable, "-c", source, *words]
         return subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment)
 
     return runner

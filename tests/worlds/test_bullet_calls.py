@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from tests.rigid import BULLET
 from worlds.vehicles.pioneer_2dx import LEFT
 
-pytestmark = pytest.mark.needs_bullet
+pytestmark = pytest.mark.parametrize("physics", [BULLET])
 
 
 class Spy:

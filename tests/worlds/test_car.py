@@ -17,6 +17,7 @@ from worlds.scenes import Box, Scene
 from worlds.vehicles.car import CarBody, vehicle
 
 STEP_HZ = 240
+ON_THE_PLANE = pytest.mark.parametrize("physics", ["plane"])
 
 
 def ackermann(**fields):
@@ -29,18 +30,19 @@ def run(body, seconds):
 
 
 @pytest.fixture
-def car(open_it):
+def car(open_it, physics):
     """Open a world with a car and return its body."""
 
-    def opener(scene="empty", physics="bullet", step_hz=STEP_HZ, parameters=None):
+    def opener(scene="empty", physics=physics, step_hz=STEP_HZ, parameters=None):
         return CarBody(open_it(scene, vehicle(parameters) if parameters else "car", physics, step_hz))
 
     return opener
 
 
+@ON_THE_PLANE
 def test_only_a_car_is_a_car(open_it):
     with pytest.raises(WorldError, match="a pioneer-2dx is no car"):
-        CarBody(open_it("empty", "pioneer-2dx", "plane"))
+        CarBody(open_it("empty", "pioneer-2dx"))
 
 
 def test_the_body_is_as_large_as_its_figures():
@@ -51,8 +53,9 @@ def test_the_body_is_as_large_as_its_figures():
     assert part.mass_kg == DEFAULTS.mass_kg
 
 
+@ON_THE_PLANE
 def test_each_world_has_a_model_of_its_own(car):
-    one, other = car(physics="plane"), car(physics="plane")
+    one, other = car(), car()
     one.command = ackermann(speed_m_s=5.0)
     run(one, 1.0)
     run(other, 1.0)
@@ -60,8 +63,9 @@ def test_each_world_has_a_model_of_its_own(car):
     assert other.world.pose().position_m == (0.0, 0.0, 0.0)
 
 
+@ON_THE_PLANE
 def test_on_the_plane_a_car_has_no_wheels_to_command_and_no_obstacles(car):
-    body = car(physics="plane")
+    body = car()
     with pytest.raises(UnknownNameError):
         body.world.command("wheel", 1.0, 1.0)
     with pytest.raises(CapabilityError):
@@ -69,10 +73,9 @@ def test_on_the_plane_a_car_has_no_wheels_to_command_and_no_obstacles(car):
     assert body.touches() is False
     assert body.ranges_m() == (math.inf, math.inf, math.inf)
     with pytest.raises(WorldError, match='use scene "empty"'):
-        car("test-track", physics="plane")
+        car("test-track")
 
 
-@pytest.mark.needs_bullet
 @pytest.mark.parametrize(
     "step_hz", [100, 240, pytest.param(1000, marks=pytest.mark.exhaustive("the gate has two other lengths of a step"))]
 )
@@ -89,7 +92,6 @@ def test_without_contacts_the_physics_is_the_model_to_the_last_digits(car, step_
     assert body.world.velocity().linear_m_s == (*model.velocity[:2], 0.0)
 
 
-@pytest.mark.needs_bullet
 def test_a_wall_at_10_m_s_stops_the_car_at_its_bumper(car):
     """Contact as the bumper arrives, within a step; back at no more than 2 % of the speed, then at rest at the wall."""
     body = car("test-track")
@@ -111,7 +113,6 @@ def test_a_wall_at_10_m_s_stops_the_car_at_its_bumper(car):
     assert body.world.contacts()[0].other == "wall"
 
 
-@pytest.mark.needs_bullet
 def test_a_low_obstacle_stops_the_whole_car_at_once(car):
     """It hits the car far below its middle, and does not tip it over."""
     kerb = Box(name="kerb", center_m=(20.0, 0.0, 0.2), size_m=(0.5, 4.0, 0.4))
@@ -122,7 +123,6 @@ def test_a_low_obstacle_stops_the_whole_car_at_once(car):
     assert -0.2 < body.dynamics.lon_speed_m_s <= 0.0
 
 
-@pytest.mark.needs_bullet
 @pytest.mark.parametrize("speed", [5.0, 15.0, 25.0])
 def test_no_speed_tunnels_through_a_wall(car, speed):
     body = car("test-track")
@@ -133,7 +133,6 @@ def test_no_speed_tunnels_through_a_wall(car, speed):
     assert body.world.pose().position_m[0] == pytest.approx(120.0 - DEFAULTS.front_bumper_m, abs=0.01)
 
 
-@pytest.mark.needs_bullet
 def test_a_glancing_blow_turns_the_car_along_the_wall(car):
     """It keeps what the wall does not take, and stays outside of it."""
     wall = Box(name="wall", center_m=(30.0, 5.0, 0.5), size_m=(60.0, 0.5, 1.0))
@@ -151,7 +150,6 @@ def test_a_glancing_blow_turns_the_car_along_the_wall(car):
     assert body.dynamics.lon_speed_m_s > 5.0
 
 
-@pytest.mark.needs_bullet
 def test_a_cone_off_the_middle_turns_the_car_towards_its_side(car):
     cone = Box(name="cone", center_m=(15.0, 0.8, 0.4), size_m=(0.3, 0.3, 0.8))
     body = car(Scene(name="cone", boxes=(cone,)))
@@ -162,7 +160,6 @@ def test_a_cone_off_the_middle_turns_the_car_towards_its_side(car):
     assert body.dynamics.yaw_rate_rad_s > 0.1  # held back on the left
 
 
-@pytest.mark.needs_bullet
 def test_a_wall_lets_a_car_go_that_was_put_into_it(car):
     """At walking pace, as nothing but that has pushed it."""
     body = car("test-track")
@@ -175,7 +172,6 @@ def test_a_wall_lets_a_car_go_that_was_put_into_it(car):
     assert not body.touches()
 
 
-@pytest.mark.needs_bullet
 def test_placing_forgets_motion_command_and_contact(car):
     body = car("test-track")
     body.world.place(115.0, 0.0, 0.0)
@@ -190,16 +186,16 @@ def test_placing_forgets_motion_command_and_contact(car):
     assert body.command == CarCommand()
 
 
+@ON_THE_PLANE
 def test_a_slippery_floor_is_slippery_for_a_car_too(car):
     """Half the friction: 0.45 g at most instead of the 0.8 g that its brakes have."""
-    body = car("hard-floor", physics="plane")
+    body = car("hard-floor")
     body.dynamics.adopt(PlanarPose(0.0, 0.0, 0.0), PlanarVelocity(10.0, 0.0, 0.0))
     body.command = CarCommand(brake=1.0)
     run(body, 1.0)
     assert body.dynamics.lon_accel_m_s2 == pytest.approx(-9.81 * (0.45 + DEFAULTS.rolling_resistance), rel=0.01)
 
 
-@pytest.mark.needs_bullet
 def test_rays_look_ahead_from_the_bumper(car):
     body = car("test-track")
     body.world.place(90.0, 0.0, math.atan2(1.0, 8.0))
@@ -212,7 +208,6 @@ def test_rays_look_ahead_from_the_bumper(car):
     assert body.ranges_m() == (math.inf, math.inf, math.inf)
 
 
-@pytest.mark.needs_bullet
 def test_other_figures_make_another_car(car):
     body = car(parameters=CarParameters(max_accel_m_s2=1.0))
     body.command = ackermann(speed_m_s=9.0)
@@ -221,7 +216,6 @@ def test_other_figures_make_another_car(car):
     assert any(row.source.startswith("set by the user") for row in body.world.vehicle.parameters)
 
 
-@pytest.mark.needs_bullet
 def test_the_same_drive_gives_the_same_bits(car, state_bits):
     digests = set()
     for _ in range(2):
@@ -236,7 +230,6 @@ def test_the_same_drive_gives_the_same_bits(car, state_bits):
     assert len(digests) == 1
 
 
-@pytest.mark.needs_bullet
 def test_a_car_leaves_the_physics_as_it_was(car, pioneer, run_hash):
     """Its contacts are softer; the next world in the same client has those of its own again."""
     body = pioneer("wall")

@@ -39,7 +39,6 @@ def crane(on):
     return Vehicle(name="crane", parts=(base, mast, arm))
 
 
-@pytest.mark.needs_bullet
 @pytest.mark.parametrize(("on", "hits"), [("mast", True), ("", False)], ids=["on the mast", "on the base"])
 def test_an_arm_turns_with_what_it_hangs_on(open_it, on, hits):
     world = open_it(Scene(name="post", boxes=(POST,)), crane(on), step_hz=240)
@@ -54,7 +53,6 @@ def test_an_arm_turns_with_what_it_hangs_on(open_it, on, hits):
     assert world.joint("mast").angle_rad == pytest.approx(meets_rad if hits else 2.0, abs=0.01)
 
 
-@pytest.mark.needs_bullet
 def test_an_arm_that_is_lifted_passes_over(open_it):
     world = open_it(Scene(name="post", boxes=(POST,)), crane("mast"), step_hz=240)
     world.command("arm", -1.0, 5.0)

@@ -6,14 +6,13 @@ import textwrap
 
 import pytest
 
+from tests.rigid import BULLET
 from worlds import bullet
 
-pytestmark = pytest.mark.needs_bullet
-
 PROGRAM = textwrap.dedent("""
-    import hashlib
+    import hashlib, sys
     from worlds import open_world
-    world = open_world("room-with-boxes", "pioneer-2dx", seed=5)
+    world = open_world("room-with-boxes", "pioneer-2dx", sys.argv[1], seed=5)
     digest = hashlib.sha256()
     for step in range(400):
         world.command("wheel_left", 4.0 + step / 200, 1.0)
@@ -25,13 +24,14 @@ PROGRAM = textwrap.dedent("""
 """)
 
 
-def test_two_processes_agree_bit_for_bit(python):
-    runs = [python(PROGRAM, PYTHONHASHSEED=seed) for seed in ("1", "2")]
+def test_two_processes_agree_bit_for_bit(python, physics):
+    runs = [python(PROGRAM, physics, PYTHONHASHSEED=seed) for seed in ("1", "2")]
     assert [run.returncode for run in runs] == [0, 0], runs
     assert len(runs[0].stdout) == 65
     assert runs[0].stdout == runs[1].stdout
 
 
+@pytest.mark.parametrize("physics", [BULLET])
 def test_a_reused_client_gives_the_bits_of_a_new_one(pioneer, run_hash, monkeypatch):
     monkeypatch.setattr(bullet, "_idle_clients", [])
     body = pioneer("wall")

@@ -11,6 +11,7 @@ LIGHT = [
     "worlds.world",
     "worlds.plane",
     "worlds.bullet",
+    "worlds.mujoco",
     "worlds.vehicles.car",
     "worlds.vehicles.pioneer_2dx",
     "worlds.selfcheck",
@@ -18,8 +19,8 @@ LIGHT = [
 
 
 @pytest.mark.parametrize("module", LIGHT)
-def test_importing_loads_neither_numpy_nor_pybullet(python, module):
-    run = python(f"import sys, {module}; print(sorted({{'numpy', 'pybullet'}} & set(sys.modules)))")
+def test_importing_loads_neither_numpy_nor_a_physics(python, module):
+    run = python(f"import sys, {module}; print(sorted({{'mujoco', 'numpy', 'pybullet'}} & set(sys.modules)))")
     assert (run.returncode, run.stdout) == (0, "[]\n")
 
 
@@ -27,7 +28,7 @@ def test_names_and_the_plane_need_no_physics(python):
     run = python(
         textwrap.dedent("""
             import sys
-            sys.modules["pybullet"] = sys.modules["numpy"] = None
+            sys.modules["pybullet"] = sys.modules["mujoco"] = sys.modules["numpy"] = None
             import worlds
             print(worlds.scene_names(), worlds.vehicle_names(), worlds.physics_names())
             world = worlds.open_world("empty", "pioneer-2dx", "plane")
@@ -37,23 +38,26 @@ def test_names_and_the_plane_need_no_physics(python):
     )
     assert run.returncode == 0, run.stderr
     scenes = "'empty', 'wall', 'room-with-boxes', 'corridor', 'ramp', 'post', 'cell', 'stand', 'carpet', 'hard-floor', "
-    names = f"({scenes}'rover-room', 'test-track') ('pioneer-2dx', 'rover-4wd', 'car') ('bullet', 'plane')"
+    names = f"({scenes}'rover-room', 'test-track') ('pioneer-2dx', 'rover-4wd', 'car') ('bullet', 'mujoco', 'plane')"
     assert run.stdout.splitlines() == [names, "1"]
 
 
-def test_without_pybullet_one_line_says_what_to_do(python):
-    run = python(
-        textwrap.dedent("""
-            import sys
-            sys.modules["pybullet"] = None
-            from worlds import PhysicsMissingError, open_world
-            try:
-                open_world("empty", "pioneer-2dx")
-            except PhysicsMissingError as problem:
-                print(problem)
-        """)
-    )
+@pytest.mark.parametrize(
+    ("physics", "library", "way_out"),
+    [("bullet", "pybullet", 'physics = "plane"'), ("mujoco", "mujoco", "choose another physics")],
+)
+def test_without_its_library_one_line_says_what_to_do(python, physics, library, way_out):
+    program = """
+        import sys
+        physics, sys.modules[sys.argv[2]] = sys.argv[1], None
+        from worlds import PhysicsMissingError, open_world
+        try:
+            open_world("empty", "pioneer-2dx", physics)
+        except PhysicsMissingError as problem:
+            print(problem)
+    """
+    run = python(textwrap.dedent(program), physics, library)
     assert run.returncode == 0, run.stderr
     (line,) = run.stdout.splitlines()
-    assert "pip install pybullet" in line
-    assert 'physics = "plane"' in line
+    assert f"pip install {library}" in line
+    assert way_out in line

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from tests.rigid import RIGID
 from worlds import Pose, Scene, Start, Vehicle, Velocity
 from worlds.geometry import cross
 from worlds.inertial import InertialPoint
@@ -113,7 +114,6 @@ def test_asking_twice_changes_nothing():
     assert after(world, point, 4) is point.felt()
 
 
-@pytest.mark.needs_bullet
 def test_in_free_fall_nothing_is_felt(open_it):
     shape = SphereShape(radius_m=0.1, center_m=(0, 0, 0))
     part = Part(
@@ -128,7 +128,7 @@ def test_in_free_fall_nothing_is_felt(open_it):
     assert felt.specific_force_m_s2 == pytest.approx((0, 0, 0), abs=1e-9)
 
 
-@pytest.mark.parametrize("physics", [pytest.param("bullet", marks=pytest.mark.needs_bullet), "plane"])
+@pytest.mark.parametrize("physics", [*RIGID, "plane"])
 def test_a_pioneer_on_a_circle_feels_v_squared_over_r(pioneer, physics):
     body = pioneer(physics=physics)
     p, world = body.parameters, body.world

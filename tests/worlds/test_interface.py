@@ -6,11 +6,11 @@ import math
 
 import pytest
 
+from tests.rigid import RIGID
 from worlds import CapabilityError, Scene, Start, UnknownNameError, WorldError, open_world
 from worlds.vehicles.pioneer_2dx import LEFT, RIGHT, Pioneer2dxBody
 
-PHYSICS = [pytest.param("bullet", marks=pytest.mark.needs_bullet), "plane"]
-pytestmark = pytest.mark.parametrize("physics", PHYSICS)
+pytestmark = pytest.mark.parametrize("physics", [*RIGID, "plane"])
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""PyBullet against what mechanics says in closed form. Negative tests show that the oracles can fail."""
+"""Physics of rigid bodies against what mechanics says in closed form; negative tests show that these can fail."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import math
 
 import pytest
 
-from worlds import Box, PhysicsOutputError, Scene, Start, Vehicle, bullet
+from tests.rigid import BULLET, push, put, turn_joint
+from worlds import Box, PhysicsOutputError, Scene, Start, Vehicle, WorldError, bullet
 from worlds.scenes.builtin import RAMP_SLOPE_RAD
 from worlds.selfcheck import GRAVITY_M_S2, driving, free_fall, self_check
 from worlds.vehicles.model import Axle, BoxShape, Part, SphereShape, box_inertia, sphere_inertia
 
-pytestmark = pytest.mark.needs_bullet
+ONLY_BULLET = pytest.mark.parametrize("physics", [BULLET])
 
 
 def ball(mass_kg=1.0):
@@ -67,13 +68,11 @@ def test_free_fall_is_undamped(open_it, step_hz):
 
 
 def test_a_spin_is_undamped(open_it):
-    def spin(world):
-        world._engine.resetBaseVelocity(world._body, (0, 0, 0), (0, 0, 5.0), physicsClientId=world._client)
-
-    world = fall_from_100_m(open_it, 240, spin)
+    world = fall_from_100_m(open_it, 240, lambda world: push(world, (0, 0, 0), (0, 0, 5.0)))
     assert world.velocity().angular_rad_s == pytest.approx((0, 0, 5.0), abs=1e-9)
 
 
+@ONLY_BULLET
 def test_the_default_damping_would_be_seen(open_it):
     def damp(world):
         world._engine.changeDynamics(
@@ -91,7 +90,7 @@ def test_a_sliding_box_stops_where_coulomb_says(open_it, friction, step_hz):
     for _ in range(step_hz // 10):
         world.step()
     start = world.pose().position_m[0]
-    world._engine.resetBaseVelocity(world._body, (5.0, 0, 0), (0, 0, 0), physicsClientId=world._client)
+    push(world, (5.0, 0, 0))
     for _ in range(4 * step_hz):
         world.step()
     slid = world.pose().position_m[0] - start
@@ -123,8 +122,7 @@ def lie_flat_on(world, slope, half_thickness):
     """Put the brick 6 m up a plank through the origin, its lower face on the plank's upper one."""
     along, up = (math.cos(slope), 0, math.sin(slope)), (-math.sin(slope), 0, math.cos(slope))
     middle = [6 * a + (half_thickness + 0.05) * u for a, u in zip(along, up, strict=True)]
-    turned = (0, math.sin(-slope / 2), 0, math.cos(slope / 2))
-    world._engine.resetBasePositionAndOrientation(world._body, middle, turned, physicsClientId=world._client)
+    put(world, middle, -slope)
 
 
 @pytest.mark.parametrize("step_hz", [240, 1000])
@@ -139,7 +137,7 @@ def test_a_pendulum_keeps_time_and_energy(open_it, step_hz):
     pivot = Part(name="pivot", mass_kg=0.0, center_of_mass_m=(0, 0, 10.0), inertia_kg_m2=(1, 1, 1))
     world = open_it("empty", Vehicle(name="pendulum", parts=(pivot, bob)), step_hz=step_hz)
     amplitude = math.radians(5)
-    world._engine.resetJointState(world._body, 0, amplitude, 0.0, physicsClientId=world._client)
+    turn_joint(world, "bob", amplitude)
     crossings, before, peaks = [], amplitude, []
     for step in range(1, 10 * step_hz):
         world.step()
@@ -159,28 +157,32 @@ def test_the_ramp_is_as_steep_as_it_says():
     assert math.degrees(RAMP_SLOPE_RAD) == pytest.approx(8.0)
 
 
-def test_the_self_check_passes():
-    findings = self_check()
+def test_the_self_check_passes(physics):
+    findings = self_check(physics)
     assert [finding.name for finding in findings] == ["free fall", "rolling", "driving"]
     assert all(finding.passed for finding in findings), findings
 
 
-def test_the_self_check_can_fail(monkeypatch):
-    monkeypatch.setattr("worlds.bullet_builder.GRAVITY_M_S2", 9.80)
-    assert not free_fall().passed
+def test_the_self_check_can_fail(monkeypatch, physics):
+    monkeypatch.setattr(f"worlds.{physics}_builder.GRAVITY_M_S2", 9.80)
+    assert not free_fall(physics).passed
 
 
-def test_the_check_of_torques_can_fail(monkeypatch):
+@ONLY_BULLET
+def test_the_check_of_torques_can_fail(monkeypatch, physics):
     monkeypatch.setattr("worlds.bullet_builder.Builder._add_inertia", lambda *_: None)
-    assert not driving().passed
+    assert not driving(physics).passed
 
 
-def test_an_impossible_inertia_is_an_error_not_a_zero(open_it):
+def test_an_impossible_inertia_is_an_error_not_a_zero(open_it, physics):
     broken = Part(name="flat", mass_kg=1.0, center_of_mass_m=(0, 0, 0), inertia_kg_m2=(1.0, 1.0, 9.0))
-    with pytest.raises(PhysicsOutputError, match="b3Warning"):
+    with pytest.raises(
+        WorldError, match="b3Warning" if physics == "bullet" else "refused the vehicle 'flat': .*inertia"
+    ):
         open_it("empty", Vehicle(name="flat", parts=(broken,)))
 
 
+@ONLY_BULLET
 def test_a_refused_vehicle_leaves_the_next_one_unharmed(open_it):
     broken = Part(name="flat", mass_kg=1.0, center_of_mass_m=(0, 0, 0), inertia_kg_m2=(1.0, 1.0, 9.0))
     open_it("empty", ball()).close()
@@ -189,4 +191,4 @@ def test_a_refused_vehicle_leaves_the_next_one_unharmed(open_it):
         with pytest.raises(PhysicsOutputError):
             open_it("empty", Vehicle(name="flat", parts=(broken,)))
     assert len(bullet._idle_clients) == spare
-    assert free_fall().passed
+    assert free_fall("bullet").passed

@@ -1,4 +1,4 @@
-"""The Pioneer on PyBullet: does it go where its wheels say, stop at walls, and feel what it touches."""
+"""The Pioneer as rigid bodies: does it go where its wheels say, stop at walls, and feel what it touches."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ import pytest
 
 from worlds import Box, Contact, Scene
 from worlds.vehicles.pioneer_2dx import BODY, DEFAULTS, FRONT_BUMPER, LEFT, REAR_BUMPER, RIGHT
-
-pytestmark = pytest.mark.needs_bullet
 
 
 def push(body, left, right, seconds):

@@ -12,7 +12,7 @@ import pytest
 from worlds import PhysicsOutputError, WorldError
 from worlds.quiet import captured_output
 
-OPEN = "from worlds import open_world; world = open_world('wall', 'pioneer-2dx'); world.step(); "
+OPEN = "from worlds import open_world; world = open_world('wall', 'pioneer-2dx', 'bullet'); world.step(); "
 
 
 MORE = pytest.mark.exhaustive("the gate has one descriptor closed, and all of them")
@@ -119,7 +119,7 @@ def test_a_warning_while_loading_is_an_error_in_a_clean_process(python):
             from worlds.vehicles.model import Part
             part = Part(name="flat", mass_kg=1.0, center_of_mass_m=(0, 0, 0), inertia_kg_m2=(1.0, 1.0, 9.0))
             try:
-                open_world("empty", Vehicle(name="flat", parts=(part,)))
+                open_world("empty", Vehicle(name="flat", parts=(part,)), "bullet")
             except PhysicsOutputError as problem:
                 print("refused")
         """)

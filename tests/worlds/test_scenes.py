@@ -158,7 +158,6 @@ def test_an_unknown_scene_names_the_nearest():
         find_scene("zzz")
 
 
-@pytest.mark.needs_bullet
 def test_a_scene_file_can_be_driven_in(tmp_path, open_it):
     path = tmp_path / "lab.toml"
     path.write_text(GOOD)

@@ -13,8 +13,6 @@ from worlds import Box, Scene, UnknownNameError
 from worlds.geometry import add, cone_distance_m, ray_distance_m, rotation, turn
 from worlds.vehicles.pioneer_2dx import DEFAULTS, Pioneer2dxBody
 
-pytestmark = pytest.mark.needs_bullet
-
 HALF_ANGLE = math.radians(15)
 EDGE_M = 2e-3
 EXACT_M = 1e-6

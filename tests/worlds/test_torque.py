@@ -9,9 +9,9 @@ import pytest
 from worlds import Vehicle, WorldError
 from worlds.vehicles.model import Axle, Part, wheel_inertia
 
-pytestmark = pytest.mark.needs_bullet
-
 REFLECTED_KG_M2 = 3.2e-4
+CREEPS_RAD_S = {"bullet": 1e-12, "mujoco": 1e-7}
+"""How fast a wheel turns that dry friction holds: a constraint of MuJoCo is never quite rigid."""
 OWN_KG_M2 = wheel_inertia(0.034, 0.0325, 0.026)[1]
 
 
@@ -50,10 +50,11 @@ def test_dry_friction_takes_its_share(open_it):
 
 
 @pytest.mark.parametrize("torque_nm", [0.0039, -0.0039])
-def test_below_friction_nothing_moves(open_it, torque_nm):
+def test_below_friction_nothing_moves(open_it, physics, torque_nm):
     world = open_it("empty", flywheel())
-    assert spin(world, 1.0, torque_nm, 0.004) == pytest.approx(0.0, abs=1e-12)
-    assert world.joint("wheel").angle_rad == pytest.approx(0.0, abs=1e-12)
+    creeps_rad_s = CREEPS_RAD_S[physics]
+    assert spin(world, 1.0, torque_nm, 0.004) == pytest.approx(0.0, abs=creeps_rad_s)
+    assert world.joint("wheel").angle_rad == pytest.approx(0.0, abs=creeps_rad_s)
     assert world.joint("wheel").torque_nm == pytest.approx(0.0, abs=1e-9)
 
 
@@ -63,12 +64,12 @@ def test_friction_stops_a_wheel_and_does_not_turn_it_back(open_it):
     assert spin(world, 1.0, 0.0, 0.010) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_without_a_friction_the_joint_has_its_own(open_it):
+def test_without_a_friction_the_joint_has_its_own(open_it, physics):
     world = open_it("empty", flywheel(friction_nm=0.004))
-    assert spin(world, 0.5, 0.003) == pytest.approx(0.0, abs=1e-12)
+    assert spin(world, 0.5, 0.003) == pytest.approx(0.0, abs=CREEPS_RAD_S[physics])
 
 
-def test_a_torque_stays_until_something_else_is_said(open_it):
+def test_a_torque_stays_until_something_else_is_said(open_it, physics):
     world = open_it("empty", flywheel())
     world.drive("wheel", 1e-3)
     for _ in range(24):
@@ -81,7 +82,7 @@ def test_a_torque_stays_until_something_else_is_said(open_it):
     assert world.joint("wheel").torque_nm == 0.0
     world.command("wheel", 2.0, 1.0)
     world.step()
-    assert world.joint("wheel").speed_rad_s == pytest.approx(2.0, rel=1e-6)
+    assert world.joint("wheel").speed_rad_s == pytest.approx(2.0, rel=1e-6 if physics == "bullet" else 2e-6)
 
 
 def test_a_vehicle_that_is_put_down_is_released(open_it):
