@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from hilbench.errors import UsageError
 from hilbench.plugins.protocol import ClauseEntry, ProtocolPlugin
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hilbench.bench.cases import CaseBase
     from hilbench.bench.served_targets import ServedTarget
     from hilbench.bench.shared import Shared
-    from hilbench.bench.teller import Observed
+    from hilbench.bench.state_reporter import Observed
     from hilbench.bench.world_runner import WorldRunner
     from hilbench.benchfile.bench_file import BenchFile
     from hilbench.benchfile.world_signals import WorldSignal, WorldSignals
@@ -102,6 +102,7 @@ class VehicleKind:
     stands_ready: bool = False
 
 
+@runtime_checkable
 class Standing(Protocol):
     """A model with a body, which stands in its world beside boards."""
 
