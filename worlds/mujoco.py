@@ -18,7 +18,7 @@ from typing import Any
 from worlds.errors import PhysicsMissingError
 from worlds.geometry import Matrix, Vector, subtract, turn, turn_back
 from worlds.motion import PlanarVelocity
-from worlds.mujoco_builder import BOX_GROUP, FLOOR_GROUP, build
+from worlds.mujoco_builder import BOX_GROUP, FLOOR_GROUP, GRAVITY_M_S2, build
 from worlds.rigid import Closed, RigidWorld, level, matrix_of
 from worlds.scenes import Scene
 from worlds.vehicles import Vehicle
@@ -131,11 +131,16 @@ class MujocoWorld(RigidWorld):
             self._lost(warning)
 
     def _keep_down(self, wanted: Any) -> None:
-        """Ask contacts for so much less speed as sliding would let them rise by; how fast they slide is carried on."""
+        """Ask contacts for so much less speed as sliding would let them rise by; how fast they slide is carried on.
+
+        What friction stops within this step, under the vehicle's own weight, does not slide: it lags by a step.
+        """
         contacts, speeds = self._data.contact, self._data.efc_vel.tolist()
-        rows = contacts.efc_address.tolist()
+        rows, stops_m_s = contacts.efc_address.tolist(), GRAVITY_M_S2 / self.step_hz
         for row, friction in zip(rows, contacts.friction[:, 0].tolist(), strict=True):
-            wanted[row] -= friction * math.hypot(speeds[row + 1], speeds[row + 2]) * self.step_hz
+            slides_m_s = math.hypot(speeds[row + 1], speeds[row + 2])
+            if slides_m_s > friction * stops_m_s:
+                wanted[row] -= friction * slides_m_s * self.step_hz
 
     def _read_joints(self) -> dict[str, JointState]:
         angles, speeds, forces = self._data.qpos, self._data.qvel, self._data.efc_force

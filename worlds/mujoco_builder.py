@@ -15,16 +15,14 @@ Settings that decide whether the motion is right, each tested:
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from worlds.errors import WorldError
 from worlds.scenes import Box, Scene
 from worlds.vehicles import Vehicle
-from worlds.vehicles.model import BoxShape, Part, Shape, SphereShape, Vector, WheelShape, parents
+from worlds.vehicles.model import BoxShape, Part, Shape, SphereShape, Vector, parents
 
 __all__ = ["BOX_GROUP", "FLOOR", "FLOOR_GROUP", "Built", "build"]
 
@@ -69,11 +67,6 @@ being pushed out: a car that hits a wall at 10 m/s is 4 cm deep in it at the fir
 
 TOUCHING_M = 1e-5
 """Surfaces nearer than this touch: what is put on the floor does not first fall for a step, and rests this high."""
-
-CROWN_M = 1e-4
-CROWN_SHARE = 0.1
-"""A tyre is crowned by so much, and stands on a tenth of its width. On a flat one a wheel turns about either edge: a
-Pioneer of 2 mm, on the spot, 0.6 % too slowly."""
 
 LEAST_FRICTION = 1e-5
 """The library takes none below. A contact always has its two directions of friction, so that all are laid out alike."""
@@ -202,7 +195,7 @@ def _vehicle(mujoco: Any, spec: Any, vehicle: Vehicle, step_hz: int) -> dict[str
             body.explicitinertial = True
         if part.axle is not None:
             _joint(mujoco, body, part, step_hz)
-        for number, shape in enumerate(itertools.chain.from_iterable(map(_crowned, part.shapes))):
+        for number, shape in enumerate(part.shapes):
             name = f"{part.name}:{number}"
             _shape(mujoco, body, name, shape, origin)
             frictions[name] = part.name, part.friction
@@ -234,15 +227,6 @@ def _within_a_step(step_hz: int, hardness: float, pushed_out: float = 0.0) -> tu
     return -max(pushed_out * (step_hz * hardness) ** 2, 1.0), -step_hz * hardness
 
 
-def _crowned(shape: Shape) -> Iterator[Shape]:
-    """A wheel as a cylinder that is a little smaller, and one of its radius in the middle, on which it stands."""
-    if isinstance(shape, WheelShape):
-        yield replace(shape, radius_m=shape.radius_m - CROWN_M)
-        yield replace(shape, width_m=shape.width_m * CROWN_SHARE)
-    else:
-        yield shape
-
-
 def _shape(mujoco: Any, body: Any, name: str, shape: Shape, origin: Vector) -> None:
     if isinstance(shape, BoxShape):
         length, width, height = shape.size_m
@@ -250,7 +234,7 @@ def _shape(mujoco: Any, body: Any, name: str, shape: Shape, origin: Vector) -> N
         quaternion = (math.cos(shape.yaw_rad / 2), 0.0, 0.0, math.sin(shape.yaw_rad / 2))
     elif isinstance(shape, SphereShape):
         kind, size, quaternion = mujoco.mjtGeom.mjGEOM_SPHERE, (shape.radius_m, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
-    else:  # crowned, so that it stands on the middle of its tread; the two edges of a cylinder would scrub in turns
+    else:  # crowned, so that it stands on its middle; on the edges of a cylinder a Pioneer turns 0.6 % too slowly
         kind, size = mujoco.mjtGeom.mjGEOM_ELLIPSOID, (shape.radius_m, shape.width_m / 2, shape.radius_m)
         quaternion = (1.0, 0.0, 0.0, 0.0)
     body.add_geom(
