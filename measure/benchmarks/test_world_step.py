@@ -58,7 +58,7 @@ def raw_block(bullet, scene, vehicle):
 
 
 def raw_mujoco_block(mujoco, scene, vehicle):
-    """The same with MuJoCo, whose constraints are told in each step what motors aim at and that sliding lifts nothing."""
+    """The same with MuJoCo, whose constraints are told in each step what motors aim at and not to rise."""
     built = build(mujoco, scene, vehicle, 240)
     model, data = built.model, mujoco.MjData(built.model)
     mujoco.mj_forward(model, data)
