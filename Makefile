@@ -97,6 +97,11 @@ campaign: dev     ## the dodger in twenty rooms, in three ways (docs/campaign.md
 drive-plots: dev  ## a lap and an emergency stop of a car (docs/vehicle-drive.md); two minutes
 	$(BIN)/python -m measure.drive_plots
 
+.PHONY: truth
+truth: dev        ## each physics against formulas, and random drives in a thousand rooms (docs/physics.md); a quarter of an hour
+	$(BIN)/python -m measure.physics_truth
+	$(BIN)/python -m measure.random_drives
+
 .PHONY: plots
 plots:            ## the rover's wheels after throttles and set points (docs/rover-motion.md); five minutes
 	@.ci/setup $(VENV) dev,plots

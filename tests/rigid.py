@@ -12,7 +12,7 @@ import pytest
 
 from worlds.geometry import rotation, subtract, turn
 
-__all__ = ["BULLET", "MUJOCO", "RIGID", "push", "put", "skip_without_its_library", "turn_joint"]
+__all__ = ["BULLET", "MUJOCO", "RIGID", "deepest_m", "push", "put", "skip_without_its_library", "turn_joint"]
 
 BULLET = pytest.param("bullet", marks=pytest.mark.needs_bullet)
 MUJOCO = pytest.param("mujoco", marks=pytest.mark.needs_mujoco)
@@ -57,3 +57,11 @@ def turn_joint(world, joint, angle_rad):
     else:
         world._data.qpos[world._joints[joint][0]] = angle_rad
     world._forget()
+
+
+def deepest_m(world):
+    """How deep the vehicle is in anything, metres; 0 where it is in nothing."""
+    if world.name == "bullet":
+        points = world._engine.getContactPoints(bodyA=world._body, physicsClientId=world._client)
+        return max((-point[8] for point in points), default=0.0)
+    return max((-distance for distance in world._data.contact.dist.tolist()), default=0.0)

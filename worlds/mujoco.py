@@ -47,10 +47,18 @@ class MujocoWorld(RigidWorld):
         built = build(mujoco, scene, vehicle, step_hz)
         self._model, self._parts, self._others, self._joints = built.model, built.parts, built.others, built.joints
         self._data: Any = mujoco.MjData(self._model)
+        # Views that stay; each look for one of them would cost as much as reading it.
+        self._positions, self._speeds, self._contact = self._data.qpos, self._data.qvel, self._data.contact
+        self._limits = self._model.dof_frictionloss
+        self._by_dof = sorted((dof, joint) for joint, (_, dof) in self._joints.items())
+        self._geoms = {
+            part.name: frozenset(number for number, name in enumerate(built.parts) if name == part.name)
+            for part in vehicle.parts
+        }
         self._fixed = vehicle.parts[0].mass_kg == 0
         self._rows = {}
         self._aims: list[tuple[int, float]] = []
-        self._touched: tuple[Contact, ...] | None = None
+        self._touching: list[list[int]] | None = None
         self._start()
 
     def cast(self, starts_m: Sequence[Vector], ends_m: Sequence[Vector], *, floor: bool = False) -> list[float]:
@@ -76,15 +84,16 @@ class MujocoWorld(RigidWorld):
     def push(self, yaw_rad: float, velocity: PlanarVelocity) -> None:
         """Give the vehicle, which heads there, a velocity; see `worlds.motion.Carried`."""
         del yaw_rad
-        self._data.qvel[:6] = (velocity.x_m_s, velocity.y_m_s, 0.0, 0.0, 0.0, velocity.yaw_rad_s)
+        self._speeds[:6] = (velocity.x_m_s, velocity.y_m_s, 0.0, 0.0, 0.0, velocity.yaw_rad_s)
         self._forget()
 
     def _give_up(self) -> None:
-        self._data = self._model = Closed()
+        self._data = self._model = self._positions = self._speeds = self._contact = self._limits = Closed()
+        self._touching = None
 
     def _put_at_rest(self, where_m: Vector, yaw_rad: float) -> None:
         self._put(where_m, yaw_rad)
-        self._data.qvel[:] = 0.0
+        self._speeds[:] = 0.0
         self._data.qacc_warmstart[:] = 0.0
         self._engine.mj_forward(self._model, self._data)
 
@@ -94,22 +103,21 @@ class MujocoWorld(RigidWorld):
             self._data.mocap_pos[0] = where_m
             self._data.mocap_quat[0] = (cosine, 0.0, 0.0, sine)
         else:
-            self._data.qpos[:7] = (*where_m, cosine, 0.0, 0.0, sine)
+            self._positions[:7] = (*where_m, cosine, 0.0, 0.0, sine)
 
     def _send(self) -> None:
         if self._commands_changed:
             self._rows, self._aims = {}, []
-            for joint, (_, dof) in sorted(self._joints.items(), key=lambda item: item[1]):
+            for dof, joint in self._by_dof:
                 speed_rad_s, torque_nm = self._commands[joint]
-                self._model.dof_frictionloss[dof] = torque_nm
+                self._limits[dof] = torque_nm
                 if torque_nm:
-                    # The constraint's own aim is to stand still at the end of the step.
                     row = self._rows[joint] = len(self._rows)
-                    self._aims.append((row, speed_rad_s * self.step_hz))
-            self._aims = [(row, change) for row, change in self._aims if change]
+                    if speed_rad_s:  # the constraint's own aim is to stand still at the end of the step
+                        self._aims.append((row, speed_rad_s * self.step_hz))
             self._commands_changed = False
         if self._torques_changed:
-            for joint, (_, dof) in self._joints.items():
+            for dof, joint in self._by_dof:
                 self._data.qfrc_applied[dof] = self._torques_nm.get(joint, 0.0)
             self._torques_changed = False
 
@@ -120,11 +128,11 @@ class MujocoWorld(RigidWorld):
             wanted = data.efc_aref
             for row, change in self._aims:
                 wanted[row] += change
-            if data.ncon:
-                self._keep_down(wanted)
+            self._keep_down(wanted)
             engine.mj_step2(model, data)
         except engine.FatalError as problem:
             self._lost(str(problem))
+        self._touching = None
         if _warnings:
             warning = _warnings[0]
             _warnings.clear()
@@ -135,64 +143,61 @@ class MujocoWorld(RigidWorld):
 
         What friction stops within this step, under the vehicle's own weight, does not slide: it lags by a step.
         """
-        contacts, speeds = self._data.contact, self._data.efc_vel.tolist()
-        rows, stops_m_s = contacts.efc_address.tolist(), GRAVITY_M_S2 / self.step_hz
-        for row, friction in zip(rows, contacts.friction[:, 0].tolist(), strict=True):
-            slides_m_s = math.hypot(speeds[row + 1], speeds[row + 2])
-            if slides_m_s > friction * stops_m_s:
-                wanted[row] -= friction * slides_m_s * self.step_hz
+        speeds, contact, stops_m_s = self._data.efc_vel.tolist(), self._contact, GRAVITY_M_S2 / self.step_hz
+        for row, friction in zip(contact.efc_address.tolist(), contact.friction[:, 0].tolist(), strict=True):
+            if row >= 0:
+                slides_m_s = math.hypot(speeds[row + 1], speeds[row + 2])
+                if slides_m_s > friction * stops_m_s:
+                    wanted[row] -= friction * slides_m_s * self.step_hz
 
     def _read_joints(self) -> dict[str, JointState]:
-        angles, speeds, forces = self._data.qpos, self._data.qvel, self._data.efc_force
-        started = self.step_index > 0 and not self._placed
+        angles, speeds = self._positions.tolist(), self._speeds.tolist()
+        torques = dict.fromkeys(self._joints, 0.0)
+        if self.step_index > 0 and not self._placed:
+            torques |= self._torques_nm
+            forces = self._data.efc_force
+            for joint, row in self._rows.items():
+                torques[joint] += forces.item(row)
         return {
-            joint: JointState(
-                angle_rad=float(angles[position]),
-                speed_rad_s=float(speeds[dof]),
-                torque_nm=(float(forces[self._rows[joint]]) if started and joint in self._rows else 0.0)
-                + (self._torques_nm.get(joint, 0.0) if started else 0.0),
-            )
+            joint: JointState(angle_rad=angles[position], speed_rad_s=speeds[dof], torque_nm=torques[joint])
             for joint, (position, dof) in self._joints.items()
         }
 
     def _read_frame(self) -> tuple[Vector, Matrix]:
         if self._fixed:
-            where, (w, x, y, z) = self._data.mocap_pos[0].tolist(), self._data.mocap_quat[0].tolist()
+            where, (w, x, y, z) = tuple(self._data.mocap_pos[0].tolist()), self._data.mocap_quat[0].tolist()
         else:
-            *where, w, x, y, z = self._data.qpos[:7].tolist()
-        return (where[0], where[1], where[2]), matrix_of(x, y, z, w)
+            where_x, where_y, where_z, w, x, y, z = self._positions[:7].tolist()
+            where = where_x, where_y, where_z
+        return where, matrix_of(x, y, z, w)
 
     def _velocity(self) -> tuple[Vector, Vector]:
         if self._fixed:
             self._frame()
             return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        x_m_s, y_m_s, z_m_s, *turning = self._data.qvel[:6].tolist()
+        x_m_s, y_m_s, z_m_s, roll_rad_s, pitch_rad_s, yaw_rad_s = self._speeds[:6].tolist()
         # The library has the turn rate along the vehicle's own axes.
-        return (x_m_s, y_m_s, z_m_s), turn(self._frame()[1], tuple(turning))
-
-    def _forget(self) -> None:
-        super()._forget()
-        self._touched = None
+        return (x_m_s, y_m_s, z_m_s), turn(self._frame()[1], (roll_rad_s, pitch_rad_s, yaw_rad_s))
 
     def _read_contacts(self, part: str | None) -> tuple[Contact, ...]:
-        if self._touched is None:
-            self._touched = tuple(self._all_contacts())
-        return self._touched if part is None else tuple(one for one in self._touched if one.part == part)
+        if self._touching is None:
+            self._touching = self._contact.geom.tolist()
+        geoms = None if part is None else self._geoms[part]
+        return tuple(
+            self._contact_of(number, one, other)
+            for number, (one, other) in enumerate(self._touching)
+            if geoms is None or one in geoms or other in geoms
+        )
 
-    def _all_contacts(self) -> Iterator[Contact]:
-        found = self._data.contact
-        forces, (origin, frame) = self._data.efc_force.tolist(), self._frame()
-        for (one, other), place, row in zip(
-            found.geom.tolist(), found.pos.tolist(), found.efc_address.tolist(), strict=True
-        ):
-            if self._parts[one] is None:
-                one, other = other, one
-            yield Contact(
-                part=self._parts[one] or "",
-                other=self._others[other] or "",
-                position_m=turn_back(frame, subtract(tuple(place), origin)),
-                normal_force_n=forces[row] if row >= 0 else 0.0,
-            )
+    def _contact_of(self, number: int, one: int, other: int) -> Contact:
+        found, (origin, frame) = self._contact, self._frame()
+        row = found.efc_address.item(number)
+        return Contact(
+            part=self._parts[one] or self._parts[other] or "",
+            other=self._others[one] or self._others[other] or "",
+            position_m=turn_back(frame, subtract(tuple(found.pos[number].tolist()), origin)),
+            normal_force_n=self._data.efc_force.item(row) if row >= 0 else 0.0,
+        )
 
 
 def _runs(starts: Any) -> Iterator[tuple[int, int]]:

@@ -259,6 +259,12 @@ class Closed:
     def __getattr__(self, name: str) -> Any:
         raise WorldError(self.TEXT)
 
+    def __getitem__(self, place: Any) -> Any:
+        raise WorldError(self.TEXT)
+
+    def __setitem__(self, place: Any, value: Any) -> None:
+        raise WorldError(self.TEXT)
+
 
 def level(yaw_rad: float) -> tuple[float, float]:
     """Return the last and the first number of the quaternion of a turn about z: sine and cosine of half of it."""

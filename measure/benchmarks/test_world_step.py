@@ -16,6 +16,7 @@ from worlds import open_world
 from worlds.bullet_builder import Builder
 from worlds.car_commands import CarCommand, CommandMode
 from worlds.car_dynamics import CarDynamics
+from worlds.mujoco_builder import build
 from worlds.vehicles.car import CarBody
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 
@@ -56,6 +57,36 @@ def raw_block(bullet, scene, vehicle):
     return block
 
 
+def raw_mujoco_block(mujoco, scene, vehicle):
+    """The same with MuJoCo, whose constraints are told in each step what motors aim at and not to rise."""
+    built = build(mujoco, scene, vehicle, 240)
+    model, data = built.model, mujoco.MjData(built.model)
+    mujoco.mj_forward(model, data)
+    wheels = [built.joints[name] for name in ("wheel_left", "wheel_right")]
+    rings = {number for number, part in enumerate(built.parts) if part in ("bumper_front", "bumper_rear")}
+
+    def block():
+        for step in range(STEPS):
+            speed = 2.0 + math.sin(step / 50)
+            for _, dof in wheels:
+                model.dof_frictionloss[dof] = 1.0
+            mujoco.mj_step1(model, data)
+            wanted, slips, contact = data.efc_aref, data.efc_vel.tolist(), data.contact
+            for row in range(len(wheels)):
+                wanted[row] += speed * 240
+            for row, friction in zip(contact.efc_address.tolist(), contact.friction[:, 0].tolist(), strict=True):
+                wanted[row] -= friction * math.hypot(slips[row + 1], slips[row + 2]) * 240
+            mujoco.mj_step2(model, data)
+            forces = data.efc_force.tolist()
+            angles, speeds, torques = data.qpos.tolist(), data.qvel.tolist(), forces[: len(wheels)]
+            pose, velocity = angles[:7], speeds[:6]
+            places = zip(contact.geom.tolist(), contact.pos.tolist(), contact.efc_address.tolist(), strict=True)
+            touched = [(place, forces[row]) for pair, place, row in places if not rings.isdisjoint(pair)]
+            del pose, velocity, torques, touched
+
+    return block
+
+
 def interface_block(world):
     body = Pioneer2dxBody(world, sonar_poses=())
 
@@ -73,17 +104,21 @@ def interface_block(world):
     return block
 
 
+@pytest.mark.parametrize(
+    ("physics", "library", "raw"), [("bullet", "pybullet", raw_block), ("mujoco", "mujoco", raw_mujoco_block)]
+)
 @pytest.mark.parametrize("scene", ["empty", "room-with-boxes"])
-def test_the_interface_costs_little(bullet, scene, record_property):
-    world = open_world(scene, "pioneer-2dx")
-    ours, theirs = interface_block(world), raw_block(bullet, world.scene, world.vehicle)
+def test_the_interface_costs_little(physics, library, raw, scene, record_property):
+    engine = pytest.importorskip(library)
+    world = open_world(scene, "pioneer-2dx", physics)
+    ours, theirs = interface_block(world), raw(engine, world.scene, world.vehicle)
     times = [(timeit.timeit(ours, number=1), timeit.timeit(theirs, number=1)) for _ in range(BLOCKS)]
     assert world.step_index == BLOCKS * STEPS
     world.close()
     best, best_raw = (min(column) / STEPS * 1e6 for column in zip(*times, strict=True))
     ratio = best / best_raw
     record_property("world_step_ratio", ratio)
-    report = f"step, commands and reads {best:.0f} us, raw PyBullet {best_raw:.0f} us, ratio {ratio:.2f}"
+    report = f"step, commands and reads {best:.0f} us, raw {library} {best_raw:.0f} us, ratio {ratio:.2f}"
     os.write(1, f"\n{scene}: {report}\n".encode())
 
 
@@ -119,7 +154,7 @@ def car_block(world):
 
 def test_a_car_costs_its_model_over_a_pushed_box(bullet, record_property):
     """In the open, so that none of the three ever runs into anything; and what the model takes of it."""
-    world, model = open_world("empty", "car"), CarDynamics()
+    world, model = open_world("empty", "car", "bullet"), CarDynamics()
     model.layer.command = CarCommand(mode=CommandMode.ACKERMANN, speed_m_s=3.0, steering_rad=0.1)
     ours, theirs = car_block(world), raw_car_block(bullet, world.scene, world.vehicle)
 
@@ -139,8 +174,10 @@ def test_a_car_costs_its_model_over_a_pushed_box(bullet, record_property):
 
 def test_opening_a_world_beside_a_bare_client(bullet, record_property):
     """The library keeps its clients, so that a suite that opens a world for each case pays for one only."""
-    open_world("room-with-boxes", "pioneer-2dx").close()
-    best = min(timeit.repeat(lambda: open_world("room-with-boxes", "pioneer-2dx").close(), number=1, repeat=20))
+    open_world("room-with-boxes", "pioneer-2dx", "bullet").close()
+    best = min(
+        timeit.repeat(lambda: open_world("room-with-boxes", "pioneer-2dx", "bullet").close(), number=1, repeat=20)
+    )
     first = min(timeit.repeat(lambda: bullet.disconnect(bullet.connect(bullet.DIRECT)), number=1, repeat=5))
     record_property("world_open_ratio", best / first)
     report = f"open_world on a used client {best * 1e3:.1f} ms, a bare new client {first * 1e3:.1f} ms"
