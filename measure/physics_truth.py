@@ -196,7 +196,7 @@ def _rover(physics: str) -> Iterator[Row]:
         body = Rover4wdBody(world)
         share = go(body, -4.4, 4.4, 4.0) / rolled_turn_rad_s(body)
         ideal = R.track_m**2 / (R.track_m**2 + R.wheelbase_m**2)
-        yield Row("Rover on the spot: turn, of two wheels'", "1", ideal, share, "0.42 to 0.55 (R11)")
+        yield Row("Rover on the spot: turn, of two wheels'", "1", ideal, share, "0.42 to 0.62 (R11)")
     with closing(open_world("hard-floor", "rover-4wd", physics, HZ)) as world:
         body = Rover4wdBody(world)
         turn = go(body, 2.2, 5.6, 4.0)

@@ -17,8 +17,8 @@ SPEED, DRIFT, DRIFT_DEG = 0.03, 0.01, 1.0
 """Tolerance of the speed, drift a way, drift of the heading. Choices."""
 
 RATIO = (0.42, 0.62)
-"""Of four dragged wheels to two that roll: 0.60 with friction that is the same in all directions, as in MuJoCo, and 0.50
-in PyBullet, which weighs sliding along and across a wheel differently (docs/rover-vehicle.md)."""
+"""Of four dragged wheels to two that roll: 0.60 with friction that is the same in all directions, as in MuJoCo, and
+0.50 in PyBullet, which weighs sliding along and across a wheel differently (docs/rover-vehicle.md)."""
 
 STANDS_DEG_S = 2.0
 """What turns more slowly does not turn. A choice."""
