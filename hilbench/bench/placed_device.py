@@ -10,6 +10,7 @@ from hilbench.bench.world_runner import WorldRunner
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.errors import PluginError, UnavailableError
 from hilbench.links import Port
+from hilbench.plugins.blame import checked
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import Device
 from worlds.errors import WorldError
@@ -69,7 +70,7 @@ class PlacedDevice:
         if not isinstance(device, Embodied):
             raise PluginError("stands in a world, and has no 'enter' and 'step'", where=f"device '{DEVICE}'")
         kind = PLUGINS.systems.vehicle(bench_file.world.vehicle)
-        self.world = world = _open(bench_file, kind.vehicle(), scene or bench_file.world.scene, seed)
+        self.world = world = _open(bench_file, checked(kind.vehicle, Vehicle)(), scene or bench_file.world.scene, seed)
         device.enter(kind.body(world))
         actor = DeviceActor(bench, device, port, name=DEVICE)
 

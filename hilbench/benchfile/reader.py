@@ -20,6 +20,7 @@ from hilbench.benchfile.bench_model import BenchModel, LinkEntry, PortEntry, Tar
 from hilbench.benchfile.board_files import open_board, with_chip
 from hilbench.benchfile.fault_entries import FaultEntry
 from hilbench.benchfile.line_hooks import parse_step
+from hilbench.benchfile.suites import shipped_suites
 from hilbench.benchfile.wiring_reader import WiringReader
 from hilbench.clock import NS_PER_US
 from hilbench.errors import UnavailableError, UsageError
@@ -310,16 +311,23 @@ class _Reader:
         """Return the suites of the file; where it names none those of its model, or of what its boards speak."""
         if "suites" not in self._file.data:
             if len(self._kinds) == len(model.targets):
-                return next(iter(self._kinds.values())).suites
+                return self._suites_of_model(*next(iter(self._kinds.items())))
             spoken = (link.protocol for link in links if link.protocol is not None)
             return tuple(dict.fromkeys(str(suite) for protocol in spoken for suite in protocol.suites))
-        from hilbench.benchfile.suites import shipped_suites  # takes its time
-
         shipped = shipped_suites()
         return tuple(
             suite if suite in shipped else str(self._suite_file(suite, number, shipped))
             for number, suite in enumerate(model.suites)
         )
+
+    def _suites_of_model(self, name: str, kind: ModelKind) -> tuple[str, ...]:
+        missing = [suite for suite in kind.suites if not (suite in shipped_suites() or Path(suite).exists())]
+        if missing:
+            model = self._file.data["targets"][name]["model"]
+            message = f"the model '{model}' has the suite '{missing[0]}', which is not there"
+            hint = f"its ModelKind names shipped suites and paths: str(Path(__file__).with_name('{missing[0]}'))"
+            raise self._strict.error(message, ("targets", name, "model"), hint)
+        return kind.suites
 
     def _suite_file(self, suite: str, number: int, shipped: Collection[str]) -> Path:
         file = self._folder / file_name(suite)

@@ -19,6 +19,7 @@ from hilbench.errors import UsageError
 from hilbench.files import refuse_overwriting, refuse_writing_into
 from hilbench.journal import Journal
 from hilbench.judging.provider import BenchProvider
+from hilbench.plugins.blame import checked
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.protocol_bench.system import system_of
 from hilbench.terminal.options import CheckOptions, TargetChoice
@@ -50,7 +51,7 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     if bench_file.boards:
         return _boards(shared, options)
     assert bench_file.model is not None
-    return system_of(bench_file.model).provider(shared, options.targets)
+    return checked(system_of(bench_file.model).provider, BenchProvider)(shared, options.targets)
 
 
 def _passages(kind: str) -> Passages:
@@ -89,9 +90,10 @@ def _bench_of(options: CheckOptions) -> str | None:
 def _boards(shared: Shared, options: CheckOptions) -> BenchProvider:
     """Return the provider of a bench with emulated boards, or of a board at ports in the place of them."""
     system = PLUGINS.systems.of_suites(_speaking(shared, options))
-    made = None if system is None else system.board_provider(shared, options.targets)
-    if made is not None:
-        return made
+    if system is not None:
+        made = checked(system.board_provider, BenchProvider, or_none=True)(shared, options.targets)
+        if made is not None:
+            return made
     if any(target_of(choice).kind is TargetKind.SERIAL for choice in options.targets):
         return _stranger(shared, options.targets)
     from hilbench.mcu.board_provider import BoardProvider

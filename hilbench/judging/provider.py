@@ -99,6 +99,7 @@ class CaseBench(Protocol):
         """Return the hash over the canonical events of this case, in hex; empty for a bench in real time."""
 
 
+@runtime_checkable
 class BenchProvider(Protocol):
     """Opens benches for cases.
 

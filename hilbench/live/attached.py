@@ -9,6 +9,7 @@ from hilbench.benchfile.bench_file import BenchFile
 from hilbench.benchfile.target_grammar import TargetKind, target_of
 from hilbench.driving.rig import Rig
 from hilbench.errors import UsageError
+from hilbench.plugins.blame import checked
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.system import System
 from hilbench.protocol_bench.system import ProtocolSystem, system_of
@@ -32,7 +33,7 @@ def open_attached(bench: Bench, bench_file: BenchFile, targets: Sequence[TargetC
         UnavailableError: a port cannot be opened.
     """
     ports = ports_asked(bench_file, targets)
-    return _system_at(bench_file).attached_rig(bench, bench_file, ports, seed=seed)
+    return checked(_system_at(bench_file).attached_rig, Rig)(bench, bench_file, ports, seed=seed)
 
 
 def ports_asked(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mapping[str, str]:
@@ -45,7 +46,7 @@ def ports_asked(bench_file: BenchFile, targets: Sequence[TargetChoice]) -> Mappi
         if target_of(choice).kind is not TargetKind.SERIAL:
             hint = "write serial:/dev/ttyUSB0@115200 or a pyserial URL"
             raise UsageError("is no serial port", where=choice.where, hint=hint)
-    return _system_at(bench_file).lines_asked(bench_file, targets)
+    return checked(_system_at(bench_file).lines_asked, Mapping)(bench_file, targets)
 
 
 def _system_at(bench_file: BenchFile) -> System:

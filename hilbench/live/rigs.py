@@ -12,6 +12,7 @@ from hilbench.bench.about import about_boards, about_world
 from hilbench.bench.teller import describe_machine
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.driving.rig import Rig
+from hilbench.plugins.blame import checked
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.protocol_bench.system import ProtocolSystem, system_of
 
@@ -30,7 +31,7 @@ def open_rig(bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
     """
     if not bench_file.boards:
         assert bench_file.model is not None
-        return system_of(bench_file.model).rig(bench, bench_file, seed=seed)
+        return checked(system_of(bench_file.model).rig, Rig)(bench, bench_file, seed=seed)
     from hilbench.mcu.emulated import EmulatedBench
     from hilbench.mcu.group import LOCKED_STEP_NS
 
@@ -45,7 +46,8 @@ def open_rig(bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
 def _around(emulated: EmulatedBench, seed: int) -> Rig:
     """Return what speaks to emulated boards, and the boards."""
     bench_file, surroundings = emulated.bench_file, emulated.surroundings
-    rig = next(filter(None, (one.board_rig(emulated, seed=seed) for one in PLUGINS.systems.there())), None)
+    asked = (checked(one.board_rig, Rig, or_none=True) for one in PLUGINS.systems.there())
+    rig = next(filter(None, (board_rig(emulated, seed=seed) for board_rig in asked)), None)
     far_end = bench_file.checker_lines.get("", "")
     if rig is None and far_end in bench_file.protocols:
         rig = ProtocolSystem(bench_file.protocols[far_end]).board_rig(emulated, seed=seed)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from hilbench.bench import Bench
 from hilbench.bench.world_runner import WorldRunner
 from hilbench.benchfile.bench_model import World as WorldEntry
+from hilbench.plugins.blame import checked
 from hilbench.plugins.discovery import PLUGINS
 from worlds.scenes import Scene
+from worlds.vehicles import Vehicle
 from worlds.world import open_world
 
 __all__ = ["BareVehicle"]
@@ -32,9 +34,8 @@ class BareVehicle:
 
     def __init__(self, bench: Bench, world: WorldEntry, *, scene: Scene | None = None, seed: int) -> None:
         kind = PLUGINS.systems.vehicle(world.vehicle)
-        self.world = open_world(
-            scene or world.scene, kind.vehicle(), physics=world.physics, step_hz=world.step_hz, seed=seed
-        )
+        vehicle = checked(kind.vehicle, Vehicle)()
+        self.world = open_world(scene or world.scene, vehicle, physics=world.physics, step_hz=world.step_hz, seed=seed)
         self.body = kind.body(self.world)
         self.runner = WorldRunner(bench, self.world, ahead=True)
 

@@ -18,6 +18,7 @@ from hilbench.judging.provider import CaseInfo, CaseSetup
 from hilbench.links import Port
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.under_test import BoardUnderTest, boards_under_test
+from hilbench.plugins.blame import checked
 from hilbench.plugins.discovery import PLUGINS
 from targets.parts import Part
 from worlds.world import World
@@ -131,7 +132,11 @@ class BoardCase(CaseBase, BoardBench):
         bench_file = self.emulated.bench_file
         about = {"boards": about_boards(bench_file.boards), **about_world(self.emulated.surroundings.world)}
         system = PLUGINS.systems.speaking(self.case.needs)
-        return about if system is None else {**about, **system.about_board(bench_file, self.case.setup.program)}
+        return (
+            about
+            if system is None
+            else {**about, **checked(system.about_board, Mapping)(bench_file, self.case.setup.program)}
+        )
 
     def _packets(self) -> Sequence[str]:
         waiting = ((name, self.emulated.waiting(name)) for name in self.boards)

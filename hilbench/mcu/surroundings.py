@@ -16,14 +16,14 @@ from hilbench.mcu.i2c_buses import Buses
 from hilbench.mcu.parts import Parts
 from hilbench.mcu.seams import Machine
 from hilbench.mcu.usart_port import UsartPort
+from hilbench.plugins.blame import checked
 from hilbench.plugins.discovery import PLUGINS
-from hilbench.plugins.system import System
+from hilbench.plugins.system import Standing, System
 from worlds.errors import WorldError
 
 if TYPE_CHECKING:
     from hilbench.bench.world_runner import WorldRunner
     from hilbench.mcu.bare_vehicle import BareVehicle
-    from hilbench.plugins.system import Standing
     from worlds.world import World
 
 __all__ = ["Surroundings"]
@@ -93,7 +93,7 @@ class Surroundings:
             return port or MemoryLink(self._bench.scheduler, Line(baud=baud), name="robot").b
 
         assert isinstance(there.owner, System)  # a protocol's device has no body
-        self.model = there.owner.stand(self._bench, self._bench_file, line, seed=self._seed)
+        self.model = checked(there.owner.stand, Standing)(self._bench, self._bench_file, line, seed=self._seed)
         self._undo.callback(self.model.close)
         self._join(self.model)
 

@@ -23,7 +23,7 @@ from hilbench.errors import PluginError, UsageError
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.plugins.registry import Registry
 from hilbench.plugins.system import ModelKind, System, VehicleKind
-from hilbench.plugins.validity import problem_of, problem_of_system
+from hilbench.plugins.validity import problem_of, problem_of_system, problem_of_vehicle
 from protocols.common.decoding import Speaker
 from worlds.errors import UnknownNameError
 
@@ -108,7 +108,7 @@ class Systems(Registry[System]):
 
         Raises:
             UnknownNameError: no system has it.
-            PluginError: what its system makes is none.
+            PluginError: what its system makes is none, or wrong.
         """
         self._use_called_like(name, name)
         if name not in self._vehicles:
@@ -116,8 +116,9 @@ class Systems(Registry[System]):
             if name not in makers:
                 raise UnknownNameError("vehicle", name, makers)
             made = makers[name]()
-            if not isinstance(made, VehicleKind):
-                raise PluginError(f"its maker returns {made!r}, and no VehicleKind", where=f"vehicle '{name}'")
+            problem = problem_of_vehicle(made)
+            if problem:
+                raise PluginError(problem, where=f"vehicle '{name}'")
             self._vehicles[name] = made
         return self._vehicles[name]
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from hilbench.errors import UsageError
 from hilbench.plugins.protocol import ClauseEntry, ProtocolPlugin
@@ -102,6 +102,7 @@ class VehicleKind:
     stands_ready: bool = False
 
 
+@runtime_checkable
 class Standing(Protocol):
     """A model with a body, which stands in its world beside boards."""
 

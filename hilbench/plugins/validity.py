@@ -11,9 +11,9 @@ from typing import Any, get_type_hints
 
 from hilbench.plugins import system as systems
 from hilbench.plugins.protocol import API, Device, FirstTest, ProtocolPlugin, Recorded
-from hilbench.plugins.system import ModelKind, System
+from hilbench.plugins.system import ModelKind, System, VehicleKind
 
-__all__ = ["OPTION_KINDS", "problem_of", "problem_of_system"]
+__all__ = ["OPTION_KINDS", "problem_of", "problem_of_system", "problem_of_vehicle"]
 
 OPTION_KINDS = (bool, int, float, str, Path)
 """What an option of a protocol may be, beside an enumeration: what a word of a command line can be read as."""
@@ -38,12 +38,17 @@ def problem_of_system(system: System) -> str:
     return next(_system_problems(system), "")
 
 
+def problem_of_vehicle(made: Any) -> str:
+    """Return the first thing that is wrong with what makes a vehicle; empty for nothing."""
+    return next(_of_vehicle(made), "")
+
+
 def _system_problems(system: Any) -> Iterator[str]:
-    if not isinstance(system.name, str) or _NAME.fullmatch(system.name) is None:
-        yield f"name {system.name!r} is no name: write small letters, digits, _ and -"
-    for text in ("title", "summary"):
-        if not isinstance(getattr(system, text), str):
-            yield f"{text} is no text"
+    yield from _of_name(system)
+    yield from _of_texts(system, "title", "summary")
+    for what in ("speakers", "checkers"):
+        if not isinstance(getattr(system, what), Mapping):
+            yield f"{what} is no mapping of names"
     if system.benches is not None and not (isinstance(system.benches, Path) and system.benches.is_dir()):
         yield f"its folder of benches '{system.benches}' is not there"
     yield from _of_bodies(system)
@@ -64,9 +69,61 @@ def _of_bodies(system: Any) -> Iterator[str]:
     for name, kind in system.models().items():
         if not isinstance(kind, ModelKind):
             yield f"its model '{name}' is no ModelKind"
-            continue
-        for wrong in _of_settings(kind.settings):
-            yield f"the settings of its model '{name}': {wrong}"
+        for wrong in _of_kind(kind):
+            yield f"its model '{name}': {wrong}"
+
+
+def _of_kind(kind: Any) -> Iterator[str]:
+    for wrong in _of_settings(kind.settings):
+        yield f"settings: {wrong}"
+    yield from _of_texts(kind, "protocol", "bench", "target")
+    yield from _of_number(kind, "baud", 300)
+    for what, of in (("suites", str), ("rates", int), ("lines", str)):
+        value = getattr(kind, what)
+        if not isinstance(value, tuple) or not all(type(one) is of for one in value):
+            yield f"{what} is no tuple of {of.__name__}"
+    if not kind.lines:
+        yield "lines is empty"
+    yield from _of_flags(kind, "beside", "has_body")
+
+
+def _of_vehicle(made: Any) -> Iterator[str]:
+    if not isinstance(made, VehicleKind):
+        yield f"its maker returns {made!r}, and no VehicleKind"
+        return
+    for what in ("vehicle", "body", *(["wire"] if made.signals else [])):
+        if not callable(getattr(made, what)):
+            yield f"{what} cannot be called"
+    signals: Any = made.signals
+    if not isinstance(signals, Mapping) or not all(hasattr(one, "by_rays") for one in signals.values()):
+        yield "signals is no mapping of names to WorldSignals"
+    size: Any = made.size_m
+    if not isinstance(size, tuple) or [type(one) in (int, float) and one > 0 for one in size] != [True, True]:
+        yield "size_m is no length and breadth in m"
+    yield from _of_flags(made, "stands_ready")
+
+
+def _of_name(record: Any) -> Iterator[str]:
+    if not isinstance(record.name, str) or _NAME.fullmatch(record.name) is None:
+        yield f"name {record.name!r} is no name: write small letters, digits, _ and -"
+
+
+def _of_texts(record: Any, *names: str) -> Iterator[str]:
+    for text in names:
+        if not isinstance(getattr(record, text), str):
+            yield f"{text} is no text"
+
+
+def _of_number(record: Any, number: str, least: int) -> Iterator[str]:
+    value = getattr(record, number)
+    if type(value) is not int or value < least:
+        yield f"{number} is no whole number from {least} on"
+
+
+def _of_flags(record: Any, *names: str) -> Iterator[str]:
+    for flag in names:
+        if type(getattr(record, flag)) is not bool:
+            yield f"{flag} is no bool"
 
 
 def _problems(record: Any) -> Iterator[str]:
@@ -85,17 +142,12 @@ def _problems(record: Any) -> Iterator[str]:
 
 
 def _of_words(record: Any) -> Iterator[str]:
-    if not isinstance(record.name, str) or _NAME.fullmatch(record.name) is None:
-        yield f"name {record.name!r} is no name: write small letters, digits, _ and -"
-    for text in ("title", "summary", "help", "replay_bench"):
-        if not isinstance(getattr(record, text), str):
-            yield f"{text} is no text"
+    yield from _of_name(record)
+    yield from _of_texts(record, "title", "summary", "help", "replay_bench")
     if not record.title:
         yield "title is empty"
-    for number, least in (("baud", 300), ("longest_frame", 1)):
-        value = getattr(record, number)
-        if type(value) is not int or value < least:
-            yield f"{number} is no whole number from {least} on"
+    yield from _of_number(record, "baud", 300)
+    yield from _of_number(record, "longest_frame", 1)
 
 
 def _of_device(what: str, device: Any) -> Iterator[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from hilbench.bench.served_targets import ServedTarget
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.errors import UsageError
+from hilbench.plugins.blame import checked
 from hilbench.protocol_bench.system import system_of
 
 __all__ = ["served_target"]
@@ -28,4 +29,4 @@ def served_target(
     assert model is not None
     if scene is not None and not model.kind.has_body:
         raise UsageError("nothing stands in a world here", where=f"--scene {scene}")
-    return system_of(model).served(bench_file, scene=scene, baud=baud, seed=seed)
+    return checked(system_of(model).served, ServedTarget)(bench_file, scene=scene, baud=baud, seed=seed)

@@ -93,6 +93,20 @@ def test_a_device_that_takes_no_body_is_refused(bench_file):
         place(bench_file, made=lambda settings: cart.Silent())
 
 
+def test_a_joint_that_its_body_does_not_have_is_the_device_s_error(bench_file, hilbench, tmp_path):
+    cart = tmp_path / "cart.py"
+    cart.write_text(cart.read_text().replace("self.steps.append(now_ns)", "self.body.world.command('mast', 1.0, 1.0)"))
+    suite = tmp_path / "test_cart.py"
+    suite.write_text(
+        'from hilbench.check import case\n@case("C1", text="a", level="must", source="a")\n'
+        "def test_it(peer): peer.run(0.1)\n"
+    )
+    line = 1 + cart.read_text().splitlines().index("        self.body.world.command('mast', 1.0, 1.0)")
+    code, out, _ = hilbench("check", bench_file, "--suite", suite)
+    assert code == 2
+    assert f"cart.py:{line}: UnknownNameError: unknown joint 'mast'" in out
+
+
 def test_a_world_that_cannot_be_opened_is_named(bench_file):
     open_bench(str(bench_file))
     with pytest.raises(UnavailableError, match='scene wall: physics "plane" has no obstacles'):

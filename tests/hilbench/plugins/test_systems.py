@@ -11,8 +11,11 @@ from tests.hilbench.test_target import board_at_a_port
 
 HEAD = """
 from hilbench.plugins.system import API, ModelKind, System
+from functools import partial
+from hilbench.plugins.system import VehicleKind
 from protocols.common.decoding import NoOptions
 
+Body = partial(VehicleKind, vehicle=dict, body=dict, signals={}, wire=dict, size_m=(1, 1))
 KIND = ModelKind(settings=NoOptions, protocol="Tiny", suites=())
 
 class Turn(System):
@@ -26,12 +29,12 @@ class Turn(System):
 def refused(hilbench, tmp_path):
     """Return what checks a bench with a system: its last line on standard error, without the path."""
 
-    def check(body, bench='[targets.a]\nmodel = "turn"\n', after="TURN = Turn()\n"):
+    def check(body, bench='[targets.a]\nmodel = "turn"\n', after="TURN = Turn()\n", words=("check",)):
         body = dedent(body).replace("\n", "\n    ")
         tmp_path.joinpath("turn.py").write_text(f"{HEAD}    {body}\n\n{after}")
         file = tmp_path / "bench.toml"
         file.write_text(f'version = 1\nplugins = ["turn.py"]\n{bench}')
-        code, _, err = hilbench("check", file)
+        code, _, err = hilbench(words[0], file, *words[1:])
         assert (code, err.count("\n")) == (2, 1), err
         return err.replace(f"{tmp_path}/", "")
 
@@ -49,10 +52,59 @@ def refused(hilbench, tmp_path):
         ("def models(self): return {'pioneer-2dx': KIND}", "brings 'pioneer-2dx', which is there already"),
         ("def models(self): return {'other': KIND}", "call it 'turn' or 'turn-...'"),
         ("api = 7", "was written for api 7, and this hilbench has 1"),
+        ("speakers = ['turn']", "turn.py: speakers is no mapping of names"),
     ],
 )
 def test_a_record_that_is_wrong_is_named(refused, body, said):
     assert said in refused(body)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ("settings=3", "settings: no dataclass"),
+        ("protocol=None", "protocol is no text"),
+        ("suites='suite.py'", "suites is no tuple of str"),
+        ("suites=(3,)", "suites is no tuple of str"),
+        ("baud='fast'", "baud is no whole number from 300 on"),
+        ("rates=9600", "rates is no tuple of int"),
+        ("lines=['host']", "lines is no tuple of str"),
+        ("lines=()", "lines is empty"),
+        ("target=None", "target is no text"),
+        ("beside=3", "beside is no bool"),
+    ],
+)
+def test_a_model_kind_that_is_wrong_is_named(refused, wrong, said):
+    body = f"def models(self): return {{'turn': replace(KIND, {wrong})}}"
+    after = "from dataclasses import replace\nTURN = Turn()\n"
+    assert refused(body, after=after) == f"hilbench: turn.py: its model 'turn': {said}\n"
+
+
+def test_a_model_kind_s_suite_that_is_not_there_is_its_plug_in_s(refused):
+    said = refused("def models(self): return {'turn': replace(KIND, suites=('nosuch.py',))}",
+                   after="from dataclasses import replace\nTURN = Turn()\n")  # fmt: skip
+    hint = "its ModelKind names shipped suites and paths: str(Path(__file__).with_name('nosuch.py'))"
+    assert said == f"hilbench: bench.toml:4: the model 'turn' has the suite 'nosuch.py', which is not there; {hint}\n"
+
+
+@pytest.mark.parametrize(
+    ("method", "words", "kind"),
+    [
+        ("provider", ("check",), "BenchProvider"),
+        ("served", ("serve", "--pty", "./never"), "ServedTarget"),
+        ("rig", ("live", "--folder", "."), "Rig"),
+        ("lines_asked", ("live", "--folder", ".", "--target", "serial:/dev/nothing"), "Mapping"),
+    ],
+)
+@pytest.mark.parametrize("junk", ["None", "3"])
+def test_a_method_that_returns_something_else_is_the_plug_in_s(
+    refused, tmp_path, monkeypatch, method, words, kind, junk
+):
+    monkeypatch.chdir(tmp_path)
+    said = refused(
+        f"def models(self): return {{'turn': KIND}}\ndef {method}(self, *a, **k): return {junk}", words=words
+    )
+    assert said == f"hilbench: turn.py:15: Turn.{method}() returns {junk}, and no {kind}\n"
 
 
 def test_two_of_one_name_are_refused(refused):
@@ -69,8 +121,12 @@ def test_benches_are_called_like_their_system(refused, tmp_path):
 @pytest.mark.parametrize(
     ("maker", "said"),
     [
-        ("lambda: {}['size']", "turn.py:11: KeyError: 'size'"),
+        ("lambda: {}['size']", "turn.py:14: KeyError: 'size'"),
         ("lambda: 3", "vehicle 'turn': its maker returns 3, and no"),
+        ("lambda: Body(size_m=3)", "vehicle 'turn': size_m is no length and breadth in m"),
+        ("lambda: Body(size_m=(1, 'wide'))", "vehicle 'turn': size_m is no length and breadth in m"),
+        ("lambda: Body(signals={'speed': 3})", "vehicle 'turn': signals is no mapping of names to WorldSignals"),
+        ("lambda: Body(vehicle=None)", "vehicle 'turn': vehicle cannot be called"),
     ],
 )
 def test_a_vehicle_that_cannot_be_made_is_the_plug_in_s(refused, maker, said):
