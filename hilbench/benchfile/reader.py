@@ -83,13 +83,16 @@ def open_bench(bench: str | None = None, *, run_plugins: bool = True) -> BenchFi
         return read_bench(Path(bench), run_plugins=run_plugins)
     if not run_plugins and PLUGINS.systems.is_of_stranger(bench):
         raise UsageError("comes with a plug-in, and none is run here", where=bench, hint="name the bench file itself")
-    raise UsageError("no such bench", where=bench, hint=did_you_mean(bench, built_in_benches(), "built-in benches"))
+    raise UsageError("no such bench", where=bench, hint=_near(bench))
 
 
 def read_bench(path: Path, name: str = "", *, run_plugins: bool = True) -> BenchFile:
     """Read a bench file from a path; see `open_bench`."""
-    hint = did_you_mean(path.stem, built_in_benches(), "built-in benches")
-    return _Reader(TomlFile(path, "bench file", hint), run_plugins=run_plugins).read(name or path.name)
+    return _Reader(TomlFile(path, "bench file", _near(path.stem)), run_plugins=run_plugins).read(name or path.name)
+
+
+def _near(bench: str) -> str | None:
+    return did_you_mean(bench, [*built_in_benches(), *PLUGINS.systems.bench_names()], "benches")
 
 
 def resolve_scene(scene: str, folder: Path, where: str) -> str:

@@ -13,6 +13,7 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from hilbench import __version__
 from hilbench.errors import HilbenchError, InternalError, UnavailableError, UsageError
@@ -36,6 +37,8 @@ COMMANDS = {
     "udev": "rules for udev: access to boards and adapters, names that stay",
     "validate": "read a bench file and say whether it is right",
 }
+
+_BENCHES = Path(__file__).parent.parent / "benches"
 
 _OF_DASHBOARD = frozenset({"--journal", "--scene", "--seed", "--target", "--web", "--web-host"})
 """Options of the dashboard, which need no bench before them."""
@@ -148,10 +151,7 @@ def _is_bench(word: str) -> bool:
     """Say whether a word that stands where a command does is a bench; a command of that name comes first."""
     if word.startswith("-") or word in COMMANDS or word in _OWN or word == "help":
         return False
-    from pathlib import Path
-
-    built_in = Path(__file__).parent.parent / "benches" / f"{word}.toml"
-    return word.endswith(".toml") or ":" in word or built_in.is_file() or _is_of_plugin(word)
+    return word.endswith(".toml") or ":" in word or (_BENCHES / f"{word}.toml").is_file() or _is_of_plugin(word)
 
 
 def _is_of_plugin(word: str) -> bool:
@@ -168,11 +168,15 @@ def _say(text: str) -> None:
 
 
 def _unknown_command(word: str) -> UsageError:
-    from hilbench.nearest import did_you_mean
+    from hilbench.nearest import did_you_mean, nearest
 
-    kind = "option" if word.startswith("-") else "command"
-    known = ["--help", "--version"] if kind == "option" else list(COMMANDS)
-    return UsageError(f"unknown {kind} '{word}'", hint=did_you_mean(word, known, f"{kind}s"))
+    if word.startswith("-"):
+        return UsageError(f"unknown option '{word}'", hint=did_you_mean(word, ["--help", "--version"], "options"))
+    from hilbench.plugins.discovery import PLUGINS
+
+    benches = [*(file.stem for file in _BENCHES.glob("*.toml")), *PLUGINS.systems.bench_names()]
+    near = nearest(word, [*COMMANDS, *benches])
+    return UsageError(f"unknown command '{word}'", hint=did_you_mean(word, [near] if near else COMMANDS, "commands"))
 
 
 def _end(line: str, code: ExitCode) -> ExitCode:

@@ -159,6 +159,13 @@ class Systems(Registry[System]):
         self._use_called_like(name, name)
         return self.benches().get(name)
 
+    def bench_names(self) -> list[str]:
+        """Return the names of `benches`, and of systems of packages that nothing is known of yet: one is called so."""
+        strangers = (
+            one for one in self._installed if not (self.is_own(one) or one in self._loaded or one in self.broken)
+        )
+        return [*self.benches(), *strangers]
+
     def is_of_stranger(self, name: str) -> bool:
         """Say whether a model, vehicle or bench is called like a system of a package that nothing is known of yet."""
         return any(not self.is_own(one) and _is_called_like(name, one) for one in self.names())

@@ -189,11 +189,22 @@ def test_its_bench_stands_where_a_command_does(hilbench, monkeypatch):
     monkeypatch.setattr(dashboard, "show", lambda process: process)
     monkeypatch.setattr(bench_process.BenchProcess, "start", lambda words, name: len(words) if name == "pantilt" else 9)
     assert hilbench("pantilt")[0] == 3  # it is started with its name and a seed
-    assert hilbench("pantlit") == (
-        2,
-        "",
-        "hilbench: unknown command 'pantlit'; commands: " + ", ".join(COMMANDS) + "\n",
-    )
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["pantlit"], "unknown command 'pantlit'; did you mean 'pantilt'?"),
+        (["check", "pantil"], "pantil: no such bench; did you mean 'pantilt'?"),
+        (["serve", "pantlit"], "pantlit: no such bench; did you mean 'pantilt'?"),
+        (["validate", "pantil"], "pantil: no such bench; did you mean 'pantilt'?"),
+        (["pionere"], "unknown command 'pionere'; did you mean 'pioneer'?"),
+        (["qqq"], f"unknown command 'qqq'; commands: {', '.join(COMMANDS)}"),
+    ],
+)
+def test_a_name_near_that_of_its_bench_is_suggested_without_its_code(hilbench, words, said):
+    assert hilbench(*words) == (2, "", f"hilbench: {said}\n")
+    assert "pantilt.plugin" not in sys.modules
 
 
 def test_it_does_not_stand_beside_boards(hilbench, tmp_path):
