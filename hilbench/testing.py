@@ -100,8 +100,8 @@ def check_link(
     """Check that a link keeps the promises of `Port`; for links of your own as well as for ours.
 
     Bytes arrive complete, in order, with nothing invented, in both directions at once; not faster than the baud rate;
-    a large transfer passes; closing one end is told to the other; a closed port refuses to write and may be closed
-    again.
+    a large transfer passes; the other end is notified when one is closed; a closed port refuses to write and may be
+    closed again.
 
     Args:
         make_link: Makes a fresh link; called several times. Both ends are closed here.
@@ -204,13 +204,15 @@ def _check_a_hangs_up(link: LinkUnderTest, ends: tuple[_End, _End], _large_bytes
     _check_hang_up(link, ends[0], ends[1], patience_ns)
 
 
-def _check_hang_up(link: LinkUnderTest, closing: _End, told: _End, patience_ns: int) -> None:
+def _check_hang_up(link: LinkUnderTest, closing: _End, other: _End, patience_ns: int) -> None:
     name = closing.port.name
     closing.port.write(b"last words")
-    _wait(link, lambda: bytes(told.data) == b"last words", patience_ns, f"{name}: the last bytes did not arrive")
+    _wait(link, lambda: bytes(other.data) == b"last words", patience_ns, f"{name}: the last bytes did not arrive")
     closing.port.close()
-    _wait(link, lambda: not told.port.line_is_up, patience_ns, f"{told.port.name} was not told that {name} hung up")
-    _require(told.lines[-1:] == [False], f"{told.port.name}: the line is down but on_line did not say so")
+    _wait(
+        link, lambda: not other.port.line_is_up, patience_ns, f"{other.port.name} was not notified that {name} hung up"
+    )
+    _require(other.lines[-1:] == [False], f"{other.port.name}: the line is down but on_line did not say so")
     try:
         closing.port.write(b"!")
     except PortClosedError:

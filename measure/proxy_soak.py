@@ -36,7 +36,7 @@ from hilbench.links import Port
 from hilbench.links.front import PortInFront
 from hilbench.serving.near_ends import open_near_end
 from hilbench.systems.rover.ground_station import GroundStation
-from hilbench.through import Passages
+from hilbench.through import Routes
 from targets.firmware import image_path
 
 IMAGE = "rover-dma"
@@ -231,7 +231,7 @@ def converse(image: str, total: int, seed: int, tell: Callable[[str], None] = la
     with contextlib.ExitStack() as stack:
         near = open_near_end(bench, _with_firmware(open_bench("rover"), image), real_time=False)
         stack.callback(near.close)
-        ways = stack.enter_context(contextlib.closing(Passages("proxy")))
+        ways = stack.enter_context(contextlib.closing(Routes("proxy")))
         at_rover = Ear(near.port, to_rover.came, from_rover.said)
         at_station = Ear(ways(Gatherer(bench.scheduler, at_rover)), to_rover.said, from_rover.came)
         station = GroundStation(bench, at_station)

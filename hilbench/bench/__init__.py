@@ -51,7 +51,7 @@ class Bench:
     Attributes:
         port_uncertainty_s: what the ports add to every time, as far as it is known or was measured, in seconds.
         port_floor_s: what the uncertainty of a time is at least, in seconds: more than 0 where a port is not known.
-        passage: what a port of the checker stands behind; see `near_end`.
+        route: what a port of the checker stands behind; see `near_end`.
         far: benches of ours behind the ports, which tell how they keep up.
     """
 
@@ -61,13 +61,13 @@ class Bench:
         self.timeout_scale = timeout_scale
         self.port_uncertainty_s = 0.0
         self.port_floor_s = LOCKED_FLOOR_S
-        self.passage: Callable[[Port], Port] | None = None
+        self.route: Callable[[Port], Port] | None = None
         self.far: list[FarBench] = []
         self._far_life = FarLife(scheduler, self.far)
 
     def near_end(self, port: Port) -> Port:
         """Return what the checker has of a line: the port itself, unless its bytes are to pass something else."""
-        return port if self.passage is None else self.passage(port)
+        return port if self.route is None else self.route(port)
 
     @property
     def now_ns(self) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from hilbench.bench.teller import Observed, describe_machine
+from hilbench.bench.state_reporter import Observed, describe_machine
 from hilbench.benchfile.bench_file import EmulatedBoard
 from hilbench.plugins.discovery import PLUGINS
 from worlds.world import World

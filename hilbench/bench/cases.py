@@ -9,7 +9,7 @@ from typing import Any
 
 from hilbench.bench import Bench
 from hilbench.bench.line_faults import LineFaults
-from hilbench.bench.teller import Observed, Senses
+from hilbench.bench.state_reporter import Observed, Senses
 from hilbench.bench.watch import Watch
 from hilbench.clock import NS_PER_S
 from hilbench.journal import Journal

@@ -60,7 +60,7 @@ class LockedProvider:
     """What benches with something real attached have in common: one scheduler, locked to the host's clock."""
 
     def __init__(self, shared: Shared, target: str) -> None:
-        if shared.passage is not None:
+        if shared.route is not None:
             raise UsageError(
                 "what is at a port of its own has its way there",
                 where="--through",

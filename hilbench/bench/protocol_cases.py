@@ -13,7 +13,7 @@ from hilbench.bench.line_faults import LineFaults
 from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.placed_device import DEVICE, PlacedDevice
 from hilbench.bench.protocol_peer import peer_of
-from hilbench.bench.teller import Observed
+from hilbench.bench.state_reporter import Observed
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.judging.provider import CaseInfo
 from hilbench.judging.verdicts import NotApplicable

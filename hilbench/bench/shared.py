@@ -14,7 +14,7 @@ from hilbench.journal import Journal
 from hilbench.judging.provider import CaseInfo
 
 if TYPE_CHECKING:
-    from hilbench.through import Passages
+    from hilbench.through import Routes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,13 +25,13 @@ class Shared:
         bench_file: what was asked for.
         timeout_scale: how much longer to wait.
         journal: where everything is recorded.
-        passage: what the checker's ports stand behind; None for nothing.
+        route: what the checker's ports stand behind; None for nothing.
     """
 
     bench_file: BenchFile
     timeout_scale: float
     journal: Journal
-    passage: Passages | None = None
+    route: Routes | None = None
 
     @property
     def suites(self) -> Sequence[str]:
@@ -41,7 +41,7 @@ class Shared:
     def bench(self, scheduler: Scheduler) -> Bench:
         """Return a bench on a scheduler."""
         bench = Bench(scheduler, self.journal, timeout_scale=self.timeout_scale)
-        bench.passage = self.passage
+        bench.route = self.route
         return bench
 
     def close(self, now_ns: int = 0) -> None:
@@ -50,15 +50,15 @@ class Shared:
         Raises:
             UnavailableError: the journal could not be written to its end.
         """
-        if self.passage is not None:
-            self.passage.close()
+        if self.route is not None:
+            self.route.close()
         self.journal.close(now_ns)
 
     def describe(self, target: str, physics: str) -> Mapping[str, str]:
         """Name the parts of the bench, and the faults that everything it says is subject to."""
         parts = {"bench": self.bench_file.name, "target": target, "physics": physics}
         faults = describe_faults(self.bench_file.faults)
-        lines = {"lines": self.passage.words} if self.passage else {}
+        lines = {"lines": self.route.words} if self.route else {}
         return {**parts, **lines, **({"faults": faults} if faults else {})}
 
     def line_faults(

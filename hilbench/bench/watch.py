@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from hilbench.bench import Bench
-from hilbench.bench.teller import TELL_EVERY_NS, Observed, Senses, Watched, describe_line, describe_machine
+from hilbench.bench.state_reporter import REPORT_EVERY_NS, Observed, Senses, Watched, describe_line, describe_machine
 from hilbench.judging.provider import CaseView
 from hilbench.links import Port
 
@@ -59,7 +59,7 @@ class Watch:
                 self._watched[name] = Watched(observed, self._senses.get(name, {}))
             self._watched[name].look(now_ns)
         if now_ns >= self._tell_at_ns:
-            self._tell_at_ns = now_ns + TELL_EVERY_NS
+            self._tell_at_ns = now_ns + REPORT_EVERY_NS
             self._tell(whole=False)
 
     def view(self, about: Mapping[str, Any]) -> CaseView:

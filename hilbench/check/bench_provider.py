@@ -25,7 +25,7 @@ from hilbench.protocol_bench.system import system_of
 from hilbench.terminal.options import CheckOptions, TargetChoice
 
 if TYPE_CHECKING:
-    from hilbench.through import Passages
+    from hilbench.through import Routes
 
 __all__ = ["make_provider"]
 
@@ -46,18 +46,18 @@ def make_provider(options: CheckOptions) -> BenchProvider:
         hint = 'write suites = ["my_suite.py"] into it, or --suite; without clauses: pytest (hilbench init begins one)'
         raise UsageError("names no suite for its boards", where=str(bench_file.path), hint=hint)
     journal = Journal(options.journal, bench_file.header(options.seed), max_bytes=options.journal_max)
-    passage = _passages(options.through) if options.through else None
-    shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal, passage=passage)
+    route = _routes(options.through) if options.through else None
+    shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal, route=route)
     if bench_file.boards:
         return _boards(shared, options)
     assert bench_file.model is not None
     return checked(system_of(bench_file.model).provider, BenchProvider)(shared, options.targets)
 
 
-def _passages(kind: str) -> Passages:
-    from hilbench.through import Passages
+def _routes(kind: str) -> Routes:
+    from hilbench.through import Routes
 
-    return Passages(kind)
+    return Routes(kind)
 
 
 def _capture(options: CheckOptions, targets: Sequence[Target]) -> BenchProvider:

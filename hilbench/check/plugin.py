@@ -88,12 +88,12 @@ class _CaseRun:
 
     def _ask(self, bench: CaseBench) -> None:
         self.bench_time_s = (bench.now_ns - self.began_ns) / NS_PER_S
-        told = self.outcome
+        before = self.outcome
         if isinstance(bench, Doubtful):
             self.outcome = doubted(self.outcome, bench.doubt())
         if isinstance(bench, Lacking) and self.outcome.verdict is not Verdict.PASS:
             self.outcome = excused(self.outcome, bench.lacks())
-        self.in_doubt = self.outcome.verdict is not told.verdict
+        self.in_doubt = self.outcome.verdict is not before.verdict
         if self.outcome.verdict is not Verdict.PASS:
             self.outcome = _with_evidence(self.outcome, tuple(bench.evidence()))
         bench.finish(self.outcome.verdict.value, self.outcome.cause)
@@ -255,7 +255,7 @@ class CheckPlugin:
             self._refuse(session.items, error)
 
     def _refuse(self, items: list[pytest.Item], error: HilbenchError) -> None:
-        """Run nothing, and say why: whoever runs the engine raises the refusal, plain pytest has to be told."""
+        """Run nothing, and say why: whoever runs the engine raises the refusal, plain pytest has to be given it."""
         self.refusal = error
         items.clear()
         if not self._only_cases:

@@ -105,8 +105,10 @@ def run_check(
             screens = None
             if options.screens is not None and draw is not None:
                 screens = Screens(options.screens, draw, str(provider.describe().get("bench", "")))
-            on_result = None if console.watched else _result_teller(console)
-            report = run_suites(options, provider, on_case=_teller(show), on_result=on_result, screens=screens)
+            on_result = None if console.watched else _reporter_of_results(console)
+            report = run_suites(
+                options, provider, on_case=_reporter_of_cases(show), on_result=on_result, screens=screens
+            )
         with _no_interruption():
             lost = _closing_error(stack) or (screens.problem if screens is not None else None)
             return write_report(report, options, console, lost)
@@ -121,14 +123,14 @@ def _closing_error(stack: contextlib.ExitStack) -> HilbenchError | None:
     return None
 
 
-def _teller(show: Callable[[str], None]) -> ProgressCallback:
+def _reporter_of_cases(show: Callable[[str], None]) -> ProgressCallback:
     def tell(planned: PlannedCase, number: int, total: int) -> None:
         show(f"{number}/{total} {', '.join(planned.clause_ids)} {planned.id}")
 
     return tell
 
 
-def _result_teller(console: Console) -> ResultCallback:
+def _reporter_of_results(console: Console) -> ResultCallback:
     def tell(result: CaseResult, number: int, total: int) -> None:
         cause = f": {result.cause}" if result.cause else ""
         text = f"{number}/{total} {result.verdict.value} {', '.join(result.clause_ids)} {result.id}{cause}"

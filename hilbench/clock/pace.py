@@ -18,7 +18,7 @@ _SLIPS_KEPT = 1024
 
 
 class PaceListener(Protocol):
-    """Whoever is told how a bench keeps up with the host's clock; all times are the host's, in ns."""
+    """Whoever is notified how a bench keeps up with the host's clock; all times are the host's, in ns."""
 
     def due(self, host_ns: int) -> None:
         """Learn when the next entry is due: until it has run, the bench is no further than that."""
@@ -72,7 +72,7 @@ class Pace:
     def resume(self, now_ns: int) -> None:
         """Begin to run: a long pause since the last run was not bench time.
 
-        It counts as lateness just before `now_ns`. A span measured from now on, after the pause, is not spoilt by it.
+        It counts as lateness just before `now_ns`. A span measured from now on, after the pause, is not touched by it.
         """
         pause_ns = self.host.monotonic_ns() - self._epoch_ns - now_ns
         if pause_ns > self._slip_threshold_ns:

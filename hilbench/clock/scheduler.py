@@ -270,7 +270,7 @@ class Scheduler:
             slip_threshold_ns: Lateness up to this is caught up; beyond it bench time slips.
             heartbeat_ns: Period of an entry that does nothing but measure lateness while nothing else is due; None
                 for no such entry.
-            listener: Told how bench time keeps up.
+            listener: Notified how bench time keeps up.
         """
         if self._pace is not None:
             raise InternalError("bench time is locked to a host clock already")

@@ -117,10 +117,10 @@ def _into(parsed: argparse.Namespace) -> int:
     console = Console()
     for remark in remarks_on(recording.header, recording.problem, "played"):
         console.narrate(f"{path}: {remark}")
-    told = []
+    reported = []
     try:
         for one in replay_into(recording, provider, protocol, str(path)):
-            told.append(one)
+            reported.append(one)
             if not parsed.json:
                 console.data(_line(one.case, one.sent, one.recorded, one.answered))
                 if not one.equal:
@@ -128,11 +128,11 @@ def _into(parsed: argparse.Namespace) -> int:
                     console.data(f"  recorded  {one.before or '-'}\n  now       {one.now or '-'}")
     finally:
         provider.close()
-    different = sum(not one.equal for one in told)
+    different = sum(not one.equal for one in reported)
     if parsed.json:
         from msgspec import to_builtins
 
-        console.data(json_text({"format": 1, "equal": not different, "cases": to_builtins(told)}))
+        console.data(json_text({"format": 1, "equal": not different, "cases": to_builtins(reported)}))
     console.narrate("the target has answered the same" if not different else "the target has answered otherwise")
     return ExitCode.VIOLATION if different else ExitCode.OK
 

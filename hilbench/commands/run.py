@@ -10,7 +10,7 @@ from hilbench.terminal import arguments, interruption
 from hilbench.terminal.parser import Parser, typed
 
 _EXAMPLES = """
-hilbench run bluepill:firmware.elf --for 10s --follow      ten seconds of bench time, told line by line
+hilbench run bluepill:firmware.elf --for 10s --follow      ten seconds of bench time, shown line by line
 hilbench run bluepill:firmware.hex --for 500ms --vcd waves.vcd
 hilbench run nucleo-f767zi:firmware.elf --for 1s
 hilbench run nucleo-h753zi:firmware.elf --for 1s

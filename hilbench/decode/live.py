@@ -24,7 +24,7 @@ _SPEAKERS = {"client": "host", "server": "target"}
 
 
 class LiveDecoder:
-    """Decodes and prints what it is told of.
+    """Decodes and prints what it receives.
 
     Args:
         protocol: what is spoken.

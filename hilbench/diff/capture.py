@@ -29,7 +29,7 @@ class Track:
         levels: whether these are the levels of a wire.
         initial: the level before the first edge, and
         initial_known: whether the recording says so.
-        without_frames: whether the edges of serial frames are left out, because their bytes are told.
+        without_frames: whether the edges of serial frames are left out, because their bytes are recorded.
         summarised_from_ns: from here on the recording has only summaries; None if it has everything.
     """
 

@@ -97,8 +97,8 @@ def _without_torn_line(lines: Sequence[str], delimiter: str, columns: int) -> tu
 def _unit(name: str, where: str) -> str:
     """Return the unit that the name of the column of times tells, such as ``milliseconds``."""
     match = _TIME.fullmatch(name)
-    told = (match["unit"] or "s").lower().translate(_MICRO) if match else ""
-    unit = _UNITS.get(told, told)
+    named = (match["unit"] or "s").lower().translate(_MICRO) if match else ""
+    unit = _UNITS.get(named, named)
     if unit not in _NS:
         hint = f"call it 'Time [s]', or with one of the units {', '.join(_UNITS)}"
         raise UnavailableError(f"'{name}' has no unit that is known", where=where, hint=hint)

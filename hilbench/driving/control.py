@@ -1,4 +1,4 @@
-"""The socket by which a live bench is told what to do: a line of JSON each way, and nobody is ever waited for.
+"""The socket by which a live bench is commanded: a line of JSON each way, and nobody is ever waited for.
 
 A request is ``{"id": 7, "do": "drive", ...}``, its answer ``{"id": 7, "ok": true}``, or ``"ok": false`` and why as
 ``error``. The socket is its owner's alone (mode 0600, in a folder of mode 0700). Who does not read answers is cut off.

@@ -35,7 +35,7 @@ class Drives(Protocol):
 
     demo: bool
     who: tuple[str, float, float]
-    """Who drives, and with which shares, as told last."""
+    """Who drives, and with which shares, as reported last."""
 
     @property
     def by_hand(self) -> bool:

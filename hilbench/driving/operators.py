@@ -1,4 +1,4 @@
-"""Who speaks to the target of a live bench: one of our own clients, told where to drive in shares of what is usual.
+"""Who speaks to the target of a live bench: one of our own clients, commanded in shares of what is usual.
 
 Each client has a module of its own, so that a bench loads but the protocol that is spoken on it.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from hilbench.bench.teller import Observed
+from hilbench.bench.state_reporter import Observed
 
 __all__ = ["Operator"]
 
@@ -25,7 +25,7 @@ class Operator(Protocol):
 
     @property
     def in_session(self) -> bool:
-        """Whether the target is there and can be told to drive."""
+        """Whether the target is there and can be commanded to drive."""
 
     @property
     def idle(self) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from hilbench.bench.teller import Observed, Sense, Senses
+from hilbench.bench.state_reporter import Observed, Sense, Senses
 from hilbench.driving.driver import Drives
 from hilbench.driving.operators import Operator
 from hilbench.driving.tap import Tap
@@ -26,7 +26,7 @@ class Rig:
         taps: our ends of the lines, by their names.
         machines: the state machines that can be looked at, by their source in the journal.
         senses: what the ends of their timers mean.
-        views: what else can be looked at, see `hilbench.bench.teller.Teller`.
+        views: what else can be looked at, see `hilbench.bench.state_reporter.StateReporter`.
         about: what the header of the journal says for those who show it.
         drive: begins to drive, the demo driver first or not; None where a `Driver` with the operator does, or nobody.
         demo: whether the demo driver may drive it.

@@ -24,7 +24,7 @@ def note_lines(notes: Iterable[Mapping[str, object]], *, each: bool = False) -> 
 
 
 def notes_counted(count: int, lines: int = 0, hint: str = "") -> str:
-    """Say how many notes there are, and in how many lines they are told if in fewer; `hint` how to get each."""
+    """Say how many notes there are, and in how many lines they are shown if in fewer; `hint` how to get each."""
     fewer = f", in {lines} line{'s' if lines > 1 else ''}{hint}" if 0 < lines < count else ""
     return f"{count} note{'s' if count > 1 else ''} on what the firmware did{fewer}"
 

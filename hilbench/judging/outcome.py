@@ -30,7 +30,7 @@ class Outcome:
         verdict: what it says.
         cause: why, in one line; empty for a pass.
         evidence: lines that show it.
-        clause: the one clause it is about, if the case told.
+        clause: the one clause it is about, if the case named it.
         defect: whether an error is ours.
         suite_error: whether an error is that of a suite or a plug-in of the user's own.
         lost: whether the bench or the target is gone, so that nothing further can run.

@@ -53,7 +53,7 @@ PLAIN_SETUP = CaseSetup()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaseInfo:
-    """What a provider is told about a case.
+    """What a provider is given about a case.
 
     Attributes:
         id: suite, function and parameters, as in ``lamp/it_is_lit[2]``; the same wherever it runs.

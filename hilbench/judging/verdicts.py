@@ -52,7 +52,7 @@ class CaseOutcome(Exception):  # noqa: N818 - an outcome, not an error
         evidence: further lines that show it: frames in hex, times, a pose.
         clause: the id of the clause this is about, for a case that cites several; the others are then inconclusive
             and not failed. Empty means all of them.
-        measure: the figure that does not hold, or cannot be told; None where there is none.
+        measure: the figure that does not hold, or cannot be known; None where there is none.
     """
 
     def __init__(

@@ -2,9 +2,9 @@
 
 A client that agrees on the option sets the rate of a far serial port, its lines and breaks. The line behind it here is
 8N1 without flow control: another form of a byte, or flow control, is answered with what holds, which is how the option
-refuses (section 3). DTR and RTS are kept, answered, and told to whoever is behind the door. CTS, DSR, RI and carrier
-are told as they are behind the door; where nothing there knows, all but RI are asserted, as on a cable that joins them
-at its own end (choice).
+refuses (section 3). DTR and RTS are kept, answered, and reported to whoever is behind the door. CTS, DSR, RI and
+carrier are reported as they are behind the door; where nothing there knows, all but RI are asserted, as on a cable that
+joins them at its own end (choice).
 """
 
 from __future__ import annotations
@@ -267,8 +267,8 @@ def _state_of(lines: ModemLines) -> int:
 def _changes(before: int, now: int) -> int:
     """Return the bits of the option that tell of changes: of RI, that it has fallen."""
     changed = before ^ now
-    told = {_CTS: _CTS_CHANGED, _DSR: _DSR_CHANGED, _RI & before: _RI_ENDED, _CARRIER: _CARRIER_CHANGED}
-    return sum(bit for line, bit in told.items() if changed & line)
+    reported = {_CTS: _CTS_CHANGED, _DSR: _DSR_CHANGED, _RI & before: _RI_ENDED, _CARRIER: _CARRIER_CHANGED}
+    return sum(bit for line, bit in reported.items() if changed & line)
 
 
 _FIXED = {_SET_DATASIZE: _EIGHT_BITS, _SET_PARITY: _NO_PARITY, _SET_STOPSIZE: _ONE_STOP_BIT}

@@ -62,7 +62,7 @@ class Door(PortBase, ABC):
     """
 
     KNOWS_BREAKS: ClassVar[bool] = False
-    """Whether a client can be told of a break, and can send one."""
+    """Whether a client can be notified of a break, and can send one."""
 
     def __init__(
         self,
@@ -126,7 +126,7 @@ class Door(PortBase, ABC):
             self._outgoing.baud = baud
 
     def tell_lines(self, lines: ModemLines) -> bool:  # noqa: ARG002 - a door of RFC 2217 alone can
-        """Tell the client of the levels of CTS, DSR, RI and carrier behind the door; return whether one can be told."""
+        """Tell the client of the levels of CTS, DSR, RI and carrier behind the door; return whether it can be."""
         return False
 
     def set_frame(self, baud: int, bits_per_byte: int) -> None:

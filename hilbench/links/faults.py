@@ -357,7 +357,7 @@ class FaultyPort(PortInFront):
     # --- faults of the line
 
     def hang_up(self) -> None:
-        """Interrupt the line: the owner is told, and nothing passes either way."""
+        """Interrupt the line: the owner is notified, and nothing passes either way."""
         self._interrupted = True
         self._line_changed(False, self._scheduler.now_ns)
 

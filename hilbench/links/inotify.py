@@ -19,7 +19,7 @@ class OpenCloseWatch:
     """Tells that a file was opened and closed.
 
     The kernel merges an event with the one before it if both are the same and the first was not read yet: two openings
-    in a row may be told as one.
+    in a row may be reported as one.
 
     Args:
         path: The file; it must exist.

@@ -84,7 +84,7 @@ class MemoryPort(PortBase):
         self._transmitter.send_break(duration_ns)
 
     def close(self) -> None:
-        """Hang up; the other end is told."""
+        """Hang up; the other end is notified."""
         if self.closed:
             return
         self.closed = True
@@ -195,11 +195,11 @@ class MemoryLink:
             faults.arm(scheduler, self)
 
     def hang_up(self) -> None:
-        """Interrupt the line; both ends are told, in an entry of their own, and what was under way is lost."""
+        """Interrupt the line; both ends are notified, in an entry of their own, and what was under way is lost."""
         self._change(up=False)
 
     def restore(self) -> None:
-        """Bring the line up again; both ends are told, in an entry of their own."""
+        """Bring the line up again; both ends are notified, in an entry of their own."""
         self._change(up=True)
 
     def break_line(self, direction: Direction, duration_ns: int, refused: Refused) -> None:

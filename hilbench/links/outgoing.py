@@ -1,6 +1,6 @@
 """What waits to be sent on a real line: bytes, and between them what has to wait until those before it are out.
 
-A break or another rate at once would spoil the bytes that the system still has: they are taken when it is their turn.
+A break or another rate at once would corrupt the bytes that the system still has: they are taken when it is their turn.
 """
 
 from __future__ import annotations

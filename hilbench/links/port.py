@@ -108,7 +108,7 @@ Refused = Callable[[UnavailableError], None]
 
 
 def raise_it(error: UnavailableError) -> None:
-    """Stand in for somebody who is told: the run ends."""
+    """Stand in for somebody who is notified: the run ends."""
     raise error
 
 
@@ -163,7 +163,7 @@ class Port(Protocol):
 
         Args:
             duration_ns: for how long, in ns.
-            refused: told if it shows only when those bytes are out that there cannot be a break.
+            refused: notified if it shows only when those bytes are out that there cannot be a break.
 
         Raises:
             UnavailableError: a break cannot be sent here, as at a pseudo-terminal and a socket.

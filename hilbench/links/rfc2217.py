@@ -85,7 +85,7 @@ class Rfc2217Door(TcpDoor):
             self._session.baud = self.baud
 
     def tell_lines(self, lines: ModemLines) -> bool:
-        """See `Door.tell_lines`; a client that comes later is told, too."""
+        """See `Door.tell_lines`; a client that comes later is notified, too."""
         self._lines = lines
         self._session.tell_lines(lines)
         self._answer()

@@ -209,7 +209,7 @@ def modem_lines(descriptor: int) -> ModemLines | None:
 
 
 def far_lines(port: Any) -> ModemLines | None:
-    """Return the levels that a far port has told pyserial's client of RFC 2217 last; None of any other, or if not."""
+    """Return the levels that a far port reported last to pyserial's client of RFC 2217; None of any other port."""
     if not isinstance(port, rfc2217.Serial):
         return None
     try:

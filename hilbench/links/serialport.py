@@ -389,7 +389,7 @@ class SerialPort(PortBase):
         if not self._native:
             return True
         poll = select.poll()
-        poll.register(self._serial.fd, 0)  # hang-ups and errors are always told
+        poll.register(self._serial.fd, 0)  # hang-ups and errors are always reported
         return bool(poll.poll(0))
 
     def _in_order(self, at_ns: int, action: Callable[[], None]) -> None:

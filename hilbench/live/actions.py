@@ -85,7 +85,7 @@ class Actions:
             raise
 
     def standing(self) -> Mapping[str, object]:
-        """Return what was told once and still stands; see `hilbench.bench.teller.Teller`."""
+        """Return what was reported once and still stands; see `hilbench.bench.state_reporter.StateReporter`."""
         struck = sum((tap.struck for tap in self._rig.taps.values()), Counter[tuple[str, str]]())
         return {
             "paused": self.paused,

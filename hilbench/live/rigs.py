@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from hilbench.bench import Bench
 from hilbench.bench.about import about_boards, about_world
-from hilbench.bench.teller import describe_machine
+from hilbench.bench.state_reporter import describe_machine
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.driving.rig import Rig
 from hilbench.plugins.blame import checked

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hilbench.bench import Bench
-from hilbench.bench.teller import Teller
+from hilbench.bench.state_reporter import StateReporter
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.clock import NS_PER_S, MonotonicHostClock, ScaledHostClock, Scheduler, deferred_interrupts
 from hilbench.driving.control import Control
@@ -70,7 +70,7 @@ class LiveBench:
 
     def __init__(self, bench_file: BenchFile, options: LiveOptions) -> None:
         self._undo = contextlib.ExitStack()
-        self._told: tuple[bool, float] | None = None
+        self._reported: tuple[bool, float] | None = None
         with contextlib.ExitStack() as undo:
             self.bench = Bench(Scheduler(), Journal())
             if options.targets:
@@ -83,9 +83,9 @@ class LiveBench:
             undo.callback(lambda: self.bench.journal.close(self.bench.now_ns))
             self.driver = _driver(self.bench, rig, demo=options.demo and rig.demo)
             self.actions = Actions(self.bench, rig, self.driver)
-            self.teller = Teller(self.bench, rig.machines, rig.taps, senses=rig.senses, views=rig.views)
-            self.teller.standing = self.actions.standing
-            self.teller.after += [tap.flush for tap in rig.taps.values()]
+            self.reporter = StateReporter(self.bench, rig.machines, rig.taps, senses=rig.senses, views=rig.views)
+            self.reporter.standing = self.actions.standing
+            self.reporter.after += [tap.flush for tap in rig.taps.values()]
             self.control = Control(self.bench.scheduler, options.session.socket, self.actions.obey)
             undo.callback(self.control.close)
             self._undo = undo.pop_all()
@@ -111,14 +111,14 @@ class LiveBench:
             host.close()
 
     def _stand_still(self) -> None:
-        """Wait until something is asked for; a speed that is asked for meanwhile is told at once."""
+        """Wait until something is asked for; a speed that is asked for meanwhile is reported at once."""
         self._tell_clock(paused=True)
         self.bench.journal.flush_step()
         self.control.wait()
 
     def _tell_clock(self, *, paused: bool) -> None:
-        if (paused, self.actions.speed) != self._told:
-            self._told = paused, self.actions.speed
+        if (paused, self.actions.speed) != self._reported:
+            self._reported = paused, self.actions.speed
             self.bench.record("clock", "bench", paused=paused, speed=self.actions.speed)
 
     def _run_locked(self, host: MonotonicHostClock) -> None:

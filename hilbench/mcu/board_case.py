@@ -11,7 +11,7 @@ from hilbench.bench.about import about_boards, about_world
 from hilbench.bench.cases import CaseBase
 from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.protocol_peer import RAW, peer_of
-from hilbench.bench.teller import Observed
+from hilbench.bench.state_reporter import Observed
 from hilbench.bench.world_runner import WorldRunner
 from hilbench.errors import InternalError, UsageError
 from hilbench.judging.provider import CaseInfo, CaseSetup

@@ -43,8 +43,8 @@ _LOCKSTEPS_PER_BIT = 4
 
 _LOOK_NS = 10_000_000
 """How often a look is taken at what programs do (choice); a bench with a world has many more rounds than that."""
-_LOOKS, _FUNCTIONS_TOLD = 32, 3
-"""How many looks at a program that neither waits nor sleeps are kept, and what is told of them (choice)."""
+_LOOKS, _FUNCTIONS_NAMED = 32, 3
+"""How many looks at a program that neither waits nor sleeps are kept, and what is reported of them (choice)."""
 
 MachineFactory = Callable[[EmulatedBoard, Image], Machine]
 
@@ -143,7 +143,7 @@ class EmulatedBench:
         images: the firmware, by board.
         machines: the chips, by board.
         ports: the far ends of the USARTs' lines, as ``BOARD.usart1``.
-        consoles: who is told of what a console says, as ``BOARD.CHANNEL``; a console is there once it has spoken.
+        consoles: who receives what a console says, as ``BOARD.CHANNEL``; a console is there once it has spoken.
         on_console: called with the name of each new console.
         surroundings: parts, and a robot or a vehicle in its world, as far as the bench has them.
         at_close: called before the bench closes.
@@ -270,7 +270,7 @@ class EmulatedBench:
         """Return in which functions a program was that neither waits nor sleeps: most often, at the ends of steps."""
         if not looks:
             return ""
-        most = Counter(map(machine.function, looks)).most_common(_FUNCTIONS_TOLD)
+        most = Counter(map(machine.function, looks)).most_common(_FUNCTIONS_NAMED)
         return f"runs, at {len(looks)} looks in {', '.join(f'{function} ({count})' for function, count in most)}"
 
     def _look(self, reached_ns: int) -> None:

@@ -16,8 +16,8 @@ LINE_IDLE_NS = 100 * NS_PER_MS
 LINE_BYTES = 160
 I2C_BYTES = 16
 """Of a message on an I2C bus so many bytes are shown (choice)."""
-TOLD_NOTES = 2
-"""Of one cause so many notes are told whole (choice)."""
+SHOWN_NOTES = 2
+"""Of one cause so many notes are shown whole (choice)."""
 ROUNDING_NS = 1
 """Spans between edges whose times are rounded down to the nanosecond differ so much by that alone."""
 
@@ -106,7 +106,7 @@ class Narrator:
         emulated.on_console = lambda name: emulated.consoles[name].append(self._text(name))
         for name, port in emulated.ports.items():
             port.taps.append(self._text(name))
-            if not port.joined:  # what comes from another board is told there
+            if not port.joined:  # what comes from another board is shown there
                 port.heard_taps.append(self._text(name, "<"))
         for note in emulated.notes():  # on the images, before anything runs
             self._event({**note, "source": note["board"], "note": note["kind"], "kind": "note"})
@@ -149,12 +149,12 @@ class Narrator:
     def _note(self, event: Mapping[str, Any]) -> str:
         cause = event["source"], event["note"], event["text"]
         self._causes[cause] += 1
-        if self._each_note or self._causes[cause] <= TOLD_NOTES:
+        if self._each_note or self._causes[cause] <= SHOWN_NOTES:
             at = f" ({event['at']})" if event["at"] else ""
             return f"note: {event['where']}: {event['text']}{at}"
         return (
             f"note: {event['where']}, and more of this cause (--notes all)"
-            if self._causes[cause] == TOLD_NOTES + 1
+            if self._causes[cause] == SHOWN_NOTES + 1
             else ""
         )
 

@@ -235,7 +235,7 @@ class Parts:
         self.settle(name)
 
     def driven(self, name: str, terminal: str) -> bool | None:
-        """Return what a part drives at a terminal that goes out, wired or not, as far as it has told; None: nothing.
+        """Return what a part drives at a terminal that goes out, wired or not, as far as it has said; None: nothing.
 
         Raises:
             KeyError: no such part, or no such terminal.

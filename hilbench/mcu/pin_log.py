@@ -3,12 +3,12 @@
 Time is cut into windows of 100 ms. The first 20 edges of a pin in a window are events of their own; with more of them
 the pin is fast, and the window ends with one event that says how many edges there were, what the last whole period was
 like and which level it ended with. In the window after that there are no single edges, and where nobody wants them all,
-only its first 10 ms are looked at. (All choices.) What is too fast for edges, as a clock at a pin, is told when it
-changes and at the end of each window, with the number of edges since it was told last.
+only its first 10 ms are looked at. (All choices.) What is too fast for edges, as a clock at a pin, is recorded when it
+changes and at the end of each window, with the number of edges since it was recorded last.
 
 The edges of serial frames are left out, unless they are asked for: what was sent stands in the journal as bytes. A pin
 that carries TX when a frame begins carries that frame; its edges until the frame ends are the frame's. That edges are
-left out is told with the first frame, once for each pin.
+left out is recorded with the first frame, once for each pin.
 """
 
 from __future__ import annotations
@@ -42,15 +42,15 @@ class _Watched:
         pin: the pin.
         place: its place among the others.
         seen: all its edges in this window, and
-        count: those of them that are to be told.
+        count: those of them that are to be recorded.
         was_busy: whether there were many edges in the window before, and
-        was_fast: whether there were many to be told.
-        level: after the last edge that was to be told.
+        was_fast: whether there were many to be recorded.
+        level: after the last edge that was to be recorded.
         last: the last three of them.
         frames: begin and end of the serial frames that its next edges may belong to, in ns.
         carries: whether there were any.
         wave: what it carries that is too fast for edges, and
-        wave_ns: when that was told last.
+        wave_ns: when that was recorded last.
     """
 
     pin: Pin

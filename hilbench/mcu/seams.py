@@ -1,7 +1,7 @@
 """What the bench needs of an emulated chip; `targets.mcu.machine.Machine` has it, and so may another.
 
-A machine runs ahead of bench time: it is told up to when, and reports through callbacks what its firmware did at exact
-times of that span.
+A machine runs ahead of bench time: it is given a time to run to, and reports through callbacks what its firmware did at
+exact times of that span.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 What is written here stands on the USART's RX line frame by frame, at the rate of this end; what the USART sends is read
 as a receiver at this end would read it. An end without a rate of its own follows that of the USART, and its format too.
 
-In real time, where nobody here answers at once, bytes that end within `REAL_TIME_GROUP_NS` are told of together.
+In real time, where nobody here answers at once, bytes that end within `REAL_TIME_GROUP_NS` are reported together.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class UsartPort(PortBase):
         self._is_near = False
         self.chip_time = ChipTime(bench, machine)
         self._breaks: deque[int] = deque()
-        self._together: list[_Byte] = []  # read by this end, in real time, and not told of yet
+        self._together: list[_Byte] = []  # read by this end, in real time, and not reported yet
         group.after_round.append(self._tell_together)
         self._baud = baud or _usual(usart.baud_hz)
         self._bit_s = Fraction(1, self._baud)

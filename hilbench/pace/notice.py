@@ -1,4 +1,4 @@
-"""How a bench in real time keeps up, told to whoever on this host has a line to it.
+"""How a bench in real time keeps up, published to whoever on this host has a line to it.
 
 Who serves keeps a file in the runtime folder as long as it runs, ``pace/PID-XXXXXX``; who checks finds it by the port
 that it opened (`hilbench.pace.far_pace`), and maps it. All times in it are the host's

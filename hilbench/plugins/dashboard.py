@@ -29,7 +29,7 @@ class Key:
         help: what it does, in a sentence.
         do: the action; a bench that has none of this name is not asked.
         more: what is sent with it.
-        toggle: the name of what is sent besides, and under which name it was told: True where that was False.
+        toggle: the name of what is sent besides, and under which name it was reported: True where that was False.
         cycle: the name of what is sent besides, and what that is by turns.
         shown: what stands at the foot of the screen; nothing if empty.
     """
@@ -43,17 +43,17 @@ class Key:
     cycle: tuple[str, Sequence[object]] | None = None
     shown: str = ""
 
-    def sent(self, told: Event, before: int) -> dict[str, object]:
+    def sent(self, seen: Event, before: int) -> dict[str, object]:
         """Return what is sent with the action.
 
         Args:
-            told: what was told last of what the key changes.
+            seen: what was reported last of what the key changes.
             before: how often it was asked for before.
         """
         sent = dict(self.more)
         if self.toggle is not None:
-            name, seen = self.toggle
-            sent[name] = not told.get(seen, True)
+            name, reported_as = self.toggle
+            sent[name] = not seen.get(reported_as, True)
         if self.cycle is not None:
             name, values = self.cycle
             sent[name] = values[before % len(values)]

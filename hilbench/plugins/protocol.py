@@ -62,8 +62,9 @@ class Device:
 
     Attributes:
         make: makes one with these settings, just powered on. Where it has an attribute ``observed``, its state machine
-            (`hilbench.bench.teller.Observed`) or several by name, the dashboard shows states and watchdogs. What
-            its method ``look`` returns, if it has one, is told as events of the system's name, for the system's view.
+            (`hilbench.bench.state_reporter.Observed`) or several by name, the dashboard shows states and watchdogs.
+            What its method ``look`` returns, if it has one, is recorded as events of the system's name, for the view of
+            that system.
         settings: what it can be set to, a dataclass whose fields all have defaults.
         capabilities: what a bench with it can do beside speaking the protocol, by the names that clauses use.
         resting: the names of its timers with which nothing is wrong when they run out, such as one for the next

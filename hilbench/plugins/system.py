@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hilbench.bench.cases import CaseBase
     from hilbench.bench.served_targets import ServedTarget
     from hilbench.bench.shared import Shared
-    from hilbench.bench.teller import Observed
+    from hilbench.bench.state_reporter import Observed
     from hilbench.bench.world_runner import WorldRunner
     from hilbench.benchfile.bench_file import BenchFile
     from hilbench.benchfile.world_signals import WorldSignal, WorldSignals

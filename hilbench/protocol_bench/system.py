@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from hilbench.bench import Bench
     from hilbench.bench.served_targets import ServedTarget
     from hilbench.bench.shared import Shared
-    from hilbench.bench.teller import Observed, Senses
+    from hilbench.bench.state_reporter import Observed, Senses
     from hilbench.benchfile.bench_file import BenchFile, ModelTarget
     from hilbench.driving.rig import Rig
     from hilbench.driving.tap import Tap
@@ -144,6 +144,6 @@ class ProtocolSystem(System):
 
 
 def _senses(devices: Mapping[str, Device | None]) -> Senses:
-    from hilbench.bench.teller import Sense
+    from hilbench.bench.state_reporter import Sense
 
     return {name: dict.fromkeys(one.resting, Sense.REST) for name, one in devices.items() if one is not None}

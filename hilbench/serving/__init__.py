@@ -80,18 +80,18 @@ def run_until_stopped(
     with contextlib.ExitStack() as stack:
         host = MonotonicHostClock()
         stack.callback(host.close)
-        scheduler.lock(host, listener=_told(notice, host.monotonic_ns(), say, stack))
+        scheduler.lock(host, listener=_notifying(notice, host.monotonic_ns(), say, stack))
         stack.callback(scheduler.unlock)
         _run_until_stopped(scheduler, say, condition)
 
 
-def _told(notice: Notice, now_ns: int, say: Say, stack: contextlib.ExitStack) -> PaceNotice | None:
+def _notifying(notice: Notice, now_ns: int, say: Say, stack: contextlib.ExitStack) -> PaceNotice | None:
     """Return the file that tells others; None if there is no place for it."""
     places = [_place_of(door) for door in notice.doors]
     try:
         return stack.enter_context(PaceNotice(now_ns, places, behind=notice.behind, step_ns=notice.step_ns))
     except (OSError, UnavailableError) as error:
-        say(f"a check at these doors is not told how late this bench is: {error}")
+        say(f"a check at these doors is not notified how late this bench is: {error}")
         return None
 
 

@@ -75,7 +75,7 @@ class _FaultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _End:
-    """One end: our port, where it is in words, what is told of it, how it is closed, why it will never go on."""
+    """One end: our port, where it is in words, what is reported of it, how it is closed, why it will never go on."""
 
     port: Port
     where: str
@@ -90,7 +90,7 @@ def proxy(options: ProxyOptions, say: Say, heard: Heard | None = None) -> ExitCo
     Args:
         options: the ends, faults, journal.
         say: takes lines meant for a person; it must never wait for that person.
-        heard: told of what each end says; it must not wait either.
+        heard: receives what each end says; it must not wait either.
 
     Returns:
         OK: being interrupted is how it ends.
@@ -193,11 +193,11 @@ def _look_on(bench: Bench, relay: Relay) -> None:
 
 
 def _announce(bench: Bench, port: Port, who: str, say: Say) -> None:
-    told = port.on_line
+    notify = port.on_line
 
     def line_changed(up: bool, at_ns: int) -> None:
         say(f"{bench.now_s:10.3f} s  {who}: the line is {'up' if up else 'down'}")
-        told(up, at_ns)
+        notify(up, at_ns)
 
     port.on_line = line_changed
 

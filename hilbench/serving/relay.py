@@ -44,7 +44,7 @@ class Relay:
         faults: what goes wrong on the way; each is towards `A` or `B`.
         seed: decides what chance decides.
         record: whether the journal gets the bytes.
-        heard: told of what each end says.
+        heard: receives what each end says.
 
     Attributes:
         faults: those in force; None without any.
@@ -88,8 +88,8 @@ class Relay:
             b.on_receive = partial(self._pass, SERVER, said[SERVER], a.write)
         else:
             a.on_sent, b.on_sent = log("rx", CLIENT), log("rx", SERVER)
-            spoil = b.on_receive
-            b.on_receive = partial(self._pass, SERVER, said[SERVER], lambda data: spoil(data, bench.now_ns))
+            corrupt = b.on_receive
+            b.on_receive = partial(self._pass, SERVER, said[SERVER], lambda data: corrupt(data, bench.now_ns))
             far.on_receive = lambda data, _at_ns: a.write(data)
         a.on_break = partial(self._broke, CLIENT, a, far.send_break)
         far.on_break = partial(self._broke, SERVER, far, a.send_break)

@@ -89,7 +89,7 @@ def run(
             narrator.finish()
         report = _Report(emulated, watch.elapsed_s(), interrupted=interrupted, each_note=options.each_note)
         data, text = report.data(), report.text()
-        # How it went is told when nothing can go wrong any more: a full disk may have no room for the last lines.
+        # How it went is reported when nothing can go wrong any more: a full disk may have no room for the last lines.
         try:
             open_files.close()
         except UnavailableError as error:

@@ -153,9 +153,9 @@ def connect(bench: BoardBench, watch: Watch, connected: type[object]) -> int:
         connected: the event of the adapter that tells.
     """
     bench.board.pin(CONNECT).drive(True)
-    if not bench.board.run_until(lambda: bool(watch.told(connected)), 4.0):
+    if not bench.board.run_until(lambda: bool(watch.reported(connected)), 4.0):
         raise Violation("the adapter has no session with the robot 4 s after p2dx_con went high")
-    return watch.told(connected)[-1].at_ns
+    return watch.reported(connected)[-1].at_ns
 
 
 # --- what the sensors see

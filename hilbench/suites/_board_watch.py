@@ -15,7 +15,7 @@ from hilbench.mcu.board_case import BoardBench
 from hilbench.suites._truth import Sample, sample
 from worlds.vehicles.pioneer_2dx import LEFT, RIGHT
 
-__all__ = ["PinEdge", "Told", "Watch", "WheelAngles"]
+__all__ = ["PinEdge", "Reported", "Watch", "WheelAngles"]
 
 EventT = TypeVar("EventT")
 
@@ -28,8 +28,8 @@ class PinEdge(NamedTuple):
     level: bool | None
 
 
-class Told(NamedTuple, Generic[EventT]):
-    """What a part told, and when."""
+class Reported(NamedTuple, Generic[EventT]):
+    """What a part reported, and when."""
 
     at_ns: int
     part: str
@@ -64,7 +64,7 @@ class Watch:
         self.angles: list[WheelAngles] = []
         self.sent: list[tuple[int, bytes]] = []
         self._bench = bench
-        self._told: list[Told[Any]] = []
+        self._reported: list[Reported[Any]] = []
         bench.emulated.surroundings.parts.taps.append(self._take)
         for pin in pins:
             bench.board.pin(pin).on_edge(partial(self._edge, pin))
@@ -73,12 +73,12 @@ class Watch:
         self._before = journal.on_event
         journal.on_event = self._record
 
-    def told(self, kind: type[EventT], part: str = "", since_ns: int = 0) -> list[Told[EventT]]:
-        """Return what parts told of one kind; of one part, if it is named."""
+    def reported(self, kind: type[EventT], part: str = "", since_ns: int = 0) -> list[Reported[EventT]]:
+        """Return what parts reported of one kind; of one part, if it is named."""
         return [
-            told
-            for told in self._told
-            if isinstance(told.event, kind) and part in {"", told.part} and told.at_ns >= since_ns
+            one
+            for one in self._reported
+            if isinstance(one.event, kind) and part in {"", one.part} and one.at_ns >= since_ns
         ]
 
     def edges_of(self, pins: Iterable[str], since_ns: int = 0) -> list[PinEdge]:
@@ -113,7 +113,7 @@ class Watch:
         )
 
     def _take(self, part: str, event: object) -> None:
-        self._told.append(Told(self._bench.bench.now_ns, part, event))
+        self._reported.append(Reported(self._bench.bench.now_ns, part, event))
 
     def _edge(self, pin: str, _cycle: int, ns: int, level: bool | None) -> None:
         self.edges.append(PinEdge(ns, pin, level))

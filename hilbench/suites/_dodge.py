@@ -94,8 +94,8 @@ class Drive:
         self._position = bench.world.pose().position_m
         bench.runner.after.append(self._step)
         journal = bench.bench.journal
-        self._told_before = journal.on_event
-        journal.on_event = self._told
+        self._heard_before = journal.on_event
+        journal.on_event = self._take
 
     # --- what happened
 
@@ -190,9 +190,9 @@ class Drive:
             self._near.append((now_ns, ahead_m < NEAR_M))
             self.least_ahead_m = min(self.least_ahead_m, ahead_m)
 
-    def _told(self, event: Mapping[str, Any]) -> None:
-        if self._told_before is not None:
-            self._told_before(event)
+    def _take(self, event: Mapping[str, Any]) -> None:
+        if self._heard_before is not None:
+            self._heard_before(event)
         if event["kind"] == "reset" and event["ns"] > self._begin_ns:
             self.resets += 1
         if isinstance(self._asked, _Commands):
@@ -212,12 +212,12 @@ class Sessions:
     def __init__(self, bench: BoardBench) -> None:
         self.opened = 0
         journal = bench.bench.journal
-        self._told_before = journal.on_event
-        journal.on_event = self._told
+        self._heard_before = journal.on_event
+        journal.on_event = self._take
 
-    def _told(self, event: Mapping[str, Any]) -> None:
-        if self._told_before is not None:
-            self._told_before(event)
+    def _take(self, event: Mapping[str, Any]) -> None:
+        if self._heard_before is not None:
+            self._heard_before(event)
         self.opened += event.get("name") == "SessionOpened"
 
 
@@ -245,7 +245,7 @@ class _Wires:
 
 
 class _Commands:
-    """The speed and the rate of turn that the robot has been told, in mm/s and deg/s."""
+    """The speed and the rate of turn that the robot has been commanded, in mm/s and deg/s."""
 
     def __init__(self, begin_ns: int) -> None:
         self._speed = self._turn = 0

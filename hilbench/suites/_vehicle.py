@@ -361,7 +361,7 @@ class Vehicle:
             text = f"speeds, heading rate and steering of {wanted} are not reported within {within_s:g} s"
             raise Violation(text, self.stack.evidence(mark))
 
-    def modes_told(self, mark: int) -> list[int]:
+    def modes_reported(self, mark: int) -> list[int]:
         """Return the modes of the control-mode reports since a mark of the driving stack's line."""
         return [report.mode for report in self.reports(mark, ControlModeReport)]
 

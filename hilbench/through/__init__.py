@@ -4,6 +4,6 @@ What one end writes goes in at one side of the door and comes out at the other b
 the way of a program's at that door, and a run is as repeatable as without.
 """
 
-from hilbench.through.passages import Passages
+from hilbench.through.routes import Routes
 
-__all__ = ["Passages"]
+__all__ = ["Routes"]

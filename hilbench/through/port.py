@@ -7,10 +7,10 @@ from typing import Protocol
 from hilbench.links.front import PortInFront
 from hilbench.links.port import Port
 
-__all__ = ["Passage", "ThroughPort"]
+__all__ = ["Route", "ThroughPort"]
 
 
-class Passage(Protocol):
+class Route(Protocol):
     """Where bytes pass, in both directions; none is kept back.
 
     Attributes:
@@ -35,25 +35,25 @@ class Passage(Protocol):
 
 
 class ThroughPort(PortInFront):
-    """A port of whose line a passage is a part. A break goes past it: not every kind of passage knows one.
+    """A port of whose line a route is a part. A break goes past it: not every kind of route knows one.
 
     Args:
         port: the port; its callbacks belong to this one from now on.
-        passage: what the bytes pass; it stays when the port is closed, for the next one of this name.
+        route: what the bytes pass; it stays when the port is closed, for the next one of this name.
     """
 
-    def __init__(self, port: Port, passage: Passage) -> None:
+    def __init__(self, port: Port, route: Route) -> None:
         super().__init__(port)
-        self._passage = passage
+        self._route = route
         self.counters = port.counters
         port.on_sent = self._handed_over
 
     def write(self, data: bytes) -> None:
-        """Hand bytes to the port, by way of the passage."""
-        self.port.write(self._passage.to_far_end(data))
+        """Hand bytes to the port, by way of the route."""
+        self.port.write(self._route.to_far_end(data))
 
     def _received(self, data: bytes, at_ns: int) -> None:
-        self.on_receive(self._passage.to_near_end(data), at_ns)
+        self.on_receive(self._route.to_near_end(data), at_ns)
 
     def _handed_over(self, data: bytes, at_ns: int) -> None:
         self.on_sent(data, at_ns)

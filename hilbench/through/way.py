@@ -30,14 +30,14 @@ _ATTEMPTS = 3
 
 
 class Way:
-    """A client at a door, and perhaps a relay between the two. A `hilbench.through.port.Passage`.
+    """A client at a door, and perhaps a relay between the two. A `hilbench.through.port.Route`.
 
     Args:
         kind: one of `hilbench.terminal.options.THROUGH`.
         name: of the line, for messages.
 
     Attributes:
-        passed: see `Passage`; each byte has been compared, and where there is a relay that has had it.
+        passed: see `Route`; each byte has been compared, and where there is a relay that has had it.
 
     Raises:
         UnavailableError: it cannot be opened.
@@ -61,11 +61,11 @@ class Way:
             self._stack = self._stack.pop_all()
 
     def to_far_end(self, data: bytes) -> bytes:
-        """See `Passage`."""
+        """See `Route`."""
         return self._pass(self._port, [self._near, *self._relays, self._far], data, self._at_far_end)
 
     def to_near_end(self, data: bytes) -> bytes:
-        """See `Passage`."""
+        """See `Route`."""
         return self._pass(self._door, [self._far, *self._relays, self._near], data, self._at_near_end)
 
     def close(self) -> None:

@@ -340,7 +340,7 @@ class Dashboard(Saving):
         """Choose which signals are plotted."""
         plots = self.query_one(PlotsPane)
         if self.model is None or not self.model.signals.signals:
-            self.say("nothing with a unit was told yet")
+            self.say("nothing with a unit was recorded yet")
             return
 
         def rows() -> list[tuple[str, bool, str]]:

@@ -25,7 +25,7 @@ class PadHand:
         self._drives = False
 
     def look(self, process: BenchProcess | RecordedBench, now_s: float) -> list[str]:
-        """Take what the pad has told and ask the bench for it; return what there is to be said of the pad.
+        """Take what the pad has reported and ask the bench for it; return what there is to be said of the pad.
 
         Args:
             process: the bench.

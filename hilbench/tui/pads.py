@@ -43,7 +43,7 @@ class Pads:
         self._refused: set[Path] = set()
 
     def poll(self, now_s: float) -> list[str]:
-        """Take what the pad has told; return what there is to be said of its coming and going.
+        """Take what the pad has reported; return what there is to be said of its coming and going.
 
         Args:
             now_s: any time in seconds that only grows.

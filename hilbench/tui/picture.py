@@ -31,7 +31,7 @@ class _Still(Dashboard):
 
 
 def draw(header: Mapping[str, Any], events: Sequence[Mapping[str, Any]], said: str) -> str:
-    """Return the SVG of what a journal has told.
+    """Return the SVG of what a journal has.
 
     Args:
         header: its first line.

@@ -34,7 +34,7 @@ class Saving(Asking):
     def action_export(self) -> None:
         """Ask what is to be written to a file, and write it."""
         if self.model is None:
-            self.say("nothing was told yet")
+            self.say("nothing was recorded yet")
             return
         choices = [(f"{what} {form}", about) for what, (about, _, forms) in EXPORTS.items() for form in forms]
 

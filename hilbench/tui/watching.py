@@ -68,7 +68,7 @@ class Watching(App[None]):
         self._follower = None
 
     def look(self) -> None:
-        """Take what the bench has told since the last time, and show it."""
+        """Take what the bench has reported since the last time, and show it."""
         for refused in self.process.poll():
             self.say(refused, severity="warning")
         if self.replay is not None:
@@ -142,7 +142,7 @@ class Watching(App[None]):
         process = self.process
         where = "" if process.ended_well or not process.journal.exists() else f" Journal: {process.journal}."
         ways = "q leaves" if self.replay is not None else "b opens a bench, q leaves"
-        return f"{process.cause}.{where} What was told stays here; {ways}."
+        return f"{process.cause}.{where} What was recorded stays here; {ways}."
 
     # --- recordings
 

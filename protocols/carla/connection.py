@@ -96,12 +96,12 @@ class Connection:
 
     @property
     def reported_mode(self) -> int:
-        """Board: the mode that the driving stack is told, a value of ControlModeReport.
+        """Board: the mode that is reported to the driving stack, a value of ControlModeReport.
 
         Raises:
             LocalProtocolError: it is a simulator.
         """
-        return self._board().stack.told
+        return self._board().stack.reported
 
     @property
     def agent_online(self) -> bool:

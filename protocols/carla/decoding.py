@@ -45,7 +45,7 @@ def _command_of(raw: bytes) -> Any:
 class _CarlaDecoder:
     """Either end of the simulator's line. What a command's fields mean, and are called here, hangs on its mode.
 
-    A command is told when the byte behind it is known: the NUL that ends it belongs to it.
+    A command is known when the byte behind it is known: the NUL that ends it belongs to it.
     """
 
     def __init__(self) -> None:
@@ -72,23 +72,23 @@ class _CarlaDecoder:
 
     def finish(self) -> list[Item]:
         """See `Decoder`."""
-        told = self._tell(self._reader.reset())
+        items = self._tell(self._reader.reset())
         last, self._command = self._command, None
-        return told if last is None else [*told, last]
+        return items if last is None else [*items, last]
 
     def _tell(self, found: list[carla.Found]) -> list[Item]:
-        told: list[Item] = []
+        items: list[Item] = []
         for one in found:
-            told += self._told_command()
+            items += self._command_items()
             if isinstance(one, carla.CommandFrame):
                 self._command = _command(one, self._take(carla.COMMAND_LAYOUT.length))
             elif isinstance(one, carla.StatusFrame):
-                told.append(_frame("Status", one, self._take(carla.STATUS_LAYOUT.length)))
+                items.append(_frame("Status", one, self._take(carla.STATUS_LAYOUT.length)))
             else:
-                told.append(Item(kind=Kind.DROPPED, name=one.reason.value, raw=self._take(len(one.data))))
-        return told + self._told_command()
+                items.append(Item(kind=Kind.DROPPED, name=one.reason.value, raw=self._take(len(one.data))))
+        return items + self._command_items()
 
-    def _told_command(self) -> list[Item]:
+    def _command_items(self) -> list[Item]:
         """The command before, if the byte behind it has come, and is its NUL or not."""
         command = self._command
         if command is None or not self._untold:

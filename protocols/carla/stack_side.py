@@ -35,12 +35,12 @@ class StackSide:
 
     Attributes:
         online: an agent is there, and is listened to.
-        told: the mode that is reported.
+        reported: the mode that the driving stack has last.
     """
 
     def __init__(self, options: BoardOptions, counters: Counters, emit: Callable[[Event], None]) -> None:
         self.online = False
-        self.told: int = Mode.AUTOWARE
+        self.reported: int = Mode.AUTOWARE
         self._options = options
         self._counters = counters
         self._emit = emit
@@ -99,21 +99,21 @@ class StackSide:
 
     def hands_on(self, mode: Mode) -> bool:
         """Commands reach the control task."""
-        return self.online and (self.told if self._options.own_mode else mode) == Mode.AUTOWARE
+        return self.online and (self.reported if self._options.own_mode else mode) == Mode.AUTOWARE
 
     def mode_changed(self, mode: Mode, trigger: ModeTrigger, now_ns: int) -> None:
         """The control task has another mode. With a mode of its own the micro-ROS task is not told everything."""
         if mode is Mode.EMERGENCY:
             if self._options.emergency_report is not EmergencyReport.KEPT:
-                told = self._options.emergency_report is EmergencyReport.MANUAL
-                self.tell(Mode.MANUAL if told else NOT_READY, now_ns)
+                manual = self._options.emergency_report is EmergencyReport.MANUAL
+                self.tell(Mode.MANUAL if manual else NOT_READY, now_ns)
         elif not (self._options.own_mode and trigger in (*_REQUESTS, ModeTrigger.NO_AGENT)):
             self.tell(mode, now_ns)
 
     def tell(self, mode: int, now_ns: int) -> None:
         """The mode that is reported from now on."""
-        if mode != self.told:
-            self.told = mode
+        if mode != self.reported:
+            self.reported = mode
             if self.online:
                 self._report(now_ns)
 
@@ -129,5 +129,5 @@ class StackSide:
             self._report(now_ns)
 
     def _report(self, now_ns: int) -> None:
-        self._emit(ModeReported(mode=int(self.told)))
+        self._emit(ModeReported(mode=int(self.reported)))
         self._report_ns = now_ns + round(self._options.mode_report_s * _NS_PER_S)

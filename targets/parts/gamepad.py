@@ -128,7 +128,7 @@ class Gamepad(Part):
         self._state = PadState(mapping)
         self._output = ports.output("connected")
         self._tell = ports.tell
-        self._told = PadMoved(connected=False, speed_m_s=0.0, turn_rad_s=0.0)
+        self._reported = PadMoved(connected=False, speed_m_s=0.0, turn_rad_s=0.0)
 
     def power_on(self, now_ns: int) -> None:
         """Begin disconnected."""
@@ -140,13 +140,13 @@ class Gamepad(Part):
         connected = self._state.connected
         speed_m_s, turn_rad_s = self._state.velocity if connected else (0.0, 0.0)
         moved = PadMoved(connected=connected, speed_m_s=speed_m_s, turn_rad_s=turn_rad_s)
-        if connected is not self._told.connected:
+        if connected is not self._reported.connected:
             self._output.set(connected, now_ns)
-        if moved != self._told:
-            self._told = moved
+        if moved != self._reported:
+            self._reported = moved
             self._tell(moved)
 
     def before_step(self, from_ns: int, to_ns: int) -> Mapping[str, float]:  # noqa: ARG002
         """Return the wheels' speeds."""
-        aside_m_s = self._told.turn_rad_s * self._half_track_m
-        return {"left": self._told.speed_m_s - aside_m_s, "right": self._told.speed_m_s + aside_m_s}
+        aside_m_s = self._reported.turn_rad_s * self._half_track_m
+        return {"left": self._reported.speed_m_s - aside_m_s, "right": self._reported.speed_m_s + aside_m_s}

@@ -56,8 +56,8 @@ class Track:
         self, from_ns: int, to_ns: int, before: Mapping[str, float], after: Mapping[str, float], names: Sequence[str]
     ) -> None:
         """As `step`, of values by name; what is not told, or is no number, stays as it was."""
-        start = _told(before, names, self.unfiltered_at(from_ns))
-        self.step(from_ns, to_ns, start, _told(after, names, start))
+        start = _given(before, names, self.unfiltered_at(from_ns))
+        self.step(from_ns, to_ns, start, _given(after, names, start))
 
     def forget(self, before_ns: int) -> None:
         """Forget what is not needed to answer for `before_ns` and later."""
@@ -103,6 +103,6 @@ class Track:
         )
 
 
-def _told(values: Mapping[str, float], names: Sequence[str], else_: Vector) -> Vector:
+def _given(values: Mapping[str, float], names: Sequence[str], else_: Vector) -> Vector:
     found = (values.get(name, math.nan) for name in names)
     return tuple(value if math.isfinite(value) else last for value, last in zip(found, else_, strict=True))

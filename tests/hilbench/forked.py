@@ -77,9 +77,9 @@ class Forkable:
 
         Its environment is that in which the process that is forked from began, with `env` added.
         """
-        told, teller = socket.socketpair()
+        status, reporter = socket.socketpair()
         nowhere = os.open(os.devnull, os.O_RDWR)
-        pipes, given, opened = {}, [], [nowhere, teller.detach()]
+        pipes, given, opened = {}, [], [nowhere, reporter.detach()]
         for number, stream in enumerate((stdin, stdout, stderr)):
             if stream is subprocess.PIPE:
                 read, write = os.pipe()
@@ -100,7 +100,7 @@ class Forkable:
         self._ours.sendall(data)
         for descriptor in opened:
             os.close(descriptor)
-        return Process(told, pipes)
+        return Process(status, pipes)
 
     def close(self):
         self._ours.close()
@@ -115,9 +115,9 @@ class Process:
         said: what has been read of its standard error by `hear`.
     """
 
-    def __init__(self, told, pipes):
-        self._told = told
-        told.settimeout(PATIENCE_S)
+    def __init__(self, status, pipes):
+        self._status = status
+        status.settimeout(PATIENCE_S)
         self.pid = self._hear_number()
         self.returncode = None
         self.stdout = open(pipes[1], "rb", buffering=0) if 1 in pipes else None  # noqa: SIM115 - closed by __exit__
@@ -159,7 +159,7 @@ class Process:
         return self.returncode
 
     def _hear_number(self):
-        said = self._told.recv(4, socket.MSG_WAITALL)
+        said = self._status.recv(4, socket.MSG_WAITALL)
         assert said, "what it is forked from has ended, or could not begin"
         return int.from_bytes(said, "big", signed=True)
 
@@ -179,7 +179,7 @@ class Process:
         if self.returncode is None:
             self.send_signal(signal.SIGKILL)
             self.wait()
-        for stream in (self.stdout, self.stderr, self._told):
+        for stream in (self.stdout, self.stderr, self._status):
             if stream is not None:
                 stream.close()
 
@@ -207,18 +207,18 @@ def _forked_when_asked(connection):
                 pass
 
 
-def _begun(request, teller, *streams):
+def _begun(request, reporter, *streams):
     """Fork once more; tell its number and how it ends, and return, in it, with its streams in their places."""
     child = os.fork()
     if child:
         for descriptor in streams:
             os.close(descriptor)
-        os.write(teller, child.to_bytes(4, "big"))
+        os.write(reporter, child.to_bytes(4, "big"))
         code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         with contextlib.suppress(OSError):
-            os.write(teller, code.to_bytes(4, "big", signed=True))
+            os.write(reporter, code.to_bytes(4, "big", signed=True))
         os._exit(0)
-    os.close(teller)
+    os.close(reporter)
     for number, stream in enumerate(streams):
         os.dup2(stream, number)
     for stream in set(streams):

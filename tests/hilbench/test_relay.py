@@ -100,7 +100,7 @@ def test_a_relay_that_loses_a_byte_is_none(who, monkeypatch):
         test_it_is_a_link_as_others_are()
 
 
-def spoilt(seed):
+def corrupted(seed):
     between = Between(faults=FAULTS, seed=seed)
     for number in itertools.count():
         if number == 60:
@@ -112,7 +112,7 @@ def spoilt(seed):
 
 
 def test_seeded_faults_are_the_same_every_time():
-    one, same, other = spoilt(7), spoilt(7), spoilt(8)
+    one, same, other = corrupted(7), corrupted(7), corrupted(8)
     assert one.got == same.got
     assert list(one.bench.journal.recent) == list(same.bench.journal.recent)
     assert one.got != other.got
@@ -120,7 +120,7 @@ def test_seeded_faults_are_the_same_every_time():
 
 
 def test_the_journal_has_what_was_said_and_what_was_got():
-    between = spoilt(7)
+    between = corrupted(7)
     assert between.recorded("tx", CLIENT) == b"".join(bytes((number,)) * 10 for number in range(60))
     assert between.recorded("rx", SERVER) == between.got[SERVER]
     assert between.recorded("rx", CLIENT) == between.got[CLIENT]
@@ -128,7 +128,7 @@ def test_the_journal_has_what_was_said_and_what_was_got():
 
 
 def test_what_was_said_stands_before_what_was_got_of_it():
-    between = spoilt(7)
+    between = corrupted(7)
     said, got = ([0, 0], [0, 0])
     for event in between.bench.journal.recent:
         if event["kind"] in ("tx", "rx"):

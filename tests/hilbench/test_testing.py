@@ -10,11 +10,11 @@ from hilbench.links.faults import Direction, Fault, FaultKind, FaultPlan
 from hilbench.testing import FakeHostClock, LinkUnderTest, check_link, link_pair
 
 
-def check(*, faults=(), baud=9600, claimed_baud=9600, spoil=lambda link: None):
+def check(*, faults=(), baud=9600, claimed_baud=9600, corrupt=lambda link: None):
     def make_link():
         scheduler = Scheduler()
         link = MemoryLink(scheduler, Line(baud=baud), faults=FaultPlan(tuple(faults)))
-        spoil(link)
+        corrupt(link)
         return LinkUnderTest(scheduler=scheduler, a=link.a, b=link.b, baud=claimed_baud)
 
     check_link(make_link)
@@ -35,7 +35,7 @@ def test_a_good_link_passes():
         ({"kind": FaultKind.DISCONNECT, "at_s": 0.001, "duration_s": 100}, "0 of 256 bytes arrived"),
     ],
 )
-def test_spoilt_bytes_are_found(direction, fault, complaint):
+def test_corruptt_bytes_are_found(direction, fault, complaint):
     with pytest.raises(AssertionError, match=complaint) as caught:
         check(faults=[Fault(direction=direction, **fault)])
     if fault["kind"] is not FaultKind.DISCONNECT:
@@ -51,34 +51,34 @@ def test_too_fast_is_found():
 
 @pytest.mark.parametrize("end", ["a", "b"])
 def test_a_hang_up_that_is_not_told_is_found(end):
-    def spoil(link):
+    def corrupt(link):
         getattr(link, end).line_changed = lambda up: None
 
-    with pytest.raises(AssertionError, match=f"link.{end} was not told"):
-        check(spoil=spoil)
+    with pytest.raises(AssertionError, match=f"link.{end} was not notified"):
+        check(corrupt=corrupt)
 
 
 def test_a_callback_that_is_not_called_is_found():
-    def spoil(link):
+    def corrupt(link):
         port = link.a
         port._set_line = lambda up, at_ns: setattr(port, "line_is_up", up)
 
     with pytest.raises(AssertionError, match="on_line did not say so"):
-        check(spoil=spoil)
+        check(corrupt=corrupt)
 
 
 def test_a_closed_port_that_swallows_bytes_is_found():
-    def spoil(link):
+    def corrupt(link):
         write = link.b.write
         link.b.write = lambda data: None if link.b.closed else write(data)
 
     with pytest.raises(AssertionError, match="raised no PortClosedError"):
-        check(spoil=spoil)
+        check(corrupt=corrupt)
 
 
 def test_a_line_that_never_comes_up_is_found():
     with pytest.raises(AssertionError, match="never came up"):
-        check(spoil=lambda link: link.a.line_changed(False))
+        check(corrupt=lambda link: link.a.line_changed(False))
 
 
 def test_link_pair():

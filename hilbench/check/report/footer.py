@@ -26,18 +26,18 @@ def lines(report: Report) -> list[str]:
         found.append(_pace(observed.pace))
     if observed.port is not None:
         found.append(_port(observed.port))
-    return [*found, *notes_told(report, indent="  ")]
+    return [*found, *lines_of_notes(report, indent="  ")]
 
 
-def notes_told(report: Report, suite: str = "", *, indent: str = "") -> list[str]:
+def lines_of_notes(report: Report, suite: str = "", *, indent: str = "") -> list[str]:
     """Return what there is to note of the firmware of emulated boards, of one suite or of all, with a head."""
     notes = [
         msgspec.structs.asdict(note)
         for note in report.observed.notes
         if not suite or any(case_id.startswith(f"{suite}/") for case_id in note.case_ids)
     ]
-    told = note_lines(notes)
-    return [f"{notes_counted(len(notes), len(told))}:", *(f"{indent}{line}" for line in told)] if told else []
+    lines = note_lines(notes)
+    return [f"{notes_counted(len(notes), len(lines))}:", *(f"{indent}{line}" for line in lines)] if lines else []
 
 
 def margin_text(measure: Measure | None) -> str:

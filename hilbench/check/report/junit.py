@@ -50,7 +50,7 @@ def _add_suite(root: ET.Element, report: Report, suite: str, clauses: Sequence[C
     _add_properties(element, {"hilbench": report.hilbench, **facts})
     for clause in clauses:
         _add_clause(element, clause)
-    if notes := footer.notes_told(report, suite):
+    if notes := footer.lines_of_notes(report, suite):
         ET.SubElement(element, "system-out").text = _clean("\n".join(notes))
     cases = element.findall("testcase")
     element.set("tests", str(len(cases)))

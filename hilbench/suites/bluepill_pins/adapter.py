@@ -42,14 +42,14 @@ def test_short_pulses_do_not_connect(bench: BoardCase) -> None:
     for _ in range(7):
         pulse(bench, CONNECT, 0.005)
         bench.board.run(0.0957)
-    required(not watch.told(ConnectionPin), "a pulse of 5 ms was acted on", watch.told(ConnectionPin))
+    required(not watch.reported(ConnectionPin), "a pulse of 5 ms was acted on", watch.reported(ConnectionPin))
     pulse(bench, CONNECT, 0.050)
-    seen = [told.event.connected for told in watch.told(ConnectionPin)]
-    required(seen == [True], "a pulse of 50 ms was not acted on", watch.told(ConnectionPin))
+    seen = [one.event.connected for one in watch.reported(ConnectionPin)]
+    required(seen == [True], "a pulse of 50 ms was not acted on", watch.reported(ConnectionPin))
     required(echo(bench), "the echo is not high")
     bench.board.run(0.1)
-    seen = [told.event.connected for told in watch.told(ConnectionPin)]
-    required(seen == [True, False], "the end of the pulse was not acted on", watch.told(ConnectionPin))
+    seen = [one.event.connected for one in watch.reported(ConnectionPin)]
+    required(seen == [True, False], "the end of the pulse was not acted on", watch.reported(ConnectionPin))
     required(not echo(bench), "the echo is not low again")
 
 
@@ -61,11 +61,13 @@ def test_the_first_second_does_not_connect(bench: BoardCase) -> None:
     bench.board.run(0.25)
     bench.board.pin(CONNECT).drive(True)
     bench.board.run(0.45)
-    required(not watch.told(ConnectionPin) and not echo(bench), "acted on before 1 s", watch.told(ConnectionPin))
+    required(
+        not watch.reported(ConnectionPin) and not echo(bench), "acted on before 1 s", watch.reported(ConnectionPin)
+    )
     bench.board.run(0.75)
-    required([told.event.connected for told in watch.told(ConnectionPin)] == [True], "not acted on after 1 s")
-    at_least(watch.told(ConnectionPin)[0].at_ns / NS_PER_S, 1.0, unit="s", what="first acted on")
-    at_most(watch.told(ConnectionPin)[0].at_ns / NS_PER_S, 1.02, unit="s", what="first acted on")
+    required([one.event.connected for one in watch.reported(ConnectionPin)] == [True], "not acted on after 1 s")
+    at_least(watch.reported(ConnectionPin)[0].at_ns / NS_PER_S, 1.0, unit="s", what="first acted on")
+    at_most(watch.reported(ConnectionPin)[0].at_ns / NS_PER_S, 1.02, unit="s", what="first acted on")
     required(echo(bench), "the echo is not high")
 
 
@@ -85,7 +87,7 @@ def test_the_robot_is_let_go(bench: BoardCase) -> None:
     low_ns = bench.now_ns
     bench.board.pin(CONNECT).drive(False)
     bench.board.run(2.0)
-    left = last(watch.told(RobotLeft, since_ns=low_ns), "the end of the session")
+    left = last(watch.reported(RobotLeft, since_ns=low_ns), "the end of the session")
     at_most((left.at_ns - low_ns) / NS_PER_S, LEAVE_S, unit="s", what="time from p2dx_con going low to the end")
     closes = [at_ns for at_ns, data in watch.sent if at_ns >= low_ns and data == CLOSE]
     required(len(closes) == 1, f"{len(closes)} CLOSE went to the robot, not one")
@@ -94,7 +96,7 @@ def test_the_robot_is_let_go(bench: BoardCase) -> None:
     required(watch.samples[-1].still, "the robot still moves")
     again_ns = bench.now_ns
     bench.board.pin(CONNECT).drive(True)
-    again = bench.board.run_until(lambda: bool(watch.told(RobotConnected, since_ns=again_ns)), 2.0)
+    again = bench.board.run_until(lambda: bool(watch.reported(RobotConnected, since_ns=again_ns)), 2.0)
     required(again, "no other session 2 s after p2dx_con went high again")
 
 
@@ -118,7 +120,7 @@ def test_majority_of_five(bench: BoardCase, pin: str, reads: int, seen: bool) ->
         machine.at_ns(pass_ns - int((reads - 0.5) * SPACING_US * 1000), lambda: wire.drive(True))
         machine.at_ns(pass_ns + 10_000, lambda: wire.drive(False))
     bench.board.run((first_ns + PASSES * NS_PER_MS - bench.now_ns) / NS_PER_S - 0.0005)
-    codes = [(told.event.left, told.event.right) for told in watch.told(CodesRead)]
+    codes = [(one.event.left, one.event.right) for one in watch.reported(CodesRead)]
     wanted = code_of_wire(pin)
     if seen:
         required(codes == [wanted], f"{pin} high in {reads} of 5 reads: codes {codes}, not {wanted}")
@@ -126,7 +128,7 @@ def test_majority_of_five(bench: BoardCase, pin: str, reads: int, seen: bool) ->
         required(not codes, f"{pin} high in {reads} of 5 reads: codes {codes}")
         wire.drive(True)
         bench.board.run(0.003)
-        if not watch.told(CodesRead):
+        if not watch.reported(CodesRead):
             raise Inconclusive(f"{pin} counts as low where it is always high, too")
 
 
@@ -157,8 +159,8 @@ def test_a_stopped_program_is_noticed(bench: BoardCase) -> None:
     """The last that changed on the wires is p2dx_con, acted on after 1 s of uptime."""
     watch = Watch(bench)
     bench.board.run(7.0)
-    changed_ns = last(watch.told(ConnectionPin), "the connection").at_ns
-    stopped = watch.told(SafeStopped)
+    changed_ns = last(watch.reported(ConnectionPin), "the connection").at_ns
+    stopped = watch.reported(SafeStopped)
     required(len(stopped) == 1, f"stopped {len(stopped)} times, not once")
     within_s = (stopped[0].at_ns - changed_ns) / NS_PER_S
     near(within_s, SAFE_STOP_S, 0.01, unit="s", what="time from the last change of a wire to the stop")
@@ -188,5 +190,5 @@ def test_the_robot_is_kept_alive(bench: BoardCase) -> None:
         required(abs(len(times_ns) - count) <= 0.03 * count + 1, f"{len(times_ns)} {name} in {WATCH_S:g} s")
         for one, other in pairwise(times_ns):
             near((other - one) / NS_PER_S, every_s, off_s, unit="s", what=f"interval of {name}")
-    required(not watch.told(RobotLost), "the session was lost")
+    required(not watch.reported(RobotLost), "the session was lost")
     required(all(one.still for one in watch.since(connected_ns)), "the robot moves")

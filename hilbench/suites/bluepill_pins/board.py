@@ -52,10 +52,10 @@ def test_the_reset_line(bench: BoardCase) -> None:
     reset_ns = bench.now_ns
     pulse(bench, RESET, 0.010)
     bench.board.run(REJOIN_S + 1.5)
-    held, started = watch.told(AdapterHeld, since_ns=reset_ns), watch.told(AdapterStarted, since_ns=reset_ns)
+    held, started = watch.reported(AdapterHeld, since_ns=reset_ns), watch.reported(AdapterStarted, since_ns=reset_ns)
     required(len(held) == 1 and len(started) == 1, f"held {len(held)} times and started {len(started)} times")
     near((started[0].at_ns - reset_ns) / NS_PER_S, 0.010, 0.002, unit="s", what="time from reset to restart")
-    again = watch.told(RobotConnected, since_ns=reset_ns)
+    again = watch.reported(RobotConnected, since_ns=reset_ns)
     required(bool(again), f"no session {REJOIN_S} s after the reset")
     at_least((again[0].at_ns - reset_ns) / NS_PER_S, 1.0, unit="s", what="time from reset to the new session")
     at_most((again[0].at_ns - reset_ns) / NS_PER_S, REJOIN_S, unit="s", what="time from reset to the new session")
@@ -93,7 +93,7 @@ def test_motors_without_sensors(bench: BoardCase) -> None:
     watch = Watch(bench)
     bench.board.run(4.0)
     for side in ("motor_left", "motor_right"):
-        published = [told.event.raw for told in watch.told(MotorWord, side)]
+        published = [one.event.raw for one in watch.reported(MotorWord, side)]
         required(runs(published) == [0, 3], f"{side} published {runs(published)}, not 0 and 3")
         required(abs(len(published) - 40) <= 1, f"{side} published {len(published)} words in 4 s")
 
@@ -103,8 +103,8 @@ def test_period_of_publication(bench: BoardCase) -> None:
     watch = Watch(bench)
     bench.board.run(10.0)
     for side in ("motor_left", "motor_right"):
-        near(len(watch.told(MotorWord, side)), 100, 1, unit="words", what=f"words of {side} in 10 s")
-        times = [told.at_ns for told in watch.told(MotorWord, side)]
+        near(len(watch.reported(MotorWord, side)), 100, 1, unit="words", what=f"words of {side} in 10 s")
+        times = [one.at_ns for one in watch.reported(MotorWord, side)]
         longest_s = max(other - one for one, other in pairwise(times)) / NS_PER_S
         near(longest_s, PUBLISH_S, 0.005, unit="s", what=f"longest interval of the words of {side}")
 
@@ -127,5 +127,5 @@ def require_codes_of_inputs(bench: BoardBench, right: int) -> None:
     watch = Watch(bench)
     bench.board.run(0.6)
     for side, code in (("motor_left", 3), ("motor_right", right)):
-        understood = last(watch.told(MotorWord, side), f"a word of {side}").event.code
+        understood = last(watch.reported(MotorWord, side), f"a word of {side}").event.code
         required(understood == code, f"{side} understood {understood}, not {code}")

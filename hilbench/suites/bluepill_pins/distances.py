@@ -112,7 +112,7 @@ def require_threshold(bench: BoardBench, threshold_m: float, at_threshold: bool)
         show(bench, "switch_4", {"range": math.inf})
         show(bench, "switch_4", {"range": range_m})
         (high,) = levels(bench.board, DISTANCES[3:4])
-        required(high is wanted, f"DD4 is {_level(high)} at {range_m:.3f} m", watch.told(DistanceSwitched))
+        required(high is wanted, f"DD4 is {_level(high)} at {range_m:.3f} m", watch.reported(DistanceSwitched))
 
 
 def _level(high: bool) -> str:

@@ -30,10 +30,10 @@ SETTLED_DEG = 1.0
 
 def require_numbers(watch: Watch, side: str, wanted: Sequence[int]) -> list[float]:
     """Require the numbers of an encoder from its second sector on, and return the angle in deg at which each began."""
-    moved = watch.told(EncoderMoved, f"encoder_{side}")
-    angles = [math.degrees(getattr(watch.angles_at(told.event.at_ns), f"{side}_rad")) for told in moved]
+    moved = watch.reported(EncoderMoved, f"encoder_{side}")
+    angles = [math.degrees(getattr(watch.angles_at(one.event.at_ns), f"{side}_rad")) for one in moved]
     turned = next((place for place, angle in enumerate(angles) if abs(angle) > SETTLED_DEG), len(angles))
-    numbers = [0, *(told.event.word for told in moved)][turned : turned + len(wanted)]
+    numbers = [0, *(one.event.word for one in moved)][turned : turned + len(wanted)]
     required(numbers == [*wanted], f"the {side} encoder shows {numbers}, not {[*wanted]}")
     return angles[turned : turned + len(wanted) - 1]
 
@@ -96,7 +96,7 @@ def test_encoders_back_again(bench: BoardCase) -> None:
     bench.board.run(11.2)
     back = TURN[::-1]
     for place, side in enumerate(("left", "right")):
-        shown = [told.event.word for told in watch.told(EncoderMoved, f"encoder_{side}", begun_ns)]
+        shown = [one.event.word for one in watch.reported(EncoderMoved, f"encoder_{side}", begun_ns)]
         required(shown[: len(back)] == back, f"the {side} encoder shows {shown}, not {back}")
         heard = runs([pair[place] for pair in numbers_said(line.text[said_before:])])
         required(heard[: len(back)] == back, f"the program says {heard} of the {side} encoder, not {back}")
@@ -127,7 +127,7 @@ def test_each_encoder_shows_its_own_wheel(bench: BoardCase) -> None:
     require_numbers(watch, "left", [7, 6])
     require_numbers(watch, "right", [0, 1, 2])
     for part, pins in (("encoder_left", LEFT_ENCODER), ("encoder_right", RIGHT_ENCODER)):
-        number = watch.told(EncoderMoved, part)[-1].event.word
+        number = watch.reported(EncoderMoved, part)[-1].event.word
         seen = levels(bench.board, pins)
         required(seen == bits(number), f"{part} shows {number}: {', '.join(pins)} are {seen}")
 
@@ -207,7 +207,7 @@ def require_adapter_order(bench: BoardBench, *, mirrored: bool) -> None:
 
 def next_told(bench: BoardBench, watch: Watch, kind: type[EventT]) -> EventT:
     """Return the next of a kind that a part tells, when what it has done is at the pins."""
-    before = len(watch.told(kind))
-    bench.board.run_until(lambda: len(watch.told(kind)) > before, 1.0)
+    before = len(watch.reported(kind))
+    bench.board.run_until(lambda: len(watch.reported(kind)) > before, 1.0)
     bench.board.run(0.001)
-    return last(watch.told(kind)[before:], f"another {kind.__name__}").event
+    return last(watch.reported(kind)[before:], f"another {kind.__name__}").event

@@ -61,7 +61,7 @@ def test_words_on_wheels(bench: BoardCase) -> None:
     watch = Watch(bench)
     require_words_at_pins(bench)
     for side in ("motor_left", "motor_right"):
-        published = [told.event for told in watch.told(MotorWord, side)]
+        published = [one.event for one in watch.reported(MotorWord, side)]
         raw, codes = (runs([getattr(one, name) for one in published]) for name in ("raw", "code"))
         required(raw == [RAW[code] for code in WORDS], f"{side} published {raw}, not 0, 3, 4, 0")
         required(codes == [*WORDS], f"{side} understood {codes}, not 0, 3, -4, 0")
@@ -71,7 +71,7 @@ def test_words_on_wheels(bench: BoardCase) -> None:
 def test_words_on_the_adapter(bench: BoardCase) -> None:
     watch = Watch(bench)
     require_words_at_pins(bench)
-    read = [(told.event.left, told.event.right) for told in watch.told(CodesRead)]
+    read = [(one.event.left, one.event.right) for one in watch.reported(CodesRead)]
     required(read == [(code, code) for code in WORDS[1:]], f"the adapter read {read}")
 
 
@@ -112,9 +112,9 @@ def test_a_step_on_wheels(bench: BoardCase) -> None:
     watch = Watch(bench, MOTORS)
     bench.board.run(7.0)
     for side in ("motor_left", "motor_right"):
-        codes = runs([told.event.code for told in watch.told(MotorWord, side)])
+        codes = runs([one.event.code for one in watch.reported(MotorWord, side)])
         required(codes == [0, 3, -4], f"{side} understood {codes}, not 0, 3, -4")
-        stepped_ns = next(told.at_ns for told in watch.told(MotorWord, side) if told.event.code == -4)
+        stepped_ns = next(one.at_ns for one in watch.reported(MotorWord, side) if one.event.code == -4)
         there = [one for one in watch.since(stepped_ns) if one.speed_mm_s < -0.95 * 250]
         required(bool(there), "the speed of code -4 is not reached")
         at_most(there[0].after_s(stepped_ns), 0.3, unit="s", what=f"time from the word of {side} to its speed")
@@ -125,7 +125,7 @@ def test_a_step_on_the_adapter(bench: BoardCase) -> None:
     """The robot's own ramps follow; what it is told has none."""
     watch = Watch(bench)
     bench.board.run(7.0)
-    told = runs([(one.event.speed_mm_s, one.event.turn_deg_s) for one in watch.told(SpeedSent)])
+    told = runs([(one.event.speed_mm_s, one.event.turn_deg_s) for one in watch.reported(SpeedSent)])
     required(told == [(187, 0), (-250, 0)], f"the robot was told {told}")
 
 
@@ -157,7 +157,7 @@ def test_all_codes_on_wheels(bench: BoardCase) -> None:
 
 def published_pairs(watch: Watch) -> list[tuple[int, tuple[int, int]]]:
     """Return the pairs of codes that were published, each with when it first was."""
-    both = zip(watch.told(MotorWord, "motor_left"), watch.told(MotorWord, "motor_right"), strict=True)
+    both = zip(watch.reported(MotorWord, "motor_left"), watch.reported(MotorWord, "motor_right"), strict=True)
     published = [(left.at_ns, (left.event.code, right.event.code)) for left, right in both]
     return [one for place, one in enumerate(published) if place == 0 or one[1] != published[place - 1][1]]
 
@@ -166,15 +166,15 @@ def published_pairs(watch: Watch) -> list[tuple[int, tuple[int, int]]]:
 def test_all_codes_on_the_adapter(bench: BoardCase) -> None:
     watch = Watch(bench)
     bench.board.run(SWEEP_S)
-    read = watch.told(CodesRead)
-    seen = [(told.event.left, told.event.right) for told in read]
+    read = watch.reported(CodesRead)
+    seen = [(one.event.left, one.event.right) for one in read]
     required(seen == [*PAIRS, (0, 0)], "the adapter did not read the 64 pairs in their order", seen)
-    for told in read:
-        left, right = told.event.left, told.event.right
+    for one in read:
+        left, right = one.event.left, one.event.right
         pair = f"codes {left}, {right}"
-        speed_mm_s, turn_mrad_s = told.event.speed_m_s * 1000, told.event.turn_rad_s * 1000
+        speed_mm_s, turn_mrad_s = one.event.speed_m_s * 1000, one.event.turn_rad_s * 1000
         near(speed_mm_s, adapter_speed_mm_s(left, right), UNIT, unit="mm/s", what=f"speed asked for at {pair}")
         near(turn_mrad_s, adapter_turn_mrad_s(left, right), UNIT, unit="mrad/s", what=f"turn asked for at {pair}")
-        sent = last(watch.told(SpeedSent, since_ns=told.at_ns)[:1], f"what the robot is told at {pair}").event
+        sent = last(watch.reported(SpeedSent, since_ns=one.at_ns)[:1], f"what the robot is told at {pair}").event
         near(sent.speed_mm_s, adapter_speed_mm_s(left, right), UNIT, unit="mm/s", what=f"VEL at {pair}")
         near(sent.turn_deg_s, adapter_turn_deg_s(left, right), UNIT, unit="deg/s", what=f"RVEL at {pair}")

@@ -26,8 +26,8 @@ def require_pad(bench: BoardBench, speed_mm_s: int) -> None:
     """Connect by the pad, pull the right trigger, and require the true speed; release it again."""
     watch, parts = Watch(bench), bench.emulated.surroundings.parts
     parts.set("adapter", {"up": 1})
-    bench.board.run_until(lambda: bool(watch.told(RobotConnected)), 4.0)
-    required(bool(watch.told(RobotConnected)), "the pad's button up does not connect")
+    bench.board.run_until(lambda: bool(watch.reported(RobotConnected)), 4.0)
+    required(bool(watch.reported(RobotConnected)), "the pad's button up does not connect")
     parts.set("adapter", {"up": 0, "r2": 255})
     bench.board.run(2.2)
     begun_s = bench.bench.now_s
@@ -35,7 +35,7 @@ def require_pad(bench: BoardBench, speed_mm_s: int) -> None:
     samples = watch.span(begun_s, begun_s + 1.0)
     near(mean_mm_s(samples), speed_mm_s, SPEED * speed_mm_s, unit="mm/s", what="speed at a whole right trigger")
     near(mean_mrad_s(samples), 0.0, 5.0, unit="mrad/s", what="rate of turn at a whole right trigger")
-    sent = last(watch.told(SpeedSent), "what the robot is told").event
+    sent = last(watch.reported(SpeedSent), "what the robot is told").event
     required((sent.speed_mm_s, sent.turn_deg_s) == (speed_mm_s, 0), f"the robot was told {sent}")
 
 
@@ -62,7 +62,7 @@ def test_turning_on_the_adapter(bench: BoardCase) -> None:
     connect(bench, watch, RobotConnected)
     told_deg_s = adapter_turn_deg_s(-1, 1)
     require_turn(bench, watch, math.radians(told_deg_s) * 1000)
-    asked = last(watch.told(CodesRead), "the codes that were read").event
+    asked = last(watch.reported(CodesRead), "the codes that were read").event
     near(asked.turn_rad_s * 1000, 42, UNIT, unit="mrad/s", what="rate of turn asked for at -1, 1")
     required(asked.speed_m_s == 0, f"a speed is asked for: {asked}")
 

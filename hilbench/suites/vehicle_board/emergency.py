@@ -63,7 +63,7 @@ def test_a_status_ends_the_emergency_in_manual(vehicle: Vehicle) -> None:
     vehicle.require_frame(frames[0], BRAKE, "the first frame of MANUAL")
     vehicle.simulator.statuses.start(STATUS_HZ)
     vehicle.run(0.2)
-    assert vehicle.modes_told(told)[-1:] == [Mode.MANUAL], "the control-mode report does not say 4"
+    assert vehicle.modes_reported(told)[-1:] == [Mode.MANUAL], "the control-mode report does not say 4"
     assert vehicle.light == "green", f"lit is {vehicle.light}, required green"
 
 

@@ -22,7 +22,7 @@ def _told_in_emergency(vehicle: Vehicle) -> set[int]:
     vehicle.emergency()
     mark = vehicle.stack.mark()
     vehicle.run(0.5)
-    return {*vehicle.modes_told(mark)}
+    return {*vehicle.modes_reported(mark)}
 
 
 @on_board("VB36", lasts_s=3.0)
@@ -55,7 +55,7 @@ def _require_mode_told(vehicle: Vehicle, mode: ControlMode) -> None:
     """Require that a mode and no other is reported, at the usual rate."""
     mark, begun_ns = vehicle.stack.mark(), vehicle.bench.now_ns
     vehicle.run(2.0)
-    told = vehicle.modes_told(mark)
+    told = vehicle.modes_reported(mark)
     if {*told} != {mode}:
         raise Violation(f"the modes told are {sorted({*told})}, required {mode.value}", vehicle.stack.evidence(mark))
     what, rate_hz = f"reports of mode {mode.value} in 2 s", 1 / MODE_REPORT_S

@@ -63,7 +63,7 @@ def test_a_silent_stack_is_lost(vehicle: Vehicle) -> None:
     mark, told = vehicle.mark(), vehicle.stack.mark()
     assert _light_behind_press(vehicle, "amber") == "green", f"a press leads to AUTOWARE after {LOST_S:g} s of silence"
     vehicle.require_modes(vehicle.frames(mark), Mode.MANUAL)
-    assert not vehicle.modes_told(told), "the mode is reported to nobody"
+    assert not vehicle.modes_reported(told), "the mode is reported to nobody"
     vehicle.run(1.0)
     vehicle.stack.go_online()
     vehicle.run(0.1)

@@ -78,14 +78,14 @@ class Host:
         return self.there.client.own
 
     @property
-    def told(self) -> list[Published]:
+    def commanded(self) -> list[Published]:
         """What the car was commanded, by frames or by CARLA's ackermann node."""
         return self.own.published
 
     @property
     def published(self) -> list[Published]:
         """The same without the node."""
-        return [one for one in self.told if not one.by_node]
+        return [one for one in self.commanded if not one.by_node]
 
     @property
     def commands(self) -> list[AckermannCommand | ManualCommand]:

@@ -43,7 +43,7 @@ NODE_S = 1.0
 
 
 def _from_autoware_to_joystick(host: Host) -> int:
-    """Say commands of mode 1, and then the joystick's; return how many the car was told until the first of these."""
+    """Say commands of mode 1, and then the joystick's; return how many the car was sent until the first of these."""
     host.board.command = COMMAND
     host.board.commands.start(20.0)
     host.board.run(0.3)
@@ -51,32 +51,32 @@ def _from_autoware_to_joystick(host: Host) -> int:
     host.board.command = decode_command(F2)
     host.board.commands.start(1 / 0.06)
     host.board.run(UNDERSTAND_S)
-    return len(host.told)
+    return len(host.commanded)
 
 
-def _others(told: Sequence[Published]) -> list[Published]:
+def _others(commanded: Sequence[Published]) -> list[Published]:
     """What is not the joystick's."""
-    return [one for one in told if not alike(one.command, MANUAL)]
+    return [one for one in commanded if not alike(one.command, MANUAL)]
 
 
 @on_host("VS22", lasts_s=2.2)
 def test_the_joystick_is_contradicted(host: Host) -> None:
     start = _from_autoware_to_joystick(host)
     host.board.run(0.8 - UNDERSTAND_S)
-    at_least(len(_others(host.told[start:])), 8, unit="commands", what="that are not the joystick's")
+    at_least(len(_others(host.commanded[start:])), 8, unit="commands", what="that are not the joystick's")
     host.board.run(NODE_S - 0.8 + UNDERSTAND_S)
-    start = len(host.told)
+    start = len(host.commanded)
     host.board.run(0.5)
-    at_most(len(_others(host.told[start:])), 0, unit="commands", what="that are not the joystick's a second later")
-    at_least(len(host.told) - start, 1, unit="commands", what="of the joystick")
+    at_most(len(_others(host.commanded[start:])), 0, unit="commands", what="that are not the joystick's a second later")
+    at_least(len(host.commanded) - start, 1, unit="commands", what="of the joystick")
 
 
 @on_host("VS22H", lasts_s=1.7)
 def test_the_joystick_wins(host: Host) -> None:
     start = _from_autoware_to_joystick(host)
     host.board.run(0.8)
-    others = _others(host.told[start:])
+    others = _others(host.commanded[start:])
     if others:
         times = ", ".join(f"{one.ns / NS_PER_S:.3f}" for one in others[:4])
         raise Violation(f"{len(others)} times the car is commanded otherwise than by the joystick, at {times} s")
-    at_least(len(host.told) - start, 1, unit="commands", what="of the joystick")
+    at_least(len(host.commanded) - start, 1, unit="commands", what="of the joystick")

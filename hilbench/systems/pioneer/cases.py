@@ -16,7 +16,7 @@ from hilbench.bench import Bench
 from hilbench.bench.about import about_world
 from hilbench.bench.cases import CaseBase
 from hilbench.bench.line_faults import LineFaults
-from hilbench.bench.teller import Observed
+from hilbench.bench.state_reporter import Observed
 from hilbench.benchfile.fault_entries import FaultEntry
 from hilbench.clock import Scheduler
 from hilbench.errors import InternalError
@@ -32,7 +32,7 @@ from protocols.p2os import ClientOptions, Connection
 from worlds.world import World
 
 AT_SERVER: Mapping[str, Any] = {"operator": "checker", "protocol": "p2os"}
-"""What a view is told of the frames of a case: which source of the journal speaks what, here to a server."""
+"""What a view knows of the frames of a case: which source of the journal speaks what, here to a server."""
 AT_CLIENT: Mapping[str, Any] = {"operator": "server", "protocol": "p2os", "side": "target"}
 """The same of a case of a client: the checker is the server."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hilbench.bench import Bench
-from hilbench.bench.teller import Observed
+from hilbench.bench.state_reporter import Observed
 from hilbench.clock import NS_PER_MS
 from hilbench.systems.pioneer.client import P2osClient
 from protocols.p2os import ClientState as P2osState
@@ -40,7 +40,7 @@ class PioneerOperator:
     def __init__(self, bench: Bench, client: P2osClient) -> None:
         self._bench = bench
         self._client = client
-        self._told: tuple[int, int] | None = None
+        self._commanded: tuple[int, int] | None = None
         self._enabled_ns: int | None = None
 
     @property
@@ -72,7 +72,7 @@ class PioneerOperator:
     def connect(self) -> None:
         """See `Operator`."""
         if self.idle:
-            self._told = self._enabled_ns = None
+            self._commanded = self._enabled_ns = None
             self._client.connect()
 
     def disconnect(self) -> None:
@@ -83,17 +83,17 @@ class PioneerOperator:
     def drive(self, forward: float, turn: float) -> None:
         """See `Operator`; the motors are enabled first where they are not."""
         if not self.in_session:
-            self._told = None
+            self._commanded = None
             return
         if (forward or turn) and not self._motors_enabled():
-            self._told = None
+            self._commanded = None
             if self._enabled_ns is None or self._bench.now_ns - self._enabled_ns > _ENABLE_EVERY_NS:
                 self._enabled_ns = self._bench.now_ns
                 self._client.enable()
             return
         wanted = (round(forward * SPEED_MM_S), round(turn * TURN_DEG_S))
-        if wanted != self._told:
-            self._told = wanted
+        if wanted != self._commanded:
+            self._commanded = wanted
             self._client.drive(*wanted)
 
     def tidy(self) -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from hilbench.bench import Bench
 from hilbench.bench.devices import DeviceActor
-from hilbench.bench.teller import Observed
+from hilbench.bench.state_reporter import Observed
 from hilbench.bench.world_runner import WorldRunner
 from hilbench.benchfile.reader import BenchFile
 from hilbench.errors import UsageError

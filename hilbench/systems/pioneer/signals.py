@@ -1,4 +1,4 @@
-"""The signals of a Pioneer 2-DX: rims that are told a speed, angles of wheels, and what its sonar discs look at.
+"""The signals of a Pioneer 2-DX: rims that are commanded a speed, angles of wheels, and what its sonar discs look at.
 
 Discs are numbered from 1, clockwise from the left of the front ring, as on the robot.
 """

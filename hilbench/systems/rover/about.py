@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from hilbench.bench.about import about_line
-from hilbench.bench.teller import Observed
+from hilbench.bench.state_reporter import Observed
 
 __all__ = ["about_pkt"]
 

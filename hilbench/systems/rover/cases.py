@@ -9,7 +9,7 @@ from hilbench.bench import Bench
 from hilbench.bench.cases import CaseBase
 from hilbench.bench.devices import DeviceActor
 from hilbench.bench.line_faults import LineFaults
-from hilbench.bench.teller import Observed
+from hilbench.bench.state_reporter import Observed
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port

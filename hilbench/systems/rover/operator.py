@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hilbench.bench import Bench
-from hilbench.bench.teller import Observed
+from hilbench.bench.state_reporter import Observed
 from hilbench.clock import NS_PER_MS
 from hilbench.systems.rover.ground_station import GroundStation
 from protocols.pkt import ClientState as PktState
@@ -35,8 +35,8 @@ class RoverOperator:
     def __init__(self, bench: Bench, station: GroundStation) -> None:
         self._bench = bench
         self._station = station
-        self._told: tuple[float, float] | None = None
-        self._told_ns = 0
+        self._commanded: tuple[float, float] | None = None
+        self._commanded_ns = 0
 
     @property
     def observed(self) -> Observed:
@@ -56,7 +56,7 @@ class RoverOperator:
     def connect(self) -> None:
         """See `Operator`."""
         if self.idle:
-            self._told = None
+            self._commanded = None
             self._station.connect()
 
     def disconnect(self) -> None:
@@ -67,12 +67,12 @@ class RoverOperator:
     def drive(self, forward: float, turn: float) -> None:
         """See `Operator`: by throttles, the turn as their difference."""
         if not self.in_session:
-            self._told = None
+            self._commanded = None
             return
         left, right = (max(-1.0, min(1.0, share)) * THROTTLE for share in (forward - turn, forward + turn))
-        again = (left or right) and self._bench.now_ns - self._told_ns >= _AGAIN_NS
-        if (left, right) != self._told or again:
-            self._told, self._told_ns = (left, right), self._bench.now_ns
+        again = (left or right) and self._bench.now_ns - self._commanded_ns >= _AGAIN_NS
+        if (left, right) != self._commanded or again:
+            self._commanded, self._commanded_ns = (left, right), self._bench.now_ns
             self._station.drive_motors(left, right)
 
     def tidy(self) -> None:

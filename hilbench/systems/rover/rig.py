@@ -7,7 +7,7 @@ from typing import Any
 
 from hilbench.bench import Bench
 from hilbench.bench.devices import DeviceActor
-from hilbench.bench.teller import Observed
+from hilbench.bench.state_reporter import Observed
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.driving.real_port import open_at
 from hilbench.driving.resuming import resume_sessions

@@ -13,7 +13,7 @@ from enum import Enum
 from typing import Any
 
 from hilbench.bench import Bench
-from hilbench.bench.teller import Sense
+from hilbench.bench.state_reporter import Sense
 from hilbench.clock import NS_PER_S
 from protocols.carla import DEADLINES, Counters, Mode, ModeTrigger, Step, Timer, Transition, Trigger
 from targets.robots.vehicle_interface import VehicleInterface
@@ -40,7 +40,7 @@ class Sight(Enum):
 
 @dataclass(frozen=True, slots=True)
 class _Edge:
-    """An edge of a table, as `hilbench.bench.teller.describe_machine` reads it."""
+    """An edge of a table, as `hilbench.bench.state_reporter.describe_machine` reads it."""
 
     next_state: Enum
 
@@ -65,32 +65,32 @@ class BoardModes:
 
     @property
     def state(self) -> Sight:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         return _SIGHTS[self._board.simulator.mode]
 
     @property
     def visits(self) -> Mapping[tuple[Sight, ModeTrigger], int]:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         return {(_SIGHTS[mode], why): count for (mode, why), count in self._board.simulator.mode_visits.items()}
 
     @property
     def deadlines(self) -> Mapping[Any, int]:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         return self._board.simulator.deadlines
 
     @property
     def misses(self) -> Mapping[Any, tuple[int, int]]:
-        """See `hilbench.bench.teller.CountsMisses`."""
+        """See `hilbench.bench.state_reporter.CountsMisses`."""
         return self._board.simulator.misses
 
     @property
     def counters(self) -> Counters:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         return self._board.simulator.counters
 
     @property
     def table(self) -> Mapping[tuple[Sight, ModeTrigger], _Edge]:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         modes = self._board.simulator.mode_table
         return {(_SIGHTS[mode], why): _Edge(_SIGHTS[edge.next_mode]) for (mode, why), edge in modes.items()}
 
@@ -110,17 +110,17 @@ class ControlTask:
 
     @property
     def state(self) -> Any:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         return self._board.simulator.state
 
     @property
     def visits(self) -> Mapping[Any, int]:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         return self._board.simulator.visits
 
     @property
     def table(self) -> Mapping[tuple[Step, Trigger], Transition]:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         return self._board.simulator.table  # type: ignore[return-value]
 
 
@@ -136,27 +136,27 @@ class BoardLink:
 
     @property
     def state(self) -> Any:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         return self._board.stack.state
 
     @property
     def visits(self) -> Mapping[Any, int]:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         return self._board.stack.visits
 
     @property
     def deadlines(self) -> Mapping[Any, int]:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         return self._board.stack.deadlines
 
     @property
     def counters(self) -> Any:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         return self._board.stack.counters
 
     @property
     def table(self) -> Any:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         return self._board.stack.table
 
 
@@ -206,7 +206,7 @@ _PAUSE = DEADLINES["manual_pause_s"]
 
 
 class BoardFromOutside:
-    """See the module. It is told what its peers hear and send.
+    """See the module. It receives what its peers hear and send.
 
     Args:
         bench: whose time passes.
@@ -247,7 +247,7 @@ class BoardFromOutside:
 
     @property
     def deadlines(self) -> Mapping[Owed, int]:
-        """See `hilbench.bench.teller.Observed`."""
+        """See `hilbench.bench.state_reporter.Observed`."""
         due: dict[Owed, int] = {}
         if self._command_ns is not None and self.state is Sight.AUTOWARE:
             due[Owed.COMMAND] = self._command_ns + _ns(_COMMAND.value_s)

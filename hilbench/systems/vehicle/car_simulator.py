@@ -1,6 +1,6 @@
 """A car host on a bench: what the suite ``vehicle-host`` puts to the test where nothing else is named.
 
-It stands at any port. What the car does is told by `sense`; what it was commanded is kept with its time.
+It stands at any port. What the car does is given by `sense`; what it was commanded is kept with its time.
 """
 
 from __future__ import annotations

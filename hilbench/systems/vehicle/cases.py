@@ -12,7 +12,7 @@ from hilbench.bench.cases import CaseBase
 from hilbench.bench.devices import LinesActor
 from hilbench.bench.line_faults import LineFaults, plan_for
 from hilbench.bench.shared import Shared
-from hilbench.bench.teller import Observed, Senses
+from hilbench.bench.state_reporter import Observed, Senses
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port

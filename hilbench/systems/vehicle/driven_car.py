@@ -82,24 +82,24 @@ class DrivenCar:
         self.statuses = Feed(bench, lambda: self.simulator.report("velocity", "steering"), name="car")
         self.status_hz = STATUS_HZ
         self.statuses.start(self.status_hz)
-        self._told: CarWish = None
+        self._commanded: CarWish = None
         runner.before.append(self._obey)
         runner.after.append(self._sense)
 
     def place(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         """Put the car down there, at rest; what it was commanded is commanded anew."""
         self.body.world.place(x_m, y_m, yaw_rad)
-        self._told = None
+        self._commanded = None
 
     def _obey(self, _now_ns: int, _next_ns: int) -> None:
         wish = self.simulator.host.wish
-        if wish == self._told:
+        if wish == self._commanded:
             return
-        self._told = wish
+        self._commanded = wish
         try:
             self.body.command = car_command(wish, self.body.parameters.max_steering_rad)
         except WorldError:
-            self._told = None
+            self._commanded = None
 
     def _sense(self, _now_ns: int, _next_ns: int) -> None:
         dynamics = self.body.dynamics

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from hilbench.bench import Bench
 from hilbench.bench.about import about_world
 from hilbench.bench.devices import LinesActor
-from hilbench.bench.teller import Observed, Sense, Senses, describe_machine
+from hilbench.bench.state_reporter import Observed, Sense, Senses, describe_machine
 from hilbench.bench.world_runner import WorldRunner
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.benchfile.bench_model import World as WorldEntry
@@ -121,17 +121,17 @@ class LiveVehicle:
         return self.driver.look()
 
     def _outside_view(self) -> BoardFromOutside:
-        """Return what is known of a board that nobody looks into, and have it told what its peers hear and send."""
+        """Return what is known of a board that nobody looks into, and give it what its peers hear and send."""
         outside = self._outside = BoardFromOutside(self._bench)
         self.crew.car.simulator.on_published = lambda one: outside.frame(one.mode)
         sent = self._reaching(SIMULATOR, outside.status_sent)
         self.taps[SIMULATOR].on_sent = lambda _data, _at_ns: sent()
         return outside
 
-    def _reaching(self, line: str, told: Callable[[], None]) -> Callable[[], None]:
-        """Have something told as long as a line is up: what is sent on one that is down reaches nobody."""
+    def _reaching(self, line: str, notify: Callable[[], None]) -> Callable[[], None]:
+        """Notify as long as a line is up: what is sent on one that is down reaches nobody."""
         tap = self.taps[line]
-        return lambda: told() if tap.line_is_up else None
+        return lambda: notify() if tap.line_is_up else None
 
 
 def board_rig(emulated: EmulatedBench, *, seed: int) -> Rig:
@@ -223,4 +223,4 @@ def _drawn(lane: Lane) -> dict[str, Any]:
 
 
 def _nothing() -> None:
-    """Nobody is told."""
+    """Nobody is notified."""

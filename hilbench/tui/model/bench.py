@@ -31,7 +31,7 @@ class LineModel:
     """The operator's end of a line.
 
     Attributes:
-        about: what was last told: port, rate, whether it is up, what waits.
+        about: what was reported last: port, rate, whether it is up, what waits.
         counters: bytes and errors, by name.
         outages: how often it went down; a line that was never up has not.
     """
@@ -41,7 +41,7 @@ class LineModel:
     outages: int = 0
 
     def take(self, event: Event) -> None:
-        """Take what is told of it."""
+        """Take what is reported of it."""
         if self.about.get("up", False) and not event["up"]:
             self.outages += 1
         self.about = event
@@ -66,13 +66,13 @@ class BenchModel:
         header: the first line of the journal.
 
     Attributes:
-        ns: the latest bench time that was told.
+        ns: the latest bench time that was reported.
         taken: how many events were.
         ended: whether the journal was closed in good order.
         faults: how often each struck.
         armed: those that go on striking until they are taken back, in words.
         dashboard: how it is shown.
-        seen: what was told last of what its system shows of its own; empty before.
+        seen: what was reported last of what its system shows of its own; empty before.
     """
 
     def __init__(self, header: Event) -> None:
@@ -108,7 +108,7 @@ class BenchModel:
 
     @property
     def factor(self) -> float | None:
-        """Bench seconds in a second of what is wanted, at present; None before that was told."""
+        """Bench seconds in a second of what is wanted, at present; None before that was reported."""
         return self.pace.get("recent", self.pace["factor"]) if self.pace else None
 
     @property
@@ -172,7 +172,7 @@ class BenchModel:
                 self.seen = event
 
     def _take_standing(self, event: Event) -> None:
-        """Take what was told before this journal begins, or where it was passed over."""
+        """Take what was reported before this journal begins, or where it was passed over."""
         self.paused, self.speed = event["paused"], event["speed"]
         if event["driver"] is not None:
             who, forward, turn = event["driver"]

@@ -39,9 +39,9 @@ def dashboard_of(live: Event) -> tuple[Dashboard, list[str]]:
     Args:
         live: what the header of the journal says of it.
     """
-    told = str(live.get("protocol") or live.get("vehicle", ""))
+    shown = str(live.get("protocol") or live.get("vehicle", ""))
     found, problems = [ROBOT if live.get("protocol") else BOARD], []
-    for system in PLUGINS.systems.shown(told):
+    for system in PLUGINS.systems.shown(shown):
         try:
             dashboard = system.dashboard()
             if dashboard is not None:
@@ -49,7 +49,7 @@ def dashboard_of(live: Event) -> tuple[Dashboard, list[str]]:
                 found.append(dashboard)
         except Exception as error:  # noqa: BLE001 - a plug-in's: the others are there
             problems.append(f"system '{system.name}': {failed('dashboard', error)}")
-    meant = next((one for one in found if told in one.shows), found[0])
+    meant = next((one for one in found if shown in one.shows), found[0])
     every = replace(
         meant,
         routine=_PARTS.union(*(one.routine for one in found)),

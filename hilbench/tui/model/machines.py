@@ -1,4 +1,4 @@
-"""A state machine as it was told of: where it is, how often it took which edge, its timers and its counters."""
+"""A state machine as it was reported: where it is, how often it took which edge, its timers and its counters."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ __all__ = ["MachineModel", "TimerModel", "is_change"]
 
 Event = Mapping[str, Any]
 
-_TOLD_NS = 200_000_000
-"""Twice as long as it takes a bench to tell of its timers again (hilbench.bench.teller.TELL_EVERY_NS)."""
+_REPORTED_NS = 200_000_000
+"""Twice as long as it takes a bench to tell of its timers again (hilbench.bench.state_reporter.REPORT_EVERY_NS)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,7 +21,7 @@ class TimerModel:
     """A timer.
 
     Attributes:
-        deadline_ns: when it runs out, as last told; None while it does not run.
+        deadline_ns: when it runs out, as reported last; None while it does not run.
         span_ns: how long it was set for.
         margin_ns: what was left when it was set anew the last time; None before.
         worst_ns: the least that was ever left; None before.
@@ -36,12 +36,12 @@ class TimerModel:
 
     @property
     def is_fast(self) -> bool:
-        """Whether it comes and goes faster than it is told of: then its latest margin says more than what is left."""
-        return 0 < self.span_ns < _TOLD_NS and self.margin_ns is not None
+        """Whether it comes and goes faster than it is reported: then its latest margin says more than what is left."""
+        return 0 < self.span_ns < _REPORTED_NS and self.margin_ns is not None
 
     def left_ns(self, now_ns: int) -> int | None:
         """Return what is left of it, or was left when it was met last if it is a fast one; None while it is stopped."""
-        overdue = self.deadline_ns is not None and now_ns - self.deadline_ns > _TOLD_NS
+        overdue = self.deadline_ns is not None and now_ns - self.deadline_ns > _REPORTED_NS
         if self.is_fast and not overdue:
             return self.margin_ns
         return None if self.deadline_ns is None else max(0, self.deadline_ns - now_ns)
@@ -54,7 +54,7 @@ class MachineModel:
     Attributes:
         name: whose it is.
         table: as the header of the journal has it; empty if it does not.
-        state: where it is; empty before that was told.
+        state: where it is; empty before that was reported.
         since_ns: bench time at which it came there.
         came_from: the state before; empty before a change was seen.
         trigger: why it came there.
@@ -76,7 +76,7 @@ class MachineModel:
     counters: dict[str, Counted] = field(default_factory=dict)
 
     def take(self, event: Event) -> None:
-        """Take what a teller says of it."""
+        """Take what a bench reports of it."""
         ns = event["ns"]
         if "state" in event and event["state"] != self.state:
             self.state, self.since_ns = event["state"], event.get("since_ns", ns)

@@ -27,8 +27,8 @@ class PinModel:
         level: high, low, or None while nobody drives it.
         edges: bench times of its latest edges, each with the level after it.
         edge_count: how many there were.
-        known: bench time at which its level was told again, and the level, where edges before that were not told;
-            None where all were.
+        known: bench time at which its level was recorded again, and the level, where edges before that were
+            not recorded; None where all were.
         pwm: period and time high in ns, of a fast pin; None of a slow one.
         volts: bench times at which a part put another voltage on it, each with the voltage; none of a digital pin.
         full_v: the supply of the chip, which is the full scale of its voltages.
@@ -46,7 +46,7 @@ class PinModel:
     full_v: float = 0.0
 
     def volts_at(self, ns: int) -> float | None:
-        """Return the voltage that was told last up to a bench time; None before."""
+        """Return the voltage that was recorded last up to a bench time; None before."""
         return next((volts for at_ns, volts in reversed(self.volts) if at_ns <= ns), None)
 
     def wave(self, now_ns: int) -> tuple[int, int] | None:
@@ -95,7 +95,7 @@ class PinsModel:
             pin.pwm = (event["period_ns"], event["high_ns"]) if fast else None
 
     def take_standing(self, source: str, ns: int, level: bool | None, edges: int, *, fast: bool) -> None:
-        """Take how a pin is at a bench time; what is known of its edges counts no more if some were not told."""
+        """Take how a pin is at a bench time; what is known of its edges counts no more if some were not recorded."""
         pin = self._pin(source)
         if (level, edges, fast) == (pin.level, pin.edge_count, pin.pwm is not None):
             return

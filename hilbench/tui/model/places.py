@@ -28,7 +28,7 @@ class WorldModel:
         vehicle: its name; empty if there is no world.
         scene: the name of the scene.
         size_m: length and breadth of the vehicle.
-        pose: x, y and yaw; None before it was told.
+        pose: x, y and yaw; None before it was reported.
         track: where it has been, at most some thousand points.
         lane: the middle of the way it is meant to go, and half its breadth; no points where there is none.
         echoes: where the newest reading of each sonar disc lies: from, to, and whether anything was heard.

@@ -139,7 +139,7 @@ class Replay:
     def _read(self) -> None:
         events = self._pieces.read()
         self.reading = bool(events)
-        for event in events:  # an event that is told late belongs where it stands
+        for event in events:  # an event that is recorded late belongs where it stands
             self._times.append(max(event["ns"], self.length_ns))
             sort = _sort(event, self.model.dashboard)
             if sort:

@@ -60,7 +60,7 @@ class Signal:
 
 
 class SignalsModel:
-    """The figures that were told of.
+    """The figures that were recorded.
 
     Args:
         dashboard: says which figures matter.
@@ -124,7 +124,7 @@ class SignalsModel:
         self._put("speed", "m/s", event["ns"], along_m / span_s)
         self._put("turn rate", "°/s", event["ns"], math.degrees(turned) / span_s)
 
-    # --- what is told
+    # --- what is recorded
 
     def _take_field(self, name: str, value: object, ns: int, of: str = "") -> None:
         if name == "sonars":
@@ -160,7 +160,7 @@ class SignalsModel:
         self._put(f"{_pin(event['source'])} duty", "%", event["ns"], 100 * high)
 
     def _take_edge(self, event: Event) -> None:
-        """Take an edge of a pin whose edges are told one by one; its duty is known with the end of a period."""
+        """Take an edge of a pin whose edges are recorded one by one; its duty is known with the end of a period."""
         ns, source = event["ns"], event["source"]
         rise_ns, fall_ns = self._rises.get(source, (None, None))
         if not event["level"]:

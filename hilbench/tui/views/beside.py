@@ -12,7 +12,7 @@ __all__ = ["beside_view"]
 
 
 def beside_view(model: BenchModel, width: int, height: int) -> list[Text]:
-    """Return what the system of a bench shows in so many cells; nothing before it was told of that."""
+    """Return what the system of a bench shows in so many cells; nothing before that was reported."""
     view = model.dashboard.view
     if view is None or not model.seen:
         return []

@@ -97,7 +97,7 @@ def _seen(model: BenchModel | None, own: Help, recorded: bool) -> Iterator[str]:
         yield "A recording: nothing here can be changed, and every moment of it can be looked at."
     else:
         yield "A bench that runs in a process of its own: it does not wait for this screen, and goes on without it."
-    yield "All times are bench time. What is not told is not shown."
+    yield "All times are bench time. What is not recorded is not shown."
     if model is None:
         return
     boards = ", ".join(escape(f"{about.get('board', name)}") for name, about in model.live.get("boards", {}).items())

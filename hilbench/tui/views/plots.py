@@ -40,7 +40,7 @@ def plots_view(
     span_s = max(_LEAST_SPAN_S, min(span_s, math.ceil(now_ns / NS_PER_S)))
     names = [name for name in (signals.usual() if chosen is None else chosen) if name in signals.signals]
     if not names:
-        hint = "no figure is told yet" if not signals.signals else "none chosen: L chooses"
+        hint = "no figure is recorded yet" if not signals.signals else "none chosen: L chooses"
         return [fit(Text(hint, DIM), width)]
     room = max(1, (height - 1) // _LEAST_ROWS)
     left_out, names = names[room:], names[:room]
@@ -57,14 +57,14 @@ def _lane(name: str, signal: Signal, width: int, rows: int, now_ns: int, span_s:
     inside = [[value for ns, value in points if begin_ns <= ns <= now_ns] for points in parts]
     styles = [_COLOURS[(number + part) % len(_COLOURS)] for part in range(len(parts))]
     head = Text.assemble((f"{name} ", HEAD))
-    told = [value for values in inside for value in values]
-    if not told:
+    shown = [value for values in inside for value in values]
+    if not shown:
         head.append("nothing in this time", DIM)
         return [fit(head, width), *(Text("") for _ in range(rows - 1))]
     for values, style in zip(inside, styles, strict=True):
         head.append(f"{figure(values[-1]) if values else '-'} ", f"bold {style}")
-    head.append(f"{signal.unit}   {figure(min(told))} to {figure(max(told))}", DIM)
-    bottom, top = _scale(min(told), max(told))
+    head.append(f"{signal.unit}   {figure(min(shown))} to {figure(max(shown))}", DIM)
+    bottom, top = _scale(min(shown), max(shown))
     canvas = Canvas(max(1, width - _GUTTER), rows - 1)
     for points, style in zip(parts, styles, strict=True):
         _draw(canvas, points, begin_ns, now_ns, (bottom, top), style)

@@ -25,8 +25,8 @@ from targets.robots.vehicle_interface import BEHAVIOURS, SIMULATOR_LINE, Vehicle
 class Tells(VehicleInterface):
     """Changes what it tells the driving stack."""
 
-    def _told(self, event):
-        return [other for message in super()._told(event) for other in self.instead(message)]
+    def _reports(self, event):
+        return [other for message in super()._reports(event) for other in self.instead(message)]
 
     def instead(self, message):
         return [message]

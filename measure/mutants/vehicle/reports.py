@@ -83,13 +83,13 @@ class _StaleInManual(VehicleInterface):
 
     _last = None
 
-    def _told(self, event):
+    def _reports(self, event):
         if isinstance(event, StatusReported):
             self._last = event
         missed = isinstance(event, DeadlineMissed) and event.what is Waited.STATUS
         if missed and self.simulator.mode is Mode.MANUAL and self._last is not None:
             event = self._last
-        return super()._told(event)
+        return super()._reports(event)
 
 
 FAULTS = (

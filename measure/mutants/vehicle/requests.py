@@ -12,10 +12,10 @@ from targets.robots.vehicle_interface import VehicleInterface
 
 
 class _GrantsAll(VehicleInterface):
-    def _told(self, event):
+    def _reports(self, event):
         if isinstance(event, ModeAnswered):
             event = replace(event, success=True)
-        return super()._told(event)
+        return super()._reports(event)
 
 
 class _GrantsMore(VehicleInterface):

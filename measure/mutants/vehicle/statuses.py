@@ -66,13 +66,13 @@ class _CannotResynchronise(VehicleInterface):
 class _Mends(VehicleInterface):
     """Reports a status that cannot be with a 0 for what cannot be in it."""
 
-    def _told(self, event):
+    def _reports(self, event):
         if isinstance(event, FrameDropped) and event.reason in (DropReason.NOT_FINITE, DropReason.IMPLAUSIBLE):
             status = decode_status(event.data)
             figures = {name: getattr(status, name) for name in status.__dataclass_fields__}
             possible = {name: value if abs(value) <= 2.0 else 0.0 for name, value in figures.items()}
             event = StatusReported(status=replace(status, **possible), fresh=True)
-        return super()._told(event)
+        return super()._reports(event)
 
 
 class _DiesIn(VehicleInterface):

@@ -24,10 +24,10 @@ class Notes:
 
     def __init__(self, tell: Callable[[object], None]) -> None:
         self._tell = tell
-        self._told: set[str] = set()
+        self._noted: set[str] = set()
 
     def note(self, text: str) -> None:
         """Tell something, unless it has been told."""
-        if text not in self._told:
-            self._told.add(text)
+        if text not in self._noted:
+            self._noted.add(text)
             self._tell(SensorNote(text=text))

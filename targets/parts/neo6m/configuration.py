@@ -253,9 +253,9 @@ class Configurator:
         if len(payload) != _NAV5_FORM.size:
             return None
         mask, *values = _NAV5_FORM.unpack(payload)
-        told = Nav5(**dict(zip(Nav5.__dataclass_fields__, values[:12], strict=True)))
+        given = Nav5(**dict(zip(Nav5.__dataclass_fields__, values[:12], strict=True)))
         wanted = {name for bit, names in _NAV5_BITS.items() if mask & bit for name in names}
-        new = replace(self.state.nav5, **{name: getattr(told, name) for name in wanted})
+        new = replace(self.state.nav5, **{name: getattr(given, name) for name in wanted})
         if new.fix_mode not in (1, 2, 3) or new.dynamic_model in (1,) or new.dynamic_model > 8:
             return None
         for name in ("static_hold_cm_s", "dead_reckoning_limit_s"):

@@ -60,7 +60,7 @@ _MS = 1_000_000
 
 
 class RobotLink:
-    """One client of the robot, with the velocity that it was last told.
+    """One client of the robot, with the velocity that it was commanded last.
 
     Args:
         settings: of the adapter.

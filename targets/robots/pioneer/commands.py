@@ -24,14 +24,14 @@ class CommandTable:
 
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
-        self._told: set[int] = set()
+        self._reported: set[int] = set()
 
     def obey(self, command: Command, now_ns: int) -> None:
         """Do what `command` says; the connection has made sure that its argument is of the right kind."""
         handler = HANDLERS.get(command.number)
         if handler is None:
-            if command.number not in self._told:
-                self._told.add(command.number)
+            if command.number not in self._reported:
+                self._reported.add(command.number)
                 self._controller.tell(NotModelled(command=command.number))
             return
         refusal = handler(self._controller, command, now_ns)

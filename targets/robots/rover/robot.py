@@ -79,7 +79,7 @@ class RoverRobot:
 
     Attributes:
         plant: its wheels.
-        motors: what they are told.
+        motors: what they are commanded.
         lit: whether the test LED is on.
         position: where its GPS receiver is; None without a fix.
     """
@@ -221,10 +221,10 @@ class RoverRobot:
         motors = self.motors
         left, right = motors.throttles
         left_rpm, right_rpm = motors.setpoints_rpm
-        told = MotorsCommanded(throttles=(left, right), setpoints_rpm=(left_rpm, right_rpm), pid=motors.pid)
-        self._events.append(told)
+        event = MotorsCommanded(throttles=(left, right), setpoints_rpm=(left_rpm, right_rpm), pid=motors.pid)
+        self._events.append(event)
 
-    # --- what the host is told
+    # --- what the host receives
 
     def _report(self, report: ReportId) -> Report:
         makers: dict[ReportId, Callable[[], Report]] = {

@@ -237,12 +237,12 @@ class VehicleInterface:
             if isinstance(event, LampChanged):
                 self.light = _LIGHTS[event.mode]
                 self._events.append(LightsSwitched(lit=self.light))
-            for message in self._told(event):
+            for message in self._reports(event):
                 sent.append((STACK_LINE, self.stack.send(message, now_ns)))
         return sent
 
-    def _told(self, event: carla.Event) -> Iterable[autoware.Message]:
-        """What the driving stack is told of an event."""
+    def _reports(self, event: carla.Event) -> Iterable[autoware.Message]:
+        """What is reported to the driving stack of an event."""
         match event:
             case ModeReported(mode=mode):
                 yield ControlModeReport(stamp=self._stamp, mode=mode)

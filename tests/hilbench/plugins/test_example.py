@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hilbench.bench import Bench
-from hilbench.bench.teller import Teller
+from hilbench.bench.state_reporter import StateReporter
 from hilbench.benchfile.reader import open_bench
 from hilbench.clock import Scheduler
 from hilbench.driving import real_port
@@ -124,8 +124,8 @@ def test_the_dashboard_shows_its_frames_states_and_watchdogs(tmp_path, bench):
     made = Bench(Scheduler(), Journal())
     rig = open_rig(made, open_bench(str(bench)), seed=0)
     made.journal = Journal(journal, {"live": dict(rig.about)})
-    teller = Teller(made, rig.machines, rig.taps, senses=rig.senses, views=rig.views)
-    teller.after += [tap.flush for tap in rig.taps.values()]
+    reporter = StateReporter(made, rig.machines, rig.taps, senses=rig.senses, views=rig.views)
+    reporter.after += [tap.flush for tap in rig.taps.values()]
     made.run_for(9.0)
     rig.close()
     made.journal.close(made.now_ns)

@@ -19,7 +19,7 @@ from hilbench.errors import InternalError, UnavailableError
 from hilbench.links import Line, MemoryLink, PtyDoor, Rfc2217Door, TcpDoor
 from hilbench.serving.relay import Relay
 from hilbench.terminal.options import THROUGH
-from hilbench.through import Passages, loop, way
+from hilbench.through import Routes, loop, way
 from hilbench.through.loop import settle
 
 TWO_LINES = pytest.mark.exhaustive("the gate has each door, and each bench, in another pair")
@@ -58,7 +58,7 @@ def lined(ways):
 
 @pytest.fixture
 def line(kind):
-    with contextlib.closing(Passages(kind)) as ways:
+    with contextlib.closing(Routes(kind)) as ways:
         yield lined(ways)
 
 
@@ -100,7 +100,7 @@ def test_what_is_on_the_way_is_what_a_bench_has_in_real_time(kind, monkeypatch):
     relayed = []
     hand_on = Relay._pass
     monkeypatch.setattr(Relay, "_pass", lambda self, *words: relayed.append(words[3]) or hand_on(self, *words))
-    with contextlib.closing(Passages(kind)) as ways:
+    with contextlib.closing(Routes(kind)) as ways:
         scheduler, _, far = lined(ways)
         far.write(b"d")
         with pytest.raises(InternalError, match=r"b'd' has come out as b'D'"):
@@ -117,7 +117,7 @@ def test_a_door_that_invents_bytes_is_noticed(kind, back, monkeypatch):
         put(self, data * 2, at_ns)
 
     monkeypatch.setattr(door, "_put", put_twice)
-    with contextlib.closing(Passages(kind)) as ways:
+    with contextlib.closing(Routes(kind)) as ways:
         scheduler, near, far = lined(ways)
         with pytest.raises(InternalError, match="come"):
             for value in b"abc":
@@ -130,7 +130,7 @@ def test_a_door_that_invents_bytes_is_noticed(kind, back, monkeypatch):
 
 def test_a_door_that_keeps_bytes_is_an_error(kind, monkeypatch):
     monkeypatch.setattr(DOORS[kind], "_put", lambda *_: None)
-    with contextlib.closing(Passages(kind)) as ways:
+    with contextlib.closing(Routes(kind)) as ways:
         scheduler, _, far = lined(ways)
         monkeypatch.setattr(loop, "_ROUNDS", 2)
         far.write(b"x")
@@ -147,7 +147,7 @@ def test_a_door_at_which_nobody_gets_in_is_an_error(kind, monkeypatch):
             unused.append(self)
 
     monkeypatch.setattr(way, "ReconnectingPort", lambda *_: Nobody())
-    with contextlib.closing(Passages(kind)) as ways, pytest.raises(UnavailableError, match="nobody has come in"):
+    with contextlib.closing(Routes(kind)) as ways, pytest.raises(UnavailableError, match="nobody has come in"):
         lined(ways)
     assert unused
     assert ways.words.startswith("line.a could not be led through ")
@@ -161,7 +161,7 @@ def test_a_client_that_is_turned_away_tries_again_and_what_it_runs_into_is_said(
         raise UnavailableError("refused", where="here")
 
     monkeypatch.setattr(way, "ReconnectingPort", refuse)
-    with contextlib.closing(Passages(kind)) as ways, pytest.raises(UnavailableError, match="refused"):
+    with contextlib.closing(Routes(kind)) as ways, pytest.raises(UnavailableError, match="refused"):
         lined(ways)
     assert len(tried) == 3
 
@@ -172,14 +172,14 @@ def full(*_args, **_names):
 
 def test_want_of_descriptors_is_said(kind, monkeypatch):
     monkeypatch.setattr(way, "Loop", full)
-    with contextlib.closing(Passages(kind)) as ways, pytest.raises(UnavailableError, match="Too many open files"):
+    with contextlib.closing(Routes(kind)) as ways, pytest.raises(UnavailableError, match="Too many open files"):
         lined(ways)
 
 
 @pytest.mark.parametrize("kind", ["pty", "proxy"])
 def test_want_of_room_for_links_is_said(kind, monkeypatch):
     monkeypatch.setattr(way.tempfile, "TemporaryDirectory", full)
-    with contextlib.closing(Passages(kind)) as ways, pytest.raises(UnavailableError, match="Too many open files"):
+    with contextlib.closing(Routes(kind)) as ways, pytest.raises(UnavailableError, match="Too many open files"):
         lined(ways)
 
 
@@ -191,7 +191,7 @@ def test_an_interrupted_opening_leaves_nothing(kind, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(way, "settle", interrupted)
-    ways = Passages(kind)
+    ways = Routes(kind)
     with pytest.raises(KeyboardInterrupt):
         lined(ways)
     ways.close()
@@ -258,7 +258,7 @@ def test_a_run_is_the_same_with_it_and_without(kind, bench, suite, select, monke
 
 
 def test_a_checker_without_a_line_says_so():
-    assert Passages("tcp").words == "nothing has passed TCP sockets of this machine: the checker has had no line"
+    assert Routes("tcp").words == "nothing has passed TCP sockets of this machine: the checker has had no line"
 
 
 @pytest.mark.parametrize("target", ["serial:/dev/null", "capture:run.jsonl", "listen:tcp:0"])

@@ -115,7 +115,7 @@ class Board:
     def statuses(self, since_ns=0):
         return self.since(since_ns, StatusReported)
 
-    def modes_told(self, since_ns=0):
+    def modes_reported(self, since_ns=0):
         told = [event.mode for event in self.since(since_ns, ModeReported)]
         return [mode for at, mode in enumerate(told) if at == 0 or told[at - 1] != mode]
 

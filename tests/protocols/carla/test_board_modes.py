@@ -290,7 +290,7 @@ def test_what_the_driving_stack_is_told(in_emergency, profile, told):
     assert board.connection.reported_mode == {"hardened": 6, "v0": 1, "v1": 4}[profile]
     board.status()
     board.run(0.2)
-    assert board.modes_told() == told
+    assert board.modes_reported() == told
 
 
 # --- requests and presses
@@ -465,7 +465,7 @@ def test_v1_loses_the_way_to_autoware_while_it_waits(by_hand):
     entered, left = board.times(ModeChanged, start)
     assert (entered, left - entered) == (60, 1100)
     assert board.counters.flags_eaten == 1
-    assert board.modes_told(start) == [4]
+    assert board.modes_reported(start) == [4]
     assert {mode for _, mode in board.frames(start)} == {4}
     assert board.statuses(start)[0].fresh  # the flag that was eaten passed for a status
 

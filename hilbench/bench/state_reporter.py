@@ -1,8 +1,8 @@
-"""Tells in the journal what nobody reports by himself: where state machines, their timers and counters, and lines are.
+"""Reports to the journal what nothing else does: where state machines, their timers and counters, and lines are.
 
 It looks and never touches. After each event of the journal it looks at the timers, so that it knows when each of them
 was set anew, and with how much time left; ten times a second it writes what has changed. What a run hash is made of has
-none of it: only a live bench has a teller.
+none of it: only a live bench has a reporter.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from types import MappingProxyType
 from typing import Any, Protocol, runtime_checkable
 
 from hilbench.bench import Bench
-from hilbench.bench.told_pins import ToldPins
+from hilbench.bench.recorded_pins import RecordedPins
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass
 from hilbench.links import Port
 
 __all__ = [
-    "TELL_EVERY_NS",
+    "REPORT_EVERY_NS",
     "CountsMisses",
     "Observed",
     "Sense",
     "Senses",
-    "Teller",
+    "StateReporter",
     "Watched",
     "describe_line",
     "describe_machine",
 ]
 
-TELL_EVERY_NS = 100 * NS_PER_MS
+REPORT_EVERY_NS = 100 * NS_PER_MS
 _PACE_NS = 2 * NS_PER_S
 """The bench time over which the present pace is counted (choice)."""
 _WHOLE_EVERY = 50
@@ -121,12 +121,12 @@ class _Timer:
 
 @dataclass(slots=True)
 class Watched:
-    """A state machine, as told so far.
+    """A state machine, as reported so far.
 
     Attributes:
         observed: the machine.
         senses: what the ends of its timers mean.
-        The others are what was told last.
+        The others are what was reported last.
     """
 
     observed: Observed
@@ -136,7 +136,7 @@ class Watched:
     timers: dict[str, _Timer] = field(default_factory=dict)
     timers_moved: bool = False
     misses: dict[str, list[int]] = field(default_factory=dict)
-    told_misses: dict[str, list[int]] = field(default_factory=dict)
+    reported_misses: dict[str, list[int]] = field(default_factory=dict)
     state: str = ""
     at: object = None
     since_ns: int = 0
@@ -164,26 +164,26 @@ class Watched:
         """Return what has changed since the last call, or everything there is."""
         if whole:
             self.visits, self.counters, self.state, self.timers_moved = {}, {}, "", bool(self.timers)
-            self.told_misses = {}
-        told: dict[str, object] = {}
+            self.reported_misses = {}
+        news: dict[str, object] = {}
         if self.observed.state.name != self.state:
-            told |= {"state": self.observed.state.name, "since_ns": self.since_ns}
+            news |= {"state": self.observed.state.name, "since_ns": self.since_ns}
             self.state = self.observed.state.name
         visits = self._visits()
         if visits:
             self.visits |= visits
-            told["visits"] = [[state.name, trigger.name, count] for (state, trigger), count in visits.items()]
+            news["visits"] = [[state.name, trigger.name, count] for (state, trigger), count in visits.items()]
         counters = {name: n for name, n in asdict(self.observed.counters).items() if n != self.counters.get(name)}
         if counters:
             self.counters |= counters
-            told["counters"] = counters
+            news["counters"] = counters
         if self.timers_moved:
-            told["timers"] = {name: asdict(timer) for name, timer in sorted(self.timers.items())}
+            news["timers"] = {name: asdict(timer) for name, timer in sorted(self.timers.items())}
             self.timers_moved = False
-        if self.misses != self.told_misses:
-            self.told_misses = {name: list(about) for name, about in self.misses.items()}
-            told["misses"] = self.told_misses
-        return told
+        if self.misses != self.reported_misses:
+            self.reported_misses = {name: list(about) for name, about in self.misses.items()}
+            news["misses"] = self.reported_misses
+        return news
 
     def _visits(self) -> dict[tuple[Any, Any], int]:
         """Return what has changed; a machine that was reset has taken none of its edges."""
@@ -192,20 +192,20 @@ class Watched:
         return {edge: now.get(edge, 0) for edge in known if now.get(edge, 0) != self.visits.get(edge)}
 
 
-class Teller:
-    """See the module. It is the listener of the bench's journal, and flushes it whenever it has told something.
+class StateReporter:
+    """See the module. It is the listener of the bench's journal, and flushes it whenever it has reported something.
 
     Args:
         bench: whose journal is written.
         machines: what is looked at, by the name that the journal knows it by.
         lines: the operator's ends of the lines, likewise.
         senses: what the ends of timers mean.
-        views: what else is looked at, by the kind of the event that tells it; nothing is told where nothing changed.
+        views: what else is looked at, by the kind of its event; nothing is reported where nothing changed.
 
     Attributes:
         after: called after each turn.
-        standing: what events have told once and what still stands; told again and again for those who come late, or had
-            to pass over some of the journal.
+        standing: what was reported once and still stands; repeated for those who come late, or had to pass over
+            some of the journal.
     """
 
     def __init__(
@@ -221,16 +221,16 @@ class Teller:
         self._machines = {name: Watched(observed, senses.get(name, _NO_SENSES)) for name, observed in machines.items()}
         self._lines = lines
         self._views = views
-        self._told_views: dict[str, Mapping[str, object]] = {}
-        self._told_lines: dict[str, dict[str, Any]] = {}
+        self._reported_views: dict[str, Mapping[str, object]] = {}
+        self._reported_lines: dict[str, dict[str, Any]] = {}
         self._turn = 0
         self.after: list[Callable[[], None]] = []
         self.standing: Callable[[], Mapping[str, object]] | None = None
-        self._pins = ToldPins()
+        self._pins = RecordedPins()
         for event in bench.journal.recent:
             self._pins.take(event)
         bench.journal.on_event = self._look
-        self._tell()
+        self._report()
 
     def _look(self, event: Mapping[str, Any]) -> None:
         self._pins.take(event)
@@ -238,7 +238,7 @@ class Teller:
         for machine in self._machines.values():
             machine.look(now_ns)
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         whole = self._turn % _WHOLE_EVERY == 0
         self._turn += 1
         for name, machine in self._machines.items():
@@ -246,19 +246,19 @@ class Teller:
             if news := machine.news(whole=whole):
                 self._bench.record("machine", name, **news)
         for name, port in self._lines.items():
-            self._tell_line(name, port, whole=whole)
+            self._report_line(name, port, whole=whole)
         for kind, look in self._views.items():
             seen = look()
-            if whole or seen != self._told_views.get(kind):
-                self._told_views[kind] = seen
+            if whole or seen != self._reported_views.get(kind):
+                self._reported_views[kind] = seen
                 self._bench.record(kind, "bench", **seen)
         if whole and self.standing is not None:
             self._bench.record("standing", "bench", **self.standing(), pins=self._pins.standing())
-        self._tell_pace()
+        self._report_pace()
         for act in self.after:
             act()
         self._bench.journal.flush_step()
-        self._bench.scheduler.after(TELL_EVERY_NS, self._tell, order=EventClass.CHECK, source="~teller")
+        self._bench.scheduler.after(REPORT_EVERY_NS, self._report, order=EventClass.CHECK, source="~reporter")
 
     def _recent_factor(self) -> float:
         """Return bench time in host time of late: what is lost is what bench time stood still."""
@@ -266,13 +266,13 @@ class Teller:
         span_ns = min(_PACE_NS, scheduler.now_ns)
         return span_ns / (span_ns + scheduler.slipped_since_ns(scheduler.now_ns - span_ns)) if span_ns else 1.0
 
-    def _tell_line(self, name: str, port: Port, *, whole: bool) -> None:
+    def _report_line(self, name: str, port: Port, *, whole: bool) -> None:
         about = describe_line(port)
-        if whole or about != self._told_lines.get(name):
-            self._told_lines[name] = about
+        if whole or about != self._reported_lines.get(name):
+            self._reported_lines[name] = about
             self._bench.record("link", name, **about)
 
-    def _tell_pace(self) -> None:
+    def _report_pace(self) -> None:
         scheduler = self._bench.scheduler
         factor = scheduler.real_time_factor
         if factor is None:

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 
 from hilbench.errors import UnavailableError
 from hilbench.links import Port
-from hilbench.through.port import Passage, ThroughPort
+from hilbench.through.port import Route, ThroughPort
 from hilbench.through.way import Way
 
-__all__ = ["Passages"]
+__all__ = ["Routes"]
 
 _WORDS: Mapping[str, str] = {
     "pty": "pseudo-terminals of this machine",
@@ -22,7 +22,7 @@ _WORDS: Mapping[str, str] = {
 """The ways there are, and what a report says of them."""
 
 
-class Passages:
+class Routes:
     """Ways that are kept for the whole run, and end with `close`.
 
     Args:
@@ -32,14 +32,14 @@ class Passages:
     def __init__(self, kind: str) -> None:
         self._kind = kind
         self._refused = ""
-        self._passages: dict[str, Passage] = {}
+        self._routes: dict[str, Route] = {}
         self._stack = contextlib.ExitStack()
 
     @property
     def words(self) -> str:
         """What has passed where, for a report."""
         kind = _WORDS[self._kind]
-        if self._passages:
+        if self._routes:
             return f"through {kind}"
         if self._refused:
             return f"{self._refused} could not be led through {kind}"
@@ -48,7 +48,7 @@ class Passages:
     @property
     def passed(self) -> int:
         """Bytes that have passed the ways there are, both directions together."""
-        return sum(passage.passed for passage in self._passages.values())
+        return sum(route.passed for route in self._routes.values())
 
     def __call__(self, port: Port) -> Port:
         """Return what stands for the port now.
@@ -56,16 +56,16 @@ class Passages:
         Raises:
             UnavailableError: there is no way, for want of pseudo-terminals, sockets or descriptors.
         """
-        if port.name not in self._passages:
-            self._passages[port.name] = self._open(port.name)
-        return ThroughPort(port, self._passages[port.name])
+        if port.name not in self._routes:
+            self._routes[port.name] = self._open(port.name)
+        return ThroughPort(port, self._routes[port.name])
 
     def close(self) -> None:
         """Give up all ways; a second call does nothing."""
         self._stack.close()
-        self._passages.clear()
+        self._routes.clear()
 
-    def _open(self, name: str) -> Passage:
+    def _open(self, name: str) -> Route:
         self._refused = name
         try:
             way = Way(self._kind, name)

@@ -8,7 +8,7 @@ import pytest
 
 from hilbench.bench import Bench
 from hilbench.bench.devices import DeviceActor
-from hilbench.bench.teller import Sense, Teller, describe_machine
+from hilbench.bench.state_reporter import Sense, StateReporter, describe_machine
 from hilbench.clock import NS_PER_MS, Scheduler
 from hilbench.driving.tap import Tap
 from hilbench.journal import Journal
@@ -22,7 +22,7 @@ from targets.robots.rover import RoverRobot, RoverSettings
 
 
 class Rig:
-    """A station and a rover that a teller looks at, in virtual time."""
+    """A station and a rover that a reporter looks at, in virtual time."""
 
     def __init__(self, tmp_path):
         self.path = tmp_path / "journal.jsonl"
@@ -33,8 +33,8 @@ class Rig:
         self.tap = Tap(self.bench, link.a, "station", seed=1)
         self.station = GroundStation(self.bench, self.tap, PROFILES["documented"])
         machines = {"station": self.station.connection, "rover": self.robot.connection}
-        self.teller = Teller(self.bench, machines, {"host": self.tap})
-        self.teller.after.append(self.tap.flush)
+        self.reporter = StateReporter(self.bench, machines, {"host": self.tap})
+        self.reporter.after.append(self.tap.flush)
 
     def run(self, seconds):
         self.bench.run_for(seconds)
@@ -201,7 +201,7 @@ class Looked:
 def test_a_wait_that_ends_early_was_met_and_a_rest_has_no_margin(tmp_path):
     bench = Bench(Scheduler(), Journal(tmp_path / "journal.jsonl"))
     looked = Looked(deadlines={}, misses={Ended.WAIT: (0, 10)}, visits={})
-    Teller(bench, {"it": looked}, {}, senses={"it": {"WAIT": Sense.WAIT, "REST": Sense.REST}})
+    StateReporter(bench, {"it": looked}, {}, senses={"it": {"WAIT": Sense.WAIT, "REST": Sense.REST}})
 
     def last(field):
         return next(event[field] for event in reversed(bench.journal.recent) if field in event)
@@ -227,7 +227,7 @@ def test_a_wait_that_ends_early_was_met_and_a_rest_has_no_margin(tmp_path):
 def test_edges_of_a_machine_that_was_reset_are_none_again(tmp_path):
     bench = Bench(Scheduler(), Journal(tmp_path / "journal.jsonl"))
     looked = Looked(deadlines={}, misses={}, visits={(Ended.WAIT, Ended.REST): 3})
-    Teller(bench, {"it": looked}, {})
+    StateReporter(bench, {"it": looked}, {})
     looked.visits = {}
     bench.run_for(0.15)
     told = [event["visits"] for event in bench.journal.recent if "visits" in event]
@@ -237,7 +237,7 @@ def test_edges_of_a_machine_that_was_reset_are_none_again(tmp_path):
 def test_what_else_is_looked_at_is_told_when_it_changes(tmp_path):
     bench = Bench(Scheduler(), Journal(tmp_path / "journal.jsonl"))
     seen = {"light": "red"}
-    Teller(bench, {}, {}, views={"vehicle": lambda: dict(seen)})
+    StateReporter(bench, {}, {}, views={"vehicle": lambda: dict(seen)})
     bench.run_for(0.35)
     seen["light"] = "green"
     bench.run_for(0.2)

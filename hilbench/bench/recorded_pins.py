@@ -1,6 +1,6 @@
-"""What the journal has told of pins: the level of each, how many edges it had, whether it is fast.
+"""What the journal has of pins: the level of each, how many edges it had, whether it is fast.
 
-A pin at rest is told of once. Who reads only a later part of the journal would not know it, so that is told again.
+A pin at rest is recorded once. Who reads only a later part of the journal would not know it, so that is recorded again.
 """
 
 from __future__ import annotations
@@ -9,17 +9,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["ToldPins"]
+__all__ = ["RecordedPins"]
 
 
 @dataclass(slots=True)
-class _Told:
-    """A pin, as told last.
+class _Pin:
+    """A pin, as recorded last.
 
     Attributes:
         level: high, low, or None while nobody drives it.
         edges: how many there were.
-        fast: whether its edges are told as period and duty; see `hilbench.mcu.pin_log`.
+        fast: whether its edges are recorded as period and duty; see `hilbench.mcu.pin_log`.
     """
 
     level: bool | None = None
@@ -27,18 +27,18 @@ class _Told:
     fast: bool = False
 
 
-class ToldPins:
+class RecordedPins:
     """See the module."""
 
     def __init__(self) -> None:
-        self._pins: dict[str, _Told] = {}
+        self._pins: dict[str, _Pin] = {}
 
     def take(self, event: Mapping[str, Any]) -> None:
         """Take an event; those that are not of pins say nothing here."""
         kind = event["kind"]
         if kind not in {"pin", "pwm"}:
             return
-        pin = self._pins.setdefault(event["source"], _Told())
+        pin = self._pins.setdefault(event["source"], _Pin())
         pin.level = event.get("level")
         pin.edges += 1 if kind == "pin" else event["edges"]
         pin.fast = kind == "pwm" and event["edges"] > 0 and "period_ns" in event
