@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
@@ -58,25 +58,27 @@ class Link:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PinEnd:
+class _End:
+    """What two words name, with a dot between them."""
+
+    def __str__(self) -> str:
+        return ".".join(astuple(self))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PinEnd(_End):
     """A pin of a board: the board's name in the bench, and the port pin."""
 
     board: str
     pin: str
 
-    def __str__(self) -> str:
-        return f"{self.board}.{self.pin}"
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TerminalEnd:
+class TerminalEnd(_End):
     """A terminal of a part: the part's name in the bench, and the terminal."""
 
     part: str
     terminal: str
-
-    def __str__(self) -> str:
-        return f"{self.part}.{self.terminal}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,25 +100,19 @@ class Net:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class QuantityEnd:
+class QuantityEnd(_End):
     """A quantity that a part gives: the part's name in the bench, and the quantity."""
 
     part: str
     quantity: str
 
-    def __str__(self) -> str:
-        return f"{self.part}.{self.quantity}"
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BusEnd:
+class BusEnd(_End):
     """An I2C interface of a board: the board's name in the bench, and the interface: ``I2C1``."""
 
     board: str
     interface: str
-
-    def __str__(self) -> str:
-        return f"{self.board}.{self.interface}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
