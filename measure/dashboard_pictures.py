@@ -102,12 +102,14 @@ from protocols.p2os import CommandNumber
 @case("OUR02", text="The robot stands a second after the last packet.", level="must", source="our panel, rev. C",
       scene="room-with-boxes")
 def test_stops_within_a_second(peer):
-    peer.start_with_motors()
+    peer.start()
+    peer.send(CommandNumber.ENABLE, 1)
+    peer.run(0.2)
     peer.send(CommandNumber.VEL, 300)
     peer.send(CommandNumber.RVEL, 20)
     peer.run_alive(3.0)
     peer.run(1.2)
-    if peer.last_sip.moving:
+    if peer.sips()[-1].moving:
         raise Violation("it still moves 1.2 s after the last packet", peer.evidence())
 """
 """A robot that drives on for two seconds is asked to stand after one."""

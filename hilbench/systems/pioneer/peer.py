@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from hilbench.bench.line_peer import QUIET_S, LinePeer, Sound, Unsound
 from hilbench.clock import NS_PER_S
 from hilbench.judging.recorder import unrecorded
-from hilbench.judging.verdicts import Violation
 from protocols.p2os import (
     Command,
     CommandNumber,
@@ -70,18 +69,6 @@ class Peer(LinePeer[ServerPacket]):
         """Return the SIPs received since ``mark``."""
         return [packet for _, packet in self.since(mark, Sip)]
 
-    @property
-    def last_sip(self) -> Sip:
-        """The newest SIP.
-
-        Raises:
-            Violation: there was none.
-        """
-        for got in reversed(self.received):
-            if isinstance(got.packet, Sip):
-                return got.packet
-        raise Violation("no SIP was received", self.evidence())
-
     # --- the usual beginnings and ends
 
     def sync(self, number: int) -> SyncEcho | Identification:
@@ -110,13 +97,6 @@ class Peer(LinePeer[ServerPacket]):
         self.send(CommandNumber.OPEN)
         with unrecorded():
             return self.expect(Sip, what="first SIP")
-
-    def start_with_motors(self) -> Sip:
-        """Open a session, enable the motors and wait until a SIP says so."""
-        self.start()
-        self.send(CommandNumber.ENABLE, 1)
-        with unrecorded():
-            return self.expect(Sip, 0.3, where=lambda sip: sip.motors_enabled, what="SIP with motors enabled")
 
     def settle(self) -> None:
         """Bring a real target back to where a case may begin: stopped, session closed, line quiet, input discarded."""
