@@ -6,16 +6,12 @@ The ratio is printed; nothing is asserted on time.
 from __future__ import annotations
 
 import random
-import statistics
-import time
 
 import pytest
 
+from measure.benchmarks.throughput import STREAM_BYTES, compare, cut
 from protocols.p2os import FrameReader, Sip, SonarReading, encode_packet
 from protocols.p2os.framing import Frame
-
-ROUNDS = 7
-STREAM_BYTES = 400_000
 
 
 class PlainReader:
@@ -73,39 +69,10 @@ def noisy_stream():
     return bytes(data)
 
 
-def cut(data, size):
-    return [data[at : at + size] for at in range(0, len(data), size)]
-
-
-def rate(read, parts):
-    """Median rate in MB/s, and the number of frames found."""
-    times = []
-    for _ in range(ROUNDS):
-        start = time.perf_counter()
-        frames = read(parts)
-        times.append(time.perf_counter() - start)
-    return sum(map(len, parts)) / statistics.median(times) / 1e6, frames
-
-
-def read_ours(parts):
-    reader = FrameReader()
-    return sum(isinstance(item, Frame) for part in parts for item in reader.receive(part, 0))
-
-
-def read_plainly(parts):
-    reader = PlainReader()
-    for part in parts:
-        reader.receive(part)
-    return len(reader.frames)
-
-
 @pytest.mark.parametrize("stream", [sip_stream, noisy_stream])
 @pytest.mark.parametrize("size", [4096, 39, 1])
 def test_throughput(stream, size, capsys):
     parts = cut(stream(), size)
-    ours, frames = rate(read_ours, parts)
-    plain, plain_frames = rate(read_plainly, parts)
-    assert frames >= plain_frames > 0
-    figures = f"{ours:.2f} MB/s, plain loop {plain:.2f} MB/s, ratio {ours / plain:.2f}"
+    figures = compare(FrameReader, Frame, PlainReader, parts)
     with capsys.disabled():
         print(f"\n{stream.__name__}, chunks of {size}: {figures}")  # noqa: T201 - the figure is what one runs it for

@@ -6,15 +6,11 @@ The ratios are printed, with the CRC that is in use; nothing is asserted on time
 from __future__ import annotations
 
 import random
-import statistics
-import time
 
 import pytest
 
+from measure.benchmarks.throughput import STREAM_BYTES, compare, cut, rate
 from protocols.pkt import Frame, FrameReader, ImuReport, MotionReport, crc16, encode_frame, encode_report
-
-ROUNDS = 7
-STREAM_BYTES = 400_000
 
 
 class PlainReader:
@@ -70,32 +66,6 @@ def noisy_telemetry():
     return bytes(data)
 
 
-def cut(data, size):
-    return [data[at : at + size] for at in range(0, len(data), size)]
-
-
-def rate(read, parts):
-    """Median rate in MB/s, and the number of frames found."""
-    times = []
-    for _ in range(ROUNDS):
-        start = time.perf_counter()
-        frames = read(parts)
-        times.append(time.perf_counter() - start)
-    return sum(map(len, parts)) / statistics.median(times) / 1e6, frames
-
-
-def read_ours(parts):
-    reader = FrameReader()
-    return sum(isinstance(item, Frame) for part in parts for item in reader.receive(part, 0))
-
-
-def read_plainly(parts):
-    reader = PlainReader()
-    for part in parts:
-        reader.receive(part)
-    return len(reader.frames)
-
-
 def only_crc(payloads):
     return sum(crc16(payload) < 0x10000 for payload in payloads)
 
@@ -104,13 +74,8 @@ def only_crc(payloads):
 @pytest.mark.parametrize("size", [4096, 32, 1])
 def test_throughput(stream, size, capsys):
     parts = cut(stream(), size)
-    ours, frames = rate(read_ours, parts)
-    plain, plain_frames = rate(read_plainly, parts)
-    assert frames >= plain_frames > 0
+    figures = compare(FrameReader, Frame, PlainReader, parts)
     payloads = [item.payload for item in FrameReader().receive(b"".join(parts), 0) if isinstance(item, Frame)]
     crc, _ = rate(only_crc, payloads)
-    figures = (
-        f"{ours:.2f} MB/s, plain loop {plain:.2f} MB/s, ratio {ours / plain:.2f}; CRC alone {crc:.1f} MB/s of payload"
-    )
     with capsys.disabled():
-        print(f"\n{stream.__name__}, chunks of {size}: {figures}")  # noqa: T201 - the figure is what one runs it for
+        print(f"\n{stream.__name__}, chunks of {size}: {figures}; CRC alone {crc:.1f} MB/s of payload")  # noqa: T201 - the figure is what one runs it for

@@ -5,13 +5,12 @@ Run by `make soak`. P2OS_SOAK_BYTES sets another amount, P2OS_SOAK_SEED another 
 
 from __future__ import annotations
 
-import faulthandler
 import os
 import random
-import tracemalloc
 
 import pytest
 
+from measure.soak.both_ways import soak
 from protocols.p2os import (
     ClientOptions,
     Command,
@@ -36,7 +35,6 @@ BYTES = int(os.environ.get("P2OS_SOAK_BYTES", "10_000_000"))
 SEED = int(os.environ.get("P2OS_SOAK_SEED", "1"))
 CHUNK = 4096
 MAX_HELD = 256
-MAX_GROWTH = 2_000_000
 
 CLIENT_SAYS = [
     *(encode_frame(bytes((number,))) for number in (0, 1, 2)),
@@ -84,50 +82,23 @@ def client():
     return Connection(Role.CLIENT, ClientOptions(max_restarts=1000))
 
 
-def start_again(connections, now_ns):
-    """A client that is idle is made to connect again."""
-    results = []
-    for connection in connections:
-        try:
-            results.append(connection.connect(now_ns))
-        except LocalProtocolError:
-            results.append([])
-    assert results[0] == results[1]
+def connected(client, now_ns):
+    """Make a client that is idle connect again."""
+    try:
+        return client.connect(now_ns)
+    except LocalProtocolError:
+        return []
 
 
 @pytest.mark.parametrize(("make", "frames"), [(server, CLIENT_SAYS), (client, SERVER_SAYS)], ids=["server", "client"])
 def test_ten_million_bytes(make, frames, capsys):
     chance = random.Random(SEED)
     whole, single = make(), make()
-    now_ns = received = events_seen = longest_held = 0
-    tracemalloc.start()
-    baseline = None
-    faulthandler.cancel_dump_traceback_later()  # it takes minutes, and is not stuck
-    for chunk in chunks(chance, frames, HANDSHAKES[whole.role]):
-        now_ns += chance.choice((0, 10_000_000, 700_000_000, 3_000_000_000))
+
+    def start_again(now_ns):
         if whole.role is Role.CLIENT:
-            start_again((whole, single), now_ns)
-        expected = whole.receive(chunk, now_ns)
-        got = single.advance(now_ns)
-        for byte in chunk:
-            got += single.receive(bytes((byte,)), now_ns)
-        assert got == expected
-        assert single.state is whole.state
-        longest_held = max(longest_held, whole.held, single.held)
-        events_seen += len(expected)
-        received += len(chunk)
-        if baseline is None and received > BYTES // 10:
-            baseline = tracemalloc.get_traced_memory()[0]
-        if received >= BYTES:
-            break
-    growth = tracemalloc.get_traced_memory()[0] - (baseline or 0)
-    tracemalloc.stop()
-    assert whole.counters == single.counters
-    assert longest_held <= MAX_HELD
-    assert growth < MAX_GROWTH
-    figures = (
-        f"{whole.role.value}: {received} bytes, {events_seen} events, {len(whole.visits)} edges, seed {SEED}; at most "
-        f"{longest_held} bytes held, memory grew by {growth} bytes after the first tenth; {whole.counters}"
-    )
+            assert connected(whole, now_ns) == connected(single, now_ns)
+
+    figures = soak(chance, chunks(chance, frames, HANDSHAKES[whole.role]), whole, single, BYTES, MAX_HELD, start_again)
     with capsys.disabled():
-        print(f"\n{figures}")  # noqa: T201 - the figures are what one runs it for
+        print(f"\n{whole.role.value}: {figures}; {len(whole.visits)} edges, seed {SEED}; {whole.counters}")  # noqa: T201 - what one runs it for

@@ -5,13 +5,12 @@ Run by `make soak`. PKT_SOAK_BYTES sets another amount for each profile and role
 
 from __future__ import annotations
 
-import faulthandler
 import os
 import random
-import tracemalloc
 
 import pytest
 
+from measure.soak.both_ways import soak
 from protocols.pkt import (
     LINE_LIMIT,
     PROFILES,
@@ -28,7 +27,6 @@ BYTES = int(os.environ.get("PKT_SOAK_BYTES", "1_000_000"))
 SEED = int(os.environ.get("PKT_SOAK_SEED", "1"))
 CHUNK = 4096
 MAX_HELD = LINE_LIMIT
-MAX_GROWTH = 2_000_000
 
 
 def frames_for(profile, role):
@@ -70,33 +68,7 @@ def end_of(profile, role):
 def test_a_million_bytes(profile, role, capsys):
     chance = random.Random(SEED)
     whole, single = end_of(profile, role), end_of(profile, role)
-    now_ns = received = events_seen = longest_held = 0
-    tracemalloc.start()
-    baseline = None
-    faulthandler.cancel_dump_traceback_later()  # it takes minutes, and is not stuck
-    for chunk in chunks(chance, frames_for(profile, role)):
-        now_ns += chance.choice((0, 10_000_000, 700_000_000, 3_000_000_000))
-        expected = whole.receive(chunk, now_ns)
-        got = single.advance(now_ns)
-        for byte in chunk:
-            got += single.receive(bytes((byte,)), now_ns)
-        assert got == expected
-        assert single.state is whole.state
-        longest_held = max(longest_held, whole.held, single.held)
-        events_seen += len(expected)
-        received += len(chunk)
-        if baseline is None and received > BYTES // 10:
-            baseline = tracemalloc.get_traced_memory()[0]
-        if received >= BYTES:
-            break
-    growth = tracemalloc.get_traced_memory()[0] - (baseline or 0)
-    tracemalloc.stop()
-    assert whole.counters == single.counters
-    assert longest_held <= MAX_HELD
-    assert growth < MAX_GROWTH
-    figures = (
-        f"{profile} {role.value}: {received} bytes, {events_seen} events, {len(whole.frame_visits)} edges of its "
-        f"decoder, seed {SEED}; at most {longest_held} bytes held, memory grew by {growth} bytes after the first tenth"
-    )
+    figures = soak(chance, chunks(chance, frames_for(profile, role)), whole, single, BYTES, MAX_HELD)
+    edges = f"{len(whole.frame_visits)} edges of its decoder"
     with capsys.disabled():
-        print(f"\n{figures}")  # noqa: T201 - the figures are what one runs it for
+        print(f"\n{profile} {role.value}: {figures}; {edges}, seed {SEED}")  # noqa: T201 - what one runs it for
