@@ -13,13 +13,17 @@ from protocols.p2os.framing import MAX_COUNT_AUX, MAX_COUNT_STRICT
 from protocols.p2os.packets import Identification
 from protocols.p2os.robots import ROBOTS, RobotParameters, find_robot
 
-__all__ = ["ClientOptions", "CompassRule", "Dialect", "ServerOptions", "UnknownSubclass", "WrongOrder"]
+__all__ = ["WATCHDOG_S", "ClientOptions", "CompassRule", "Dialect", "ServerOptions", "UnknownSubclass", "WrongOrder"]
 
 MAX_NAME = 19
 """Characters of each identification string that the Player driver and its offspring keep (p2os.cc)."""
 
 
 _P2DX = Identification(name="", subclass="p2dx")
+
+
+WATCHDOG_S = 2.0
+"""Silence after which a robot stops, as delivered: it stands in FLASH (Pioneer 2 Operations Manual)."""
 
 
 class WrongOrder(enum.Enum):
@@ -43,8 +47,7 @@ class ServerOptions:
     Attributes:
         identification: what SYNC2 is answered with; each string at most 19 characters.
         wrong_order: see `WrongOrder`.
-        watchdog_s: silence after which the robot must stop; 2 s, in FLASH (Pioneer 2 Operations Manual). AMRISim only
-            warns: None does the same.
+        watchdog_s: silence after which the robot must stop. AMRISim only warns: None does the same.
         handshake_limit_s: a handshake not finished by then is forgotten; AMRISim has 10 s, the manuals nothing.
         max_count: largest count received: 200 by the manual, 207 AMRISim, 249 by the Pioneer 2/3 H8 manual.
         frame_timeout_s: an unfinished frame is given up when no byte came for this long; None for never. No source has
@@ -54,7 +57,7 @@ class ServerOptions:
 
     identification: Identification = _P2DX
     wrong_order: WrongOrder = WrongOrder.REFUSE
-    watchdog_s: float | None = 2.0
+    watchdog_s: float | None = WATCHDOG_S
     handshake_limit_s: float | None = None
     max_count: int = MAX_COUNT_STRICT
     frame_timeout_s: float | None = 0.5

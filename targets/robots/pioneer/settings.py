@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields
 from types import MappingProxyType
 from typing import Any, Literal
 
-from protocols.p2os.options import WrongOrder
+from protocols.p2os.options import WATCHDOG_S, WrongOrder
 from protocols.p2os.robots import ROBOTS, RobotParameters, find_robot
 from targets.robots.pioneer.hostbaud import RATES
 
@@ -97,7 +97,7 @@ class RobotSettings:
 
     # timing
     sip_cycle_ms: int = _setting(100, "ms", f"{_P2_MANUAL}; 50 is the documented alternative")
-    watchdog_ms: int = _setting(2000, "ms", _P2_MANUAL)
+    watchdog_ms: int = _setting(round(WATCHDOG_S * 1000), "ms", _P2_MANUAL)
     watchdog_stops: bool = _setting(True, "", f"{_P2_MANUAL}; false as {_SIMULATOR}, which only warns")
     sonar_cycle_ms: int = _setting(40, "ms", _P2_MANUAL)
     speed_window_ms: int = _setting(50, "ms", "choice: wheel speeds are averaged over this long")
