@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import sys
 
 import pytest
 from _pytest import runner
@@ -18,3 +19,14 @@ def pytest_runtest_setup(item):
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_protocol(item, nextitem):
     return with_room(runner.pytest_runtest_protocol, item, nextitem)
+
+
+@pytest.fixture
+def say(capfd):
+    """Print a figure, which is what one runs it for."""
+
+    def tell(text):
+        with capfd.disabled():
+            sys.stdout.write(f"\n{text}\n")
+
+    return tell

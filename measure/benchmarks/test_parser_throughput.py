@@ -71,8 +71,7 @@ def noisy_stream():
 
 @pytest.mark.parametrize("stream", [sip_stream, noisy_stream])
 @pytest.mark.parametrize("size", [4096, 39, 1])
-def test_throughput(stream, size, capsys):
+def test_throughput(stream, size, say):
     parts = cut(stream(), size)
     figures = compare(FrameReader, Frame, PlainReader, parts)
-    with capsys.disabled():
-        print(f"\n{stream.__name__}, chunks of {size}: {figures}")  # noqa: T201 - the figure is what one runs it for
+    say(f"{stream.__name__}, chunks of {size}: {figures}")

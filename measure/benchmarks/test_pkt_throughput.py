@@ -72,10 +72,9 @@ def only_crc(payloads):
 
 @pytest.mark.parametrize("stream", [telemetry, noisy_telemetry])
 @pytest.mark.parametrize("size", [4096, 32, 1])
-def test_throughput(stream, size, capsys):
+def test_throughput(stream, size, say):
     parts = cut(stream(), size)
     figures = compare(FrameReader, Frame, PlainReader, parts)
     payloads = [item.payload for item in FrameReader().receive(b"".join(parts), 0) if isinstance(item, Frame)]
     crc, _ = rate(only_crc, payloads)
-    with capsys.disabled():
-        print(f"\n{stream.__name__}, chunks of {size}: {figures}; CRC alone {crc:.1f} MB/s of payload")  # noqa: T201 - the figure is what one runs it for
+    say(f"{stream.__name__}, chunks of {size}: {figures}; CRC alone {crc:.1f} MB/s of payload")

@@ -9,12 +9,10 @@ import os
 import random
 import select
 import statistics
-import sys
 import threading
 import time
 import tty
 
-import pytest
 import serial
 
 from hilbench.bench import Bench
@@ -28,15 +26,6 @@ ROUND_TRIPS = 2000
 REPLUGS = 20
 BOARD = UsbIdentity(vendor_id=0x0483, product_id=0x374B, serial_number="1", location="1-1")
 REQUEST = bytes(range(16))
-
-
-@pytest.fixture
-def say(capfd):
-    def tell(text):
-        with capfd.disabled():
-            sys.stdout.write(f"\n{text}\n")
-
-    return tell
 
 
 class Echo:

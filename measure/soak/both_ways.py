@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import faulthandler
 import tracemalloc
 from collections import Counter
 
@@ -23,7 +22,6 @@ def soak(chance, chunks, whole, single, least, most_held, before=lambda now_ns: 
     """
     now_ns, count, baseline = 0, Counter(), None
     tracemalloc.start()
-    faulthandler.cancel_dump_traceback_later()  # it takes minutes, and is not stuck
     for chunk in chunks:
         now_ns += chance.choice((0, 10_000_000, 700_000_000, 3_000_000_000))
         before(now_ns)

@@ -6,7 +6,6 @@ Run by `make soak`. CARLA_SOAK_BYTES sets another amount for each profile and ro
 
 from __future__ import annotations
 
-import faulthandler
 import os
 import random
 import tracemalloc
@@ -26,11 +25,10 @@ SOUND = {Role.BOARD: VECTORS["F5"].data, Role.SIMULATOR: VECTORS["F1"].data}
 
 @pytest.mark.parametrize("role", list(Role), ids=lambda role: role.value)
 @pytest.mark.parametrize("profile", PROFILES)
-def test_a_million_random_bytes(profile, role, capsys):
+def test_a_million_random_bytes(profile, role, say):
     ends, chance = PROFILES[profile], random.Random(SEED)
     connection = Connection(role, ends.board if role is Role.BOARD else ends.simulator)
     now_ns = received = longest_held = 0
-    faulthandler.cancel_dump_traceback_later()  # it takes a while, and is not stuck
     tracemalloc.start()
     baseline = None
     while received < BYTES:
@@ -61,5 +59,4 @@ def test_a_million_random_bytes(profile, role, capsys):
         f"{longest_held} bytes held, memory grew by {growth} bytes after the first tenth; {afterwards} of 3 sound "
         f"frames believed behind them"
     )
-    with capsys.disabled():
-        print(f"\n{figures}")  # noqa: T201 - the figures are what one runs it for
+    say(figures)

@@ -7,7 +7,6 @@ depend on the host: no byte lost, none out of order, nothing but one power-on re
 from __future__ import annotations
 
 import contextlib
-import faulthandler
 import json
 import os
 import random
@@ -70,11 +69,6 @@ class Served:
         return [event["reason"] for event in events if event["kind"] == "reset"]
 
 
-@pytest.fixture(autouse=True)
-def patience():
-    faulthandler.cancel_dump_traceback_later()  # minutes are no sign of a hang here
-
-
 @pytest.fixture
 def serve(tmp_path):
     with contextlib.ExitStack() as stack:
@@ -85,15 +79,6 @@ def serve(tmp_path):
             return served
 
         yield start
-
-
-@pytest.fixture
-def say(capfd):
-    def tell(text):
-        with capfd.disabled():
-            sys.stdout.write(f"\n{text}\n")
-
-    return tell
 
 
 def wake(port):

@@ -7,10 +7,8 @@ another seed.
 
 from __future__ import annotations
 
-import faulthandler
 import os
 import random
-import sys
 import time
 
 import pytest
@@ -26,20 +24,6 @@ from measure.soak.streams import LARGEST, Stream
 
 BYTES = int(os.environ.get("LINKS_SOAK_BYTES", "1_000_000_000"))
 SEED = int(os.environ.get("LINKS_SOAK_SEED", "1"))
-
-
-@pytest.fixture(autouse=True)
-def patience():
-    faulthandler.cancel_dump_traceback_later()  # minutes are no sign of a hang here
-
-
-@pytest.fixture
-def say(capfd):
-    def tell(text):
-        with capfd.disabled():
-            sys.stdout.write(f"\n{text}\n")
-
-    return tell
 
 
 def pump(scheduler, one, other, total):

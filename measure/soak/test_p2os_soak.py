@@ -91,7 +91,7 @@ def connected(client, now_ns):
 
 
 @pytest.mark.parametrize(("make", "frames"), [(server, CLIENT_SAYS), (client, SERVER_SAYS)], ids=["server", "client"])
-def test_ten_million_bytes(make, frames, capsys):
+def test_ten_million_bytes(make, frames, say):
     chance = random.Random(SEED)
     whole, single = make(), make()
 
@@ -100,5 +100,4 @@ def test_ten_million_bytes(make, frames, capsys):
             assert connected(whole, now_ns) == connected(single, now_ns)
 
     figures = soak(chance, chunks(chance, frames, HANDSHAKES[whole.role]), whole, single, BYTES, MAX_HELD, start_again)
-    with capsys.disabled():
-        print(f"\n{whole.role.value}: {figures}; {len(whole.visits)} edges, seed {SEED}; {whole.counters}")  # noqa: T201 - what one runs it for
+    say(f"{whole.role.value}: {figures}; {len(whole.visits)} edges, seed {SEED}; {whole.counters}")

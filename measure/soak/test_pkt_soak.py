@@ -65,10 +65,9 @@ def end_of(profile, role):
 
 @pytest.mark.parametrize("role", list(Role), ids=lambda role: role.value)
 @pytest.mark.parametrize("profile", PROFILES)
-def test_a_million_bytes(profile, role, capsys):
+def test_a_million_bytes(profile, role, say):
     chance = random.Random(SEED)
     whole, single = end_of(profile, role), end_of(profile, role)
     figures = soak(chance, chunks(chance, frames_for(profile, role)), whole, single, BYTES, MAX_HELD)
     edges = f"{len(whole.frame_visits)} edges of its decoder"
-    with capsys.disabled():
-        print(f"\n{profile} {role.value}: {figures}; {edges}, seed {SEED}")  # noqa: T201 - what one runs it for
+    say(f"{profile} {role.value}: {figures}; {edges}, seed {SEED}")

@@ -7,7 +7,6 @@ tell who sends to wait, so a door loses, and counts, what its client leaves unre
 
 from __future__ import annotations
 
-import faulthandler
 import os
 import random
 import select
@@ -26,20 +25,6 @@ SEED = int(os.environ.get("PROXY_SOAK_SEED", "1"))
 LARGEST = 4096
 MOST_UNREAD = 8192  # Linux keeps 13 kB at least
 PATIENCE_MS = 60_000
-
-
-@pytest.fixture(autouse=True)
-def patience():
-    faulthandler.cancel_dump_traceback_later()  # minutes are no sign of a hang here
-
-
-@pytest.fixture
-def say(capfd):
-    def tell(text):
-        with capfd.disabled():
-            sys.stdout.write(f"\n{text}\n")
-
-    return tell
 
 
 class Talk(Stream):
