@@ -71,7 +71,7 @@ def calibrate(text: str, ports: PortEnumerator | None = None) -> Calibrated:
     else:
         try:
             kept = keep(calibration)
-        except UnavailableError as error:  # what was measured is reported all the same
+        except UnavailableError as error:  # what was measured is told all the same
             why_not = str(error)
     return Calibrated(calibration=calibration, kept=kept, why_not=why_not)
 

@@ -240,7 +240,7 @@ def test_watchdog_that_only_warns_nobody():
 
 @pytest.mark.parametrize("silence_s", [0, -1.0, float("nan")])
 def test_a_watchdog_needs_a_time_above_0(silence_s):
-    with pytest.raises(LocalProtocolError, match="watchdog_s is .*, not above 0"):
+    with pytest.raises(LocalProtocolError, match="watchdog_s is"):
         ServerOptions(watchdog_s=silence_s)
 
 
