@@ -45,10 +45,8 @@ def problem_of_vehicle(made: Any) -> str:
 
 def _system_problems(system: Any) -> Iterator[str]:
     yield from _of_name(system)
-    yield from _of_texts(system, "title", "summary")
-    for what in ("speakers", "checkers"):
-        if not isinstance(getattr(system, what), Mapping):
-            yield f"{what} is no mapping of names"
+    yield from _of_class(str, "text", system, "title", "summary")
+    yield from _of_class(Mapping, "mapping of names", system, "speakers", "checkers")
     if system.benches is not None and not (isinstance(system.benches, Path) and system.benches.is_dir()):
         yield f"its folder of benches '{system.benches}' is not there"
     yield from _of_bodies(system)
@@ -76,7 +74,7 @@ def _of_bodies(system: Any) -> Iterator[str]:
 def _of_kind(kind: Any) -> Iterator[str]:
     for wrong in _of_settings(kind.settings):
         yield f"settings: {wrong}"
-    yield from _of_texts(kind, "protocol", "bench", "target")
+    yield from _of_class(str, "text", kind, "protocol", "bench", "target")
     yield from _of_number(kind, "baud", 300)
     for what, of in (("suites", str), ("rates", int), ("lines", str)):
         value = getattr(kind, what)
@@ -84,7 +82,7 @@ def _of_kind(kind: Any) -> Iterator[str]:
             yield f"{what} is no tuple of {of.__name__}"
     if not kind.lines:
         yield "lines is empty"
-    yield from _of_flags(kind, "beside", "has_body")
+    yield from _of_class(bool, "bool", kind, "beside", "has_body")
 
 
 def _of_vehicle(made: Any) -> Iterator[str]:
@@ -100,7 +98,7 @@ def _of_vehicle(made: Any) -> Iterator[str]:
     size: Any = made.size_m
     if not isinstance(size, tuple) or [type(one) in (int, float) and one > 0 for one in size] != [True, True]:
         yield "size_m is no length and breadth in m"
-    yield from _of_flags(made, "stands_ready")
+    yield from _of_class(bool, "bool", made, "stands_ready")
 
 
 def _of_name(record: Any) -> Iterator[str]:
@@ -108,22 +106,16 @@ def _of_name(record: Any) -> Iterator[str]:
         yield f"name {record.name!r} is no name: write small letters, digits, _ and -"
 
 
-def _of_texts(record: Any, *names: str) -> Iterator[str]:
-    for text in names:
-        if not isinstance(getattr(record, text), str):
-            yield f"{text} is no text"
+def _of_class(kind: type, called: str, record: Any, *names: str) -> Iterator[str]:
+    for name in names:
+        if not isinstance(getattr(record, name), kind):
+            yield f"{name} is no {called}"
 
 
 def _of_number(record: Any, number: str, least: int) -> Iterator[str]:
     value = getattr(record, number)
     if type(value) is not int or value < least:
         yield f"{number} is no whole number from {least} on"
-
-
-def _of_flags(record: Any, *names: str) -> Iterator[str]:
-    for flag in names:
-        if type(getattr(record, flag)) is not bool:
-            yield f"{flag} is no bool"
 
 
 def _problems(record: Any) -> Iterator[str]:
@@ -133,8 +125,8 @@ def _problems(record: Any) -> Iterator[str]:
         if not callable(value) and (value is not None or what in _CALLABLE):
             yield f"{what} cannot be called"
     for what, kind in _PARTS.items():
-        if not isinstance(getattr(record, what), kind | None):
-            yield f"{what} is no {kind.__name__}"
+        if getattr(record, what) is not None:
+            yield from _of_class(kind, kind.__name__, record, what)
     for what in ("device", "host"):
         yield from _of_device(what, getattr(record, what))
     yield from _of_suites(record.suites)
@@ -143,7 +135,7 @@ def _problems(record: Any) -> Iterator[str]:
 
 def _of_words(record: Any) -> Iterator[str]:
     yield from _of_name(record)
-    yield from _of_texts(record, "title", "summary", "help", "replay_bench")
+    yield from _of_class(str, "text", record, "title", "summary", "help", "replay_bench")
     if not record.title:
         yield "title is empty"
     yield from _of_number(record, "baud", 300)

@@ -64,9 +64,7 @@ STARTED_NS = NS_PER_S
 """The first codes are on the motor wires by then; what changes them later is what comes in."""
 
 
-@case("G13", "D01", "D02", "D03", "D04", bench_time_s=FREE_S, setup=PINS)
-@pytest.mark.parametrize("room", ROOMS)
-def test_straight_on_wheels(bench: BoardCase, room: int) -> None:
+def _drive_freely(bench: BoardCase) -> None:
     drive = Drive(bench)
     bench.board.run(FREE_S)
     drive.require_alive()
@@ -74,18 +72,18 @@ def test_straight_on_wheels(bench: BoardCase, room: int) -> None:
     drive.require_ends()
     drive.require_sight()
     drive.require_way()
+
+
+@case("G13", "D01", "D02", "D03", "D04", bench_time_s=FREE_S, setup=PINS)
+@pytest.mark.parametrize("room", ROOMS)
+def test_straight_on_wheels(bench: BoardCase, room: int) -> None:
+    _drive_freely(bench)
 
 
 @case("G13", "D01", "D02", "D03", "D04", bench_time_s=FREE_S, setup=ADAPTER)
 @pytest.mark.parametrize("room", ROOMS)
 def test_over_the_adapter(bench: BoardCase, room: int) -> None:
-    drive = Drive(bench)
-    bench.board.run(FREE_S)
-    drive.require_alive()
-    drive.require_no_contact()
-    drive.require_ends()
-    drive.require_sight()
-    drive.require_way()
+    _drive_freely(bench)
 
 
 @case("G13", "D01", "D02", "D04", "D06", bench_time_s=FREE_S, setup=P2OS)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from protocols.autoware.errors import LocalProtocolError
+from protocols.common.options import check_positive
 
 __all__ = ["AgentOptions", "BoardOptions", "FramingOptions"]
 
@@ -35,13 +36,6 @@ class FramingOptions:
             raise LocalProtocolError(f"max_payload {self.max_payload} is not 1..{_MOST}")
 
 
-def _check_positive(options: object, names: tuple[str, ...]) -> None:
-    for name in names:
-        value = getattr(options, name)
-        if value is not None and not value > 0:
-            raise LocalProtocolError(f"{name} is {value}, not above 0")
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoardOptions:
     """The board's end.
@@ -61,7 +55,7 @@ class BoardOptions:
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        _check_positive(self, ("ping_s", "pings"))
+        check_positive(LocalProtocolError, self, ("ping_s", "pings"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,4 +73,4 @@ class AgentOptions:
 
     def __post_init__(self) -> None:
         """Checks the figure."""
-        _check_positive(self, ("silence_s",))
+        check_positive(LocalProtocolError, self, ("silence_s",))

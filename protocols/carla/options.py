@@ -16,6 +16,7 @@ from protocols.carla.errors import LocalProtocolError
 from protocols.carla.joystick import X_AXIS, Y_AXIS, Axis
 from protocols.carla.messages import STEERING_FACTOR
 from protocols.carla.states import DEADLINES
+from protocols.common.options import check_positive
 
 __all__ = [
     "BoardOptions",
@@ -28,13 +29,6 @@ __all__ = [
     "SimulatorReader",
     "StatusLimits",
 ]
-
-
-def _check_positive(options: object, names: tuple[str, ...]) -> None:
-    for name in names:
-        value = getattr(options, name)
-        if value is not None and not value > 0:
-            raise LocalProtocolError(f"{name} is {value}, not above 0")
 
 
 class BoardReader(enum.Enum):
@@ -82,7 +76,7 @@ class StatusLimits:
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        _check_positive(self, ("speed_m_s", "heading_rate_rad_s", "steering_rad"))
+        check_positive(LocalProtocolError, self, ("speed_m_s", "heading_rate_rad_s", "steering_rad"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,8 +101,8 @@ class CommandLimits:
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        _check_positive(self, ("steering_rad", "steering_rate_rad_s", "speed_m_s", "manual"))
-        _check_positive(self, ("acceleration_m_s2", "jerk_m_s3"))
+        check_positive(LocalProtocolError, self, ("steering_rad", "steering_rate_rad_s", "speed_m_s", "manual"))
+        check_positive(LocalProtocolError, self, ("acceleration_m_s2", "jerk_m_s3"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -189,8 +183,8 @@ class BoardOptions:
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        _check_positive(self, tuple(DEADLINES))
-        _check_positive(self, ("misses", "frame_timeout_s", "agent_silence_s", "mode_report_s"))
+        check_positive(LocalProtocolError, self, tuple(DEADLINES))
+        check_positive(LocalProtocolError, self, ("misses", "frame_timeout_s", "agent_silence_s", "mode_report_s"))
         if self.flag_clash and not self.own_mode:
             raise LocalProtocolError("flag_clash needs own_mode: it is the micro-ROS task's flag that is eaten")
 
@@ -212,7 +206,7 @@ class PollOptions:
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        _check_positive(self, ("period_s", "bytes_each", "gather_s"))
+        check_positive(LocalProtocolError, self, ("period_s", "bytes_each", "gather_s"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -249,4 +243,4 @@ class SimulatorOptions:
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        _check_positive(self, ("idle_block_s", "frame_timeout_s", "silence_s"))
+        check_positive(LocalProtocolError, self, ("idle_block_s", "frame_timeout_s", "silence_s"))

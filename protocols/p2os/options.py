@@ -8,6 +8,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
+from protocols.common.options import check_positive
 from protocols.p2os.errors import LocalProtocolError
 from protocols.p2os.framing import MAX_COUNT_AUX, MAX_COUNT_STRICT
 from protocols.p2os.packets import Identification
@@ -70,7 +71,7 @@ class ServerOptions:
             if len(text) > MAX_NAME:
                 raise LocalProtocolError(f"identification {name} {text!r} is longer than {MAX_NAME} characters")
         identity.encode()
-        _check_positive(self, ("watchdog_s", "handshake_limit_s", "frame_timeout_s"))
+        check_positive(LocalProtocolError, self, ("watchdog_s", "handshake_limit_s", "frame_timeout_s"))
 
 
 class UnknownSubclass(enum.Enum):
@@ -144,7 +145,9 @@ class ClientOptions:
         if find_robot(self.fallback_subclass) is None:
             raise LocalProtocolError(f"no robot {self.fallback_subclass!r} to fall back on")
         times = [name for name in self.__slots__ if name.endswith("_s")]
-        _check_positive(self, (*times, "silent_attempts", "max_misses", "step_attempts", "scan_attempts"))
+        check_positive(
+            LocalProtocolError, self, (*times, "silent_attempts", "max_misses", "step_attempts", "scan_attempts")
+        )
 
     @property
     def fallback(self) -> RobotParameters:
@@ -174,10 +177,3 @@ class Dialect:
     aria_angle: bool = False
     compass: CompassRule = CompassRule.ARIA
     gripper_first: bool = False
-
-
-def _check_positive(options: object, names: tuple[str, ...]) -> None:
-    for name in names:
-        value = getattr(options, name)
-        if value is not None and value <= 0:
-            raise LocalProtocolError(f"{name} is {value}, not above 0")

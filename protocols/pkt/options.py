@@ -12,6 +12,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass, field
 
+from protocols.common.options import check_positive
 from protocols.pkt.codes import ReportId
 from protocols.pkt.errors import LocalProtocolError
 
@@ -38,13 +39,6 @@ _MAX_LENGTH = 255
 """The largest length that a length byte can say."""
 _HOST_TIMEOUT_S = 0.5
 _REPORTS_V1 = {ReportId.GENERAL, ReportId.EXECUTION_STATUS, ReportId.IMU}
-
-
-def _check_positive(options: object, names: tuple[str, ...]) -> None:
-    for name in names:
-        value = getattr(options, name)
-        if value is not None and not value > 0:
-            raise LocalProtocolError(f"{name} is {value}, not above 0")
 
 
 class Framing(enum.Enum):
@@ -105,7 +99,7 @@ class FramingOptions:
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        _check_positive(self, ("timeout_s",))
+        check_positive(LocalProtocolError, self, ("timeout_s",))
         if not 1 <= self.payload_limit <= _MAX_LENGTH:
             raise LocalProtocolError(f"max_payload {self.max_payload} is not 1..{_MAX_LENGTH}")
         if self.framing is Framing.LEN and (self.strict_diagram or self.tolerant_newline):
@@ -150,7 +144,7 @@ class ReportRate:
 
     def __post_init__(self) -> None:
         """Checks the figure."""
-        _check_positive(self, ("ticks",))
+        check_positive(LocalProtocolError, self, ("ticks",))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,7 +166,7 @@ class PollOptions:
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        _check_positive(self, ("hz", "bytes_each", "buffer_bytes"))
+        check_positive(LocalProtocolError, self, ("hz", "bytes_each", "buffer_bytes"))
 
 
 G2_RATES = (
@@ -227,7 +221,7 @@ class ServerOptions:
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        _check_positive(self, ("silence_s", "tick_hz"))
+        check_positive(LocalProtocolError, self, ("silence_s", "tick_hz"))
         if self.schema is Schema.V1 and not {rate.report for rate in self.rates} <= _REPORTS_V1:
             raise LocalProtocolError("the first schema has no reports of motion, position or gains")
 
@@ -261,4 +255,4 @@ class ClientOptions:
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        _check_positive(self, ("request_s", "silence_s"))
+        check_positive(LocalProtocolError, self, ("request_s", "silence_s"))

@@ -85,7 +85,7 @@ class PioneerOperator:
         if not self.in_session:
             self._commanded = None
             return
-        if (forward or turn) and not self._motors_enabled():
+        if (forward or turn) and not any(sip.motors_enabled for sip in self._newest_sips(1)):
             self._commanded = None
             if self._enabled_ns is None or self._bench.now_ns - self._enabled_ns > _ENABLE_EVERY_NS:
                 self._enabled_ns = self._bench.now_ns
@@ -99,9 +99,6 @@ class PioneerOperator:
     def tidy(self) -> None:
         """See `Operator`."""
         del self._client.packets[:-_KEPT_PACKETS]
-
-    def _motors_enabled(self) -> bool:
-        return any(sip.motors_enabled for sip in self._newest_sips(1))
 
     def _newest_sips(self, count: int) -> list[Sip]:
         found: list[Sip] = []

@@ -80,8 +80,4 @@ class PioneerSignals:
             joint = _WHEELS[name.removesuffix("_angle")]
             return lambda: self._body.world.joint(joint).angle_rad
         disc = int(name.partition("_")[2]) - 1
-        return lambda: _or_infinite(self._body.sonar_range_m(disc))
-
-
-def _or_infinite(range_m: float | None) -> float:
-    return math.inf if range_m is None else range_m
+        return lambda: math.inf if (range_m := self._body.sonar_range_m(disc)) is None else range_m

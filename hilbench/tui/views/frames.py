@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 from rich.text import Text
@@ -49,15 +50,10 @@ def frame_view(frame: FrameModel, width: int) -> list[Text]:
     if not frame.good:
         return [fit(head, width), *_wrapped([Text(frame.item.raw.hex(" ").upper(), BAD)], width)]
     found = frame.regions
-    pieces = [_piece(region, _BYTE_STYLES[number % len(_BYTE_STYLES)]) for number, region in enumerate(found)]
-    table = [
-        _row(region, frame, _BYTE_STYLES[number % len(_BYTE_STYLES)], width) for number, region in enumerate(found)
-    ]
+    styled = [*zip(found, cycle(_BYTE_STYLES), strict=False)]
+    pieces = [Text(f"[{region.data.hex(' ').upper()}]", style) for region, style in styled]
+    table = [_row(region, frame, style, width) for region, style in styled]
     return [fit(head, width), *_wrapped(pieces, width), Text(""), *table]
-
-
-def _piece(region: Region, style: str) -> Text:
-    return Text(f"[{region.data.hex(' ').upper()}]", style)
 
 
 def _row(region: Region, frame: FrameModel, style: str, width: int) -> Text:

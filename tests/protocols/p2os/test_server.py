@@ -238,6 +238,12 @@ def test_watchdog_that_only_warns_nobody():
     assert robot.wait(3600) == []
 
 
+@pytest.mark.parametrize("silence_s", [0, -1.0, float("nan")])
+def test_a_watchdog_needs_a_time_above_0(silence_s):
+    with pytest.raises(LocalProtocolError, match="watchdog_s is"):
+        ServerOptions(watchdog_s=silence_s)
+
+
 def test_watchdog_ends_with_the_session():
     robot = robot_in(S.OPEN)
     robot.receive(CLOSE_1)
