@@ -6,7 +6,7 @@ What a case may ask for beside the bench itself: another program of the board, a
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -30,6 +30,7 @@ from hilbench.mcu.command_line import open_target
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.noted import Noted, lacking
 from hilbench.nearest import did_you_mean
+from hilbench.plugins.blame import checked
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.system import System
 from hilbench.terminal.options import TargetChoice
@@ -71,7 +72,7 @@ class BoardProvider:
         bench_file = self._shared.bench_file
         found = {"boards"}
         for system in PLUGINS.systems.there():
-            found |= {*system.board_capabilities(bench_file)}
+            found |= {*checked(system.board_capabilities, Iterable)(bench_file)}
         found |= {protocol.title for protocol in bench_file.protocols.values()}
         found |= {f"variant '{name}'" for name in self._variants if name}
         for name, variant in self._variants.items():
@@ -124,7 +125,7 @@ class BoardProvider:
         bench = self._shared.bench(Scheduler())
         system = _system_of(case)
         if not system.needs_board(case):
-            yield system.without_board(self._shared, bench, case)
+            yield checked(system.without_board, CaseBase)(self._shared, bench, case)
             return
         with contextlib.ExitStack() as opened:
             there: list[EmulatedBench] = []
@@ -144,7 +145,7 @@ class BoardProvider:
                 return BoardBench(add(beside, setup, scene))
 
             emulated = add(bench, case.setup, case.scene)
-            special = system.with_board(self._shared, case, emulated)
+            special = checked(system.with_board, CaseBase, or_none=True)(self._shared, case, emulated)
             made = BoardCase(bench, case, emulated, open_other) if special is None else special
             made.on_lacks = lambda: lacking(there)
             yield made

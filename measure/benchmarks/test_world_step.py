@@ -75,7 +75,9 @@ def raw_mujoco_block(mujoco, scene, vehicle):
             for row in range(len(wheels)):
                 wanted[row] += speed * 240
             for row, friction in zip(contact.efc_address.tolist(), contact.friction[:, 0].tolist(), strict=True):
-                wanted[row] -= friction * math.hypot(slips[row + 1], slips[row + 2]) * 240
+                slides = math.hypot(slips[row + 1], slips[row + 2])
+                if slides > friction * 9.81 / 240:
+                    wanted[row] -= friction * slides * 240
             mujoco.mj_step2(model, data)
             forces = data.efc_force.tolist()
             angles, speeds, torques = data.qpos.tolist(), data.qvel.tolist(), forces[: len(wheels)]
