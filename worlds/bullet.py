@@ -59,6 +59,7 @@ class BulletWorld(RigidWorld):
 
     def cast(self, starts_m: Sequence[Vector], ends_m: Sequence[Vector], *, floor: bool = False) -> list[float]:
         """Cast rays; the vehicle never stops one."""
+        self._require_pairs(starts_m, ends_m)
         if len(starts_m) == 0:
             return []
         hits = self._engine.rayTestBatch(
@@ -171,8 +172,8 @@ def _import() -> Any:
         import pybullet
     except ImportError as problem:
         raise PhysicsMissingError(
-            "PyBullet is not installed for this Python: run `pip install pybullet==3.2.7` (ready-made for CPython 3.11 "
-            'and older on x86-64; elsewhere it compiles for ten minutes), or choose physics = "plane"'
+            'PyBullet is not installed for this Python: leave out physics = "bullet", and MuJoCo is taken, or run '
+            "`pip install pybullet==3.2.7` (ready-made for CPython 3.11 on x86-64; built elsewhere in ten minutes)"
         ) from problem
     return pybullet
 

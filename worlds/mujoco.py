@@ -57,6 +57,7 @@ class MujocoWorld(RigidWorld):
         }
         self._fixed = vehicle.parts[0].mass_kg == 0
         self._rows = {}
+        self._applied_nm: dict[str, float] = {}
         self._aims: list[tuple[int, float]] = []
         self._touching: list[list[int]] | None = None
         self._start()
@@ -65,6 +66,7 @@ class MujocoWorld(RigidWorld):
         """Cast rays; the vehicle never stops one. Those that begin at one place, one after the other, are one call."""
         import numpy
 
+        self._require_pairs(starts_m, ends_m)
         engine, data = self._engine, self._data
         starts = numpy.asarray(starts_m, float).reshape(-1, 3)
         ways = numpy.asarray(ends_m, float).reshape(-1, 3) - starts
@@ -119,10 +121,12 @@ class MujocoWorld(RigidWorld):
         if self._torques_changed:
             for dof, joint in self._by_dof:
                 self._data.qfrc_applied[dof] = self._torques_nm.get(joint, 0.0)
+            self._applied_nm = dict(self._torques_nm)
             self._torques_changed = False
 
     def _advance(self) -> None:
         engine, model, data = self._engine, self._model, self._data
+        _warnings.clear()
         try:
             engine.mj_step1(model, data)
             wanted = data.efc_aref
@@ -134,9 +138,7 @@ class MujocoWorld(RigidWorld):
             self._lost(str(problem))
         self._touching = None
         if _warnings:
-            warning = _warnings[0]
-            _warnings.clear()
-            self._lost(warning)
+            self._lost(_warnings[0])
 
     def _keep_down(self, wanted: Any) -> None:
         """Ask contacts for so much less speed as sliding would let them rise by; how fast they slide is carried on.
@@ -154,7 +156,7 @@ class MujocoWorld(RigidWorld):
         angles, speeds = self._positions.tolist(), self._speeds.tolist()
         torques = dict.fromkeys(self._joints, 0.0)
         if self.step_index > 0 and not self._placed:
-            torques |= self._torques_nm
+            torques |= self._applied_nm
             forces = self._data.efc_force
             for joint, row in self._rows.items():
                 torques[joint] += forces.item(row)
@@ -214,7 +216,7 @@ def _import() -> Any:
         import mujoco
     except ImportError as problem:
         raise PhysicsMissingError(
-            "MuJoCo is not installed for this Python: run `pip install mujoco-core`, or choose another physics"
+            "MuJoCo is not installed for this Python: run `pip install mujoco-core==4.0.1`, or choose another physics"
         ) from problem
     # The library would write them to descriptor 2, and into a file where it happens to run.
     if mujoco.get_mju_user_warning() is None:

@@ -96,7 +96,7 @@ def build(mujoco: Any, scene: Scene, vehicle: Vehicle, step_hz: int) -> Built:
     """Make the model.
 
     Raises:
-        WorldError: the library refuses the vehicle, or a part hangs on none that stands before it.
+        WorldError: the library refuses scene or vehicle, or a part hangs on none that stands before it.
     """
     spec = mujoco.MjSpec()
     touch = LED if vehicle.motion else STANDING
@@ -105,18 +105,18 @@ def build(mujoco: Any, scene: Scene, vehicle: Vehicle, step_hz: int) -> Built:
     if vehicle.motion:  # it is carried at its height; a weight would only rub it down what it runs into
         spec.option.gravity = (0.0, 0.0, 0.0)
     surfaces = {FLOOR: scene.floor_friction} | {box.name: box.friction for box in scene.boxes}
-    _floor(mujoco, spec)
-    for box in scene.boxes:
-        _box(mujoco, spec, box)
-    frictions = _vehicle(mujoco, spec, vehicle, step_hz)
-    for geom, (_, friction) in frictions.items():
-        for other, surface in surfaces.items():
-            _pair(spec, geom, _scene_name(other), friction * surface, step_hz, touch)
     try:
+        _floor(mujoco, spec)
+        for box in scene.boxes:
+            _box(mujoco, spec, box)
+        frictions = _vehicle(mujoco, spec, vehicle, step_hz)
+        for geom, (_, friction) in frictions.items():
+            for other, surface in surfaces.items():
+                _pair(spec, geom, _scene_name(other), friction * surface, step_hz, touch)
         model = spec.compile()
     except ValueError as problem:
         text = " ".join(str(problem).split())
-        raise WorldError(f"the physics refused the vehicle {vehicle.name!r}: {text}") from problem
+        raise WorldError(f"the physics refused {vehicle.name!r} in scene {scene.name!r}: {text}") from problem
     model.dof_invweight0 *= MOTOR_YIELDS
     names = [model.geom(number).name for number in range(model.ngeom)]
     scenery = {_scene_name(name): name for name in surfaces}

@@ -133,6 +133,8 @@ class RigidWorld(ABC):
 
     def place(self, x_m: float, y_m: float, yaw_rad: float, z_m: float = 0.0) -> None:
         """Put the vehicle down at rest, joints released."""
+        if not all(map(math.isfinite, (x_m, y_m, yaw_rad, z_m))):
+            raise WorldError(f"cannot place the {self.vehicle.name!r} at {x_m!r}, {y_m!r}, {z_m!r} m, {yaw_rad!r} rad")
         self._put_at_rest((x_m, y_m, z_m), yaw_rad)
         self._commands = {joint: (0.0, friction) for joint, friction in self._frictions_nm.items()}
         self._torques_nm = {}
@@ -211,6 +213,10 @@ class RigidWorld(ABC):
     @abstractmethod
     def _give_up(self) -> None:
         """Let go of what the library holds for this world."""
+
+    def _require_pairs(self, starts_m: Sequence[Vector], ends_m: Sequence[Vector]) -> None:
+        if len(starts_m) != len(ends_m):
+            raise WorldError(f"cannot cast rays: {len(starts_m)} begin and {len(ends_m)} end")
 
     def _frame(self) -> tuple[Vector, Matrix]:
         if self._frame_now is None:

@@ -33,7 +33,7 @@ TORQUE = "torque"
 _PHYSICS = MappingProxyType({"bullet": "worlds.bullet", "mujoco": "worlds.mujoco", "plane": "worlds.plane"})
 
 _LIBRARIES = MappingProxyType({"bullet": "pybullet", "mujoco": "mujoco"})
-_ENGINES = MappingProxyType({"bullet": ("PyBullet", ("pybullet",)), "mujoco": ("MuJoCo", ("mujoco-core", "mujoco"))})
+_ENGINES = MappingProxyType({"bullet": ("PyBullet", ("pybullet",)), "mujoco": ("MuJoCo", ("mujoco-core",))})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,7 +171,8 @@ class World(Protocol):
             floor: whether the floor stops a ray. Boxes always do, the vehicle itself never does.
 
         Returns:
-            For each ray the fraction of its length at which it hits, 1.0 where it hits nothing.
+            For each ray the fraction of its length at which it hits, 1.0 where it hits nothing. What stops a ray that
+            begins inside of something is up to the physics.
         """
 
     def contacts(self, part: str | None = None) -> Sequence[Contact]:
@@ -203,7 +204,12 @@ def default_physics() -> Literal["bullet", "mujoco"]:
 def physics_is_there(physics: str) -> bool:
     """Return whether the library for this physics is installed; ``plane`` needs none."""
     module = _LIBRARIES.get(physics)
-    return module is None or importlib.util.find_spec(module) is not None
+    return module is None or _is_installed(module)
+
+
+def _is_installed(module: str) -> bool:
+    spec = importlib.util.find_spec(module)
+    return spec is not None and spec.origin is not None  # a folder that happens to be called so has no origin
 
 
 def engine_of(physics: str) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 from hilbench.bench.line_faults import LineFaults
 from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.locked_providers import AttachedProviderBase
-from hilbench.bench.physics import describe_physics
+from hilbench.bench.physics import describe_physics, require_physics
 from hilbench.bench.protocol_cases import DeviceCase, PeerCase
 from hilbench.bench.protocol_peer import peer_of
 from hilbench.bench.shared import Shared
@@ -57,6 +57,15 @@ class DeviceProvider:
         world = self._shared.bench_file.world
         physics = describe_physics(world.physics, world.step_hz) if self._has_body else "none"
         return self._shared.describe(f"model of {self._protocol.title}", physics)
+
+    def prepare(self, cases: Sequence[CaseInfo]) -> None:
+        """Make sure, before the first case, that there is a physics for the body.
+
+        Raises:
+            UnavailableError: it is not installed.
+        """
+        if cases and self._has_body:
+            require_physics(self._shared.bench_file.world.physics)
 
     @contextlib.contextmanager
     def open_case(self, case: CaseInfo) -> Iterator[DeviceCase]:

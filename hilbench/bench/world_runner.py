@@ -14,7 +14,9 @@ from collections.abc import Callable
 
 from hilbench.bench import Bench
 from hilbench.clock import ClockDomain, EventClass
+from hilbench.errors import UnavailableError
 from hilbench.journal import metres, radians
+from worlds.errors import WorldError
 from worlds.world import World
 
 __all__ = ["TRUTH_HZ", "OnStep", "WorldRunner"]
@@ -72,7 +74,11 @@ class WorldRunner:
             self._record_truth()
         for act in self.before:
             act(now_ns, next_ns)
-        self.world.step()
+        try:
+            self.world.step()
+            self.world.pose()
+        except WorldError as error:
+            raise UnavailableError(str(error), where="world") from error
         for act in self.after:
             act(now_ns, next_ns)
         if truth_is_due and not self.ahead:

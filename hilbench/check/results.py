@@ -180,7 +180,7 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     observed: Observations = Observations()
 
 
-def run_hash(cases: Iterable[CaseResult], physics: str = "") -> str | None:
+def run_hash(cases: Iterable[CaseResult], physics: str = "none") -> str | None:
     """Hash the ``id:hash`` lines of the cases that have a hash, sorted by id; None if none has.
 
     Args:

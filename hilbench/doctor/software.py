@@ -82,11 +82,11 @@ def _physics(facts: Facts) -> Finding:
         if version:
             found.append(f'"{physics}" ({distribution} {version})')
     if not found:
-        fix = f"{facts.executable} -m pip install mujoco-core"
+        fix = f"{facts.executable} -m pip install mujoco-core==4.0.1"
         return warning("physics", 'no library for it: only benches with physics = "plane" run', fix)
     others = f"; {', '.join(found[1:])} on request" if found[1:] else ""
-    why = "" if found[0].startswith('"bullet"') else "; pybullet has wheels for Python 3.11 on x86-64 only"
-    return fine("physics", f"{found[0]}{others}{why}")
+    why = "it is installed" if found[0].startswith('"bullet"') else "pybullet is not installed"
+    return fine("physics", f"{found[0]}, the default as {why}{others}")
 
 
 def _compiler(facts: Facts) -> Finding:

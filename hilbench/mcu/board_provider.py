@@ -15,7 +15,7 @@ import msgspec
 
 from hilbench.bench import Bench
 from hilbench.bench.cases import CaseBase
-from hilbench.bench.physics import describe_physics, physics_capabilities
+from hilbench.bench.physics import describe_physics, physics_capabilities, require_physics
 from hilbench.bench.shared import Shared
 from hilbench.benchfile.bench_file import BenchFile, EmulatedBoard, PartPlan
 from hilbench.benchfile.reader import read_bench
@@ -102,8 +102,11 @@ class BoardProvider:
 
         Raises:
             UsageError: an image that was put in the place of another, or the firmware of a board, is run by none.
+            UnavailableError: the physics is not installed.
         """
         run = {full for case in cases if _system_of(case).needs_board(case) for full in self._run_by(case.setup)}
+        if run and self._shared.bench_file.has_world:
+            require_physics(self._shared.bench_file.world.physics)
         hint = f"these cases run {', '.join(sorted(run))}"
         for name in self._images.names:
             if cases and name not in run:

@@ -44,7 +44,7 @@ def test_names_and_the_plane_need_no_physics(python):
 
 @pytest.mark.parametrize(
     ("physics", "library", "way_out"),
-    [("bullet", "pybullet", 'physics = "plane"'), ("mujoco", "mujoco", "choose another physics")],
+    [("bullet", "pybullet", 'leave out physics = "bullet"'), ("mujoco", "mujoco", "choose another physics")],
 )
 def test_without_its_library_one_line_says_what_to_do(python, physics, library, way_out):
     program = """

@@ -85,8 +85,8 @@ class Axle:
         axis: unit vector; a wheel's is (0, 1, 0), so that positive angles roll forward.
         friction_nm: dry friction of the released joint, N·m.
         reflected_inertia_kg_m2: of what turns with the joint through a gear, times the gear's ratio squared. The
-            physics gives it to the part, about the axle, so that it also counts where the whole vehicle turns about
-            that axis. The axle then has to lie along one of the vehicle's axes.
+            axle then has to lie along one of the vehicle's axes. PyBullet gives it to the part, so that it also counts
+            where the whole vehicle turns about that axis; MuJoCo to the joint alone.
     """
 
     origin_m: Vector
@@ -170,6 +170,8 @@ def parents(vehicle: Vehicle) -> Iterator[tuple[Part, str | None]]:
         parent = part.on or body.name
         if parent not in before:
             raise WorldError(f"vehicle {vehicle.name!r}: {part.name!r} hangs on {parent!r}, which is no part before it")
+        if part.axle and not part.mass_kg:
+            raise WorldError(f"vehicle {vehicle.name!r}: {part.name!r} turns and has no mass: give it some")
         before.add(part.name)
         yield part, parent
 

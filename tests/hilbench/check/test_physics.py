@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 
 import pytest
 
@@ -71,6 +72,25 @@ def test_a_bench_runs_on_mujoco_says_so_and_has_the_same_hash_again(check, journ
     assert report["bench"]["physics"] in out.splitlines()[0]
     assert journal()["physics"] == {"name": "mujoco", "engine": engine_of("mujoco"), "step_hz": 240}
     assert check(MUJOCO)[1]["run_hash"] == report["run_hash"]
+
+
+@pytest.mark.needs_physics
+@pytest.mark.usefixtures("keep_signals")
+def test_a_world_whose_numbers_end_ends_a_case_with_the_last_good_place(check, monkeypatch):
+    kind = type(open_world("empty", "pioneer-2dx"))
+    read = kind._read_frame
+
+    def lost(world):
+        place, frame = read(world)
+        return (math.nan if world.step_index > 100 else place[0], *place[1:]), frame
+
+    monkeypatch.setattr(kind, "_read_frame", lost)
+    code, _, out, _ = check("")
+    assert code == 3
+    (cause,) = (line for line in out.splitlines() if line.startswith("  cause"))
+    assert "lost the 'pioneer-2dx' in step 101" in cause
+    assert "last seen in step 100 at x 0.00" in cause
+    assert "Traceback" not in out
 
 
 @pytest.mark.parametrize(
