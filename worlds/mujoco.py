@@ -227,4 +227,4 @@ def _import() -> Any:
 def _warned(text: str) -> None:
     """Keep what means wrong motion; that a search along a line has come to its last digits does not."""
     if not text.startswith("Linesearch"):
-        _warnings.append(" ".join(text.split()))
+        _warnings.append(" ".join(text.split()).rstrip("."))
