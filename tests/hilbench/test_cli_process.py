@@ -20,7 +20,7 @@ from tests.hilbench.forked import CLOSED, PYTEST
 ROOT = Path(__file__).parents[2]
 HILBENCH = [sys.executable, "-c", "import sys; from hilbench.cli import main; sys.exit(main())"]
 IMAGES = ROOT / "targets" / "firmware" / "images"
-HEAVY = {"numpy", "pytest", "_pytest", "pybullet", "rich", "textual", "serial", "msgspec", "asyncio", "pydoc"}
+HEAVY = {"mujoco", "numpy", "pytest", "_pytest", "pybullet", "rich", "textual", "serial", "msgspec", "asyncio", "pydoc"}
 HEAVY |= {"elftools", "intelhex", "unicorn", "vcd"}
 
 SUITE = """\
@@ -473,7 +473,7 @@ def test_plain_pytest_has_the_fixtures(forkable, tmp_path):
     assert done.returncode == 1
 
 
-WITHOUT_PHYSICS = f"import sys\nsys.modules['pybullet'] = None\n{PYTEST}"
+WITHOUT_PHYSICS = f"import sys\nsys.modules['pybullet'] = sys.modules['mujoco'] = None\n{PYTEST}"
 
 
 def plain_pytest_without_physics(forkable, folder, clause, *words):
@@ -485,7 +485,7 @@ def plain_pytest_without_physics(forkable, folder, clause, *words):
 
 @pytest.mark.parametrize(
     ("clause", "code", "why"),
-    [("NOSUCH1", 2, "'NOSUCH1', which no catalogue holds"), ("S01", 3, "PyBullet is not installed")],
+    [("NOSUCH1", 2, "'NOSUCH1', which no catalogue holds"), ("S01", 3, "MuJoCo is not installed")],
 )
 def test_plain_pytest_says_why_it_runs_nothing(forkable, tmp_path, clause, code, why):
     done = plain_pytest_without_physics(forkable, tmp_path, clause)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
-HEAVY = {"numpy", "pybullet", "serial", "asyncio", "socket", "threading", "hilbench", "msgspec", "rich"}
+HEAVY = {"mujoco", "numpy", "pybullet", "serial", "asyncio", "socket", "threading", "hilbench", "msgspec", "rich"}
 
 
 def check_clauses(clauses, needs):

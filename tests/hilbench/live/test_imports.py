@@ -19,7 +19,7 @@ for bench, others in json.loads(sys.argv[1]).items():
     rig.close()
     print(bench, *[name for name in others if name in sys.modules])
 """
-NEVER = ("textual", "hilbench.tui", "pytest", "unicorn", "numpy", "pybullet")
+NEVER = ("textual", "hilbench.tui", "pytest", "unicorn", "numpy", "mujoco", "pybullet")
 NOT_BY = {
     "pioneer-plane": (*NEVER, "protocols.pkt", "protocols.carla", "protocols.autoware", "hilbench.check"),
     "vehicle-model": (*NEVER, "protocols.pkt", "targets.robots.rover.robot"),
