@@ -176,9 +176,7 @@ def test_the_check_of_torques_can_fail(monkeypatch, physics):
 
 def test_an_impossible_inertia_is_an_error_not_a_zero(open_it, physics):
     broken = Part(name="flat", mass_kg=1.0, center_of_mass_m=(0, 0, 0), inertia_kg_m2=(1.0, 1.0, 9.0))
-    with pytest.raises(
-        WorldError, match="b3Warning" if physics == "bullet" else "refused the vehicle 'flat': .*inertia"
-    ):
+    with pytest.raises(WorldError, match="b3Warning" if physics == "bullet" else "refused .*'flat'.*inertia"):
         open_it("empty", Vehicle(name="flat", parts=(broken,)))
 
 
