@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hilbench.suites._clearance import outline_m
-from measure.top_view import Sheet, top_view
 from worlds import find_scene, find_vehicle
+from worlds.above import Sheet, top_view
 from worlds.car_commands import CarCommand, CommandMode
 from worlds.car_dynamics import CarDynamics
 from worlds.car_parameters import DEFAULTS as P
@@ -57,7 +57,7 @@ def table() -> str:
 
 def picture() -> str:
     """Return the test track from above as SVG."""
-    return top_view(find_scene("test-track"), {}, outline_m(find_vehicle("car")), SHEET)
+    return top_view(find_scene("test-track"), {}, [outline_m(find_vehicle("car"))], SHEET)
 
 
 def _car(speed_m_s: float, command: CarCommand) -> CarDynamics:

@@ -7,11 +7,11 @@ the floor. So this is a distance of polygons, and 0 where they overlap.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 from worlds.scenes import Scene
 from worlds.vehicles import Vehicle
-from worlds.vehicles.model import BoxShape, WheelShape
+from worlds.vehicles.model import SphereShape
 from worlds.world import Pose
 
 __all__ = ["Clearance", "outline_m"]
@@ -50,19 +50,8 @@ class Clearance:
 
 def outline_m(vehicle: Vehicle) -> list[Point]:
     """Return the convex outline of a vehicle from above, in its own frame, counter-clockwise."""
-    return _hull([corner for part in vehicle.parts for shape in part.shapes for corner in _corners(shape)])
-
-
-def _corners(shape: object) -> Iterator[Point]:
-    if isinstance(shape, BoxShape):
-        half_x, half_y, yaw_rad = shape.size_m[0] / 2, shape.size_m[1] / 2, shape.yaw_rad
-    elif isinstance(shape, WheelShape):
-        half_x, half_y, yaw_rad = shape.radius_m, shape.width_m / 2, 0.0
-    else:
-        return
-    cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
-    for x, y in ((half_x, half_y), (-half_x, half_y), (-half_x, -half_y), (half_x, -half_y)):
-        yield shape.center_m[0] + cos * x - sin * y, shape.center_m[1] + sin * x + cos * y
+    shapes = (shape for part in vehicle.parts for shape in part.shapes if not isinstance(shape, SphereShape))
+    return _hull([corner for shape in shapes for corner in shape.outline_m()])
 
 
 def _hull(points: Iterable[Point]) -> list[Point]:

@@ -16,7 +16,7 @@ from typing import Any
 from hilbench.suites._clearance import outline_m
 from measure.campaign.drives import WAYS, drive, track
 from measure.campaign.pages import page
-from measure.top_view import Sheet, top_view
+from worlds.above import Sheet, top_view
 from worlds.vehicles.pioneer_2dx import vehicle
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -71,7 +71,7 @@ def _draw(docs: Path, seed: int, seconds: float) -> int:
         good = good and figures.good
     assert scene is not None
     sheet = Sheet(title=f"{scene.name} from above, with the tracks of the dodger")
-    text = top_view(scene, tracks, outline_m(vehicle()), sheet)
+    text = top_view(scene, tracks, [outline_m(vehicle())], sheet)
     (docs / "images" / "dodge.svg").write_text(text, encoding="utf-8")
     return 0 if good else 1
 

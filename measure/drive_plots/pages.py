@@ -12,7 +12,7 @@ from hilbench.suites._vehicle_drive import Drive, Moment
 from measure.drive_plots.chart import Panel, chart
 from measure.drive_plots.drives import SLOW_FROM_M_S, SLOW_S
 from measure.mutants.vehicle.driven import DRIVEN
-from measure.top_view import COLOURS, Sheet, top_view
+from worlds.above import COLOURS, Sheet, top_view
 from worlds.car_parameters import DEFAULTS as CAR
 from worlds.scenes import find_scene
 
@@ -106,7 +106,7 @@ def seen_from_above(lap: Drive) -> str:
         note="outline: the car at its start; orange dots: cones; grey: the wall",
     )
     tracks = {"rear axle, driven by the driving stack": [(moment.x_m, moment.y_m) for moment in lap.moments]}
-    return top_view(find_scene("test-track", seed=0), tracks, outline, sheet)
+    return top_view(find_scene("test-track", seed=0), tracks, [outline], sheet)
 
 
 def course(lap: Drive) -> str:

@@ -6,8 +6,8 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from measure.top_view import Sheet, top_view
 from worlds import find_scene
+from worlds.above import Sheet, top_view
 
 SVG = "{http://www.w3.org/2000/svg}"
 OUTLINE = [(0.0, 0.0), (0.5, 0.0), (0.5, 0.5)]
@@ -16,7 +16,7 @@ TRACKS = {"one": [(0.0, 0.0), (0.001, 0.0), (1.0, 0.0)], "two & more": [(0.0, 0.
 
 def test_the_picture_has_everything_that_stands_and_every_track():
     scene = find_scene("room-with-boxes", 3)
-    root = ET.fromstring(top_view(scene, TRACKS, OUTLINE, Sheet(title="a < b")))
+    root = ET.fromstring(top_view(scene, TRACKS, [OUTLINE], Sheet(title="a < b")))
     assert root.find(f"{SVG}title").text == "a < b"
     assert len(root.findall(f"{SVG}polygon")) == len(scene.boxes) + 1
     lines = root.findall(f"{SVG}polyline")
@@ -28,7 +28,7 @@ def test_the_picture_has_everything_that_stands_and_every_track():
 
 def test_a_lane_lies_below_everything_and_fits_the_sheet():
     scene = find_scene("test-track")
-    root = ET.fromstring(top_view(scene, TRACKS, OUTLINE, Sheet(title="track", px_per_m=5, bar_m=10)))
+    root = ET.fromstring(top_view(scene, TRACKS, [OUTLINE], Sheet(title="track", px_per_m=5, bar_m=10)))
     lane, dashes, *rest = root.findall(f"{SVG}polygon")
     assert lane.get("points") == dashes.get("points")
     assert float(lane.get("stroke-width")) == 17.5

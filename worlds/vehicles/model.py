@@ -7,6 +7,7 @@ level (for a differential drive the middle between its wheels), x forward, y lef
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
@@ -14,7 +15,11 @@ from typing import Any
 from worlds.errors import WorldError
 from worlds.motion import PlanarMotion
 
+Point = tuple[float, float]
 Vector = tuple[float, float, float]
+
+_ROUND = 16
+"""Corners of what is round, in a picture."""
 
 ASSUMED = "assumed"
 """The source of a figure that nobody measured or published; reports print these."""
@@ -55,6 +60,10 @@ class BoxShape:
     center_m: Vector
     yaw_rad: float = 0.0
 
+    def outline_m(self) -> list[Point]:
+        """Return its corners from above, counter-clockwise, vehicle frame, metres."""
+        return _rectangle(self.center_m, self.size_m[0] / 2, self.size_m[1] / 2, self.yaw_rad)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SphereShape:
@@ -62,6 +71,12 @@ class SphereShape:
 
     radius_m: float
     center_m: Vector
+
+    def outline_m(self) -> list[Point]:
+        """Return it from above, as a polygon, counter-clockwise, vehicle frame, metres."""
+        turns = (math.tau * corner / _ROUND for corner in range(_ROUND))
+        x, y, _ = self.center_m
+        return [(x + self.radius_m * math.cos(turn), y + self.radius_m * math.sin(turn)) for turn in turns]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,6 +86,16 @@ class WheelShape:
     radius_m: float
     width_m: float
     center_m: Vector
+
+    def outline_m(self) -> list[Point]:
+        """Return its corners from above, counter-clockwise, vehicle frame, metres."""
+        return _rectangle(self.center_m, self.radius_m, self.width_m / 2)
+
+
+def _rectangle(center_m: Vector, half_x_m: float, half_y_m: float, yaw_rad: float = 0.0) -> list[Point]:
+    cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
+    corners = ((half_x_m, half_y_m), (-half_x_m, half_y_m), (-half_x_m, -half_y_m), (half_x_m, -half_y_m))
+    return [(center_m[0] + cos * x - sin * y, center_m[1] + sin * x + cos * y) for x, y in corners]
 
 
 Shape = BoxShape | SphereShape | WheelShape

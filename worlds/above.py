@@ -8,7 +8,7 @@ from xml.sax.saxutils import escape
 
 from worlds.scenes import Box, Lane, Scene
 
-__all__ = ["COLOURS", "Sheet", "top_view"]
+__all__ = ["COLOURS", "Sheet", "fitting_sheet", "top_view"]
 
 Point = tuple[float, float]
 
@@ -16,6 +16,10 @@ MARGIN_PX = 16
 LEGEND_PX = 92
 LEAST_STEP_PX = 1.2
 LEAST_BOX_PX = 5
+LEAST_BAR_PX = 60
+LEAST_SPAN_M = 2.0
+LEAST_WIDTH_PX = 480
+NICE_M = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 COLOURS = ("#0072b2", "#d55e00", "#009e73")
 """Blue, vermilion and green of Okabe and Ito: told apart by everybody. More tracks than these are not drawn."""
 
@@ -33,20 +37,40 @@ class Sheet:
 
     title: str
     px_per_m: float = 60
-    bar_m: int = 1
+    bar_m: float = 1
     note: str = "outline: the robot at its start; dots: where it ends"
 
 
-def top_view(scene: Scene, tracks: Mapping[str, Sequence[Point]], outline: Sequence[Point], sheet: Sheet) -> str:
+def fitting_sheet(
+    scene: Scene,
+    tracks: Mapping[str, Sequence[Point]],
+    outlines: Sequence[Sequence[Point]],
+    size_px: tuple[int, int],
+    *,
+    title: str,
+    note: str,
+) -> Sheet:
+    """Return the sheet of the largest scale at which everything `top_view` draws fits into ``size_px``."""
+    points = _extent(scene, tracks, outlines)
+    spans_m = [max(along) - min(along) for along in zip(*points, strict=True)]
+    across_px, down_px = (most - 2 * MARGIN_PX for most in (size_px[0], size_px[1] - LEGEND_PX))
+    px_per_m = min(across_px / max(spans_m[0], LEAST_SPAN_M), down_px / max(spans_m[1], LEAST_SPAN_M))
+    bar_m = next((nice for nice in NICE_M if nice * px_per_m >= LEAST_BAR_PX), NICE_M[-1])
+    return Sheet(title=title, px_per_m=px_per_m, bar_m=bar_m, note=note)
+
+
+def top_view(
+    scene: Scene, tracks: Mapping[str, Sequence[Point]], outlines: Sequence[Sequence[Point]], sheet: Sheet
+) -> str:
     """Return the picture.
 
     Args:
         scene: what stands around, and where to drive.
         tracks: where the vehicle was, metres, by what the legend says.
-        outline: the vehicle from above, metres, drawn where it begins.
+        outlines: the vehicle from above, in one piece or in several, metres.
         sheet: the rest.
     """
-    view = _View(_extent(scene), sheet.px_per_m)
+    view = _View(_extent(scene, tracks, outlines), sheet.px_per_m)
     size = f"0 0 {view.width} {view.height + LEGEND_PX}"
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{size}" font-family="sans-serif" font-size="14">',
@@ -54,7 +78,7 @@ def top_view(scene: Scene, tracks: Mapping[str, Sequence[Point]], outline: Seque
         f'<rect width="{view.width}" height="{view.height + LEGEND_PX}" fill="white"/>',
         *(_lane(view, scene.lane, sheet.px_per_m) if scene.lane else ()),
         *(_box(view, box, sheet.px_per_m) for box in scene.boxes),
-        f'<polygon points="{view.points(outline)}" fill="#e8e8e8" stroke="#444444"/>',
+        *(f'<polygon points="{view.points(one)}" fill="#e8e8e8" stroke="#444444"/>' for one in outlines),
     ]
     for (name, track), colour in zip(tracks.items(), COLOURS, strict=False):
         lines += _track(view, name, track, colour)
@@ -62,12 +86,13 @@ def top_view(scene: Scene, tracks: Mapping[str, Sequence[Point]], outline: Seque
     return "\n".join(lines) + "\n"
 
 
-def _extent(scene: Scene) -> list[Point]:
-    """Points between which everything of a scene lies."""
+def _extent(scene: Scene, tracks: Mapping[str, Sequence[Point]], outlines: Sequence[Sequence[Point]]) -> list[Point]:
+    """Points between which everything that is drawn lies."""
     points = [corner for box in scene.boxes for corner in box.outline_m()]
     if scene.lane:
         aside = scene.lane.width_m / 2
         points += [(x + way * aside, y + way * aside) for x, y in scene.lane.center_m for way in (-1, 1)]
+    points += (point for line in (*outlines, *tracks.values()) for point in line)
     return points
 
 
@@ -75,10 +100,11 @@ class _View:
     """From metres, y up, to pixels, y down."""
 
     def __init__(self, corners: Sequence[Point], px_per_m: float) -> None:
-        xs, ys = [x for x, _ in corners], [y for _, y in corners]
-        self._left, self._top, self._px_per_m = min(xs), max(ys), px_per_m
-        self.width = round((max(xs) - min(xs)) * px_per_m) + 2 * MARGIN_PX
-        self.height = round((max(ys) - min(ys)) * px_per_m) + 2 * MARGIN_PX
+        self._left, right = _wide(max(LEAST_SPAN_M, LEAST_WIDTH_PX / px_per_m), (x for x, _ in corners))
+        low, self._top = _wide(LEAST_SPAN_M, (y for _, y in corners))
+        self._px_per_m = px_per_m
+        self.width = round((right - self._left) * px_per_m) + 2 * MARGIN_PX
+        self.height = round((self._top - low) * px_per_m) + 2 * MARGIN_PX
 
     def point(self, point: Point) -> Point:
         x, y = point
@@ -94,6 +120,13 @@ class _View:
             if (x - kept[-1][0]) ** 2 + (y - kept[-1][1]) ** 2 >= least_m**2:
                 kept.append((x, y))
         return [*kept, track[-1]]
+
+
+def _wide(least_m: float, values: Iterable[float]) -> tuple[float, float]:
+    """Least and largest of them, and as far from their middle as is asked for."""
+    ordered = sorted(values)
+    beyond_m = max(0.0, least_m - (ordered[-1] - ordered[0])) / 2
+    return ordered[0] - beyond_m, ordered[-1] + beyond_m
 
 
 def _box(view: _View, box: Box, px_per_m: float) -> str:
