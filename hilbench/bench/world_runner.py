@@ -6,6 +6,8 @@ it is at tick k (`WorldRunner.after`). A controller acts on what is true now, an
 
 Parts put what they sense on their wires at its exact time within a step, so they have to know its end at its beginning
 (`targets.parts.part`). A world that they drive is therefore a step `ahead`: at tick k it is moved to tick k+1.
+
+What stands there is written into the journal once, so that a recording can be drawn (`worlds.stage`).
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from hilbench.clock import ClockDomain, EventClass
 from hilbench.errors import UnavailableError
 from hilbench.journal import metres, radians
 from worlds.errors import WorldError
+from worlds.stage import Stage
 from worlds.world import World
 
 __all__ = ["TRUTH_HZ", "OnStep", "WorldRunner"]
@@ -52,6 +55,7 @@ class WorldRunner:
         self._epoch_ns = bench.now_ns
         self._tick = 0
         self._truth_every = max(1, world.step_hz // TRUTH_HZ)
+        bench.record("scene", "world", **Stage.of(world.scene, world.vehicle).data())
         self._book()
 
     @property

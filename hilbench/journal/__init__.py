@@ -5,8 +5,9 @@ Lines are collected and written with one call per bench step, so a killed proces
 is there can be read.
 
 A case's hash is made of the events between `begin_case` and `end_case`. What belongs to the host and not to the bench
-stays out of it by name: kinds and fields that begin with `host` (host_path, host_pid, host_lateness_ns, host_time) and
-the fields `cause` and `text`, which are prose. Floats enter it in millionths: a micrometre, a microradian. Equality of
+stays out of it by name: kinds and fields that begin with `host` (host_path, host_pid, host_lateness_ns, host_time), the
+fields `cause` and `text`, which are prose, and the kind `scene`, for those who draw: what stands there and matters,
+the other events show. Floats enter it in millionths: a micrometre, a microradian. Equality of
 hashes is promised for one platform and one set of dependencies.
 """
 
@@ -34,6 +35,10 @@ KEEP_EVENTS = 2000
 _FLUSH_BYTES = 256 * 1024
 PROSE_FIELDS = frozenset({"cause", "text"})
 """Fields that are for people, and no part of what is the same in two equal runs."""
+_SCENE = "scene"
+"""The kind of what stands around a vehicle; each part of a journal says it anew."""
+_UNHASHED_KINDS = ("host", _SCENE)
+"""What the kinds begin with that are no part of it either."""
 _MILLIONTHS = 1_000_000
 
 _encoder = msgspec.json.Encoder()
@@ -94,6 +99,7 @@ class Journal:
         keep: How many of the latest events stay in memory, as evidence.
         max_bytes: What the journal may take on disk; when half of it is full, the file is renamed to PATH.1 (and an
             older PATH.1 forgotten). None for no limit; devices and pipes have none.
+        after: The journal that this one takes the place of; what it keeps in memory is recorded here first.
 
     Attributes:
         on_event: Called with each event as it is recorded; None while nobody listens.
@@ -110,6 +116,7 @@ class Journal:
         *,
         keep: int = KEEP_EVENTS,
         max_bytes: int | None = None,
+        after: Journal | None = None,
     ) -> None:
         self.path = None if path is None else Path(path)
         self.header = _versions() | {key: _plain(value) for key, value in (header or {}).items()}
@@ -122,8 +129,11 @@ class Journal:
         self._case_start_ns = 0
         self._digest = hashlib.sha256()
         self._file = None if self.path is None else JournalFile(self.path, max_bytes)
+        self._scene = b""
         if self._file is not None:
             self._write_header(self._file)
+        for event in after.recent if after is not None else ():
+            self.record(event["kind"], event["source"], event["ns"], **_about(event))
 
     # --- recording
 
@@ -142,7 +152,7 @@ class Journal:
         self.recent.append(event)
         if self.on_event is not None:
             self.on_event(event)
-        if self._case is not None and not kind.startswith("host"):
+        if self._case is not None and not kind.startswith(_UNHASHED_KINDS):
             self._add_to_hash(event)
         if self._file is not None:
             self._queue(event)
@@ -160,6 +170,7 @@ class Journal:
             self._file.begin_anew()
             self._part += 1
             self._write_header(self._file)
+            self._file.write(self._scene)
 
     def close(self, at_ns: int = 0) -> None:
         """Write what is left and an end mark, and close the file; a second call does nothing."""
@@ -206,6 +217,8 @@ class Journal:
 
     def _queue(self, event: Mapping[str, Any]) -> None:
         line = _encoded(_encoder, event)
+        if event["kind"] == _SCENE:
+            self._scene = line
         self._pending.append(line)
         self._pending_bytes += len(line)
         if self._pending_bytes >= _FLUSH_BYTES:
@@ -264,6 +277,10 @@ class Journal:
             problem = "the file is empty"
         ended = bool(events) and events[-1]["kind"] == "host-end"
         return Recording(header=header, events=tuple(events), problem=problem, ended=ended)
+
+
+def _about(event: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in event.items() if name not in {"kind", "source", "ns"}}
 
 
 def _versions() -> dict[str, Any]:

@@ -150,12 +150,8 @@ class LiveBench:
     def _write_journal(self, bench_file: BenchFile, options: LiveOptions) -> None:
         """Write the journal from now on, with what building the bench has put there."""
         path = options.journal or options.session.journal
-        before = self.bench.journal
         header = bench_file.header(options.seed) | {"live": dict(self.rig.about)}
-        self.bench.journal = Journal(path, header, max_bytes=JOURNAL_BYTES)
-        for event in before.recent:
-            about = {key: value for key, value in event.items() if key not in {"kind", "source", "ns"}}
-            self.bench.journal.record(event["kind"], event["source"], event["ns"], **about)
+        self.bench.journal = Journal(path, header, max_bytes=JOURNAL_BYTES, after=self.bench.journal)
 
 
 def _driver(bench: Bench, rig: Rig, *, demo: bool) -> Drives | None:

@@ -295,10 +295,7 @@ class EmulatedBench:
             UsageError: the path holds something else.
             UnavailableError: the file cannot be written.
         """
-        before, self.bench.journal = self.bench.journal, Journal(path, self._header(), max_bytes=max_bytes)
-        for event in before.recent:
-            about = {key: value for key, value in event.items() if key not in {"kind", "source", "ns"}}
-            self.bench.journal.record(event["kind"], event["source"], event["ns"], **about)
+        self.bench.journal = Journal(path, self._header(), max_bytes=max_bytes, after=self.bench.journal)
 
     def close(self) -> None:
         """End journal and waveforms."""

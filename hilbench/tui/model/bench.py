@@ -139,8 +139,8 @@ class BenchModel:
                 self._take_reported(event)
             case "link":
                 self.lines.setdefault(event["source"], LineModel()).take(event)
-            case "pose":
-                self.world.take_pose(event)
+            case "scene" | "pose":
+                self.world.take(event)
             case "pin" | "pwm" | "volts":
                 self.pins.take(event)
             case "fault":

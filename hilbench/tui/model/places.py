@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from worlds.stage import Stage
+
 __all__ = ["WorldModel"]
 
 Event = Mapping[str, Any]
@@ -42,6 +44,7 @@ class WorldModel:
     track: deque[Point] = field(default_factory=lambda: deque(maxlen=_TRACK_POINTS))
     lane: tuple[Sequence[Point], float] = ((), 0.0)
     echoes: dict[int, tuple[Point, Point, bool]] = field(default_factory=dict)
+    _of_header: bool = False
     _discs: Sequence[Sequence[float]] = ()
     _unit_m: float = 0.0
     _no_echo: int = 0
@@ -58,14 +61,38 @@ class WorldModel:
         if lane := live.get("lane"):
             points = [(x, y) for x, y in lane["center"]]
             made.lane = [*points, *points[:1]] if lane["closed"] else points, lane["width_m"] / 2
+        made._of_header = bool(scene)
         made.size_m = live.get("vehicle_size_m", _SIZE_M)
         made._discs = live.get("sonars", ())
         made._unit_m = live.get("sonar_unit_mm", 0.0) / 1000
         made._no_echo = live.get("sonar_no_echo", 1 << 16)
         return made
 
-    def take_pose(self, event: Event) -> None:
-        """Take a true pose."""
+    def take(self, event: Event) -> None:
+        """Take what stands there, or a true pose."""
+        if event["kind"] == "scene":
+            self._take_scene(event)
+        else:
+            self._take_pose(event)
+
+    def _take_scene(self, event: Event) -> None:
+        """Take what stands around the vehicle from now on, where the header says nothing: each case has its own."""
+        if self._of_header:
+            return
+        stage = Stage.from_data(event)
+        self.boxes, self.scene, self.vehicle = tuple(stage.scene.outlines_m().values()), stage.scene.name, stage.vehicle
+        if corners := [corner for shape in stage.shapes for corner in shape.outline_m()]:
+            length_m, breadth_m = (max(along) - min(along) for along in zip(*corners, strict=True))
+            self.size_m = length_m, breadth_m
+        if lane := stage.scene.lane:
+            self.lane = [*lane.center_m, *lane.center_m[: lane.closed]], lane.width_m / 2
+        else:
+            self.lane = (), 0.0
+        self.pose = None
+        self.track.clear()
+        self.echoes.clear()
+
+    def _take_pose(self, event: Event) -> None:
         x, y, yaw = event["x_m"] / 1e6, event["y_m"] / 1e6, event["yaw_rad"] / 1e6
         self.pose = (x, y, yaw)
         if not self.track or math.dist(self.track[-1], (x, y)) >= _TRACK_STEP_M:

@@ -26,11 +26,11 @@ PLAIN = st.recursive(
 )
 KINDS = [
     "tx", "rx", "machine", "event", "link", "pose", "pin", "pwm", "volts", "fault", "host-pace", "driver", "clock",
-    "note", "standing",
+    "note", "standing", "scene",
 ]  # fmt: skip
 FIELDS = [
     "data", "state", "visits", "timers", "counters", "name", "value", "up", "x_m", "level", "edges", "pins", "fault",
-    "who", "paused", "speed", "driver", "armed", "struck", "outages",
+    "who", "paused", "speed", "driver", "armed", "struck", "outages", "scene", "vehicle", "shapes",
 ]  # fmt: skip
 EVENTS = st.builds(
     lambda kind, source, more: {**more, "ns": 5, "kind": kind, "source": source},

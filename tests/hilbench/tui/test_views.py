@@ -18,6 +18,8 @@ from hilbench.tui.views.pins import pins_view
 from hilbench.tui.views.status import LINE_ERRORS, clock_words, link_view, strip_view
 from hilbench.tui.views.words import bar, bytes_words, ns_words, rate_words, seconds
 from protocols import p2os, pkt
+from worlds import find_scene, find_vehicle
+from worlds.stage import Stage
 
 S = 1_000_000_000
 SIZES = {"small": (38, 9), "large": (76, 30)}
@@ -166,6 +168,19 @@ def test_the_vehicle_looks_where_it_goes():
     for yaw, arrow in ((0, "→"), (1_570_796, "↑"), (3_141_592, "←"), (-1_570_796, "↓"), (-785_398, "↘")):
         model.take([{"ns": 1, "kind": "pose", "source": "world", "x_m": 0, "y_m": 0, "z_m": 0, "yaw_rad": yaw}])
         assert arrow in "".join(line.plain for line in world_view(model.world, 40, 12))
+
+
+def test_each_case_of_a_recording_has_its_own_world_around_the_vehicle():
+    model = BenchModel({})
+    for name in ("wall", "test-track"):
+        stage = Stage.of(find_scene(name), find_vehicle("pioneer-2dx"))
+        pose = {"kind": "pose", "source": "world", "x_m": 10**6, "y_m": 0, "z_m": 0, "yaw_rad": 0}
+        model.take([{"ns": 0, "kind": "scene", "source": "world", **stage.data()}, {"ns": 1, **pose}])
+        assert [list(outline) for outline in model.world.boxes] == list(map(list, stage.scene.outlines_m().values()))
+        assert (model.world.vehicle, model.world.scene, len(model.world.track)) == ("pioneer-2dx", name, 1)
+        assert model.world.size_m == pytest.approx((0.44, 0.38), abs=0.1)
+    points, half_m = model.world.lane
+    assert (points[0], half_m) == (points[-1], 1.75)
 
 
 def test_pins_that_do_most_are_shown_where_not_all_fit(expect):
