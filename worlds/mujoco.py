@@ -15,10 +15,9 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from worlds.errors import PhysicsMissingError
 from worlds.geometry import Matrix, Vector, subtract, turn, turn_back
 from worlds.motion import PlanarVelocity
-from worlds.mujoco_builder import BOX_GROUP, FLOOR_GROUP, GRAVITY_M_S2, build
+from worlds.mujoco_builder import BOX_GROUP, FLOOR_GROUP, GRAVITY_M_S2, build, import_mujoco
 from worlds.rigid import Closed, RigidWorld, level, matrix_of
 from worlds.scenes import Scene
 from worlds.vehicles import Vehicle
@@ -212,12 +211,7 @@ def _runs(starts: Any) -> Iterator[tuple[int, int]]:
 
 
 def _import() -> Any:
-    try:
-        import mujoco
-    except ImportError as problem:
-        raise PhysicsMissingError(
-            "MuJoCo is not installed for this Python: run `pip install mujoco-core==4.0.1`, or choose another physics"
-        ) from problem
+    mujoco = import_mujoco()
     # The library would write them to descriptor 2, and into a file where it happens to run.
     if mujoco.get_mju_user_warning() is None:
         mujoco.set_mju_user_warning(_warned)

@@ -19,12 +19,12 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from worlds.errors import WorldError
+from worlds.errors import PhysicsMissingError, WorldError
 from worlds.scenes import Box, Scene
 from worlds.vehicles import Vehicle
 from worlds.vehicles.model import BoxShape, Part, Shape, SphereShape, Vector, parents
 
-__all__ = ["BOX_GROUP", "FLOOR", "FLOOR_GROUP", "Built", "build"]
+__all__ = ["BOX_GROUP", "FLOOR", "FLOOR_GROUP", "Built", "build", "import_mujoco"]
 
 GRAVITY_M_S2 = 9.81
 
@@ -90,6 +90,21 @@ class Built:
     parts: tuple[str | None, ...]
     others: tuple[str | None, ...]
     joints: dict[str, tuple[int, int]]
+
+
+def import_mujoco() -> Any:
+    """Return the library.
+
+    Raises:
+        PhysicsMissingError: it is not installed.
+    """
+    try:
+        import mujoco
+    except ImportError as problem:
+        raise PhysicsMissingError(
+            "MuJoCo is not installed for this Python: run `pip install mujoco-core==4.0.1`, or choose another physics"
+        ) from problem
+    return mujoco
 
 
 def build(mujoco: Any, scene: Scene, vehicle: Vehicle, step_hz: int) -> Built:

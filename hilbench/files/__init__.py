@@ -17,19 +17,20 @@ Named = tuple[str, Path | None]
 """A file, after what it is to the reader of a message; None for one that is not asked for."""
 
 
-def write_atomically(path: Path, text: str) -> None:
-    """Write a text file so that a reader sees the old one or the new one, and a crash leaves no half.
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write a file, text as UTF-8, so that a reader sees the old one or the new one, and a crash leaves no half.
 
     A path that is not a regular file, such as ``/dev/stdout`` or a fifo, is written to as it stands.
 
     Raises:
         UnavailableError: the file cannot be written, by now; `check_writable` says so beforehand.
     """
+    data = content.encode() if isinstance(content, str) else content
     try:
         if path.exists() and not path.is_file():
-            path.write_text(text, encoding="utf-8")
+            path.write_bytes(data)
         else:
-            _replace(Path(real_path(path)), text)
+            _replace(Path(real_path(path)), data)
     except OSError as error:
         raise UnavailableError(f"cannot be written: {error.strerror or error}", where=str(path)) from error
 
@@ -108,11 +109,11 @@ def refuse_writing_into(outputs: Iterable[Named], lines: Iterable[Named]) -> Non
             raise UsageError(f"would be written into {what}", where=f"{option} {path}", hint="choose another file")
 
 
-def _replace(path: Path, text: str) -> None:
+def _replace(path: Path, data: bytes) -> None:
     descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
-        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-            file.write(text)
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(data)
             os.fchmod(file.fileno(), _DEFAULT_MODE & ~_umask())
         Path(name).replace(path)
     except BaseException:
