@@ -173,6 +173,11 @@ class Scheduler:
             self._running = False
             self.deadline_ns = None
 
+    @property
+    def running(self) -> bool:
+        """Whether entries are being run."""
+        return self._running
+
     def interrupt(self) -> None:
         """Raise KeyboardInterrupt at the next boundary between entries: at once while waiting. For signal handlers.
 

@@ -231,6 +231,23 @@ class TestInterrupt:
         assert ran == ["whole"]
         assert signal.getsignal(signal.SIGINT) is before
 
+    def test_what_follows_an_interrupt_does_not_tear_its_way_out_apart(self):
+        scheduler, closed = Scheduler(), []
+        scheduler.at(1, lambda: signal.raise_signal(signal.SIGINT))
+        with pytest.raises(KeyboardInterrupt), deferred_interrupts(scheduler):
+            try:
+                scheduler.run_for(10)
+            finally:
+                signal.raise_signal(signal.SIGINT)
+                closed.append("whole")
+        assert closed == ["whole"]
+
+    def test_the_first_one_interrupts_also_between_two_runs(self):
+        scheduler = Scheduler()
+        with pytest.raises(KeyboardInterrupt), deferred_interrupts(scheduler):
+            scheduler.run_for(10)
+            signal.raise_signal(signal.SIGINT)
+
 
 class TestLatenessMeter:
     @given(st.lists(st.tuples(st.integers(0, 10**12), st.integers(0, 100)), max_size=60), st.integers(0, 100))
