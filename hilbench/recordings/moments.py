@@ -65,8 +65,8 @@ def moment_of(recording: Recording, at_ns: int | None, where: str) -> Moment:
     if at_ns is not None and last_ns < at_ns:
         raise UsageError(f"{where} ends at {last_ns / 1e9:.3f} s", where="--at")
     if scene is None:
-        told = "" if at_ns is None else f" at {at_ns / 1e9:g} s" + (f", in case {case}" if case else "")
-        raise UsageError(f"says of no vehicle where it stands{told}", where=where, hint=_NO_WORLD)
+        when = "" if at_ns is None else f" at {at_ns / 1e9:g} s" + (f", in case {case}" if case else "")
+        raise UsageError(f"says of no vehicle where it stands{when}", where=where, hint=_NO_WORLD)
     try:
         return _moment(case, scene, poses, began_ns)
     except WorldError as error:

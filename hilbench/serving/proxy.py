@@ -108,7 +108,7 @@ def proxy(options: ProxyOptions, say: Say, heard: Heard | None = None) -> ExitCo
             stack.callback(end.close)
             ends[name] = end
         header = {"proxy": [options.a, options.b], "seed": options.seed, "faults": [one.describe() for one in faults]}
-        bench.journal = Journal(options.journal, header, max_bytes=options.journal_max)
+        bench.journal = Journal(options.journal, header, max_bytes=options.journal_max, after=bench.journal)
         stack.callback(lambda: bench.journal.close(bench.now_ns))
         record = options.journal is not None
         more = {} if heard is None else {"heard": heard}
