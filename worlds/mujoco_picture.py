@@ -16,16 +16,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
-from worlds.errors import CapabilityError
+from worlds.errors import CapabilityError, WorldError
 from worlds.mujoco_builder import BOX_GROUP, build, import_mujoco
 from worlds.stage import Stage
 from worlds.vehicles.model import BoxShape, Part, Shape, Vehicle
 from worlds.world import Pose
 
-__all__ = ["LARGEST_PX", "picture"]
-
-LARGEST_PX = 4096
-"""The longer side of a picture (choice): what every GL has room for."""
+__all__ = ["picture"]
 
 _Colour = tuple[float, float, float, float]
 
@@ -57,7 +54,7 @@ def picture(stage: Stage, pose: Pose, track: Sequence[tuple[float, float]], size
         stage: what stands there, and the vehicle.
         pose: where the vehicle is.
         track: where it was, metres.
-        size_px: width and height, each at most `LARGEST_PX`.
+        size_px: width and height.
 
     Raises:
         PhysicsMissingError: MuJoCo is not installed.
@@ -65,10 +62,24 @@ def picture(stage: Stage, pose: Pose, track: Sequence[tuple[float, float]], size
         WorldError: MuJoCo refuses the scene or the vehicle.
     """
     if not importlib.util.find_spec("OpenGL"):
-        raise CapabilityError("PyOpenGL is not installed: run `pip install pyopengl`")
+        raise CapabilityError("PyOpenGL is not installed: run `pip install 'hilbench[picture]'`")
     if "MUJOCO_GL" not in os.environ:
         os.environ["MUJOCO_GL"] = "egl" if ctypes.util.find_library("EGL") else "osmesa"
-    mujoco = import_mujoco()
+    try:
+        return _png(_drawn(import_mujoco(), stage, pose, track, size_px), *size_px)
+    except WorldError:
+        raise
+    except Exception as problem:  # what a GL lacks comes in a dozen kinds, some of them from ctypes
+        text = " ".join(str(problem).split())
+        raise CapabilityError(
+            f"there is no GL to draw with ({text}): install EGL or OSMesa (Debian: libegl1, libosmesa6)"
+        ) from problem
+
+
+def _drawn(
+    mujoco: Any, stage: Stage, pose: Pose, track: Sequence[tuple[float, float]], size_px: tuple[int, int]
+) -> bytes:
+    """Return the colours of a picture."""
     body = Part(name=_BODY_NAME, mass_kg=0, center_of_mass_m=(0, 0, 0), inertia_kg_m2=(0, 0, 0), shapes=stage.shapes)
     model = build(mujoco, stage.scene, Vehicle(name=stage.vehicle, parts=(body,)), step_hz=240).model
     model.vis.global_.offwidth, model.vis.global_.offheight = size_px
@@ -76,18 +87,16 @@ def picture(stage: Stage, pose: Pose, track: Sequence[tuple[float, float]], size
     data.mocap_pos[0] = pose.position_m
     data.mocap_quat[0] = (math.cos(pose.yaw_rad / 2), 0.0, 0.0, math.sin(pose.yaw_rad / 2))
     _paint(model, stage.shapes)
-    mujoco.mj_forward(model, data)
-    try:
-        with mujoco.Renderer(model, size_px[1], size_px[0], max_geom=2 * _PIECES + model.ngeom + 1) as renderer:
-            renderer.update_scene(data, _camera(mujoco, stage.shapes, pose))
-            _draw_lines(renderer.scene, mujoco, stage, track)
-            pixels = renderer.render()
-    except (ImportError, AttributeError, RuntimeError, mujoco.FatalError) as problem:
-        text = " ".join(str(problem).split())
-        raise CapabilityError(
-            f"there is no GL to draw with ({text}): install EGL or OSMesa (Debian: libegl1, libosmesa6)"
-        ) from problem
-    return _png(pixels.tobytes(), *size_px)
+    for look in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight):  # no forces: what touches is no matter
+        look(model, data)
+    camera = _camera(mujoco, stage.shapes, pose)
+    model.stat.extent = camera.distance  # how near and how far is seen is counted in it
+    with mujoco.Renderer(model, size_px[1], size_px[0], max_geom=2 * _PIECES + model.ngeom + 1) as renderer:
+        for _ in range(2):  # the endless floor is laid around the camera of the time before
+            renderer.update_scene(data, camera)
+        _draw_lines(renderer.scene, mujoco, stage, track)
+        pixels: bytes = renderer.render().tobytes()
+        return pixels
 
 
 def _paint(model: Any, shapes: Sequence[Shape]) -> None:

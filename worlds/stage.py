@@ -78,7 +78,7 @@ class Stage:
 
 
 def _shape(data: dict[str, Any]) -> Shape:
-    made: Shape = msgspec.convert(data, _SHAPES[data["kind"]])
+    made: Shape = msgspec.convert(data, _SHAPES[msgspec.convert(data["kind"], str)])
     return made
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
     from hilbench.recordings.moments import Moment
 
 _MAP, _PICTURE = ".svg", ".png"
-_SMALLEST_PX, _LARGEST_PX = 200, 4096
+_SIDE = re.compile(r"[0-9]{1,4}")
+_SMALLEST_PX, _LARGEST_PX = (600, 200), 4096
 
 _EXAMPLES = """
 hilbench render run.jsonl --at 12s
@@ -27,7 +29,8 @@ hilbench render run.jsonl --size 1920x1080 --output end.png
 _NOTES = """
 FILE.svg is a map from above. FILE.png is a picture from behind the vehicle; it is drawn by MuJoCo, whatever physics the
 run had, and wants mujoco-core, PyOpenGL (`pip install 'hilbench[picture]'`) and EGL or OSMesa. Without --output a
-picture is drawn where that is there, else the map, into the working folder, under the name of the journal.
+picture is drawn where that is there, else the map, into the working folder, under the name of the journal; an older one
+is replaced.
 The vehicle stands where it was recorded last, ten times a second, and level: a journal has no pitch and no roll.
 Cases, each with a bench time of its own, follow each other; with --case, --at counts from the start of the case.
 Exit code 0: drawn; 2: wrong usage, or nothing to draw; 3: a file cannot be read or written, or there is no GL.
@@ -40,7 +43,7 @@ def parser() -> Parser:
     add = made.add_argument
     add("journal", metavar="JOURNAL", type=Path, help="what was recorded")
     add("--at", metavar="TIME", type=typed(arguments.duration_ns),
-        help="when, in bench time, such as 12s (default: at its end)")  # fmt: skip
+        help="when, in bench time, such as 12s (default: when a vehicle was seen last)")  # fmt: skip
     add("--case", metavar="ID", default="", help="only this case of a journal of 'hilbench check'")
     add("--output", metavar="FILE", type=typed(_drawing), help="the file to write, FILE.svg or FILE.png")
     add("--size", metavar="WIDTHxHEIGHT", type=typed(_size), default=(1280, 720),
@@ -51,6 +54,7 @@ def parser() -> Parser:
 def run(parsed: argparse.Namespace) -> int:
     """Draw, say what was drawn, and return the exit code."""
     from hilbench.files import check_writable, refuse_overwriting, write_atomically
+    from hilbench.files.names import printable
     from hilbench.recordings.layout import of_case
     from hilbench.recordings.moments import moment_of
     from hilbench.recordings.reading import read_recording
@@ -68,14 +72,15 @@ def run(parsed: argparse.Namespace) -> int:
         except UnavailableError as problem:
             output = output.with_suffix(_MAP)
             console.narrate(f"drawn from above: {problem.message}")
-    refuse_overwriting([("--output", output)], [("the recording", parsed.journal)])
-    check_writable(output, "--output")
+    named = "--output" if parsed.output is not None else "drawing into"
+    refuse_overwriting([(named, output)], [("the recording", parsed.journal)])
+    check_writable(output, named)
     if not content:
         content = _picture(moment, parsed.size) if output.suffix == _PICTURE else _map(moment, parsed.size)
     write_atomically(output, content)
     for remark in remarks_on(recording.header, recording.problem, "drawn"):
         console.narrate(f"{where}: {remark}")
-    console.data(f"wrote {output}: {_title(moment)} {_place(moment)}")
+    console.data(f"wrote {output}: {printable(_title(moment))} {_place(moment)}")
     return ExitCode.OK
 
 
@@ -117,9 +122,9 @@ def _drawing(text: str) -> Path:
 
 
 def _size(text: str) -> tuple[int, int]:
-    width, _, height = text.partition("x")
-    if not all(
-        side.isascii() and side.isdigit() and _SMALLEST_PX <= int(side) <= _LARGEST_PX for side in (width, height)
-    ):
-        raise ValueError(f"'{text}' is not WIDTHxHEIGHT, each {_SMALLEST_PX} to {_LARGEST_PX}, such as 1280x720")
-    return int(width), int(height)
+    width, height = (int(side) if _SIDE.fullmatch(side) else 0 for side in text.partition("x")[::2])
+    least_width, least_height = _SMALLEST_PX
+    if not (least_width <= width <= _LARGEST_PX and least_height <= height <= _LARGEST_PX):
+        least = f"{least_width}x{least_height}"
+        raise ValueError(f"'{text}' is no size from {least} to {_LARGEST_PX}x{_LARGEST_PX}, such as 1280x720")
+    return width, height

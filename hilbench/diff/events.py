@@ -13,7 +13,7 @@ from typing import Any
 
 from hilbench.clock import NS_PER_S
 from hilbench.diff.compare import span
-from hilbench.journal import PROSE_FIELDS, Recording
+from hilbench.journal import PROSE_FIELDS, Recording, is_hashed
 from hilbench.recordings.remarks import remarks_on
 
 __all__ = ["CaseDiff", "Divergence", "EventDiff", "EventOptions", "as_data", "as_text", "compare_events"]
@@ -133,7 +133,7 @@ def _by_case(recording: Recording, options: EventOptions) -> dict[str, list[Even
                 cases[name] = []
         elif kind == "case-end":
             name = ""
-        elif not kind.startswith("host") and options.case in {"", name} and _wanted(event, options.only):
+        elif is_hashed(kind) and options.case in {"", name} and _wanted(event, options.only):
             cases.setdefault(name, []).append({**event, "ns": int(event.get("ns", 0)) - (begin_ns if name else 0)})
     return cases
 

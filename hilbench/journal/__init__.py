@@ -33,12 +33,12 @@ from hilbench.journal.journal_file import JournalFile
 FORMAT = 1
 KEEP_EVENTS = 2000
 _FLUSH_BYTES = 256 * 1024
+_SHARE_OF_SCENE = 4
+"""A scene that takes more than this part of a part of a journal is not said anew (choice)."""
 PROSE_FIELDS = frozenset({"cause", "text"})
 """Fields that are for people, and no part of what is the same in two equal runs."""
-_SCENE = "scene"
+SCENE = "scene"
 """The kind of what stands around a vehicle; each part of a journal says it anew."""
-_UNHASHED_KINDS = ("host", _SCENE)
-"""What the kinds begin with that are no part of it either."""
 _MILLIONTHS = 1_000_000
 
 _encoder = msgspec.json.Encoder()
@@ -61,6 +61,11 @@ def radians(angle_rad: float) -> int:
         ValueError: it is not a number, or infinite.
     """
     return _whole_millionths(angle_rad)
+
+
+def is_hashed(kind: str) -> bool:
+    """Return whether events of this kind are part of what is the same in two equal runs."""
+    return kind != SCENE and not kind.startswith("host")
 
 
 def run_hash(case_hashes: Mapping[str, str]) -> str:
@@ -152,7 +157,7 @@ class Journal:
         self.recent.append(event)
         if self.on_event is not None:
             self.on_event(event)
-        if self._case is not None and not kind.startswith(_UNHASHED_KINDS):
+        if self._case is not None and is_hashed(kind):
             self._add_to_hash(event)
         if self._file is not None:
             self._queue(event)
@@ -170,7 +175,8 @@ class Journal:
             self._file.begin_anew()
             self._part += 1
             self._write_header(self._file)
-            self._file.write(self._scene)
+            if len(self._scene) <= self._file.room_bytes // _SHARE_OF_SCENE:
+                self._file.write(self._scene)
 
     def close(self, at_ns: int = 0) -> None:
         """Write what is left and an end mark, and close the file; a second call does nothing."""
@@ -190,7 +196,7 @@ class Journal:
         if self._case is not None:
             raise InternalError(f"case {case_id} begins inside case {self._case}", where="journal")
         self.record("case", "journal", at_ns, case=case_id)
-        self._case = case_id
+        self._case, self._scene = case_id, b""
         self._case_start_ns = at_ns
         self._digest = hashlib.sha256()
 
@@ -217,7 +223,7 @@ class Journal:
 
     def _queue(self, event: Mapping[str, Any]) -> None:
         line = _encoded(_encoder, event)
-        if event["kind"] == _SCENE:
+        if event["kind"] == SCENE:
             self._scene = line
         self._pending.append(line)
         self._pending_bytes += len(line)

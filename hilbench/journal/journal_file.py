@@ -52,6 +52,12 @@ class JournalFile:
         limit = self._max_bytes
         return limit is not None and self._written_bytes >= limit // 2 and self._has_its_name()
 
+    @property
+    def room_bytes(self) -> int:
+        """How much a part takes before it is full; only of a file that has a limit."""
+        assert self._max_bytes is not None
+        return self._max_bytes // 2
+
     def write(self, data: bytes) -> None:
         """Append; UnavailableError if that cannot be done."""
         view = memoryview(data)

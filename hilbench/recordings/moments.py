@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from hilbench.errors import UnavailableError, UsageError
+from hilbench.errors import HilbenchError, UnavailableError, UsageError
 from hilbench.journal import Recording
 from hilbench.recordings.layout import Event, laid_out
 from worlds.errors import WorldError
@@ -14,7 +14,7 @@ from worlds.world import Pose
 __all__ = ["Moment", "moment_of"]
 
 _MILLIONTH = 1e-6
-_NO_WORLD = "it has no world, or its beginning is in an older part of the journal (FILE.1)"
+_NO_WORLD = "--case ID takes another case; pcapng, older journals and benches without a world say nothing of it"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,51 +41,71 @@ def moment_of(recording: Recording, at_ns: int | None, where: str) -> Moment:
 
     Args:
         recording: the whole of it, or one case.
-        at_ns: the time in it; None for its end.
+        at_ns: the time in it; None for the last that is known of any case.
         where: its name, for messages.
 
     Raises:
         UsageError: it ends before, or nothing stands in a world then.
-        UnavailableError: what it says of its world is damaged.
+        UnavailableError: it is damaged before, or what it says of its world is.
     """
-    case, began_ns, last_ns = "", 0, 0
-    scene: Event | None = None
-    poses: list[tuple[int, Event]] = []
+    case, last_ns = "", 0
+    known: _Known | None = None
     for ns, event in laid_out(recording.events):
         last_ns = ns
         if at_ns is not None and ns > at_ns:
             break
         match event["kind"]:
             case "case":
-                case, scene = str(event["case"]), None
+                case = str(event["case"])
+                known = known if at_ns is None else None
             case "scene":
-                scene, poses, began_ns = event, [], ns
-            case "pose":
-                poses.append((ns, event))
+                # What a later part of a journal says anew is not where the vehicle starts.
+                starts = not recording.header.get("part") or event is not recording.events[0]
+                known = _Known(case, ns, event, starts)
+            case "pose" if known is not None:
+                known.poses.append((ns, event))
     if at_ns is not None and last_ns < at_ns:
-        raise UsageError(f"{where} ends at {last_ns / 1e9:.3f} s", where="--at")
-    if scene is None:
+        raise _not_there(recording, f"ends at {last_ns / 1e9:.3f} s", where)
+    if known is None or not (known.starts or known.poses):
         when = "" if at_ns is None else f" at {at_ns / 1e9:g} s" + (f", in case {case}" if case else "")
-        raise UsageError(f"says of no vehicle where it stands{when}", where=where, hint=_NO_WORLD)
+        raise _not_there(recording, f"says of no vehicle where it stands{when}", where)
     try:
-        return _moment(case, scene, poses, began_ns)
+        return _moment(known)
     except WorldError as error:
         raise UnavailableError(str(error), where=where) from error
 
 
-def _moment(case: str, scene: Event, poses: list[tuple[int, Event]], began_ns: int) -> Moment:
-    stage = Stage.from_data(scene)
+@dataclass(slots=True)
+class _Known:
+    """A world of a recording: its case, when it was there, what stands there, and where the vehicle was."""
+
+    case: str
+    ns: int
+    scene: Event
+    starts: bool
+    poses: list[tuple[int, Event]] = field(default_factory=list)
+
+
+def _not_there(recording: Recording, text: str, where: str) -> HilbenchError:
+    if recording.problem is not None:
+        return UnavailableError(f"{text}: {recording.problem}", where=where)
+    return UsageError(text, where=where, hint="" if text.startswith("ends") else _NO_WORLD)
+
+
+def _moment(known: _Known) -> Moment:
+    stage = Stage.from_data(known.scene)
     start = stage.scene.start
-    pose = Pose(position_m=(start.x_m, start.y_m, start.z_m), yaw_rad=start.yaw_rad)
-    seen = [(began_ns, pose), *((ns, _pose(event)) for ns, event in poses)]
+    at_start = Pose(position_m=(start.x_m, start.y_m, start.z_m), yaw_rad=start.yaw_rad)
+    seen = [(known.ns, at_start)] if known.starts else []
+    seen += ((ns, _pose(event)) for ns, event in known.poses)
     track = tuple(pose.position_m[:2] for _, pose in seen)
     ns, pose = seen[-1]
-    return Moment(ns=ns, case=case, stage=stage, pose=pose, track=track)
+    return Moment(ns=ns, case=known.case, stage=stage, pose=pose, track=track)
 
 
 def _pose(event: Event) -> Pose:
     values = [event.get(name) for name in ("x_m", "y_m", "z_m", "yaw_rad")]
-    if not all(isinstance(value, int) and abs(value) * _MILLIONTH < FARTHEST_M for value in values):
+    if not all(type(value) is int and abs(value) * _MILLIONTH < FARTHEST_M for value in values):
         raise WorldError(f"the pose at {event['ns']} ns is damaged")
     x_m, y_m, z_m, yaw_rad = (value * _MILLIONTH for value in values if value is not None)
     return Pose(position_m=(x_m, y_m, z_m), yaw_rad=yaw_rad)
