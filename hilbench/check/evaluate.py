@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from hilbench import __version__
 from hilbench.check.catalogue import Clause
 from hilbench.check.collector import Collector, PlannedCase
+from hilbench.check.report.footer import named
 from hilbench.check.results import (
     FORMAT,
     CaseResult,
@@ -62,7 +63,7 @@ def make_report(
     observed = observed or Observations()
     cases = collector.cases()
     clauses = tuple(_clause_result(group, options) for group in _by_clause(collector.planned, cases))
-    code = _exit_code(collector, cases, clauses)
+    code = _exit_code(collector, cases, clauses, strict=options.strict)
     whole_hash = run_hash(cases, bench.get("physics", "none"))
     return Report(
         format=FORMAT,
@@ -154,14 +155,16 @@ def _ran(result: CaseResult) -> bool:
     return result.verdict not in {Verdict.NOT_RUN, Verdict.NOT_APPLICABLE}
 
 
-def _exit_code(collector: Collector, cases: Iterable[CaseResult], clauses: Iterable[ClauseResult]) -> ExitCode:
+def _exit_code(
+    collector: Collector, cases: Iterable[CaseResult], clauses: Sequence[ClauseResult], *, strict: bool
+) -> ExitCode:
     codes = [ExitCode.INTERRUPTED] if collector.interrupted else []
     codes += [ExitCode.DEFECT] if collector.defects else []
     codes += [_code_of(case) for case in cases if case.verdict is Verdict.ERROR]
     judged = [clause.verdict for clause in clauses if clause.counts]
     if Verdict.FAIL in judged:
         codes.append(ExitCode.VIOLATION)
-    if Verdict.INCONCLUSIVE in judged or not _anything_judged(clauses):
+    if Verdict.INCONCLUSIVE in judged or not _anything_judged(clauses) or (strict and _not_shown(clauses)):
         codes.append(ExitCode.INCONCLUSIVE)
     return worst(codes)
 
@@ -176,7 +179,14 @@ def _anything_judged(clauses: Iterable[ClauseResult]) -> bool:
     return any(clause.verdict not in {Verdict.NOT_APPLICABLE, Verdict.NOT_RUN} for clause in clauses)
 
 
-def _meaning(code: ExitCode, clauses: Iterable[ClauseResult]) -> str:
+def _not_shown(clauses: Iterable[ClauseResult]) -> list[str]:
+    """Return the ids of what a target must do and this bench cannot see."""
+    return [clause.id for clause in clauses if clause.level == "must" and clause.verdict is Verdict.NOT_APPLICABLE]
+
+
+def _meaning(code: ExitCode, clauses: Sequence[ClauseResult]) -> str:
     if code is ExitCode.INCONCLUSIVE and not _anything_judged(clauses):
         return NOTHING_JUDGED
-    return EXIT_MEANINGS[code]
+    missing = _not_shown(clauses) if code in {ExitCode.OK, ExitCode.INCONCLUSIVE} else []
+    which = f"{len(missing)} must clause{'s' * (len(missing) != 1)} not shown here: {named(missing)}"
+    return f"{EXIT_MEANINGS[code]}; {which}" if missing else EXIT_MEANINGS[code]

@@ -52,7 +52,11 @@ def parser() -> Parser:
     add("-k", dest="select", metavar="EXPR", default="", help="run only what matches")
     add("--list", action="store_true", help="list the cases with their bench time, and run nothing")
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
-    add("--strict", action="store_true", help="a failing 'should' counts like a 'must'")
+    add(
+        "--strict",
+        action="store_true",
+        help="a failing 'should' counts like a 'must'; a 'must' that this bench cannot show is inconclusive",
+    )
     add("--timeout-scale", metavar="X", type=typed(arguments.timeout_scale), default=1.0,
         help="wait X times longer for a slow target or host; limits that are judged stay (default: 1)")  # fmt: skip
     add("--junit", metavar="FILE", type=typed(arguments.output_file), help="write JUnit XML")

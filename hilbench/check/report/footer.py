@@ -52,7 +52,7 @@ def _coverage(coverage: Coverage) -> str:
     edges = coverage.edges - len(coverage.edges_missed)
     text = f"{coverage.peer}: {states} of {coverage.states} states, {edges} of {coverage.edges} edges"
     missed = [f"state {state}" for state in coverage.states_missed] + list(coverage.edges_missed)
-    return f"{text}; not taken: {_named(missed)}" if missed else text
+    return f"{text}; not taken: {named(missed)}" if missed else text
 
 
 def _tight(margin: TightMargin) -> str:
@@ -68,9 +68,9 @@ def _ledger(ledger: Ledger) -> str:
     text = f"model: {ledger.modelled} features modelled, {ledger.partly} partly, {ledger.absent} absent"
     for fidelity in ("partly", "absent"):
         names = [f"'{touched.feature}'" for touched in ledger.touched if touched.fidelity == fidelity]
-        text += f"; touched, {fidelity}: {_named(names)}" if names else ""
+        text += f"; touched, {fidelity}: {named(names)}" if names else ""
     ignored = sorted({ignored.command for ignored in ledger.ignored})
-    return text + (f"; without effect: {_named(ignored)}" if ignored else "")
+    return text + (f"; without effect: {named(ignored)}" if ignored else "")
 
 
 def _pace(pace: Pace) -> str:
@@ -98,6 +98,7 @@ def _port(port: PortCounters) -> str:
     return f"port: {port.sent} bytes sent, {port.received} received, {', '.join(words) or 'none lost'}{breaks}"
 
 
-def _named(names: Sequence[str]) -> str:
+def named(names: Sequence[str]) -> str:
+    """Return the first of some names, and how many more there are."""
     more = len(names) - _MOST_NAMES
     return ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")

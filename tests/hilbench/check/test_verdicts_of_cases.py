@@ -197,6 +197,37 @@ def test_what_the_bench_lacks_is_not_applicable_and_named(check, make_provider):
     assert len(provider.opened) == 1
 
 
+@pytest.mark.parametrize(("level", "strict", "code"), [("must", False, 0), ("must", True, 4), ("should", True, 0)])
+def test_what_a_target_must_do_and_nobody_saw_is_said_in_the_last_line(check, make_provider, level, strict, code):
+    body = f"""
+        @my("A1", level={level!r}, needs=("world",))
+        def test_it(bench):
+            pass
+
+        @my("A2")
+        def test_other(bench):
+            pass
+        """
+    report = check(body, provider=make_provider(capabilities=()), strict=strict)
+    said = {0: "all checks passed", 4: "inconclusive"}[code]
+    missing = "; 1 must clause not shown here: A1" if level == "must" else ""
+    assert (report.exit_code, report.exit_meaning) == (code, said + missing)
+
+
+def test_a_violation_is_not_hidden_behind_what_nobody_saw(check, make_provider):
+    body = """
+        @my("A1", needs=("world",))
+        def test_it(bench):
+            pass
+
+        @my("A2")
+        def test_other(bench):
+            assert False
+        """
+    report = check(body, provider=make_provider(capabilities=()), strict=True)
+    assert (report.exit_code, report.exit_meaning) == (1, "the target violates a clause")
+
+
 def test_nothing_that_applies_is_not_a_pass(check, make_provider):
     report = check('@my("A1", needs=("gravity",))\ndef test_it(bench): pass\n', provider=make_provider())
     assert report.exit_code == 4
