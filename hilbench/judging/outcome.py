@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import traceback
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,8 @@ from hilbench.plugins.blame import place_of
 from hilbench.plugins.discovery import PLUGINS
 
 _TRACEBACK_LINES = 12
+_SAYS_NOTHING = re.compile(r"\bat 0x[0-9a-f]+>|^assert (False|None|not True)$")
+"""Lines of pytest about an assertion with words of its own: an object by its address is nobody's evidence."""
 _PYTEST_PACKAGES = frozenset({"_pytest", "pluggy"})
 
 _VERDICTS: dict[type[CaseOutcome], Verdict] = {
@@ -89,7 +92,7 @@ def outcome_of(error: BaseException | None, own_suite: Path | None = None) -> Ou
 
 def _of_assertion(error: AssertionError) -> Outcome:
     lines = str(error).strip().splitlines() or ["an assertion without text failed"]
-    evidence = [line for line in lines[1:] if line.strip()]
+    evidence = [line for line in lines[1:] if line.strip() and not _SAYS_NOTHING.search(line)]
     where = traceback.extract_tb(error.__traceback__)
     if where:
         evidence.append(f"{Path(where[-1].filename).name}:{where[-1].lineno}: {where[-1].line}")

@@ -50,6 +50,25 @@ def test_an_assertion_is_a_violation_and_says_what_was_compared(check, provider)
     assert provider.opened[0].verdicts == [("fail", clause.cause)]
 
 
+def test_the_evidence_has_figures_and_no_insides_of_python(check):
+    report = check(
+        """
+        @my("A1")
+        def test_any():
+            assert any(map(bool, [0, 0])), "nothing is there"
+
+        @my("A2")
+        def test_figures():
+            assert max(3, 4) == 5, "not five"
+        """
+    )
+    found, figures = report.clauses
+    assert (found.cause, found.evidence) == (
+        "nothing is there", ('test_panel.py:11: assert any(map(bool, [0, 0])), "nothing is there"',)
+    )  # fmt: skip
+    assert figures.evidence[:2] == ("assert 4 == 5", " +  where 4 = max(3, 4)")
+
+
 @pytest.mark.parametrize(
     ("statement", "verdict", "code", "cause"),
     [
