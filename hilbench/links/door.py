@@ -57,6 +57,7 @@ class Door(PortBase, ABC):
     Attributes:
         on_garbled: Called with the client's rate in bit/s, once for each client, when it first sends at another rate
             than the line's.
+        on_turned_away: Called when a client comes while another one is there.
         on_lines: Called with the levels of DTR and RTS that the client sets, True for asserted and None for one that
             is left, and the bench time in ns; of the doors, that of RFC 2217 alone knows.
     """
@@ -76,6 +77,7 @@ class Door(PortBase, ABC):
         super().__init__(name)
         self.any_baud = any_baud
         self.on_garbled: Callable[[int], None] = _ignore
+        self.on_turned_away: Callable[[], None] = _nothing
         self.on_lines: Callable[[bool | None, bool | None, int], None] = _ignore_lines
         self._garbled = False
         self._scheduler = scheduler
@@ -267,6 +269,10 @@ class Door(PortBase, ABC):
 
 
 def _ignore_lines(_dtr: bool | None, _rts: bool | None, _at_ns: int) -> None:
+    """Stand in for a callback that nobody has set."""
+
+
+def _nothing() -> None:
     """Stand in for a callback that nobody has set."""
 
 

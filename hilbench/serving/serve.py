@@ -159,8 +159,12 @@ def _announce(bench: Bench, doors: Sequence[AnyDoor], port: Port, say: Say, line
             f"bytes are garbled as on a real line; --any-baud or --baud {client_baud}"
         )
 
+    def turned_away(door: AnyDoor) -> None:
+        say(f"{bench.now_s:10.3f} s  {at}a client was turned away at {place(door)}: another one is connected there")
+
     port.on_line = line_changed
     for door in doors:
+        door.on_turned_away = partial(turned_away, door)
         door.on_garbled = partial(garbled, door)
         if isinstance(door, PtyDoor):
             say(f"{serving} {place(door)} ({door.slave_name}), {door.baud} baud")

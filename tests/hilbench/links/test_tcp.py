@@ -45,11 +45,13 @@ def receive(client):
 
 
 def test_a_second_client_is_turned_away(locked, make_door):
-    door = make_door()
+    door, said = make_door(), []
+    door.on_turned_away = lambda: said.append("turned away")
     first = connect(door)
     until(locked, lambda: door.line_is_up)
     second = connect(door)
     until(locked, lambda: door.counters.refused == 1)
+    assert said == ["turned away"]
     assert receive(second) == b""
     door.write(b"still yours")
     received = []
