@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import escape
@@ -23,10 +22,6 @@ LEAST_WIDTH_PX = 560
 NICE_M = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 COLOURS = ("#0072b2", "#d55e00", "#009e73")
 """Blue, vermilion and green of Okabe and Ito: told apart by everybody. More tracks than these are not drawn."""
-
-
-_NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""What XML 1.0 cannot hold, not even as a character reference."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,7 +74,7 @@ def top_view(
     size = f"0 0 {view.width} {view.height + LEGEND_PX}"
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{size}" font-family="sans-serif" font-size="14">',
-        f"<title>{_text(sheet.title)}</title>",
+        f"<title>{escape(sheet.title)}</title>",
         f'<rect width="{view.width}" height="{view.height + LEGEND_PX}" fill="white"/>',
         *(_lane(view, scene.lane, sheet.px_per_m) if scene.lane else ()),
         *(_box(view, box, sheet.px_per_m) for box in scene.boxes),
@@ -127,10 +122,6 @@ class _View:
         return [*kept, track[-1]]
 
 
-def _text(text: str) -> str:
-    return escape(_NOT_XML.sub("\ufffd", text))
-
-
 def _wide(least_m: float, values: Iterable[float]) -> tuple[float, float]:
     """Least and largest of them, and as far from their middle as is asked for."""
     ordered = sorted(values)
@@ -158,7 +149,7 @@ def _track(view: _View, name: str, track: Sequence[Point], colour: str) -> Itera
     x, y = view.point(track[-1])
     yield (
         f'<polyline points="{view.points(view.thinned(track))}" fill="none" stroke="{colour}" stroke-width="2" '
-        f'stroke-linejoin="round"><title>{_text(name)}</title></polyline>'
+        f'stroke-linejoin="round"><title>{escape(name)}</title></polyline>'
     )
     yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="{colour}" stroke="white" stroke-width="1.5"/>'
 
@@ -167,10 +158,10 @@ def _legend(view: _View, names: Iterable[str], sheet: Sheet) -> Iterable[str]:
     y = view.height + 8
     for name, colour in zip(names, COLOURS, strict=False):
         yield f'<line x1="{MARGIN_PX}" y1="{y}" x2="{MARGIN_PX + 30}" y2="{y}" stroke="{colour}" stroke-width="3"/>'
-        yield f'<text x="{MARGIN_PX + 38}" y="{y + 5}" fill="#222222">{_text(name)}</text>'
+        yield f'<text x="{MARGIN_PX + 38}" y="{y + 5}" fill="#222222">{escape(name)}</text>'
         y += 22
     right, bar_px = view.width - MARGIN_PX, sheet.bar_m * sheet.px_per_m
     yield f'<line x1="{right - bar_px:g}" y1="{y}" x2="{right}" y2="{y}" stroke="#222222" stroke-width="2"/>'
     label = f"{sheet.bar_m} m"
     yield f'<text x="{right - bar_px - 24 - 7 * len(label) + 7:g}" y="{y + 5}" fill="#222222">{label}</text>'
-    yield f'<text x="{MARGIN_PX}" y="{y + 5}" fill="#222222">{_text(sheet.note)}</text>'
+    yield f'<text x="{MARGIN_PX}" y="{y + 5}" fill="#222222">{escape(sheet.note)}</text>'

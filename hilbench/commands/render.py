@@ -22,7 +22,7 @@ _SMALLEST_PX, _LARGEST_PX = (600, 200), 4096
 
 _EXAMPLES = """
 hilbench render run.jsonl --at 12s
-hilbench render check.jsonl --case p2os-server/silence_stops_the_robot --at 1500ms --output stop.svg
+hilbench render check.jsonl --case SUITE/NAME --at 1500ms --output case.svg
 hilbench render run.jsonl --size 1920x1080 --output end.png
 """
 
@@ -54,7 +54,6 @@ def parser() -> Parser:
 def run(parsed: argparse.Namespace) -> int:
     """Draw, say what was drawn, and return the exit code."""
     from hilbench.files import check_writable, refuse_overwriting, write_atomically
-    from hilbench.files.names import printable
     from hilbench.recordings.layout import of_case
     from hilbench.recordings.moments import moment_of
     from hilbench.recordings.reading import read_recording
@@ -80,13 +79,15 @@ def run(parsed: argparse.Namespace) -> int:
     write_atomically(output, content)
     for remark in remarks_on(recording.header, recording.problem, "drawn"):
         console.narrate(f"{where}: {remark}")
-    console.data(f"wrote {output}: {printable(_title(moment))} {_place(moment)}")
+    console.data(f"wrote {output}: {_title(moment)} {_place(moment)}")
     return ExitCode.OK
 
 
 def _title(moment: Moment) -> str:
+    from hilbench.files.names import printable
+
     case = f", {moment.case}," if moment.case else ""
-    return f"{moment.stage.vehicle} in {moment.stage.scene.name}{case}"
+    return printable(f"{moment.stage.vehicle} in {moment.stage.scene.name}{case}")
 
 
 def _place(moment: Moment) -> str:

@@ -121,7 +121,7 @@ def test_a_map_keeps_its_size_and_shows_everything(journal, size, name):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "told"),
+    ("damage", "message"),
     [
         ({"shapes": [{"kind": "cone"}]}, "'cone' is missing or unknown"),
         ({"shapes": [{"kind": []}]}, "Expected `str`, got `array`"),
@@ -130,12 +130,12 @@ def test_a_map_keeps_its_size_and_shows_everything(journal, size, name):
         ({"scene": {"name": "x", "lane": {"center_m": [], "width_m": 1, "closed": True}}}, "a lane without points"),
     ],
 )
-def test_a_damaged_world_is_one_line(journal, capsys, spoil, told):
-    name = journal(scene() | spoil)
+def test_a_damaged_world_is_one_line(journal, capsys, damage, message):
+    name = journal(scene() | damage)
     assert main(["render", name, "--output", "map.svg"]) == 3
     assert capsys.readouterr().err.startswith(f"hilbench: {name}: what stands there is damaged: ")
-    with pytest.raises(HilbenchError, match=told):
-        moment_of(recording(scene() | spoil), None, "x")
+    with pytest.raises(HilbenchError, match=message):
+        moment_of(recording(scene() | damage), None, "x")
 
 
 @pytest.mark.parametrize("x_m", [None, "far", 10**40, True])
@@ -145,7 +145,7 @@ def test_a_damaged_pose_is_one_line(x_m):
 
 
 @pytest.mark.parametrize(
-    ("words", "code", "told"),
+    ("words", "code", "message"),
     [
         (["--at", "1h"], 2, "run.jsonl: ends at 3.000 s"),
         (["--at", "soon"], 2, "'soon'"),
@@ -156,11 +156,11 @@ def test_a_damaged_pose_is_one_line(x_m):
         (["--case", "a"], 2, "has no case 'a'"),
     ],
 )
-def test_what_cannot_be_drawn_is_said_in_one_line(journal, capsys, words, code, told):
+def test_what_cannot_be_drawn_is_said_in_one_line(journal, capsys, words, code, message):
     name = journal(*DRIVE)
     assert main(["render", name, *words]) == code
     shown = capsys.readouterr()
-    assert told in shown.err
+    assert message in shown.err
     assert (shown.err.count("\n"), shown.out) == (1, "")
 
 
@@ -245,7 +245,7 @@ def test_names_that_are_no_text_for_a_terminal_or_for_xml_are_replaced(journal, 
     name = journal({**scene(), "vehicle": "a\x1b[2J\0\n<&"})
     assert main(["render", name, "--output", "map.svg"]) == 0
     assert capsys.readouterr().out.startswith("wrote map.svg: a\ufffd[2J\ufffd\ufffd<& in ")
-    assert ET.parse("map.svg").getroot().find(f"{SVG}title").text.startswith("a\ufffd[2J\ufffd\n<& in ")
+    assert ET.parse("map.svg").getroot().find(f"{SVG}title").text.startswith("a\ufffd[2J\ufffd\ufffd<& in ")
 
 
 def test_a_recording_that_was_cut_before_says_so(journal, capsys):
