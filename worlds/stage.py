@@ -44,13 +44,12 @@ class Stage:
 
     def data(self) -> dict[str, Any]:
         """Return it as plain data: lengths in metres, angles in radians."""
-        kinds = {made: kind for kind, made in _SHAPES.items()}
-        shapes = [{"kind": kinds[type(shape)], **asdict(shape)} for shape in self.shapes]
+        shapes = [{"kind": _kind(shape), **asdict(shape)} for shape in self.shapes]
         return {"scene": asdict(self.scene), "vehicle": self.vehicle, "shapes": shapes}
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Stage:
-        """Read what `data` has returned, whoever may have had it in hands meanwhile.
+        """Read what `data` has returned; it may have been changed since then.
 
         Raises:
             WorldError: it is none, or not of this world.
@@ -75,6 +74,11 @@ class Stage:
         return [
             [(x_m + cos * x - sin * y, y_m + sin * x + cos * y) for x, y in shape.outline_m()] for shape in self.shapes
         ]
+
+
+def _kind(shape: Shape) -> str:
+    """Return what a shape is; a vehicle may have brought a class of its own for it."""
+    return next(kind for kind, made in _SHAPES.items() if isinstance(shape, made))
 
 
 def _shape(data: dict[str, Any]) -> Shape:

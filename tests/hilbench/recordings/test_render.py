@@ -24,6 +24,7 @@ from worlds import find_scene, find_vehicle
 from worlds.errors import CapabilityError
 from worlds.scenes import Box, Scene
 from worlds.stage import Stage
+from worlds.vehicles.model import BoxShape
 
 S = 1_000_000_000
 SVG = "{http://www.w3.org/2000/svg}"
@@ -90,6 +91,15 @@ def test_each_case_has_a_world_of_its_own_and_its_times_follow_each_other():
 def test_a_stage_comes_back_from_its_data(name):
     stage = Stage.of(find_scene(name), ROBOT)
     assert Stage.from_data(json.loads(json.dumps(stage.data()))) == stage
+
+
+def test_a_shape_of_a_class_of_its_own_is_what_it_is_derived_from():
+    class Bumper(BoxShape):
+        pass
+
+    stage = Stage(scene=ROOM, vehicle="own", shapes=(Bumper(size_m=(1.0, 1.0, 1.0), center_m=(0.0, 0.0, 0.5)),))
+    (shape,) = Stage.from_data(stage.data()).shapes
+    assert shape == BoxShape(size_m=(1.0, 1.0, 1.0), center_m=(0.0, 0.0, 0.5))
 
 
 def test_a_map_has_what_stands_there_the_vehicle_and_its_way(journal, capsys):
