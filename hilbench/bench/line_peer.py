@@ -16,7 +16,7 @@ from hilbench.bench.timed_reader import TimedReader
 from hilbench.clock import NS_PER_S
 from hilbench.errors import AwayError, UnavailableError
 from hilbench.judging.judge import at_most
-from hilbench.judging.verdicts import Violation
+from hilbench.judging.verdicts import Inconclusive, Untimely, Violation
 from hilbench.links import Port
 
 __all__ = ["QUIET_S", "LinePeer", "Received", "Sound", "Unsound"]
@@ -159,7 +159,8 @@ class LinePeer(ABC, Generic[MessageT]):
 
         Raises:
             TypeError: `kind` is no class.
-            Violation: none came in time.
+            Untimely: none came.
+            Violation: it came too late.
             Inconclusive: it came so close to the limit that the bench cannot tell.
         """
         if not isinstance(kind, type):
@@ -180,29 +181,52 @@ class LinePeer(ABC, Generic[MessageT]):
             return bool(found)
 
         # Waiting a little beyond the limit tells late from never.
-        if not self.bench.run_until(arrived, within_s * 1.5 + 0.05):
+        spare_s = within_s * 0.5 + 0.05
+        if not self.bench.run_until(arrived, within_s + spare_s):
             self.require_line()
-            raise Violation(f"no {name} within {within_s:g} s", self.evidence(first))
+            raise Untimely(f"no {name} within {within_s:g} s", self.evidence(first), spare_s=spare_s)
         at_ns, packet = found[0]
         elapsed_s = max(0, at_ns - start_ns) / NS_PER_S
         at_most(elapsed_s, within_s, unit="s", what=f"{name} came after", uncertainty=self.uncertainty_s(start_ns))
         return packet
 
-    def expect_silence(self, for_s: float, *, why: str = "") -> None:
-        """Require that nothing at all comes for ``for_s`` seconds.
+    def require_punctual(self, since_ns: int, within_s: float, otherwise: str) -> None:
+        """Require that the benches were not so late since a time that what comes next shows nothing.
+
+        Args:
+            since_ns: bench time.
+            within_s: how late they may have been, in seconds.
+            otherwise: what may have come of it, for people.
 
         Raises:
-            Violation: a byte came.
+            Inconclusive: they were later.
+        """
+        late_s = (self.bench.own_lateness(since_ns) + self.bench.far_lateness(since_ns)).whole_ns / NS_PER_S
+        if late_s > within_s:
+            raise Inconclusive(f"the bench was up to {late_s * 1000:.1f} ms late: {otherwise}")
+
+    def expect_silence(self, for_s: float, *, why: str = "", settled: bool = False) -> None:
+        """Require that nothing at all comes for ``for_s`` seconds.
+
+        Args:
+            for_s: in seconds of bench time.
+            why: why nothing is to come.
+            settled: all that was asked before has been answered, so that nothing may still be on its way.
+
+        Raises:
+            Untimely: a byte came; where all is settled a Violation, however late it was read.
         """
         mark, count, start_ns = self.mark(), self.bytes_received, self.bench.now_ns
         self.run(for_s)
         if self.bytes_received != count:
             after_s = (self._timed.last_byte_ns - start_ns) / NS_PER_S
-            raise Violation(
+            text = (
                 f"{self.bytes_received - count} bytes came (the last after {after_s:.3f} s) where silence is required"
-                + (f": {why}" if why else ""),
-                self.evidence(mark),
             )
+            text += f": {why}" if why else ""
+            if settled:
+                raise Violation(text, self.evidence(mark))
+            raise Untimely(text, self.evidence(mark), spare_s=after_s)
 
     def wait_quiet(self, for_s: float = QUIET_S, within_s: float = 2.0) -> bool:
         """Let time pass until nothing has come for ``for_s`` seconds; say whether that was so within ``within_s``."""

@@ -1,7 +1,7 @@
 """Checks: how suites are written, run and reported.
 
-For suites: `case`, `CaseSetup`, `Violation`, `Inconclusive`, `NotApplicable`, `record_measure` and the judge. For
-programs: `run_suites`. For those who bring a bench: `BenchProvider`, `CaseBench` and `CaseInfo`.
+For suites: `case`, `CaseSetup`, `Violation`, `Untimely`, `Inconclusive`, `NotApplicable`, `record_measure` and the
+judge. For programs: `run_suites`. For those who bring a bench: `BenchProvider`, `CaseBench` and `CaseInfo`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from hilbench.check.runner import list_cases, run_check, run_suites
 from hilbench.judging.judge import at_least, at_most, near, within
 from hilbench.judging.provider import BenchProvider, CaseBench, CaseInfo, CaseSetup
 from hilbench.judging.recorder import record_measure
-from hilbench.judging.verdicts import Inconclusive, Measure, NotApplicable, Verdict, Violation
+from hilbench.judging.verdicts import Inconclusive, Measure, NotApplicable, Untimely, Verdict, Violation
 from hilbench.terminal.options import CheckOptions
 
 __all__ = [
@@ -27,6 +27,7 @@ __all__ = [
     "Measure",
     "NotApplicable",
     "Report",
+    "Untimely",
     "Verdict",
     "Violation",
     "at_least",

@@ -25,7 +25,7 @@ from hilbench.check.screens import SHOWN_VERDICTS, Screens
 from hilbench.check.selection import Candidate, compile_selection
 from hilbench.errors import HilbenchError, UsageError
 from hilbench.judging.doubt import doubted, excused
-from hilbench.judging.outcome import PASSED, Outcome, outcome_of, printable
+from hilbench.judging.outcome import PASSED, Outcome, outcome_of, printable, with_open_points
 from hilbench.judging.provider import (
     BenchProvider,
     CaseBench,
@@ -36,8 +36,8 @@ from hilbench.judging.provider import (
     Preparing,
     Viewable,
 )
-from hilbench.judging.recorder import recording, uncertain
-from hilbench.judging.verdicts import Measure, Verdict
+from hilbench.judging.recorder import Recorded, recording, uncertain
+from hilbench.judging.verdicts import Verdict
 
 NS_PER_S = 1_000_000_000
 
@@ -54,8 +54,9 @@ class _CaseRun:
     def __init__(self, planned: PlannedCase, screens: Screens | None = None) -> None:
         self.planned = planned
         self.screens = screens
+        self.ended: Outcome = PASSED
         self.outcome: Outcome = PASSED
-        self.measures: list[Measure] = []
+        self.recorded = Recorded()
         self.bench: CaseBench | None = None
         self.began_ns = 0
         self.bench_time_s = 0.0
@@ -78,7 +79,8 @@ class _CaseRun:
     def judge(self, outcome: Outcome) -> None:
         """Take the outcome of the case proper, and what the bench says of it while it is still open."""
         self.judged = True
-        self.outcome = outcome
+        self.ended = outcome
+        self.outcome = with_open_points(outcome, self.recorded.unclear)
         if self.bench is None:
             return
         try:
@@ -88,12 +90,11 @@ class _CaseRun:
 
     def _ask(self, bench: CaseBench) -> None:
         self.bench_time_s = (bench.now_ns - self.began_ns) / NS_PER_S
-        before = self.outcome
         if isinstance(bench, Doubtful):
             self.outcome = doubted(self.outcome, bench.doubt())
         if isinstance(bench, Lacking) and self.outcome.verdict is not Verdict.PASS:
             self.outcome = excused(self.outcome, bench.lacks())
-        self.in_doubt = self.outcome.verdict is not before.verdict
+        self.in_doubt = self.outcome.verdict is not self.ended.verdict
         if self.outcome.verdict is not Verdict.PASS:
             self.outcome = _with_evidence(self.outcome, tuple(bench.evidence()))
         bench.finish(self.outcome.verdict.value, self.outcome.cause)
@@ -134,7 +135,7 @@ class _CaseRun:
             cause=printable(self.outcome.cause),
             failed_clause_ids=about,
             evidence=tuple(printable(line) for line in self.outcome.evidence),
-            measures=tuple(self.measures),
+            measures=tuple(self.recorded.measures),
             defect=self.outcome.defect,
             suite_error=self.outcome.suite_error,
             seed=planned.seed,
@@ -335,7 +336,7 @@ class CheckPlugin:
         if self._on_case is not None:
             self._on_case(planned, self._started, self._to_run)
         run = item.stash[_RUN] = _CaseRun(planned, self._screens)
-        with recording() as run.measures, uncertain(run.uncertainty_s):
+        with recording() as run.recorded, uncertain(run.uncertainty_s):
             handled = yield
         del item.stash[_RUN]  # or every bench of the run, megabytes each, would be kept to its end
         result = run.result()

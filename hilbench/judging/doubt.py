@@ -1,9 +1,9 @@
-"""What lateness makes of a verdict that is of no figure of time, and what an emulation lacks of any.
+"""What lateness makes of a verdict on something that was not done in its time, and what an emulation lacks of any.
 
-A figure that has lateness in its uncertainty is judged with it (`hilbench.judging.judge`). That an answer did not come,
-or said something else, has none, and the uncertainty of a figure may be of something else (`uncertainty.py`): whether
-lateness is to blame nobody can tell. So such a fail stands only where the benches were no later than cases have
-to bear anyway.
+A figure that has lateness in its uncertainty is judged with it (`hilbench.judging.judge`). What a target said is wrong
+however late it was read. Only that something did not come while a case waited for it, or came while it must not, may be
+the doing of a bench that was late (`Untimely`): such a fail stands where the benches were no later than cases have to
+bear anyway, or than the case waited longer.
 
 A target that waits on something that its emulation lacks would have gone on where it is at home: nothing that it fails
 to do meanwhile is held against it. Having touched something of the kind excuses nothing.
@@ -45,7 +45,7 @@ def doubted(outcome: Outcome, doubt: Doubt) -> Outcome:
     figure = outcome.measure
     if outcome.verdict is Verdict.INCONCLUSIVE and figure is not None and doubt.lateness_s >= _WORTH_SAYING_S:
         return replace(outcome, cause=f"{outcome.cause}; {doubt.cause}")
-    if outcome.verdict is Verdict.FAIL and doubt.lateness_s > BORNE_S and not (figure is not None and figure.of_times):
+    if outcome.spare_s is not None and doubt.lateness_s > max(BORNE_S, outcome.spare_s):
         cause = f"{outcome.cause}: not held against the target, for {doubt.cause}"
         return replace(outcome, verdict=Verdict.INCONCLUSIVE, cause=cause)
     if outcome.verdict is Verdict.PASS and not doubt.lived:

@@ -2,7 +2,8 @@
 
 A figure is an interval: value minus to value plus uncertainty. Wholly inside the limits it passes, wholly outside it is
 a violation, across a limit it is inconclusive. So a bench that is late or coarse never accuses a good target and never
-acquits a bad one. Every figure is recorded with its margin, also when it passes. A time for which no uncertainty is
+acquits a bad one. Every figure is recorded with its margin, also when it passes, and a case goes on behind one that is
+inconclusive: in the end it is so itself, unless it turns out worse (`leave_open`). A time for which no uncertainty is
 given has that of any time of the running case.
 """
 
@@ -10,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from hilbench.judging.recorder import record_measure, uncertainty_of_times_s
+from hilbench.judging.recorder import leave_open, record_measure, uncertainty_of_times_s
 from hilbench.judging.uncertainty import OfTimes
 from hilbench.judging.verdicts import Inconclusive, Measure, Violation
 
@@ -32,7 +33,7 @@ def at_most(value: float, limit: float, *, unit: str, what: str, uncertainty: fl
 
     Raises:
         Violation: even ``value - uncertainty`` is above the limit.
-        Inconclusive: the limit lies within the uncertainty.
+        Inconclusive: the limit lies within the uncertainty, and no case is running.
         ValueError: a figure is not a number, or the uncertainty is negative.
     """
     return _judge(value, None, limit, unit, what, uncertainty, clause)
@@ -45,7 +46,7 @@ def at_least(
 
     Raises:
         Violation: even ``value + uncertainty`` is below the limit.
-        Inconclusive: the limit lies within the uncertainty.
+        Inconclusive: the limit lies within the uncertainty, and no case is running.
         ValueError: a figure is not a number, or the uncertainty is negative.
     """
     return _judge(value, limit, None, unit, what, uncertainty, clause)
@@ -59,7 +60,7 @@ def within(
     Raises:
         Violation: the whole interval of the measurement is outside the limits.
         Inconclusive: it is partly inside; always so when the uncertainty exceeds half the distance of the limits and
-            the value is not clearly outside.
+            the value is not clearly outside. And no case is running.
         ValueError: a figure is not a number, the uncertainty is negative, or ``low`` is above ``high``.
     """
     if low > high:
@@ -87,7 +88,9 @@ def _judge(
     if _outside(value, low, high, uncertainty):
         raise Violation(seen, clause=clause, measure=measure)
     if not _inside(value, low, high, uncertainty):
-        raise Inconclusive(f"{seen}: {_why_unclear(low, high, uncertainty, unit)}", clause=clause, measure=measure)
+        leave_open(
+            Inconclusive(f"{seen}: {_why_unclear(low, high, uncertainty, unit)}", clause=clause, measure=measure)
+        )
     return measure
 
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import re
 import traceback
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 
 from hilbench.errors import AwayError, HilbenchError, PluginError, UnavailableError
-from hilbench.judging.verdicts import CaseOutcome, Inconclusive, Measure, NotApplicable, Verdict, Violation
+from hilbench.judging.verdicts import CaseOutcome, Inconclusive, Measure, NotApplicable, Untimely, Verdict, Violation
 from hilbench.plugins.blame import place_of
 from hilbench.plugins.discovery import PLUGINS
 
 _TRACEBACK_LINES = 12
+_MOST_POINTS = 6
 _SAYS_NOTHING = re.compile(r"\bat 0x[0-9a-f]+>|^assert (False|None|not True)$")
 """Lines of pytest about an assertion with words of its own: an object by its address is nobody's evidence."""
 _PYTEST_PACKAGES = frozenset({"_pytest", "pluggy"})
@@ -38,6 +40,8 @@ class Outcome:
         suite_error: whether an error is that of a suite or a plug-in of the user's own.
         lost: whether the bench or the target is gone, so that nothing further can run.
         measure: the figure that it is about, if it is about one.
+        spare_s: of a fail for something that was not done in its time, how late the benches may have been without being
+            to blame, in seconds; None of any other, for which no lateness is.
     """
 
     verdict: Verdict
@@ -48,6 +52,7 @@ class Outcome:
     suite_error: bool = False
     lost: bool = False
     measure: Measure | None = None
+    spare_s: float | None = None
 
 
 PASSED = Outcome(verdict=Verdict.PASS)
@@ -70,6 +75,7 @@ def outcome_of(error: BaseException | None, own_suite: Path | None = None) -> Ou
             evidence=error.evidence,
             clause=error.clause,
             measure=error.measure,
+            spare_s=error.spare_s if isinstance(error, Untimely) else None,
         )
     if isinstance(error, AssertionError):
         return _of_assertion(error)
@@ -88,6 +94,19 @@ def outcome_of(error: BaseException | None, own_suite: Path | None = None) -> Ou
         defect=not place,
         suite_error=bool(place),
     )
+
+
+def with_open_points(outcome: Outcome, unclear: Sequence[Inconclusive]) -> Outcome:
+    """Return the outcome of a case with the points that its bench could not tell.
+
+    They make a pass inconclusive; another outcome has them in its evidence.
+    """
+    if not unclear:
+        return outcome
+    if outcome.verdict is Verdict.PASS:
+        outcome, unclear = outcome_of(unclear[0]), unclear[1:]
+    left = tuple(f"cannot be told either: {_one_line(str(point))}" for point in unclear)
+    return replace(outcome, evidence=(*outcome.evidence, *left[:_MOST_POINTS]))
 
 
 def _of_assertion(error: AssertionError) -> Outcome:

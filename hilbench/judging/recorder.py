@@ -1,6 +1,7 @@
-"""Where the figures measured by the running case go.
+"""Where the figures measured by the running case go, and the points that it cannot tell.
 
-The judge and the suites call `record_measure`; the plugin hangs a list under it for as long as a case runs.
+The judge and the suites call `record_measure`; the plugin keeps what comes for as long as a case runs. A point that the
+bench cannot tell does not end a case: a later one may show that the target is wrong. `leave_open` keeps it.
 """
 
 from __future__ import annotations
@@ -8,24 +9,39 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass, field
 
 from hilbench.judging.uncertainty import OfTimes
-from hilbench.judging.verdicts import Measure
+from hilbench.judging.verdicts import Inconclusive, Measure
 
-_measures: ContextVar[list[Measure] | None] = ContextVar("measures of the running case", default=None)
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """What came of a case, or of a part of it.
+
+    Attributes:
+        measures: its figures.
+        unclear: the points that the bench could not tell.
+    """
+
+    measures: list[Measure] = field(default_factory=list)
+    unclear: list[Inconclusive] = field(default_factory=list)
+
+
+_recorded: ContextVar[Recorded | None] = ContextVar("what the running case measured", default=None)
 _certain: Callable[[], float] = float
 _uncertainty_s: ContextVar[Callable[[], float]] = ContextVar("uncertainty of its times", default=_certain)
 
 
 @contextmanager
-def recording() -> Iterator[list[Measure]]:
+def recording() -> Iterator[Recorded]:
     """Collect what is measured inside the ``with`` block."""
-    measures: list[Measure] = []
-    token = _measures.set(measures)
+    recorded = Recorded()
+    token = _recorded.set(recorded)
     try:
-        yield measures
+        yield recorded
     finally:
-        _measures.reset(token)
+        _recorded.reset(token)
 
 
 @contextmanager
@@ -45,7 +61,7 @@ def uncertainty_of_times_s() -> float:
 
 @contextmanager
 def unrecorded() -> Iterator[None]:
-    """Judge without keeping the figures: for the steps that only bring a case to where it begins."""
+    """Judge without keeping figures, nor those that cannot be told: for the steps that only bring a case somewhere."""
     with recording():
         yield
 
@@ -86,10 +102,22 @@ def record_measure(
         margin=min(distances) if distances else None,
         clause=clause,
     )
-    measures = _measures.get()
-    if measures is not None:
-        measures.append(measure)
+    recorded = _recorded.get()
+    if recorded is not None:
+        recorded.measures.append(measure)
     return measure
+
+
+def leave_open(point: Inconclusive) -> None:
+    """Keep a point that the bench cannot tell: the case goes on, and is inconclusive unless it turns out worse.
+
+    Raises:
+        Inconclusive: no case is running.
+    """
+    recorded = _recorded.get()
+    if recorded is None:
+        raise point
+    recorded.unclear.append(point)
 
 
 def _above(value: float, low: float | None) -> float | None:

@@ -4,6 +4,7 @@ A case passes by returning. Otherwise it raises::
 
     AssertionError      the target violates the clause; the cause is the text of the assertion
     Violation           the same, with the cause and the evidence in the case's own words
+    Untimely            the same, by what did not come in its time: a bench that was late may be to blame
     Inconclusive        the bench cannot tell: it is too imprecise, or something needed is not modelled
     NotApplicable       the target turned out to lack something the case needs
     UnavailableError    the bench or the target is gone; nothing further is run (see `hilbench.errors`)
@@ -70,6 +71,33 @@ class Violation(CaseOutcome):
 
     Example scenarios: the wrong answer came; an answer came too late by more than the uncertainty of the bench.
     """
+
+
+class Untimely(Violation):
+    """The target did not do in its time what the clause says, or did it in a time in which it must not.
+
+    This alone is held against a target only as far as the benches were in time (`hilbench.judging.doubt`). A figure of
+    time is no matter of it: what the benches were late by is in its uncertainty.
+
+    Example scenarios: no answer came while the case waited; a report came while the target must be silent.
+
+    Args:
+        cause, evidence, clause, measure: as of any outcome.
+        spare_s: by how much the benches may have been late without being to blame, in seconds: how much longer the case
+            waited than the target had.
+    """
+
+    def __init__(
+        self,
+        cause: str,
+        evidence: Sequence[str] = (),
+        *,
+        clause: str = "",
+        measure: Measure | None = None,
+        spare_s: float = 0.0,
+    ) -> None:
+        super().__init__(cause, evidence, clause=clause, measure=measure)
+        self.spare_s = spare_s
 
 
 class Inconclusive(CaseOutcome):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from hilbench.bench import Bench
-from hilbench.check import Violation
+from hilbench.check import Untimely, Violation
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
 from hilbench.systems.pioneer.client import P2osClient
@@ -72,7 +72,7 @@ def begin(bench: ClientBench) -> None:
     client, server = bench.client, bench.server
     client.start()
     if not server.wait(lambda: server.bytes_received > 0 or bool(client.ended()), START_WITHIN_S):
-        raise Violation(f"the client sent nothing within {START_WITHIN_S:g} s of its start")
+        raise Untimely(f"the client sent nothing within {START_WITHIN_S:g} s of its start", spare_s=START_WITHIN_S / 2)
     if not server.wait(lambda: server.bytes_received > 0, LAST_BYTES_S):
         raise UnavailableError(f"the client {client.ended()} before it sent anything", hint="run its command by hand")
 
@@ -96,7 +96,7 @@ def expect_session(bench: ClientBench) -> Heard:
     opened = bench.server.expect_session(CONNECT_WITHIN_S)
     own = bench.client.own
     if own is not None and not bench.server.wait(lambda: own.state is ClientState.OPEN, CONFIG_WITHIN_S):
-        raise Violation(f"the client was answered, and still: {own.state.value}")
+        raise Untimely(f"the client was answered, and still: {own.state.value}", spare_s=CONFIG_WITHIN_S / 2)
     return opened
 
 
@@ -146,7 +146,7 @@ def require_end(bench: ClientBench, within_s: float, why: str) -> None:
         Violation: it still talks after ``within_s`` seconds.
     """
     if not bench.server.wait_quiet(3.0, within_s):
-        raise Violation(f"the client still talks after {within_s:g} s: {why}")
+        raise Untimely(f"the client still talks after {within_s:g} s: {why}", spare_s=within_s / 2)
 
 
 def own_client(bench: ClientBench) -> P2osClient:
@@ -169,7 +169,7 @@ def understood(bench: ClientBench, data: bytes) -> SipReading:
     bench.server.run(UNDERSTAND_S)
     reading = own.reading
     if reading is None or len(own.sips) == before:
-        raise Violation("the client took none of the SIPs")
+        raise Untimely("the client took none of the SIPs", spare_s=UNDERSTAND_S / 2)
     return reading
 
 

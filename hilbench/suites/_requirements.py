@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Sequence
 from itertools import pairwise
 
-from hilbench.check import Inconclusive, Violation, at_most, near
+from hilbench.check import Inconclusive, Untimely, Violation, at_most, near
 from hilbench.clock import NS_PER_S
 from hilbench.suites._session import (
     CYCLE_S,
@@ -107,7 +107,7 @@ def require_rate(starts_ns: Sequence[int], doubts_s: Sequence[float], session: S
 def require_flow(starts_ns: Sequence[int], session: Session) -> None:
     """Require that the SIPs have not dried up: the last one is on its way, or was only just there."""
     if len(starts_ns) < 2 or session.now_ns - starts_ns[-1] > DRY_S * NS_PER_S:
-        raise Violation(f"the SIPs dried up after {len(starts_ns)}", session.peer.evidence())
+        raise Untimely(f"the SIPs dried up after {len(starts_ns)}", session.peer.evidence())
 
 
 DRY_S = 2.5 * CYCLE_S
@@ -229,5 +229,6 @@ def require_request(peer: Peer, number: int, kind: type[ServerPacket]) -> None:
         counts[argument] = len(peer.since(mark, kind))
     assert counts[1] == 1, f"{counts[1]} {kind.__name__} for the argument 1, which asks for one"
     assert counts[2] >= STREAM, f"{counts[2]} {kind.__name__} in 0.6 s for the argument 2, which asks for a stream"
-    assert counts[0] == 0, f"{counts[0]} {kind.__name__} after the argument 0, which ends the stream"
+    if counts[0]:
+        raise Untimely(f"{counts[0]} {kind.__name__} after the argument 0, which ends the stream", spare_s=CYCLE_S)
     session.leave()

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar, cast
 
-from hilbench.check import CaseSetup, Inconclusive, Violation, at_most, case, near
+from hilbench.check import CaseSetup, Inconclusive, Untimely, Violation, at_most, case, near
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError
 from hilbench.judging.provider import CaseBench
@@ -41,6 +41,9 @@ _PROFILES = {clause.id: clause.profiles for clause in BOARD_CLAUSES}
 
 DONE_S = 0.05
 """How long a rover has for a frame, behind its last byte: five turns of its loop. A choice."""
+
+LINK_S = 1.0
+"""After so long a silence a rover that watches its link takes it for lost (P24D)."""
 
 ANSWER_S = 2.0
 """How long a case waits for the counters."""
@@ -125,7 +128,7 @@ class Rover:
         self.schema = self.peer.profile.server.schema
         self.v2 = self.schema is Schema.V2
         if not self.peer.wait_ready():
-            raise Violation("the rover does not answer REQUEST_TMY", self.peer.evidence())
+            raise Untimely("the rover does not answer REQUEST_TMY", self.peer.evidence(), spare_s=ANSWER_S)
         self.before = self._general()
 
     # --- beside the line
@@ -158,9 +161,12 @@ class Rover:
     # --- bytes out
 
     def write(self, data: bytes) -> None:
-        """Put bytes on the line, and give the rover the time to take them."""
+        """Put bytes on the line, and give the rover the time to take them, also where they were handed over late."""
+        sent_ns = self.peer.bench.now_ns
         self.peer.write(data)
         self.peer.run(self.peer.line_s(len(data)) + DONE_S)
+        if late_s := self.peer.uncertainty_s(sent_ns):
+            self.peer.run(late_s)
 
     def send(self, command: Command) -> None:
         """As `write`, with a command."""
@@ -182,10 +188,12 @@ class Rover:
 
     def keep_alive(self, duration_s: float, every_s: float = 0.5) -> None:
         """Let time pass while a REQUEST_TMY each `every_s` seconds keeps the link up."""
-        end_ns = self.peer.bench.now_ns + round(duration_s * NS_PER_S)
+        begin_ns = self.peer.bench.now_ns
+        end_ns = begin_ns + round(duration_s * NS_PER_S)
         while self.peer.bench.now_ns < end_ns:
             self.peer.send(RequestTelemetry())
             self.peer.run(min(every_s, (end_ns - self.peer.bench.now_ns) / NS_PER_S))
+        self.peer.require_punctual(begin_ns, LINK_S - every_s, "the link may have been lost")
 
     # --- what it says
 
@@ -203,8 +211,18 @@ class Rover:
             error=now.last_error,
         )
 
-    def require(self, accepted: int, rejected: int, opcode: int | None, error: int | None) -> None:
-        """Require the counters; an opcode or error of None is the one of before."""
+    def require(
+        self, accepted: int, rejected: int, opcode: int | None, error: int | None, *, spare_s: float | None = None
+    ) -> None:
+        """Require the counters; an opcode or error of None is the one of before.
+
+        Args:
+            accepted: see `Counts`.
+            rejected: likewise.
+            opcode: likewise.
+            error: likewise.
+            spare_s: if they depend on the pace of what was written, by how much it may have been off, in seconds.
+        """
         expected = Counts(
             accepted,
             rejected,
@@ -213,7 +231,10 @@ class Rover:
         )
         found = self.counts
         if found != expected:
-            raise Violation(f"the state is {found}, required {expected}", self.peer.evidence())
+            text = f"the state is {found}, required {expected}"
+            if spare_s is None:
+                raise Violation(text, self.peer.evidence())
+            raise Untimely(text, self.peer.evidence(), spare_s=spare_s)
 
     def mark(self) -> int:
         """Return a position in what was received."""
@@ -226,6 +247,9 @@ class Rover:
     def require_executions(self, mark: int, *expected: ExecutionReport) -> None:
         """Require these 0x81 since a mark, and no others."""
         found = self.executions(mark)
+        if len(found) < len(expected) and self.peer.uncertainty_s(self.peer.bench.now_ns):
+            self._general()  # behind its answer nothing is on its way any more
+            found = self.executions(mark)
         if found != list(expected):
             shown = ", ".join(map(str, found)) or "none"
             raise Violation(f"0x81: {shown}; required {', '.join(map(str, expected)) or 'none'}", self.peer.evidence())
@@ -280,6 +304,13 @@ class Rover:
         return self.duties == (0.0, 0.0)
 
     def _general(self) -> GeneralReport:
-        """Ask for the counters; P01 judges how soon the answer comes."""
-        self.peer.send(RequestTelemetry())
-        return self.next(GeneralReport, ANSWER_S)
+        """Ask for the counters, until an answer cannot be one to what came before; P01 judges how soon it comes."""
+        asked_ns = self.peer.bench.now_ns
+        while True:
+            mark = self.mark()
+            self.peer.send(RequestTelemetry())
+            report = self.next(GeneralReport, ANSWER_S)
+            (got, _), *_ = self.peer.since(mark, GeneralReport)
+            doubt_ns = round(self.peer.uncertainty_s(asked_ns) * NS_PER_S)
+            if not doubt_ns or got.start_ns - asked_ns > doubt_ns:
+                return report

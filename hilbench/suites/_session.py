@@ -9,7 +9,7 @@ import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from hilbench.check import Violation
+from hilbench.check import Untimely, Violation
 from hilbench.clock import NS_PER_S
 from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import (
@@ -152,13 +152,13 @@ class Session:
         """Say nothing for ``duration_s`` seconds; return the SIPs that came."""
         mark = self.peer.mark()
         self.peer.run(duration_s)
-        return self._some(mark)
+        return self._some(mark, duration_s)
 
     def watch_alive(self, duration_s: float) -> list[Seen]:
         """As `watch`, but feed the watchdog with PULSEs."""
         mark = self.peer.mark()
         self.peer.run_alive(duration_s)
-        return self._some(mark)
+        return self._some(mark, duration_s)
 
     def next(self) -> Seen:
         """Wait for a SIP; afterwards there is time for a command before the next one."""
@@ -196,12 +196,12 @@ class Session:
     def _wait(self, mark: int, condition: Callable[[], bool], what: str) -> None:
         if not self.peer.bench.run_until(condition, SIP_WITHIN_S):
             self.peer.require_line()
-            raise Violation(f"no {what} within {SIP_WITHIN_S:g} s", self.peer.evidence(mark))
+            raise Untimely(f"no {what} within {SIP_WITHIN_S:g} s", self.peer.evidence(mark), spare_s=SIP_WITHIN_S / 2)
 
-    def _some(self, mark: int) -> list[Seen]:
+    def _some(self, mark: int, duration_s: float) -> list[Seen]:
         seen = self.seen(mark)
         if not seen:
-            raise Violation("no SIP came", self.peer.evidence(mark))
+            raise Untimely("no SIP came", self.peer.evidence(mark), spare_s=duration_s - 2 * CYCLE_S)
         return seen
 
 

@@ -12,7 +12,7 @@ from typing import TypeVar, cast
 
 from hilbench.bench import Bench
 from hilbench.bench.line_peer import Received
-from hilbench.check import CaseSetup, Inconclusive, Violation, case, near, within
+from hilbench.check import CaseSetup, Untimely, Violation, at_most, case, near, within
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError
 from hilbench.judging.provider import CaseBench
@@ -72,6 +72,9 @@ MISSES = 10
 
 MODE_WITHIN_S = 0.5
 """How long a mode that was asked for may take to show: the longest turn of the control task, 160 ms, and a few more."""
+
+SPARE_S = 0.3
+"""So much longer than it may take something is waited for, which tells late from never. A choice."""
 
 EMERGENCY_WITHIN_S = 2.5
 """1.0 s in AUTOWARE, 1.6 s and a pause in MANUAL; a choice with room."""
@@ -229,7 +232,7 @@ class Vehicle:
         """
         pings = self.stack.since(0, AgentPing)
         if not pings:
-            raise Violation("the board has not pinged for an agent", self.stack.evidence(0))
+            raise Untimely("the board has not pinged for an agent", self.stack.evidence(0))
         baud = self.stack.port.baud
         return pings[0][0].start_ns - (10 * NS_PER_S // baud if baud else 0)
 
@@ -253,10 +256,19 @@ class Vehicle:
         def found() -> list[Frame]:
             return [got for got in self.frames(mark) if got.packet is not None and got.packet.mode == mode]
 
-        if not self.bench.run_until(lambda: bool(found()), within_s):
+        begun_ns = self.bench.now_ns
+        if not self.bench.run_until(lambda: bool(found()), within_s + SPARE_S):
             self.simulator.require_line()
-            raise Violation(f"no frame of mode {mode} within {within_s:g} s", shown(self.frames(mark)[-6:]))
+            text = f"no frame of mode {mode} within {within_s:g} s"
+            raise Untimely(text, shown(self.frames(mark)[-6:]), spare_s=SPARE_S)
+        self._require_within(begun_ns, within_s, f"a frame of mode {mode} came after")
         return found()[0]
+
+    def _require_within(self, begun_ns: int, within_s: float, what: str) -> None:
+        """Require of what was waited for a little longer than it may take that it has come in time."""
+        elapsed_s = (self.bench.now_ns - begun_ns) / NS_PER_S
+        if elapsed_s > within_s:
+            at_most(elapsed_s, within_s, unit="s", what=what, uncertainty=self.uncertainty_s(begun_ns))
 
     def require_modes(self, frames: Sequence[Frame], mode: int) -> None:
         """Require that all frames have a mode."""
@@ -273,21 +285,14 @@ class Vehicle:
 
         Raises:
             Violation: they do not.
-            Inconclusive: the bench cannot tell one of these figures, and no other is wrong.
         """
-        unclear: list[Inconclusive] = []
         spans = [(before, after, 1) for before, after in pairwise(frames)]
         if len(spans) > 1:
             spans.append((frames[0], frames[-1], len(spans)))
         for first, last, count in spans:
             found_s, doubt_s = (last.start_ns - first.start_ns) / NS_PER_S, self.uncertainty_s(first.start_ns)
             name = what if count == 1 else f"{what}, {count} together"
-            try:
-                near(found_s, count * step_s, count * TICK_S, unit="s", what=name, uncertainty=doubt_s)
-            except Inconclusive as outcome:
-                unclear.append(outcome)
-        if unclear:
-            raise unclear[0]
+            near(found_s, count * step_s, count * TICK_S, unit="s", what=name, uncertainty=doubt_s)
 
     def require_gap(self, first: Frame, second: Frame, least_s: float, most_s: float, what: str) -> None:
         """Require how far apart two frames begin, as far as the bench can tell."""
@@ -356,10 +361,12 @@ class Vehicle:
             steered = any(_same(angle, status.steering_rad) for angle in self.steerings(mark))
             return steered and any(all(map(_same, three, figures)) for three in told)
 
-        if not self.bench.run_until(reported, within_s):
-            wanted = ", ".join(f"{value:g}" for value in (*figures, status.steering_rad))
+        begun_ns = self.bench.now_ns
+        wanted = ", ".join(f"{value:g}" for value in (*figures, status.steering_rad))
+        if not self.bench.run_until(reported, within_s + SPARE_S):
             text = f"speeds, heading rate and steering of {wanted} are not reported within {within_s:g} s"
-            raise Violation(text, self.stack.evidence(mark))
+            raise Untimely(text, self.stack.evidence(mark), spare_s=SPARE_S)
+        self._require_within(begun_ns, within_s, f"speeds, heading rate and steering of {wanted} were reported after")
 
     def modes_reported(self, mark: int) -> list[int]:
         """Return the modes of the control-mode reports since a mark of the driving stack's line."""

@@ -14,7 +14,7 @@ from typing import TypeVar
 
 import pytest
 
-from hilbench.check import CaseSetup, Inconclusive, Violation, at_least, at_most, case, near
+from hilbench.check import CaseSetup, Inconclusive, Untimely, Violation, at_least, at_most, case, near
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
 from hilbench.systems.rover.cases import HostCase
@@ -47,6 +47,9 @@ START_WITHIN_S = 10.0
 UNDERSTAND_S = 0.1
 """Until a report that is complete is understood. A choice."""
 
+LEFT_S = 0.5
+"""Until all that a host says when it leaves has come. A choice."""
+
 SHOWN_WITHIN_S = 1.2
 """The author's client waits for the rest of a line for a second."""
 
@@ -67,7 +70,9 @@ def host(bench: HostCase) -> HostCase:
     rover = bench.rover
     if not rover.wait(lambda: rover.bytes_received > 0 or bool(bench.client.ended()), _first_byte_s(bench)):
         if bench.client.own is None:
-            raise Violation(f"the host sent nothing within {START_WITHIN_S:g} s of its start")
+            raise Untimely(
+                f"the host sent nothing within {START_WITHIN_S:g} s of its start", spare_s=START_WITHIN_S / 2
+            )
     elif rover.bytes_received == 0:
         raise UnavailableError(f"the host {bench.client.ended()} before it sent anything")
     return bench
@@ -131,11 +136,13 @@ def test_leaving_stops_the_motors(host: HostCase) -> None:
     rover.bench.run_for(1.0)
     mark = len(rover.received)
     host.client.disconnect()
-    rover.bench.run_for(0.5)
-    assert any(map(_stops, rover.received[mark:])), "the host left without stopping the motors"
+    rover.bench.run_for(LEFT_S)
+    if not any(map(_stops, rover.received[mark:])):
+        raise Untimely("the host left without stopping the motors", rover.evidence(), spare_s=LEFT_S)
     mark = len(rover.received)
     rover.bench.run_for(3.0)
-    assert len(rover.received) == mark, "the host speaks though it has left"
+    if len(rover.received) > mark:
+        raise Untimely("the host speaks though it has left", rover.evidence(), spare_s=LEFT_S)
 
 
 @on_host("P53", lasts_s=0.7)
@@ -154,7 +161,8 @@ def test_commands_to_the_byte(host: HostCase) -> None:
         sent = [heard.raw for heard in host.rover.received[mark:] if heard.payload[0]]
         if sent != [bytes.fromhex(wanted)]:
             shown = ", ".join(raw.hex(" ").upper() for raw in sent) or "nothing"
-            raise Violation(f"{command} is {shown}, required {bytes.fromhex(wanted).hex(' ').upper()}")
+            kind = Violation if sent else Untimely
+            raise kind(f"{command} is {shown}, required {bytes.fromhex(wanted).hex(' ').upper()}")
 
 
 # --- what it understands

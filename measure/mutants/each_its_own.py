@@ -53,6 +53,11 @@ class Verdicts:
     found_by: set[str] = field(default_factory=set)
     not_found: dict[str, str] = field(default_factory=dict)
 
+    @property
+    def open_clauses(self) -> set[str]:
+        """The clauses that did not find a fault."""
+        return {name.partition(":")[0] for name in self.not_found}
+
     def take(self, fault: Fault, cases: Sequence[CaseResult]) -> None:
         """Judge a fault by its cases: one has to fail by its clause, and none may do anything but pass or fail."""
         failed = [case for case in cases if case.verdict is Verdict.FAIL]

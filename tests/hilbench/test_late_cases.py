@@ -12,7 +12,7 @@ import pytest
 
 from hilbench.bench import Bench
 from hilbench.bench.cases import CaseBase
-from hilbench.check import Verdict, Violation
+from hilbench.check import Untimely, Verdict
 from hilbench.check.bench_provider import make_provider
 from hilbench.clock import NS_PER_MS, Scheduler
 from hilbench.journal import Journal
@@ -116,7 +116,7 @@ def test_who_was_late_is_said(late_ms, far, cause):
 
 def test_only_a_late_case_is_in_doubt():
     assert case_of(far=IN_TIME).doubt().lateness_s == 0
-    assert doubted(outcome_of(Violation("no answer")), case_of().doubt()).verdict is Verdict.FAIL
+    assert doubted(outcome_of(Untimely("no answer")), case_of().doubt()).verdict is Verdict.FAIL
 
 
 @pytest.mark.slow("a bench that is served is stopped for half a second, behind a proxy")
@@ -140,7 +140,7 @@ def test_a_process_that_is_stopped_is_found_late_by_a_check_at_its_door_and_behi
         assert bench.run_until(lambda: bench.far_lateness(since_ns).lost_ns > 100 * NS_PER_MS, PATIENCE_S)
         assert case.uncertainty_s() > 0.1
         assert "the served bench was up to" in case.doubt().cause
-        assert doubted(outcome_of(Violation("no answer")), case.doubt()).verdict is Verdict.INCONCLUSIVE
+        assert doubted(outcome_of(Untimely("no answer")), case.doubt()).verdict is Verdict.INCONCLUSIVE
         assert len([*(tmp_path / "hilbench" / "pace").iterdir()]) == doors
     assert not [*(tmp_path / "hilbench" / "pace").iterdir()]
 

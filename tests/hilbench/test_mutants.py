@@ -12,15 +12,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hilbench.check import CheckOptions, run_suites
 from hilbench.check.bench_provider import make_provider
 from hilbench.clock import NS_PER_S, Scheduler
 from hilbench.judging.verdicts import Verdict
 from hilbench.links import Line, MemoryLink
-from hilbench.terminal.options import CheckOptions
 from measure.mutants import farm
 from measure.mutants.bench import FaultyBody, fault, run_mutant
 from measure.mutants.catalogue import all_mutants, mutants_of
 from measure.mutants.each_its_own import Verdicts, judge, one_for_each
+from measure.mutants.late import AtPort, late_benches
 from measure.mutants.mutant import BodyFault, Family, Mutant
 from measure.mutants.pages import _ranges, killing_nothing, page, unexplained
 from measure.mutants.record import Entry, Record, merged, save
@@ -352,6 +353,33 @@ def test_each_clause_finds_a_mutant(suite: str) -> None:
     verdicts = looked_for(suite, one_for_each(clause_ids, found_in(suite)))
     assert verdicts.not_found == {}
     assert verdicts.found_by == {*clause_ids}
+
+
+ON_LATE_BENCHES = pytest.mark.exhaustive("each clause and a mutant once more; the gate has those of a client")
+OF_TIME = {"p2os-server": {"S05", "S22", "S38", "S57"}, "p2os-client": {"C18"}, "pioneer-motion": {"M04"}}
+"""By suite what is about times, or ramps in time, that 100 ms blur, or looks for a client that waits too long."""
+
+
+@pytest.mark.slow("each clause of a client and a mutant that it has to find, on a bench that is late")
+@pytest.mark.needs_physics
+@pytest.mark.parametrize(
+    "suite", [pytest.param(one, marks=ON_LATE_BENCHES) for one in SUITES if one != "p2os-client"] + ["p2os-client"]
+)
+def test_on_a_late_bench_the_other_clauses_find_it_too(suite: str) -> None:
+    clause_ids = [clause.id for clause in CLAUSES if clause.suite == suite]
+    with late_benches(0.1):
+        verdicts = looked_for(suite, one_for_each(clause_ids, found_in(suite)))
+    assert verdicts.open_clauses == OF_TIME[suite]
+
+
+@pytest.mark.slow("what a port shows of a right robot and of a right client, on a bench that is late")
+@pytest.mark.needs_physics
+@pytest.mark.parametrize("suite", ["p2os-server", "p2os-client"])
+def test_on_a_late_bench_nobody_right_is_accused(suite: str) -> None:
+    options = CheckOptions(bench="pioneer", suites=(suite,))
+    with late_benches(0.1):
+        cases = run_suites(options, AtPort(make_provider(options))).cases
+    assert {case.id: case.cause for case in cases if case.verdict is Verdict.FAIL} == {}
 
 
 @pytest.mark.exhaustive("each mutant that is found, by a clause that few find it by; the gate has one for each clause")

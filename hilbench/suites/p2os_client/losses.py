@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hilbench.check import Violation, at_most, case
+from hilbench.check import Untimely, at_most, case
 from hilbench.clock import NS_PER_S
 from hilbench.suites._client import CONNECT_WITHIN_S, ClientBench, begin, connect, require_lost, require_session
 from protocols.p2os import ControllerReset, encode_packet
@@ -24,7 +24,7 @@ def test_a_dead_robot_is_noticed(bench: ClientBench) -> None:
     own = bench.client.own
     if own is not None:
         if not server.wait(lambda: bool(own.failure), LOSS_WITHIN_S + 0.5):
-            raise Violation(f"the client does not report within {LOSS_WITHIN_S:g} s that no SIP came")
+            raise Untimely(f"the client does not report within {LOSS_WITHIN_S:g} s that no SIP came", spare_s=0.5)
         elapsed_s = (bench.bench.now_ns - silent_since_ns) / NS_PER_S
         doubt_s = server.uncertainty_s(silent_since_ns)
         at_most(elapsed_s, LOSS_WITHIN_S, unit="s", what="loss declared after the last SIP by", uncertainty=doubt_s)

@@ -29,7 +29,7 @@ def test_a_packet_too_long_is_ignored(peer: Peer) -> None:
     """Two of them, sound but for their length: a SYNC0, and an OPEN 1 where OPEN is due; who takes them answers."""
     for body in (b"\0", bytes.fromhex("013B0100")):
         peer.write(encode_frame(body.ljust(TOO_LONG - 2, b"\x55"), max_count=TOO_LONG))
-        peer.expect_silence(0.5, why=f"a count of {TOO_LONG} is more than a packet may have")
+        peer.expect_silence(0.5, why=f"a count of {TOO_LONG} is more than a packet may have", settled=True)
         require_echo(peer, SYNC0)
         peer.sync(1)
         peer.sync(2)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hilbench.check import Violation
+from hilbench.check import Untimely, Violation
 from hilbench.suites._rover import Rover, on_rover
 from hilbench.suites.pkt_board._frames import (
     BAD_CRC,
@@ -57,7 +57,7 @@ def test_a_piece_of_a_sync_word(rover: Rover) -> None:
     rover.write(b"PK" + REQUEST_OF_AUTHOR)
     answers = [report for _, report in rover.peer.since(mark, GeneralReport)]
     if not answers:
-        raise Violation("the request was not answered", rover.peer.evidence())
+        raise Untimely("the request was not answered", rover.peer.evidence())
     rover.require(0, 1, None, BAD_SYNC)
 
 
@@ -131,8 +131,8 @@ def test_accepted_wraps(rover: Rover) -> None:
         peer.write(led_on_frame(rover))
         peer.run(peer.line_s(len(LED_ON)) + PACE_S)
         if count == 254:
-            rover.require(255, 0, 1, SUCCESS)
-    rover.require(0, 0, 1, SUCCESS)
+            rover.require(255, 0, 1, SUCCESS, spare_s=PACE_S)
+    rover.require(0, 0, 1, SUCCESS, spare_s=PACE_S)
 
 
 @on_rover("P65", lasts_s=6.0)
@@ -142,5 +142,5 @@ def test_rejected_wraps(rover: Rover) -> None:
         peer.write(NO_LENGTH)
         peer.run(peer.line_s(len(NO_LENGTH)) + PACE_S)
         if count == 254:
-            rover.require(0, 255, None, INVALID_LENGTH)
-    rover.require(0, 0, None, INVALID_LENGTH)
+            rover.require(0, 255, None, INVALID_LENGTH, spare_s=PACE_S)
+    rover.require(0, 0, None, INVALID_LENGTH, spare_s=PACE_S)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hilbench.check import Violation
+from hilbench.check import Untimely
 from hilbench.clock import NS_PER_S
 from hilbench.suites._vehicle import MISSES, MODE_WITHIN_S, STATUS, STATUS_HZ, Frame, Vehicle, shown
 from protocols.autoware import AckermannControlCommand, VelocityReport
@@ -21,6 +21,7 @@ __all__ = [
     "OTHER_WAY",
     "OTHER_WAY_FRAME",
     "REPORT_WITHIN_S",
+    "WHICH",
     "behind",
     "between_lines_s",
     "nine_misses",
@@ -49,6 +50,9 @@ MANUAL_S, MANUAL_MISS_S = 0.060, 0.160
 
 AGENT_WAIT_S = 20.0
 
+WHICH = "frames may have other causes than they seem to have"
+"""What comes of a bench that is late by as much as frames lie apart."""
+
 EXACTLY = 0.5
 """Tolerance of a whole number that has to be right."""
 
@@ -67,10 +71,12 @@ def nine_misses(vehicle: Vehicle, mark: int, mode: Mode, count: int, step_s: flo
     Raises:
         Violation: they do not.
     """
+    begun_ns = vehicle.bench.now_ns
     found = vehicle.bench.run_until(lambda: len(vehicle.frames(mark)) >= count, (count + 1) * step_s + 0.2)
+    vehicle.simulator.require_punctual(begun_ns, step_s / 4, WHICH)
     frames = vehicle.frames(mark)
     if not found:
-        raise Violation(f"{len(frames)} frames came in {count} times {step_s:g} s", shown(frames))
+        raise Untimely(f"{len(frames)} frames came in {count} times {step_s:g} s", shown(frames))
     vehicle.require_modes(frames, mode)
     vehicle.require_steps(frames, step_s, "between frames while nothing is said")
 
@@ -158,5 +164,5 @@ def require_newest(vehicle: Vehicle, told: int, newest: Sequence[tuple[int, floa
         since = [speed for when_ns, speed in newest if got.start_ns - late_ns < when_ns <= got.start_ns]
         if report.longitudinal_velocity not in (*of_old, *since) and newest[0][0] < got.start_ns - late_ns:
             found, at_s = report.longitudinal_velocity, got.start_ns / NS_PER_S
-            raise Violation(f"{found:g} m/s is reported at {at_s:.4f} s, the newest are {[*of_old, *since]}")
+            raise Untimely(f"{found:g} m/s is reported at {at_s:.4f} s, the newest are {[*of_old, *since]}")
     return len(reports)

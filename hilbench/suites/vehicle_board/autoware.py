@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 
+from hilbench.check import Untimely
 from hilbench.suites._vehicle import (
     COMMAND,
     COMMAND_MISS_S,
@@ -23,6 +24,7 @@ from hilbench.suites.vehicle_board._moves import (
     IMPOSSIBLE_M_S,
     OTHER_WAY,
     OTHER_WAY_FRAME,
+    WHICH,
     nine_misses,
     nine_misses_around_a_status,
 )
@@ -96,6 +98,7 @@ def _without_commands(vehicle: Vehicle, commanded: CommandFrame, wanted: Command
     stopped_ns = vehicle.bench.now_ns
     manual = vehicle.wait_for(Mode.MANUAL, 2.0, mark)
     frames = [got for got in vehicle.frames(mark) if stopped_ns < got.start_ns < manual.start_ns]
+    vehicle.simulator.require_punctual(stopped_ns, COMMAND_MISS_S / 4, WHICH)
     # The first of them is that of the last command; the wait begins with the status behind it.
     rate_hz = 1 / COMMAND_MISS_S
     what = "frames from the last command to MANUAL"
@@ -131,16 +134,19 @@ def _slow_commands(vehicle: Vehicle, between: CommandFrame) -> None:
     vehicle.run(3.0)
     frames = vehicle.frames(mark)
     vehicle.require_modes(frames, Mode.AUTOWARE)
-    vehicle.require_count(len(frames), 30, 2, what="frames in 3 s", since_ns=begun_ns, rate_hz=10.0)
     kinds = [_is(got, F1) for got in frames]
     if between == F1:
         for got in frames:
             vehicle.require_frame(got, F1, "a frame between commands")
     else:
-        assert all(one != other for one, other in pairwise(kinds)), "commands and stops do not alternate"
+        if any(one == other for one, other in pairwise(kinds)):
+            raise Untimely("commands and stops do not alternate", spare_s=2 * COMMAND_MISS_S - 1 / 5.0)
         for got, is_command in zip(frames, kinds, strict=True):
             if not is_command:
                 vehicle.require_frame(got, between, "a frame between commands")
+    # A command that is late by more has two frames before it that fill up.
+    vehicle.simulator.require_punctual(begun_ns, 2 * COMMAND_MISS_S - 1 / 5.0, WHICH)
+    vehicle.require_count(len(frames), 30, 2, what="frames in 3 s", since_ns=begun_ns, rate_hz=10.0)
 
 
 def _is(got: Frame, frame: CommandFrame) -> bool:
@@ -209,9 +215,10 @@ def _require_the_most(vehicle: Vehicle, sign: int) -> None:
     figures = {name: sign * INSIDE * most for name, most in _MOST.items()}
     angle, rate, *others = figures.values()
     _between_commands(vehicle)
-    mark = vehicle.mark()
+    mark, sent_ns = vehicle.mark(), vehicle.bench.now_ns
     vehicle.stack.send(replace(COMMAND, **figures))  # type: ignore[arg-type]
     vehicle.run(0.02)
+    vehicle.simulator.require_punctual(sent_ns, 0.02, WHICH)
     frames = vehicle.frames(mark)
     assert frames, f"a command of {sign * INSIDE:g} of each limit is not sent"
     speed, acceleration, jerk = others

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hilbench.check import Violation, at_least, at_most, near
+from hilbench.check import Untimely, Violation, at_least, at_most, near
 from hilbench.clock import NS_PER_S
 from hilbench.suites._vehicle import (
     MISSES,
@@ -59,7 +59,8 @@ def test_a_status_ends_the_emergency_in_manual(vehicle: Vehicle) -> None:
     frames = vehicle.frames(mark)
     modes = [got.packet.mode for got in frames if got.packet is not None]
     if modes[:1] != [Mode.MANUAL] or Mode.AUTOWARE in modes:
-        raise Violation(f"the modes behind the status are {modes}, required MANUAL next", shown(frames))
+        kind = Violation if Mode.AUTOWARE in modes else Untimely  # or the status has come too late for a frame
+        raise kind(f"the modes behind the status are {modes}, required MANUAL next", shown(frames))
     vehicle.require_frame(frames[0], BRAKE, "the first frame of MANUAL")
     vehicle.simulator.statuses.start(STATUS_HZ)
     vehicle.run(0.2)
@@ -97,7 +98,9 @@ def test_autoware_can_be_ordered_in_emergency(vehicle: Vehicle) -> None:
     assert vehicle.stack.request(ControlMode.AUTONOMOUS).success, "the request is refused"
     begun = vehicle.wait_for(Mode.AUTOWARE, MODE_WITHIN_S, mark)
     ended = vehicle.wait_for(Mode.EMERGENCY, 2.0, behind(vehicle, begun))
-    at_least((ended.start_ns - begun.start_ns) / NS_PER_S, 1.0 - TICK_S, unit="s", what="frames of mode 1 for")
+    # It begins with a command, which may be handed over late, and is read late.
+    doubt_s, lasted_s = 2 * vehicle.uncertainty_s(begun.start_ns), (ended.start_ns - begun.start_ns) / NS_PER_S
+    at_least(lasted_s, 1.0 - TICK_S, unit="s", what="frames of mode 1 for", uncertainty=doubt_s)
 
 
 @on_board("VB11H", lasts_s=4.5)

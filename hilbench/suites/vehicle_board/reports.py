@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hilbench.check import Violation, at_least, at_most
+from hilbench.check import Untimely, Violation, at_least, at_most
 from hilbench.clock import NS_PER_S
 from hilbench.suites._vehicle import MODE_WITHIN_S, STATUS_HZ, STATUS_MISS_S, Vehicle, on_board
 from hilbench.suites.vehicle_board._moves import REPORT_WITHIN_S, between_lines_s, quiet, require_newest, say_a_hundred
@@ -96,6 +96,9 @@ def test_the_newest_status_is_reported(vehicle: Vehicle) -> None:
     for when_ns, speed in newest:
         behind_s = [(start_ns - when_ns) / NS_PER_S for start_ns, told_m_s in reports if told_m_s == speed]
         after_s = min((found_s for found_s in behind_s if found_s > 0), default=math.inf)
+        if math.isinf(after_s):
+            spare_s = 1 / STATUS_HZ - NEXT_COMMAND_S
+            raise Untimely(f"a status of {speed:g} m/s is not reported", vehicle.stack.evidence(told), spare_s=spare_s)
         what = f"a status of {speed:g} m/s was reported after"
         at_most(after_s, NEXT_COMMAND_S, unit="s", what=what, uncertainty=uncertainty_s)
 

@@ -19,7 +19,7 @@ from hilbench.suites._vehicle import (
     on_board,
     shown,
 )
-from hilbench.suites.vehicle_board._moves import F1, IMPOSSIBLE_M_S, quiet
+from hilbench.suites.vehicle_board._moves import F1, IMPOSSIBLE_M_S, WHICH, quiet
 from protocols.autoware import SteeringReport, VelocityReport
 from protocols.carla import STATUS_BYTES, VECTORS, Mode, StatusFrame, decode_status, encode_status
 
@@ -260,11 +260,13 @@ def _command_behind_a_status(vehicle: Vehicle, after_s: float) -> tuple[Frame, F
     vehicle.run(3 * COMMAND_MISS_S)
     mark = vehicle.mark()
     vehicle.bench.run_until(lambda: vehicle.mark() > mark, 2 * COMMAND_MISS_S)
+    said_ns = vehicle.bench.now_ns
     vehicle.say(vehicle.other_status(OLD_M_S))
     vehicle.run(after_s)
     behind, told = vehicle.mark(), vehicle.stack.mark()
     vehicle.stack.send(COMMAND)
     vehicle.run(0.02)
+    vehicle.simulator.require_punctual(said_ns, COMMAND_MISS_S - OLD_S, WHICH)
     frames = [*vehicle.frames(mark)[:1], *vehicle.frames(behind)[:1]]
     if len(frames) < 2:
         raise Violation("no frame of a missed command and of a command came", shown(vehicle.frames()[-6:]))

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import pytest
 
-from hilbench.check import CaseSetup, Inconclusive, Violation, case
+from hilbench.check import CaseSetup, Inconclusive, Untimely, Violation, case
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
 from hilbench.systems.vehicle.car_simulator import CarSimulator, Published
@@ -152,7 +152,7 @@ def host(bench: CarHostCase) -> Host:
     if bench.client.own is None:
         heard = board.bench.run_until(lambda: board.bytes_received > 0 or bool(bench.client.ended()), START_WITHIN_S)
         if not heard:
-            raise Violation(f"nothing came within {START_WITHIN_S:g} s of its start")
+            raise Untimely(f"nothing came within {START_WITHIN_S:g} s of its start", spare_s=START_WITHIN_S / 2)
         if board.bytes_received == 0:
             raise UnavailableError(f"the simulator's side {bench.client.ended()} before it sent anything")
     return Host(bench)

@@ -20,6 +20,7 @@ from protocols.p2os import (
     decode_packet,
     encode_command,
 )
+from protocols.p2os.options import WATCHDOG_S
 
 __all__ = ["QUIET_S", "REPLY_WITHIN_S", "SYNC0", "SYNC1", "SYNC2", "Peer"]
 
@@ -58,10 +59,12 @@ class Peer(LinePeer[ServerPacket]):
 
     def run_alive(self, duration_s: float, every_s: float = 0.5) -> None:
         """Let bench time pass while a PULSE every ``every_s`` seconds keeps the robot's watchdog fed."""
-        end_ns = self.bench.now_ns + round(duration_s * NS_PER_S)
+        begin_ns = self.bench.now_ns
+        end_ns = begin_ns + round(duration_s * NS_PER_S)
         while self.bench.now_ns < end_ns:
             self.send(CommandNumber.PULSE)
             self.run(min(every_s, (end_ns - self.bench.now_ns) / NS_PER_S))
+        self.require_punctual(begin_ns, WATCHDOG_S - every_s, "the watchdog may have run out")
 
     # --- looking back
 

@@ -23,7 +23,7 @@ from hilbench.bench import Bench, to_ns
 from hilbench.bench.timed_reader import TimedReader
 from hilbench.clock import NS_PER_S, EventClass
 from hilbench.judging.judge import at_most
-from hilbench.judging.verdicts import Violation
+from hilbench.judging.verdicts import Untimely
 from hilbench.links import Port
 from hilbench.systems.pioneer.scripted_packets import CONFIG, IDENTIFICATION, STANDING
 from protocols.p2os import (
@@ -235,7 +235,8 @@ class ScriptedServer:
             what: what to call it in a report.
 
         Raises:
-            Violation: it did not come in time.
+            Untimely: it did not come.
+            Violation: it came too late.
             Inconclusive: it came so close to the limit that the bench cannot tell.
         """
         what = what or name
@@ -254,8 +255,9 @@ class ScriptedServer:
             return False
 
         # Waiting a little beyond the limit tells late from never.
-        if not self.wait(arrived, within_s * 1.2 + 0.05):
-            raise Violation(f"no {what} within {within_s:g} s")
+        spare_s = within_s * 0.2 + 0.05
+        if not self.wait(arrived, within_s + spare_s):
+            raise Untimely(f"no {what} within {within_s:g} s", spare_s=spare_s)
         elapsed_s = max(0, found[0].at_ns - start_ns) / NS_PER_S
         at_most(elapsed_s, within_s, unit="s", what=f"{what} came after", uncertainty=self.uncertainty_s(start_ns))
         return found[0]
@@ -264,24 +266,25 @@ class ScriptedServer:
         """Wait until the client has opened a session by a whole handshake, and return its OPEN.
 
         Raises:
-            Violation: it did not within ``within_s`` seconds from now.
+            Untimely: it did not within ``within_s`` seconds from now, at least twice as long as one needs.
         """
         opened = self.sessions_opened
         if not self.wait(lambda: self.sessions_opened > opened, within_s):
-            raise Violation(f"no session was opened within {within_s:g} s")
+            raise Untimely(f"no session was opened within {within_s:g} s", spare_s=within_s / 2)
         return self.heard("OPEN")[-1]
 
     def expect_silence(self, for_s: float, *, why: str = "") -> None:
         """Require that the client sends nothing for ``for_s`` seconds.
 
         Raises:
-            Violation: it did.
+            Untimely: it did.
         """
-        count, mark = self.bytes_received, self.mark()
+        count, mark, start_ns = self.bytes_received, self.mark(), self.bench.now_ns
         self.run(for_s)
         if self.bytes_received != count:
             names = ", ".join(heard.name for heard in self.received[mark:]) or "bytes that are no frame"
-            raise Violation(f"{names} came where silence is required" + (f": {why}" if why else ""))
+            after_s = (self._reader.last_byte_ns - start_ns) / NS_PER_S
+            raise Untimely(f"{names} came where silence is required" + (f": {why}" if why else ""), spare_s=after_s)
 
     def wait_quiet(self, for_s: float, within_s: float) -> bool:
         """Let time pass until nothing was heard for ``for_s`` seconds; say whether that began within ``within_s``."""

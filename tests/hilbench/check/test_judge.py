@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from hilbench.check import CaseResult, Inconclusive, Verdict, Violation, at_least, at_most, near, within
 from hilbench.check.results import tightest_margins, worst_margin
-from hilbench.judging.recorder import recording
+from hilbench.judging.recorder import Recorded, recording, unrecorded
 
 figures = st.floats(-1e6, 1e6)
 doubts = st.floats(0, 1e6)
@@ -73,21 +73,65 @@ def test_limits_the_wrong_way_round_are_refused():
 
 
 def test_every_figure_is_recorded_with_its_margin_also_when_it_fails():
-    with recording() as measures:
+    with recording() as recorded:
         within(3.0, 1.0, 4.0, unit="s", what="a")
         with pytest.raises(Violation):
             at_most(3.0, 2.0, unit="s", what="b", clause="X1")
-    assert [(measure.name, measure.margin) for measure in measures] == [("a", 1.0), ("b", -1.0)]
+    assert [(measure.name, measure.margin) for measure in recorded.measures] == [("a", 1.0), ("b", -1.0)]
     assert not at_most(1.0, 2.0, unit="s", what="outside a case").margin < 0
-    assert len(measures) == 2
+    assert len(recorded.measures) == 2
 
 
 def test_a_figure_that_is_about_one_clause_is_the_margin_of_no_other():
-    with recording() as measures:
+    with recording() as recorded:
         at_most(1.9, 2.0, unit="s", what="one", clause="X1")
         at_most(1.0, 2.0, unit="s", what="all")
     result = CaseResult(
-        id="s/c", suite="s", clause_ids=("X1", "X2"), verdict=Verdict.PASS, cause="", measures=tuple(measures), seed=0
+        id="s/c",
+        suite="s",
+        clause_ids=("X1", "X2"),
+        verdict=Verdict.PASS,
+        cause="",
+        measures=tuple(recorded.measures),
+        seed=0,
     )
     assert [worst_margin([result], clause).name for clause in ("X1", "X2")] == ["one", "all"]
     assert tightest_margins([result])[0].clause_ids == ("X1",)
+
+
+def test_a_case_goes_on_behind_a_point_that_cannot_be_told():
+    with recording() as recorded:
+        at_most(2.0, 2.0, uncertainty=0.1, unit="s", what="stop")
+        at_most(1.0, 2.0, unit="s", what="turn")
+    assert [str(point) for point in recorded.unclear] == [
+        "stop: 2 ± 0.1 s, required at most 2 s: the limit lies within the uncertainty"
+    ]
+    assert [measure.name for measure in recorded.measures] == ["stop", "turn"]
+
+
+def test_steps_that_only_lead_somewhere_leave_no_point_open():
+    with recording() as recorded, unrecorded():
+        at_most(2.0, 2.0, uncertainty=0.1, unit="s", what="stop")
+    assert recorded == Recorded()
+
+
+UNCLEAR = 'at_most(2.0, 2.0, uncertainty=0.1, unit="s", what="stop")'
+
+
+@pytest.mark.parametrize(
+    ("behind", "verdict", "cause"),
+    [
+        ("pass", Verdict.INCONCLUSIVE, "stop: 2 ± 0.1 s, required at most 2 s: the limit lies within the uncertainty"),
+        ('assert False, "it is red"', Verdict.FAIL, "it is red"),
+        ('raise NotApplicable("no stop")', Verdict.NOT_APPLICABLE, "no stop"),
+        ('raise RuntimeError("lost")', Verdict.ERROR, "lost"),
+    ],
+)
+def test_what_comes_behind_such_a_point_counts(check, behind, verdict, cause):
+    report = check(f'@my("A1")\ndef test_a(bench):\n    {UNCLEAR}\n    {UNCLEAR}\n    {behind}\n')
+    (case,) = report.cases
+    assert case.verdict is verdict
+    assert cause in case.cause
+    others = [line for line in case.evidence if line.startswith("cannot be told either: stop: 2 ± 0.1 s")]
+    assert len(others) == (1 if behind == "pass" else 2)
+    assert len(case.measures) == 2

@@ -18,6 +18,7 @@ from hilbench.terminal.options import TargetChoice
 from measure.mutants.defects_page import killers
 from measure.mutants.each_its_own import judge, one_for_each
 from measure.mutants.in_bench_time import ForeignRoverInBenchTime
+from measure.mutants.late import AtPort, late_benches
 from measure.mutants.rover import BY_HAND, all_mutants, fault, on_the_page, run
 from protocols.pkt.clauses import BOARD_CLAUSES
 from targets.robots.rover import DEFECTS, RoverRobot, RoverSettings
@@ -55,13 +56,34 @@ def test_two_runs_are_the_same(report):
     assert again.items() <= {case.id: case.case_hash for case in report.cases}.items()
 
 
+def one_fault_for_each_clause():
+    mutants, clause_ids = {mutant.id: mutant for mutant in all_mutants()}, [clause.id for clause in BOARD_CLAUSES]
+    return [fault(mutants[name], clause_id) for clause_id, name in one_for_each(clause_ids, FOUND)]
+
+
 @pytest.mark.slow("each clause of the rover and a fault that it has to find")
 def test_each_clause_finds_a_faulty_rover():
-    mutants, clause_ids = {mutant.id: mutant for mutant in all_mutants()}, [clause.id for clause in BOARD_CLAUSES]
-    chosen = [fault(mutants[name], clause_id) for clause_id, name in one_for_each(clause_ids, FOUND)]
-    verdicts = judge(OPTIONS, make_provider(OPTIONS), chosen)
+    verdicts = judge(OPTIONS, make_provider(OPTIONS), one_fault_for_each_clause())
     assert verdicts.not_found == {}
-    assert verdicts.found_by == {*clause_ids}
+    assert verdicts.found_by == {clause.id for clause in BOARD_CLAUSES}
+
+
+OF_TIME = {"P01", "P21", "P23D", "P65"}
+"""What is about times, or a pace, that 100 ms blur."""
+
+
+@pytest.mark.exhaustive("each fault once more; the gate has what clients and hosts show on a late bench")
+def test_on_a_late_bench_the_other_clauses_find_it_too():
+    with late_benches(0.1):
+        verdicts = judge(OPTIONS, make_provider(OPTIONS), one_fault_for_each_clause())
+    assert verdicts.open_clauses == OF_TIME
+
+
+@pytest.mark.slow("what a port shows of a right rover, on a bench that is late")
+def test_on_a_late_bench_no_right_rover_is_accused():
+    with late_benches(0.1):
+        cases = run_suites(OPTIONS, AtPort(make_provider(OPTIONS))).cases
+    assert {case.id: case.cause for case in cases if case.verdict is Verdict.FAIL} == {}
 
 
 def test_the_page_names_each_faulty_rover():

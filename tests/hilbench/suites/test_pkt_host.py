@@ -19,6 +19,7 @@ from hilbench.systems.rover.provider import RoverProvider, foreign_host
 from hilbench.terminal.options import TargetChoice
 from measure.mutants.each_its_own import Fault, judge
 from measure.mutants.in_bench_time import ForeignClientInBenchTime, saying
+from measure.mutants.late import AtPort, late_benches
 from protocols.pkt import (
     CLIENT_TABLE,
     PROFILES,
@@ -127,8 +128,8 @@ MUTANTS = [
 ]
 
 
-def test_each_clause_finds_each_host_that_is_wrong_for_it():
-    faults = [
+def faults():
+    return [
         Fault(
             name=f"{select} {number}",
             clause_id=clause,
@@ -137,7 +138,21 @@ def test_each_clause_finds_each_host_that_is_wrong_for_it():
         )
         for number, (clause, select, make) in enumerate(MUTANTS)
     ]
-    verdicts = judge(OPTIONS, make_provider(OPTIONS), faults)
+
+
+def test_on_a_late_bench_each_clause_finds_them_too():
+    with late_benches(0.1):
+        assert judge(OPTIONS, make_provider(OPTIONS), faults()).not_found == {}
+
+
+def test_on_a_late_bench_no_right_host_is_accused():
+    with late_benches(0.1):
+        cases = run_suites(OPTIONS, AtPort(make_provider(OPTIONS))).cases
+    assert {case.id: case.cause for case in cases if case.verdict is Verdict.FAIL} == {}
+
+
+def test_each_clause_finds_each_host_that_is_wrong_for_it():
+    verdicts = judge(OPTIONS, make_provider(OPTIONS), faults())
     assert verdicts.not_found == {}
     assert verdicts.found_by == {clause.id for clause in HOST_CLAUSES}
 

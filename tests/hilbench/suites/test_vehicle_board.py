@@ -10,6 +10,7 @@ from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from hilbench.check.bench_provider import make_provider
 from measure.mutants.defects_page import killers
 from measure.mutants.each_its_own import judge, one_for_each
+from measure.mutants.late import AtPort, late_benches
 from measure.mutants.vehicle.page import PAGE
 from measure.mutants.vehicle.published import CURES
 from measure.mutants.vehicle.runs import fault, run
@@ -57,13 +58,34 @@ def test_every_edge_of_the_control_task_is_taken(report):
     assert covered["modes of the board"].states_missed == ()
 
 
+def one_fault_for_each_clause():
+    mutants, clause_ids = {mutant.id: mutant for mutant in all_mutants()}, [clause.id for clause in BOARD_CLAUSES]
+    return [fault(mutants[name], clause_id) for clause_id, name in one_for_each(clause_ids, FOUND)]
+
+
 @pytest.mark.slow("each clause of the board and a fault that it has to find")
 def test_each_clause_finds_a_faulty_board():
-    mutants, clause_ids = {mutant.id: mutant for mutant in all_mutants()}, [clause.id for clause in BOARD_CLAUSES]
-    chosen = [fault(mutants[name], clause_id) for clause_id, name in one_for_each(clause_ids, FOUND)]
-    verdicts = judge(OPTIONS, make_provider(OPTIONS), chosen)
+    verdicts = judge(OPTIONS, make_provider(OPTIONS), one_fault_for_each_clause())
     assert verdicts.not_found == {}
-    assert verdicts.found_by == {*clause_ids}
+    assert verdicts.found_by == {clause.id for clause in BOARD_CLAUSES}
+
+
+OF_TIME = {"VB05", "VB05H", "VB06", "VB08", "VB14", "VB30H", "VB44", "VB45", "VB57", "VB57H"}
+"""What is about times that 100 ms blur: which of the frames that come 100 ms apart has which cause."""
+
+
+@pytest.mark.exhaustive("each fault once more; the gate has what clients and hosts show on a late bench")
+def test_on_a_late_bench_the_other_clauses_find_it_too():
+    with late_benches(0.1):
+        verdicts = judge(OPTIONS, make_provider(OPTIONS), one_fault_for_each_clause())
+    assert verdicts.open_clauses == OF_TIME
+
+
+@pytest.mark.exhaustive("each profile; the gate has what clients and hosts show on a late bench")
+def test_on_a_late_bench_no_right_board_is_accused():
+    with late_benches(0.1):
+        cases = run_suites(OPTIONS, AtPort(make_provider(OPTIONS))).cases
+    assert {case.id: case.cause for case in cases if case.verdict is Verdict.FAIL} == {}
 
 
 def test_the_page_names_each_faulty_board():

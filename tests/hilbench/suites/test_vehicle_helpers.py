@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from hilbench.check import Inconclusive, Violation
+from hilbench.judging.recorder import recording
 from hilbench.suites._vehicle import TICK_S, Vehicle
 
 
@@ -15,7 +16,9 @@ def judge(steps_s, uncertainty_s):
     starts_s = [sum(steps_s[:count]) for count in range(len(steps_s) + 1)]
     frames = [SimpleNamespace(start_ns=round(start_s * 1e9)) for start_s in starts_s]
     bench = SimpleNamespace(uncertainty_s=lambda _since_ns: uncertainty_s)
-    Vehicle.require_steps(bench, frames, 0.1, "between frames")
+    with recording() as recorded:
+        Vehicle.require_steps(bench, frames, 0.1, "between frames")
+    return len(recorded.unclear)
 
 
 def test_where_the_bench_is_exact_each_step_counts():
@@ -27,8 +30,7 @@ def test_where_the_bench_is_exact_each_step_counts():
 
 def test_where_it_is_not_all_steps_together_still_tell():
     """Each step may be right, for all that the bench knows; nine of them cannot."""
-    with pytest.raises(Inconclusive):
-        judge([0.1] * 9, 0.005)
+    assert judge([0.1] * 9, 0.005) > 0
     with pytest.raises(Violation, match=r"between frames, 9 together: 0\.945 "):
         judge([0.105] * 9, 0.005)
 

@@ -20,6 +20,7 @@ from hilbench.terminal.options import TargetChoice
 from measure.mutants.car_host import FAULTY_HOSTS
 from measure.mutants.each_its_own import Fault, judge
 from measure.mutants.in_bench_time import ForeignClientInBenchTime, saying
+from measure.mutants.late import AtPort, late_benches
 from protocols.carla import AckermannCommand, Commanded, CommandLimits, ManualCommand, Mode, Signs
 from protocols.carla.clauses import HOST_CLAUSES
 from targets.robots.car_host import BEHAVIOURS, DEFECTS, CarHost
@@ -245,14 +246,36 @@ def of_kind(kind):
     return make
 
 
-@pytest.mark.slow("each clause of the simulator's side and each fault that it has to find")
-def test_each_clause_finds_each_fault_that_is_named_for_it():
+def named_faults():
     faults = [fault(name, with_defect(name), clause) for name, clauses in FOUND.items() for clause in clauses]
     for kind, clauses in (*OTHERS, *FAULTY_HOSTS):
         faults += [fault(kind.__name__, of_kind(kind), clause) for clause in clauses]
     hazards = [clause.id for clause in HOST_CLAUSES if "hardened" not in clause.profiles]
     faults += [fault("hardened", as_hardened, clause, "[v0]") for clause in hazards]
-    verdicts = judge(OPTIONS, make_provider(OPTIONS), faults)
+    return faults
+
+
+OF_TIME = {"VS20", "VS28", "VS28H"}
+"""What is about times that 100 ms blur: a rate to 2 in 1200, and what comes 3 ms apart."""
+
+
+@pytest.mark.exhaustive("each fault once more; the gate has what P2OS and PKT! show on a late bench")
+def test_on_a_late_bench_the_other_clauses_find_it_too():
+    with late_benches(0.1):
+        verdicts = judge(OPTIONS, make_provider(OPTIONS), named_faults())
+    assert verdicts.open_clauses == OF_TIME
+
+
+@pytest.mark.exhaustive("each profile; the gate has what P2OS and PKT! show on a late bench")
+def test_on_a_late_bench_no_right_simulator_is_accused():
+    with late_benches(0.1):
+        cases = run_suites(OPTIONS, AtPort(make_provider(OPTIONS))).cases
+    assert {case.id: case.cause for case in cases if case.verdict is Verdict.FAIL} == {}
+
+
+@pytest.mark.slow("each clause of the simulator's side and each fault that it has to find")
+def test_each_clause_finds_each_fault_that_is_named_for_it():
+    verdicts = judge(OPTIONS, make_provider(OPTIONS), named_faults())
     assert verdicts.not_found == {}
     assert verdicts.found_by == {clause.id for clause in HOST_CLAUSES}
 
