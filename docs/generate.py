@@ -29,6 +29,7 @@ from protocols.pkt import profiles as pkt_profiles
 from protocols.pkt import reports as pkt_reports
 from protocols.pkt import states as pkt_states
 from protocols.pkt.clauses import CLAUSES as PKT_CLAUSES
+from protocols.pkt.clauses import Clause as PktClause
 from protocols.pkt.framing import encode_frame
 from protocols.pkt.options import Framing, FramingOptions, Schema
 from targets.mcu.fidelity import Fidelity
@@ -230,17 +231,24 @@ def pkt_clauses_page() -> str:
         "# What a rover and its host must do\n\n"
         "A clause belongs to profiles: *documented* is what seed document and manual promise, *term-doc* the document "
         "to the letter, *g0* and *g2* what was shipped. Where shipped behaviour is a defect, its twin says what was "
-        "promised.\n\n"
+        "promised. At a port nobody sees the motors: what needs `duty` is judged there by the throttles and setpoints "
+        "that the rover shows in 0x83, if it does, and the verdict says *by its own report*.\n\n"
     )
     for suite in dict.fromkeys(clause.suite for clause in PKT_CLAUSES):
         rows = [
-            (one.id, one.level, ", ".join(one.profiles), one.text, one.twin or "", ", ".join(one.needs), one.source)
+            (one.id, one.level, ", ".join(one.profiles), one.text, one.twin or "", _needs(one), one.source)
             for one in PKT_CLAUSES
             if one.suite == suite
         ]
         head = ("Id", "Level", "Profiles", "Text", "Twin", "Needs", "Source")
         text += f"## {suite}: {len(rows)} clauses\n\n" + _table(head, rows) + "\n"
     return text
+
+
+def _needs(clause: PktClause) -> str:
+    """What a clause needs, and with what it can be judged by the rover's own reports instead."""
+    instead = f"; or {', '.join(clause.stand_ins)}, by its own report" if clause.stand_ins else ""
+    return ", ".join(clause.needs) + instead
 
 
 def rover_model_page() -> str:

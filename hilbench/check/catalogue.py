@@ -6,7 +6,7 @@ A clause of a protocol needs a bench that speaks it: without the capability of t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
@@ -30,6 +30,8 @@ class Clause:
         text: the rule.
         source: where it is written: a manual's section, a line of a program.
         needs: capabilities without which it cannot be checked.
+        stand_ins: capabilities with which it can be checked by the target's own reports where some of `needs` are
+            missing; empty if it cannot.
     """
 
     id: str
@@ -39,6 +41,12 @@ class Clause:
     text: str
     source: str
     needs: frozenset[str] = frozenset()
+    stand_ins: frozenset[str] = frozenset()
+
+    def unseen(self, capabilities: Collection[str]) -> frozenset[str]:
+        """Return what a bench lacks that the target's own reports stand in for; nothing if they do not."""
+        reported = self.stand_ins and self.stand_ins.issubset(capabilities)
+        return self.needs.difference(capabilities) if reported else frozenset()
 
 
 def find_clause(clause_id: str) -> Clause | None:
@@ -102,8 +110,9 @@ def _clause(entry: ClauseEntry, *spoken: str) -> Clause:
     for name in ("id", "suite", "title", "text", "source"):
         if not isinstance(getattr(entry, name, None), str):
             raise TypeError(f"a clause has no text as its {name}")
-    if entry.level not in ("must", "should") or isinstance(entry.needs, str):
-        raise TypeError(f"clause {entry.id}: its level is must or should, its needs are several names")
+    stand_ins = getattr(entry, "stand_ins", ())  # a plug-in may bring clauses that know of none
+    if entry.level not in ("must", "should") or isinstance(entry.needs, str) or isinstance(stand_ins, str):
+        raise TypeError(f"clause {entry.id}: its level is must or should, its needs and stand_ins are several names")
     return Clause(
         id=entry.id,
         suite=entry.suite,
@@ -112,4 +121,5 @@ def _clause(entry: ClauseEntry, *spoken: str) -> Clause:
         text=entry.text,
         source=entry.source,
         needs=frozenset({*entry.needs, *spoken}),
+        stand_ins=frozenset({*stand_ins, *spoken}) if stand_ins else frozenset(),
     )

@@ -29,6 +29,7 @@ class PlannedCase:
         scene: the scene it asks for.
         setup: how else its bench differs from that of the bench file.
         seed: its seed.
+        by_own_report: what its clauses need besides, which the bench lacks and the target's own reports stand in for.
     """
 
     id: str
@@ -41,6 +42,7 @@ class PlannedCase:
     scene: str
     setup: CaseSetup
     seed: int
+    by_own_report: tuple[str, ...] = ()
 
     @property
     def clause_ids(self) -> tuple[str, ...]:
@@ -56,6 +58,7 @@ class PlannedCase:
             verdict=verdict,
             cause=cause,
             missing=self.missing,
+            by_own_report=self.by_own_report,
             seed=self.seed,
             bench_time_s=self.bench_time_s,
         )

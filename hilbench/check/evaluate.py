@@ -130,9 +130,16 @@ def _clause_result(group: _ClauseCases, options: CheckOptions) -> ClauseResult:
         worst_margin=worst_margin(group.results, clause.id),
         bench_time_s=sum(result.bench_time_s for result in group.results if _ran(result)),
         case_ids=tuple(result.id for result in group.results),
+        by_own_report=_by_own_report(group),
         reproduce=_reproduce(group, options),
         screen=worst_one.screen,
     )
+
+
+def _by_own_report(group: _ClauseCases) -> tuple[str, ...]:
+    """Return what the clause needs that nobody saw in one of its cases which ran."""
+    unseen = {name for result in group.results if _ran(result) for name in result.by_own_report}
+    return tuple(sorted(unseen & group.clause.needs))
 
 
 def _reproduce(group: _ClauseCases, options: CheckOptions) -> str:
@@ -184,9 +191,21 @@ def _not_shown(clauses: Iterable[ClauseResult]) -> list[str]:
     return [clause.id for clause in clauses if clause.level == "must" and clause.verdict is Verdict.NOT_APPLICABLE]
 
 
+def _by_report_alone(clauses: Iterable[ClauseResult]) -> list[str]:
+    """Return the ids of what a target must do and only says that it does."""
+    passed = (clause for clause in clauses if clause.level == "must" and clause.verdict is Verdict.PASS)
+    return [clause.id for clause in passed if clause.by_own_report]
+
+
 def _meaning(code: ExitCode, clauses: Sequence[ClauseResult]) -> str:
     if code is ExitCode.INCONCLUSIVE and not _anything_judged(clauses):
         return NOTHING_JUDGED
-    missing = _not_shown(clauses) if code in {ExitCode.OK, ExitCode.INCONCLUSIVE} else []
-    which = f"{len(missing)} must clause{'s' * (len(missing) != 1)} not shown here: {named(missing)}"
-    return f"{EXIT_MEANINGS[code]}; {which}" if missing else EXIT_MEANINGS[code]
+    words = [EXIT_MEANINGS[code]]
+    if code in {ExitCode.OK, ExitCode.INCONCLUSIVE}:
+        words += _counted("not shown here", _not_shown(clauses))
+        words += _counted("shown by the target's own report alone", _by_report_alone(clauses))
+    return "; ".join(words)
+
+
+def _counted(what: str, ids: Sequence[str]) -> list[str]:
+    return [f"{len(ids)} must clause{'s' * (len(ids) != 1)} {what}: {named(ids)}"] if ids else []

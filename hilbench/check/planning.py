@@ -35,7 +35,8 @@ def plan_case(
     """
     case_id = f"{suite}/{name}"
     clauses = tuple(_clause(clause_id, spec, case_id, suite) for clause_id in spec.clause_ids)
-    needs = spec.needs.union(*(clause.needs for clause in clauses))
+    unseen = [clause.unseen(capabilities) for clause in clauses]
+    needs = spec.needs.union(*(clause.needs - lacks for clause, lacks in zip(clauses, unseen, strict=True)))
     missing = needs.difference(capabilities)
     if RECORDING in capabilities and RECORDING not in spec.needs:
         missing = frozenset({ANSWERS})
@@ -47,6 +48,7 @@ def plan_case(
         bench_time_s=spec.bench_time_s,
         needs=needs,
         missing=tuple(sorted(missing)),
+        by_own_report=() if missing else tuple(sorted(frozenset[str]().union(*unseen))),
         scene=spec.scene,
         setup=spec.setup,
         seed=case_seed(run_seed, case_id),

@@ -37,7 +37,7 @@ from hilbench.judging.provider import (
     Viewable,
 )
 from hilbench.judging.recorder import Recorded, recording, uncertain
-from hilbench.judging.verdicts import Verdict
+from hilbench.judging.verdicts import Verdict, marked
 
 NS_PER_S = 1_000_000_000
 
@@ -97,7 +97,7 @@ class _CaseRun:
         self.in_doubt = self.outcome.verdict is not self.ended.verdict
         if self.outcome.verdict is not Verdict.PASS:
             self.outcome = _with_evidence(self.outcome, tuple(bench.evidence()))
-        bench.finish(self.outcome.verdict.value, self.outcome.cause)
+        bench.finish(self.outcome.verdict.value, marked(self.outcome.cause, self.planned.by_own_report))
         self.case_hash = bench.case_hash()
         if self.screens is not None and self.outcome.verdict in SHOWN_VERDICTS and isinstance(bench, Viewable):
             self.view = bench.view()
@@ -136,6 +136,7 @@ class _CaseRun:
             failed_clause_ids=about,
             evidence=tuple(printable(line) for line in self.outcome.evidence),
             measures=tuple(self.recorded.measures),
+            by_own_report=planned.by_own_report,
             defect=self.outcome.defect,
             suite_error=self.outcome.suite_error,
             seed=planned.seed,

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 import msgspec
 
 from hilbench.judging.observations import Observations
-from hilbench.judging.verdicts import WORST_FIRST, Level, Measure, Verdict
+from hilbench.judging.verdicts import BY_OWN_REPORT, WORST_FIRST, Level, Measure, Verdict
 
 FORMAT = "hilbench-report/1"
 TIGHTEST = 5
@@ -33,6 +33,8 @@ class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
         evidence: lines that show what happened.
         measures: figures it measured.
         missing: capabilities that are missing, for a case that is not applicable.
+        by_own_report: capabilities that are missing and that the target's own reports stood in for: what it says of
+            itself was judged, and not what somebody saw. Empty for a case that saw all it needs.
         defect: whether an error is hilbench's own (exit code 5) and not the target's absence (3).
         suite_error: whether an error is that of a suite of the user's own (2).
         seed: seed of the case.
@@ -50,6 +52,7 @@ class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
     evidence: tuple[str, ...] = ()
     measures: tuple[Measure, ...] = ()
     missing: tuple[str, ...] = ()
+    by_own_report: tuple[str, ...] = ()
     defect: bool = False
     suite_error: bool = False
     seed: int = 0
@@ -75,6 +78,7 @@ class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
         worst_margin: the figure that came nearest to its limit, relative to the limit.
         bench_time_s: of all its cases.
         case_ids: its cases.
+        by_own_report: what it needs that nobody saw in one of its cases: the target's own reports were believed.
         reproduce: the command that runs it again.
         screen: the picture of the worst case; empty if there is none.
     """
@@ -92,8 +96,14 @@ class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
     worst_margin: Measure | None = None
     bench_time_s: float = 0.0
     case_ids: tuple[str, ...] = ()
+    by_own_report: tuple[str, ...] = ()
     reproduce: str = ""
     screen: str = ""
+
+    @property
+    def mark(self) -> str:
+        """What stands before its cause and its title where it was judged by less than it needs; else empty."""
+        return BY_OWN_REPORT if self.by_own_report else ""
 
 
 class TightMargin(msgspec.Struct, frozen=True, kw_only=True):
@@ -124,6 +134,7 @@ class Counts(msgspec.Struct, frozen=True, kw_only=True):
         error: error.
         not_applicable: not applicable to this bench.
         not_run: selected and applicable, but the run ended before.
+        by_own_report: of those that pass, how many do so by what the target says of itself alone.
     """
 
     clauses: int
@@ -134,6 +145,7 @@ class Counts(msgspec.Struct, frozen=True, kw_only=True):
     error: int
     not_applicable: int
     not_run: int
+    by_own_report: int = 0
 
 
 class Report(msgspec.Struct, frozen=True, kw_only=True):
@@ -267,4 +279,5 @@ def count(clauses: Sequence[ClauseResult]) -> Counts:
         error=having(Verdict.ERROR),
         not_applicable=having(Verdict.NOT_APPLICABLE),
         not_run=having(Verdict.NOT_RUN),
+        by_own_report=sum(clause.verdict is Verdict.PASS and bool(clause.by_own_report) for clause in clauses),
     )

@@ -24,6 +24,7 @@ from hilbench.exit_codes import ExitCode
 from hilbench.files.names import escaped
 from hilbench.judging.observations import Observing
 from hilbench.judging.provider import BenchProvider, Choosing
+from hilbench.judging.verdicts import marked
 from hilbench.terminal.console import Console
 from hilbench.terminal.options import CheckOptions
 
@@ -132,7 +133,8 @@ def _reporter_of_cases(show: Callable[[str], None]) -> ProgressCallback:
 
 def _reporter_of_results(console: Console) -> ResultCallback:
     def tell(result: CaseResult, number: int, total: int) -> None:
-        cause = f": {result.cause}" if result.cause else ""
+        said = marked(result.cause, result.by_own_report)
+        cause = f": {said}" if said else ""
         text = f"{number}/{total} {result.verdict.value} {', '.join(result.clause_ids)} {result.id}{cause}"
         # A log whose reader has stopped reading must not stop the run: the report says all of it again.
         line = escaped(text)

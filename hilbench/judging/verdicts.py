@@ -45,6 +45,20 @@ WORST_FIRST = (
 """The verdict of a clause is the first of these that one of its cases has."""
 
 
+BY_OWN_REPORT = "by its own report: "
+"""Stands before what was judged by what the target says of itself, where nobody saw whether that is so."""
+
+
+def marked(cause: str, by_own_report: Sequence[str]) -> str:
+    """Return the cause of a verdict, that of a pass being empty, behind what marks it as weaker if it is.
+
+    Args:
+        cause: one line.
+        by_own_report: what nobody saw, so that the target's own reports stood in for it; empty if all was seen.
+    """
+    return f"{BY_OWN_REPORT}{cause}".removesuffix(": ") if by_own_report else cause
+
+
 class CaseOutcome(Exception):  # noqa: N818 - an outcome, not an error
     """What a case raises to end with something other than a pass. Raise one of the classes below.
 

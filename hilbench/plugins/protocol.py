@@ -25,7 +25,7 @@ API = 1
 
 
 class ClauseEntry(Protocol):
-    """A rule of a catalogue; see `hilbench.check.catalogue.Clause`."""
+    """A rule of a catalogue; see `hilbench.check.catalogue.Clause`. It may have `stand_ins` besides."""
 
     @property
     def id(self) -> str:

@@ -20,6 +20,8 @@ class Clause:
         text: the rule.
         sources: where it is written.
         needs: names of what a bench must be able to do for it to be checked, beside speaking the protocol.
+        stand_ins: names of what it must be able to do instead where it lacks some of `needs`: its case then judges by
+            the peer's own reports, which is weaker evidence, and its verdict says so. Empty if nothing stands in.
     """
 
     id: str
@@ -29,6 +31,7 @@ class Clause:
     text: str
     sources: tuple[str, ...]
     needs: tuple[str, ...] = ()
+    stand_ins: tuple[str, ...] = ()
 
     @property
     def source(self) -> str:

@@ -15,6 +15,7 @@ not run            ``<error type="not-run">``: a run that was cut short is not g
 Clause, level, source, verdict and cause are properties of each test case; seed, run hash and the parts of the bench
 are properties of the suite. The picture of the screen at the moment a clause failed is a property too, and an
 attachment, as GitLab and the Jenkins plugin "JUnit Attachments" read it: ``[[ATTACHMENT|FILE]]`` in ``<system-out>``.
+Of a clause that was judged by the target's own report alone that stands there, too, in a property and before the cause.
 That of a suite has what there is to note of the firmware of emulated boards.
 """
 
@@ -70,17 +71,20 @@ def _add_clause(suite: ET.Element, clause: ClauseResult) -> None:
         "cause": clause.cause,
         "cases": ", ".join(clause.case_ids),
         "reproduce": clause.reproduce,
+        **({"by_own_report": ", ".join(clause.by_own_report)} if clause.by_own_report else {}),
         **({"screen": clause.screen} if clause.screen else {}),
     }
     _add_properties(element, facts)
     child = _child_for(clause)
     if child is not None:
         tag, kind, message = child
-        verdict = ET.SubElement(element, tag, type=kind, message=_clean(message))
+        verdict = ET.SubElement(element, tag, type=kind, message=_clean(clause.mark + message))
         if clause.evidence:
             verdict.text = _clean("\n".join([clause.text, clause.source, *clause.evidence]))
-    if clause.screen:
-        ET.SubElement(element, "system-out").text = _clean(f"[[ATTACHMENT|{clause.screen}]]")
+    said = [f"{clause.mark}nobody saw {', '.join(clause.by_own_report)}"] if clause.by_own_report else []
+    said += [f"[[ATTACHMENT|{clause.screen}]]"] if clause.screen else []
+    if said:
+        ET.SubElement(element, "system-out").text = _clean("\n".join(said))
 
 
 def _child_for(clause: ClauseResult) -> tuple[str, str, str] | None:

@@ -11,6 +11,7 @@ import msgspec
 from hilbench.check.collector import PlannedCase
 from hilbench.files import write_atomically
 from hilbench.files.names import escaped_all
+from hilbench.judging.verdicts import BY_OWN_REPORT
 from hilbench.terminal.console import Console
 from hilbench.terminal.options import CheckOptions
 
@@ -27,6 +28,7 @@ class ListedCase(msgspec.Struct, frozen=True, kw_only=True):
         bench_time_s: about how long it takes, in seconds of bench time.
         needs: the capabilities it needs.
         missing: those that the bench lacks; it applies if there are none.
+        by_own_report: what is needed besides, which the bench lacks and the target's own reports stand in for.
     """
 
     id: str
@@ -37,6 +39,7 @@ class ListedCase(msgspec.Struct, frozen=True, kw_only=True):
     bench_time_s: float
     needs: tuple[str, ...]
     missing: tuple[str, ...]
+    by_own_report: tuple[str, ...]
 
 
 def show(planned: Sequence[PlannedCase], options: CheckOptions, console: Console) -> None:
@@ -73,6 +76,7 @@ def _row(case: PlannedCase) -> tuple[str, ...]:
         remark = f"not applicable: no {', '.join(case.missing)}"
     else:
         remark = f"needs {', '.join(sorted(case.needs))}" if case.needs else ""
+        remark += f"; {BY_OWN_REPORT}no {', '.join(case.by_own_report)}" if case.by_own_report else ""
     return (", ".join(case.clause_ids), levels, f"{case.bench_time_s:.1f} s", case.id.partition("/")[2], remark)
 
 
@@ -100,4 +104,5 @@ def _listed(case: PlannedCase) -> ListedCase:
         bench_time_s=case.bench_time_s,
         needs=tuple(sorted(case.needs)),
         missing=case.missing,
+        by_own_report=case.by_own_report,
     )

@@ -82,7 +82,7 @@ def _row(clause: ClauseResult) -> tuple[str, ...]:
         word_for(clause),
         footer.margin_text(clause.worst_margin),
         f"{clause.bench_time_s:.1f} s",
-        clause.title + note,
+        clause.mark + clause.title + note,
     )
 
 
@@ -100,9 +100,10 @@ def _account(clause: ClauseResult, colours: bool) -> list[str]:
     evidence = list(clause.evidence[:_EVIDENCE_LINES]) + ([f"and {more} lines more (--json FILE)"] if more > 0 else [])
     return [
         f"{_painted(word.upper(), _STYLES[word], colours)} {clause.id} ({clause.level}) {clause.title}",
-        f"  cause      {clause.cause}",
+        f"  cause      {clause.mark}{clause.cause}",
         f"  clause     {clause.text}",
         f"  source     {clause.source}",
+        *_labelled("not seen", [", ".join(clause.by_own_report)] if clause.by_own_report else []),
         *_labelled("evidence", evidence),
         *_labelled("screen", [clause.screen] if clause.screen else []),
         f"  reproduce  {clause.reproduce}",
@@ -131,8 +132,9 @@ def _summary(report: Report, colours: bool) -> list[str]:
 
 
 def _counted(counts: Counts) -> str:
+    weaker = f" ({counts.by_own_report} by its own report)" if counts.by_own_report else ""
     words = [
-        (counts.passed, "pass"),
+        (counts.passed, f"pass{weaker}"),
         (counts.failed, "fail"),
         (counts.warned, "warn"),
         (counts.inconclusive, "inconclusive"),

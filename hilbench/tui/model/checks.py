@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from hilbench.judging.verdicts import BY_OWN_REPORT
+
 __all__ = ["RUNNING", "CheckedModel", "ChecksModel"]
 
 Event = Mapping[str, Any]
@@ -26,6 +28,7 @@ class CheckedModel:
         cases: the verdict of each of its cases, by id; empty before it has one.
         verdict: that of the report; empty before that has come.
         about: what the report says of it.
+        unseen: what it needs and nobody saw, so that the target's own reports were believed.
     """
 
     id: str
@@ -36,6 +39,7 @@ class CheckedModel:
     verdict: str = ""
     cause: str = ""
     about: Event = field(default_factory=dict)
+    unseen: tuple[str, ...] = ()
 
     @property
     def state(self) -> str:
@@ -46,6 +50,11 @@ class CheckedModel:
         if RUNNING in known or (len(known) > 1 and "" in known and not known & {"error", "fail"}):
             return RUNNING
         return next((verdict for verdict in _WORST if verdict in known), "")
+
+    @property
+    def mark(self) -> str:
+        """What stands before what was judged by less than it needs; else empty."""
+        return BY_OWN_REPORT if self.unseen else ""
 
     @property
     def bad(self) -> bool:
@@ -79,6 +88,7 @@ class ChecksModel:
                 row.title = str(case["titles"][number])
                 known = before.get(case["id"], CheckedModel(case["id"]))
                 row.cases[case["id"]], row.cause = known.state, row.cause or known.cause
+                row.unseen = (*dict.fromkeys((*row.unseen, *case.get("by_own_report", ()))),)
                 if case["missing"]:
                     row.cases[case["id"]] = "not-applicable"
                     row.cause = f"needs {', '.join(map(str, case['missing']))}"
@@ -99,6 +109,7 @@ class ChecksModel:
             row = self.rows.setdefault(clause["id"], CheckedModel(clause["id"]))
             row.suite, row.level, row.title = clause["suite"], clause["level"], clause["title"]
             row.verdict, row.cause, row.about = clause["verdict"], clause["cause"], clause
+            row.unseen = tuple(clause.get("by_own_report", ()))
         self.ended = str(report.get("exit_meaning", "ended"))
 
     def counts(self) -> Counter[str]:

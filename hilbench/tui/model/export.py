@@ -98,8 +98,8 @@ def _checks(selection: Selection) -> Iterable[Row]:
     for row in selection.checks.rows.values():
         evidence = " | ".join(map(str, row.about.get("evidence", ())))
         yield {
-            "clause": row.id, "suite": row.suite, "level": row.level, "verdict": row.state, "title": row.title,
-            "cause": row.cause, "evidence": evidence,
+            "clause": row.id, "suite": row.suite, "level": row.level, "verdict": row.state,
+            "title": f"{row.mark}{row.title}", "cause": row.cause, "evidence": evidence,
         }  # fmt: skip
 
 

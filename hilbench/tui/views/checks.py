@@ -79,7 +79,7 @@ def _row(row: CheckedModel, breadth: int, chosen: bool) -> Text:
         (f"{mark} ", style),
         (f"{row.id:<6} ", HEAD),
         (f"{_word(row):<{breadth}} ", style),
-        row.title,
+        f"{row.mark}{row.title}",
         (f"  {row.cause}" if row.bad and row.cause else f"  {margin}" if margin else "", BAD if row.bad else DIM),
     )
     if chosen:
@@ -99,6 +99,8 @@ def clause_view(row: CheckedModel, width: int) -> list[Text]:
     lines.append(Text(str(about.get("text") or row.title)))
     if about.get("source"):
         lines.append(Text(f"source    {about['source']}", DIM))
+    if row.unseen:
+        lines.append(Text(f"{row.mark}nobody saw {', '.join(row.unseen)}"))
     if row.cause:
         lines.append(Text(f"cause     {row.cause}", BAD if row.bad else ""))
     lines += [Text(f"evidence  {line}") for line in list(about.get("evidence", ()))[:_MOST_EVIDENCE]]

@@ -11,3 +11,6 @@ SHIPPED = ("g0", "g2")
 G2_ALONE = ("g2",)
 LEN = ("documented", "g0", "g2")
 V2 = ("documented", "g2")
+
+BY_REPORT = ("server", "motion reports")
+"""What it takes to judge the motors by what the rover itself says of them."""

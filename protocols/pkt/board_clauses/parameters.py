@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from protocols.pkt.board_clauses._common import DOCUMENTED, G2_ALONE, SHIPPED, SUITE, V2
+from protocols.pkt.board_clauses._common import BY_REPORT, DOCUMENTED, G2_ALONE, SHIPPED, SUITE, V2
 from protocols.pkt.clause import CHOICE, DOCUMENT, G0, G2, G2_MOTORS, MANUAL, Clause
 
 CLAUSES: tuple[Clause, ...] = (
@@ -47,6 +47,7 @@ CLAUSES: tuple[Clause, ...] = (
         profiles=G2_ALONE,
         twin="P28D",
         needs=("server", "duty"),
+        stand_ins=BY_REPORT,
     ),
     Clause(
         id="P28D",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from protocols.pkt.board_clauses._common import DOCUMENTED, G2_ALONE, SUITE, V2
+from protocols.pkt.board_clauses._common import BY_REPORT, DOCUMENTED, G2_ALONE, SUITE, V2
 from protocols.pkt.clause import CHOICE, DECODER, DOCUMENT, G0, G2, G2_CONFIG, MANUAL, SERIAL, Clause
 
 CLAUSES: tuple[Clause, ...] = (
@@ -57,6 +57,7 @@ CLAUSES: tuple[Clause, ...] = (
         ),
         profiles=("documented", "g0"),
         needs=("server", "duty"),
+        stand_ins=BY_REPORT,
     ),
     Clause(
         id="P25",
@@ -116,5 +117,6 @@ CLAUSES: tuple[Clause, ...] = (
         ),
         profiles=DOCUMENTED,
         needs=("server", "duty", "wheels"),
+        stand_ins=BY_REPORT,
     ),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from protocols.pkt.board_clauses._common import DOCUMENTED, G2_ALONE, SUITE, V2
+from protocols.pkt.board_clauses._common import BY_REPORT, DOCUMENTED, G2_ALONE, SUITE, V2
 from protocols.pkt.clause import CHOICE, DOCUMENT, G2, G2_MOTORS, G2_PID, MANUAL, Clause
 
 CLAUSES: tuple[Clause, ...] = (
@@ -81,5 +81,6 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{DOCUMENT}, 0x03: flags", f"{MANUAL}, 0x04", f"{G2_MOTORS} set_motor_speed_setpoints"),
         profiles=V2,
         needs=("server", "wheels"),
+        stand_ins=BY_REPORT,
     ),
 )

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from xml.etree import ElementTree
 
 import pytest
 from _pytest._code import TracebackEntry
 
 from hilbench.check import CheckOptions, Verdict, run_suites
+from hilbench.check.report import junit, matrix
 
 
 def only(report):
@@ -231,6 +233,53 @@ def test_what_a_target_must_do_and_nobody_saw_is_said_in_the_last_line(check, ma
     said = {0: "all checks passed", 4: "inconclusive"}[code]
     missing = "; 1 must clause not shown here: A1" if level == "must" else ""
     assert (report.exit_code, report.exit_meaning) == (code, said + missing)
+
+
+OWN_REPORT = """
+    @case("P24D")
+    def test_it(bench):
+        assert {holds}, "the motors run on"
+    """
+OF_A_ROVER = ("PKT!", "server")
+
+
+@pytest.mark.parametrize("strict", [False, True])
+def test_what_the_target_says_of_itself_is_marked_and_no_longer_missing(check, make_provider, strict):
+    provider = make_provider(capabilities=(*OF_A_ROVER, "motion reports"))
+    report = check(OWN_REPORT.format(holds=True), provider=provider, strict=strict)
+    (clause,), (case,) = report.clauses, report.cases
+    assert (clause.verdict, clause.by_own_report, case.by_own_report) == (Verdict.PASS, ("duty",), ("duty",))
+    shown = "1 must clause shown by the target's own report alone: P24D"
+    assert (report.exit_code, report.exit_meaning) == (0, f"all checks passed; {shown}")
+    text = matrix.render(report, colours=False, width=None)
+    assert "by its own report: A lost link stops the motors\n" in text
+    assert "1 clauses: 1 pass (1 by its own report)\n" in text
+    assert (report.counts.passed, report.counts.by_own_report) == (1, 1)
+    (test,) = ElementTree.fromstring(junit.junit_xml(report)).iter("testcase")
+    assert test.find("properties/property[@name='by_own_report']").get("value") == "duty"
+    assert test.find("system-out").text == "by its own report: nobody saw duty"
+    assert provider.opened[0].verdicts == [("pass", "by its own report")]
+
+
+def test_what_is_wrong_by_the_targets_own_report_is_marked(check, make_provider):
+    provider = make_provider(capabilities=(*OF_A_ROVER, "motion reports"))
+    report = check(OWN_REPORT.format(holds=False), provider=provider)
+    assert report.exit_code == 1
+    text = matrix.render(report, colours=False, width=None)
+    assert "  cause      by its own report: the motors run on\n" in text
+    assert "  not seen   duty\n" in text
+    (failure,) = ElementTree.fromstring(junit.junit_xml(report)).iter("failure")
+    assert failure.get("message") == "by its own report: the motors run on"
+
+
+@pytest.mark.parametrize(
+    ("more", "missing", "code"), [((), ("duty",), 4), (("duty",), (), 0), (("duty", "motion reports"), (), 0)]
+)
+def test_nothing_stands_in_for_what_is_seen_or_not_said(check, make_provider, more, missing, code):
+    report = check(OWN_REPORT.format(holds=True), provider=make_provider(capabilities=(*OF_A_ROVER, *more)))
+    assert (report.cases[0].missing, report.cases[0].by_own_report) == (missing, ())
+    assert "own report" not in matrix.render(report, colours=False, width=None) + report.exit_meaning
+    assert report.exit_code == code
 
 
 def test_a_violation_is_not_hidden_behind_what_nobody_saw(check, make_provider):

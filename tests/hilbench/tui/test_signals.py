@@ -199,6 +199,20 @@ def test_a_run_is_shown_while_it_goes_on_and_after(expect):
     expect("checks", [*going, "", *after, "", *whole])
 
 
+def test_what_a_target_only_says_of_itself_is_marked_before_and_after_the_report():
+    checks = ChecksModel()
+    checks.plan([{**PLAN[1], "by_own_report": ["duty"]}])
+    row = checks.rows["B1"]
+    mark = "by its own report: "
+    assert f"{mark}does B1" in checks_view(checks, 70, 6)[1].plain
+    clause = {"id": "B1", "suite": "s", "level": "must", "title": "does B1", "verdict": "pass", "cause": ""}
+    checks.take_report({"clauses": [{**clause, "by_own_report": ["duty"]}]})
+    assert f"{mark}does B1" in checks_view(checks, 70, 6)[1].plain
+    assert f"{mark}nobody saw duty" in [line.plain for line in clause_view(row, 70)]
+    checks.take_report({"clauses": [clause]})
+    assert mark not in "".join(line.plain for line in (*checks_view(checks, 70, 6), *clause_view(row, 70)))
+
+
 def test_a_recording_of_a_run_shows_its_cases():
     model = BenchModel({})
     model.take(TOLD)

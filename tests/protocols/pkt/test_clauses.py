@@ -29,6 +29,7 @@ def test_every_clause_is_whole():
     check_clauses(CLAUSES, NEEDS)
     for clause in CLAUSES:
         assert len({"server", "client"} & set(clause.needs)) == 1, clause.id
+        assert {*clause.stand_ins} in (set(), {"server", "motion reports"}), clause.id
         assert clause.profiles, clause.id
         assert set(clause.profiles) <= PROFILES.keys(), clause.id
         assert list(clause.profiles) == [name for name in PROFILES if name in clause.profiles], clause.id
