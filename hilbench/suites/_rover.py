@@ -54,6 +54,15 @@ PERIODIC_WITHIN_S = 1.2
 REPORT_S = 0.3
 """How long a case waits for a report that comes four times a second."""
 
+OTHER_REPORTS = 113
+"""Bytes of one of each other report: 0x80, 0x81, 0x82, 0x84."""
+
+MOTION_AND_COMMAND = 78
+"""Bytes of a 0x83 and of a motor command."""
+
+JUST_AFTER_S = 0.02
+"""How much later than the motors must stand a 0x83 begins that shows whether they do. A choice: two turns of a loop."""
+
 
 def on_rover(clause_id: str, *, lasts_s: float) -> Callable[[Callable[[Rover], None]], Callable[[CaseBench], None]]:
     """Declare the case of a clause, in each of its profiles; it gets the rover, which answers."""
@@ -154,9 +163,33 @@ class Rover:
         assert self._hands is None or not self.lit, "the LED is on: a rejected frame was executed"
 
     @property
+    def seen(self) -> bool:
+        """Somebody sees what reaches the motors; else there is only what the rover itself says of them."""
+        return self._hands is not None
+
+    @property
     def duties(self) -> tuple[float, float]:
-        """What reaches the motors."""
-        return self.hands.duties()
+        """What reaches the motors; where nobody sees that, the throttles of a 0x83 that begins later than now."""
+        return self._hands.duties() if self._hands is not None else self.motion().throttles
+
+    @property
+    def runs(self) -> bool:
+        """Both pairs run; in one of three 0x83 where nobody sees them, for a speed controller may pass through 0."""
+        return all(self.duties) if self.seen else any(all(self.duties) for _ in range(3))
+
+    def require_shown(self) -> None:
+        """Require of motors that were commanded and that nobody sees that the rover says they run.
+
+        Raises:
+            Inconclusive: it does not, so that what it says later tells nothing.
+        """
+        if not self.seen and not self.runs:
+            raise Inconclusive("0x83 does not show the throttles that were commanded", self.peer.evidence())
+
+    def hold_wheels(self) -> None:
+        """Hold all wheels, if somebody is there."""
+        if self._hands is not None:
+            self._hands.hold_wheels(True)
 
     # --- bytes out
 
@@ -292,6 +325,9 @@ class Rover:
 
     def stop_s(self, since_ns: int, within_s: float) -> None:
         """Require that both motors are without voltage within a time since `since_ns`."""
+        if not self.seen:
+            self._stop_shown_s(since_ns, within_s)
+            return
         stopped = self.peer.bench.run_until(self._stands, within_s + 1.0)
         if not stopped:
             raise Violation(f"the motors still run: {self.duties}", self.peer.evidence())
@@ -299,6 +335,54 @@ class Rover:
         at_most(
             elapsed_s, within_s, unit="s", what="the motors stood after", uncertainty=self.peer.uncertainty_s(since_ns)
         )
+
+    def before_silence(self, within_s: float) -> None:
+        """Where nobody sees the motors, wait until a 0x83 will come just after they must stand.
+
+        Without that a stop may be late by the time between two of them before anything shows it.
+
+        Args:
+            within_s: how soon after a command that is sent now they must stand, in seconds.
+        """
+        if self.seen:
+            return
+        self.next(MotionReport, REPORT_S * 2)
+        until_s = within_s + self._reported_late_s + JUST_AFTER_S + self.peer.line_s(MOTION_AND_COMMAND)
+        self.peer.run(-until_s % self._motion_s)
+
+    def _stop_shown_s(self, since_ns: int, within_s: float) -> None:
+        """As `stop_s`, by the 0x83 that come by themselves: to ask for something would keep the link up."""
+        within_s += self._reported_late_s
+        self.peer.run(within_s + 2 * self._motion_s)
+        reports = [
+            ((got.start_ns - since_ns) / NS_PER_S, report)
+            for got, report in self.peer.since(0, MotionReport)
+            if got.start_ns > since_ns
+        ]
+        running = [(after_s, report.throttles) for after_s, report in reports if any(report.throttles)]
+        if not running:
+            raise Inconclusive("no 0x83 shows the motors running after the last command", self.peer.evidence())
+        if reports[-1][0] < within_s:
+            raise Inconclusive("no 0x83 came after the time in which the motors must stop", self.peer.evidence())
+        after_s, (left, right) = running[-1]
+        at_most(
+            after_s,
+            within_s,
+            unit="s",
+            what=f"0x83 still showed throttles of {left:g} and {right:g} after",
+            uncertainty=self.peer.uncertainty_s(since_ns),
+        )
+
+    @property
+    def _motion_s(self) -> float:
+        """The time between two 0x83."""
+        server = self.peer.profile.server
+        return next(rate.ticks for rate in server.rates if rate.report is ReportId.MOTION) / server.tick_hz
+
+    @property
+    def _reported_late_s(self) -> float:
+        """How long ago may be what a 0x83 says when it begins: other reports of the same tick stand before it."""
+        return self.peer.line_s(OTHER_REPORTS)
 
     def _stands(self) -> bool:
         return self.duties == (0.0, 0.0)

@@ -171,6 +171,36 @@ def _filled_up(decode: Callable[..., object], machine: ServerMachine, frame: Fra
     return decode(machine, frame)
 
 
+def _one_pair_alone(stop: Callable[..., None], motors: Motors) -> None:
+    right = motors.throttles[1]
+    stop(motors)
+    motors.throttles[1] = right
+
+
+def _setpoints_kept(stop: Callable[..., None], motors: Motors) -> None:
+    kept = [*motors.setpoints_rpm]
+    stop(motors)
+    motors.setpoints_rpm[:] = kept
+
+
+def _remembering(stop: Callable[..., None], motors: Motors) -> None:
+    motors.before_stop = [*motors.throttles]  # type: ignore[attr-defined]
+    stop(motors)
+
+
+def _come_back(receive: Callable[..., bytes], robot: RoverRobot, data: bytes, now_ns: int) -> bytes:
+    was_lost = robot.connection.state is ServerState.LOST
+    sent = receive(robot, data, now_ns)
+    if was_lost and robot.connection.state is ServerState.LINKED and not any(robot.motors.throttles):
+        robot.motors.throttles[:] = getattr(robot.motors, "before_stop", [0.0, 0.0])
+    return sent
+
+
+def _fed_by_noise(drop: Callable[..., None], machine: ServerMachine, dropped: Dropped) -> None:
+    machine.act(Action.FEED_WATCHDOG, ServerTrigger.BAD_FRAME)
+    drop(machine, dropped)
+
+
 def _only_without_control(stop: Callable[..., None], motors: Motors) -> None:
     if not motors.pid:
         stop(motors)
@@ -285,9 +315,34 @@ BY_HAND = (
     ),
     RoverMutant(id="stops-late", what="the motors stop after two seconds of silence", change=server(silence_s=2.0)),
     RoverMutant(
+        id="stops-a-little-late",
+        what="the motors stop after 1.2 seconds of silence",
+        change=server(silence_s=1.2),
+    ),
+    RoverMutant(
         id="speed-control-outlives-the-link",
         what="a lost link does not stop motors that are under speed control",
         patches=(patched(Motors, "stop", _only_without_control),),
+    ),
+    RoverMutant(
+        id="stops-one-pair",
+        what="a lost link stops the left pair alone",
+        patches=(patched(Motors, "stop", _one_pair_alone),),
+    ),
+    RoverMutant(
+        id="setpoints-outlive-the-link",
+        what="the setpoints outlast a lost link, and come back with a command for the other pair",
+        patches=(patched(Motors, "stop", _setpoints_kept),),
+    ),
+    RoverMutant(
+        id="motors-come-back",
+        what="the throttles from before the link was lost come back with the next frame",
+        patches=(patched(Motors, "stop", _remembering), patched(RoverRobot, "receive", _come_back)),
+    ),
+    RoverMutant(
+        id="noise-counts-as-life",
+        what="whatever is received keeps the link up",
+        patches=(patched(ServerMachine, "drop", _fed_by_noise),),
     ),
     RoverMutant(
         id="requests-do-not-count-as-life",

@@ -61,33 +61,59 @@ def test_a_lost_link_changes_nothing(rover: Rover) -> None:
     rover.require_throttles(rover.next(MotionReport, 0.6), 0.5, -0.25)
 
 
+STOP_WITHIN_S = 1.1
+"""The time of a link (G2 config.h, HEARTBEAT_TIMEOUT_IN_MS) and as much again as a loop takes ten times. A choice."""
+
+
 @on_rover("P24D", lasts_s=9.0)
 def test_a_lost_link_stops_the_motors(rover: Rover) -> None:
     rover.drive(0.5, -0.25)
+    rover.require_shown()
     rover.keep_alive(3.0)
-    if not all(rover.duties):
+    if not rover.runs:
         raise Violation(f"the motors stand though the link is kept up: {rover.duties}", rover.peer.evidence())
+    rover.before_silence(STOP_WITHIN_S)
     rover.drive(0.5, -0.25)
     sent_ns = rover.peer.bench.now_ns - round(DONE_S * NS_PER_S)
-    rover.stop_s(sent_ns, 1.1)
+    rover.stop_s(sent_ns, STOP_WITHIN_S)
     rover.keep_alive(2.0)
     if rover.duties != (0.0, 0.0):
         raise Violation("the motors run again though nothing has commanded them", rover.peer.evidence())
     rover.drive(0.5, -0.25)
-    if not all(rover.duties):
+    if not rover.runs:
         raise Violation("the motors do not obey any more", rover.peer.evidence())
+
+
+@on_rover("P80", lasts_s=4.0)
+def test_noise_does_not_keep_the_motors_running(rover: Rover) -> None:
+    rover.drive(0.5, -0.25)
+    rover.require_shown()
+    if not rover.runs:
+        raise Inconclusive("the motors do not run", rover.peer.evidence())
+    rover.before_silence(STOP_WITHIN_S)
+    rover.drive(0.5, -0.25)
+    sent_ns = rover.peer.bench.now_ns - round(DONE_S * NS_PER_S)
+    for noise in NO_FRAMES * 3:
+        rover.peer.write(noise)
+        rover.peer.run(0.1)
+    rover.stop_s(sent_ns, STOP_WITHIN_S)
+
+
+NO_FRAMES = (b"abcdefg\n", LED_ON[:-3] + bytes(2) + LED_ON[-1:], LED_ON[:-1] + b"X")
 
 
 @on_rover("P62", lasts_s=7.0)
 def test_a_lost_link_ends_speed_control(rover: Rover) -> None:
-    rover.hands.hold_wheels(True)
+    rover.hold_wheels()
     rover.send(SpeedSetpoints(a_rpm=60.0, b_rpm=-60.0))
+    rover.require_shown()
     rover.keep_alive(2.0)
-    if not all(rover.duties):
+    if not rover.runs:
         raise Violation(f"the motors stand though the link is kept up: {rover.duties}", rover.peer.evidence())
+    rover.before_silence(STOP_WITHIN_S)
     rover.send(SpeedSetpoints(a_rpm=60.0, b_rpm=-60.0))
     sent_ns = rover.peer.bench.now_ns - round(DONE_S * NS_PER_S)
-    rover.stop_s(sent_ns, 1.1)
+    rover.stop_s(sent_ns, STOP_WITHIN_S)
     rover.keep_alive(1.0)
     if rover.duties != (0.0, 0.0):
         raise Violation("the motors run again though nothing has commanded them", rover.peer.evidence())
@@ -95,6 +121,9 @@ def test_a_lost_link_ends_speed_control(rover: Rover) -> None:
     rover.require_throttles(report, 0.0, 0.0)
     rover.require_setpoints(report, 0.0, 0.0)
     rover.send(SpeedSetpoints(a_rpm=60.0, b_rpm=60.0, flags=1))
+    if not rover.seen:
+        rover.require_setpoints(rover.motion(), 60.0, 0.0)
+        return
     left, right = rover.duties
     at_least(left, 0.3, unit="of full", what="duty A after a setpoint for A alone")
     near(right, 0.0, 0.1, unit="of full", what="duty B after a setpoint for A alone")

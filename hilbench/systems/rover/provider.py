@@ -29,7 +29,7 @@ from hilbench.systems.rover.hands import HANDS
 from hilbench.systems.rover.observing import RoverObserver
 from hilbench.systems.rover.peer import RoverPeer
 from hilbench.systems.rover.scripted import ScriptedRover
-from protocols.pkt import PROFILES, Profile
+from protocols.pkt import PROFILES, Profile, ReportId
 from targets.robots.rover import PROFILE_NAMES, RoverSettings
 
 __all__ = ["AttachedRoverProvider", "HostFactory", "RoverProvider", "foreign_host", "make_host"]
@@ -127,8 +127,10 @@ class AttachedRoverProvider(AttachedProviderBase[RoverPeer, AttachedRoverCase]):
 
     @property
     def capabilities(self) -> frozenset[str]:
-        """Its line, in the one profile that it has."""
-        return frozenset({"PKT!", "server", f"program '{self._profile}'"})
+        """Its line, in the one profile that it has, and what it says on it of its motors, if it does."""
+        rates = PROFILES[self._profile].server.rates
+        reported = {"motion reports"} if any(rate.report is ReportId.MOTION for rate in rates) else set()
+        return frozenset({"PKT!", "server", f"program '{self._profile}'", *reported})
 
     @property
     def _profile(self) -> str:

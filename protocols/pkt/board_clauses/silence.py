@@ -119,4 +119,22 @@ CLAUSES: tuple[Clause, ...] = (
         needs=("server", "duty", "wheels"),
         stand_ins=BY_REPORT,
     ),
+    Clause(
+        id="P80",
+        suite=SUITE,
+        level="must",
+        title="Noise does not keep the motors running",
+        text=(
+            "A motor command, then nothing but bytes that are no sound frame (abcdefg and a newline, LED_ON with a "
+            "wrong CRC, LED_ON without its newline), one of them each 0.1 s: both motors are at 0 within 1.1 s."
+        ),
+        sources=(
+            f"{DECODER}: the time of the last sign of life is taken where a packet is handed on, and nowhere else",
+            f"{G2_CONFIG} HEARTBEAT_TIMEOUT_IN_MS",
+            f"{G0} handle_connection_lost",
+        ),
+        profiles=("documented", "g0"),
+        needs=("server", "duty"),
+        stand_ins=BY_REPORT,
+    ),
 )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 from contextlib import closing
 from dataclasses import replace
+from types import SimpleNamespace
+from unittest.mock import patch
 
 import pytest
 
@@ -20,6 +23,7 @@ from measure.mutants.each_its_own import judge, one_for_each
 from measure.mutants.in_bench_time import ForeignRoverInBenchTime
 from measure.mutants.late import AtPort, late_benches
 from measure.mutants.rover import BY_HAND, all_mutants, fault, on_the_page, run
+from protocols.pkt import MotionReport
 from protocols.pkt.clauses import BOARD_CLAUSES
 from targets.robots.rover import DEFECTS, RoverRobot, RoverSettings
 
@@ -115,6 +119,83 @@ def test_of_a_rover_at_a_port_is_judged_what_can_be_seen_on_the_line():
     assert len(verdicts) > 7
     for name, verdict in verdicts.items():
         assert verdict is (Verdict.PASS if name.endswith("[documented]") else Verdict.NOT_APPLICABLE), name
+
+
+def at_a_port(select, rover):
+    """Run clauses against a rover of which only the line is seen; `rover` makes it."""
+
+    def put(bench, port):
+        DeviceActor(bench, rover(), port, name="rover")
+
+    shared = Shared(bench_file=open_bench("rover-model"), timeout_scale=1.0, journal=Journal())
+    return run_suites(replace(OPTIONS, select=f"documented and ({select})"), ForeignRoverInBenchTime(shared, put))
+
+
+def test_of_a_right_rover_at_a_port_a_lost_link_is_shown_by_its_own_report():
+    report = at_a_port("P24D or P62 or P63 or P80", lambda: RoverRobot(RoverSettings()))
+    assert {clause.id: clause.by_own_report for clause in report.clauses} == {
+        "P24D": ("duty",),
+        "P62": ("duty", "wheels"),
+        "P63": ("wheels",),
+        "P80": ("duty",),
+    }
+    assert {case.cause for case in report.cases if case.verdict is not Verdict.NOT_APPLICABLE} == {""}
+    shown = "4 must clauses shown by the target's own report alone: P24D, P62, P63, P80"
+    assert (report.exit_code, report.exit_meaning) == (0, f"all checks passed; {shown}")
+
+
+@pytest.mark.parametrize(
+    ("name", "clause_id"),
+    [
+        ("no-link-timeout", "P24D"),
+        ("stops-late", "P24D"),
+        ("stops-a-little-late", "P24D"),
+        ("stops-one-pair", "P24D"),
+        ("motors-come-back", "P24D"),
+        ("noise-counts-as-life", "P80"),
+        ("requests-do-not-count-as-life", "P24D"),
+        ("speed-control-outlives-the-link", "P62"),
+        ("setpoints-outlive-the-link", "P62"),
+    ],
+)
+def test_of_a_rover_at_a_port_what_is_wrong_when_the_link_is_lost_is_found_by_its_own_report(name, clause_id):
+    mutant = next(one for one in all_mutants() if one.id == name)
+    with contextlib.ExitStack() as stack:
+        for make in mutant.patches:
+            stack.enter_context(make())
+        report = at_a_port(clause_id, lambda: mutant.make(RoverSettings()))
+    assert [clause.verdict for clause in report.clauses] == [Verdict.FAIL]
+    assert report.exit_code == 1
+
+
+def test_a_rover_that_does_not_show_its_throttles_shows_nothing_of_a_lost_link():
+    class Mute(RoverRobot):
+        def _report(self, report):
+            said = super()._report(report)
+            return replace(said, throttles=(0.0, 0.0)) if isinstance(said, MotionReport) else said
+
+    report = at_a_port("P24D or P80", lambda: Mute(RoverSettings()))
+    assert {clause.id: clause.verdict for clause in report.clauses} == {
+        "P24D": Verdict.INCONCLUSIVE,
+        "P80": Verdict.INCONCLUSIVE,
+    }
+
+
+def test_a_rover_as_published_is_judged_at_a_port_as_it_is_on_the_model():
+    shared = Shared(bench_file=open_bench("rover-model"), timeout_scale=1.0, journal=Journal())
+
+    def capabilities(profile):
+        provider = ForeignRoverInBenchTime(shared, put_a_rover)
+        with patch.object(type(provider), "_profile", profile):
+            return provider.capabilities
+
+    def planned(profile):
+        provider = SimpleNamespace(capabilities=capabilities(profile), close=lambda: None)
+        options = replace(OPTIONS, select=f"{profile} and (P24 or P24D or P28 or P62)")
+        return {case.clause_ids[0]: (case.missing, case.by_own_report) for case in list_cases(options, provider)}
+
+    assert planned("g2") == {"P24": ((), ()), "P28": ((), ("duty",))}
+    assert planned("g0") == {"P24D": (("duty",), ())}  # it sends no 0x83
 
 
 @pytest.mark.real_time("a rover behind a pseudo-terminal and pyserial; where the host is late, nothing is concluded")
