@@ -201,6 +201,10 @@ SIPS = (
     on_wire("speeds-zero", "both speeds are always 0", in_sips(Put(10, bytes(4)))),
     on_wire("speeds-half", "the right speed is half of what it is", in_sips(Word(offset=12, signed=True, times=0.5))),
     on_wire("digout-stuck", "the outputs are always FF", in_sips(Put(-3, b"\xff"))),
+    on_wire("battery-0", "the battery is always 0 V", in_sips(Put(14, b"\0"))),
+    on_wire("battery-255", "the battery is always 25.5 V", in_sips(Put(14, b"\xff"))),
+    on_wire("battery-jumps", "every second SIP has a battery of 15 V", in_sips(Put(14, b"\x96"), every=2)),
+    on_wire("battery-drops-out", "every tenth SIP has a battery of 0 V", in_sips(Put(14, b"\0"), every=10)),
 )
 
 MOTION = (

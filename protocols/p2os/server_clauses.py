@@ -5,7 +5,7 @@ Hexadecimal bytes without further words stand as on the wire.
 
 from __future__ import annotations
 
-from protocols.p2os.clause import AMRISIM, ARIA, FRAMING, H8, MANUAL, PLAYER, ROS, SERIAL, THESIS, Clause
+from protocols.p2os.clause import AMRISIM, ARIA, CHOICE, FRAMING, H8, MANUAL, PLAYER, ROS, SERIAL, THESIS, Clause
 
 __all__ = ["SERVER_CLAUSES"]
 
@@ -574,5 +574,22 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         text="TTY2 AT with the AUX port looped back and GETAUX 2: one packet B0 with 41 54 when both bytes are in.",
         sources=(MANUAL, PLAYER),
         needs=("server", "aux-loopback"),
+    ),
+    Clause(
+        id="S80",
+        suite=_SUITE,
+        level="must",
+        title="The battery is one that a robot can have",
+        text=(
+            "The robot stands, motors off, for 2 s: byte 14 of each SIP, in tenths of a volt, is from 9 to 16 V (of a "
+            "PowerBot, which has 24 V: not 0), and two SIPs in a row differ by 1 V at most. One that never changes "
+            "is right."
+        ),
+        sources=(
+            f"{MANUAL}: the battery in tenths of a volt",
+            f"{H8}: servers shut down below about 11 V, a charger goes up to 14.7 V",
+            CHOICE + " how far beyond these, and how far from SIP to SIP",
+        ),
+        needs=("server",),
     ),
 )

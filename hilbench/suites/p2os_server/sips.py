@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from hilbench.check import Violation, case
+from itertools import pairwise
+
+from hilbench.check import Violation, at_most, case, within
 from hilbench.clock import NS_PER_S
 from hilbench.suites._requirements import require_plain_sip, require_rate, require_standing
 from hilbench.suites._session import Session
 from hilbench.systems.pioneer.peer import Peer
-from protocols.p2os import CommandNumber
+from protocols.p2os import CommandNumber, battery_v
 
 _C = CommandNumber
 
@@ -35,6 +37,30 @@ def test_a_session_begins_with_motors_off_and_sonar_on(peer: Peer) -> None:
     flags = Session(peer).first.sip.flags
     assert not flags & 1, f"flags {flags:04X}: the motors are on"
     assert flags & 2, f"flags {flags:04X}: the sonar is off"
+
+
+@case("S80", bench_time_s=2.3)
+def test_the_battery_is_one_that_a_robot_can_have(peer: Peer) -> None:
+    """Listens and says nothing. The robot stands, so the watchdog may run out."""
+    session = Session(peer)
+    found_v = [battery_v(seen.sip) for seen in (session.first, *session.watch(2.0))]
+    low_v, high_v = OTHER_BATTERY_V if session.robot.subclass in OTHER_BATTERY else LEAD_12_V
+    for volts in (min(found_v), max(found_v)):
+        within(volts, low_v, high_v, unit="V", what="battery")
+    steps_v = [round(abs(after - before), 1) for before, after in pairwise(found_v)]
+    at_most(max(steps_v), STEP_V, unit="V", what="greatest step of the battery from SIP to SIP")
+    session.leave()
+
+
+LEAD_12_V = 9.0, 16.0
+"""A lead battery of 12 V: servers shut down below about 11 V, and a charger goes up to 14.7 V (Pioneer 2/3 H8 manual).
+How far beyond these is a choice."""
+
+OTHER_BATTERY, OTHER_BATTERY_V = frozenset({"powerbot"}), (0.1, 25.5)
+"""A PowerBot has 24 V: while it is charged the byte is at its end."""
+
+STEP_V = 1.0
+"""Of a battery that drives nothing. A choice: ten units of the byte."""
 
 
 @case("S20", bench_time_s=1.2)
