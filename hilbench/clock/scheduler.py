@@ -306,13 +306,14 @@ class Scheduler:
         if self._pace is not None:
             self._pace.host.watch(source)
 
-    def remove_source(self, source: InputSource) -> None:
-        """Stop watching a real input; call it while the descriptor is still open. Unknown sources are ignored."""
+    def remove_source(self, source: InputSource) -> bool:
+        """Stop watching a real input; call it while the descriptor is still open. Return whether it was watched."""
         if source not in self._sources:
-            return
+            return False
         self._sources.remove(source)
         if self._pace is not None:
             self._pace.host.unwatch(source)
+        return True
 
     def stopwatch(self) -> Stopwatch | None:
         """Return a stopwatch of the host clock that bench time follows; None on a free-running bench."""

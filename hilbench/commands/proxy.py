@@ -9,6 +9,7 @@ from hilbench.cli.journal_options import add_journal, check_journal
 from hilbench.cli.protocol_flags import ProtocolParser
 from hilbench.exit_codes import ExitCode
 from hilbench.terminal import arguments, interruption
+from hilbench.terminal.options import Clients
 from hilbench.terminal.parser import Parser, typed
 
 _EXAMPLES = """
@@ -34,6 +35,8 @@ def parser() -> Parser:
     add = made.add_argument
     add("a", metavar="A", help="where the client is")
     add("b", metavar="B", help="where the board is")
+    add("--clients", choices=[each.value for each in Clients], default=Clients.ALL,
+        help="who is served where several come to a socket: all, the newest, the first (default: all)")  # fmt: skip
     add("--faults", metavar="FILE", type=Path, help="what goes wrong on the way (docs/faults.md)")
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="decides what chance decides (default: 0)")
     add("--protocol", metavar="P", help="print what passes as frames of this protocol")
@@ -53,6 +56,7 @@ def run(parsed: argparse.Namespace) -> ExitCode:
     options = ProxyOptions(
         a=parsed.a,
         b=parsed.b,
+        clients=Clients(parsed.clients),
         faults=parsed.faults,
         seed=parsed.seed,
         journal=parsed.journal,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from hilbench.cli.journal_options import add_journal, check_journal
 from hilbench.terminal import arguments, interruption
-from hilbench.terminal.options import ServeOptions
+from hilbench.terminal.options import Clients, ServeOptions
 from hilbench.terminal.parser import Parser, typed
 
 _EXAMPLES = """
@@ -16,6 +16,8 @@ hilbench serve nucleo-f767zi:firmware.elf                  its virtual COM port,
 hilbench serve bluepill:firmware.elf --pty usart2=./gps --tcp usart1=8101
 hilbench serve pioneer --pty ./p2                          a client opens ./p2 as its serial port
 hilbench serve pioneer --tcp 8101 --scene corridor --seed 7
+hilbench serve pioneer --tcp 8101 --clients newest          who connects takes over from whoever was there
+hilbench serve pioneer --pty ./p2 --hangup ignore           a client that dies leaves the robot to its watchdog
 hilbench serve rover-model --rfc2217 4000                   a client opens rfc2217://localhost:4000
 hilbench serve rover-model --pty ./rover                    the PKT! rover, behavioural
 hilbench serve vehicle-model --pty usart2=./simulator --pty usart3=./stack
@@ -24,7 +26,8 @@ hilbench serve my-bench.toml --tcp 0.0.0.0:8101 --journal served.jsonl
 
 _NOTES = """
 Serves until Ctrl-C (or SIGTERM), through any number of clients; then nothing is left behind. That is how serving ends,
-so the exit code is 0. A client that closes the pty or the socket has hung up: a robot ends its session.
+so the exit code is 0. A client that closes the pty or the socket has hung up: a robot ends its session, unless
+--hangup ignore leaves it to find out, as a serial line would. Who came, took over, was turned away or left is said.
 An emulated board runs the image from power-on. A door that names no USART gets the next one; its line has the rate that
 the firmware has set, unless --baud says otherwise. Firmware that cannot run on ends serving with exit code 1.
 """
@@ -46,6 +49,10 @@ def parser() -> Parser:
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
     add("--baud", metavar="B", type=typed(arguments.baud), help="speed of the line in bit/s")
     add("--any-baud", action="store_true", help="take a client at any speed, without garbage at a wrong one")
+    add("--clients", choices=[each.value for each in Clients], default=Clients.ALL,
+        help="who is served where several come: all, the newest, the first (default: all)")  # fmt: skip
+    add("--hangup", choices=("close", "ignore"), default="close",
+        help="tell the target that the line is down when a client leaves, or nothing (default: close)")  # fmt: skip
     add_journal(made)
     return made
 
@@ -68,6 +75,8 @@ def run(parsed: argparse.Namespace) -> int:
         seed=parsed.seed,
         baud=parsed.baud,
         any_baud=parsed.any_baud,
+        clients=Clients(parsed.clients),
+        ignore_hangup=parsed.hangup == "ignore",
         journal=parsed.journal,
         journal_max=parsed.journal_max,
     )

@@ -18,6 +18,7 @@ from typing import ClassVar
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
 from hilbench.links.port import Line, ModemLines, PortBase, Refused, raise_it
+from hilbench.links.turns import Turns
 from hilbench.links.uart import Timeline, Transmitter, resample
 
 READ_BYTES = 4096
@@ -57,7 +58,10 @@ class Door(PortBase, ABC):
     Attributes:
         on_garbled: Called with the client's rate in bit/s, once for each client, when it first sends at another rate
             than the line's.
-        on_turned_away: Called when a client comes while another one is there.
+        on_visit: Called with a sentence for people when a client comes while another one is there, and when one leaves
+            while another one stays.
+        turns: Whose turn it is to speak on the line behind; of several doors to one line, the same.
+        hangs_up: Whether bytes of a client that are under way are lost when another one comes after him.
         on_lines: Called with the levels of DTR and RTS that the client sets, True for asserted and None for one that
             is left, and the bench time in ns; of the doors, that of RFC 2217 alone knows.
     """
@@ -77,12 +81,14 @@ class Door(PortBase, ABC):
         super().__init__(name)
         self.any_baud = any_baud
         self.on_garbled: Callable[[int], None] = _ignore
-        self.on_turned_away: Callable[[], None] = _nothing
+        self.on_visit: Callable[[str], None] = _ignore_visit
+        self.turns = Turns()
+        self.hangs_up = True
         self.on_lines: Callable[[bool | None, bool | None, int], None] = _ignore_lines
         self._garbled = False
         self._scheduler = scheduler
         self._hung_up = False
-        self._held: Input | None = None
+        self._held: list[Input] = []  # of clients that are not read from: too much waits for the wire
         self._incoming = Transmitter(
             chip_time or scheduler,
             f"{name}.in",
@@ -161,13 +167,18 @@ class Door(PortBase, ABC):
         self._take_to_send(b"", self._scheduler.now_ns)
         self._outgoing.send_break(duration_ns)
 
+    def disconnect(self) -> None:
+        """Hang up on whoever is there; a client at a pseudo-terminal stays, for nobody can make it close."""
+
     def close(self) -> None:
         """Hang up and release everything; a second call does nothing."""
         if self.closed:
             return
         self.closed = True
         self.line_is_up = False
+        self.turns.forget(self)
         self._incoming.clear()
+        self.turns.is_silent(self)
         self.counters.lost += self._outgoing.clear()
         self._release()
 
@@ -221,14 +232,24 @@ class Door(PortBase, ABC):
     def _client_came(self) -> None:
         """Put the line up; a former client whose bytes are still under way hangs up now."""
         if self._hung_up:
-            self.counters.lost += self._incoming.clear()
-            self._hang_up()
+            self._hang_up_now()
         self._set_line(True, self._scheduler.now_ns)
+
+    def _hang_up_now(self) -> None:
+        """Put the line down, though bytes of the client may be under way."""
+        if self.hangs_up:
+            self._forget_incoming()
+        self._hang_up()
+
+    def _forget_incoming(self) -> None:
+        """Let what is under way from the client be lost."""
+        self.counters.lost += self.turns.forget(self) + self._incoming.clear()
+        self.turns.is_silent(self)
 
     def _client_left(self) -> None:
         """Put the line down as soon as the client's bytes are through."""
         self._hung_up = self.line_is_up
-        if self._hung_up and self._incoming.idle:
+        if self._hung_up and self._is_silent:
             self._hang_up()
 
     # --- the wire in
@@ -236,15 +257,21 @@ class Door(PortBase, ABC):
     def _let_in(self, source: Input, data: bytes) -> None:
         if self.closed:
             return
-        self._incoming.write(data)
-        if self._held is None and self._incoming.pending > _WAITING_BYTES:
-            self._held = source
-            self._scheduler.remove_source(source)
+        self.turns.take(self, len(data), lambda: self._incoming.write(data))
+        waiting = self._incoming.pending + sum(self.turns.waiting(self))
+        if waiting > _WAITING_BYTES and self._scheduler.remove_source(source):
+            self._held.append(source)
 
     def _drained(self, _at_ns: int) -> None:
+        self.turns.is_silent(self)
         self._read_on()
-        if self._hung_up:
+        if self._hung_up and self._is_silent:
             self._hang_up()
+
+    @property
+    def _is_silent(self) -> bool:
+        """Whether nothing from the client is under way."""
+        return self._incoming.idle and not self.turns.waiting(self)
 
     def _drained_in_chip_time(self, at_ns: int) -> None:
         """Learn from a chip that is ahead of the bench that the last byte is through."""
@@ -256,9 +283,9 @@ class Door(PortBase, ABC):
             self._drained(at_ns)
 
     def _read_on(self) -> None:
-        if self._held is not None:
-            self._scheduler.add_source(self._held)
-            self._held = None
+        for source in self._held:
+            self._scheduler.add_source(source)
+        self._held.clear()
 
     def _hang_up(self) -> None:
         self._hung_up = False
@@ -272,7 +299,7 @@ def _ignore_lines(_dtr: bool | None, _rts: bool | None, _at_ns: int) -> None:
     """Stand in for a callback that nobody has set."""
 
 
-def _nothing() -> None:
+def _ignore_visit(_text: str) -> None:
     """Stand in for a callback that nobody has set."""
 
 

@@ -118,12 +118,12 @@ class PtyDoor(Door):
         for opened in happened[: len(happened) - leaving]:
             self._count(self._clients + (1 if opened else -1), at_ns)
         if all(happened):
-            if self._held is None:
+            if not self._held:
                 self._read(at_ns, everything=False)
             return
         # Notices may have been merged: the count is only a guess, but whether anybody is there can be found out.
         somebody, heir = self._who_is_there(nobody_counted=self._clients <= leaving)
-        read = self._held is None or leaving > 0
+        read = not self._held or leaving > 0
         chunks = self._chunks(everything=leaving > 0 or not somebody) if read else []
         if chunks and not somebody:
             # They may come from a client whose opening was taken for our own: then it is still there.

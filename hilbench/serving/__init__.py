@@ -13,7 +13,7 @@ from hilbench.links import Line, PtyDoor, Rfc2217Door, TcpDoor
 from hilbench.links.uart import Timeline
 from hilbench.pace.far_pace import place_of, tcp_place
 from hilbench.pace.notice import PaceNotice
-from hilbench.terminal.options import DoorWish
+from hilbench.terminal.options import Clients, DoorWish
 from hilbench.terminal.options import PtyDoor as PtyWish
 from hilbench.terminal.options import Rfc2217Door as Rfc2217Wish
 
@@ -127,23 +127,45 @@ def door_option(wish: DoorWish) -> str:
 
 
 def open_door(
-    wish: DoorWish, scheduler: Scheduler, line: Line, *, any_baud: bool, chip_time: Timeline | None = None
+    wish: DoorWish,
+    scheduler: Scheduler,
+    line: Line,
+    *,
+    any_baud: bool,
+    clients: Clients = Clients.FIRST,
+    hangs_up: bool = True,
+    chip_time: Timeline | None = None,
 ) -> AnyDoor:
     """Open a door; the caller closes it.
+
+    Args:
+        wish: which.
+        scheduler: owner of bench time.
+        line: the wire behind it.
+        any_baud: understand a client whatever rate it has set.
+        clients: who is served at a socket.
+        hangs_up: see `hilbench.links.door.Door`.
+        chip_time: time of the chip whose USART the door leads to.
 
     Raises:
         UsageError: something else is at the path of a pty.
         UnavailableError: it cannot be opened.
     """
+    door: AnyDoor
     if isinstance(wish, PtyWish):
         name = f"pty:{wish.path}"
-        return PtyDoor(scheduler, wish.path, line, any_baud=any_baud, name=name, chip_time=chip_time)
-    host = f"[{wish.host}]" if ":" in wish.host else wish.host
-    address = f"{host}:{wish.port}"
-    if isinstance(wish, Rfc2217Wish):
-        name = f"rfc2217:{wish.port}"
-        return Rfc2217Door(scheduler, address, line, any_baud=any_baud, name=name, chip_time=chip_time)
-    return TcpDoor(scheduler, address, line, name=f"tcp:{wish.port}", chip_time=chip_time)
+        door = PtyDoor(scheduler, wish.path, line, any_baud=any_baud, name=name, chip_time=chip_time)
+    else:
+        address = f"[{wish.host}]:{wish.port}" if ":" in wish.host else f"{wish.host}:{wish.port}"
+        if isinstance(wish, Rfc2217Wish):
+            name = f"rfc2217:{wish.port}"
+            door = Rfc2217Door(
+                scheduler, address, line, any_baud=any_baud, clients=clients, name=name, chip_time=chip_time
+            )
+        else:
+            door = TcpDoor(scheduler, address, line, clients=clients, name=f"tcp:{wish.port}", chip_time=chip_time)
+    door.hangs_up = hangs_up
+    return door
 
 
 def place(door: AnyDoor) -> str:

@@ -57,7 +57,7 @@ def serve_boards(
                 port.baud = options.baud
             opened = open_doors(emulated, name, wishes, options)
             doors = [stack.enter_context(contextlib.closing(door)) for door in opened]
-            connect(emulated, name, doors, say)
+            connect(emulated, name, doors, say, options.clients)
             for door in doors:
                 say(_announcement(name, door, follows=options.baud is None))
             served += doors

@@ -29,7 +29,7 @@ from hilbench.serving.relay import CLIENT, SERVER, A, B, Heard, Relay
 from hilbench.strict import Strict
 from hilbench.strict.toml_file import TomlFile
 from hilbench.terminal import arguments
-from hilbench.terminal.options import DoorWish
+from hilbench.terminal.options import Clients, DoorWish
 
 __all__ = ["USUAL_BAUD", "ProxyOptions", "proxy", "read_faults"]
 
@@ -51,6 +51,7 @@ class ProxyOptions:
     Attributes:
         a: where the client is.
         b: where the board is.
+        clients: who is served where several come to a socket.
         faults: file with what goes wrong on the way.
         seed: of everything random.
         journal: where the journal is written.
@@ -59,6 +60,7 @@ class ProxyOptions:
 
     a: str
     b: str
+    clients: Clients = Clients.ALL
     faults: Path | None = None
     seed: int = 0
     journal: Path | None = None
@@ -104,7 +106,7 @@ def proxy(options: ProxyOptions, say: Say, heard: Heard | None = None) -> ExitCo
         bench = Bench(Scheduler(), Journal())
         ends = {}
         for name, what in ((A, options.a), (B, options.b)):
-            end = _open(bench, what, options.seed)
+            end = _open(bench, what, options, say)
             stack.callback(end.close)
             ends[name] = end
         header = {"proxy": [options.a, options.b], "seed": options.seed, "faults": [one.describe() for one in faults]}
@@ -158,10 +160,10 @@ def _directed(entry: FaultEntry, number: int, strict: Strict) -> FaultEntry:
     return msgspec.structs.replace(entry, towards=towards, from_=UNSET)
 
 
-def _open(bench: Bench, what: str, seed: int) -> _End:
+def _open(bench: Bench, what: str, options: ProxyOptions, say: Say) -> _End:
     kind, _, rest = what.partition(":")
     if kind in _DOORS and not rest.startswith("//"):
-        return _door(bench, kind, rest, what)
+        return _door(bench, kind, rest, what, options.clients, say)
     if is_serial_target(what):
         target = parse_serial_target(what, USUAL_BAUD)
         port = ReconnectingPort(bench.scheduler, target, record=bench.record, open_port=_WATCHED)
@@ -169,19 +171,20 @@ def _open(bench: Bench, what: str, seed: int) -> _End:
         return _End(port=port, where=f"{port.device}, {port.baud} baud", notice=notice, close=port.close)
     from hilbench.mcu.command_line import open_target
 
-    near = open_near_end(bench, open_target(what), seed=seed, real_time=True)
+    near = open_near_end(bench, open_target(what), seed=options.seed, real_time=True)
     where, notice = f"{what}, line {near.name}", Notice(step_ns=near.step_ns)
     return _End(port=near.port, where=where, notice=notice, close=near.close, ended=near.ended)
 
 
-def _door(bench: Bench, kind: str, rest: str, what: str) -> _End:
+def _door(bench: Bench, kind: str, rest: str, what: str, clients: Clients, say: Say) -> _End:
     try:
         wish = _DOORS[kind](rest)
     except ValueError as error:
         raise UsageError(str(error), where=what) from None
     if wish.link:
         raise UsageError("a door of a proxy leads to its other end", where=what, hint=f"leave out {wish.link}=")
-    door = open_door(wish, bench.scheduler, Line(baud=0), any_baud=True)
+    door = open_door(wish, bench.scheduler, Line(baud=0), any_baud=True, clients=clients)
+    door.on_visit = lambda text: say(f"{bench.now_s:10.3f} s  {place(door)}: {text}")
     return _End(port=door, where=place(door), notice=Notice(doors=(door,)), close=door.close)
 
 

@@ -27,7 +27,7 @@ from hilbench.serving import (
     signals_held,
     traffic,
 )
-from hilbench.serving.doors import SharedDoor
+from hilbench.serving.doors import LastingLine, SharedDoor
 from hilbench.serving.served_model import served_target
 from hilbench.terminal.options import DoorWish, ServeOptions
 
@@ -61,13 +61,14 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         journal = Journal(options.journal, bench_file.header(options.seed), max_bytes=options.journal_max)
         bench = Bench(scheduler, journal)
         stack.callback(lambda: journal.close(bench.now_ns))
-        ports = {line: _port(bench, line, there, target.lines[line]) for line, there in doors.items()}
+        outside = {line: _port(bench, line, there, target.lines[line], options) for line, there in doors.items()}
+        ports = {line: LastingLine(port) for line, port in outside.items()} if options.ignore_hangup else outside
         faulty = _faulty(bench, ports, options, bench_file, say)
         stack.callback(target.make(bench, faulty))
         if target.source:
             _record_received(bench, target.source, *faulty.values())
         for line, there in doors.items():
-            _announce(bench, there, ports[line], say, line if len(doors) > 1 else "")
+            _announce(bench, there, outside[line], say, line if len(doors) > 1 else "", options)
         for line in (line for line, there in doors.items() if not there):
             end = line.rpartition(".")[2]
             say(f"{line} is connected to nothing; add --pty {end}=PATH or --tcp {end}=PORT")
@@ -107,17 +108,26 @@ def _doors(
     with contextlib.ExitStack() as stack:
         yield [
             stack.enter_context(
-                contextlib.closing(open_door(wish, scheduler, Line(baud=baud), any_baud=options.any_baud))
+                contextlib.closing(
+                    open_door(
+                        wish,
+                        scheduler,
+                        Line(baud=baud),
+                        any_baud=options.any_baud,
+                        clients=options.clients,
+                        hangs_up=not options.ignore_hangup,
+                    )
+                )
             )
             for wish in wishes
         ]
 
 
-def _port(bench: Bench, line: str, doors: Sequence[AnyDoor], baud: int) -> Port:
+def _port(bench: Bench, line: str, doors: Sequence[AnyDoor], baud: int, options: ServeOptions) -> Port:
     """Return the robot's end of a line, with these doors at the far end; without one it leads nowhere."""
     if not doors:
         return MemoryLink(bench.scheduler, Line(baud=baud), name=line).b
-    return doors[0] if len(doors) == 1 else SharedDoor(doors)
+    return doors[0] if len(doors) == 1 else SharedDoor(doors, options.clients)
 
 
 def _faulty(
@@ -144,13 +154,14 @@ def _record_received(bench: Bench, name: str, port: Port) -> None:
     port.on_receive = received
 
 
-def _announce(bench: Bench, doors: Sequence[AnyDoor], port: Port, say: Say, line: str) -> None:
+def _announce(bench: Bench, doors: Sequence[AnyDoor], port: Port, say: Say, line: str, options: ServeOptions) -> None:
     """Tell where the doors are and who comes and goes; `line` is its name where there are several."""
     to_robot = port.on_line
+    left = "left, which the target is not told" if options.ignore_hangup else "left"
     at, serving = (f"{line}: ", f"serving {line} at") if line else ("", "serving at")
 
     def line_changed(up: bool, at_ns: int) -> None:
-        say(f"{bench.now_s:10.3f} s  {at}a client {'came' if up else 'left'}")
+        say(f"{bench.now_s:10.3f} s  {at}a client {'came' if up else left}")
         to_robot(up, at_ns)
 
     def garbled(door: AnyDoor, client_baud: int) -> None:
@@ -159,12 +170,12 @@ def _announce(bench: Bench, doors: Sequence[AnyDoor], port: Port, say: Say, line
             f"bytes are garbled as on a real line; --any-baud or --baud {client_baud}"
         )
 
-    def turned_away(door: AnyDoor) -> None:
-        say(f"{bench.now_s:10.3f} s  {at}a client was turned away at {place(door)}: another one is connected there")
+    def visited(door: AnyDoor, text: str) -> None:
+        say(f"{bench.now_s:10.3f} s  {at}{place(door)}: {text}")
 
     port.on_line = line_changed
     for door in doors:
-        door.on_turned_away = partial(turned_away, door)
+        door.on_visit = partial(visited, door)
         door.on_garbled = partial(garbled, door)
         if isinstance(door, PtyDoor):
             say(f"{serving} {place(door)} ({door.slave_name}), {door.baud} baud")

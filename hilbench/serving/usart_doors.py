@@ -15,7 +15,7 @@ from hilbench.mcu.usart_port import UNSET_BAUD, UsartPort
 from hilbench.nearest import did_you_mean
 from hilbench.serving import AnyDoor, Say, door_option, open_door, place
 from hilbench.serving.doors import SharedDoor
-from hilbench.terminal.options import DoorWish, ServeOptions
+from hilbench.terminal.options import Clients, DoorWish, ServeOptions
 from hilbench.terminal.options import PtyDoor as PtyWish
 
 __all__ = ["ServedUsart", "assign", "open_doors"]
@@ -96,13 +96,23 @@ def open_doors(
     port = emulated.ports[name]
     scheduler, line = emulated.bench.scheduler, Line(baud=port.baud)
     for wish in wishes:
-        yield open_door(wish, scheduler, line, any_baud=options.any_baud, chip_time=port.chip_time)
+        yield open_door(
+            wish,
+            scheduler,
+            line,
+            any_baud=options.any_baud,
+            clients=options.clients,
+            hangs_up=not options.ignore_hangup,
+            chip_time=port.chip_time,
+        )
 
 
-def connect(emulated: EmulatedBench, name: str, doors: Sequence[AnyDoor], say: Say) -> None:
+def connect(
+    emulated: EmulatedBench, name: str, doors: Sequence[AnyDoor], say: Say, clients: Clients = Clients.FIRST
+) -> None:
     """Put the doors of one USART at the far end of its line, and tell who comes and goes."""
     port = emulated.ports[name]
-    outside: Port = doors[0] if len(doors) == 1 else SharedDoor(doors)
+    outside: Port = doors[0] if len(doors) == 1 else SharedDoor(doors, clients)
     port.on_receive = lambda data, _at_ns: outside.write(data)
     port.on_follow = partial(_follow, port, doors)
     outside.on_receive = port.begin
@@ -111,6 +121,7 @@ def connect(emulated: EmulatedBench, name: str, doors: Sequence[AnyDoor], say: S
     outside.on_line = lambda up, _at_ns: say(_now(emulated, name, f"a client {'came' if up else 'left'}"))
     for door in doors:
         door.on_garbled = partial(_garbled, emulated, name, door, say)
+        door.on_visit = partial(_visited, emulated, name, door, say)
 
 
 class _BreakOut:
@@ -148,6 +159,10 @@ def _garbled(emulated: EmulatedBench, name: str, door: AnyDoor, say: Say, client
             "on a real line; --any-baud",
         )
     )
+
+
+def _visited(emulated: EmulatedBench, name: str, door: AnyDoor, say: Say, text: str) -> None:
+    say(_now(emulated, name, f"{place(door)}: {text}"))
 
 
 def _now(emulated: EmulatedBench, name: str, text: str) -> str:

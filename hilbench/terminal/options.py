@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -112,6 +113,17 @@ class Rfc2217Door(TcpDoor):
 DoorWish = PtyDoor | TcpDoor | Rfc2217Door
 
 
+class Clients(enum.StrEnum):
+    """Who is served where several clients come to one line: ``--clients``."""
+
+    ALL = "all"
+    """Each: the line has the bytes of whoever is there, and each gets what comes out."""
+    NEWEST = "newest"
+    """Who came last: those before are disconnected."""
+    FIRST = "first"
+    """Who came first, until he leaves: others are turned away."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServeOptions:
     """What ``hilbench serve`` was asked to do.
@@ -125,6 +137,8 @@ class ServeOptions:
         seed: seed of the run.
         baud: speed of the line in bit/s instead of that of the bench file; None keeps it.
         any_baud: take clients at any speed, without the garbage a wrong speed makes on a real line.
+        clients: who is served where several come.
+        ignore_hangup: whether the target is not told that a client has left, as on a serial line.
         journal: where to write the journal.
         journal_max: how large it and the part before it may get together, in bytes; None for no limit.
     """
@@ -137,6 +151,8 @@ class ServeOptions:
     seed: int = 0
     baud: int | None = None
     any_baud: bool = False
+    clients: Clients = Clients.ALL
+    ignore_hangup: bool = False
     journal: Path | None = None
     journal_max: int | None = None
 

@@ -5,24 +5,25 @@ from pathlib import Path
 import pytest
 
 from hilbench.clock import Scheduler
-from hilbench.errors import PortClosedError
+from hilbench.errors import PortClosedError, UnavailableError
 from hilbench.links import Line, PtyDoor, Rfc2217Door, TcpDoor
 from hilbench.serving import door_option, open_door, place
-from hilbench.serving.doors import SharedDoor
+from hilbench.serving.doors import LastingLine, SharedDoor
 from hilbench.terminal import arguments, options
+from hilbench.terminal.options import Clients
 from hilbench.testing import link_pair
 
 
 class Rig:
     """A shared door made of two lines inside the bench, whose far ends are the clients."""
 
-    def __init__(self):
+    def __init__(self, clients=Clients.FIRST):
         self.scheduler = Scheduler()
         pairs = [link_pair(self.scheduler, name=name) for name in ("one", "two")]
         self.near, self.clients = [near for near, _ in pairs], [far for _, far in pairs]
         for near in self.near:
             near.line_is_up = False
-        self.door = SharedDoor(self.near)
+        self.door = SharedDoor(self.near, clients)
         self.order = []
         self.heard = [b"", b""]
         self.door.on_receive = lambda data, _at_ns: self.order.append(data)
@@ -68,6 +69,139 @@ def test_who_comes_first_has_the_line_until_he_leaves(rig):
     assert rig.heard == [b"x", b"y"]
     counters = rig.door.counters
     assert (counters.sent, counters.received, counters.refused, counters.lost) == (2, 2, 3, 0)
+
+
+def test_all_have_the_line_together():
+    rig = Rig(Clients.ALL)
+    sent = []
+    rig.door.on_sent = lambda data, _at_ns: sent.append(data)
+    rig.come(0)
+    rig.come(1)
+    rig.say(0, b"a")
+    rig.say(1, b"b")
+    rig.answer(b"x")
+    assert rig.order == [True, b"a", b"b"]
+    assert (rig.heard, sent) == ([b"x", b"x"], [b"x"])
+    rig.go(0)
+    rig.answer(b"y")
+    assert rig.heard == [b"x", b"xy"]
+    rig.go(1)
+    assert rig.order[3:] == [False]
+    counters = rig.door.counters
+    assert (counters.sent, counters.received, counters.refused, counters.lost) == (2, 2, 0, 0)
+
+
+def test_the_newest_has_the_line_and_then_whoever_is_still_there():
+    rig = Rig(Clients.NEWEST)
+    rig.come(0)
+    rig.come(1)
+    rig.say(0, b"a")
+    rig.say(1, b"b")
+    rig.answer(b"x")
+    assert rig.order == [True, False, True, b"b"]
+    rig.go(1)
+    rig.say(0, b"c")
+    rig.answer(b"y")
+    assert rig.order[4:] == [False, True, b"c"]
+    assert rig.heard == [b"y", b"x"]
+
+
+def test_what_is_said_at_two_doors_at_once_is_not_torn():
+    scheduler, order = Scheduler(), []
+    doors = [Rfc2217Door(scheduler, "0", Line(baud=9600), name=name, clients=Clients.ALL) for name in ("one", "two")]
+    shared = SharedDoor(doors, Clients.ALL)
+    shared.on_receive = lambda data, _at_ns: order.append(data)
+    shared.on_break = lambda _at_ns: order.append("break")
+    for door in doors:
+        door._set_line(True, 0)
+    one, two = doors
+    one._let_in(None, b"abc")
+    two._let_in(None, b"defg")
+    two._client_broke(0)
+    one._let_in(None, b"hi")
+    two._let_in(None, b"jk")
+    two._client_left()
+    for door in doors:
+        scheduler.remove_source(door._listening)
+    scheduler.run_for(10 * 10**6)
+    assert order == [*(bytes((value,)) for value in b"abcdefg"), "break", b"h", b"i"]
+    assert two.line_is_up
+    scheduler.run_for(2 * 10**6)
+    assert order[10:] == [b"j", b"k"]
+    assert not two.line_is_up
+    for door in doors:
+        door.close()
+
+
+def test_what_waits_for_its_turn_can_be_purged_and_is_lost_with_a_door_that_closes():
+    scheduler, heard = Scheduler(), []
+    doors = [Rfc2217Door(scheduler, "0", Line(baud=9600), name=name) for name in ("one", "two", "three")]
+    SharedDoor(doors, Clients.ALL).on_receive = lambda data, _at_ns: heard.append(data)
+    for door in doors:
+        scheduler.remove_source(door._listening)
+        door._set_line(True, 0)
+        door._let_in(None, door.name.encode())
+    doors[0].close()
+    doors[1]._purge()
+    scheduler.run_for(10**7)
+    assert b"".join(heard) == b"tthree"
+    assert doors[1].counters.withdrawn == 2
+    for door in doors:
+        door.close()
+
+
+def test_a_break_for_all_is_refused_only_if_nobody_can_have_it():
+    rig = Rig(Clients.ALL)
+
+    def refuse(_duration_ns, _refused):
+        raise UnavailableError("knows none")
+
+    rig.near[0].send_break = refuse
+    breaks = []
+    rig.clients[1].on_break = breaks.append
+    rig.come(0)
+    with pytest.raises(UnavailableError):
+        rig.door.send_break(1000)
+    rig.come(1)
+    rig.door.send_break(1000)
+    rig.scheduler.run_for(10**7)
+    assert len(breaks) == rig.door.counters.breaks_unsent == 1
+
+
+@pytest.mark.parametrize(
+    ("clients", "said"),
+    [
+        (Clients.ALL, ["two: another client came; the line has the others, too, at other doors",
+                       "two: one client left; the line has others, at other doors"]),
+        (Clients.NEWEST, ["two: another client came and took over the line",
+                          "one: the client before the newest is gone"]),
+        (Clients.FIRST, ["two: another client came, and is not heard: the first has the line, at another door",
+                         "two: the client that was not heard left"]),
+    ],
+)  # fmt: skip
+def test_at_two_doors_it_is_said_who_comes_and_goes(clients, said):
+    scheduler, told = Scheduler(), []
+    doors = [TcpDoor(scheduler, "0", name=name) for name in ("one", "two")]
+    SharedDoor(doors, clients)
+    for door in doors:
+        door.on_visit = lambda text, name=door.name: told.append(f"{name}: {text}")
+        door.disconnect = lambda door=door: door._set_line(False, 0)
+    for number, up in ((0, True), (1, True), (1, False), (0, False)):
+        doors[number]._set_line(up, 0)
+    assert told == said
+    for door in doors:
+        door.close()
+
+
+def test_a_lasting_line_hides_that_the_far_end_hung_up():
+    near, far = link_pair(Scheduler())
+    near.line_is_up = False
+    line, order = LastingLine(near), []
+    line.on_line = lambda up, _at_ns: order.append(up)
+    for up in (True, False, True):
+        near.line_changed(up)
+    assert (order, line.line_is_up) == ([True], True)
+    far.close()
 
 
 def test_who_leaves_without_having_had_the_line_changes_nothing(rig):

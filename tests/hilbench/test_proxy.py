@@ -29,8 +29,11 @@ class Proxy:
 
     def __init__(self, process):
         self.process = process
-        port = int(process.hear("stop with Ctrl-C").split("tcp 127.0.0.1:")[1].split()[0])
-        self.client = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
+        self.port = int(process.hear("stop with Ctrl-C").split("tcp 127.0.0.1:")[1].split()[0])
+        self.client = self.come()
+
+    def come(self):
+        return socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE_S)
 
     def receive(self, count):
         data = b""
@@ -99,6 +102,26 @@ def test_bytes_pass_both_ways_and_into_the_journal(proxy, board, tmp_path):
     assert passed == {"client": every, "server": every[::-1]}
 
 
+@pytest.mark.parametrize("clients", ["all", "first"])
+@SERVED
+def test_a_second_client_is_served_or_not(proxy, board, clients):
+    master, name = board
+    between = proxy(f"serial:{name}", "--clients", clients)
+    between.client.sendall(b"first")
+    assert read(master, 5) == b"first"
+    with between.come() as second:
+        if clients == "first":
+            assert second.recv(1) == b""
+        else:
+            second.sendall(b"second")
+            assert read(master, 6) == b"second"
+            os.write(master, b"both")
+            assert between.receive(4) == second.recv(4) == b"both"
+    between.end()
+    served, turned_away = "another client came: 2 are connected", "a client was turned away"
+    assert (served in between.said, turned_away in between.said) == (clients == "all", clients == "first")
+
+
 @SERVED
 def test_what_passed_is_in_the_journal_of_a_proxy_that_was_killed(proxy, board, tmp_path):
     master, name = board
@@ -153,6 +176,7 @@ def test_a_far_end_that_hangs_up_is_looked_for(proxy):
         (("tcp:0", "serial:/dev/ttyNONE"), 3, "no such port"),
         (("tcp:0", "rover-model", "--faults", "none.toml"), 2, "no such file of faults"),
         (("tcp:0",), 2, "B is missing"),
+        (("tcp:0", "rover-model", "--clients", "one"), 2, "--clients: invalid choice: 'one' (choose from "),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(tmp_path, monkeypatch, capsys, words, code, said):

@@ -270,6 +270,8 @@ def test_a_refused_one_has_touched_nothing(serve, link, tmp_path):
         (("--scene", "corridr"), 2, "did you mean 'corridor'?"),
         (("--baud", "9600.5"), 2, "9600.5"),
         (("--baud", "0"), 2, "0"),
+        (("--clients", "last"), 2, "--clients: invalid choice: 'last' (choose from "),
+        (("--hangup", "open"), 2, "--hangup: invalid choice: 'open' (choose from "),
         (("--baud", "14400"), 2, "must be one of 9600, 19200, 38400, 57600, 115200, not 14400"),
         (("--journal", "/dev/full"), 3, "No space left on device"),
     ],
@@ -292,7 +294,7 @@ def test_no_door(serve):
 
 @SERVED
 def test_many_clients_at_both_doors_leave_no_descriptors(serve, link):
-    served = serve("--pty", link, "--tcp", 0, *FAST).ready()
+    served = serve("--pty", link, "--tcp", 0, "--clients", "first", *FAST).ready()
     before = served.descriptors()
     for _ in range(8):
         for client in (served.at_pty(link), served.at_tcp()):
@@ -305,10 +307,11 @@ def test_many_clients_at_both_doors_leave_no_descriptors(serve, link):
 
 @SERVED
 def test_at_either_door_the_first_has_the_line(serve, link):
-    served = serve("--pty", link, "--tcp", 0, *FAST).ready()
+    served = serve("--pty", link, "--tcp", 0, "--clients", "first", *FAST).ready()
     first = served.at_pty(link)
     assert first.is_answered()
     second = served.at_tcp()
+    served.has_said("another client came, and is not heard: the first has the line, at another door")
     second.write(SYNC0)
     assert first.is_answered()
     first.close()
@@ -322,15 +325,60 @@ def test_at_either_door_the_first_has_the_line(serve, link):
 
 @SERVED
 def test_a_second_tcp_client_is_turned_away(serve):
-    served = serve("--tcp", 0, *FAST).ready()
+    served = serve("--tcp", 0, "--clients", "first", *FAST).ready()
     first = served.at_tcp()
     assert first.is_answered()
     second = served.at_tcp()
+    served.has_said("a client was turned away: another one is connected")
     assert select.select((second.descriptor,), (), (), PATIENCE_S)[0]
     assert os.read(second.descriptor, 1) == b""
     assert first.is_answered()
     assert served.end() == 0
     assert "1 clients turned away" in served.said
+
+
+@SERVED
+def test_a_program_that_leaks_its_first_socket_is_heard_at_its_second(serve):
+    served = serve("--tcp", 0, *FAST).ready()
+    leaked = served.at_tcp()
+    served.has_said("a client came")
+    second = served.at_tcp()
+    assert second.is_answered()
+    assert leaked.receive(6) == SYNC0
+    second.close()
+    served.has_said("another client came: 2 are connected").has_said("one client left: 1 still connected")
+    assert served.end() == 0
+    assert "turned away" not in served.said
+
+
+@SERVED
+def test_the_newest_client_may_take_over(serve):
+    served = serve("--tcp", 0, "--clients", "newest", *FAST).ready()
+    first = served.at_tcp()
+    assert first.is_answered()
+    second = served.at_tcp()
+    assert second.is_answered()
+    assert select.select((first.descriptor,), (), (), PATIENCE_S)[0]
+    assert os.read(first.descriptor, 1) == b""
+    assert served.end() == 0
+    assert "another client came and took over; the one before it was disconnected" in served.said
+    assert served.said.count("a client came") == 2
+
+
+@pytest.mark.parametrize("door", ["pty", "tcp"])
+@SERVED
+def test_a_robot_that_is_not_told_of_a_hang_up_goes_on_with_the_session(serve, link, door):
+    served = serve("--pty", link, "--tcp", 0, "--hangup", "ignore", *FAST).ready()
+    came = served.at_pty if door == "pty" else lambda _link: served.at_tcp()
+    client = came(link)
+    client.write(SYNC0)
+    client.receive_until(re.compile(re.escape(SYNC0)))
+    client.write(SYNC1 + SYNC2 + OPEN)
+    client.receive_until(SIP)
+    client.close()
+    served.has_said("a client left, which the target is not told")
+    came(link).receive_until(SIP)
+    assert served.end() == 0
 
 
 @pytest.mark.parametrize("door", ["pty", "tcp"])

@@ -23,6 +23,7 @@ from hilbench.links.com_port import COM_PORT, ComPortServer, LinesSet
 from hilbench.links.port import ModemLines
 from hilbench.links.telnet import Data, Subnegotiation, TelnetDecoder, Verb, escape, negotiation, subnegotiation
 from hilbench.serving.relay import Relay
+from hilbench.terminal.options import Clients
 
 from .conftest import until
 
@@ -137,7 +138,8 @@ def test_lines_and_breaks(locked, door, client):
     door.on_lines = lambda dtr, rts, at_ns: levels.append((dtr, rts))
     do(locked, lambda: setattr(client, "dtr", False))
     until(locked, lambda: levels == [(False, None)])
-    assert (door._session.dtr, door._session.rts) == (False, True)
+    (session,) = door._sessions.values()
+    assert (session.server.dtr, session.server.rts) == (False, True)
     assert do(locked, lambda: (client.cts, client.dsr, client.cd, client.ri)) == (True, True, True, False)
     do(locked, lambda: client.send_break(0.01))
     until(locked, lambda: len(breaks) == 1)
@@ -281,7 +283,8 @@ def test_a_break_of_the_line_reaches_a_client_that_wants_to_know(locked, door, r
 
 def test_who_wants_nothing_for_a_while_gets_it_later(locked, door, raw):
     raw.say(subnegotiation(COM_PORT, b"\x08"))
-    until(locked, lambda: door._kept is not None)
+    (session,) = door._sessions.values()
+    until(locked, lambda: session.kept is not None)
     door.write(b"one\xff")
     locked.run_for(20 * NS_PER_MS)
     assert raw.data == b""
@@ -309,6 +312,67 @@ def test_a_client_that_reads_nothing_loses_whole_bytes_only(locked, door, raw):
     assert raw.data == bytes((255,)) * expected
     door.write(escape(b"z"))
     raw.hear(lambda said: raw.data.endswith(b"z"))
+
+
+@pytest.fixture
+def shared(locked):
+    made = Rfc2217Door(locked, "0", Line(baud=115_200), clients=Clients.ALL)
+    yield made
+    made.close()
+
+
+def answer_to(client, command, payload):
+    """Ask and return the value of the answer."""
+    client.say(subnegotiation(COM_PORT, bytes((command,)) + payload))
+    head = bytes((command + 100,))
+
+    def answers():
+        payloads = [event.payload for event in client.said if isinstance(event, Subnegotiation)]
+        return [payload[1:] for payload in payloads if payload[:1] == head]
+
+    before = len(answers())
+    client.hear(lambda said: len(answers()) > before)
+    return answers()[-1]
+
+
+def test_two_clients_have_one_port(locked, shared):
+    """Rate and lines are those that either has set last, as at a pseudo-terminal that two have open."""
+    one, other = Raw(locked, shared), Raw(locked, shared)
+    until(locked, lambda: len(shared._clients) == 2)
+    answer_to(one, 1, (57_600).to_bytes(4, "big"))
+    answer_to(one, 5, b"\x09")
+    late = Raw(locked, shared)
+    for client in (other, late):
+        assert answer_to(client, 1, bytes(4)) == (57_600).to_bytes(4, "big")
+        assert answer_to(client, 5, b"\x07") == b"\x09"
+        assert answer_to(client, 5, b"\x0a") == b"\x0b"
+    got = bytearray()
+    shared.any_baud = True
+    shared.on_receive = lambda data, at_ns: got.extend(data)
+    other.say(escape(b"one\xff"))
+    until(locked, lambda: got == b"one\xff")
+    shared.write(b"two\xff")
+    for client in (one, other, late):
+        client.hear(lambda said, client=client: client.data == b"two\xff")
+        client.socket.close()
+    until(locked, lambda: not shared.line_is_up)
+    assert shared.counters.lost == 0
+
+
+def test_one_of_two_clients_may_want_nothing_for_a_while(locked, shared):
+    one, other = Raw(locked, shared), Raw(locked, shared)
+    answer_to(one, 12, b"\x01")
+    answer_to(other, 12, b"\x01")
+    one.say(subnegotiation(COM_PORT, b"\x08"))
+    until(locked, lambda: any(session.kept is not None for session in shared._sessions.values()))
+    shared.write(b"hello")
+    other.hear(lambda said: other.data == b"hello")
+    one.hear(lambda said: True)
+    assert one.data == b""
+    one.say(subnegotiation(COM_PORT, b"\x09"))
+    one.hear(lambda said: one.data == b"hello")
+    one.socket.close()
+    other.socket.close()
 
 
 def test_the_next_client_begins_anew(locked, door, raw):

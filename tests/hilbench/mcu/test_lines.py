@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing, contextmanager
+from types import SimpleNamespace
 
 import pytest
 
@@ -175,8 +176,9 @@ def test_a_break_of_a_client_reaches_the_firmware_in_its_turn(emulate):
     emulated = emulate(lambda machine: machine.usart("USART1", on_byte=got.append))
     emulated.bench.run_for(0.001)
     with by_rfc2217(emulated, []) as door:
+        client, session = SimpleNamespace(input=None), SimpleNamespace(broken_ns=0)
         for event in (Bytes(b"abc"), BreakSet(True), BreakSet(False), Bytes(b"d")):
-            door._obey(None, event, emulated.bench.now_ns)
+            door._obey(client, session, event, emulated.bench.now_ns)
         emulated.bench.run_for(0.02)
     assert bytes(got) == b"abc\0d"
     assert door.counters.breaks == 1

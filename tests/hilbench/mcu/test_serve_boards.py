@@ -197,6 +197,23 @@ def test_each_usart_on_a_door_of_its_own(serve, tmp_path):
 
 
 @SERVED
+def test_the_newest_client_of_a_usart_takes_over(serve):
+    served = serve(f"bluepill:{IMAGES / 'echo-irq.elf'}", "--tcp", "0", "--clients", "newest").has_said("stop with")
+    address = ("127.0.0.1", int(re.search(r"tcp .*:(\d+),", served.said)[1]))
+    with socket.create_connection(address, timeout=PATIENCE_S) as first:
+        served.has_said("a client came")
+        with socket.create_connection(address) as second:
+            assert first.recv(1) == b""
+            for _ in range(PATIENCE_S * 20):  # before the firmware is up the line is deaf
+                second.sendall(b"?")
+                if select.select((second,), (), (), 0.05)[0]:
+                    break
+            assert second.recv(1) == b"?"
+    served.has_said("another client came and took over; the one before it was disconnected")
+    assert served.end() == 0
+
+
+@SERVED
 def test_a_client_at_a_wrong_rate_gets_garbage_and_is_told(serve, tmp_path):
     served = serve(f"bluepill:{IMAGES / 'echo-irq.elf'}").has_said("stop with")
     assert echoes(tmp_path / "bluepill-usart1")
