@@ -13,6 +13,7 @@ from hilbench.links import Line, PtyDoor, Rfc2217Door, TcpDoor
 from hilbench.links.uart import Timeline
 from hilbench.pace.far_pace import place_of, tcp_place
 from hilbench.pace.notice import PaceNotice
+from hilbench.pace.slips import SlipsSaid
 from hilbench.terminal.options import Clients, DoorWish
 from hilbench.terminal.options import PtyDoor as PtyWish
 from hilbench.terminal.options import Rfc2217Door as Rfc2217Wish
@@ -75,12 +76,15 @@ def run_until_stopped(
 ) -> None:
     """Run in real time until a signal comes, or `condition` holds; then say how well the host kept up.
 
-    Meanwhile `notice` is where others find it, with how well the host keeps up.
+    Meanwhile `notice` is where others find it, with how well the host keeps up, and slips are said.
     """
     with contextlib.ExitStack() as stack:
         host = MonotonicHostClock()
         stack.callback(host.close)
-        scheduler.lock(host, listener=_notifying(notice, host.monotonic_ns(), say, stack))
+        now_ns = host.monotonic_ns()
+        notifying = _notifying(notice, now_ns, say, stack)
+        slips = SlipsSaid(lambda text: say(f"{scheduler.now_ns / 1e9:10.3f} s  {text}"), now_ns, notifying)
+        scheduler.lock(host, listener=slips)
         stack.callback(scheduler.unlock)
         _run_until_stopped(scheduler, say, condition)
 
