@@ -15,7 +15,7 @@ from hilbench.plugins.blame import place_of
 from hilbench.plugins.discovery import PLUGINS
 
 _TRACEBACK_LINES = 12
-_MOST_POINTS = 6
+_MOST_POINTS = 2
 _SAYS_NOTHING = re.compile(r"\bat 0x[0-9a-f]+>|^assert (False|None|not True)$")
 """Lines of pytest about an assertion with words of its own: an object by its address is nobody's evidence."""
 _PYTEST_PACKAGES = frozenset({"_pytest", "pluggy"})
@@ -105,8 +105,10 @@ def with_open_points(outcome: Outcome, unclear: Sequence[Inconclusive]) -> Outco
         return outcome
     if outcome.verdict is Verdict.PASS:
         outcome, unclear = outcome_of(unclear[0]), unclear[1:]
-    left = tuple(f"cannot be told either: {_one_line(str(point))}" for point in unclear)
-    return replace(outcome, evidence=(*outcome.evidence, *left[:_MOST_POINTS]))
+    left = [f"cannot be told either: {_one_line(str(point))}" for point in unclear[:_MOST_POINTS]]
+    if len(unclear) > _MOST_POINTS:
+        left.append(f"and {len(unclear) - _MOST_POINTS} figures more cannot be told")
+    return replace(outcome, evidence=(*outcome.evidence, *left))
 
 
 def _of_assertion(error: AssertionError) -> Outcome:

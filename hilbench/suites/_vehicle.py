@@ -147,6 +147,11 @@ class Vehicle:
             raise InternalError("the case needs somebody beside the board and has not said so")
         return self._hands
 
+    def hold_joystick(self, x_count: int, y_count: int) -> None:
+        """Hold the joystick there, if somebody stands beside the board: counts of its converter, 0 to 65535."""
+        if self._hands is not None:
+            self._hands.set_joystick(x_count, y_count)
+
     @property
     def light(self) -> str:
         """The one light that is on; several of them, or none, in words."""

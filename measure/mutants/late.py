@@ -16,11 +16,15 @@ from hilbench.bench import Bench
 from hilbench.clock import NS_PER_S, Scheduler
 from hilbench.judging.provider import BenchProvider
 from hilbench.judging.uncertainty import OfTimes
+from hilbench.judging.verdicts import Verdict
 from hilbench.links import Port
 from hilbench.links.front import PortInFront
 from hilbench.pace.lateness import Lateness
 
-__all__ = ["AtPort", "late_benches"]
+__all__ = ["BLAMED", "AtPort", "late_benches"]
+
+BLAMED = frozenset({Verdict.FAIL, Verdict.ERROR})
+"""What no right peer may get of a late bench: blame, or a suite that stumbles."""
 
 _AT_PORT = frozenset(
     {"P2OS", "PKT!", "CARLA", "server", "board", "stack", "simulator", "client", "client.disconnect", "baud", "hangup"}

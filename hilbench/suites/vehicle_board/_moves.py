@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from hilbench.check import Untimely
 from hilbench.clock import NS_PER_S
-from hilbench.suites._vehicle import MISSES, MODE_WITHIN_S, STATUS, STATUS_HZ, Frame, Vehicle, shown
+from hilbench.suites._vehicle import MISSES, MODE_WITHIN_S, STATUS, STATUS_HZ, STATUS_MISS_S, Frame, Vehicle, shown
 from protocols.autoware import AckermannControlCommand, VelocityReport
 from protocols.carla import VECTORS, CommandFrame, Mode, decode_command
 
@@ -27,6 +27,7 @@ __all__ = [
     "nine_misses",
     "nine_misses_around_a_status",
     "quiet",
+    "require_emergencies",
     "require_emergency",
     "require_newest",
     "say_a_hundred",
@@ -99,6 +100,12 @@ def require_emergency(vehicle: Vehicle, frames: Sequence[Frame]) -> None:
     assert frames, "no frame came"
     for got in frames:
         vehicle.require_frame(got, F3, "the frame of the emergency")
+
+
+def require_emergencies(vehicle: Vehicle, found: int, wanted: int, since_ns: int) -> None:
+    """Require how many frames of an emergency came since its first: without a second one no pace is to be seen."""
+    rate_hz = 1 / STATUS_MISS_S
+    vehicle.require_count(found, wanted, 1, what="frames of the emergency", since_ns=since_ns, rate_hz=rate_hz)
 
 
 def status_returns(vehicle: Vehicle) -> int:

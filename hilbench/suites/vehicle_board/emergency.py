@@ -17,7 +17,13 @@ from hilbench.suites._vehicle import (
     on_board,
     shown,
 )
-from hilbench.suites.vehicle_board._moves import EXACTLY, behind, require_emergency, status_returns
+from hilbench.suites.vehicle_board._moves import (
+    EXACTLY,
+    behind,
+    require_emergencies,
+    require_emergency,
+    status_returns,
+)
 from protocols.autoware import ControlMode
 from protocols.carla import X_AXIS, Y_AXIS, CommandFrame, Mode
 
@@ -43,6 +49,7 @@ def test_ten_statuses_missed_are_an_emergency(vehicle: Vehicle) -> None:
     require_emergency(vehicle, after)
     vehicle.require_steps([*moving, first], STATUS_MISS_S, "between frames without a status")
     vehicle.require_steps(after, STATUS_MISS_S, "between frames of the emergency")
+    require_emergencies(vehicle, len(after), 6, first.start_ns)
 
 
 BRAKE = CommandFrame(acceleration=1.0, mode=Mode.MANUAL)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from hilbench.check import Violation, at_least, at_most, near
+from hilbench.check import Untimely, Violation, at_least, at_most, near
 from hilbench.clock import NS_PER_S
 from hilbench.suites._vehicle import MISSES, STATUS, STATUS_HZ, STATUS_MISS_S, TICK_S, Frame, Vehicle, on_board, shown
 from hilbench.suites.vehicle_board._moves import (
@@ -13,6 +13,7 @@ from hilbench.suites.vehicle_board._moves import (
     MANUAL_S,
     nine_misses,
     nine_misses_around_a_status,
+    require_emergencies,
     require_emergency,
     require_newest,
     say_a_hundred,
@@ -73,12 +74,17 @@ def test_manual_at_10_hz(vehicle: Vehicle) -> None:
 
 @on_board("VB21", lasts_s=3.0)
 def test_the_emergency_in_manual(vehicle: Vehicle) -> None:
-    vehicle.hands.set_joystick(FULL_SCALE, FULL_SCALE)
+    vehicle.hold_joystick(FULL_SCALE, FULL_SCALE)
     mark = vehicle.manual()
     vehicle.simulator.statuses.stop()
     first = vehicle.wait_for(Mode.EMERGENCY, 2.5, mark)
     before = [got for got in vehicle.frames(mark) if got.start_ns < first.start_ns]
     vehicle.require_modes(before, Mode.MANUAL)
+    if len(before) <= MISSES:
+        text = (
+            f"{len(before)} frames of mode {Mode.MANUAL.value} came before the emergency, required more than {MISSES}"
+        )
+        raise Untimely(text, shown(before))
     unanswered = [*before[-MISSES:], first]
     vehicle.require_steps(unanswered, MANUAL_MISS_S, "between frames without a status")
     answered_s = (before[-MISSES].start_ns - before[-MISSES - 1].start_ns) / NS_PER_S
@@ -87,6 +93,7 @@ def test_the_emergency_in_manual(vehicle: Vehicle) -> None:
     emergency = [got for got in vehicle.frames(mark) if got.start_ns >= first.start_ns]
     vehicle.require_steps(emergency, STATUS_MISS_S, "between frames of the emergency")
     require_emergency(vehicle, emergency)
+    require_emergencies(vehicle, len(emergency), 4, first.start_ns)
 
 
 @on_board("VB22", lasts_s=6.0)

@@ -100,13 +100,20 @@ def test_of_two_requests_manual_is_taken(vehicle: Vehicle) -> None:
         assert last == Mode.MANUAL, f"{one.name} and {other.name} at once lead to mode {last}"
 
 
+AT_ONCE_S = 0.016
+"""How far apart two requests may come that find the control task in one of its waits. A choice."""
+
+
 def _ask_both(vehicle: Vehicle, *modes: ControlMode) -> None:
     """Ask for both modes within a millisecond, just after a frame: the control task waits then."""
     mark = vehicle.mark()
     vehicle.bench.run_until(lambda: vehicle.mark() > mark, 0.2)
+    sent_ns = vehicle.bench.now_ns
     for sequence, mode in enumerate(modes):
         vehicle.stack.send(ControlModeRequest(sequence=100 + sequence, mode=mode))
-    vehicle.run(0.5)
+    vehicle.run(0.05)
+    vehicle.simulator.require_punctual(sent_ns, AT_ONCE_S, "these requests did not come at once")
+    vehicle.run(0.45)
 
 
 @on_board("VB31", lasts_s=24.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from measure.mutants.vehicle.changes import Sends, modes_with, without
+from measure.mutants.vehicle.changes import Sends, modes_with, modes_without, without
 from measure.mutants.vehicle.mutant import VehicleMutant
 from protocols.carla import (
     VECTORS,
@@ -56,6 +56,16 @@ class _ImpatientBehindEmergency(VehicleInterface):
         return super()._from_simulator(events, now_ns)
 
 
+class _StopsOnce(Sends):
+    """Says F3 once, and nothing more until the emergency is over."""
+
+    _stopped = False
+
+    def changed(self, data):
+        before, self._stopped = self._stopped, decode_command(data).mode == Mode.EMERGENCY
+        return b"" if before and self._stopped else data
+
+
 class _StartsOff(Sends):
     """The first frame of MANUAL behind an emergency has full throttle."""
 
@@ -98,6 +108,21 @@ FAULTS = (
         what="EMERGENCY has the values of the joystick",
         about=("VB21",),
         kind=_KeepsThrottle,
+    ),
+    VehicleMutant(
+        id="stops-once",
+        what="F3 comes once in an emergency",
+        about=(
+            "VB07",
+            "VB21",
+        ),
+        kind=_StopsOnce,
+    ),
+    VehicleMutant(
+        id="no-emergency-in-manual",
+        what="MANUAL never becomes EMERGENCY",
+        about=("VB21",),
+        modes=modes_without(Mode.MANUAL, ModeTrigger.STATUS_LOST),
     ),
     VehicleMutant(
         id="starts-off",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from protocols.carla.board_clauses._common import NOT_V1, STACK, STICK, SUITE, V1_ALONE
+from protocols.carla.board_clauses._common import NOT_V1, STACK, SUITE, V1_ALONE
 from protocols.carla.clause import HEADER, TASK, V0, Clause
 
 CLAUSES: tuple[Clause, ...] = (
@@ -17,7 +17,7 @@ CLAUSES: tuple[Clause, ...] = (
         ),
         sources=(f"{V0}, taksControle.c", f"{HEADER} MANUAL_CONTROL_TIME_COMMAND"),
         profiles=NOT_V1,
-        needs=STICK,
+        needs=STACK,
     ),
     Clause(
         id="VB20",
@@ -27,7 +27,7 @@ CLAUSES: tuple[Clause, ...] = (
         text="In MANUAL with statuses at 10 Hz a frame of mode 4 goes out every 100 ms.",
         sources=(f"{V0}, taksControle.c",),
         profiles=NOT_V1,
-        needs=STICK,
+        needs=STACK,
     ),
     Clause(
         id="VB21",
@@ -35,12 +35,12 @@ CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="The emergency in MANUAL",
         text=(
-            "In MANUAL, with the joystick at its upper ends, statuses stop: ten more frames, 160 ms apart, then F3, "
-            "1.6 s after the first that no status followed, and F3 every 100 ms."
+            "In MANUAL, the joystick at its upper ends if somebody holds it, statuses stop: ten more frames, 160 ms "
+            "apart, then F3, 1.6 s after the first that no status followed, and F3 every 100 ms."
         ),
         sources=(f"{V0}, taksControle.c: each miss costs the wait and the pause",),
         profiles=NOT_V1,
-        needs=STICK,
+        needs=STACK,
     ),
     Clause(
         id="VB22",
@@ -54,7 +54,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{TASK}, MANUAL block: osEventFlagsWait with UART_NEW_DATA_FLAG, which is a thread flag",),
         profiles=V1_ALONE,
         twin="VB19",
-        needs=STICK,
+        needs=STACK,
     ),
     Clause(
         id="VB45",

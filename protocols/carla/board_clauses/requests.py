@@ -42,7 +42,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{TASK}, MANUAL block: bit 0b10 of the event group is MA_TO_AUTOWARE_MODE_FLAG",),
         profiles=V1_ALONE,
         twin="VB23H",
-        needs=STICK,
+        needs=STACK,
     ),
     Clause(
         id="VB23H",
@@ -54,7 +54,7 @@ CLAUSES: tuple[Clause, ...] = (
         ),
         sources=(CALLBACKS, TASK),
         profiles=NOT_V1,
-        needs=STICK,
+        needs=STACK,
     ),
     Clause(
         id="VB31",
