@@ -130,6 +130,7 @@ def _clause_result(group: _ClauseCases, options: CheckOptions) -> ClauseResult:
         worst_margin=worst_margin(group.results, clause.id),
         bench_time_s=sum(result.bench_time_s for result in group.results if _ran(result)),
         case_ids=tuple(result.id for result in group.results),
+        verdict_case_ids=tuple(one.id for one in group.results if verdict_for(one, clause.id) is verdict),
         by_own_report=_by_own_report(group),
         reproduce=_reproduce(group, options),
         screen=worst_one.screen,

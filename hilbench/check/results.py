@@ -78,6 +78,7 @@ class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
         worst_margin: the figure that came nearest to its limit, relative to the limit.
         bench_time_s: of all its cases.
         case_ids: its cases.
+        verdict_case_ids: those of them that have its verdict: of a clause that does not pass, those that do not.
         by_own_report: what it needs that nobody saw in one of its cases: the target's own reports were believed.
         reproduce: the command that runs it again.
         screen: the picture of the worst case; empty if there is none.
@@ -96,6 +97,7 @@ class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
     worst_margin: Measure | None = None
     bench_time_s: float = 0.0
     case_ids: tuple[str, ...] = ()
+    verdict_case_ids: tuple[str, ...] = ()
     by_own_report: tuple[str, ...] = ()
     reproduce: str = ""
     screen: str = ""

@@ -70,6 +70,7 @@ def _add_clause(suite: ET.Element, clause: ClauseResult) -> None:
         "verdict": clause.verdict.value,
         "cause": clause.cause,
         "cases": ", ".join(clause.case_ids),
+        "verdict_cases": ", ".join(clause.verdict_case_ids),
         "reproduce": clause.reproduce,
         **({"by_own_report": ", ".join(clause.by_own_report)} if clause.by_own_report else {}),
         **({"screen": clause.screen} if clause.screen else {}),

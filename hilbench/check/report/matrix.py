@@ -12,6 +12,7 @@ from hilbench.judging.note_lines import notes_counted
 from hilbench.judging.verdicts import Verdict
 
 _EVIDENCE_LINES = 12
+_MOST_CASES = 4
 _PLAIN_WIDTH = 10_000
 
 _STYLES = {
@@ -103,11 +104,21 @@ def _account(clause: ClauseResult, colours: bool) -> list[str]:
         f"  cause      {clause.mark}{clause.cause}",
         f"  clause     {clause.text}",
         f"  source     {clause.source}",
+        *_labelled("case", _cases(clause)),
         *_labelled("not seen", [", ".join(clause.by_own_report)] if clause.by_own_report else []),
         *_labelled("evidence", evidence),
         *_labelled("screen", [clause.screen] if clause.screen else []),
         f"  reproduce  {clause.reproduce}",
     ]
+
+
+def _cases(clause: ClauseResult) -> list[str]:
+    """Name the cases that a clause with several fails in: the first, whose cause and evidence are shown, and others."""
+    if len(clause.case_ids) < 2 or not clause.verdict_case_ids:
+        return []
+    first, *others = clause.verdict_case_ids
+    so_many = f"{1 + len(others)} of {len(clause.case_ids)} cases"
+    return [f"{first} ({so_many})", *others[: _MOST_CASES - 1]]
 
 
 def _labelled(label: str, lines: Iterable[str]) -> list[str]:

@@ -65,6 +65,21 @@ def test_the_matrix_is_as_it_was(report, tmp_path):
     assert text == SNAPSHOT.read_text(encoding="utf-8")
 
 
+def test_of_a_clause_with_several_cases_those_are_named_that_fail(check):
+    report = check(
+        """
+        @my("A1")
+        @pytest.mark.parametrize("step", ["one", "two", "three", "four"])
+        def test_answers(bench, step):
+            assert step in ("one", "four"), f"no answer to {step}"
+        """
+    )
+    text = matrix.render(report, colours=False, width=None)
+    assert "\n  cause      no answer to two\n" in text
+    assert "\n  case       panel/answers[two] (2 of 4 cases)\n             panel/answers[three]\n  evidence " in text
+    assert report.clauses[0].verdict_case_ids == ("panel/answers[two]", "panel/answers[three]")
+
+
 def test_colours_change_nothing_but_colours(report):
     plain = matrix.render(report, colours=False, width=None)
     coloured = matrix.render(report, colours=True, width=None)
