@@ -9,6 +9,7 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, get_type_hints
 
+from protocols.common.checksum import Checksum
 from protocols.common.decoding import Decoder, NoOptions, Speaker
 from protocols.common.layout import Region, laid_out
 
@@ -122,6 +123,8 @@ class ProtocolPlugin:
         options: how frames are read, a dataclass whose fields all have defaults; each becomes a flag of those commands
             that show frames. The metadata ``help`` of a field says what it is.
         regions: returns what the bytes of a sound frame are; the whole frame is one if it says nothing.
+        checksum: returns how the frames that are read in this way are checked, for whoever changes one on its way; None
+            where they are not, or not by one rule.
         longest_frame: in bytes: what may be left of a frame where a recording begins.
         clauses: returns the rules of the protocol.
         encode: makes the frame of a message, for a suite's ``peer.send``: ``encode(message, options)``.
@@ -145,6 +148,7 @@ class ProtocolPlugin:
     help: str = ""
     options: type[Any] = NoOptions
     regions: Callable[..., list[Region]] = _one_region
+    checksum: Callable[[Any], Checksum] | None = None
     longest_frame: int = 256
     clauses: Callable[[], Sequence[ClauseEntry]] = tuple
     encode: Callable[[Any, Any], bytes] | None = None

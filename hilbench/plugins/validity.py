@@ -20,7 +20,7 @@ OPTION_KINDS = (bool, int, float, str, Path)
 
 _NAME = re.compile(r"[a-z][a-z0-9_-]*")
 _CALLABLE = ("decoder", "regions", "clauses")
-_PERHAPS_CALLABLE = ("encode", "settle", "peer")
+_PERHAPS_CALLABLE = ("checksum", "encode", "settle", "peer")
 _PARTS = {"device": Device, "host": Device, "recorded": Recorded, "first_test": FirstTest}
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from protocols.common.checksum import Checksum
 from protocols.common.decoding import Decoder, NoOptions, ReaderDecoder, Speaker, message_item
 from protocols.common.items import Item, Kind
 from protocols.common.layout import Body, Region, laid_out
 from protocols.p2os.commands import command_name, decode_command
 from protocols.p2os.errors import RemoteProtocolError
 from protocols.p2os.framing import Dropped, Frame, FrameReader
+from protocols.p2os.framing import checksum as body_checksum
 from protocols.p2os.packets import ServerPacket, decode_packet
 
-__all__ = ["decoder", "regions"]
+__all__ = ["checksum", "decoder", "regions"]
 
 
 def decoder(options: NoOptions, speaker: Speaker) -> Decoder:
@@ -31,6 +33,16 @@ def regions(raw: bytes, options: NoOptions, *, sent: bool) -> list[Region]:
     body = Body(raw[3:-2], decode_command if sent else _packet_in, RemoteProtocolError)
     middle = body.sizes("number" if sent else "type")
     return laid_out(raw, [("header", 2), ("count", 1), *middle, ("checksum", 2)])
+
+
+def checksum(options: NoOptions) -> Checksum:
+    """Return how a frame is checked: by a sum over its body."""
+    del options
+    return Checksum(value=_sum_from, begin=0, first=3, stop=-2, at=-2, size=2, order="big")
+
+
+def _sum_from(body: bytes, begin: int) -> int:
+    return body_checksum(body) + begin
 
 
 def _command(frame: Frame) -> Item:

@@ -8,14 +8,20 @@ from __future__ import annotations
 
 import binascii
 
-__all__ = ["CRC_BYTES", "crc16"]
+__all__ = ["CRC_BYTES", "INITIAL", "crc16", "crc16_from"]
 
 CRC_BYTES = 2
 """Bytes of a CRC on the wire."""
 
-_INITIAL = 0xFFFF
+INITIAL = 0xFFFF
+"""What a CRC begins with."""
 
 
 def crc16(payload: bytes) -> int:
     """The CRC of a payload, 0..65535; FFFF hex of an empty one, 29B1 hex of the nine digits "123456789"."""
-    return binascii.crc_hqx(payload, _INITIAL)
+    return crc16_from(payload, INITIAL)
+
+
+def crc16_from(payload: bytes, begin: int) -> int:
+    """The CRC of a payload, 0..65535, begun with another value, 0..65535."""
+    return binascii.crc_hqx(payload, begin)

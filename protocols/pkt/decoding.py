@@ -7,17 +7,19 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+from protocols.common.checksum import Checksum
 from protocols.common.decoding import Decoder, ReaderDecoder, Speaker, fields_of
 from protocols.common.items import Item, Kind
 from protocols.common.layout import Body, Region, laid_out
 from protocols.pkt.codes import ReportId
 from protocols.pkt.commands import COMMANDS, decode_command
+from protocols.pkt.crc import CRC_BYTES, INITIAL, crc16_from
 from protocols.pkt.errors import RemoteProtocolError
 from protocols.pkt.framing import Dropped, Frame, FrameReader
 from protocols.pkt.options import FrameTimer, Framing, FramingOptions, Resync, Schema
 from protocols.pkt.reports import decode_report
 
-__all__ = ["DecodeOptions", "decoder", "regions"]
+__all__ = ["DecodeOptions", "checksum", "decoder", "regions"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,6 +62,12 @@ def regions(raw: bytes, options: DecodeOptions, *, sent: bool) -> list[Region]:
     middle = body.sizes("id" if _is_report(payload) else "opcode")
     length = [("length", 1)] if has_length else []
     return laid_out(raw, [("sync word", 4), *length, *middle, ("CRC", 2), ("end", 1)])
+
+
+def checksum(options: DecodeOptions) -> Checksum:
+    """Return how a frame is checked: by a CRC over its payload alone."""
+    first = 5 if options.framing is Framing.LEN else 4
+    return Checksum(value=crc16_from, begin=INITIAL, first=first, stop=-3, at=-3, size=CRC_BYTES, order="big")
 
 
 def _item(frame: Frame, schema: Schema) -> Item:

@@ -5,11 +5,11 @@ from binascii import crc_hqx
 from collections import namedtuple
 from enum import Enum
 
+from protocols.common.checksum import Checksum
 from protocols.common.framing import Frame
 
-LONGEST = 8  # bytes of payload
-GAP_NS = 20_000_000  # a longer pause ends a frame
-CRC_BEGIN = 0xFFFF  # CRC-16/IBM-3740: polynomial 0x1021, which is that of crc_hqx
+LONGEST, GAP_NS = 8, 20_000_000  # bytes of payload; a longer pause ends a frame
+CHECKSUM = Checksum(value=crc_hqx, begin=0xFFFF, first=0, stop=-2, at=-2, size=2, order="little")  # CRC-16/IBM-3740
 Reason = Enum("Reason", {"LENGTH": "length out of range", "CRC": "wrong CRC"})
 
 Read = namedtuple("Read", "")  # host: asks for the level
@@ -39,8 +39,7 @@ def decode(payload):
 
 def frame(payload):
     """Return a sound frame around 1 to LONGEST bytes."""
-    body = bytes([len(payload)]) + payload
-    return body + struct.pack("<H", crc_hqx(body, CRC_BEGIN))
+    return CHECKSUM.mended(bytes([len(payload)]) + payload + bytes(2))
 
 
 def look(held):

@@ -6,7 +6,7 @@ from hilbench.plugins.protocol import API, Device, ProtocolPlugin, Recorded
 from protocols.common.clause import Clause
 from protocols.common.decoding import ReaderDecoder, message_item
 from protocols.common.framing import Dropped, ScanningReader
-from tank.frames import LONGEST, FrameError, SetValve, decode, encode, look
+from tank.frames import CHECKSUM, LONGEST, FrameError, SetValve, decode, encode, look
 from tank.host import Host
 from tank.node import Node, Settings
 
@@ -41,6 +41,7 @@ TANK = ProtocolPlugin(
     decoder=decoder,
     encode=encode,
     clauses=clauses,
+    checksum=lambda options: CHECKSUM,
     longest_frame=LONGEST + 3,
     baud=115200,
     device=Device(make=Node, settings=Settings),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from hilbench.plugins.protocol import API, FirstTest, ProtocolPlugin, Recorded
 from protocols.p2os.clause import Clause
-from protocols.p2os.decoding import decoder, regions
+from protocols.p2os.decoding import checksum, decoder, regions
 from protocols.p2os.framing import MAX_COUNT
 
 if TYPE_CHECKING:
@@ -60,6 +60,7 @@ P2OS = ProtocolPlugin(
     "times a second. Whoever stops talking to it stops the robot: that is what its watchdog is for.",
     decoder=decoder,
     regions=regions,
+    checksum=checksum,
     longest_frame=3 + MAX_COUNT,
     clauses=_clauses,
     peer=_peer,

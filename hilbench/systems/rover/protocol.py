@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from hilbench.plugins.protocol import API, FirstTest, ProtocolPlugin, Recorded
 from protocols.pkt.clause import Clause
-from protocols.pkt.decoding import DecodeOptions, decoder, regions
+from protocols.pkt.decoding import DecodeOptions, checksum, decoder, regions
 from protocols.pkt.framing import longest_frame
 
 if TYPE_CHECKING:
@@ -55,6 +55,7 @@ PKT = ProtocolPlugin(
     decoder=decoder,
     options=DecodeOptions,
     regions=regions,
+    checksum=checksum,
     longest_frame=longest_frame(),
     clauses=_clauses,
     peer=_peer,
