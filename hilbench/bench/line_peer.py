@@ -18,6 +18,7 @@ from hilbench.errors import AwayError, UnavailableError
 from hilbench.judging.judge import at_most
 from hilbench.judging.verdicts import Inconclusive, Untimely, Violation
 from hilbench.links import Port
+from protocols.common.checksum import Checksum
 
 __all__ = ["QUIET_S", "LinePeer", "Received", "Sound", "Unsound"]
 
@@ -99,6 +100,29 @@ class LinePeer(ABC, Generic[MessageT]):
     def settle(self) -> None:
         """Bring a real target back to where a case may begin, and discard what was received."""
 
+    def _checksum(self) -> Checksum | None:
+        """Return how frames are checked, if that is known."""
+        return None
+
+    # --- what was refused
+
+    def refused(self, since: int = 0) -> str:
+        """Say what came that was no frame, for the end of a sentence; "" if nothing did.
+
+        Args:
+            since: how many had been refused before.
+        """
+        drops = self.dropped[since:]
+        if not drops:
+            return ""
+        count = f"{len(drops)} time{'s' * (len(drops) != 1)}"
+        return f"; {count} what came was refused, first for {drops[0].reason}{self._reading_of(drops[0])}"
+
+    def _reading_of(self, drop: Unsound) -> str:
+        rule = self._checksum()
+        mistake = rule.mistake(drop.data) if rule is not None else ""
+        return f": {mistake}" if mistake else ""
+
     # --- sending
 
     def write(self, data: bytes) -> None:
@@ -130,7 +154,10 @@ class LinePeer(ABC, Generic[MessageT]):
         """Return the latest packets (those since ``mark``) and what was dropped, as lines for a report."""
         shown = self.received[-_EVIDENCE_PACKETS:] if mark is None else self.received[mark:][-_EVIDENCE_PACKETS:]
         lines = [f"{got.at_ns / NS_PER_S:10.4f} s  {got.raw.hex(' ').upper()}" for got in shown]
-        lines += [f"dropped ({drop.reason})  {drop.data[:32].hex(' ').upper()}" for drop in self.dropped[-2:]]
+        lines += [
+            f"dropped ({drop.reason})  {drop.data[:32].hex(' ').upper()}{self._reading_of(drop)}"
+            for drop in self.dropped[-2:]
+        ]
         return lines or [f"nothing received ({self.bytes_received} bytes in all)"]
 
     def uncertainty_s(self, since_ns: int) -> float:
@@ -169,6 +196,7 @@ class LinePeer(ABC, Generic[MessageT]):
         name = what or kind.__name__
         start_ns = self.bench.now_ns
         position = first = self.mark() if mark is None else mark
+        refused = len(self.dropped)
         found: list[tuple[int, KindT]] = []
 
         def arrived() -> bool:
@@ -184,7 +212,8 @@ class LinePeer(ABC, Generic[MessageT]):
         spare_s = within_s * 0.5 + 0.05
         if not self.bench.run_until(arrived, within_s + spare_s):
             self.require_line()
-            raise Untimely(f"no {name} within {within_s:g} s", self.evidence(first), spare_s=spare_s)
+            text = f"no {name} within {within_s:g} s{self.refused(refused)}"
+            raise Untimely(text, self.evidence(first), spare_s=spare_s)
         at_ns, packet = found[0]
         elapsed_s = max(0, at_ns - start_ns) / NS_PER_S
         at_most(elapsed_s, within_s, unit="s", what=f"{name} came after", uncertainty=self.uncertainty_s(start_ns))

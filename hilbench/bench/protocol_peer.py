@@ -10,6 +10,7 @@ from hilbench.bench.line_peer import LinePeer, Sound, Unsound
 from hilbench.errors import UsageError
 from hilbench.links import Port
 from hilbench.plugins.protocol import API, ProtocolPlugin
+from protocols.common.checksum import Checksum
 from protocols.common.items import Item, Kind
 
 __all__ = ["QUIET_WITHIN_S", "RAW", "ProtocolPeer", "peer_of"]
@@ -76,6 +77,9 @@ class ProtocolPeer(LinePeer[Any]):
             else:
                 message = item if item.message is None else item.message
                 yield Sound(raw=item.raw, packet=message if item.kind is Kind.FRAME else None)
+
+    def _checksum(self) -> Checksum | None:
+        return None if self.protocol.checksum is None else self.protocol.checksum(self._options)
 
     def frame_of(self, message: Any) -> bytes:
         """Return the frame of a message.

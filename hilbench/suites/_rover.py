@@ -137,7 +137,8 @@ class Rover:
         self.schema = self.peer.profile.server.schema
         self.v2 = self.schema is Schema.V2
         if not self.peer.wait_ready():
-            raise Untimely("the rover does not answer REQUEST_TMY", self.peer.evidence(), spare_s=ANSWER_S)
+            text = f"the rover does not answer REQUEST_TMY{self.peer.refused()}"
+            raise Untimely(text, self.peer.evidence(), spare_s=ANSWER_S)
         self.before = self._general()
 
     # --- beside the line

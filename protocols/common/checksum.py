@@ -5,8 +5,8 @@ It makes a changed frame sound again, and tells one rule from another that is a 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from typing import Literal
 
 __all__ = ["Checksum"]
@@ -36,8 +36,7 @@ class Checksum:
 
     def of(self, raw: bytes) -> bytes:
         """Return what should stand in the place of the checksum of a frame; what stands there is not looked at."""
-        value = self.value(raw[self.first : self.stop], self.begin)
-        return (value % (1 << 8 * self.size)).to_bytes(self.size, self.order)
+        return self._bytes(self.value(raw[self.first : self.stop], self.begin))
 
     def in_frame(self, raw: bytes) -> bytes:
         """Return what stands in the place of the checksum."""
@@ -54,3 +53,44 @@ class Checksum:
         if len(raw) < self.first + self.size or not raw:
             return raw
         return self.put(raw, self.of(raw))
+
+    def mistake(self, raw: bytes) -> str:
+        """Return what is wrong with a refused frame, if it is a mistake that is often made; "" if it is none.
+
+        Args:
+            raw: the frame; what stands behind its checksum may be missing.
+        """
+        behind = max(0, -self.at - self.size)
+        for missing in range(behind + 1):
+            whole = raw + bytes(missing)
+            if len(whole) > self.first + self.size + behind:
+                said, right = self.in_frame(whole), self.of(whole)
+                for what, wrong in self._mistakes(whole):
+                    if said == wrong != right:
+                        return what
+        return ""
+
+    def _mistakes(self, raw: bytes) -> Iterator[tuple[str, bytes]]:
+        """Yield what is often done wrong, and the checksum that comes of it."""
+        right = self.of(raw)
+        yield "the bytes of its checksum are swapped", right[::-1]
+        for begin in sorted({0, (1 << 8 * self.size) - 1} - {self.begin}):
+            wrong = replace(self, begin=begin)
+            yield f"its checksum begins with {begin:X} instead of {self.begin:X} hex", wrong.of(raw)
+        value = int.from_bytes(right, self.order)
+        yield "its checksum is inverted", self._bytes(~value)
+        yield "its checksum is negated", self._bytes(-value)
+        end = self.stop % len(raw)
+        for first, stop in self._ranges(end):
+            over = f"its checksum is over its bytes {first + 1} to {stop} instead of {self.first + 1} to {end}"
+            yield over, replace(self, first=first, stop=stop).of(raw)
+
+    def _ranges(self, end: int) -> Iterator[tuple[int, int]]:
+        """Yield other stretches that it may be over: begun elsewhere in the head, or a byte shorter or longer."""
+        for first in range(self.first + 2):
+            for stop in (end - 1, end, end + 1):
+                if first < stop and (first, stop) != (self.first, end):
+                    yield first, stop
+
+    def _bytes(self, value: int) -> bytes:
+        return (value % (1 << 8 * self.size)).to_bytes(self.size, self.order)

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from hilbench.bench.line_peer import QUIET_S, LinePeer, Sound, Unsound
 from hilbench.clock import NS_PER_S
 from hilbench.judging.recorder import unrecorded
+from protocols.common.checksum import Checksum
+from protocols.common.decoding import NoOptions
 from protocols.p2os import (
     Command,
     CommandNumber,
@@ -20,6 +22,7 @@ from protocols.p2os import (
     decode_packet,
     encode_command,
 )
+from protocols.p2os.decoding import checksum
 from protocols.p2os.options import WATCHDOG_S
 
 __all__ = ["QUIET_S", "REPLY_WITHIN_S", "SYNC0", "SYNC1", "SYNC2", "Peer"]
@@ -36,6 +39,9 @@ class Peer(LinePeer[ServerPacket]):
     """See `LinePeer`."""
 
     REPLY_WITHIN_S = REPLY_WITHIN_S
+
+    def _checksum(self) -> Checksum:
+        return checksum(NoOptions())
 
     def _begin_reading(self) -> None:
         self._reader = FrameReader()

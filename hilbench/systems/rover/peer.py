@@ -8,6 +8,7 @@ from dataclasses import replace
 from hilbench.bench import Bench
 from hilbench.bench.line_peer import LinePeer, Sound, Unsound
 from hilbench.links import Port
+from protocols.common.checksum import Checksum
 from protocols.pkt import (
     ClientOptions,
     Command,
@@ -29,6 +30,7 @@ from protocols.pkt import (
     encode_frame,
     longest_frame,
 )
+from protocols.pkt.decoding import DecodeOptions, checksum
 
 __all__ = ["READY_WITHIN_S", "RoverPeer"]
 
@@ -59,6 +61,9 @@ class RoverPeer(LinePeer[Report]):
     def __init__(self, bench: Bench, port: Port, profile: Profile) -> None:
         self.profile = profile
         super().__init__(bench, port)
+
+    def _checksum(self) -> Checksum:
+        return checksum(DecodeOptions(framing=self.profile.server.frames.framing))
 
     def _begin_reading(self) -> None:
         frames = self.profile.server.frames

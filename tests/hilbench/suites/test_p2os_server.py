@@ -15,14 +15,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hilbench.bench import Bench
 from hilbench.bench.shared import Shared
 from hilbench.benchfile.reader import open_bench
-from hilbench.check import CheckOptions, Verdict, Violation, list_cases, run_suites
-from hilbench.clock import NS_PER_MS, NS_PER_S
+from hilbench.check import CheckOptions, Untimely, Verdict, Violation, list_cases, run_suites
+from hilbench.clock import NS_PER_MS, NS_PER_S, Scheduler
 from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink
 from hilbench.suites import _session
 from hilbench.suites._requirements import all_caught_up
 from hilbench.suites._session import Seen, Slope, find_parameters, poses, turned_deg
+from hilbench.systems.pioneer.peer import Peer
 from hilbench.systems.pioneer.provider import VirtualProvider
 from measure.mutants.bench import MutantProvider
 from measure.mutants.each_its_own import Fault, judge
@@ -391,3 +394,17 @@ def test_an_unknown_robot_is_taken_for_a_p2dx_and_the_journal_says_so():
     assert peer.texts == []
     assert find_parameters(peer, Identification(name="x", subclass="mine")).subclass == "p2dx"
     assert peer.texts == ["subclass 'mine' unknown, taken for p2dx"]
+
+
+def test_an_answer_that_is_refused_says_what_is_wrong_with_it():
+    bench = Bench(Scheduler(), Journal())
+    link = MemoryLink(bench.scheduler, Line(), name="line")
+    answers = [bytes.fromhex("FAFB03010100")]
+    link.b.on_receive = lambda _data, _at_ns: link.b.write(answers.pop() if answers else b"")
+    with pytest.raises(Untimely) as raised:
+        Peer(bench, link.a).sync(1)
+    assert raised.value.cause == (
+        "no echo of SYNC1 within 0.2 s; 1 time what came was refused, first for BAD_CHECKSUM: "
+        "the bytes of its checksum are swapped"
+    )
+    assert raised.value.evidence[-1].endswith("FA FB 03 01 01 00: the bytes of its checksum are swapped")
