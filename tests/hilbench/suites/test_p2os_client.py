@@ -10,18 +10,21 @@ import dataclasses
 
 import pytest
 
+from hilbench.bench import to_ns
 from hilbench.bench.shared import Shared
 from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from hilbench.journal import Journal
 from hilbench.systems.pioneer.client import P2osClient
-from hilbench.systems.pioneer.provider import VirtualProvider
+from hilbench.systems.pioneer.provider import P2OS_SERVER, VirtualProvider
 from measure.mutants.each_its_own import Fault, judge
+from measure.mutants.in_bench_time import ForeignClientInBenchTime
 from protocols.p2os import (
     CLIENT_TABLE,
     Action,
     ClientState,
     ClientTrigger,
+    Command,
     CommandNumber,
     Frame,
     FrameReader,
@@ -31,6 +34,7 @@ from protocols.p2os import (
     Transition,
     Transmit,
     checksum,
+    encode_command,
     encode_frame,
     pack_bytes,
 )
@@ -368,3 +372,44 @@ def test_each_clause_catches_each_client_that_is_wrong_for_it():
     verdicts = judge(options(), provider(), faults)
     assert verdicts.not_found == {}
     assert verdicts.found_by == MUST_FAIL
+
+
+def slow_to_open(opens_after_s):
+    """A client of somebody else that thinks for so long about who the robot is before it opens its session."""
+
+    def begin(bench, port):
+        reader, answered = FrameReader(), []
+
+        def say(number):
+            port.write(encode_command(Command(number)))
+
+        def keep_alive():
+            say(CommandNumber.PULSE)
+            bench.scheduler.after(to_ns(0.5), keep_alive)
+
+        def open_session():
+            say(CommandNumber.OPEN)
+            keep_alive()
+
+        def hear(data, at_ns):
+            for item in reader.receive(data, at_ns):
+                if len(answered) < 3 and item.body[0] == len(answered):
+                    answered.append(item)
+                    if len(answered) < 3:
+                        say(len(answered))
+                    else:
+                        bench.scheduler.after(to_ns(opens_after_s), open_session)
+
+        port.on_receive = hear
+        bench.scheduler.after(to_ns(0.1), lambda: say(0))
+
+    return begin
+
+
+@pytest.mark.parametrize("opens_after_s", [0.1, 4.0])
+def test_who_takes_an_unknown_robot_may_take_time_for_it(opens_after_s):
+    shared = Shared(bench_file=open_bench("pioneer"), timeout_scale=1.0, journal=Journal())
+    foreign = ForeignClientInBenchTime(shared, P2OS_SERVER, slow_to_open(opens_after_s))
+    cases = run_suites(options("C10"), foreign).cases
+    assert {case.id: case.cause for case in cases if case.verdict not in (Verdict.PASS, Verdict.NOT_APPLICABLE)} == {}
+    assert sum(case.verdict is Verdict.PASS for case in cases) == 1
