@@ -1,7 +1,8 @@
 """Checks: how suites are written, run and reported.
 
-For suites: `case`, `CaseSetup`, `Violation`, `Untimely`, `Inconclusive`, `NotApplicable`, `record_measure` and the
-judge. For programs: `run_suites`. For those who bring a bench: `BenchProvider`, `CaseBench` and `CaseInfo`.
+For suites: `case`, `CaseSetup`, `Violation`, `Untimely`, `Inconclusive`, `NotApplicable`, `record_measure`,
+`try_members` and the judge. For programs: `run_suites`. For those who bring a bench: `BenchProvider`, `CaseBench` and
+`CaseInfo`.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from hilbench.check.cases import case
 from hilbench.check.results import CaseResult, ClauseResult, Report
 from hilbench.check.runner import list_cases, run_check, run_suites
+from hilbench.judging.families import try_members
 from hilbench.judging.judge import at_least, at_most, near, within
 from hilbench.judging.provider import BenchProvider, CaseBench, CaseInfo, CaseSetup
 from hilbench.judging.recorder import record_measure
@@ -38,5 +40,6 @@ __all__ = [
     "record_measure",
     "run_check",
     "run_suites",
+    "try_members",
     "within",
 ]

@@ -136,6 +136,7 @@ class _CaseRun:
             failed_clause_ids=about,
             evidence=tuple(printable(line) for line in self.outcome.evidence),
             measures=tuple(self.recorded.measures),
+            families=tuple(self.recorded.families),
             by_own_report=planned.by_own_report,
             defect=self.outcome.defect,
             suite_error=self.outcome.suite_error,

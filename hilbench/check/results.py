@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 import msgspec
 
 from hilbench.judging.observations import Observations
-from hilbench.judging.verdicts import BY_OWN_REPORT, WORST_FIRST, Level, Measure, Verdict
+from hilbench.judging.verdicts import BY_OWN_REPORT, WORST_FIRST, Level, Measure, Sampled, Verdict
 
 FORMAT = "hilbench-report/1"
 TIGHTEST = 5
@@ -32,6 +32,7 @@ class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
         failed_clause_ids: the clauses the outcome is about; empty unless the case told them apart.
         evidence: lines that show what happened.
         measures: figures it measured.
+        families: families of stimuli that it tried members of.
         missing: capabilities that are missing, for a case that is not applicable.
         by_own_report: capabilities that are missing and that the target's own reports stood in for: what it says of
             itself was judged, and not what somebody saw. Empty for a case that saw all it needs.
@@ -51,6 +52,7 @@ class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
     failed_clause_ids: tuple[str, ...] = ()
     evidence: tuple[str, ...] = ()
     measures: tuple[Measure, ...] = ()
+    families: tuple[Sampled, ...] = ()
     missing: tuple[str, ...] = ()
     by_own_report: tuple[str, ...] = ()
     defect: bool = False

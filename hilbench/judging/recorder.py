@@ -12,7 +12,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 
 from hilbench.judging.uncertainty import OfTimes
-from hilbench.judging.verdicts import Inconclusive, Measure
+from hilbench.judging.verdicts import Inconclusive, Measure, Sampled
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,10 +21,12 @@ class Recorded:
 
     Attributes:
         measures: its figures.
+        families: the families of stimuli that it tried members of.
         unclear: the points that the bench could not tell.
     """
 
     measures: list[Measure] = field(default_factory=list)
+    families: list[Sampled] = field(default_factory=list)
     unclear: list[Inconclusive] = field(default_factory=list)
 
 
@@ -106,6 +108,11 @@ def record_measure(
     if recorded is not None:
         recorded.measures.append(measure)
     return measure
+
+
+def recorded_so_far() -> Recorded:
+    """Return what came of the running case until now; what is put in there outside a case is lost."""
+    return _recorded.get() or Recorded()
 
 
 def leave_open(point: Inconclusive) -> None:

@@ -130,6 +130,20 @@ class NotApplicable(CaseOutcome):
     """
 
 
+class Sampled(msgspec.Struct, frozen=True, kw_only=True):
+    """How much of a family of stimuli a case tried.
+
+    Attributes:
+        family: its name, a noun in the plural.
+        tried: how many members were tried; the last of them is the one that ended the case, if one did.
+        members: how many there are.
+    """
+
+    family: str
+    tried: int
+    members: int
+
+
 class Measure(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """One figure that a case measured, with the limits it was held against.
 

@@ -9,7 +9,7 @@ import msgspec
 from hilbench.check.results import Report, TightMargin, relative_margin
 from hilbench.judging.note_lines import note_lines, notes_counted
 from hilbench.judging.observations import Coverage, Ledger, Pace, PortCounters
-from hilbench.judging.verdicts import Measure
+from hilbench.judging.verdicts import Measure, Sampled
 
 _MOST_NAMES = 6
 
@@ -20,6 +20,9 @@ def lines(report: Report) -> list[str]:
     found = [_coverage(coverage) for coverage in observed.coverage]
     if report.tightest:
         found.append(f"tightest margins: {', '.join(map(_tight, report.tightest))}")
+    families = _families(report)
+    if families:
+        found.append(f"tried: {'; '.join(families)}")
     if observed.ledger is not None:
         found.append(_ledger(observed.ledger))
     if observed.pace is not None:
@@ -58,6 +61,20 @@ def _coverage(coverage: Coverage) -> str:
 def _tight(margin: TightMargin) -> str:
     figure = _figure(margin.measure.value, 4, margin.measure.unit)
     return f"{'/'.join(margin.clause_ids)} {figure} ({margin.share:.1%})"
+
+
+def _families(report: Report) -> list[str]:
+    """Return how many members of each family were tried, in the case that tried the smallest share of it."""
+    least: dict[tuple[str, str], Sampled] = {}
+    for case in report.cases:
+        for sampled in case.families:
+            key = "/".join(case.clause_ids), sampled.family
+            known = least.get(key, sampled)
+            least[key] = min(known, sampled, key=lambda one: one.tried / one.members)
+    by_clause: dict[str, list[str]] = {}
+    for (clause_id, family), one in least.items():
+        by_clause.setdefault(clause_id, []).append(f"{one.tried} of {one.members} {family}")
+    return [f"{clause_id} {', '.join(tried)}" for clause_id, tried in by_clause.items()]
 
 
 def _figure(value: float, digits: int, unit: str) -> str:
