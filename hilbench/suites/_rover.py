@@ -6,11 +6,11 @@ cannot be switched off and on between cases.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar, cast
 
-from hilbench.check import CaseSetup, Inconclusive, Untimely, Violation, at_most, case, near
+from hilbench.check import CaseSetup, Inconclusive, Untimely, Violation, at_most, case, near, try_members
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError
 from hilbench.judging.provider import CaseBench
@@ -36,6 +36,7 @@ __all__ = ["Counts", "Rover", "at_power_up", "on_rover", "rover_bench"]
 
 GivenT = TypeVar("GivenT")
 ReportT = TypeVar("ReportT")
+StimulusT = TypeVar("StimulusT")
 
 _PROFILES = {clause.id: clause.profiles for clause in BOARD_CLAUSES}
 
@@ -128,11 +129,14 @@ class Rover:
     Attributes:
         peer: the checker's end of the line.
         before: what the general report said when the case began.
+        reopen: closes the line for some seconds and opens it again, where the bench can.
         v2: the rover speaks the last schema: throttles, reports of its motion.
     """
 
     def __init__(self, bench: RoverBench) -> None:
         self._hands = bench.hands
+        self._seed = bench.case.seed
+        self.reopen = bench.reopen
         self.peer = bench.peer
         self.schema = self.peer.profile.server.schema
         self.v2 = self.schema is Schema.V2
@@ -140,6 +144,12 @@ class Rover:
             text = f"the rover does not answer REQUEST_TMY{self.peer.refused()}"
             raise Untimely(text, self.peer.evidence(), spare_s=ANSWER_S)
         self.before = self._general()
+
+    def try_members(
+        self, family: str, members: Sequence[tuple[str, StimulusT]], judge: Callable[[StimulusT], object], budget: int
+    ) -> None:
+        """Try members of a family of stimuli, drawn by the seed of the case."""
+        try_members(family, members, judge, seed=self._seed, budget=budget)
 
     # --- beside the line
 
@@ -158,6 +168,10 @@ class Rover:
     def lit(self) -> bool:
         """The test LED is on."""
         return self.hands.led_is_lit()
+
+    def require_lit(self) -> None:
+        """Require that the test LED is on, if anybody can see it."""
+        assert self._hands is None or self.lit, "the LED is off: an accepted LED_ON was not executed"
 
     def require_dark(self) -> None:
         """Require that the test LED is off, if anybody can see it."""

@@ -27,8 +27,8 @@ BLAMED = frozenset({Verdict.FAIL, Verdict.ERROR})
 """What no right peer may get of a late bench: blame, or a suite that stumbles."""
 
 _AT_PORT = frozenset(
-    {"P2OS", "PKT!", "CARLA", "server", "board", "stack", "simulator", "client", "client.disconnect", "baud", "hangup"}
-)
+    {"P2OS", "PKT!", "CARLA", "server", "board", "stack", "simulator", "client", "client.disconnect"}
+) | {*("baud", "hangup", "reopen")}
 
 
 class AtPort:

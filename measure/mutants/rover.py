@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from unittest.mock import patch
+from weakref import WeakSet
 
 from hilbench.bench.shared import Shared
 from hilbench.benchfile.reader import open_bench
@@ -34,16 +35,20 @@ from protocols.pkt import (
     ExecutionReport,
     Frame,
     FrameAction,
+    FrameReader,
     FrameState,
     FrameTable,
     FrameTransition,
     FrameTrigger,
+    ReportId,
     Resync,
     Role,
     ServerState,
     ServerTrigger,
     Table,
     Transition,
+    crc16,
+    encode_frame,
     frame_table,
 )
 from protocols.pkt.clauses import BOARD_CLAUSES
@@ -212,6 +217,87 @@ def _counting_noise(drop: Callable[..., None], machine: ServerMachine, dropped: 
     drop(machine, dropped)
 
 
+def _crc_by(mask: int) -> Callable[..., int]:
+    """Compare these bits of the CRC alone."""
+
+    def step(_step: Callable[..., int], reader: FrameReader, data: bytes, at: int) -> int:
+        reader._raw.append(data[at])
+        body = bytes(reader._raw[reader._body_at :])
+        wrong = crc16(body[:-2]) ^ int.from_bytes(body[-2:], "big")
+        reader._fire(FrameTrigger.BAD_CRC if wrong & mask else FrameTrigger.GOOD_CRC)
+        return at + 1
+
+    return step
+
+
+def _answering_first(drop: Callable[..., None], machine: ServerMachine, dropped: Dropped) -> None:
+    if dropped.reason is DropReason.BAD_CRC and dropped.data[_PAYLOAD_AT] == 0:
+        machine.transmit(machine.encode(machine.telemetry))
+    drop(machine, dropped)
+
+
+def _without_all_flags(decode: Callable[..., object], machine: ServerMachine, frame: Frame) -> object:
+    if frame.payload[0] == 3 and len(frame.payload) > 6:
+        frame = replace(frame, payload=frame.payload.ljust(10, b"\3"))
+    return decode(machine, frame)
+
+
+def _parameters_of(frame: Frame) -> int:
+    """How many bytes of parameters a motor command has; 255 for others."""
+    return {3: 9, 4: 9, 5: 12}.get(frame.payload[0], 255)
+
+
+def _no_byte_too_many(decode: Callable[..., object], machine: ServerMachine, frame: Frame) -> object:
+    if len(frame.payload) > 1 + _parameters_of(frame):
+        frame = replace(frame, payload=frame.payload[:1])
+    return decode(machine, frame)
+
+
+def _from_the_end(decode: Callable[..., object], machine: ServerMachine, frame: Frame) -> object:
+    size = _parameters_of(frame)
+    if len(frame.payload) > 1 + size:
+        frame = replace(frame, payload=frame.payload[:1] + frame.payload[-size:])
+    return decode(machine, frame)
+
+
+def _seven_bits(decode: Callable[..., object], machine: ServerMachine, frame: Frame) -> object:
+    return decode(machine, replace(frame, payload=bytes((frame.payload[0] & 0x7F,)) + frame.payload[1:]))
+
+
+def _swallowing(receive: Callable[..., bytes], rover: RoverRobot, data: bytes, now_ns: int) -> bytes:
+    return receive(rover, data.translate(None, b"\x11\x13"), now_ns)
+
+
+def _translating(receive: Callable[..., bytes], rover: RoverRobot, data: bytes, now_ns: int) -> bytes:
+    return receive(rover, data.replace(b"\r", b"\n"), now_ns)
+
+
+def _unused_set(encode: Callable[..., bytes], machine: ServerMachine, report: object) -> bytes:
+    frame = encode(machine, report)
+    payload = bytearray(frame[_PAYLOAD_AT:-3])
+    if payload[0] == ReportId.MOTION:
+        payload[3] = 1
+    return encode_frame(bytes(payload))
+
+
+class _Doubling:
+    """Say reports twice once the line has been down."""
+
+    def __init__(self) -> None:
+        self._been_down = WeakSet[RoverRobot]()
+
+    def line_down(self, line_down: Callable[..., bytes], rover: RoverRobot, now_ns: int) -> bytes:
+        self._been_down.add(rover)
+        return line_down(rover, now_ns)
+
+    def advance(self, advance: Callable[..., bytes], rover: RoverRobot, now_ns: int) -> bytes:
+        return advance(rover, now_ns) * (2 if rover in self._been_down else 1)
+
+
+def _any_flag(set_values: Callable[..., None], motors: Motors, which: object, values: object, flags: int) -> None:
+    set_values(motors, which, values, 3 if flags > 3 else flags)
+
+
 def patched(
     owner: type, name: str, around: Callable[..., object]
 ) -> Callable[[], contextlib.AbstractContextManager[object]]:
@@ -220,6 +306,8 @@ def patched(
     return lambda: patch.object(owner, name, lambda self, *args: around(original, self, *args))
 
 
+_DOUBLING = _Doubling()
+_PAYLOAD_AT = 5
 _COUNTED = (Action.FEED_WATCHDOG, Action.ACCEPT, Action.SEND_GENERAL)
 _RESULT = (Action.NOTE_RESULT, Action.SEND_EXECUTION)
 
@@ -352,6 +440,74 @@ BY_HAND = (
     RoverMutant(id="frame-timeout-300ms", what="a frame is given up after 0.3 s", change=frames(timeout_s=0.3)),
     RoverMutant(id="frame-timeout-700ms", what="a frame is given up after 0.7 s", change=frames(timeout_s=0.7)),
     RoverMutant(id="frame-timeout-20s", what="a frame is given up after 20 s", change=frames(timeout_s=20.0)),
+    RoverMutant(
+        id="crc-low-byte-alone",
+        what="only the low byte of the CRC is compared",
+        patches=(patched(FrameReader, "_step_crc_low", _crc_by(0x00FF)),),
+    ),
+    RoverMutant(
+        id="crc-high-byte-alone",
+        what="only the high byte of the CRC is compared",
+        patches=(patched(FrameReader, "_step_crc_low", _crc_by(0xFF00)),),
+    ),
+    RoverMutant(
+        id="crc-bit-5-uncompared",
+        what="bit 5 of the CRC's low byte is not compared",
+        patches=(patched(FrameReader, "_step_crc_low", _crc_by(0xFFDF)),),
+    ),
+    RoverMutant(
+        id="answers-before-the-crc",
+        what="REQUEST_TMY is answered before its CRC is looked at",
+        patches=(patched(ServerMachine, "drop", _answering_first),),
+    ),
+    RoverMutant(
+        id="0x03-without-all-flags",
+        what="0x03 is taken for both pairs if up to three of its bytes are missing",
+        patches=(patched(ServerMachine, "_decode", _without_all_flags),),
+    ),
+    RoverMutant(
+        id="byte-too-many-refused",
+        what="0x03, 0x04 and 0x05 are refused if bytes follow their parameters",
+        patches=(patched(ServerMachine, "_decode", _no_byte_too_many),),
+    ),
+    RoverMutant(
+        id="parameters-from-the-end",
+        what="the parameters of 0x03, 0x04 and 0x05 are taken from the end of the payload",
+        patches=(patched(ServerMachine, "_decode", _from_the_end),),
+    ),
+    RoverMutant(
+        id="opcodes-of-seven-bits",
+        what="the highest bit of an opcode is ignored",
+        patches=(patched(ServerMachine, "_decode", _seven_bits),),
+    ),
+    RoverMutant(
+        id="swallows-xon-xoff",
+        what="XON and XOFF never reach the decoder",
+        patches=(patched(RoverRobot, "receive", _swallowing),),
+    ),
+    RoverMutant(
+        id="cr-translated",
+        what="CR reaches the decoder as a newline",
+        patches=(patched(RoverRobot, "receive", _translating),),
+    ),
+    RoverMutant(
+        id="reserved-byte-set",
+        what="byte 3 of 0x83 is 1",
+        patches=(patched(ServerMachine, "encode", _unused_set),),
+    ),
+    RoverMutant(
+        id="reports-double-when-reopened",
+        what="each report comes twice after the port was opened again",
+        patches=(
+            patched(RoverRobot, "line_down", _DOUBLING.line_down),
+            patched(RoverRobot, "advance", _DOUBLING.advance),
+        ),
+    ),
+    RoverMutant(
+        id="reserved-flags-for-both",
+        what="a reserved flag makes a motor command one for both pairs",
+        patches=(patched(Motors, "_set", _any_flag),),
+    ),
     RoverMutant(id="kp-doubled", what="the controllers begin with twice the gain", change=body(kp=0.02)),
     RoverMutant(
         id="cut-frames-cost-two",

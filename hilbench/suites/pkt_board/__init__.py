@@ -16,4 +16,5 @@ ORDER = (
     "sensors",
     "published",
     "newlines",
+    "families",
 )

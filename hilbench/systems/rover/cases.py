@@ -84,10 +84,20 @@ class VirtualRoverCase(RoverCase):
     ) -> None:
         super().__init__(bench, case, faults)
         link = MemoryLink(bench.scheduler, line, name="host", faults=faults.plan if faults is not None else None)
+        self._link = link
         self.peer = RoverPeer(bench, link.a, PROFILES[settings.profile])
         self.robot = make_rover(settings)
         self.hands = ModelHands(self.robot)
         self._actor = DeviceActor(bench, self.robot, link.b, name="rover")
+
+    def reopen(self, closed_s: float) -> None:
+        """Cut the line for so long, in seconds, and bring it back."""
+        self.peer.line_expected = False
+        self._link.hang_up()
+        self.peer.run(closed_s)
+        self._link.restore()
+        self.bench.run_until(lambda: self._link.a.line_is_up, 1.0)
+        self.peer.line_expected = True
 
     def _machines_seen(self) -> Mapping[str, Observed]:
         return {"rover": self.robot.connection}
@@ -133,9 +143,25 @@ class AttachedRoverCase(RoverCase):
         bench: shared by all cases, locked to the host's clock.
         case: what is known of this one.
         peer: the checker's end of the line, settled.
+        open_again: opens the port again.
         faults: what goes wrong on the line.
     """
 
-    def __init__(self, bench: Bench, case: CaseInfo, peer: RoverPeer, faults: LineFaults | None = None) -> None:
+    def __init__(
+        self,
+        bench: Bench,
+        case: CaseInfo,
+        peer: RoverPeer,
+        open_again: Callable[[], Port],
+        faults: LineFaults | None = None,
+    ) -> None:
         super().__init__(bench, case, faults)
         self.peer = peer
+        self._open_again = open_again
+
+    def reopen(self, closed_s: float) -> None:
+        """Close the port for so long, in seconds, and open it again."""
+        self.peer.line_expected = False
+        self.peer.port.close()
+        self.peer.run(closed_s)
+        self.peer.attach(self._open_again())

@@ -9,7 +9,8 @@ from typing import Protocol
 from hilbench.bench import Bench
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.errors import InternalError
-from hilbench.mcu.board_case import BoardBench
+from hilbench.judging.provider import CaseInfo
+from hilbench.mcu.board_case import BoardBench, BoardCase
 from hilbench.mcu.terminals import PinInput
 from hilbench.systems.rover.peer import RoverPeer
 from protocols.pkt import Position, Profile
@@ -19,7 +20,10 @@ from targets.parts.neo6m.settings import Neo6mSettings
 from targets.robots.rover import RoverRobot
 from worlds.vehicles.rover_4wd import WHEELS, Rover4wdBody
 
-__all__ = ["HANDS", "BoardHands", "ModelHands", "RoverBench", "RoverHands", "RoverOnBoard", "hands_on"]
+__all__ = ["HANDS", "REOPEN", "BoardHands", "ModelHands", "RoverBench", "RoverHands", "RoverOnBoard", "hands_on"]
+
+REOPEN = "reopen"
+"""The capability of a bench whose line can be closed and opened again."""
 
 HANDS = frozenset({"led", "wheels", "duty", "imu", "gps", "boot"})
 """The capabilities of a bench that has all of them, as the clauses name them."""
@@ -55,12 +59,19 @@ class RoverBench(Protocol):
     """A bench with a rover, as the cases of its suites see it."""
 
     @property
+    def case(self) -> CaseInfo:
+        """What is known of the case."""
+
+    @property
     def peer(self) -> RoverPeer:
         """The checker's end of the rover's line."""
 
     @property
     def hands(self) -> RoverHands | None:
         """Who stands beside the rover; None if nobody does."""
+
+    def reopen(self, closed_s: float) -> None:
+        """Close the line for so long, in seconds, and open it again; where the bench has `REOPEN`."""
 
 
 class ModelHands:
@@ -161,16 +172,22 @@ class RoverOnBoard:
     """A bench of an emulated board, as the cases of a rover see it.
 
     Args:
-        board_bench: the bench; one of its links leads to the checker.
+        board_case: the bench; one of its links leads to the checker.
         profile: what the rover is to be spoken to in.
     """
 
-    def __init__(self, board_bench: BoardBench, profile: Profile) -> None:
-        port = board_bench.emulated.ports[board_bench.emulated.bench_file.checker_lines[""]]
+    def __init__(self, board_case: BoardCase, profile: Profile) -> None:
+        port = board_case.emulated.ports[board_case.emulated.bench_file.checker_lines[""]]
         port.reacts = True
-        self.there = board_bench
-        self.peer = RoverPeer(board_bench.bench, port, profile)
-        self.hands = BoardHands(board_bench)
+        self.case = board_case.case
+        self.there = board_case
+        self.peer = RoverPeer(board_case.bench, port, profile)
+        self.hands = BoardHands(board_case)
+
+    def reopen(self, closed_s: float) -> None:
+        """See `RoverBench`: a UART sees nothing of it, and what it says meanwhile is lost."""
+        self.peer.run(closed_s)
+        self.peer.forget()
 
 
 def hands_on(bench_file: BenchFile) -> Iterable[str]:
@@ -180,6 +197,7 @@ def hands_on(bench_file: BenchFile) -> Iterable[str]:
         yield "PKT!"
         yield "server"
         yield "boot"
+        yield REOPEN
         if "l298n" in kinds:
             yield "led"
         yield from (name for name, kind in _NEEDED_PARTS.items() if kind in kinds)

@@ -25,7 +25,7 @@ from hilbench.systems.rover.cases import (
 )
 from hilbench.systems.rover.client import OWN_HOST_CAPABILITIES, OwnHost
 from hilbench.systems.rover.ground_station import GroundStation
-from hilbench.systems.rover.hands import HANDS
+from hilbench.systems.rover.hands import HANDS, REOPEN
 from hilbench.systems.rover.observing import RoverObserver
 from hilbench.systems.rover.peer import RoverPeer
 from hilbench.systems.rover.scripted import ScriptedRover
@@ -69,7 +69,8 @@ class RoverProvider:
     @property
     def capabilities(self) -> frozenset[str]:
         """Everything, in every profile."""
-        return HANDS | OWN_HOST_CAPABILITIES | {"PKT!", "server", *(f"program '{name}'" for name in PROFILE_NAMES)}
+        programs = {f"program '{name}'" for name in PROFILE_NAMES}
+        return HANDS | OWN_HOST_CAPABILITIES | programs | {"PKT!", "server", REOPEN}
 
     @property
     def suites(self) -> Sequence[str]:
@@ -130,7 +131,7 @@ class AttachedRoverProvider(AttachedProviderBase[RoverPeer, AttachedRoverCase]):
         """Its line, in the one profile that it has, and what it says on it of its motors, if it does."""
         rates = PROFILES[self._profile].server.rates
         reported = {"motion reports"} if any(rate.report is ReportId.MOTION for rate in rates) else set()
-        return frozenset({"PKT!", "server", f"program '{self._profile}'", *reported})
+        return frozenset({"PKT!", "server", REOPEN, f"program '{self._profile}'", *reported})
 
     @property
     def _profile(self) -> str:
@@ -144,8 +145,7 @@ class AttachedRoverProvider(AttachedProviderBase[RoverPeer, AttachedRoverCase]):
     def _make_case(
         self, case: CaseInfo, peer: RoverPeer, reopen: Callable[[], Port], faults: LineFaults | None = None
     ) -> AttachedRoverCase:
-        del reopen  # no case hangs up
-        return AttachedRoverCase(self._bench, case, peer, faults)
+        return AttachedRoverCase(self._bench, case, peer, reopen, faults)
 
 
 def foreign_host(shared: Shared) -> FarEnd:

@@ -11,6 +11,7 @@ from protocols.pkt.board_clauses import (
     behind_something,
     commands,
     damaged,
+    families,
     newlines,
     parameters,
     published,
@@ -22,7 +23,18 @@ from protocols.pkt.clause import Clause
 
 __all__ = ["BOARD_CLAUSES"]
 
-_FILES = (behind_something, commands, damaged, newlines, parameters, published, sensors, silence, speed_control)
+_FILES = (
+    behind_something,
+    commands,
+    damaged,
+    families,
+    newlines,
+    parameters,
+    published,
+    sensors,
+    silence,
+    speed_control,
+)
 
 BOARD_CLAUSES: tuple[Clause, ...] = tuple(
     sorted((clause for file in _FILES for clause in file.CLAUSES), key=lambda clause: clause.id)

@@ -71,5 +71,5 @@ def test_a_port_in_the_place_of_the_board():
     options = CheckOptions(bench="rover", targets=(TargetChoice(spec="serial:/dev/none@115200"),))
     provider = make_provider(options)
     assert isinstance(provider, AttachedRoverProvider)
-    assert provider.capabilities == {"PKT!", "server", "motion reports", "program 'documented'"}
+    assert provider.capabilities == {"PKT!", "server", "reopen", "motion reports", "program 'documented'"}
     provider.close()
