@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 from measure.mutants.mutant import Edge, Family, Mutant, server_edge
 from measure.mutants.wire import (
+    SIP,
     Become,
     Before,
     Bits,
@@ -15,9 +16,12 @@ from measure.mutants.wire import (
     Cut,
     Drop,
     Late,
+    Lose,
     Match,
     Mend,
+    MendIn,
     Noise,
+    OnceMoreEachSession,
     Operation,
     Pad,
     Put,
@@ -34,7 +38,6 @@ from measure.mutants.wire import (
 from protocols.p2os import CommandNumber as C
 from protocols.p2os import DropReason
 
-SIP = frozenset({0x32, 0x33})
 NEGATIVE, POSITIVE = 0x1B, 0x3B
 ON, OFF, TWO = (MappingProxyType({4: POSITIVE, 5: value}) for value in (1, 0, 2))
 
@@ -136,6 +139,17 @@ HANDSHAKE = (
 FRAMING = (
     on_wire("checksum-ignored", "takes frames with a wrong checksum", loses(DropReason.BAD_CHECKSUM, Mend())),
     on_wire(
+        "checksum-bit-uncompared",
+        "does not compare bit 5 of a checksum's low byte",
+        loses(DropReason.BAD_CHECKSUM, MendIn(0xFFDF)),
+    ),
+    on_wire(
+        "config-before-the-checksum",
+        "answers CONFIG whatever its checksum is",
+        loses(DropReason.BAD_CHECKSUM, Mend(), at={3: C.CONFIG}),
+    ),
+    on_wire("swallows-xon-xoff", "never sees XON and XOFF", Rule(Way.IN, Match(), Lose(b"\x11\x13"))),
+    on_wire(
         "checksum-either-order",
         "takes a checksum with its low byte first, too",
         loses(DropReason.BAD_CHECKSUM, Mend(swapped=True)),
@@ -163,6 +177,7 @@ FRAMING = (
 
 SIPS = (
     on_wire("sip-padded", "a SIP has a byte too many", in_sips(Pad(b"\0"))),
+    on_wire("sip-once-more", "says SIPs twice in the second session", Rule(Way.OUT, Match(), OnceMoreEachSession())),
     on_wire("sip-every-second", "every second SIP is left out", in_sips(Drop(), every=2)),
     on_wire("sip-twentieth", "every twentieth SIP is left out", in_sips(Drop(), every=20)),
     on_wire("sip-jitter", "every second SIP comes 30 ms late", in_sips(Late(0.03), every=2)),
@@ -244,6 +259,7 @@ MOTION = (
     on_wire("motors-always-on", "switches the motors on at VEL", hears(C.VEL, Before(ENABLE_1))),
     on_wire("motors-on-at-open", "switches the motors on at OPEN", hears(C.OPEN, Then(ENABLE_1))),
     on_wire("enable-ignored", "ignores ENABLE 1", hears(C.ENABLE, Drop(), at=ON)),
+    on_wire("enable-padded", "ignores an ENABLE with bytes behind its argument", hears(C.ENABLE, Drop(), longer=4)),
     on_wire("enable-late", "obeys ENABLE 500 ms late", hears(C.ENABLE, Late(0.5))),
     in_options("watchdog-absent", "has no watchdog", watchdog_s=None),
     in_flash("watchdog-late", "has a watchdog of 4 s", watchdog_ms=4000),

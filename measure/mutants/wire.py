@@ -19,6 +19,8 @@ from hilbench.links.front import PortInFront
 from protocols.p2os import Dropped, DropReason, Frame, FrameReader, checksum, encode_frame
 
 LONGEST = 255
+SIP = frozenset({0x32, 0x33})
+IDENTIFICATION = 2
 READINGS_AT = 22
 """Where a SIP says how many sonar readings follow; each has three bytes (Pioneer 2 Operations Manual)."""
 
@@ -362,6 +364,40 @@ class Mend:
         if not whole or (self.swapped and raw[-2:] != right[::-1]):
             return Result(data=raw)
         return Result(data=raw[:-2] + right)
+
+
+@dataclass(frozen=True, slots=True)
+class MendIn:
+    """Make a checksum right that is wrong in none of these bits."""
+
+    mask: int
+
+    def apply(self, raw: bytes, memory: Memory) -> Result:
+        mended = Mend().apply(raw, memory).data
+        wrong = int.from_bytes(raw[-2:], "big") ^ int.from_bytes(mended[-2:], "big")
+        return Result(data=raw if wrong & self.mask else mended)
+
+
+@dataclass(frozen=True, slots=True)
+class Lose:
+    """Lose some byte values wherever they stand; the checksum stays as it was."""
+
+    values: bytes
+
+    def apply(self, raw: bytes, memory: Memory) -> Result:
+        return Result(data=raw.translate(None, self.values))
+
+
+@dataclass(frozen=True, slots=True)
+class OnceMoreEachSession:
+    """Say a SIP as often as the robot has told who it is: once in the first session, twice in the second."""
+
+    def apply(self, raw: bytes, memory: Memory) -> Result:
+        sessions = memory.get("sessions", 0)
+        assert isinstance(sessions, int)
+        if raw[3] == IDENTIFICATION:
+            memory["sessions"] = sessions + 1
+        return Result(data=raw * sessions if raw[3] in SIP else raw)
 
 
 @dataclass(frozen=True, slots=True)

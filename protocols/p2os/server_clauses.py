@@ -576,6 +576,63 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         needs=("server", "aux-loopback"),
     ),
     Clause(
+        id="S59",
+        suite=_SUITE,
+        level="must",
+        title="Each bit of a checksum counts",
+        text=(
+            "ENABLE 1 with one bit of its body or checksum turned, or with another value in one byte of the checksum, "
+            "leaves flag bit 0 clear; CONFIG 1 spoilt likewise has no answer. ENABLE 1 as it should be is obeyed then."
+        ),
+        sources=(MANUAL, FRAMING),
+        needs=("server",),
+    ),
+    Clause(
+        id="S60",
+        suite=_SUITE,
+        level="should",
+        title="No byte is special inside a packet",
+        text=(
+            "DIGOUT with XON or XOFF (11, 13), a byte of a header (FA, FB, and both), an argument's type or any other "
+            "value as its mask, its value or a byte of its checksum: the outputs are as it says."
+        ),
+        sources=(f"{FRAMING}: no byte is escaped, no flow control", f"{PLAYER}: two bytes as they are"),
+        needs=("server",),
+    ),
+    Clause(
+        id="S61",
+        suite=_SUITE,
+        level="must",
+        title="Each session has its SIPs once",
+        text="Three sessions, one after the other with CLOSE between them: no more SIPs in a second than in the first.",
+        sources=(f"{MANUAL}: one SIP in each cycle",),
+        needs=("server",),
+    ),
+    Clause(
+        id="S62",
+        suite=_SUITE,
+        level="must",
+        title="A client that comes back has its SIPs once",
+        text=(
+            "The port is closed without CLOSE and opened again, and a new session begins: no more SIPs in a second "
+            "than in the first."
+        ),
+        sources=(f"{MANUAL}: one SIP in each cycle",),
+        needs=("server", "reopen"),
+    ),
+    Clause(
+        id="S63",
+        suite=_SUITE,
+        level="should",
+        title="Bytes behind an argument are ignored",
+        text=(
+            "ENABLE and SONAR with 1 and with 0, each with any number of bytes behind the argument up to a count of "
+            "200: the flag follows the argument within two SIPs."
+        ),
+        sources=(f"{AMRISIM} handleCommand: reads the argument and does not look how many bytes there are",),
+        needs=("server",),
+    ),
+    Clause(
         id="S80",
         suite=_SUITE,
         level="must",

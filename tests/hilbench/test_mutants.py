@@ -36,9 +36,12 @@ from measure.mutants.wire import (
     FillSip,
     Late,
     Leave,
+    Lose,
     Match,
     Mend,
+    MendIn,
     Noise,
+    OnceMoreEachSession,
     Pad,
     Put,
     Rule,
@@ -155,6 +158,9 @@ def test_an_unknown_name_is_refused() -> None:
         (Mend(swapped=True), bytes.fromhex("FAFB03010100"), SYNC1),
         (Mend(swapped=True), bytes.fromhex("FAFB03010000"), bytes.fromhex("FAFB03010000")),
         (Mend(), b"\x13\x37", b"\x13\x37"),
+        (MendIn(0xFFFE), bytes.fromhex("FAFB03010000"), SYNC1),
+        (MendIn(0x0001), bytes.fromhex("FAFB03010000"), bytes.fromhex("FAFB03010000")),
+        (Lose(b"\x01"), SYNC1, bytes.fromhex("FAFB0300")),
     ],
 )
 def test_what_an_operation_makes_of_a_frame(operation, raw: bytes, expected: bytes) -> None:
@@ -166,6 +172,14 @@ def test_late_and_swallow_change_no_byte() -> None:
     assert Late(0.3).apply(SYNC0, {}).late_s == 0.3
     assert Swallow(2).apply(SYNC0, {}).data == SYNC0
     assert Swallow(2).apply(SYNC0, {}).swallow == 2
+
+
+def test_a_sip_is_said_once_more_in_each_session() -> None:
+    memory: dict = {}
+    identification = encode_frame(b"\2\0\0\0")
+    for session in (1, 2, 3):
+        assert after(OnceMoreEachSession(), identification, memory) == identification
+        assert after(OnceMoreEachSession(), SIP, memory) == SIP * session
 
 
 def test_faults_in_a_sip() -> None:

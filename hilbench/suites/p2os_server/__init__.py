@@ -19,4 +19,5 @@ ORDER = (
     "commands",
     "wraps",
     "surroundings",
+    "families",
 )

@@ -35,8 +35,8 @@ __all__ = [
     "VirtualProvider",
 ]
 
-VIRTUAL_CAPABILITIES = frozenset({"P2OS", "server", "hangup", "baud", "truth"}) | OWN_CAPABILITIES
-_SERVER_CAPABILITIES = frozenset({"P2OS", "server"})
+VIRTUAL_CAPABILITIES = frozenset({"P2OS", "server", "hangup", "reopen", "baud", "truth"}) | OWN_CAPABILITIES
+_SERVER_CAPABILITIES = frozenset({"P2OS", "server", "reopen"})
 P2OS_SERVER = FarEnd(serve=ScriptedServer, case=ForeignClientCase, capabilities=frozenset({"P2OS"}))
 
 
