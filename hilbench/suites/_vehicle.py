@@ -11,8 +11,9 @@ from itertools import pairwise
 from typing import TypeVar, cast
 
 from hilbench.bench import Bench
+from hilbench.bench.cases import CaseBase
 from hilbench.bench.line_peer import Received
-from hilbench.check import CaseSetup, Untimely, Violation, at_most, case, near, within
+from hilbench.check import CaseSetup, Untimely, Violation, at_most, case, near, try_members, within
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError
 from hilbench.judging.provider import CaseBench
@@ -44,10 +45,12 @@ __all__ = [
     "Vehicle",
     "on_board",
     "shown",
+    "status_of",
     "vehicle_bench",
 ]
 
 ReportT = TypeVar("ReportT")
+StimulusT = TypeVar("StimulusT")
 Frame = Received[CommandFrame]
 
 _PROFILES = {clause.id: clause.profiles for clause in BOARD_CLAUSES}
@@ -94,7 +97,7 @@ def on_board(
 
     def declared(function: Callable[[Vehicle], None]) -> Callable[[CaseBench], None]:
         def judged(bench: CaseBench) -> None:
-            vehicle = Vehicle(vehicle_bench(bench))
+            vehicle = Vehicle(vehicle_bench(bench), cast("CaseBase", bench).case.seed)
             function(vehicle)
             if not noisy:
                 vehicle.require_nothing_between()
@@ -121,6 +124,7 @@ class Vehicle:
 
     Args:
         there: the bench.
+        seed: of the case.
 
     Attributes:
         simulator: the checker's end of the simulator's line.
@@ -128,13 +132,20 @@ class Vehicle:
         bench: whose time passes.
     """
 
-    def __init__(self, there: VehicleBench) -> None:
+    def __init__(self, there: VehicleBench, seed: int = 0) -> None:
+        self._seed = seed
         self.simulator = there.simulator
         self.stack = there.stack
         self.bench: Bench = there.simulator.bench
         self._hands = there.hands
         self.simulator.status = STATUS
         self.stack.command = COMMAND
+
+    def try_members(
+        self, family: str, members: Sequence[tuple[str, StimulusT]], judge: Callable[[StimulusT], object], budget: int
+    ) -> None:
+        """Try members of a family of stimuli, drawn by the seed of the case."""
+        try_members(family, members, judge, seed=self._seed, budget=budget)
 
     @property
     def hands(self) -> VehicleHands:
@@ -379,13 +390,18 @@ class Vehicle:
 
     def other_status(self, speed_m_s: float) -> StatusFrame:
         """Return a status with another speed, from which its other figures follow, and let it be the usual one."""
-        self.simulator.status = StatusFrame(
-            lon_speed_m_s=speed_m_s,
-            lat_speed_m_s=-speed_m_s / 20,
-            heading_rate_rad_s=speed_m_s / 50,
-            steering_rad=-speed_m_s / 60,
-        )
+        self.simulator.status = status_of(speed_m_s)
         return self.simulator.status
+
+
+def status_of(speed_m_s: float) -> StatusFrame:
+    """Return a status with this speed, from which its other figures follow."""
+    return StatusFrame(
+        lon_speed_m_s=speed_m_s,
+        lat_speed_m_s=-speed_m_s / 20,
+        heading_rate_rad_s=speed_m_s / 50,
+        steering_rad=-speed_m_s / 60,
+    )
 
 
 def _same(found: float, wanted: float) -> bool:

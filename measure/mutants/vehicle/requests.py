@@ -27,6 +27,15 @@ class _GrantsMore(VehicleInterface):
         return super()._obey(message, now_ns)
 
 
+class _SevenBits(VehicleInterface):
+    """Does not look at the highest bit of a mode."""
+
+    def _obey(self, message, now_ns):
+        if isinstance(message, ControlModeRequest):
+            message = replace(message, mode=message.mode & 0x7F)
+        return super()._obey(message, now_ns)
+
+
 class _AnswersTwice(Tells):
     def instead(self, message):
         return [message] * (2 if isinstance(message, ControlModeResponse) else 1)
@@ -91,6 +100,12 @@ FAULTS = (
         board={"debounce_s": 0.001},
     ),
     VehicleMutant(id="grants-more", what="all modes but 2 are taken for MANUAL", about=("VB12",), kind=_GrantsMore),
+    VehicleMutant(
+        id="modes-of-seven-bits",
+        what="the highest bit of a mode that is asked for is ignored",
+        about=("VB61",),
+        kind=_SevenBits,
+    ),
     VehicleMutant(id="answers-twice", what="each request is answered twice", about=("VB12",), kind=_AnswersTwice),
     VehicleMutant(
         id="wants-short-presses",

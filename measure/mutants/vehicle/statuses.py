@@ -57,6 +57,27 @@ class _NeverLooksBack(StreamReader):
         self._times = []
 
 
+class _EitherCase(StreamReader):
+    """Takes a for A, and so on."""
+
+    def _take(self, byte, now_ns):
+        letter = self._layout.letters.get(len(self._held)) if self._held else None
+        super()._take(byte if letter is None or byte ^ letter != 0x20 else letter, now_ns)
+
+
+class _TakesEitherCase(VehicleInterface):
+    def _begin(self, now_ns):
+        super()._begin(now_ns)
+        self.simulator._machine.reader = _EitherCase(STATUS_LAYOUT, lambda _frame: None, timeout_ns=100_000_000)
+
+
+class _Swallows(VehicleInterface):
+    """Never sees XON and XOFF on the simulator's line."""
+
+    def receive(self, line, data, now_ns):
+        return super().receive(line, data.translate(None, b"\x11\x13") if line == SIMULATOR_LINE else data, now_ns)
+
+
 class _CannotResynchronise(VehicleInterface):
     def _begin(self, now_ns):
         super()._begin(now_ns)
@@ -108,6 +129,18 @@ FAULTS = (
         what="a heading rate may be anything finite",
         about=("VB35H",),
         board={"status_limits": replace(BEHAVIOURS["hardened"].board.status_limits, heading_rate_rad_s=1e38)},
+    ),
+    VehicleMutant(
+        id="letters-of-either-case",
+        what="bit 5 of a status's letters is not looked at",
+        about=("VB60",),
+        kind=_TakesEitherCase,
+    ),
+    VehicleMutant(
+        id="swallows-xon-xoff",
+        what="XON and XOFF never reach the reader of statuses",
+        about=("VB59",),
+        kind=_Swallows,
     ),
     VehicleMutant(
         id="no-looking-back",

@@ -12,6 +12,7 @@ from __future__ import annotations
 from protocols.carla.board_clauses import (
     autoware,
     emergency,
+    families,
     joystick,
     lamps,
     manual,
@@ -25,7 +26,7 @@ from protocols.carla.clause import Clause
 
 __all__ = ["BOARD_CLAUSES"]
 
-_FILES = (autoware, emergency, joystick, lamps, manual, reports, requests, stand_in, start, statuses)
+_FILES = (autoware, emergency, families, joystick, lamps, manual, reports, requests, stand_in, start, statuses)
 
 BOARD_CLAUSES: tuple[Clause, ...] = tuple(
     sorted((clause for file in _FILES for clause in file.CLAUSES), key=lambda clause: clause.id)
