@@ -1,24 +1,17 @@
-"""Runs mutants side by side, each in a process of its own, so that one that hangs or dies takes no other with it."""
+"""Runs mutants side by side: what the suites say of each."""
 
 from __future__ import annotations
 
-import multiprocessing
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from multiprocessing.connection import Connection as Pipe
-from multiprocessing.connection import wait
-from multiprocessing.process import BaseProcess
 
-from hilbench.clock import Stopwatch
 from hilbench.judging.verdicts import Verdict
 from measure.mutants.bench import run_mutant
 from measure.mutants.mutant import Mutant
+from measure.mutants.side_by_side import Lost, side_by_side
 
 HANG_S = 240.0
 """A mutant that runs longer than this, on the host's clock, hangs; an idle machine needs 2 to 6 s for one."""
-
-_POLL_S = 1.0
-_fork = multiprocessing.get_context("fork")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,37 +49,10 @@ def examine(mutant: Mutant) -> Found:
     return Found(mutant=mutant, verdicts={clause.id: clause.verdict for clause in bad}, cause=cause)
 
 
-@dataclass(slots=True)
-class _Worker:
-    mutant: Mutant
-    process: BaseProcess
-    pipe: Pipe
-    watch: Stopwatch
-
-    def ended(self) -> Found | None:
-        """Return what came of it, or None if it still runs."""
-        if self.pipe.poll():
-            found = self._receive()
-        elif self.watch.elapsed_s() < HANG_S:
-            return None
-        else:
-            self.process.kill()
-            found = Found(mutant=self.mutant, verdicts={}, cause=f"ran for more than {HANG_S:g} s", hung=True)
-        self.process.join()
-        self.pipe.close()
-        return found
-
-    def _receive(self) -> Found:
-        try:
-            verdicts, cause = self.pipe.recv()
-        except EOFError:
-            return Found(mutant=self.mutant, verdicts={}, cause="the process died", hung=True)
-        return Found(mutant=self.mutant, verdicts=verdicts, cause=cause)
-
-
-def _work(mutant: Mutant, pipe: Pipe) -> None:
+def _work(mutant: Mutant) -> tuple[dict[str, Verdict], str]:
+    """What fits through a pipe of what was found."""
     found = examine(mutant)
-    pipe.send((found.verdicts, found.cause))
+    return found.verdicts, found.cause
 
 
 def examine_all(mutants: Sequence[Mutant], jobs: int, tell: Callable[[Found, int, int], None]) -> list[Found]:
@@ -98,31 +64,11 @@ def examine_all(mutants: Sequence[Mutant], jobs: int, tell: Callable[[Found, int
         tell: called for each that has ended, with how many have and how many there are.
     """
     found: dict[str, Found] = {}
-    for one in _ended(mutants, jobs):
-        found[one.mutant.id] = one
+    for mutant, came in side_by_side(mutants, _work, jobs, HANG_S):
+        if isinstance(came, Lost):
+            one = Found(mutant=mutant, verdicts={}, cause=came.why, hung=True)
+        else:
+            one = Found(mutant=mutant, verdicts=came[0], cause=came[1])
+        found[mutant.id] = one
         tell(one, len(found), len(mutants))
     return [found[mutant.id] for mutant in mutants]
-
-
-def _ended(mutants: Sequence[Mutant], jobs: int) -> Iterator[Found]:
-    waiting, running = list(reversed(mutants)), list[_Worker]()
-    try:
-        while waiting or running:
-            while waiting and len(running) < jobs:
-                running.append(_start(waiting.pop()))
-            wait([worker.pipe for worker in running], timeout=_POLL_S)
-            for worker in list(running):
-                if (found := worker.ended()) is not None:
-                    running.remove(worker)
-                    yield found
-    finally:
-        for worker in running:
-            worker.process.kill()
-
-
-def _start(mutant: Mutant) -> _Worker:
-    here, there = _fork.Pipe(duplex=False)
-    process = _fork.Process(target=_work, args=(mutant, there), daemon=True)
-    process.start()
-    there.close()
-    return _Worker(mutant, process, here, Stopwatch())
