@@ -1,0 +1,119 @@
+"""The page of the derived mutants, made from the file alone."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+
+from measure.mutants.derived.book import Book, Entry, Run
+from measure.mutants.derived.reasons import reason
+
+__all__ = ["page"]
+
+_MODES = {"port": "at a port", "model": "as a model"}
+_SHORTEST = 90
+
+
+_HEAD = """
+A relay on the line turns a right peer into a wrong one. Which messages and fields there are is read off what the right
+peer and the checker say to each other in the suites, by the protocol's own record (its decoder, `regions`, `checksum`),
+and timers and edges off its state machines: nothing is written down for a protocol. Each field is stuck, stale, one too
+many, one too few, with the other sign, with its bytes the other way round, exchanged with the one behind it; each
+message is lost, doubled, late, early, behind the next one; each rule of the checksum is bent; each timer runs half and
+twice its time; each edge is refused, leads nowhere, or does nothing. *says* is what the peer sends, *hears* what it
+receives. What stands around every message is changed in all of them at once.
+
+Every mutant is run in virtual time, *at a port*, where the bench can do what a bench with a port can, and *as a model*,
+where it can do everything; in both against the cases in which it does anything that the right peer does not, and until
+the first of them fails. A case that breaks down counts as well. Any protocol of a plug-in gets the same:
+`python -m measure.mutants.derived --bench FILE --protocol NAME`.
+
+The score is the share of the mutants that were found, less the equivalent ones. *Without effect* are those with which
+no case of the suites meets a frame, timer or edge that differs: they survive, and count so.
+
+""".removeprefix("\n")
+
+
+def page(book: Book) -> str:
+    """Return the page."""
+    return "\n".join(_lines(book)) + "\n"
+
+
+def _lines(book: Book) -> Iterator[str]:
+    yield "# Wrong peers made from what a protocol says of itself\n"
+    yield "Made by `python -m measure.mutants.derived`. Do not edit.\n"
+    yield from _HEAD.splitlines()
+    yield "| Peer | Mutants | Run | Equivalent | Found at a port | Found as a model |"
+    yield "|---|---|---|---|---|---|"
+    for name, run in book.file.subjects.items():
+        yield _row(book, name, run)
+    for name, run in book.file.subjects.items():
+        yield from _subject(book, name, run)
+
+
+def _row(book: Book, name: str, run: Run) -> str:
+    equal = book.equivalent(name)
+    counted = [entry for id_, entry in run.mutants.items() if id_ not in equal]
+    scores = [_score(counted, mode) for mode in _MODES]
+    share = "all" if run.share >= 1 else f"{run.share:.0%}, seed {run.seed}"
+    cells = [run.title, run.derived, f"{len(run.mutants)} ({share})", len(equal), *scores]
+    return f"| {' | '.join(map(str, cells))} |"
+
+
+def _score(entries: Iterable[Entry], mode: str) -> str:
+    outcomes = [entry.outcomes[mode] for entry in entries if mode in entry.outcomes]
+    if not outcomes:
+        return "not run"
+    found = sum(outcome.found for outcome in outcomes)
+    return f"{found} of {len(outcomes)}, {found / len(outcomes):.1%}"
+
+
+def _subject(book: Book, name: str, run: Run) -> Iterator[str]:
+    yield f"\n## {run.title}\n"
+    cases = ", ".join(f"{count} {_MODES[mode]}" for mode, count in run.cases.items())
+    yield f"Cases that the right peer passes: {cases}."
+    for mode, ids in run.unsound.items():
+        if ids:
+            yield f"Not counted {_MODES[mode]}, since it does not: {', '.join(ids)}."
+    yield "\n| Of a | Run | Found at a port | Found as a model | Without effect at a port, as a model |"
+    yield "|---|---|---|---|---|"
+    by_group: dict[str, list[Entry]] = defaultdict(list)
+    for entry in run.mutants.values():
+        by_group[entry.group].append(entry)
+    for group, entries in sorted(by_group.items()):
+        scores = " | ".join(_score(entries, mode) for mode in _MODES)
+        idle = ", ".join(
+            str(sum(not one.outcomes[mode].cases for one in entries if mode in one.outcomes)) for mode in _MODES
+        )
+        yield f"| {group} | {len(entries)} | {scores} | {idle} |"
+    yield from _survivors(book, name)
+
+
+def _survivors(book: Book, name: str) -> Iterator[str]:
+    of_model = dict(book.survivors(name, "model"))
+    by_reason: dict[str, list[tuple[str, Entry]]] = defaultdict(list)
+    for id_, entry in of_model.items():
+        by_reason[reason(name, id_, entry.outcomes["model"]) or "not explained"].append((id_, entry))
+    yield "\n### Survivors as a model\n"
+    if not by_reason:
+        yield "None."
+    for why, those in sorted(by_reason.items()):
+        yield f"{why[:1].upper()}{why[1:]}:\n"
+        for id_, entry in those:
+            yield f"- `{id_}`: {entry.what}{_trace(entry, 'model')}"
+        yield ""
+    rest = [(id_, entry) for id_, entry in book.survivors(name, "port") if id_ not in of_model]
+    if rest:
+        yield "\n### Survivors at a port alone\n"
+        yield "| Mutant | Fault | Found as a model by |"
+        yield "|---|---|---|"
+        for id_, entry in rest:
+            outcome = entry.outcomes["model"]
+            by = ", ".join(outcome.found_by) or outcome.lost
+            yield f"| `{id_}` | {entry.what}{_trace(entry, 'port')} | {by} |"
+
+
+def _trace(entry: Entry, mode: str) -> str:
+    outcome = entry.outcomes[mode]
+    doubt = f", {len(outcome.inconclusive)} of them inconclusive" if outcome.inconclusive else ""
+    return f" ({outcome.cases} cases{doubt})" if outcome.cases else " (without effect)"

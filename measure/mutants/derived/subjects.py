@@ -1,0 +1,220 @@
+"""Who is made wrong: a protocol's side, the suites that have to find it, and the benches that they run on.
+
+A subject is checked in two ways, both in virtual time. *At a port* it stands at the far end of a line as somebody
+else's, and the bench can do what a bench with a port can. *As a model* each case has a fresh one on a bench that can do
+everything.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+from unittest.mock import patch
+
+from hilbench.bench import Bench
+from hilbench.bench.locked_providers import LockedProvider
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import BenchFile, open_bench
+from hilbench.clock import Scheduler
+from hilbench.errors import UsageError
+from hilbench.journal import Journal
+from hilbench.judging.provider import BenchProvider
+from hilbench.links import Line, MemoryLink, Port
+from hilbench.links.serial_target import SerialTarget
+from hilbench.plugins.discovery import PLUGINS
+from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.protocol_bench.system import system_of
+from hilbench.terminal.options import TargetChoice
+from measure.mutants.derived.fields import Reading
+from measure.mutants.wire import Way
+
+__all__ = ["SUBJECTS", "MakeRelay", "Subject", "bench_of", "opened"]
+
+MakeRelay = Callable[[Scheduler, Port], Port]
+"""Puts a relay in front of a checker's end of a line."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Subject:
+    """One side of a protocol, put to the test.
+
+    Attributes:
+        name: what a command line calls it.
+        title: what people call it.
+        protocol: what it speaks, by the name of its record.
+        bench: name or path of the bench.
+        suites: those that have to find the fault; those of the bench if empty.
+        select: which of their cases.
+        line: which of the checker's lines it is, by a part of the port's name; empty for the only one.
+        of_host: it is the host's side; the checker is the target then.
+        machines: which state machines on its benches are its own, by the names of their states; all if empty.
+        ports: what stands for it on a command line where it is somebody else's; no such bench if empty.
+    """
+
+    name: str
+    title: str
+    protocol: str
+    bench: str
+    suites: tuple[str, ...] = ()
+    select: str = ""
+    line: str = ""
+    of_host: bool = False
+    machines: frozenset[str] = frozenset()
+    ports: tuple[TargetChoice, ...] = (TargetChoice(spec="serial:/dev/none"),)
+
+    @property
+    def record(self) -> ProtocolPlugin:
+        """The protocol's."""
+        return PLUGINS.get(self.protocol, self.name)
+
+    def reading(self, way: Way) -> Reading:
+        """Return how the frames of a direction are read, seen from the subject."""
+        of_host = self.of_host == (way is Way.OUT)
+        return Reading(self.record, "host" if of_host else "target")
+
+    def has(self, machine: str) -> bool:
+        """Say whether a state machine is its own."""
+        return not self.machines or machine in self.machines
+
+    def selects(self, also: str) -> str:
+        """Return the expression that selects its cases, and of these some."""
+        return " and ".join(f"({one})" for one in (self.select, also) if one)
+
+
+SUBJECTS = {
+    subject.name: subject
+    for subject in (
+        Subject(
+            name="pkt-board",
+            title="PKT! board",
+            protocol="pkt",
+            bench="rover-model",
+            suites=("pkt-board",),
+            select="documented",
+        ),
+        Subject(
+            name="pkt-host",
+            title="PKT! host",
+            protocol="pkt",
+            bench="rover-model",
+            suites=("pkt-host",),
+            of_host=True,
+            ports=(),
+        ),
+        Subject(
+            name="p2os-server", title="P2OS server", protocol="p2os", bench="pioneer-plane", suites=("p2os-server",)
+        ),
+        Subject(
+            name="p2os-client",
+            title="P2OS client",
+            protocol="p2os",
+            bench="pioneer-plane",
+            suites=("p2os-client",),
+            of_host=True,
+            ports=(),
+        ),
+        Subject(
+            name="carla-board",
+            title="CARLA board",
+            protocol="carla",
+            bench="vehicle-model",
+            suites=("vehicle-board",),
+            select="hardened",
+            line="usart2",
+            ports=(
+                TargetChoice(spec="serial:/dev/usart2", name="simulator"),
+                TargetChoice(spec="serial:/dev/usart3", name="stack"),
+            ),
+        ),
+        Subject(
+            name="carla-host",
+            title="CARLA simulator's side",
+            protocol="carla",
+            bench="vehicle-model",
+            suites=("vehicle-host",),
+            select="hardened",
+            of_host=True,
+            machines=frozenset({"LinkState"}),
+            ports=(),
+        ),
+    )
+}
+"""By name."""
+
+
+def bench_of(name: str, protocol: str, suites: Sequence[str]) -> Subject:
+    """Return the model of any bench as a subject, as it speaks a protocol at its only line.
+
+    Raises:
+        UsageError: there is no such bench or protocol, or the bench has no model.
+    """
+    bench_file = open_bench(name)
+    if bench_file.model is None:
+        raise UsageError("has no model to be made wrong", where=name)
+    return Subject(
+        name=f"{bench_file.name}:{PLUGINS.get(protocol, name).name}",
+        title=f"{PLUGINS.get(protocol, name).title} on {bench_file.name}",
+        protocol=protocol,
+        bench=name,
+        suites=tuple(suites),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Relayed(Shared):
+    """What all benches of a run have in common, the relay on their lines included."""
+
+    relay: MakeRelay
+
+    def bench(self, scheduler: Scheduler) -> Bench:
+        bench = Bench(scheduler, self.journal, timeout_scale=self.timeout_scale)
+        bench.route = lambda port: self.relay(scheduler, port)
+        return bench
+
+
+@contextlib.contextmanager
+def opened(subject: Subject, relay: MakeRelay, *, at_port: bool) -> Iterator[BenchProvider]:
+    """Return who opens the benches of a subject, with a relay on its line.
+
+    Args:
+        subject: who is put to the test.
+        relay: puts it there; called for each of the checker's lines.
+        at_port: it is somebody else's.
+    """
+    bench_file = open_bench(subject.bench)
+    shared = _Relayed(bench_file=bench_file, timeout_scale=1.0, journal=Journal(), relay=relay)
+    assert bench_file.model is not None
+    provider = system_of(bench_file.model).provider(shared, subject.ports if at_port else ())
+    with contextlib.ExitStack() as stack:
+        if at_port:
+            stack.enter_context(_in_bench_time(bench_file))
+        stack.callback(provider.close)
+        yield provider
+
+
+@contextlib.contextmanager
+def _in_bench_time(bench_file: BenchFile) -> Iterator[None]:
+    """Put the model of a bench at the far ends of what a provider takes for serial ports, in virtual time."""
+    links: dict[str, MemoryLink] = {}
+    ends: list[Callable[[], None]] = []
+
+    def open_serial(provider: Any, target: SerialTarget) -> Port:
+        if not links:
+            served = system_of(bench_file.model).served(bench_file, scene=None, baud=None, seed=0)  # type: ignore[arg-type]
+            for name, baud in served.lines.items():
+                links[name] = MemoryLink(provider._scheduler, Line(baud=baud), name=name)
+            ends.append(served.make(provider._bench, {name: link.b for name, link in links.items()}))
+        wanted = target.url.rpartition("/")[2]
+        return next((link.a for name, link in links.items() if name.endswith(wanted)), next(iter(links.values())).a)
+
+    with (
+        patch.object(LockedProvider, "_lock", lambda _provider: None),
+        patch.object(LockedProvider, "_open_serial", open_serial),
+    ):
+        try:
+            yield
+        finally:
+            for end in ends:
+                end()
