@@ -40,6 +40,7 @@ from protocols.pkt import (
     FrameTable,
     FrameTransition,
     FrameTrigger,
+    GeneralReport,
     ReportId,
     Resync,
     Role,
@@ -149,6 +150,12 @@ def _without_flags(set_values: Callable[..., None], motors: Motors, which: objec
 def _saturating_rejected(act: Callable[..., None], machine: ServerMachine, action: Action) -> None:
     if action is not Action.REJECT or machine.telemetry.rejected < 255:
         act(machine, action)
+
+
+def _one_more(encode: Callable[..., bytes], machine: ServerMachine, report: object) -> bytes:
+    if isinstance(report, GeneralReport):
+        report = replace(report, accepted=(report.accepted + 1) % 256)
+    return encode(machine, report)
 
 
 def _exchanged(set_both: Callable[..., None], motors: Motors, a_rpm: float, b_rpm: float, flags: int) -> None:
@@ -400,6 +407,24 @@ BY_HAND = (
         id="short-speed-control-taken",
         what="missing parameters of 0x04 and 0x05 are taken for 0",
         patches=(patched(ServerMachine, "_decode", _filled_up),),
+    ),
+    RoverMutant(
+        id="lost-once",
+        what="a link that was lost is not watched any more",
+        edges={
+            (ServerState.LOST, trigger): replace(SERVER_TABLE[ServerState.LOST, trigger], next_state=ServerState.LOST)
+            for trigger in (ServerTrigger.COMMAND, ServerTrigger.REQUEST)
+        },
+    ),
+    RoverMutant(
+        id="deaf-when-lost",
+        what="REQUEST_TMY is not answered after a lost link",
+        edges={(ServerState.LOST, ServerTrigger.REQUEST): Transition(ServerState.LINKED, (Action.FEED_WATCHDOG,))},
+    ),
+    RoverMutant(
+        id="accepted-from-1",
+        what="ACCEPTED begins with 1",
+        patches=(patched(ServerMachine, "encode", _one_more),),
     ),
     RoverMutant(id="stops-late", what="the motors stop after two seconds of silence", change=server(silence_s=2.0)),
     RoverMutant(

@@ -7,9 +7,19 @@ from collections.abc import Sequence
 from hilbench.check import Inconclusive, Violation, at_least, near, within
 from hilbench.clock import NS_PER_S
 from hilbench.judging.uncertainty import OfTimes
-from hilbench.suites._rover import DONE_S, Counts, Rover, on_rover
+from hilbench.suites._rover import DONE_S, Counts, Rover, at_power_up, on_rover
 from hilbench.suites.pkt_board._frames import LED_OFF, LED_ON, SUCCESS
-from protocols.pkt import GeneralReport, GpsReport, ImuReport, LedOn, MotionReport, Report, SpeedSetpoints
+from hilbench.systems.rover.hands import RoverBench
+from protocols.pkt import (
+    GeneralReport,
+    GpsReport,
+    ImuReport,
+    LedOn,
+    MotionReport,
+    Report,
+    RequestTelemetry,
+    SpeedSetpoints,
+)
 
 FRAME_S, IN_TIME_S, TOO_LATE_S = 1.0, 0.9, 1.1
 """The time of a frame (G2 config.h, PACKET_TIMEOUT_IN_MS), and how near to it both sides are looked at. Choices."""
@@ -100,6 +110,44 @@ def test_noise_does_not_keep_the_motors_running(rover: Rover) -> None:
 
 
 NO_FRAMES = (b"abcdefg\n", LED_ON[:-3] + bytes(2) + LED_ON[-1:], LED_ON[:-1] + b"X")
+
+
+@on_rover("P76", lasts_s=4.5)
+def test_every_lost_link_stops_the_motors(rover: Rover) -> None:
+    rover.drive(0.5, -0.25)
+    rover.require_shown()
+    for _ in range(3):
+        rover.before_silence(STOP_WITHIN_S)
+        rover.drive(0.5, -0.25)
+        sent_ns = rover.peer.bench.now_ns - round(DONE_S * NS_PER_S)
+        if rover.seen and not rover.runs:
+            raise Violation(f"the motors do not obey: {rover.duties}", rover.peer.evidence())
+        rover.stop_s(sent_ns, STOP_WITHIN_S)
+
+
+@on_rover("P77", lasts_s=2.2)
+def test_a_request_after_a_lost_link(rover: Rover) -> None:
+    """The case begins with a request that was answered; behind the periodic 0x80 nothing else can be the answer."""
+    rover.peer.run(1.5)
+    rover.after_periodic()
+    mark = rover.mark()
+    rover.write(rover.peer.frame_of(RequestTelemetry()))
+    replies = rover.peer.since(mark, GeneralReport)
+    if len(replies) != 1:
+        raise Violation(f"{len(replies)} of 0x80 came behind a silence, required one", rover.peer.evidence())
+    rover.require(0, 0, None, None)
+
+
+@at_power_up("P78", lasts_s=0.2)
+def test_nothing_is_counted_at_power_up(there: RoverBench) -> None:
+    peer = there.peer
+    if not peer.wait_ready():
+        raise Violation("the rover does not answer REQUEST_TMY", peer.evidence())
+    (got, _), *_ = peer.since(0, GeneralReport)
+    expected = peer.frame(bytes.fromhex("80 00 00 00 00 00"))
+    if got.raw != expected:
+        found = got.raw.hex(" ").upper()
+        raise Violation(f"the first 0x80 is {found}, required {expected.hex(' ').upper()}", peer.evidence())
 
 
 @on_rover("P62", lasts_s=7.0)

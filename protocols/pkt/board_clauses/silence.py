@@ -137,4 +137,41 @@ CLAUSES: tuple[Clause, ...] = (
         needs=("server", "duty"),
         stand_ins=BY_REPORT,
     ),
+    Clause(
+        id="P76",
+        suite=SUITE,
+        level="must",
+        title="Every lost link stops the motors",
+        text=(
+            "A motor command, then silence, three times: each time the motors obey, and both are at 0 within 1.1 s of "
+            "the command."
+        ),
+        sources=(
+            f"{G2} handle_connection_lost, its comment: on a lost connection switch the vehicle off at once",
+            f"{G2_CONFIG} HEARTBEAT_TIMEOUT_IN_MS",
+        ),
+        profiles=DOCUMENTED,
+        needs=("server", "duty"),
+        stand_ins=BY_REPORT,
+    ),
+    Clause(
+        id="P77",
+        suite=SUITE,
+        level="must",
+        title="A request after a lost link is answered",
+        text="A sound frame, 1.5 s of silence, then REQUEST_TMY: at once one 0x80; 0/0.",
+        sources=(DOCUMENT, f"{G2} handle_packet, send_general_tmy_report"),
+        profiles=DOCUMENTED,
+        needs=("server",),
+    ),
+    Clause(
+        id="P78",
+        suite=SUITE,
+        level="must",
+        title="At power-up nothing has been counted",
+        text="The first answer after power-up is 50 4B 54 21 06 80 00 00 00 00 00 DA 30 0A: 0/0/0/0, and no failure.",
+        sources=(DOCUMENT, f"{G2} handle_packet, send_general_tmy_report"),
+        profiles=DOCUMENTED,
+        needs=("server", "boot"),
+    ),
 )

@@ -132,15 +132,16 @@ def at_a_port(select, rover):
 
 
 def test_of_a_right_rover_at_a_port_a_lost_link_is_shown_by_its_own_report():
-    report = at_a_port("P24D or P62 or P63 or P80", lambda: RoverRobot(RoverSettings()))
+    report = at_a_port("P24D or P62 or P63 or P76 or P80", lambda: RoverRobot(RoverSettings()))
     assert {clause.id: clause.by_own_report for clause in report.clauses} == {
         "P24D": ("duty",),
         "P62": ("duty", "wheels"),
         "P63": ("wheels",),
+        "P76": ("duty",),
         "P80": ("duty",),
     }
     assert {case.cause for case in report.cases if case.verdict is not Verdict.NOT_APPLICABLE} == {""}
-    shown = "4 must clauses shown by the target's own report alone: P24D, P62, P63, P80"
+    shown = "5 must clauses shown by the target's own report alone: P24D, P62, P63, P76, P80"
     assert (report.exit_code, report.exit_meaning) == (0, f"all checks passed; {shown}")
 
 
@@ -153,6 +154,7 @@ def test_of_a_right_rover_at_a_port_a_lost_link_is_shown_by_its_own_report():
         ("stops-one-pair", "P24D"),
         ("motors-come-back", "P24D"),
         ("noise-counts-as-life", "P80"),
+        ("lost-once", "P76"),
         ("requests-do-not-count-as-life", "P24D"),
         ("speed-control-outlives-the-link", "P62"),
         ("setpoints-outlive-the-link", "P62"),
@@ -174,9 +176,10 @@ def test_a_rover_that_does_not_show_its_throttles_shows_nothing_of_a_lost_link()
             said = super()._report(report)
             return replace(said, throttles=(0.0, 0.0)) if isinstance(said, MotionReport) else said
 
-    report = at_a_port("P24D or P80", lambda: Mute(RoverSettings()))
+    report = at_a_port("P24D or P76 or P80", lambda: Mute(RoverSettings()))
     assert {clause.id: clause.verdict for clause in report.clauses} == {
         "P24D": Verdict.INCONCLUSIVE,
+        "P76": Verdict.INCONCLUSIVE,
         "P80": Verdict.INCONCLUSIVE,
     }
 
