@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Sequence
+from dataclasses import fields
 from itertools import pairwise
 from typing import TypeVar
 
@@ -24,6 +25,7 @@ from protocols.pkt import (
     ClientState,
     Command,
     GeneralReport,
+    GpsReport,
     ImuReport,
     LedOff,
     LedOn,
@@ -319,6 +321,44 @@ def test_unknown_reports(host: HostCase) -> None:
     rover.answers = False
     _say(rover, rover.frame_around(b"\x8f\x01\x02\x03"))
     assert _general_is_shown(host, 8), "0x80 behind an unknown report is lost"
+
+
+_TELLING: Sequence[Report] = (
+    GeneralReport(accepted=1, rejected=2, last_opcode=3, last_error=4, status=5),
+    ImuReport(
+        validity=3,
+        acceleration=(0.25, -0.5, 9.75),
+        rate_deg_s=(1.5, -2.5, 3.5),
+        field_mgauss=(170.5, -20.25, -140.75),
+        temperature_c=24.5,
+        quaternion=(0.125, -0.25, 0.5, 0.75),
+    ),
+    MotionReport(
+        rpm=(10.5, -20.5, 30.5, -40.5),
+        ticks=(100, 200, 300, 70000),
+        throttles=(0.25, -0.5),
+        setpoints_rpm=(60.5, -70.5),
+    ),
+    GpsReport(validity=1, first_deg=-34.625, second_deg=-58.375),
+)
+"""Reports with another number in each field; a float of 32 bits has each of them to the last digit."""
+
+
+@on_host("P79", lasts_s=0.9)
+def test_each_field_is_understood(host: HostCase) -> None:
+    rover = host.rover
+    rover.answers = False
+    for report in _TELLING:
+        _say(rover, rover.frame(report))
+        told = _own(host).latest.get(type(report))
+        name = type(report).__name__
+        assert told is not None, f"{name} is not shown"
+        wrong = [
+            f"{field.name} {getattr(told.report, field.name)}, sent {getattr(report, field.name)}"
+            for field in fields(report)
+            if getattr(told.report, field.name) != getattr(report, field.name)
+        ]
+        assert not wrong, f"{name} is shown with {'; '.join(wrong)}"
 
 
 @on_host("P59", lasts_s=0.9)

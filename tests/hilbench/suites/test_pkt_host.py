@@ -27,6 +27,7 @@ from protocols.pkt import (
     ClientTrigger,
     Framing,
     FramingOptions,
+    GpsReport,
     MotorThrottles,
     PacketTotals,
     Resync,
@@ -95,6 +96,13 @@ class StopsAtAStranger(GroundStation):
             super()._keep(report)
 
 
+class LongitudeFirst(GroundStation):
+    def _keep(self, report):
+        if isinstance(report, GpsReport):
+            report = replace(report, first_deg=report.second_deg, second_deg=report.first_deg)
+        super()._keep(report)
+
+
 def documented():
     """The documented host in the place of one that splits lines."""
 
@@ -121,6 +129,7 @@ MUTANTS = [
     ("P57", "P57", without(ClientState.LOST, ClientTrigger.REPORT)),
     ("P58", "P58", StopsAtAStranger),
     ("P59", "P59", NeverUnwraps),
+    ("P79", "P79", LongitudeFirst),
     ("P36", "P36 and g2", documented()),
     ("P37", "P37 and g2", documented()),
     ("P54", "P54 and g2", documented()),

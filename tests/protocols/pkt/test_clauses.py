@@ -17,11 +17,11 @@ BY_ID = {clause.id: clause for clause in CLAUSES}
 
 def test_catalogue_is_complete():
     numbered = [clause.id for clause in CLAUSES if not clause.id.endswith("D")]
-    assert sorted(numbered) == [f"P{n:02}" for n in (*range(1, 79), 80)]
+    assert sorted(numbered) == [f"P{n:02}" for n in range(1, 81)]
     assert len(BY_ID) == len(CLAUSES) >= 60
     assert not BY_ID.keys() & {clause.id for clause in P2OS_CLAUSES}
     hosts = {clause.id.rstrip("D") for clause in CLAUSES if clause.suite == "pkt-host"}
-    assert hosts == {"P36", "P37", *(f"P{n}" for n in range(50, 60))}
+    assert hosts == {"P36", "P37", *(f"P{n}" for n in range(50, 60)), "P79"}
     assert {clause.suite for clause in CLAUSES} == {"pkt-board", "pkt-host"}
 
 
