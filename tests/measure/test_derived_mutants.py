@@ -454,3 +454,24 @@ def test_the_program_goes_on_where_it_was(tmp_path, monkeypatch, capsys):
     assert "1/1 says:GeneralReport:accepted:plus: model: P01, port: P01" in capsys.readouterr().err
     assert program.main(["pkt-board", "--list", "--only", "accepted:plus", "--docs", str(tmp_path)]) == 0
     assert capsys.readouterr().out.startswith("says:GeneralReport:accepted:plus: of what it says, 'accepted' of")
+
+
+# --- hosts that somebody else starts
+
+
+@pytest.mark.parametrize(
+    ("name", "select", "mutant", "clause"),
+    [
+        (
+            "pkt-host",
+            "heard_in_time",
+            Mutant(fault=Fault.DROPPED, way=Way.OUT, message="REQUEST_TMY"),
+            "P51",
+        ),
+        ("p2os-client", "takes_leave", Mutant(fault=Fault.DROPPED, way=Way.OUT, message="CLOSE"), "C26"),
+        ("p2os-client", "takes_leave", Mutant(fault=Fault.DROPPED, way=Way.OUT, message="SETO"), ""),
+    ],
+)
+def test_a_host_is_started_for_each_case_in_virtual_time(name, select, mutant, clause):
+    outcome = tried(replace(SUBJECTS[name], select=select), mutant, [name], at_port=True)
+    assert outcome.found_by == ((clause,) if clause else ()), outcome.cause

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from measure.mutants.derived.book import Book, Entry, Run
 from measure.mutants.derived.reasons import reason
+from measure.mutants.derived.subjects import SUBJECTS
 
 __all__ = ["page"]
 
 _MODES = {"port": "at a port", "model": "as a model"}
-_SHORTEST = 90
 
 
 _HEAD = """
@@ -102,15 +102,25 @@ def _survivors(book: Book, name: str) -> Iterator[str]:
         for id_, entry in those:
             yield f"- `{id_}`: {entry.what}{_trace(entry, 'model')}"
         yield ""
+    lacks = _lacking(name)
     rest = [(id_, entry) for id_, entry in book.survivors(name, "port") if id_ not in of_model]
     if rest:
         yield "\n### Survivors at a port alone\n"
-        yield "| Mutant | Fault | Found as a model by |"
+        yield "| Mutant | Fault | Found as a model by (and what that needs beside a line) |"
         yield "|---|---|---|"
         for id_, entry in rest:
             outcome = entry.outcomes["model"]
-            by = ", ".join(outcome.found_by) or outcome.lost
+            by = ", ".join(f"{one}{lacks(one)}" for one in outcome.found_by) or outcome.lost
             yield f"| `{id_}` | {entry.what}{_trace(entry, 'port')} | {by} |"
+
+
+def _lacking(name: str) -> Callable[[str], str]:
+    """Return what says, of a clause, which capability it needs beside those that every clause of the subject needs."""
+    if name not in SUBJECTS:
+        return lambda _clause: ""
+    needs = {clause.id: {*clause.needs} for clause in SUBJECTS[name].record.clauses()}
+    usual = {"server", "client", "board", "simulator", "stack"}
+    return lambda clause: f" ({', '.join(sorted(needs.get(clause, set()) - usual))})".replace(" ()", "")
 
 
 def _trace(entry: Entry, mode: str) -> str:

@@ -14,10 +14,10 @@ from typing import Any
 from unittest.mock import patch
 
 from hilbench.bench import Bench
-from hilbench.bench.locked_providers import LockedProvider
+from hilbench.bench.locked_providers import ExecProvider, LockedProvider
 from hilbench.bench.shared import Shared
 from hilbench.benchfile.reader import BenchFile, open_bench
-from hilbench.clock import Scheduler
+from hilbench.clock import NS_PER_MS, Scheduler
 from hilbench.errors import UsageError
 from hilbench.journal import Journal
 from hilbench.judging.provider import BenchProvider
@@ -26,12 +26,20 @@ from hilbench.links.serial_target import SerialTarget
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.protocol_bench.system import system_of
+from hilbench.systems.pioneer.client import P2osClient
+from hilbench.systems.rover.ground_station import GroundStation
+from hilbench.systems.vehicle.car_simulator import CarSimulator
 from hilbench.terminal.options import TargetChoice
 from measure.mutants.derived.fields import Reading
 from measure.mutants.wire import Way
+from protocols.p2os import ClientOptions
+from protocols.pkt import PROFILES
+from targets.robots.car_host import CarHostSettings
 
 __all__ = ["SUBJECTS", "MakeRelay", "Subject", "bench_of", "opened"]
 
+Program = Callable[[Bench, Port], Any]
+"""Makes a host that can `connect` and `disconnect`."""
 MakeRelay = Callable[[Scheduler, Port], Port]
 """Puts a relay in front of a checker's end of a line."""
 
@@ -51,6 +59,7 @@ class Subject:
         of_host: it is the host's side; the checker is the target then.
         machines: which state machines on its benches are its own, by the names of their states; all if empty.
         ports: what stands for it on a command line where it is somebody else's; no such bench if empty.
+        program: makes the host that somebody else would start, at a port; where it is the host's side.
     """
 
     name: str
@@ -63,6 +72,7 @@ class Subject:
     of_host: bool = False
     machines: frozenset[str] = frozenset()
     ports: tuple[TargetChoice, ...] = (TargetChoice(spec="serial:/dev/none"),)
+    program: Program | None = None
 
     @property
     def record(self) -> ProtocolPlugin:
@@ -83,6 +93,23 @@ class Subject:
         return " and ".join(f"({one})" for one in (self.select, also) if one)
 
 
+_ENDS_WITHIN_NS = 1_500 * NS_PER_MS
+"""How long a program that is interrupted goes on (choice): longer than it takes leave, shorter than it may take."""
+_STARTED = (TargetChoice(spec="exec:client {port}"),)
+
+
+def _ground_station(bench: Bench, port: Port) -> GroundStation:
+    return GroundStation(bench, port, PROFILES["documented"])
+
+
+def _p2os_client(bench: Bench, port: Port) -> P2osClient:
+    return P2osClient(bench, port, ClientOptions())
+
+
+def _car_simulator(bench: Bench, port: Port) -> CarSimulator:
+    return CarSimulator(bench, port, CarHostSettings())
+
+
 SUBJECTS = {
     subject.name: subject
     for subject in (
@@ -101,7 +128,8 @@ SUBJECTS = {
             bench="rover-model",
             suites=("pkt-host",),
             of_host=True,
-            ports=(),
+            program=_ground_station,
+            ports=_STARTED,
         ),
         Subject(
             name="p2os-server", title="P2OS server", protocol="p2os", bench="pioneer-plane", suites=("p2os-server",)
@@ -113,7 +141,8 @@ SUBJECTS = {
             bench="pioneer-plane",
             suites=("p2os-client",),
             of_host=True,
-            ports=(),
+            program=_p2os_client,
+            ports=_STARTED,
         ),
         Subject(
             name="carla-board",
@@ -137,7 +166,8 @@ SUBJECTS = {
             select="hardened",
             of_host=True,
             machines=frozenset({"LinkState"}),
-            ports=(),
+            program=_car_simulator,
+            ports=_STARTED,
         ),
     )
 }
@@ -190,8 +220,57 @@ def opened(subject: Subject, relay: MakeRelay, *, at_port: bool) -> Iterator[Ben
     with contextlib.ExitStack() as stack:
         if at_port:
             stack.enter_context(_in_bench_time(bench_file))
+            stack.enter_context(_started_in_bench_time(subject))
         stack.callback(provider.close)
         yield provider
+
+
+class _Started:
+    """A host as somebody else's program that is started for each case, in virtual time."""
+
+    own = None
+
+    def __init__(self, provider: Any, program: Program) -> None:
+        self._provider = provider
+        self._program = program
+        self._host: Any = None
+
+    def start(self) -> None:
+        """Begin to connect."""
+        self._host = self._program(self._provider._bench, self._provider._far)
+        self._host.connect()
+
+    def ended(self) -> str:
+        """Return nothing: it lives and dies with its case."""
+        return ""
+
+    def disconnect(self) -> None:
+        """Begin to take leave; the program ends, and its port is closed, when that has had its time."""
+        if self._host is not None:
+            self._host.disconnect()
+            self._provider._scheduler.after(_ENDS_WITHIN_NS, self._provider._far.close, source="program")
+
+    def close(self) -> None:
+        """Leave the line: the next case has one of its own."""
+        self._provider._port = None
+
+
+@contextlib.contextmanager
+def _started_in_bench_time(subject: Subject) -> Iterator[None]:
+    """Put a host of ours in the place of a program that would be started, in virtual time."""
+
+    def open_door(provider: Any) -> tuple[Port, str]:
+        bench_file = provider._shared.bench_file
+        link = MemoryLink(provider._scheduler, Line(baud=bench_file.links[0].baud), name="host")
+        provider._far = link.b
+        return link.a, link.a.name
+
+    def client(provider: Any) -> _Started:
+        assert subject.program is not None
+        return _Started(provider, subject.program)
+
+    with patch.object(ExecProvider, "_open_door", open_door), patch.object(ExecProvider, "_client", client):
+        yield
 
 
 @contextlib.contextmanager
