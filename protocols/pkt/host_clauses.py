@@ -233,7 +233,10 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="Each field is understood",
-        text="0x80, 0x82, 0x83 and 0x84 with another number in each field: each field is shown with its number.",
+        text=(
+            "0x80, 0x82, 0x83 and 0x84 with another number in each field, and before that with half of each: each "
+            "field is shown with its number."
+        ),
         sources=(f"{DOCUMENT}, 0x80", f"{MANUAL}, 0x82, 0x83 and 0x84"),
         profiles=("documented",),
         needs=("client", "client.report"),
