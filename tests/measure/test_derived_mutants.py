@@ -18,6 +18,7 @@ from measure.mutants.derived.book import Book, Entry, drawn
 from measure.mutants.derived.fields import Number, Place, Reading
 from measure.mutants.derived.mutant import EARLY, EVERY, LATE_S, Acting, Fault, Group, Mutant, bent, changed, faults_of
 from measure.mutants.derived.page import page
+from measure.mutants.derived.reasons import EQUIVALENT, reason
 from measure.mutants.derived.relay import Relay
 from measure.mutants.derived.subjects import SUBJECTS
 from measure.mutants.derived.tape import CaseTape, Tape, derive, touched
@@ -456,6 +457,28 @@ def test_the_program_goes_on_where_it_was(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out.startswith("says:GeneralReport:accepted:plus: of what it says, 'accepted' of")
 
 
+def test_known_mutants_are_run_again_through_a_door(tmp_path, monkeypatch):
+    tape = tape_of(*TAPES["pkt-board"][:2], SAID, HEARD)
+    found = Outcome(cases=1, found_by=("P01",), case="a case")
+    by_door = {"": found, "pty": found, "tcp": Outcome(cases=1)}
+    monkeypatch.setattr(program, "recorded", lambda *_args, **_about: tape)
+    monkeypatch.setattr(program, "tried", lambda *_args, through, **_about: by_door[through])
+    monkeypatch.setattr(program, "side_by_side", lambda jobs, work, *_: ((job, work(job)) for job in jobs))
+    words = ["pkt-board", "--docs", str(tmp_path)]
+    program.main([*words, "--only", "accepted"])
+    for kind in ("pty", "tcp"):
+        program.main([*words, "--through", kind, "--count", "2"])
+    through = Book.read(tmp_path / "derived-mutants.json").file.subjects["pkt-board"].through
+    assert (through["pty"].drawn, len(through["pty"].otherwise)) == (2, 0)
+    assert (through["tcp"].drawn, len(through["tcp"].otherwise)) == (2, 2)
+    assert "pass a pty of the machine: 2 came out the same." in (tmp_path / "derived-mutants.md").read_text()
+
+
+def test_a_mutant_is_found_on_a_line_that_passes_a_pty():
+    mutant = Mutant(fault=Fault.DROPPED, way=Way.IN, message="LED_OFF")
+    assert tried(ONE_CASE, mutant, ["pkt-board/"], at_port=False, through="pty").found_by == ("P03",)
+
+
 # --- hosts that somebody else starts
 
 
@@ -475,3 +498,11 @@ def test_the_program_goes_on_where_it_was(tmp_path, monkeypatch, capsys):
 def test_a_host_is_started_for_each_case_in_virtual_time(name, select, mutant, clause):
     outcome = tried(replace(SUBJECTS[name], select=select), mutant, [name], at_port=True)
     assert outcome.found_by == ((clause,) if clause else ()), outcome.cause
+
+
+def test_a_reason_fits_a_family_and_what_has_no_effect_has_one():
+    outcome = Outcome(cases=3)
+    assert reason("pkt-board", "hears:LED_ON:unused:plus", outcome).startswith(f"{EQUIVALENT}: P09")
+    assert reason("pkt-board", "says:ExecutionReport:dropped", outcome) == ""
+    assert "two values" in reason("pkt-board", "says:x:y:stale", Outcome(cases=0))
+    assert "no case" in reason("mine", "hears:*:first-only", Outcome(cases=0))

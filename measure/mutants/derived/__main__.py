@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import argparse
 import os
+import random
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from hilbench.judging.verdicts import Verdict
 from hilbench.plugins.discovery import PLUGINS
-from measure.mutants.derived.book import Book, Entry, drawn
+from hilbench.terminal.options import THROUGH
+from measure.mutants.derived.book import Again, Book, Entry, drawn
 from measure.mutants.derived.mutant import Mutant
 from measure.mutants.derived.page import page
 from measure.mutants.derived.subjects import SUBJECTS, Subject, bench_of
@@ -45,6 +47,8 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("--seed", type=int, default=0, help="of that draw, and of the runs")
     parser.add_argument("--jobs", type=int, default=min(2, os.cpu_count() or 1), help="how many at a time")
     parser.add_argument("--again", action="store_true", help="run also what is known")
+    parser.add_argument("--through", default="", choices=THROUGH, help="run known ones again, on lines that pass this")
+    parser.add_argument("--count", type=int, default=40, help="how many of them, for --through")
     parser.add_argument("--list", action="store_true", help="list the mutants and run none")
     parser.add_argument("--pages", action="store_true", help="run nothing, make the page again from what is known")
     parser.add_argument("--docs", type=Path, default=DOCS, help="where the pages go")
@@ -59,7 +63,10 @@ def main(words: Sequence[str]) -> int:
             subject = SUBJECTS[chosen.subject]
         else:
             parser.error("name a subject, or --bench and --protocol")
-        _run(subject, chosen, book)
+        if chosen.through:
+            _run_again(subject, chosen, book)
+        else:
+            _run(subject, chosen, book)
         if chosen.list:
             return 0
     (chosen.docs / "derived-mutants.md").write_text(page(book), encoding="utf-8")
@@ -86,14 +93,7 @@ def _run(subject: Subject, chosen: argparse.Namespace, book: Book) -> None:
 
     def work(mutant: Mutant) -> dict[str, Outcome]:
         return {
-            _mode(at_port): tried(
-                subject,
-                mutant,
-                [case for case in touched(subject, mutant, tape) if tape.verdicts.get(case) in _RAN],
-                at_port=at_port,
-                unsound=_unsound(tape),
-                seed=chosen.seed,
-            )
+            _mode(at_port): _trial(subject, mutant, tape, at_port=at_port, seed=chosen.seed)
             for at_port, tape in tapes.items()
         }
 
@@ -105,6 +105,36 @@ def _run(subject: Subject, chosen: argparse.Namespace, book: Book) -> None:
         said = ", ".join(f"{mode}: {_words(one)}" for mode, one in came.items())
         sys.stderr.write(f"{number}/{len(waiting)} {mutant.id}: {said}\n")
     book.save()
+
+
+def _run_again(subject: Subject, chosen: argparse.Namespace, book: Book) -> None:
+    """Run some of the known mutants on lines that pass a door of this machine, and compare."""
+    run, tape = book.file.subjects[subject.name], recorded(subject, at_port=False, seed=chosen.seed)
+    acting = {id_ for id_, entry in run.mutants.items() if entry.outcomes["model"].cases}
+    known = [mutant for mutant in derive(subject, tape) if mutant.id in acting]
+    drawn_by_seed = random.Random(chosen.seed).sample(known, min(chosen.count, len(known)))
+
+    def work(mutant: Mutant) -> Outcome:
+        return _trial(subject, mutant, tape, at_port=False, seed=chosen.seed, through=chosen.through)
+
+    otherwise: dict[str, Outcome] = {}
+    for number, (mutant, came) in enumerate(side_by_side(drawn_by_seed, work, chosen.jobs, HANG_S), 1):
+        outcome = Outcome(cases=0, lost=came.why) if isinstance(came, Lost) else came
+        if _end_of(outcome) != _end_of(run.mutants[mutant.id].outcomes["model"]):
+            otherwise[mutant.id] = outcome
+        sys.stderr.write(f"{number}/{len(drawn_by_seed)} {mutant.id}: {_words(outcome)}\n")
+    run.through[chosen.through] = Again(drawn=len(drawn_by_seed), otherwise=otherwise)
+    book.save()
+
+
+def _end_of(outcome: Outcome) -> tuple[tuple[str, ...], str]:
+    return outcome.found_by, outcome.case
+
+
+def _trial(subject: Subject, mutant: Mutant, tape: Tape, *, at_port: bool, seed: int, through: str = "") -> Outcome:
+    """Run the cases that the right peer was run in, and that may show the mutant."""
+    cases = [case for case in touched(subject, mutant, tape) if tape.verdicts.get(case) in _RAN]
+    return tried(subject, mutant, cases, at_port=at_port, unsound=_unsound(tape), seed=seed, through=through)
 
 
 _RAN = (Verdict.PASS, Verdict.FAIL, Verdict.ERROR, Verdict.INCONCLUSIVE)

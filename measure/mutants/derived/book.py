@@ -44,6 +44,18 @@ class Entry(msgspec.Struct, frozen=True, kw_only=True):
     outcomes: dict[str, Outcome]
 
 
+class Again(msgspec.Struct, frozen=True, kw_only=True):
+    """Mutants that were run again.
+
+    Attributes:
+        drawn: how many.
+        otherwise: those that came out otherwise, with what came of them now.
+    """
+
+    drawn: int
+    otherwise: dict[str, Outcome] = msgspec.field(default_factory=dict)
+
+
 class Run(msgspec.Struct, kw_only=True):
     """All mutants of a subject.
 
@@ -55,6 +67,8 @@ class Run(msgspec.Struct, kw_only=True):
         cases: how many cases the right peer passes, by ``port`` and ``model``.
         unsound: cases that it does not pass, whose verdicts are not counted.
         mutants: those that were run.
+        through: how many of them were run again as a model on a line that passes such a door of the machine, and those
+            that came out otherwise.
     """
 
     title: str
@@ -63,6 +77,7 @@ class Run(msgspec.Struct, kw_only=True):
     seed: int
     cases: dict[str, int] = msgspec.field(default_factory=dict)
     unsound: dict[str, list[str]] = msgspec.field(default_factory=dict)
+    through: dict[str, Again] = msgspec.field(default_factory=dict)
     mutants: dict[str, Entry] = msgspec.field(default_factory=dict)
 
 
@@ -89,6 +104,7 @@ class Book:
         run = Run(title=subject.title, derived=derived, share=share, seed=seed)
         if known is not None and known.seed == seed:
             run.mutants = {id_: entry for id_, entry in known.mutants.items() if id_ in keep}
+            run.through = known.through
         self.file.subjects[subject.name] = run
         return run
 

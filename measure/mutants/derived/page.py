@@ -75,6 +75,11 @@ def _subject(book: Book, name: str, run: Run) -> Iterator[str]:
     for mode, ids in run.unsound.items():
         if ids:
             yield f"Not counted {_MODES[mode]}, since it does not: {', '.join(ids)}."
+    for kind, again in run.through.items():
+        same = again.drawn - len(again.otherwise)
+        differ = "".join(f"; otherwise: `{id_}`" for id_ in again.otherwise)
+        yield f"{again.drawn} of the mutants that have an effect, drawn by seed, were run again as a model on lines"
+        yield f"that pass a {kind} of the machine: {same} came out the same{differ}."
     yield "\n| Of a | Run | Found at a port | Found as a model | Without effect at a port, as a model |"
     yield "|---|---|---|---|---|"
     by_group: dict[str, list[Entry]] = defaultdict(list)

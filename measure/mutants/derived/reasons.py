@@ -68,6 +68,65 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
                 "unasked: what the checker asks for next is another request, and each gets its answer",
             ),
         ),
+        "pkt-host": (
+            (r"KEEPALIVE:halved", f"{EQUIVALENT}: P51, 'at least once a second'"),
+            (r"REPORTS:halved", f"{EQUIVALENT}: P57, 'within five seconds of silence'"),
+            (r"LINKED/SILENCE:idle", "unasked: P57 asks what the host says of its rover, not that it tells its user"),
+            (r"WAITING/KEEPALIVE", "unasked: a host that asks once and is answered is not asked to go on asking"),
+            (
+                r"hears:.*:unused",
+                "unasked: no field stands in these bytes, and no clause asks that a host does not look at them",
+            ),
+            (
+                r"hears:.*:(doubled|reordered|late)",
+                "unasked: no clause asks in which order or how often a host shows reports",
+            ),
+            (
+                r"says:.*:(doubled|reordered|late|early)",
+                "unasked: P53 asks for the bytes of a command, not when it is sent",
+            ),
+        ),
+        "p2os-server": (
+            (
+                r"says:ConfigPacket:",
+                "unasked: S42 asks that CONFIG is answered and can be read; no clause asks what its figures are",
+            ),
+            (r"says:Sip:doubled", "unasked: no clause asks that a SIP comes once"),
+            (r"hears:CONFIG:argument", "unasked: S42 sends CONFIG with 1 and without argument, and no other"),
+            (r"hears:DIGOUT:", "unasked: S47 sets the outputs once; what a second DIGOUT does is not looked at"),
+            (r"hears:D?C?HEAD:argument", "unasked: a degree is 11.4 units, and S28 allows 12"),
+            (r"hears:SETR?A:argument:(plus|minus)", "unasked: 1 mm/s^2 or degree/s^2 is less than what S32 can tell"),
+            (r"hears:SETRA:", "unasked: S32 asks for the slope that SETA sets; none asks for that of SETRA"),
+            (r"hears:SETR?V:", "unasked: SETV and SETRV bring the robot back to where a case may begin"),
+            (r"hears:\w+:(late|doubled|reordered)", "unasked: the case looks only at what is so in the end"),
+        ),
+        "p2os-client": (
+            (
+                r"SYNC0_SENT/SIP:idle",
+                "unasked: the next SIP, 100 ms later, makes up for it; no clause asks for CLOSE at once",
+            ),
+            (r"hears:ConfigPacket:doubled", "unasked: no clause asks what a second CONFIG changes"),
+            (
+                r"hears:ConfigPacket:",
+                "unasked: C18 asks for some figures of a short CONFIG; none asks that the others are shown",
+            ),
+            (
+                r"hears:Sip:analog",
+                "unasked: C15 reads one SIP of each length, and the analog input has one value there",
+            ),
+        ),
+        "carla-board": (
+            (r"MANUAL:(jerk|steering_rate)", "unasked: no clause asks that what MANUAL does not use is 0"),
+            (r"MANUAL:.*:stale", "unasked: a value one frame late; clauses look at a joystick that rests"),
+            (
+                r"BoardState:(ABSENT|SEEKING)/AGENT_ONLINE",
+                "unasked: frames of the stack are taken whether an agent was found or not, and nothing else shows it",
+            ),
+            (
+                r"BoardState:PING",
+                "unasked: clauses ask how long the board seeks an agent (VB03, VB04H), not how often it pings",
+            ),
+        ),
     }
 )
 """By subject: what the ids of a family match, and its reason; the first that matches counts."""

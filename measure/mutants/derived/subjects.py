@@ -30,6 +30,7 @@ from hilbench.systems.pioneer.client import P2osClient
 from hilbench.systems.rover.ground_station import GroundStation
 from hilbench.systems.vehicle.car_simulator import CarSimulator
 from hilbench.terminal.options import TargetChoice
+from hilbench.through import Routes
 from measure.mutants.derived.fields import Reading
 from measure.mutants.wire import Way
 from protocols.p2os import ClientOptions
@@ -197,27 +198,33 @@ class _Relayed(Shared):
     """What all benches of a run have in common, the relay on their lines included."""
 
     relay: MakeRelay
+    door: Callable[[Port], Port]
 
     def bench(self, scheduler: Scheduler) -> Bench:
         bench = Bench(scheduler, self.journal, timeout_scale=self.timeout_scale)
-        bench.route = lambda port: self.relay(scheduler, port)
+        bench.route = lambda port: self.relay(scheduler, self.door(port))
         return bench
 
 
 @contextlib.contextmanager
-def opened(subject: Subject, relay: MakeRelay, *, at_port: bool) -> Iterator[BenchProvider]:
+def opened(subject: Subject, relay: MakeRelay, *, at_port: bool, through: str = "") -> Iterator[BenchProvider]:
     """Return who opens the benches of a subject, with a relay on its line.
 
     Args:
         subject: who is put to the test.
         relay: puts it there; called for each of the checker's lines.
         at_port: it is somebody else's.
+        through: a door of this machine that the lines pass, one of `hilbench.terminal.options.THROUGH`.
     """
+    routes = Routes(through) if through else None
     bench_file = open_bench(subject.bench)
-    shared = _Relayed(bench_file=bench_file, timeout_scale=1.0, journal=Journal(), relay=relay)
+    door = routes or (lambda port: port)
+    shared = _Relayed(bench_file=bench_file, timeout_scale=1.0, journal=Journal(), relay=relay, door=door)
     assert bench_file.model is not None
     provider = system_of(bench_file.model).provider(shared, subject.ports if at_port else ())
     with contextlib.ExitStack() as stack:
+        if routes is not None:
+            stack.callback(routes.close)
         if at_port:
             stack.enter_context(_in_bench_time(bench_file))
             stack.enter_context(_started_in_bench_time(subject))

@@ -87,6 +87,7 @@ def tried(
     at_port: bool,
     unsound: Collection[str] = (),
     seed: int = 0,
+    through: str = "",
 ) -> Outcome:
     """Run cases against a mutant until one of them fails.
 
@@ -97,6 +98,7 @@ def tried(
         at_port: the subject is somebody else's.
         unsound: cases whose verdict says nothing, since the right peer does not pass them either.
         seed: of the run.
+        through: a door of this machine that the lines pass; see `opened`.
     """
     if not cases:
         return Outcome(cases=0)
@@ -113,7 +115,7 @@ def tried(
         lanes = {"on_said": acting} if mutant.way is Way.OUT else {"on_heard": acting}
         return Relay(scheduler, port, readings[Way.OUT], readings[Way.IN], **lanes)  # type: ignore[arg-type]
 
-    with opened(subject, relay, at_port=at_port) as provider, _wrong(mutant):
+    with opened(subject, relay, at_port=at_port, through=through) as provider, _wrong(mutant):
         open_case = provider.open_case
 
         @contextlib.contextmanager
