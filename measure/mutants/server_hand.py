@@ -260,6 +260,7 @@ MOTION = (
     on_wire("motors-on-at-open", "switches the motors on at OPEN", hears(C.OPEN, Then(ENABLE_1))),
     on_wire("enable-ignored", "ignores ENABLE 1", hears(C.ENABLE, Drop(), at=ON)),
     on_wire("enable-padded", "ignores an ENABLE with bytes behind its argument", hears(C.ENABLE, Drop(), longer=4)),
+    on_wire("disable-ignored", "ignores ENABLE 0", hears(C.ENABLE, Drop(), at=OFF)),
     on_wire("enable-late", "obeys ENABLE 500 ms late", hears(C.ENABLE, Late(0.5))),
     in_options("watchdog-absent", "has no watchdog", watchdog_s=None),
     in_flash("watchdog-late", "has a watchdog of 4 s", watchdog_ms=4000),

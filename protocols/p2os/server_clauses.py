@@ -649,4 +649,13 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         ),
         needs=("server",),
     ),
+    Clause(
+        id="S81",
+        suite=_SUITE,
+        level="must",
+        title="ENABLE 0 turns the motors off",
+        text="After ENABLE 1 and then ENABLE 0 flag bit 0 is clear within two SIPs.",
+        sources=(MANUAL, ARIA),
+        needs=("server",),
+    ),
 )

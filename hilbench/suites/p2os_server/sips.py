@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from hilbench.check import Violation, at_most, case, within
+from hilbench.check import Inconclusive, Violation, at_most, case, within
 from hilbench.clock import NS_PER_S
 from hilbench.suites._requirements import require_plain_sip, require_rate, require_standing
 from hilbench.suites._session import Session
@@ -77,4 +77,16 @@ def test_enable_switches_the_motors_on(peer: Peer) -> None:
     arrived_ns = session.send(_C.ENABLE, 1)
     flags = [session.next_after(arrived_ns).sip.flags for _ in range(2)]
     assert flags[1] & 1, f"the motors are off in the second SIP after ENABLE 1 (flags {flags[1]:04X})"
+    session.leave()
+
+
+@case("S81", bench_time_s=0.6)
+def test_enable_0_switches_the_motors_off(peer: Peer) -> None:
+    session = Session(peer)
+    for argument in (1, 0):
+        arrived_ns = session.send(_C.ENABLE, argument)
+        flags = [session.next_after(arrived_ns).sip.flags for _ in range(2)]
+        if argument and not flags[1] & 1:
+            raise Inconclusive("the motors are not on after ENABLE 1")
+    assert not flags[1] & 1, f"the motors are on in the second SIP after ENABLE 0 (flags {flags[1]:04X})"
     session.leave()
