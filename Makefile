@@ -76,6 +76,15 @@ mutants: dev      ## the matrix clause x mutant (docs/mutants.md, docs/rover-def
 	$(BIN)/python -m measure.mutants
 	$(BIN)/python -m measure.mutants.rover
 
+.PHONY: derived-mutants
+derived-mutants: dev ## wrong peers made from what the protocols say of themselves (docs/derived-mutants.md); goes on where it was; a share of them
+	$(BIN)/python -m measure.mutants.derived pkt-board --share 0.4
+	$(BIN)/python -m measure.mutants.derived carla-board --share 0.5
+	$(BIN)/python -m measure.mutants.derived p2os-server --share 0.2
+	$(BIN)/python -m measure.mutants.derived pkt-host --share 0.5
+	$(BIN)/python -m measure.mutants.derived p2os-client --share 0.2
+	$(BIN)/python -m measure.mutants.derived carla-host --share 0.5
+
 loss: dev         ## what newlines cost a client of the rover (docs/pkt/loss.md)
 	$(BIN)/python -m measure.loss
 

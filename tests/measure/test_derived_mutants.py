@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import fields, replace
+from pathlib import Path
 
 import pytest
 
@@ -498,6 +499,21 @@ def test_a_mutant_is_found_on_a_line_that_passes_a_pty():
 def test_a_host_is_started_for_each_case_in_virtual_time(name, select, mutant, clause):
     outcome = tried(replace(SUBJECTS[name], select=select), mutant, [name], at_port=True)
     assert outcome.found_by == ((clause,) if clause else ()), outcome.cause
+
+
+# --- what the docs say
+
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def test_the_page_is_made_from_the_data_and_every_survivor_is_explained():
+    book = Book.read(DOCS / "derived-mutants.json")
+    assert (DOCS / "derived-mutants.md").read_text(encoding="utf-8") == page(book)
+    assert book.unexplained() == []
+    assert {*book.file.subjects} == {*SUBJECTS}
+    for name, run in book.file.subjects.items():
+        assert len(book.equivalent(name)) <= 0.05 * len(run.mutants), name
 
 
 def test_a_reason_fits_a_family_and_what_has_no_effect_has_one():
