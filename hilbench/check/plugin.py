@@ -148,7 +148,7 @@ class _CaseRun:
 
 
 def _with_evidence(outcome: Outcome, more: tuple[str, ...]) -> Outcome:
-    return replace(outcome, evidence=(*outcome.evidence, *more))
+    return replace(outcome, evidence=(*outcome.evidence, *(line for line in more if line not in outcome.evidence)))
 
 
 class CheckPlugin:

@@ -32,9 +32,9 @@ def at_most(value: float, limit: float, *, unit: str, what: str, uncertainty: fl
         clause: the clause this is about, where a case cites several.
 
     Raises:
-        Violation: even ``value - uncertainty`` is above the limit.
+        Violation: even ``value - uncertainty`` is above the limit, or the value is no number.
         Inconclusive: the limit lies within the uncertainty, and no case is running.
-        ValueError: a figure is not a number, or the uncertainty is negative.
+        ValueError: the uncertainty is negative, or no number.
     """
     return _judge(value, None, limit, unit, what, uncertainty, clause)
 
@@ -45,9 +45,9 @@ def at_least(
     """Require ``value >= limit``; the mirror image of `at_most`.
 
     Raises:
-        Violation: even ``value + uncertainty`` is below the limit.
+        Violation: even ``value + uncertainty`` is below the limit, or the value is no number.
         Inconclusive: the limit lies within the uncertainty, and no case is running.
-        ValueError: a figure is not a number, or the uncertainty is negative.
+        ValueError: the uncertainty is negative, or no number.
     """
     return _judge(value, limit, None, unit, what, uncertainty, clause)
 
@@ -58,10 +58,10 @@ def within(
     """Require ``low <= value <= high``; see `at_most` for the arguments.
 
     Raises:
-        Violation: the whole interval of the measurement is outside the limits.
+        Violation: the whole interval of the measurement is outside the limits, or the value is no number.
         Inconclusive: it is partly inside; always so when the uncertainty exceeds half the distance of the limits and
             the value is not clearly outside. And no case is running.
-        ValueError: a figure is not a number, the uncertainty is negative, or ``low`` is above ``high``.
+        ValueError: the uncertainty is negative or no number, or ``low`` is above ``high``.
     """
     if low > high:
         raise ValueError(f"the lower limit {low} is above the upper limit {high}")
@@ -80,8 +80,10 @@ def near(
 def _judge(
     value: float, low: float | None, high: float | None, unit: str, what: str, uncertainty: float, clause: str
 ) -> Measure:
-    if math.isnan(value) or math.isnan(uncertainty) or uncertainty < 0:
+    if math.isnan(uncertainty) or uncertainty < 0:
         raise ValueError(f"{what}: {value} ± {uncertainty} {unit} is not a measurement")
+    if math.isnan(value):
+        raise Violation(f"{what}: it is no number", clause=clause)
     uncertainty = uncertainty or _PER_S.get(unit, 0) * OfTimes(uncertainty_of_times_s())
     measure = record_measure(what, value, unit, low=low, high=high, uncertainty=uncertainty, clause=clause)
     seen = _sentence(measure)

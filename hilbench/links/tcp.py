@@ -110,8 +110,11 @@ class TcpDoor(Door):
 
     def _accept(self, at_ns: int) -> None:
         there = len(self._clients)
-        if there and all(_has_hung_up(client.connection) for client in self._clients):
-            self._scheduler.remove_source(self._listening)  # they are leaving: who comes now waits until they are gone
+        leaving = there > 0 and all(_has_hung_up(client.connection) for client in self._clients)
+        if leaving and self._served is not Clients.NEWEST:
+            self._scheduler.remove_source(self._listening)  # who comes now waits until the bytes before his are through
+            if self._served is Clients.ALL:
+                self.on_visit("another client waits until what those before it have said is through")
             return
         try:
             connection, _ = self._listener.accept()
@@ -125,8 +128,10 @@ class TcpDoor(Door):
         client = Client(connection, Input(descriptor=connection.fileno(), read=lambda at_ns: self._read(client, at_ns)))
         said = ""
         if there and self._served is Clients.NEWEST:
+            # What one that has gone had still to say could keep the line for minutes.
             self._drop_all()
-            self._in_order(at_ns, self._take_over)
+            before = "had left, and what it had still to say is lost" if leaving else "was disconnected"
+            self._in_order(at_ns, partial(self._take_over, before))
         elif there:
             said = f"another client came: {there + 1} are connected"
             if there == _MOST_CLIENTS:
@@ -144,8 +149,8 @@ class TcpDoor(Door):
         connection.close()
         self.on_visit("a client was turned away: another one is connected")
 
-    def _take_over(self) -> None:
-        self.on_visit("another client came and took over; the one before it was disconnected")
+    def _take_over(self, before: str) -> None:
+        self.on_visit(f"another client came and took over; the one before it {before}")
         self._hang_up_now()
 
     def _has_come(self, client: Client, said: str) -> None:
@@ -172,9 +177,11 @@ class TcpDoor(Door):
             self._drop(client)
             self._in_order(at_ns, partial(self.on_visit, f"one client left: {len(self._clients)} still connected"))
         else:
-            # The session ends when its last bytes are through the wire; who connects meanwhile waits to be accepted.
+            # The session ends when its last bytes are through the wire; who connects meanwhile waits to be accepted, or
+            # takes over.
             self._scheduler.remove_source(client.input)
-            self._scheduler.remove_source(self._listening)
+            if self._served is Clients.FIRST:
+                self._scheduler.remove_source(self._listening)
             self._in_order(at_ns, partial(self._has_left, client))
 
     def _has_left(self, client: Client) -> None:
@@ -252,7 +259,7 @@ def _listen(address: str) -> socket.socket:
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((host, port))
-        listener.listen(4)
+        listener.listen(_MOST_CLIENTS)
         listener.setblocking(False)
     except OSError as error:
         listener.close()

@@ -19,6 +19,10 @@ from hilbench.links.port import PortBase, Refused, raise_it
 from hilbench.links.turns import Turns
 from hilbench.terminal.options import Clients
 
+_RELIEVED_NS = 200_000_000
+"""So long after a client has come, another one that leaves had gone before (choice): that it has is seen when its last
+bytes are through, and at another door than the coming of the next."""
+
 
 class LastingLine(PortInFront):
     """A port whose owner is not told that the far end has hung up: a serial line carries no such thing."""
@@ -41,6 +45,7 @@ class SharedDoor(PortBase):
         self._doors = tuple(doors)
         self._clients = clients
         self._there: list[Port] = []  # the doors at which somebody is, by when they came
+        self._came_ns: dict[str, int] = {}
         turns = Turns()
         for door in self._doors:
             door.on_receive = partial(self._received, door)
@@ -140,12 +145,13 @@ class SharedDoor(PortBase):
         before = self._served
         if up:
             self._there.append(door)
+            self._came_ns[door.name] = at_ns
         else:
             self._there.remove(door)
         now = self._served
         if isinstance(door, Door) and before:
             self._tell(door, up=up, was_served=door in before)
-        if before and (not now or (now != before and self._clients is not Clients.ALL)):
+        if before and (not now or (now != before and self._clients is not Clients.ALL) or self._is_relieved(up, at_ns)):
             self._set_line(False, at_ns)
         if now:
             self._set_line(True, at_ns)
@@ -153,6 +159,12 @@ class SharedDoor(PortBase):
             for other in self._there[:-1]:
                 if isinstance(other, Door):
                     other.disconnect()
+
+    def _is_relieved(self, up: bool, at_ns: int) -> bool:
+        """Say whether all who are there have only just come, and the one before them leaves: it was gone by then."""
+        if up or self._clients is not Clients.ALL:
+            return False
+        return all(at_ns - self._came_ns[door.name] < _RELIEVED_NS for door in self._there)
 
     def _tell(self, door: Door, *, up: bool, was_served: bool) -> None:
         """Have the door tell of a client that comes or leaves while the line has another one."""

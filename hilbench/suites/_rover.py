@@ -325,7 +325,9 @@ class Rover:
             mark = self.mark()
             report = self.next(MotionReport, REPORT_S * 2)
             (got, _), *_ = self.peer.since(mark, MotionReport)
-            if got.start_ns - start_ns > round(self.peer.uncertainty_s(start_ns) * NS_PER_S):
+            doubt_ns = round(self.peer.uncertainty_s(start_ns) * NS_PER_S)
+            if got.start_ns - start_ns > doubt_ns:
+                self._let_out(doubt_ns)
                 return report
 
     def require_throttles(self, report: MotionReport, left: float, right: float, tolerance: float = 1e-4) -> None:
@@ -412,4 +414,10 @@ class Rover:
             (got, _), *_ = self.peer.since(mark, GeneralReport)
             doubt_ns = round(self.peer.uncertainty_s(asked_ns) * NS_PER_S)
             if not doubt_ns or got.start_ns - asked_ns > doubt_ns:
+                self._let_out(doubt_ns)
                 return report
+
+    def _let_out(self, doubt_ns: int) -> None:
+        """Wait until what was written last is out on a late bench, or it would come together with what is next."""
+        if doubt_ns:
+            self.peer.run(doubt_ns / NS_PER_S)

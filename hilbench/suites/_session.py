@@ -187,7 +187,8 @@ class Session:
             still = still + 1 if seen.at_rest else 0
             if still == STILL_SIPS:
                 return seen
-        raise Violation(f"the robot is not at rest after {within_s:g} s", self.peer.evidence())
+        text = f"the robot is not at rest after {within_s:g} s"
+        raise Untimely(text, self.peer.evidence(), spare_s=within_s / 2)
 
     def uncertainty_s(self, since_ns: int) -> float:
         """Return how far off times since ``since_ns`` may be, in seconds."""

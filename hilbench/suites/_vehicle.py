@@ -98,9 +98,14 @@ def on_board(
     def declared(function: Callable[[Vehicle], None]) -> Callable[[CaseBench], None]:
         def judged(bench: CaseBench) -> None:
             vehicle = Vehicle(vehicle_bench(bench), cast("CaseBase", bench).case.seed)
-            function(vehicle)
-            if not noisy:
-                vehicle.require_nothing_between()
+            begun_ns = vehicle.bench.now_ns
+            try:
+                function(vehicle)
+                if not noisy:
+                    vehicle.require_nothing_between()
+            except (AssertionError, Violation) as error:
+                vehicle.excuse(error, begun_ns)
+                raise
 
         # Not functools.wraps: pytest would follow it, and ask for what the function inside wants.
         judged.__name__, judged.__module__, judged.__doc__ = function.__name__, function.__module__, function.__doc__
@@ -220,6 +225,17 @@ class Vehicle:
         return self.wait_for(Mode.EMERGENCY, EMERGENCY_WITHIN_S, mark)
 
     # --- time
+
+    def excuse(self, error: AssertionError | Violation, since_ns: int) -> None:
+        """Say of a fail that it is about time where the bench was so late that the board missed statuses, and said so.
+
+        Raises:
+            Untimely: so it was.
+        """
+        late_s = (self.bench.own_lateness(since_ns) + self.bench.far_lateness(since_ns)).whole_ns / NS_PER_S
+        if late_s > STATUS_MISS_S and not isinstance(error, Untimely):
+            evidence = error.evidence if isinstance(error, Violation) else ()
+            raise Untimely(str(error).partition("\n")[0], evidence, spare_s=STATUS_MISS_S) from error
 
     def run(self, duration_s: float) -> None:
         """Let bench time pass, in seconds."""

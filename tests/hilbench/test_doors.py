@@ -82,6 +82,7 @@ def test_all_have_the_line_together():
     rig.answer(b"x")
     assert rig.order == [True, b"a", b"b"]
     assert (rig.heard, sent) == ([b"x", b"x"], [b"x"])
+    rig.scheduler.run_for(10**9)
     rig.go(0)
     rig.answer(b"y")
     assert rig.heard == [b"x", b"xy"]
@@ -89,6 +90,19 @@ def test_all_have_the_line_together():
     assert rig.order[3:] == [False]
     counters = rig.door.counters
     assert (counters.sent, counters.received, counters.refused, counters.lost) == (2, 2, 0, 0)
+
+
+def test_who_comes_as_the_one_before_leaves_at_another_door_begins_anew():
+    """That one has gone is seen later than that the next has come: its bytes have to be through."""
+    rig = Rig(Clients.ALL)
+    rig.come(0)
+    rig.scheduler.run_for(10**9)
+    rig.come(1)
+    rig.scheduler.run_for(10**8)
+    rig.go(0)
+    assert rig.order == [True, False, True]
+    rig.say(1, b"a")
+    assert rig.order[3:] == [b"a"]
 
 
 def test_the_newest_has_the_line_and_then_whoever_is_still_there():

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hilbench.check import Inconclusive, Violation, at_least, near, within
+from hilbench.check import Inconclusive, Untimely, Violation, at_least, near, within
 from hilbench.clock import NS_PER_S
 from hilbench.judging.uncertainty import OfTimes
 from hilbench.suites._rover import DONE_S, Counts, Rover, at_power_up, on_rover
 from hilbench.suites.pkt_board._frames import LED_OFF, LED_ON, SUCCESS
 from hilbench.systems.rover.hands import RoverBench
+from hilbench.systems.rover.peer import READY_WITHIN_S
 from protocols.pkt import (
     GeneralReport,
     GpsReport,
@@ -47,7 +48,8 @@ def test_half_a_frame_is_forgotten(rover: Rover) -> None:
         rover.peer.run(wait_s)
         start_ns = rover.peer.bench.now_ns
         _cut_led_on(rover, IN_TIME_S)
-        if rover.peer.uncertainty_s(start_ns) > FRAME_S - IN_TIME_S:
+        # Both halves may be handed over late, and `write` waits for that, too.
+        if 3 * rover.peer.uncertainty_s(start_ns) > FRAME_S - IN_TIME_S - DONE_S:
             raise Inconclusive("the bench was too late to say whether the frame was in time")
         rover.require(count, 0, 1, SUCCESS)
 
@@ -134,7 +136,8 @@ def test_a_request_after_a_lost_link(rover: Rover) -> None:
     rover.write(rover.peer.frame_of(RequestTelemetry()))
     replies = rover.peer.since(mark, GeneralReport)
     if len(replies) != 1:
-        raise Violation(f"{len(replies)} of 0x80 came behind a silence, required one", rover.peer.evidence())
+        # None may be on its way, and of two one may be the periodic one.
+        raise Untimely(f"{len(replies)} of 0x80 came behind a silence, required one", rover.peer.evidence())
     rover.require(0, 0, None, None)
 
 
@@ -142,7 +145,8 @@ def test_a_request_after_a_lost_link(rover: Rover) -> None:
 def test_nothing_is_counted_at_power_up(there: RoverBench) -> None:
     peer = there.peer
     if not peer.wait_ready():
-        raise Violation("the rover does not answer REQUEST_TMY", peer.evidence())
+        text = f"the rover does not answer REQUEST_TMY{peer.refused()}"
+        raise Untimely(text, peer.evidence(), spare_s=READY_WITHIN_S / 2)
     (got, _), *_ = peer.since(0, GeneralReport)
     expected = peer.frame(bytes.fromhex("80 00 00 00 00 00"))
     if got.raw != expected:

@@ -217,6 +217,37 @@ class TestNewest:
         first.close()
         second.close()
 
+    def test_one_that_has_left_keeps_nobody_waiting_for_the_rest_of_its_bytes(self, locked, make_door):
+        door, heard, said = make_door(baud=9600, clients=Clients.NEWEST), bytearray(), []
+        door.on_receive = lambda data, at_ns: heard.extend(data)
+        door.on_visit = said.append
+        with connect(door) as first:
+            sent = first.send(b"a" * 50_000)  # most of a minute on the line
+        until(locked, lambda: heard)
+        second = connect(door)
+        until(locked, lambda: said)
+        assert said == [
+            "another client came and took over; the one before it had left, and what it had still to say is lost"
+        ]
+        second.send(b"z")
+        until(locked, lambda: b"z" in heard)
+        assert len(heard) < sent
+        second.close()
+
+    def test_where_all_are_served_who_comes_behind_one_that_has_left_waits_and_that_is_said(self, locked, make_door):
+        door, heard, said = make_door(baud=9600, clients=Clients.ALL), bytearray(), []
+        door.on_receive = lambda data, at_ns: heard.extend(data)
+        door.on_visit = said.append
+        with connect(door) as first:
+            first.send(b"a" * 500)
+        until(locked, lambda: heard)
+        second = connect(door)
+        second.send(b"z")
+        until(locked, lambda: heard.endswith(b"z"))
+        assert said == ["another client waits until what those before it have said is through"]
+        assert len(heard) == 501
+        second.close()
+
     def test_its_client_can_be_disconnected(self, crowd):
         door = crowd(Clients.NEWEST)
         first = door.come()

@@ -72,21 +72,29 @@ def test_each_clause_finds_a_faulty_rover():
     assert verdicts.found_by == {clause.id for clause in BOARD_CLAUSES}
 
 
-OF_TIME = {"P01", "P21", "P23D", "P65"}
+MORE_SEEDS = pytest.mark.exhaustive("other benches that are late; the gate has one")
+SEEDS = [(0.03, 2), (0.05, 5), (0.1, 2), (0.1, 6), (0.2, 1)]
+OF_TIME = {"P01", "P12", "P21", "P23D", "P65", "P77"}
 """What is about times, or a pace, that 100 ms blur."""
+
+
+BY_CHANCE = {"P45", "P46"}
+"""Of a rover that loses what comes together by eleven bytes (P25), and so a frame now and then, whoever is late."""
 
 
 @pytest.mark.exhaustive("each fault once more; the gate has what clients and hosts show on a late bench")
 def test_on_a_late_bench_the_other_clauses_find_it_too():
     with late_benches(0.1):
         verdicts = judge(OPTIONS, make_provider(OPTIONS), one_fault_for_each_clause())
-    assert verdicts.open_clauses == OF_TIME
+    assert verdicts.open_clauses - BY_CHANCE == OF_TIME
 
 
 @pytest.mark.slow("what a port shows of a right rover, on a bench that is late")
-def test_on_a_late_bench_no_right_rover_is_accused():
-    with late_benches(0.1):
-        cases = run_suites(OPTIONS, AtPort(make_provider(OPTIONS))).cases
+@pytest.mark.parametrize(("late_s", "seed"), [(0.1, 0), *(pytest.param(*row, marks=MORE_SEEDS) for row in SEEDS)])
+def test_on_a_late_bench_no_right_rover_is_accused(late_s, seed):
+    options = replace(OPTIONS, select="not [g2]")  # see `BY_CHANCE`
+    with late_benches(late_s, seed):
+        cases = run_suites(options, AtPort(make_provider(options))).cases
     assert {case.id: case.cause for case in cases if case.verdict in BLAMED} == {}
 
 

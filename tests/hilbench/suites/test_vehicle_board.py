@@ -82,8 +82,9 @@ def test_on_a_late_bench_the_other_clauses_find_it_too():
 
 
 @pytest.mark.exhaustive("each profile; the gate has what clients and hosts show on a late bench")
-def test_on_a_late_bench_no_right_board_is_accused():
-    with late_benches(0.1):
+@pytest.mark.parametrize(("late_s", "seed"), [(0.03, 1), (0.1, 0), (0.1, 2), (0.2, 1), (0.4, 2)])
+def test_on_a_late_bench_no_right_board_is_accused(late_s, seed):
+    with late_benches(late_s, seed):
         cases = run_suites(OPTIONS, AtPort(make_provider(OPTIONS))).cases
     assert {case.id: case.cause for case in cases if case.verdict in BLAMED} == {}
 

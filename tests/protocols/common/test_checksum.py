@@ -50,6 +50,8 @@ LED_ON = bytes.fromhex("504B54210101F1D10A")
         (PKT, "504B5421010112340A", ""),
         (PKT, "504B54210101F1D10A", ""),
         (PKT, "50", ""),
+        (P2OS, "FAFB06013B0101023B", ""),
+        (SUM, "3C0203F93E", ""),
     ],
 )
 def test_what_is_often_done_wrong_has_a_name(rule, raw, mistake):
