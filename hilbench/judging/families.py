@@ -1,4 +1,4 @@
-"""Families of stimuli: of all the ways to spoil a frame, a case tries some, drawn by its seed, and names the culprit.
+"""Families of stimuli: of all the ways to corrupt a frame, a case tries some, drawn by its seed, and names the culprit.
 
 A family is a list of members, each with a few words. Where the budget has room all of them are tried; otherwise so many
 as it says, none of them twice, in the order of the list. How many of how many they were stands in the report.
@@ -36,7 +36,7 @@ def try_members(
 
     Raises:
         Violation: a member's, with the member and the seed in front of its cause. A failed assertion becomes one.
-        Inconclusive: likewise, as are the points that a member leaves open.
+        Inconclusive: with the same in front, as have the points that a member leaves open.
         ValueError: there is no member, or no budget.
     """
     if not members or budget < 1:
@@ -46,10 +46,10 @@ def try_members(
     try:
         for tried, number in enumerate(numbers, start=1):  # noqa: B007 - it is recorded, whatever happens
             what, stimulus = members[number]
-            told = len(recorded.unclear)
+            open_before = len(recorded.unclear)
             with _named(f"member {number + 1} of {len(members)} {family} ({what}), case seed {seed}") as name:
                 judge(stimulus)
-            for point in recorded.unclear[told:]:
+            for point in recorded.unclear[open_before:]:
                 _name(point, name)
     finally:
         recorded.families.append(Sampled(family=family, tried=tried, members=len(members)))

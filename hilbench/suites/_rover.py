@@ -46,6 +46,8 @@ DONE_S = 0.05
 LINK_S = 1.0
 """After so long a silence a rover that watches its link takes it for lost (P24D)."""
 
+EVER_LATER = "the bench gets later and later, and which answer is to what cannot be known"
+
 ANSWER_S = 2.0
 """How long a case waits for the counters."""
 
@@ -265,10 +267,10 @@ class Rover:
         """Require the counters; an opcode or error of None is the one of before.
 
         Args:
-            accepted: see `Counts`.
-            rejected: likewise.
-            opcode: likewise.
-            error: likewise.
+            accepted: packets accepted since the case began.
+            rejected: packets rejected since then.
+            opcode: LAST_OPCODE.
+            error: LAST_ERROR.
             spare_s: if they depend on the pace of what was written, by how much it may have been off, in seconds.
         """
         expected = Counts(
@@ -321,7 +323,7 @@ class Rover:
         """Wait for a 0x83 that begins later than now; the link is kept up meanwhile."""
         self.peer.send(RequestTelemetry())
         start_ns = self.peer.bench.now_ns
-        while True:
+        while self.peer.bench.now_ns - start_ns < ANSWER_S * NS_PER_S:
             mark = self.mark()
             report = self.next(MotionReport, REPORT_S * 2)
             (got, _), *_ = self.peer.since(mark, MotionReport)
@@ -329,6 +331,7 @@ class Rover:
             if got.start_ns - start_ns > doubt_ns:
                 self._let_out(doubt_ns)
                 return report
+        raise Inconclusive(EVER_LATER)
 
     def require_throttles(self, report: MotionReport, left: float, right: float, tolerance: float = 1e-4) -> None:
         """Require the throttles of a 0x83."""
@@ -407,7 +410,7 @@ class Rover:
     def _general(self) -> GeneralReport:
         """Ask for the counters, until an answer cannot be one to what came before; P01 judges how soon it comes."""
         asked_ns = self.peer.bench.now_ns
-        while True:
+        while self.peer.bench.now_ns - asked_ns < ANSWER_S * NS_PER_S:
             mark = self.mark()
             self.peer.send(RequestTelemetry())
             report = self.next(GeneralReport, ANSWER_S)
@@ -416,6 +419,7 @@ class Rover:
             if not doubt_ns or got.start_ns - asked_ns > doubt_ns:
                 self._let_out(doubt_ns)
                 return report
+        raise Inconclusive(EVER_LATER)
 
     def _let_out(self, doubt_ns: int) -> None:
         """Wait until what was written last is out on a late bench, or it would come together with what is next."""

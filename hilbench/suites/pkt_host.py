@@ -362,13 +362,13 @@ def test_each_field_is_understood(host: HostCase) -> None:
     rover.answers = False
     for report in (one for telling in _TELLING for one in (_halved(telling), telling)):
         _say(rover, rover.frame(report))
-        told = _own(host).latest.get(type(report))
+        shown = _own(host).latest.get(type(report))
         name = type(report).__name__
-        assert told is not None, f"{name} is not shown"
+        assert shown is not None, f"{name} is not shown"
         wrong = [
-            f"{field.name} {getattr(told.report, field.name)}, sent {getattr(report, field.name)}"
+            f"{field.name} {getattr(shown.report, field.name)}, sent {getattr(report, field.name)}"
             for field in fields(report)
-            if getattr(told.report, field.name) != getattr(report, field.name)
+            if getattr(shown.report, field.name) != getattr(report, field.name)
         ]
         assert not wrong, f"{name} is shown with {'; '.join(wrong)}"
 

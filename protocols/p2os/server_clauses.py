@@ -582,7 +582,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         title="Each bit of a checksum counts",
         text=(
             "ENABLE 1 with one bit of its body or checksum turned, or with another value in one byte of the checksum, "
-            "leaves flag bit 0 clear; CONFIG 1 spoilt likewise has no answer. ENABLE 1 as it should be is obeyed then."
+            "leaves flag bit 0 clear; CONFIG 1 corrupted so has no answer. ENABLE 1 as it should be is obeyed then."
         ),
         sources=(MANUAL, FRAMING),
         needs=("server",),

@@ -57,15 +57,15 @@ def test_every_bit_of_a_checksum_counts(bench: VirtualCase | AttachedCase, peer:
             raise Violation("a CONFIG with a wrong checksum was answered", peer.evidence(mark))
 
     enable, config = (encode_frame(bytes((number, POSITIVE, 1, 0))) for number in (_C.ENABLE, _C.CONFIG))
-    spoilt = single_bits(enable, _body_and_checksum(enable))
-    try_members("single bits", spoilt, is_not_obeyed, seed=seed, budget=20)
-    spoilt = other_values(enable, _checksum(enable), HEADER[:1])
-    try_members("wrong bytes of a checksum", spoilt, is_not_obeyed, seed=seed, budget=10)
-    spoilt = [
+    corrupted = single_bits(enable, _body_and_checksum(enable))
+    try_members("single bits", corrupted, is_not_obeyed, seed=seed, budget=20)
+    corrupted = other_values(enable, _checksum(enable), HEADER[:1])
+    try_members("wrong bytes of a checksum", corrupted, is_not_obeyed, seed=seed, budget=10)
+    corrupted = [
         *single_bits(config, _body_and_checksum(config)),
         *other_values(config, _checksum(config), HEADER[:1]),
     ]
-    try_members("spoilt requests", spoilt, is_not_answered, seed=seed, budget=8)
+    try_members("corrupted requests", corrupted, is_not_answered, seed=seed, budget=8)
     session.motors_on()
     session.leave()
 

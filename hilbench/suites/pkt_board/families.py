@@ -79,8 +79,8 @@ def test_a_wrong_crc_has_no_answer(rover: Rover) -> None:
             text = "a request with a wrong CRC was answered"
             raise Untimely(text, rover.peer.evidence(mark), spare_s=PERIODIC_SPARE_S)
 
-    spoilt = [*single_bits(frame, _opcode_and_crc(frame)), *other_values(frame, _crc(frame), SYNC[:1])]
-    rover.try_members("spoilt requests", spoilt, is_not_answered, budget=24)
+    corrupted = [*single_bits(frame, _opcode_and_crc(frame)), *other_values(frame, _crc(frame), SYNC[:1])]
+    rover.try_members("corrupted requests", corrupted, is_not_answered, budget=24)
     # A frame that begins as the time of another ends may be lost on the way (FrameTimer.SINCE_RESET).
     rover.require(0, next(sent), None, BAD_CRC, spare_s=PERIODIC_SPARE_S / NOT_ASKED_WITHIN)
 

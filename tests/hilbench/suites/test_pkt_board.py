@@ -10,13 +10,16 @@ from unittest.mock import patch
 
 import pytest
 
+from hilbench.bench import Bench
 from hilbench.bench.devices import DeviceActor
 from hilbench.bench.shared import Shared
 from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from hilbench.check.bench_provider import make_provider
 from hilbench.journal import Journal
+from hilbench.judging.uncertainty import OfTimes
 from hilbench.links import Line, PtyDoor
+from hilbench.suites._rover import EVER_LATER
 from hilbench.terminal.options import TargetChoice
 from measure.mutants.defects_page import killers
 from measure.mutants.each_its_own import judge, one_for_each
@@ -76,6 +79,17 @@ MORE_SEEDS = pytest.mark.exhaustive("other benches that are late; the gate has o
 SEEDS = [(0.03, 2), (0.05, 5), (0.1, 2), (0.1, 6), (0.2, 1)]
 OF_TIME = {"P01", "P12", "P21", "P23D", "P65", "P77"}
 """What is about times, or a pace, that 100 ms blur."""
+
+
+@pytest.mark.parametrize("select", ["P03 and documented", "P27 and documented"])
+def test_a_bench_that_gets_later_faster_than_time_passes_ends_a_case(select):
+    def uncertainty_s(bench, since_ns):
+        return OfTimes(0.01 + 2 * (bench.now_ns - since_ns) / 1e9)
+
+    options = replace(OPTIONS, select=select)
+    with patch.object(Bench, "uncertainty_s", uncertainty_s):
+        cases = run_suites(options, make_provider(options)).cases
+    assert {(case.verdict, case.cause) for case in cases} == {(Verdict.INCONCLUSIVE, EVER_LATER)}
 
 
 BY_CHANCE = {"P45", "P46"}

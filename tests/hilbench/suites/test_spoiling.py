@@ -17,8 +17,8 @@ def test_each_wrong_value_is_a_member_once(frame):
     assert len(bits) == 8 * len(NAMES)
     assert len(members) == len(set(members)) == 255 * len(NAMES)
     for wrong in members:
-        spoilt = wrong.put_into(frame)
-        assert [place for place in range(len(frame)) if spoilt[place] != frame[place]] == [wrong.place]
+        corrupted = wrong.put_into(frame)
+        assert [place for place in range(len(frame)) if corrupted[place] != frame[place]] == [wrong.place]
 
 
 def test_members_say_what_is_wrong():
