@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import pytest
 
-__all__ = ["ALL", "examples", "matrix", "seeds"]
+__all__ = ["ALL", "examples", "few", "matrix", "seeds"]
 
 ALL = any(os.environ.get(name) for name in ("HILBENCH_EXHAUSTIVE", "HILBENCH_SEARCH"))
 _REST = pytest.mark.exhaustive("each value with each other one; the gate has each value")
@@ -23,6 +23,22 @@ def seeds(count: int, in_gate: int) -> list[object]:
     """Return the seeds of so many stories as parameters, the first of them in the gate."""
     rest = pytest.mark.exhaustive(f"the gate has the first {in_gate} of {count} seeds")
     return [*range(in_gate), *(pytest.param(seed, marks=rest) for seed in range(in_gate, count))]
+
+
+def few(rows: Sequence[object], in_gate: int, reason: str) -> list[object]:
+    """Return rows as parameters, so many of them in the gate, spread evenly over all, and say why not the others.
+
+    Args:
+        rows: one or several parameters each.
+        in_gate: how many rows the gate has.
+        reason: of leaving out the rest.
+    """
+    chosen = {place * len(rows) // in_gate for place in range(in_gate)}
+    rest = pytest.mark.exhaustive(reason)
+    return [
+        row if number in chosen else pytest.param(*(row if isinstance(row, tuple) else (row,)), marks=rest)
+        for number, row in enumerate(rows)
+    ]
 
 
 def matrix(*axes: Sequence[object]) -> list[object]:

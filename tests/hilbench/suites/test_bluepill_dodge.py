@@ -62,7 +62,7 @@ def test_a_program_that_never_leaves_a_turn_is_found_before_a_wall():
     assert "does not drive on within 8 s before a wall" in failed(report)["a_wall_is_turned_away_from"]
 
 
-@pytest.mark.slow("a robot drives towards a wall for 24 s of bench time, its board is reset on the way")
+@pytest.mark.exhaustive("a robot drives for 24 s of bench time; the gate has G22, a reset with an adapter and a robot")
 def test_a_robot_in_session_is_caught_again_after_a_reset_of_the_board():
     report = check(select="adrift")
     assert failed(report) == {}

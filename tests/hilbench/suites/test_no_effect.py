@@ -431,8 +431,11 @@ def empty_scenes():
 @pytest.mark.parametrize(
     "select",
     [
-        *("wall", "D05", "each_disc and [4]"),
-        pytest.param("D07", marks=pytest.mark.slow("a robot drives for eight seconds of bench time")),
+        "wall",
+        *(
+            pytest.param(select, marks=pytest.mark.exhaustive("other drives past nothing; the gate has one"))
+            for select in ("D05", "each_disc and [4]", "D07")
+        ),
     ],
 )
 def test_where_nothing_stands_nothing_was_dodged(select):
@@ -443,7 +446,7 @@ def test_where_nothing_stands_nothing_was_dodged(select):
 
 
 @pytest.mark.needs_physics
-@pytest.mark.slow("a robot drives for seven seconds of bench time")
+@pytest.mark.exhaustive("a robot drives for seven seconds of bench time; the gate has other effects that do not come")
 def test_a_board_that_nobody_reset():
     with patch.object(BoardUnderTest, "reset", nothing):
         assert clauses_by_verdict(DODGE.check("D07"))[Verdict.INCONCLUSIVE] == {"D07"}
@@ -492,7 +495,7 @@ NEEDS_HANDS = {"R09", "R16", "R20", "R22", "R24", "R25"}
 
 
 @pytest.mark.needs_physics
-@pytest.mark.slow("a rover's firmware runs for three seconds of bench time")
+@pytest.mark.exhaustive("a rover's firmware runs for three seconds; the gate has a report of such wheels")
 def test_counts_of_wheels_that_never_turn_are_not_told_apart():
     with patch.object(Rover4wdBody, "drive", nothing):
         assert clauses_by_verdict(RIDE.check("R09"))[Verdict.INCONCLUSIVE] == {"R09"}

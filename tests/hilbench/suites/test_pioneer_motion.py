@@ -54,7 +54,16 @@ class TestOnThePlane:
 
 
 @pytest.mark.needs_physics
-@pytest.mark.slow("what needs a scene has full physics; one and a half minutes of bench time")
+def test_in_a_scene_it_passes(on_the_plane):
+    report = check("pioneer", select="M13 or M19")
+    assert causes(report) == {}
+    assert {clause.id: clause.verdict for clause in report.clauses} == dict.fromkeys(("M13", "M19"), Verdict.PASS)
+    again = check("pioneer-plane", select="M05").cases
+    assert {case.case_hash for case in again} <= {case.case_hash for case in on_the_plane.cases}
+
+
+@pytest.mark.needs_physics
+@pytest.mark.exhaustive("eight clauses with full physics; the gate has two, and in test_mutants a mutant of each")
 class TestInScenes:
     def test_what_needs_a_scene_passes(self, in_scenes):
         assert causes(in_scenes) == {}
@@ -82,7 +91,6 @@ class TestInScenes:
         assert len(again) == 2
         assert {case.id: case.case_hash for case in again}.items() <= hashes.items()
 
-    @pytest.mark.exhaustive("another room; the world's own tests have rooms by their seeds")
     def test_another_seed_is_another_room_and_no_other_verdict(self, in_scenes):
         other = check("pioneer", select="M16", seed=7)
         assert causes(other) == {}

@@ -35,17 +35,24 @@ def test_each_clause_is_cited_by_one_function_in_each_of_its_profiles():
     assert len(functions) == len(BOARD_CLAUSES) >= 60
 
 
-@pytest.mark.slow("all that is asked of the hardened board, once; six minutes of bench time")
-def test_the_hardened_board_passes():
-    options = replace(OPTIONS, select="[hardened]")
+def long_clauses():
+    """The clauses of the hardened board whose case goes on for more than five seconds of bench time."""
+    hardened = replace(OPTIONS, select="[hardened]")
+    cases = list_cases(hardened, make_provider(hardened))
+    return {case.clause_ids[0] for case in cases if case.bench_time_s > 5.0}
+
+
+@pytest.mark.slow("most of what is asked of the hardened board, once; two minutes of bench time")
+def test_the_hardened_board_passes_what_is_short():
+    options = replace(OPTIONS, select=f"[hardened] and not ({' or '.join(long_clauses())})")
     report = run_suites(options, make_provider(options))
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
     assert report.exit_code == 0
     hardened = {clause.id for clause in BOARD_CLAUSES if "hardened" in clause.profiles}
-    assert {case.clause_ids[0] for case in report.cases} == hardened
+    assert {case.clause_ids[0] for case in report.cases} == hardened - long_clauses()
 
 
-@pytest.mark.exhaustive("the published profiles too, which take twice as long again; the gate has the hardened one")
+@pytest.mark.exhaustive("all cases of all profiles; the gate has those of the hardened board that take five seconds")
 def test_the_board_passes_in_every_profile(report):
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
     assert report.exit_code == 0
