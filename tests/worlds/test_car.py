@@ -7,6 +7,7 @@ import math
 
 import pytest
 
+from tests.share import few
 from worlds import find_scene, find_vehicle
 from worlds.car_commands import CarCommand, CommandMode
 from worlds.car_dynamics import CarDynamics
@@ -123,7 +124,7 @@ def test_a_low_obstacle_stops_the_whole_car_at_once(car):
     assert -0.2 < body.dynamics.lon_speed_m_s <= 0.0
 
 
-@pytest.mark.parametrize("speed", [5.0, 15.0, 25.0])
+@pytest.mark.parametrize("speed", few([25.0, 5.0, 15.0], 1, "lower speeds"))
 def test_no_speed_tunnels_through_a_wall(car, speed):
     body = car("test-track")
     body.world.place(100.0, 0.0, 0.0)

@@ -8,6 +8,7 @@ import pytest
 
 import hilbench
 from hilbench.cli import main
+from tests.share import few
 
 SUITES = {
     "p2os": ("p2os-client", "p2os-server", "pioneer-motion"),
@@ -31,7 +32,7 @@ BENCHES = {
 }
 
 
-@pytest.mark.parametrize("bench", BENCHES)
+@pytest.mark.parametrize("bench", few(BENCHES, 3, "the gate has three of ten benches, and test_target more"))
 def test_a_suite_of_another_protocol_never_reaches_the_port(bench, capsys):
     speaks, target = BENCHES[bench]
     for protocol in SUITES.keys() - speaks:

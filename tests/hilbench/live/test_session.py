@@ -123,7 +123,7 @@ def test_firmware_on_a_board_is_driven_and_reset(live):
     bench.wait_for(is_event("reset", source="brain"))
 
 
-@pytest.mark.slow("a bench that is served, a live bench at its port, and one served again: three processes")
+@pytest.mark.exhaustive("three processes in turn; the gate has such a port in links/test_reconnecting")
 def test_a_port_that_goes_and_comes_again_is_shown_as_such(live, tmp_path):
     def serve():
         words = [sys.executable, "-m", "hilbench", "serve", "rover-model", "--pty", str(tmp_path / "port")]

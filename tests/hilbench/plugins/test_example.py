@@ -19,6 +19,7 @@ from hilbench.recordings.piecewise import open_pieces
 from hilbench.terminal.options import TargetChoice
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.replay import Replay
+from tests.share import few
 
 ROOT = Path(__file__).parents[3]
 TANK = ROOT / "examples" / "tank"
@@ -118,7 +119,7 @@ def test_a_silent_node_is_found_in_a_recording(verdicts, tmp_path):
     assert verdicts("--target", f"capture:{journal}")[1] == {"TANK1": "fail"}
 
 
-@pytest.mark.parametrize("bench", [MODEL, BOARD], ids=["model", "board"])
+@pytest.mark.parametrize("bench", few([MODEL, BOARD], 1, "the gate has the model"), ids=["model", "board"])
 def test_the_dashboard_shows_its_frames_states_and_watchdogs(tmp_path, bench):
     journal = tmp_path / "live.jsonl"
     made = Bench(Scheduler(), Journal())

@@ -10,12 +10,12 @@ import pytest
 
 from hilbench.tui.bench_process import Phase
 from hilbench.tui.model.bench import BenchModel
+from tests.share import matrix
 
 SIZES = {"80x24": (80, 24), "200x60": (200, 60)}
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("bench", ["pioneer", "rover", "vehicle"])
+@pytest.mark.parametrize(("bench", "size"), matrix(["pioneer", "rover", "vehicle"], [*SIZES]))
 def test_the_whole_screen_looks_as_it_did(process_of, expect, bench, size, on_screen, rows):
     async def scenario(app, pilot):
         expect(f"screen-{bench}-{size}", rows(app))

@@ -6,6 +6,7 @@ import pytest
 
 from hilbench.tui.bench_process import Phase
 from hilbench.tui.recorded import RecordedBench
+from tests.share import few
 
 BENCHES = [("pioneer", "a robot")]
 OF_VEHICLES = ("mode", "press", "stack", "simulator", "lamps", "restart", "reset")
@@ -179,7 +180,7 @@ def state_of(app, process):
     return sent, type(app.screen), app.theme, app.zoomed, frames.pattern, plots.span_s, told
 
 
-@pytest.mark.parametrize("kind", ["vehicle", "replay", "beginning"])
+@pytest.mark.parametrize("kind", few(["vehicle", "replay", "beginning"], 1, "the same commands on other screens"))
 def test_each_command_of_the_palette_does_something_or_says_why_not(
     process_of, replay_of, on_screen, kind, tmp_path, monkeypatch
 ):

@@ -193,7 +193,11 @@ def test_after_the_start_of_mbed_it_answers_between_the_alarms_of_the_ticker(on_
 @pytest.mark.parametrize(
     ("name", "by_dma"),
     [
-        pytest.param("rover", False, marks=pytest.mark.exhaustive("256 frames are more than a ring, too")),
+        pytest.param(
+            "rover",
+            False,
+            marks=pytest.mark.exhaustive("the gate has the ring by DMA, and compares this image with its model"),
+        ),
         ("rover-dma", True),
     ],
 )
@@ -235,6 +239,7 @@ def test_the_first_word(on_board, name, first_s, periodic):
     assert [payload[0] for payload in board.payloads()].count(0x80) == periodic + 1
 
 
+@pytest.mark.exhaustive("what a ring of 64 and the model's say; test_protocol compares the image with its model")
 def test_256_frames_without_a_gap(on_board):
     board = on_board().run(0.205).say(LED_ON * 256).run(0.5)
     counts = [payload[0] for payload in board.payloads()]

@@ -11,6 +11,7 @@ import struct
 import pytest
 
 from protocols import autoware, carla
+from tests.share import few
 
 TICK_MS = 1.1
 STOPPED = carla.CommandFrame(mode=carla.Mode.EMERGENCY)
@@ -23,6 +24,9 @@ MOVING = carla.decode_command(
 )
 WAITING, FOR_EVER = 1, 0xFFFFFFFF
 AS_SHIPPED = ["vehicle-v0", "vehicle-v1"]
+PLAYED = pytest.mark.exhaustive(
+    "fixed figures for what the gate compares with the model in the drive of test_against_model"
+)
 THE_SAME_CODE = pytest.mark.exhaustive("the same question to another image; the gate asks one")
 WITH_THE_DEFECT = pytest.mark.exhaustive(
     "what the defect leads to; the gate asks the hardened image, the suites find it"
@@ -74,6 +78,7 @@ def test_a_command_is_handed_on_at_once(on_board, stimuli, name):
     assert frames(on_board(name).play(stimuli, 190)) == [(pytest.approx(141.1, abs=TICK_MS), MOVING)]
 
 
+@PLAYED
 @pytest.mark.parametrize("name", ANY)
 def test_twenty_frames_in_a_second(on_board, stimuli, name):
     """Commands at 30 Hz, statuses at 20 Hz."""
@@ -83,7 +88,7 @@ def test_twenty_frames_in_a_second(on_board, stimuli, name):
     assert set(modes(found)) == {carla.Mode.AUTOWARE}
 
 
-@pytest.mark.slow("twenty seconds, which is how long the original looks for an agent")
+@PLAYED
 @pytest.mark.parametrize("name", ANY)
 def test_without_an_agent(on_board, stimuli, name):
     said = on_board(name).play(stimuli, 20_050)
@@ -110,6 +115,7 @@ def left_without_commands(stimuli):
     return stimuli.online(50.2).status(*every(50, 100.3, 2000)).command(*every(33.3, 110.7, 400), **COMMAND)
 
 
+@PLAYED
 @pytest.mark.parametrize(
     ("name", "sent"),
     [
@@ -136,6 +142,7 @@ def test_a_command_clears_the_misses(on_board, stimuli):
     assert set(modes(found)) == {carla.Mode.AUTOWARE}
 
 
+@PLAYED
 @pytest.mark.parametrize("name", ANY)
 def test_the_simulator_falls_silent_in_autoware(on_board, stimuli, name):
     stimuli.online(50.2).status(*every(50, 100.3, 1010)).command(*every(33.3, 110.7, 3000), **COMMAND)
@@ -161,6 +168,7 @@ def in_manual(stimuli):
     return stimuli.online(50.2).status(*every(50, 100.3, 1600))
 
 
+@PLAYED
 @pytest.mark.parametrize(
     ("name", "hz", "period_ms"),
     [
@@ -175,6 +183,7 @@ def test_frames_in_manual(on_board, stimuli, name, hz, period_ms):
     assert all_near(periods(frames(on_board(name).play(stimuli, 2400), 1900)), period_ms)
 
 
+@PLAYED
 @pytest.mark.parametrize("name", ["vehicle", pytest.param("vehicle-v0", marks=THE_SAME_CODE)])
 def test_the_simulator_falls_silent_in_manual(on_board, stimuli, name):
     found = frames(on_board(name).play(in_manual(stimuli), 3600), 1200)
@@ -197,6 +206,7 @@ def test_the_false_emergencies_of_v1(on_board, stimuli, name):
     assert {report.longitudinal_velocity for report in reports} == {0.0}
 
 
+@PLAYED
 def test_v1_forgets_an_order_to_drive(on_board, stimuli):
     """The order comes while the control task waits; it is back in MANUAL 1.1 s after it took it."""
     in_manual(stimuli).status(*every(50, 1650.3, 5000)).command(*every(33.3, 1800.7, 5000), **COMMAND)
@@ -209,6 +219,7 @@ def test_v1_forgets_an_order_to_drive(on_board, stimuli):
     assert hands_on == []
 
 
+@PLAYED
 def test_slow_commands(on_board, stimuli):
     """At 5 Hz each is followed by one frame for a missing one, and MANUAL never comes."""
     stimuli.online(50.2).status(*every(50, 60.3, 2000)).command(*every(200, 70.7, 2000), **COMMAND)
@@ -224,6 +235,7 @@ def test_presses_too_early_and_too_soon(on_board, stimuli):
     assert lights(said) == [("amber", True), ("green", True), ("amber", True)]
 
 
+@PLAYED
 @pytest.mark.parametrize(
     ("name", "after"), [("vehicle", "AUTOWARE"), pytest.param("vehicle-v0", "EMERGENCY", marks=WITH_THE_DEFECT)]
 )
@@ -233,6 +245,7 @@ def test_a_stray_byte(on_board, stimuli, name, after):
     assert set(modes(frames(said, 2200))) == {carla.Mode[after]}
 
 
+@PLAYED
 @pytest.mark.parametrize(
     ("name", "after"),
     [("vehicle", "AUTOWARE"), pytest.param("vehicle-dies-on-error", "EMERGENCY", marks=WITH_THE_DEFECT)],
@@ -250,6 +263,7 @@ def test_a_frame_in_two_pieces(on_board, stimuli):
     assert [report.longitudinal_velocity for _ms, report in messages(said, autoware.VelocityReport)] == [4.0]
 
 
+@PLAYED
 def test_the_joystick_at_its_pins(on_board, stimuli):
     in_manual(stimuli).status(*every(50, 1650.3, 4000))
     for ms, x, y in (
@@ -291,7 +305,7 @@ def hang(board, task):
     struct.pack_into("<IIII", memory, 12, WAITING, 0, FOR_EVER, 0)
 
 
-@pytest.mark.parametrize("task", ["control", "driving_stack"])
+@pytest.mark.parametrize("task", few(["control", "driving_stack"], 1, "the other task"))
 def test_a_task_that_hangs_is_noticed(on_board, stimuli, task):
     board = on_board("vehicle")
     board.machine.at_ns(400_000_000, lambda: hang(board, task))
