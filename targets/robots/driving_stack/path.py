@@ -114,15 +114,19 @@ class Path:
             within_m: so far around it.
         """
         nearest_m, found = math.inf, Place(s_m=0.0, offset_m=0.0)
+        # One line of the part is known beforehand: what is farther away than it need not be looked at.
+        most_m = math.inf if near_m is None else math.dist((x_m, y_m), self.point(near_m)) + _LEAST_M
         for index in self._around(near_m, within_m):
             ax, ay, dx, dy, start_m, length_m = self._lines[index]
-            if abs(x_m - ax) > nearest_m + length_m + _LEAST_M:
+            reach_m = most_m + length_m
+            if abs(x_m - ax) > reach_m or abs(y_m - ay) > reach_m:
                 continue  # all of this line is farther away
             along_m = min(max((x_m - ax) * dx + (y_m - ay) * dy, 0.0), length_m)
             distance_m = math.dist((x_m, y_m), (ax + along_m * dx, ay + along_m * dy))
             if distance_m < nearest_m:
                 left_m = dx * (y_m - ay) - dy * (x_m - ax)
                 nearest_m = distance_m
+                most_m = min(most_m, distance_m + _LEAST_M)
                 found = Place(s_m=self.normal(start_m + along_m), offset_m=math.copysign(distance_m, left_m))
         return found
 
