@@ -277,6 +277,7 @@ def test_the_stand_ins_own_ears():
     assert ros.take(bytearray(encoder)) is None
 
 
+@pytest.mark.exhaustive("minutes of bench time; the gate has ten sessions in turn")
 def test_a_long_session_takes_no_more_memory_than_a_short_one(make_rig):
     """Without a journal file nothing grows: what is kept is the latest events, and these are full after the start."""
     rig = make_rig(keep_events=30)

@@ -96,6 +96,7 @@ def test_no_command_imports_what_it_does_not_need(run, tmp_path):
 DASHBOARD = {"textual", "hilbench.tui"}
 
 
+@pytest.mark.exhaustive("processes one after the other; the gate has what each command imports")
 def test_the_dashboard_is_loaded_for_the_picture_of_a_case_that_failed_and_for_nothing_else(run, tmp_path):
     passes = panel(tmp_path, name="test_passes.py")
     fails = panel(tmp_path, '@my("A2")\ndef test_b(peer): peer.start(); assert False, "no"\n', "test_fails.py")

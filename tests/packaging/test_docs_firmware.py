@@ -78,7 +78,7 @@ def shell(tmp_path):
     forkable.close()
 
 
-@pytest.mark.slow("a dozen commands, and a pytest, one after the other")
+@pytest.mark.exhaustive("a dozen commands and a pytest in turn; the gate has each of them in tests of its own")
 def test_the_page_can_be_followed_word_by_word(shell, tmp_path):
     done = 0
     for kind, text in BLOCK.findall(PAGE):

@@ -16,6 +16,7 @@ def figures():
     return list(rows())
 
 
+@pytest.mark.exhaustive("a page whose figures are measured")
 def test_the_table_in_the_docs_is_what_comes_out(figures, monkeypatch):
     monkeypatch.setattr(car_figures, "rows", lambda: figures)
     assert car_figures.table() in PAGE, "run python -m measure.car_figures"

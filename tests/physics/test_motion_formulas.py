@@ -149,6 +149,7 @@ def test_stopping_distance(rig, physics, speed, deceleration):
     assert formula - 0.3 <= x - x0 <= formula + speed / robot.world.step_hz + 0.3
 
 
+@pytest.mark.exhaustive("the same drives at finer steps; the gate has each formula at the usual one")
 @pytest.mark.parametrize("physics", RIGID)
 def test_a_finer_step_moves_nothing_by_more_than_a_step(physics):
     """The same 300 mm at 240 and at 1000 steps per second."""

@@ -75,5 +75,6 @@ def test_a_lap_keeps_well_within_the_lane(lap, delay_s):
     assert driven.length_m / 10 < driven.s < driven.length_m / 6
 
 
+@pytest.mark.exhaustive("a second lap; the gate has the one with the longest delay")
 def test_steering_that_is_a_fifth_too_large_is_made_up_for(lap):
     assert lap(factor=1.2).offset_m < 0.3

@@ -139,6 +139,7 @@ def test_the_demo_driver_turns_before_a_wall(live):
     assert not [event for event in told(one, "event") if event["name"] in {"Stalled", "BumpStopped"}]
 
 
+@pytest.mark.exhaustive("firmware in a room; the gate drives the model here, and firmware in wiring/test_rover_bench")
 @pytest.mark.needs_physics
 def test_the_rover_is_shown_on_a_floor_goes_round_on_it_and_is_reset(live):
     one = live("rover", scene=scene_for(open_target("rover")))

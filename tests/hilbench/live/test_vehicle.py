@@ -170,6 +170,7 @@ def test_the_switch_toggles_and_the_board_debounces_it(driving):
     assert [event["value"]["reason"] for event in ignored] == ["TOO_EARLY"]
 
 
+@pytest.mark.exhaustive("the suites lose the simulator; the gate pauses the driving stack here")
 def test_a_simulator_that_is_paused_is_an_emergency_and_its_return_ends_it_in_manual(driving):
     driving.do("simulator", on=False)
     assert driving.run(0.9)["reported"] == "AUTONOMOUS"
@@ -278,6 +279,7 @@ def at_ports():
     world.close()
 
 
+@pytest.mark.exhaustive("as the model is, which is in the gate")
 def test_a_board_at_two_ports_is_driven_by_the_stack_once_it_is_asked_for(at_ports):
     bench, board, vehicle, driver = at_ports
     bench.run_for(1.5)

@@ -78,6 +78,7 @@ def test_a_bench_that_cannot_begin_says_why(start):
     assert process.never_began == ExitCode.USAGE
 
 
+@pytest.mark.exhaustive("the gate leaves a bench and finds it again in test_commands")
 @REAL_TIME
 def test_a_bench_that_was_left_has_its_folder_and_is_found_there(start):
     process = start()

@@ -112,6 +112,7 @@ def test_a_bench_is_opened_left_found_again_and_stopped(terminal, tmp_path):
     assert not (folder / "control").exists()
 
 
+@pytest.mark.exhaustive("a terminal and a bench; the gate loses a terminal, and leaves and finds a bench")
 @REAL_TIME
 def test_a_dashboard_that_is_killed_leaves_the_bench_and_its_recording_whole(terminal, tmp_path):
     opened = terminal("rover-model", "--journal", "kept.jsonl")

@@ -110,6 +110,7 @@ def test_a_terminal_that_nobody_reads_any_more_holds_nobody_who_is_told_to_end(a
     os.close(shown.descriptor)
 
 
+@pytest.mark.exhaustive("the gate loses a terminal while it asks, and one that nobody reads")
 @pytest.mark.parametrize(
     ("keys", "signalled"), [("", False), pytest.param("?", True, marks=OTHERS), pytest.param("5", False, marks=OTHERS)]
 )

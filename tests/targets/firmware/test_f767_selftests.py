@@ -15,6 +15,7 @@ LIMIT_MS = 50
 OTHER_TIMING = pytest.mark.exhaustive("the other timing model; the gate has golden traces with it")
 
 
+@pytest.mark.exhaustive("golden traces of the same images hold every line that they say")
 @pytest.mark.parametrize("name", CHECKS)
 @pytest.mark.parametrize("timing", ["flat", pytest.param("table", marks=OTHER_TIMING)])
 def test_every_check_holds(start, name, timing):

@@ -26,6 +26,7 @@ LIMIT_MS = {"adc16": 25, "dmamux": 2, "lptim": 40, "usart-fifo": 6}
 OTHER_TIMING = pytest.mark.exhaustive("the other timing model; the gate has golden traces with it")
 
 
+@pytest.mark.exhaustive("golden traces of the same images hold every line that they say")
 @pytest.mark.parametrize("name", CHECKS)
 @pytest.mark.parametrize("timing", ["flat", pytest.param("table", marks=OTHER_TIMING)])
 def test_every_check_holds(start, name, timing):

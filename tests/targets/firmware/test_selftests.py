@@ -55,6 +55,7 @@ def check_all(start, name, timing):
     assert run.console.endswith(b"done %d ok %d failed\n" % (len(passed), len(failed)))
 
 
+@pytest.mark.exhaustive("golden traces of the same images hold every line that they say")
 @pytest.mark.parametrize("name", CHECKS)
 def test_every_check_holds(start, name):
     check_all(start, name, "flat")

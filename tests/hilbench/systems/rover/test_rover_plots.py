@@ -44,6 +44,7 @@ def test_pictures_are_drawn_from_it():
     assert drawn == pictures(RECORD)
 
 
+@pytest.mark.exhaustive("a page whose figures are measured")
 @pytest.mark.needs_physics
 def test_a_drive_is_the_one_of_the_record():
     (held,) = (step for step in STEPS if step.name == "held")

@@ -75,6 +75,7 @@ def test_joystick_lights_lamps_and_reset(there):
     assert vehicle.frames(mark + 1) == []
 
 
+@pytest.mark.exhaustive("starts the firmware once more; the gate has its joystick and its lamps")
 def test_a_bench_without_a_joystick_says_so(there):
     with pytest.raises(InternalError, match="no joystick"):
         BoardHands(there, "").press()

@@ -179,6 +179,7 @@ def test_encoder_figure(tim):
     assert peek(timer, "SR") & 1
 
 
+@pytest.mark.exhaustive("timing/test_periods.py counts such edges in the gate")
 def test_encoder_at_100_khz(tim):
     """A second of it: 70 000 edges forwards, beyond the end of the counter, and 30 000 backwards."""
     chip, timer = tim
