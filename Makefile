@@ -17,10 +17,11 @@ test:             ## the gate: what a change must pass (docs/testing.md); minute
 	@$(MAKE) --no-print-directory --jobs=2 --output-sync=target lint types layers collected
 	@$(MAKE) --no-print-directory unit
 
-# In a new clone it takes a while until pytest has rewritten the asserts of all tests: once, not in each worker.
+# In a new clone it takes a while until pytest has rewritten the asserts of all tests: once, not in each worker. Later
+# there is nothing to do: what has changed since is little.
 .PHONY: collected
 collected: dev
-	@$(BIN)/python -m pytest --collect-only -qq >/dev/null || $(BIN)/python -m pytest --collect-only -q
+	@test -d tests/__pycache__ || $(BIN)/python -m pytest --collect-only -qq >/dev/null || $(BIN)/python -m pytest --collect-only -q
 
 .PHONY: dev
 dev:

@@ -16,6 +16,7 @@ from hilbench.clock import NS_PER_MS
 from hilbench.errors import UsageError
 from hilbench.terminal.options import TargetChoice
 from targets.firmware import image_path
+from tests.share import few
 
 
 @pytest.mark.parametrize(
@@ -168,7 +169,8 @@ def test_a_board_that_does_not_answer_fails_there_as_it_would_in_the_emulator(ow
 
 @pytest.mark.usefixtures("skips")
 @pytest.mark.parametrize(
-    ("name", "usart"), [("a", "usart2"), ("b", "usart3"), ("", "usart2"), ("brain.usart1", "usart1")]
+    ("name", "usart"),
+    few([("a", "usart2"), ("b", "usart3"), ("", "usart2"), ("brain.usart1", "usart1")], 2, "the other names"),
 )
 def test_lines_with_names_make_no_vehicle_interface_of_a_board(own_bench, name, usart):
     own_bench.write_text(own_bench.read_text() + LINES)
@@ -262,12 +264,20 @@ def test_a_user_s_suite_does_not_share_a_port_with_one_of_another_protocol(own_b
 
 @pytest.mark.parametrize(
     ("bench", "targets", "said"),
-    [
-        ("pioneer-plane", ["serial:/dev/none"], "/dev/none: there is no such port"),
-        ("rover-model", ["serial:/dev/none"], "/dev/none: there is no such port"),
-        ("rover", ["serial:/dev/none"], "/dev/none: there is no such port"),
-        ("vehicle-model", ["simulator=serial:/dev/none", "stack=serial:/dev/nil"], "/dev/none: there is no such port"),
-    ],
+    few(
+        [
+            ("pioneer-plane", ["serial:/dev/none"], "/dev/none: there is no such port"),
+            ("rover", ["serial:/dev/none"], "/dev/none: there is no such port"),
+            (
+                "vehicle-model",
+                ["simulator=serial:/dev/none", "stack=serial:/dev/nil"],
+                "/dev/none: there is no such port",
+            ),
+            ("rover-model", ["serial:/dev/none"], "/dev/none: there is no such port"),
+        ],
+        2,
+        "the other benches",
+    ),
 )
 def test_a_port_that_is_not_there_costs_one_line(bench, targets, said, capsys):
     words = [word for target in targets for word in ("--target", target)]

@@ -8,6 +8,7 @@ import pytest
 
 from hilbench.tui.model.frames import FramesModel
 from tests.hilbench.plugins.conftest import TINY
+from tests.share import few
 
 RECORD = "api=1,"
 DEVICE = """
@@ -101,7 +102,9 @@ def test_a_suite_that_is_not_there_is_named_with_its_plug_in(hilbench, tiny):
     assert err == f"hilbench: {tiny}: its suite '/nowhere/suite.py' is not there\n"
 
 
-@pytest.mark.parametrize("junk", ["None", "[1]", "[SimpleNamespace(id=5)]", "3"])
+@pytest.mark.parametrize(
+    "junk", few(["[SimpleNamespace(id=5)]", "[1]", "None", "3"], 2, "the gate has two kinds of junk")
+)
 def test_clauses_that_are_none_leave_out_the_plug_in_and_nothing_else(hilbench, package, junk):
     source = TINY.replace("def clauses():", f"def clauses():\n    return {junk}\n\n\ndef other():")
     package("stranger", source, {"tiny": "stranger:TINY"})

@@ -8,6 +8,7 @@ import pytest
 
 from hilbench.clock import Scheduler
 from tests.hilbench.test_target import board_at_a_port
+from tests.share import matrix
 
 HEAD = """
 from hilbench.plugins.system import API, ModelKind, System
@@ -147,8 +148,10 @@ def test_settings_that_a_model_does_not_have_are_refused(refused):
     assert "unknown key 'fast'" in refused(body, '[targets.a]\nmodel = "turn"\nsettings = { fast = 1 }\n')
 
 
-@pytest.mark.parametrize("suite", ["pkt-board", "p2os-server", "rover-motion", "bluepill-pins"])
-@pytest.mark.parametrize("bench", ["bluepill-robot", "pioneer"])
+@pytest.mark.parametrize(
+    ("suite", "bench"),
+    matrix(["pkt-board", "p2os-server", "rover-motion", "bluepill-pins"], ["bluepill-robot", "pioneer"]),
+)
 def test_a_foreign_suite_sends_nothing_to_a_port(hilbench, bench, suite):
     if (bench, suite) == ("pioneer", "p2os-server"):
         return  # its own

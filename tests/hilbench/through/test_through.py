@@ -21,6 +21,7 @@ from hilbench.serving.relay import Relay
 from hilbench.terminal.options import THROUGH
 from hilbench.through import Routes, loop, way
 from hilbench.through.loop import settle
+from tests.share import few
 
 TWO_LINES = pytest.mark.exhaustive("the gate has each door, and each bench, in another pair")
 ALL_BYTES = bytes(range(256)) * 20
@@ -183,6 +184,7 @@ def test_want_of_room_for_links_is_said(kind, monkeypatch):
         lined(ways)
 
 
+@pytest.mark.parametrize("kind", few(THROUGH, 2, "the other doors"))
 def test_an_interrupted_opening_leaves_nothing(kind, monkeypatch):
     before = left()
 
@@ -218,6 +220,7 @@ def test_what_else_a_port_does_reaches_the_port(line):
     assert near.closed
 
 
+@pytest.mark.parametrize("kind", few(THROUGH, 1, "the other doors, which are closed as well after each test here"))
 def test_nothing_is_left_of_a_run_that_is_over(kind, tmp_path, monkeypatch):
     monkeypatch.setattr(way.tempfile, "tempdir", str(tmp_path))
     options = CheckOptions(bench="rover-model", suites=("pkt-board",), select="P01 and documented", through=kind)

@@ -22,7 +22,7 @@ from targets.parts.p2os_adapter import (
     SpeedSent,
 )
 from targets.parts.testing import PartBench
-from tests.share import examples
+from tests.share import examples, few
 
 MS = 1_000_000
 VEL, RVEL, ENABLE, PULSE = CommandNumber.VEL, CommandNumber.RVEL, CommandNumber.ENABLE, CommandNumber.PULSE
@@ -136,7 +136,7 @@ def test_taking_leave_and_coming_back(adapter) -> None:
     assert adapter.robot.times_ns(VEL)[-1] > adapter.now_ns - 3500 * MS
 
 
-@pytest.mark.parametrize("after_s", [0.012, 0.1, 0.35, 0.6])
+@pytest.mark.parametrize("after_s", few([0.012, 0.1, 0.35, 0.6], 2, "other moments of the set-up"))
 def test_a_change_of_mind_during_the_set_up_or_the_leave(adapter, after_s) -> None:
     adapter.put("p2dx_con", True)
     adapter.run(1.0)
