@@ -74,9 +74,14 @@ def test_two_runs_are_the_same(report):
     assert again.items() <= {case.id: case.case_hash for case in report.cases}.items()
 
 
+SOONER = {"P40D": "gps-order"}
+"""Which fault a clause finds at once that takes a minute of bench time for another."""
+
+
 def one_fault_for_each_clause():
     mutants, clause_ids = {mutant.id: mutant for mutant in all_mutants()}, [clause.id for clause in BOARD_CLAUSES]
-    return [fault(mutants[name], clause_id) for clause_id, name in one_for_each(clause_ids, FOUND)]
+    chosen = dict(one_for_each(clause_ids, FOUND)) | SOONER
+    return [fault(mutants[name], clause_id) for clause_id, name in chosen.items()]
 
 
 @pytest.mark.slow("each clause of the rover and a fault that it has to find")
