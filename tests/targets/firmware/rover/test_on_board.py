@@ -239,7 +239,7 @@ def test_the_first_word(on_board, name, first_s, periodic):
     assert [payload[0] for payload in board.payloads()].count(0x80) == periodic + 1
 
 
-@pytest.mark.exhaustive("what a ring of 64 and the model's say; test_protocol compares the image with its model")
+@pytest.mark.exhaustive("at the full rate of the line; the gate compares the image with its model")
 def test_256_frames_without_a_gap(on_board):
     board = on_board().run(0.205).say(LED_ON * 256).run(0.5)
     counts = [payload[0] for payload in board.payloads()]

@@ -27,6 +27,7 @@ AS_SHIPPED = ["vehicle-v0", "vehicle-v1"]
 PLAYED = pytest.mark.exhaustive(
     "fixed figures for what the gate compares with the model in the drive of test_against_model"
 )
+OF_THE_MODEL = pytest.mark.exhaustive("the image is fixed bytes; the gate asks this of the model, and of faulty ones")
 THE_SAME_CODE = pytest.mark.exhaustive("the same question to another image; the gate asks one")
 WITH_THE_DEFECT = pytest.mark.exhaustive(
     "what the defect leads to; the gate asks the hardened image, the suites find it"
@@ -88,7 +89,7 @@ def test_twenty_frames_in_a_second(on_board, stimuli, name):
     assert set(modes(found)) == {carla.Mode.AUTOWARE}
 
 
-@PLAYED
+@OF_THE_MODEL
 @pytest.mark.parametrize("name", ANY)
 def test_without_an_agent(on_board, stimuli, name):
     said = on_board(name).play(stimuli, 20_050)
@@ -206,7 +207,7 @@ def test_the_false_emergencies_of_v1(on_board, stimuli, name):
     assert {report.longitudinal_velocity for report in reports} == {0.0}
 
 
-@PLAYED
+@OF_THE_MODEL
 def test_v1_forgets_an_order_to_drive(on_board, stimuli):
     """The order comes while the control task waits; it is back in MANUAL 1.1 s after it took it."""
     in_manual(stimuli).status(*every(50, 1650.3, 5000)).command(*every(33.3, 1800.7, 5000), **COMMAND)
@@ -219,7 +220,7 @@ def test_v1_forgets_an_order_to_drive(on_board, stimuli):
     assert hands_on == []
 
 
-@PLAYED
+@OF_THE_MODEL
 def test_slow_commands(on_board, stimuli):
     """At 5 Hz each is followed by one frame for a missing one, and MANUAL never comes."""
     stimuli.online(50.2).status(*every(50, 60.3, 2000)).command(*every(200, 70.7, 2000), **COMMAND)
@@ -235,7 +236,7 @@ def test_presses_too_early_and_too_soon(on_board, stimuli):
     assert lights(said) == [("amber", True), ("green", True), ("amber", True)]
 
 
-@PLAYED
+@OF_THE_MODEL
 @pytest.mark.parametrize(
     ("name", "after"), [("vehicle", "AUTOWARE"), pytest.param("vehicle-v0", "EMERGENCY", marks=WITH_THE_DEFECT)]
 )
@@ -245,7 +246,7 @@ def test_a_stray_byte(on_board, stimuli, name, after):
     assert set(modes(frames(said, 2200))) == {carla.Mode[after]}
 
 
-@PLAYED
+@OF_THE_MODEL
 @pytest.mark.parametrize(
     ("name", "after"),
     [("vehicle", "AUTOWARE"), pytest.param("vehicle-dies-on-error", "EMERGENCY", marks=WITH_THE_DEFECT)],
