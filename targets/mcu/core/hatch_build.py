@@ -7,9 +7,11 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 import sysconfig
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +31,7 @@ class CoreBuildHook(BuildHookInterface[BuilderConfig]):
         if self.root not in sys.path:
             sys.path.insert(0, self.root)
         self._machine = os.environ.get("HILBENCH_WHEEL_MACHINE", "")
-        self._scratch = tempfile.TemporaryDirectory(prefix="hilbench-core-")
+        self._scratch: Path | None = None
 
     def dependencies(self) -> list[str]:
         """Return what the build needs beside hatchling: a compiler from PyPI, where there is no other."""
@@ -47,7 +49,7 @@ class CoreBuildHook(BuildHookInterface[BuilderConfig]):
             if version == "editable":
                 build()
                 return
-            library = self._cross_compiled() if self._machine else self._compiled() or self._compiled_aside()
+            library = self._cross_compiled() if self._machine else self._compiled() or self._compiled_here()
         except EngineError as error:
             self.app.abort(f"{error}; {error.hint}")
         build_data["force_include"][str(library)] = f"targets/mcu/core/{file_name(self._machine)}"
@@ -57,7 +59,8 @@ class CoreBuildHook(BuildHookInterface[BuilderConfig]):
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:  # noqa: ARG002
         """Remove what was compiled for the wheel alone."""
-        self._scratch.cleanup()
+        if self._scratch is not None:
+            shutil.rmtree(self._scratch)
 
     def _compiled(self) -> Path | None:
         from targets.mcu.core.sources import current, digest_of, places
@@ -65,17 +68,21 @@ class CoreBuildHook(BuildHookInterface[BuilderConfig]):
         digest = digest_of()
         return current(digest, places(digest))
 
-    def _compiled_aside(self) -> Path:
-        """Compile for this machine without a trace in the folder of the sources."""
-        from targets.mcu.core.build import compile_library, some_compiler
+    def _compiled_here(self) -> Path:
+        from targets.mcu.core.build import some_compiler
 
-        library = Path(self._scratch.name, "library.so")
-        compile_library(library, some_compiler())
-        return library
+        return self._compiled_aside(some_compiler())
 
     def _cross_compiled(self) -> Path:
-        from targets.mcu.core.build import ZIG, compile_library
+        from targets.mcu.core.build import zig_for
 
-        library = Path(self._scratch.name, "library.so")
-        compile_library(library, [*ZIG, "-target", f"{self._machine}-linux-gnu.2.17"])
+        return self._compiled_aside(zig_for(self._machine))
+
+    def _compiled_aside(self, compiler: Sequence[str]) -> Path:
+        """Compile without a trace in the folder of the sources."""
+        from targets.mcu.core.build import compile_library
+
+        self._scratch = Path(tempfile.mkdtemp(prefix="hilbench-core-"))
+        library = self._scratch / "library.so"
+        compile_library(library, compiler)
         return library

@@ -100,7 +100,7 @@ def open_library(path: Path, digest: str) -> ctypes.CDLL:
 def about() -> About:
     """Return what is known of the library that `load` returns; raises what that raises."""
     path, digest = _found()
-    return About(path, load().hil_compiler().decode(), digest)
+    return About(path, load().hil_compiler().decode().strip(), digest)
 
 
 def structure(name: str) -> type[ctypes.Structure]:

@@ -13,8 +13,8 @@ __all__ = ["COMPILE", "LINK", "SOURCES", "current", "digest_of", "file_name", "i
 SOURCES = Path(__file__).parent / "src"
 """Its C files and headers, flat."""
 
-COMPILE = ("-std=c11", "-O2", "-fPIC", "-Wall", "-Wextra", "-ffp-contract=off", "-fvisibility=hidden")
-"""Flags for each file. No contraction: a * b + c rounds twice, on each processor."""
+COMPILE = ("-std=c11", "-O2", "-g0", "-fPIC", "-Wall", "-Wextra", "-ffp-contract=off", "-fvisibility=hidden")
+"""Flags for each file. No contraction: a * b + c rounds twice, on each processor. zig adds symbols unless told."""
 
 LINK = ("-shared", "-Wl,-z,defs")
 """Flags for the library. What is not defined is an error now, not when it is loaded."""
