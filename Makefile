@@ -117,6 +117,12 @@ plots:            ## the rover's wheels after throttles and set points (docs/rov
 	@.ci/setup $(VENV) dev,plots
 	$(BIN)/python -m measure.rover_plots
 
+.PHONY: wheels
+wheels:           ## manylinux wheels for x86-64 and ARM into dist, cross-compiled with the compiler of PyPI's ziglang
+	@.ci/setup $(VENV) wheels
+	HILBENCH_WHEEL_MACHINE=x86_64 $(BIN)/python -m build --wheel --no-isolation
+	HILBENCH_WHEEL_MACHINE=aarch64 $(BIN)/python -m build --wheel --no-isolation
+
 docs: dev         ## regenerate what the docs take from the code
 	$(BIN)/python docs/generate.py
 

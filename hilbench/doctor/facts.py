@@ -15,7 +15,7 @@ from pathlib import Path
 
 from hilbench.cli.siblings import check_siblings
 from hilbench.clock import NS_PER_MS, MonotonicHostClock
-from hilbench.errors import HilbenchError
+from hilbench.errors import HilbenchError, UnavailableError
 from hilbench.files.host import Host, this_host
 from hilbench.ports.calibration import Calibration, calibration_of, state_folder
 from hilbench.ports.listing import PortEnumerator, PortInfo, list_ports
@@ -58,6 +58,19 @@ def _intruder() -> HilbenchError | None:
     except HilbenchError as error:
         return error
     return None
+
+
+def _core() -> str:
+    try:
+        from targets.mcu.core.library import about
+        from targets.mcu.errors import EngineError
+    except ImportError as error:  # another package is called `targets`
+        raise UnavailableError(f"cannot be imported: {error}", hint="install hilbench again") from error
+    try:
+        core = about()
+    except EngineError as error:
+        raise UnavailableError(str(error), where=error.where or None, hint=error.hint) from error
+    return f"{core.path}, by {core.compiler}, sources {core.digest[:12]}"
 
 
 def _open_pty() -> None:
@@ -117,6 +130,7 @@ class Facts:
         requirements: what hilbench says it needs; None if it is not installed as a distribution.
         version_of: which version of a distribution is installed, if it is.
         import_error: why a module cannot be imported, if it cannot.
+        core: loads the library in C, compiled where need be, and says what it is; UnavailableError without one.
         distributions: which distributions have brought each top-level package.
         intruder: what stands in the place of a package of ours, if something does.
         working_folder: where we are.
@@ -136,6 +150,7 @@ class Facts:
     requirements: Sequence[str] | None = field(default_factory=_requirements)
     version_of: Callable[[str], str | None] = _version
     import_error: Callable[[str], str | None] = _import_error
+    core: Callable[[], str] = _core
     distributions: Mapping[str, Sequence[str]] = field(default_factory=importlib.metadata.packages_distributions)
     intruder: HilbenchError | None = field(default_factory=_intruder)
     working_folder: Path = field(default_factory=_working_folder)

@@ -9,6 +9,7 @@ from pathlib import Path
 from hilbench.cli.siblings import SIBLINGS
 from hilbench.doctor.facts import Facts
 from hilbench.doctor.finding import Finding, cross, fine, warning
+from hilbench.errors import UnavailableError
 
 __all__ = ["look_at_software"]
 
@@ -24,6 +25,7 @@ def look_at_software(facts: Facts) -> Iterator[Finding]:
     yield _python(facts)
     yield from _wheels(facts)
     yield _cpu(facts)
+    yield _core(facts)
     yield _physics(facts)
     yield _compiler(facts)
     yield from _names(facts)
@@ -68,6 +70,14 @@ def _cpu(facts: Facts) -> Finding:
         return fine("emulated CPU", f"{_CPU} {facts.version_of(_CPU) or 'of unknown version'}")
     fix = f"{facts.executable} -m pip install --force-reinstall {_CPU}"
     return cross("emulated CPU", f"{_CPU} cannot be imported: {error}", fix)
+
+
+def _core(facts: Facts) -> Finding:
+    try:
+        return fine("library in C", facts.core())
+    except UnavailableError as error:
+        where = f"{error.where}: " if error.where else ""
+        return cross("library in C", f"{where}{error.message}", error.hint or "install hilbench again")
 
 
 def _physics(facts: Facts) -> Finding:

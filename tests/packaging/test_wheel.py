@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import sysconfig
 import tomllib
 import zipfile
 from pathlib import Path
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from hilbench import __version__
+from targets.mcu.core import sources
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = {"hilbench", "protocols", "targets", "worlds"}
@@ -60,6 +62,13 @@ def test_it_holds_every_file_of_the_packages_and_no_test(names):
     assert not [name for name in names if Path(name).name.startswith(("test_", "conftest"))]
 
 
+def test_it_is_for_this_machine_alone_and_holds_the_library_of_its_sources(wheel, home):
+    assert wheel.stem == f"hilbench-{__version__}-py3-none-{sysconfig.get_platform().replace('-', '_')}"
+    core = home / "targets/mcu/core"
+    assert [file.name for file in core.glob("*.so")] == [sources.file_name()]
+    assert sources.is_of(core / sources.file_name(), sources.digest_of(core / "src"))
+
+
 def test_the_licence_comes_along(names):
     assert f"hilbench-{__version__}.dist-info/licenses/LICENSE" in names
 
@@ -85,10 +94,12 @@ sys.path.insert(0, sys.argv[1])
 import hilbench
 from hilbench.cli import main
 from targets.firmware import image_path
+from targets.mcu.core.library import about
 
 image = image_path("style-hal")
 assert hilbench.__file__.startswith(sys.argv[1])
 assert str(image).startswith(sys.argv[1])
+assert str(about().path).startswith(sys.argv[1])
 codes = [
     main(["check", sys.argv[2], "--suite", "p2os-server", "-k", "S01"]),
     main(["run", f"bluepill:{image}", "--for", "10ms", "--follow"]),

@@ -50,6 +50,7 @@ class Bench:
             requirements=("unicorn==2.1.4", "pyserial<4,>=3.5", "tool>=1; extra == 'dev'"),
             version_of={"unicorn": "2.1.4", "pyserial": "3.5", "pybullet": "3.2.7"}.get,
             import_error=lambda _: None,
+            core=lambda: "/env/libhilmcu.so, by gcc 12.2.0, sources 3fa91b3c4d5e",
             distributions={"protocols": ["hilbench", "hilbench"], "yaml": ["PyYAML"]},
             intruder=None,
             working_folder=root / "work",

@@ -69,6 +69,14 @@ def a_broken_wheel(bench):
     bench.change(import_error={"unicorn": "ImportError: no lib"}.get)
 
 
+@problem("library in C", State.CROSS, "there is no C compiler", "sudo apt install gcc libc6-dev")
+def no_library_in_c(bench):
+    def core():
+        raise UnavailableError("there is no C compiler", hint="sudo apt install gcc libc6-dev")
+
+    bench.change(core=core)
+
+
 @problem(
     "physics", State.WARNING, 'only benches with physics = "plane" run', "/env/bin/python -m pip install mujoco-core"
 )
