@@ -24,6 +24,7 @@ from hilbench.benchfile.suites import shipped_suites
 from hilbench.benchfile.wiring_reader import WiringReader
 from hilbench.clock import NS_PER_US
 from hilbench.errors import UnavailableError, UsageError
+from hilbench.files.built_in import built_in_benches
 from hilbench.files.names import file_name
 from hilbench.nearest import did_you_mean
 from hilbench.plugins.discovery import PLUGINS
@@ -38,13 +39,11 @@ from worlds.scenes import read_scene, scene_names
 __all__ = [
     "CHECKER_END",
     "BenchFile",
-    "built_in_benches",
     "open_bench",
     "read_bench",
     "resolve_scene",
 ]
 
-BUILT_IN_FOLDER = Path(__file__).parent.parent / "benches"
 DEFAULT_FILE = Path("hilbench.toml")
 
 _LINE_NAME = re.compile(r"[A-Za-z_][\w-]*")
@@ -54,11 +53,6 @@ _UNSEEN = ModelKind(settings=dict, protocol="", suites=(), beside=True, has_body
 """A model of a plug-in that is not run: whatever it may be, it is."""
 _MODEL_KEYS = ("model", "settings")
 _BOARD_KEYS = ("board", "chip", "firmware", "base", "timing", "skip_idle", "straps", "programs")
-
-
-def built_in_benches() -> tuple[str, ...]:
-    """Return the names of the benches that come with hilbench."""
-    return tuple(sorted(file.stem for file in BUILT_IN_FOLDER.glob("*.toml")))
 
 
 def open_bench(bench: str | None = None, *, run_plugins: bool = True) -> BenchFile:
@@ -75,8 +69,8 @@ def open_bench(bench: str | None = None, *, run_plugins: bool = True) -> BenchFi
     """
     if bench is None:
         bench = str(DEFAULT_FILE) if DEFAULT_FILE.is_file() else DEFAULT_BENCH
-    if bench in built_in_benches():
-        return read_bench(BUILT_IN_FOLDER / f"{bench}.toml", name=bench)
+    if (own := built_in_benches().get(bench)) is not None:
+        return read_bench(own, name=bench)
     if run_plugins and (file := PLUGINS.systems.bench(bench)) is not None:
         return read_bench(file, name=bench)
     if "/" in bench or bench.endswith(".toml") or Path(bench).exists():

@@ -13,11 +13,11 @@ import io
 import os
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from hilbench import __version__
 from hilbench.errors import HilbenchError, InternalError, UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
+from hilbench.files.built_in import built_in_benches
 from hilbench.terminal import interruption
 
 COMMANDS = {
@@ -38,8 +38,6 @@ COMMANDS = {
     "udev": "rules for udev: access to boards and adapters, names that stay",
     "validate": "read a bench file and say whether it is right",
 }
-
-_BENCHES = Path(__file__).parent.parent / "benches"
 
 _OF_DASHBOARD = frozenset({"--journal", "--scene", "--seed", "--target", "--web", "--web-host"})
 """Options of the dashboard, which need no bench before them."""
@@ -152,7 +150,7 @@ def _is_bench(word: str) -> bool:
     """Say whether a word that stands where a command does is a bench; a command of that name comes first."""
     if word.startswith("-") or word in COMMANDS or word in _OWN or word == "help":
         return False
-    return word.endswith(".toml") or ":" in word or (_BENCHES / f"{word}.toml").is_file() or _is_of_plugin(word)
+    return word.endswith(".toml") or ":" in word or word in built_in_benches() or _is_of_plugin(word)
 
 
 def _is_of_plugin(word: str) -> bool:
@@ -175,7 +173,7 @@ def _unknown_command(word: str) -> UsageError:
         return UsageError(f"unknown option '{word}'", hint=did_you_mean(word, ["--help", "--version"], "options"))
     from hilbench.plugins.discovery import PLUGINS
 
-    benches = [*(file.stem for file in _BENCHES.glob("*.toml")), *PLUGINS.systems.bench_names()]
+    benches = [*built_in_benches(), *PLUGINS.systems.bench_names()]
     near = nearest(word, [*COMMANDS, *benches])
     return UsageError(f"unknown command '{word}'", hint=did_you_mean(word, [near] if near else COMMANDS, "commands"))
 

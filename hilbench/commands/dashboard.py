@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import hilbench
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.files import check_writable
+from hilbench.files.built_in import built_in_benches
 from hilbench.terminal import arguments, interruption
 from hilbench.terminal.options import DEFAULT_BENCH
 from hilbench.terminal.parser import Parser, typed
@@ -80,7 +80,7 @@ def run(parsed: argparse.Namespace) -> int:
     from hilbench.tui.bench_process import BenchProcess
 
     name = parsed.what or ("" if DEFAULT_FILE.is_file() else DEFAULT_BENCH)
-    if name not in dict(_built_in()) or parsed.scene is not None or parsed.target:
+    if name not in built_in_benches() or parsed.scene is not None or parsed.target:
         name = _bench_named(parsed)
     # The bench starts while this process loads what draws it.
     words = [word for word in (parsed.what,) if word]
@@ -195,15 +195,10 @@ def _target(text: str) -> str:
 
 def _benches() -> list[tuple[str, str]]:
     """Return the benches there are, each with the first words of its file."""
-    files = list(_built_in())
+    files = list(built_in_benches().items())
     if DEFAULT_FILE.is_file():
         files.insert(0, (f"./{DEFAULT_FILE}", DEFAULT_FILE))
     return [(name, _first_words(file)) for name, file in files]
-
-
-def _built_in() -> Iterator[tuple[str, Path]]:
-    """Return the benches that come with hilbench; without reading any, and without what reads them."""
-    yield from ((file.stem, file) for file in sorted((Path(hilbench.__file__).parent / "benches").glob("*.toml")))
 
 
 def _first_words(file: Path) -> str:

@@ -16,8 +16,8 @@ _PARTS = ("unicorn", "pybullet", "mujoco-core", "pytest")
 
 def as_data() -> dict[str, object]:
     """Return it as plain data."""
-    from hilbench.benchfile.reader import built_in_benches
     from hilbench.benchfile.suites import shipped_suites
+    from hilbench.files.built_in import built_in_benches
     from targets.boards import board_names
     from targets.mcu.variants import VARIANTS
 

@@ -6,9 +6,10 @@ from pathlib import Path
 
 from hilbench.benchfile.bench_file import BenchFile, EmulatedBoard
 from hilbench.benchfile.board_files import is_board_file, open_board, with_chip
-from hilbench.benchfile.reader import built_in_benches, open_bench
+from hilbench.benchfile.reader import open_bench
 from hilbench.benchfile.target_grammar import parse_target
 from hilbench.errors import UsageError
+from hilbench.files.built_in import built_in_benches
 from hilbench.nearest import did_you_mean
 from targets.boards import board_names
 

@@ -7,9 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.benchfile.bench_schema import bench_schema
-from hilbench.benchfile.reader import built_in_benches, open_bench
+from hilbench.benchfile.reader import open_bench
 from hilbench.cli import main
 from hilbench.errors import UsageError
+from hilbench.files.built_in import built_in_benches
 from hilbench.strict.schema import DATA_FOLDER, schema_text
 from hilbench.strict.toml_lines import find_line
 from protocols.p2os import ServerOptions, WrongOrder

@@ -75,7 +75,7 @@ def test_the_licence_comes_along(names):
 
 def images_named():
     """Return the images that benches and examples run."""
-    files = [*(ROOT / "hilbench" / "benches").glob("*.toml"), *(ROOT / "examples").rglob("*.toml")]
+    files = [*(ROOT / "hilbench" / "systems").glob("*/benches/*.toml"), *(ROOT / "examples").rglob("*.toml")]
     targets = [one for file in files for one in tomllib.loads(file.read_text()).get("targets", {}).values()]
     named = [image for one in targets for image in (one.get("firmware", ""), *one.get("programs", {}).values())]
     return {Path(image).name for image in named if IMAGES in image}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -152,9 +153,7 @@ class Rover(System):
 
         A stand in a file of one's own was named by somebody.
         """
-        from hilbench.benchfile.reader import BUILT_IN_FOLDER
-
-        is_ours = bench_file.path is not None and bench_file.path.parent == BUILT_IN_FOLDER
+        is_ours = bench_file.path is not None and bench_file.path.parent == Path(__file__).with_name("benches")
         on_stand = (bench_file.world.vehicle, bench_file.world.scene) == (VEHICLE, "stand")
         return ROVER_ROOM if is_ours and bench_file.has_world and on_stand else None
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
-import hilbench
 from hilbench.cli import main
+from hilbench.files.built_in import built_in_benches
 from tests.share import few
 
 SUITES = {
@@ -50,4 +48,4 @@ def test_a_suite_of_its_own_looks_for_the_port(capsys):
 
 
 def test_all_benches_are_here():
-    assert {path.stem for path in (Path(hilbench.__file__).parent / "benches").glob("*.toml")} == BENCHES.keys()
+    assert built_in_benches().keys() == BENCHES.keys()
