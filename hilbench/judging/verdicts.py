@@ -125,7 +125,7 @@ class Inconclusive(CaseOutcome):
 class NotApplicable(CaseOutcome):
     """The clause does not concern this target, as only the running case could find out.
 
-    Example scenarios: the clause is about bumpers and the robot's configuration packet says that it has none. What is
+    Example scenarios: the clause is about a sensor and the target's own configuration says that it has none. What is
     known beforehand belongs into the ``needs`` of the case.
     """
 

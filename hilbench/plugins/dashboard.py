@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.text import Text
 
-__all__ = ["BAD", "DIM", "GOOD", "HEAD", "Columns", "Dashboard", "Event", "Help", "Key"]
+__all__ = ["BAD", "DIM", "GOOD", "HEAD", "Columns", "Dashboard", "Echo", "Event", "Help", "Key"]
 
 HEAD, DIM, GOOD, BAD = "bold", "dim", "green", "bold red"
 """The styles of all views."""
@@ -77,6 +77,28 @@ class Help:
     rows: tuple[tuple[str, str], ...] = ()
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Echo:
+    """What a range sensor of a vehicle reported last.
+
+    Attributes:
+        number: of the sensor.
+        range_m: how far away the nearest thing in its beam is; None if it hears nothing.
+        place: x and y in m and the direction in rad, as the vehicle sees them; None if that is not known.
+        ahead: it looks ahead: the least of these is a figure, too.
+    """
+
+    number: int
+    range_m: float | None
+    place: tuple[float, float, float] | None = None
+    ahead: bool = False
+
+
+def _no_echoes(live: Event, reported: Event) -> Iterable[Echo]:
+    del live, reported
+    return ()
+
+
 def _no_help(actions: Collection[str], driver: str) -> Help:
     del actions, driver
     return Help()
@@ -94,7 +116,8 @@ class Dashboard:
         narrow: which of them come first on a screen without.
         plots: the figures that are plotted, the most important first.
         units: the units of those fields of frames whose names do not end with theirs.
-        discs_ahead: the numbers of the sonar discs whose least range is a figure, too.
+        echoes: returns what range sensors of the vehicle report: of what the header of the journal says of the bench,
+            and of the fields of a frame or of an event of who drives.
         keys: what can be asked for besides.
         help: returns what help says besides, of the actions of the bench and of who drives.
         tells: the kind of the journal's events that say what the view shows and what keys toggle.
@@ -117,7 +140,7 @@ class Dashboard:
     )  # fmt: skip
     plots: tuple[str, ...] = ("speed", "turn rate", "duty")
     units: Mapping[str, str] = field(default_factory=dict)
-    discs_ahead: frozenset[int] = frozenset()
+    echoes: Callable[[Event, Event], Iterable[Echo]] = _no_echoes
     keys: tuple[Key, ...] = ()
     help: Callable[[Collection[str], str], Help] = _no_help
     tells: str = ""

@@ -196,4 +196,4 @@ class BenchModel:
                 if machine.is_meant(event):
                     machine.change(event)
         elif event["source"] == self.live.get("operator"):
-            self.world.take_sonars(value.get("packet", {}).get("sonars", ()))
+            self.world.take_echoes(self.dashboard.echoes(self.live, value))

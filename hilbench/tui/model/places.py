@@ -1,13 +1,14 @@
-"""Where the vehicle is, where it has been, and what its sonar hears, seen from above."""
+"""Where the vehicle is, where it has been, and what its range sensors report, seen from above."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from hilbench.plugins.dashboard import Echo
 from worlds.stage import Stage
 
 __all__ = ["WorldModel"]
@@ -33,7 +34,7 @@ class WorldModel:
         pose: x, y and yaw; None before it was reported.
         track: where it has been, at most some thousand points.
         lane: the middle of the way it is meant to go, and half its breadth; no points where there is none.
-        echoes: where the newest reading of each sonar disc lies: from, to, and whether anything was heard.
+        echoes: where the newest reading of each range sensor lies: from, to, and whether anything was heard.
     """
 
     boxes: Sequence[Sequence[Point]] = ()
@@ -45,9 +46,6 @@ class WorldModel:
     lane: tuple[Sequence[Point], float] = ((), 0.0)
     echoes: dict[int, tuple[Point, Point, bool]] = field(default_factory=dict)
     _of_header: bool = False
-    _discs: Sequence[Sequence[float]] = ()
-    _unit_m: float = 0.0
-    _no_echo: int = 0
 
     @classmethod
     def of(cls, live: Event) -> WorldModel:
@@ -63,9 +61,6 @@ class WorldModel:
             made.lane = [*points, *points[:1]] if lane["closed"] else points, lane["width_m"] / 2
         made._of_header = bool(scene)
         made.size_m = live.get("vehicle_size_m", _SIZE_M)
-        made._discs = live.get("sonars", ())
-        made._unit_m = live.get("sonar_unit_mm", 0.0) / 1000
-        made._no_echo = live.get("sonar_no_echo", 1 << 16)
         return made
 
     def take(self, event: Event) -> None:
@@ -98,21 +93,19 @@ class WorldModel:
         if not self.track or math.dist(self.track[-1], (x, y)) >= _TRACK_STEP_M:
             self.track.append((x, y))
 
-    def take_sonars(self, readings: Sequence[Event]) -> None:
-        """Take the readings of a SIP; they are drawn from where the vehicle is now."""
+    def take_echoes(self, echoes: Iterable[Echo]) -> None:
+        """Take what range sensors report; it is drawn from where the vehicle is now."""
         if self.pose is None:
             return
         x, y, yaw = self.pose
-        for reading in readings:
-            number = reading["number"]
-            if number >= len(self._discs):
+        for echo in echoes:
+            if echo.place is None:
                 continue
-            disc_x, disc_y, disc_th = self._discs[number]
+            from_x, from_y, direction = echo.place
             begin = (
-                x + disc_x * math.cos(yaw) - disc_y * math.sin(yaw),
-                y + disc_x * math.sin(yaw) + disc_y * math.cos(yaw),
+                x + from_x * math.cos(yaw) - from_y * math.sin(yaw),
+                y + from_x * math.sin(yaw) + from_y * math.cos(yaw),
             )
-            heard = reading["range_raw"] < self._no_echo
-            length_m = reading["range_raw"] * self._unit_m if heard else 0.0
-            end = (begin[0] + length_m * math.cos(yaw + disc_th), begin[1] + length_m * math.sin(yaw + disc_th))
-            self.echoes[number] = (begin, end, heard)
+            range_m = echo.range_m or 0.0
+            end = (begin[0] + range_m * math.cos(yaw + direction), begin[1] + range_m * math.sin(yaw + direction))
+            self.echoes[echo.number] = (begin, end, echo.range_m is not None)

@@ -70,9 +70,8 @@ class SignalsModel:
     def __init__(self, dashboard: Dashboard, live: Event) -> None:
         self.signals: dict[str, Signal] = {}
         self._dashboard = dashboard
-        self._sonar_unit_m = live.get("sonar_unit_mm", 0.0) / 1000
-        self._no_echo = live.get("sonar_no_echo", 1 << 16)
-        self._ahead: dict[int, int] = {}
+        self._live = live
+        self._ahead: dict[int, float | None] = {}
         self._pose: Event | None = None
         self._line: dict[str, Event] = {}
         self._rises: dict[str, tuple[int, int | None]] = {}
@@ -108,6 +107,7 @@ class SignalsModel:
             of = f"{frame.item.name} " if frame.line else ""
             for name, value in frame.item.fields.items():
                 self._take_field(name, value, frame.ns, of)
+            self._take_echoes(frame.item.fields, frame.ns)
 
     # --- how it moves
 
@@ -127,9 +127,6 @@ class SignalsModel:
     # --- what is recorded
 
     def _take_field(self, name: str, value: object, ns: int, of: str = "") -> None:
-        if name == "sonars":
-            self._take_sonars(value, ns)
-            return
         found = next(((unit, scale, len(end)) for end, unit, scale in _UNITS if name.endswith(end)), None)
         if name in self._dashboard.units:
             found = (self._dashboard.units[name], 1.0, 0)
@@ -141,15 +138,13 @@ class SignalsModel:
         if len(numbers) == len(parts) <= _MOST_PARTS:
             self._put(of + (name[:-cut] if cut else name).replace("_", " "), unit, ns, *numbers)
 
-    def _take_sonars(self, readings: object, ns: int) -> None:
-        """Take the least of what the discs heard last that look ahead; nothing where none of them hears anything."""
-        if not isinstance(readings, list | tuple) or not self._sonar_unit_m:
-            return
-        ahead = self._dashboard.discs_ahead
-        self._ahead |= {one["number"]: one["range_raw"] for one in map(_plain, readings) if one["number"] in ahead}
-        heard = [range_raw for range_raw in self._ahead.values() if range_raw < self._no_echo]
-        if heard:
-            self._put("range ahead", "m", ns, min(heard) * self._sonar_unit_m)
+    def _take_echoes(self, fields: Event, ns: int) -> None:
+        """Take the least of what the sensors heard last that look ahead; nothing where none of them hears anything."""
+        ahead = {one.number: one.range_m for one in self._dashboard.echoes(self._live, fields) if one.ahead}
+        self._ahead |= ahead
+        heard = [range_m for range_m in self._ahead.values() if range_m is not None]
+        if ahead and heard:
+            self._put("range ahead", "m", ns, min(heard))
 
     # --- pins and lines
 
@@ -193,10 +188,3 @@ class SignalsModel:
 
 def _pin(source: str) -> str:
     return str(source).rpartition(".")[2]
-
-
-def _plain(reading: object) -> Mapping[str, Any]:
-    """Return a reading as a mapping, whether it is one or an object of the protocol's."""
-    if isinstance(reading, Mapping):
-        return reading
-    return {"number": getattr(reading, "number", None), "range_raw": getattr(reading, "range_raw", 1 << 16)}

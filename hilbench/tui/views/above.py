@@ -1,4 +1,4 @@
-"""The world from above in terminal cells: what stands there, the vehicle, its way, and what its sonar hears."""
+"""The world from above in terminal cells: what stands there, the vehicle, its way, and what its sensors report."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ _PANES = {
     "link": "bytes, rates and errors of the line; how well the host keeps up with real time",
     "timers": "every timer of both ends runs down; min: the least that was ever left when it was set anew",
     "counters": "of both ends, with rates; red once something has gone wrong",
-    "world": "from above, true: the way in green, what the sonar hears in red. The odometry may think otherwise",
+    "world": "from above, true: the way in green, in red what its range sensors report. The odometry may differ",
     "frames": "> sent, < heard. h holds the list, arrows point at a frame, enter shows its bytes field by field",
     "states": "each state of the table: lit is the present one, 3x how often it was come to, arrow the last step",
     "pins": "lights first; level, the last two seconds, duty and period; volts of analog pins",

@@ -75,6 +75,17 @@ def test_what_is_ahead_is_the_nearest_that_was_heard_last():
     assert values(model, "range ahead") == pytest.approx([0.9, 0.7, 1.2])
 
 
+def test_what_the_sonar_hears_is_drawn_from_where_the_robot_is():
+    live = {"operator": "client", "protocol": "p2os", "sonar_unit_mm": 1.0, "sonar_no_echo": 5000}
+    model = BenchModel({"live": live | {"sonars": [[0.1, 0.0, 0.0], [0.0, 0.2, math.pi / 2]]}})
+    heard = {"packet": {"sonars": [{"number": 0, "range_raw": 900}, {"number": 1, "range_raw": 5000}]}}
+    packet = {"kind": "event", "name": "PacketReceived", "source": "client", "ns": S, "value": heard}
+    model.take([{"kind": "pose", "ns": 0, "x_m": 1_000_000, "y_m": 0, "yaw_rad": 0}, packet])
+    begin, end, heard = model.world.echoes[0]
+    assert (begin, end, heard) == (pytest.approx((1.1, 0)), pytest.approx((2.0, 0)), True)
+    assert not model.world.echoes[1][2]
+
+
 def test_a_line_is_told_in_bytes_a_second():
     model = BenchModel({})
     told = {"kind": "link", "source": "host", "up": True, "baud": 9600, "pending": 0}
