@@ -9,8 +9,6 @@ from targets.parts import Direction
 
 __all__ = ["WorldSignal", "WorldSignals"]
 
-_BY_RAYS = ("ray", "sonar")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorldSignal:
@@ -21,17 +19,14 @@ class WorldSignal:
         direction: as a part sees it: IN if the world gives it, OUT if a part gives it to the world.
         unit: SI; ``1`` for none.
         text: what it is.
+        by_rays: it is found by casting rays, which not every physics can.
     """
 
     name: str
     direction: Direction
     unit: str
     text: str
-
-    @property
-    def by_rays(self) -> bool:
-        """It is found by casting rays, which not every physics can."""
-        return self.name.partition("_")[0] in _BY_RAYS
+    by_rays: bool = False
 
 
 class WorldSignals(Protocol):

@@ -389,9 +389,9 @@ class Vehicle:
 
         def reported() -> bool:
             velocities = self.reports(mark, VelocityReport)
-            told = [(one.longitudinal_velocity, one.lateral_velocity, one.heading_rate) for one in velocities]
+            reported = [(one.longitudinal_velocity, one.lateral_velocity, one.heading_rate) for one in velocities]
             steered = any(_same(angle, status.steering_rad) for angle in self.steerings(mark))
-            return steered and any(all(map(_same, three, figures)) for three in told)
+            return steered and any(all(map(_same, three, figures)) for three in reported)
 
         begun_ns = self.bench.now_ns
         wanted = ", ".join(f"{value:g}" for value in (*figures, status.steering_rad))

@@ -163,8 +163,8 @@ def test_a_reset_within_a_session_leaves_no_robot_adrift(bench: BoardCase) -> No
     if not drive.resets:
         raise Inconclusive("the board is not reset")
     if not caught:
-        told = f"{speed_m_s():.3f} m/s, in the session from before"
-        raise Violation(f"{LONGEST_ADRIFT_S:g} s after a reset of the board the robot drives on at {told}")
+        speed = f"{speed_m_s():.3f} m/s, in the session from before"
+        raise Violation(f"{LONGEST_ADRIFT_S:g} s after a reset of the board the robot drives on at {speed}")
     bench.board.run(AFTER_RESET_S - (bench.board.now_s - begin_s))
     drive.require_untouched("D07")
     if drive.clearance.least_m == math.inf:

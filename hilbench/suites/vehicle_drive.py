@@ -232,7 +232,7 @@ def require_rolling(drive: Drive, since_s: float) -> None:
         raise Violation("the joystick does not take over", drive.said(), clause="VD04")
     for at_s, one in manual:
         if (abs(one.steer), one.throttle, one.brake) != (0.0, 0.0, 0.0):
-            raise Violation(f"at {at_s:.3f} s, the stick at rest, the car is told {one}", drive.said(), clause="VD04")
+            raise Violation(f"at {at_s:.3f} s, the stick at rest, the car is sent {one}", drive.said(), clause="VD04")
     require_mode(drive, manual[0][0], Mode.MANUAL, "VD04")
     accels = [moment.accel_m_s2 for moment in drive.since(manual[0][0] + 0.02)]
     at_most(max(accels), 0.0, unit="m/s2", what="acceleration with free pedals", clause="VD04")

@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from hilbench.live.tied import words_of
+from hilbench.live.ends_with_parent import words_of
 from hilbench.tui.model.checks import ChecksModel
 from hilbench.tui.model.follower import Follower
 

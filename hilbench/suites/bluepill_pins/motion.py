@@ -125,8 +125,8 @@ def test_a_step_on_the_adapter(bench: BoardCase) -> None:
     """The robot's own ramps follow; what it is told has none."""
     watch = Watch(bench)
     bench.board.run(7.0)
-    told = runs([(one.event.speed_mm_s, one.event.turn_deg_s) for one in watch.reported(SpeedSent)])
-    required(told == [(187, 0), (-250, 0)], f"the robot was told {told}")
+    sent = runs([(one.event.speed_mm_s, one.event.turn_deg_s) for one in watch.reported(SpeedSent)])
+    required(sent == [(187, 0), (-250, 0)], f"the robot was sent {sent}")
 
 
 # --- G04: all pairs
@@ -175,6 +175,6 @@ def test_all_codes_on_the_adapter(bench: BoardCase) -> None:
         speed_mm_s, turn_mrad_s = one.event.speed_m_s * 1000, one.event.turn_rad_s * 1000
         near(speed_mm_s, adapter_speed_mm_s(left, right), UNIT, unit="mm/s", what=f"speed asked for at {pair}")
         near(turn_mrad_s, adapter_turn_mrad_s(left, right), UNIT, unit="mrad/s", what=f"turn asked for at {pair}")
-        sent = last(watch.reported(SpeedSent, since_ns=one.at_ns)[:1], f"what the robot is told at {pair}").event
+        sent = last(watch.reported(SpeedSent, since_ns=one.at_ns)[:1], f"what the robot is sent at {pair}").event
         near(sent.speed_mm_s, adapter_speed_mm_s(left, right), UNIT, unit="mm/s", what=f"VEL at {pair}")
         near(sent.turn_deg_s, adapter_turn_deg_s(left, right), UNIT, unit="deg/s", what=f"RVEL at {pair}")

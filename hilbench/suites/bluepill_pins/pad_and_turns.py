@@ -35,8 +35,8 @@ def require_pad(bench: BoardBench, speed_mm_s: int) -> None:
     samples = watch.span(begun_s, begun_s + 1.0)
     near(mean_mm_s(samples), speed_mm_s, SPEED * speed_mm_s, unit="mm/s", what="speed at a whole right trigger")
     near(mean_mrad_s(samples), 0.0, 5.0, unit="mrad/s", what="rate of turn at a whole right trigger")
-    sent = last(watch.reported(SpeedSent), "what the robot is told").event
-    required((sent.speed_mm_s, sent.turn_deg_s) == (speed_mm_s, 0), f"the robot was told {sent}")
+    sent = last(watch.reported(SpeedSent), "what the robot is sent").event
+    required((sent.speed_mm_s, sent.turn_deg_s) == (speed_mm_s, 0), f"the robot was sent {sent}")
 
 
 def require_turn(bench: BoardBench, watch: Watch, expected_mrad_s: float) -> None:
@@ -57,7 +57,7 @@ def test_turning_on_wheels(bench: BoardCase) -> None:
 
 @on_adapter("G20", program="quiet", lasts_s=3.8)
 def test_turning_on_the_adapter(bench: BoardCase) -> None:
-    """42 mrad/s are asked for; a robot is told whole degrees per second, which makes 2 of 2.4."""
+    """42 mrad/s are asked for; a robot is sent whole degrees per second, which makes 2 of 2.4."""
     watch = Watch(bench)
     connect(bench, watch, RobotConnected)
     told_deg_s = adapter_turn_deg_s(-1, 1)

@@ -67,9 +67,9 @@ def test_bumper_reports_its_segment(session: Session, truth: Truth, world: World
     early = [s for s in session.seen(mark) if s.sip.front_bumpers or s.sip.rear_bumpers]
     if early:
         raise Violation("a bumper is reported before anything is touched", [early[0].raw.hex(" ").upper()])
-    told = session.next_after(touched_ns + round(2 * truth.step_s * NS_PER_S))
-    record_measure("time from the contact to the SIP that has to report it", told.after_s(touched_ns), "s")
-    reported, expected = (told.sip.front_bumpers, told.sip.rear_bumpers), segments_touched(bearing_deg)
+    report = session.next_after(touched_ns + round(2 * truth.step_s * NS_PER_S))
+    record_measure("time from the contact to the SIP that has to report it", report.after_s(touched_ns), "s")
+    reported, expected = (report.sip.front_bumpers, report.sip.rear_bumpers), segments_touched(bearing_deg)
     if reported != expected:
         raise Violation(
             f"front bumpers {reported[0]:05b} and rear bumpers {reported[1]:05b} are reported,"

@@ -179,7 +179,7 @@ OF_TERMINALS = {
 
 
 def _fits(rover: Rover, payload: bytes) -> bool:
-    """Say whether a payload can be told in the rover's frames: without a length byte a newline ends it."""
+    """Say whether a payload can be sent in the rover's frames: without a length byte a newline ends it."""
     return rover.peer.profile.server.frames.framing is Framing.LEN or not hides_newline(payload)
 
 

@@ -153,19 +153,19 @@ def between_lines_s(vehicle: Vehicle, since_ns: int) -> float:
     return uncertainty_s + ADAPTER_S if uncertainty_s else 0.0
 
 
-def require_newest(vehicle: Vehicle, told: int, newest: Sequence[tuple[int, float]]) -> int:
+def require_newest(vehicle: Vehicle, stack_mark: int, newest: Sequence[tuple[int, float]]) -> int:
     """Require that each report since a mark is of the status that was the newest then; return how many there are.
 
     Args:
         vehicle: the board.
-        told: the mark.
+        stack_mark: the mark of its reports.
         newest: what `say_a_hundred` returned.
 
     Raises:
         Violation: one of them is of another status.
     """
     late_ns = round((REPORT_WITHIN_S + between_lines_s(vehicle, newest[0][0])) * NS_PER_S)
-    reports = vehicle.stack.since(told, VelocityReport)
+    reports = vehicle.stack.since(stack_mark, VelocityReport)
     for got, report in reports:
         of_old = [speed for when_ns, speed in newest if when_ns <= got.start_ns - late_ns][-1:]
         since = [speed for when_ns, speed in newest if got.start_ns - late_ns < when_ns <= got.start_ns]

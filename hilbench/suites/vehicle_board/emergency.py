@@ -61,7 +61,7 @@ def test_a_status_ends_the_emergency_in_manual(vehicle: Vehicle) -> None:
     vehicle.hands.set_joystick(X_AXIS.zero, Y_AXIS.least)
     vehicle.emergency()
     vehicle.run(0.15)
-    mark, told = vehicle.mark(), vehicle.stack.mark()
+    mark, stack_mark = vehicle.mark(), vehicle.stack.mark()
     vehicle.say(STATUS, 0.05)
     frames = vehicle.frames(mark)
     modes = [got.packet.mode for got in frames if got.packet is not None]
@@ -71,7 +71,7 @@ def test_a_status_ends_the_emergency_in_manual(vehicle: Vehicle) -> None:
     vehicle.require_frame(frames[0], BRAKE, "the first frame of MANUAL")
     vehicle.simulator.statuses.start(STATUS_HZ)
     vehicle.run(0.2)
-    assert vehicle.modes_reported(told)[-1:] == [Mode.MANUAL], "the control-mode report does not say 4"
+    assert vehicle.modes_reported(stack_mark)[-1:] == [Mode.MANUAL], "the control-mode report does not say 4"
     assert vehicle.light == "green", f"lit is {vehicle.light}, required green"
 
 

@@ -70,13 +70,13 @@ def test_each_letter_counts(vehicle: Vehicle) -> None:
 
     def is_dropped(wrong: WrongByte) -> None:
         speed_m_s = 1.0 + next(numbers) % 30
-        told = vehicle.stack.mark()
+        stack_mark = vehicle.stack.mark()
         vehicle.simulator.write(wrong.put_into(encode_status(status_of(speed_m_s + 0.5))))
         vehicle.run(TAKEN_S)
         status = vehicle.other_status(speed_m_s)
         vehicle.say(status)
-        vehicle.require_reported(status, told)
-        assert speed_m_s + 0.5 not in vehicle.speeds(told), "the damaged status is reported"
+        vehicle.require_reported(status, stack_mark)
+        assert speed_m_s + 0.5 not in vehicle.speeds(stack_mark), "the damaged status is reported"
 
     frame = encode_status(status_of(1.0))
     single, others = single_bits(frame, LETTERS), other_values(frame, LETTERS)

@@ -82,10 +82,12 @@ def _require_blinking(vehicle: Vehicle, name: str, side: Sequence[bool], begun_n
 
 
 def _require_told(vehicle: Vehicle, turn: int, hazard: int) -> None:
-    """Require what the driving stack is told of the lamps."""
+    """Require what is reported to the driving stack of the lamps."""
     mark = vehicle.stack.mark()
     vehicle.run(0.2)
     turns = {report.report for report in vehicle.reports(mark, TurnIndicatorsReport)}
     hazards = {report.report for report in vehicle.reports(mark, HazardLightsReport)}
     if (turns, hazards) != ({turn}, {hazard}):
-        raise Violation(f"told are {turns} and {hazards}, required {turn} and {hazard}", vehicle.stack.evidence(mark))
+        raise Violation(
+            f"reported are {turns} and {hazards}, required {turn} and {hazard}", vehicle.stack.evidence(mark)
+        )

@@ -37,14 +37,14 @@ def test_any_status_begins_the_count_again_in_manual(vehicle: Vehicle) -> None:
 @on_board("VB19", lasts_s=6.0)
 def test_manual_at_20_hz(vehicle: Vehicle) -> None:
     mark = vehicle.manual()
-    told = vehicle.stack.mark()
+    stack_mark = vehicle.stack.mark()
     begun_ns = vehicle.bench.now_ns
     newest = say_a_hundred(vehicle)
     frames = vehicle.frames(mark)
     _require_no_emergency(frames, begun_ns)
     vehicle.require_modes(frames, Mode.MANUAL)
     vehicle.require_steps(frames, MANUAL_S, "between frames of the joystick")
-    reports = require_newest(vehicle, told, newest)
+    reports = require_newest(vehicle, stack_mark, newest)
     at_least(reports, len(frames) - 2, unit="reports", what="of the status")
     vehicle.require_reported(vehicle.other_status(3.0), vehicle.stack.mark())
 
@@ -99,7 +99,7 @@ def test_the_emergency_in_manual(vehicle: Vehicle) -> None:
 @on_board("VB22", lasts_s=6.0)
 def test_the_false_emergency(vehicle: Vehicle) -> None:
     mark = vehicle.manual()
-    told = vehicle.stack.mark()
+    stack_mark = vehicle.stack.mark()
     before = vehicle.speeds(0)[-1:]
     vehicle.other_status(3.0)
     vehicle.run(5.0)
@@ -110,6 +110,6 @@ def test_the_false_emergency(vehicle: Vehicle) -> None:
     vehicle.require_steps(manual, MANUAL_MISS_S, "between frames of the joystick")
     near(len(false), 3, 1, unit="frames", what="of EMERGENCY in 5 s")
     vehicle.require_steps(false, MISSES * MANUAL_MISS_S, "between false emergencies")
-    stands = [speed for speed in vehicle.speeds(told) if speed != 3.0]
-    assert stands, "the status that is told follows that of the simulator at once"
-    assert {*stands} <= {*before}, f"the status that is told is {stands[:4]}, required {before}"
+    stands = [speed for speed in vehicle.speeds(stack_mark) if speed != 3.0]
+    assert stands, "the status that is reported follows that of the simulator at once"
+    assert {*stands} <= {*before}, f"the status that is reported is {stands[:4]}, required {before}"

@@ -1,4 +1,4 @@
-"""What the driving stack is told of the modes and of the vehicle."""
+"""What is reported to the driving stack of the modes and of the vehicle."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NEXT_COMMAND_S = 0.040
 """Within this a command comes, at 30 Hz, and a status that waited for it is taken."""
 
 
-def _told_in_emergency(vehicle: Vehicle) -> set[int]:
+def _reported_in_emergency(vehicle: Vehicle) -> set[int]:
     vehicle.emergency()
     mark = vehicle.stack.mark()
     vehicle.run(0.5)
@@ -27,20 +27,20 @@ def _told_in_emergency(vehicle: Vehicle) -> set[int]:
 
 @on_board("VB36", lasts_s=3.0)
 def test_emergency_is_kept_from_the_stack(vehicle: Vehicle) -> None:
-    told = _told_in_emergency(vehicle)
-    assert told == {Mode.AUTOWARE}, f"the modes told in EMERGENCY are {sorted(told)}"
+    reported = _reported_in_emergency(vehicle)
+    assert reported == {Mode.AUTOWARE}, f"the modes reported in EMERGENCY are {sorted(reported)}"
 
 
 @on_board("VB36H", lasts_s=3.0)
 def test_emergency_is_reported(vehicle: Vehicle) -> None:
-    told = _told_in_emergency(vehicle)
-    assert told == {ControlMode.NOT_READY}, f"the modes told in EMERGENCY are {sorted(told)}"
+    reported = _reported_in_emergency(vehicle)
+    assert reported == {ControlMode.NOT_READY}, f"the modes reported in EMERGENCY are {sorted(reported)}"
 
 
 @on_board("VB37", lasts_s=3.0)
 def test_emergency_is_reported_as_manual(vehicle: Vehicle) -> None:
-    told = _told_in_emergency(vehicle)
-    assert told == {Mode.MANUAL}, f"the modes told in EMERGENCY are {sorted(told)}"
+    reported = _reported_in_emergency(vehicle)
+    assert reported == {Mode.MANUAL}, f"the modes reported in EMERGENCY are {sorted(reported)}"
 
 
 @on_board("VB48", lasts_s=6.5)
@@ -55,40 +55,42 @@ def _require_mode_told(vehicle: Vehicle, mode: ControlMode) -> None:
     """Require that a mode and no other is reported, at the usual rate."""
     mark, begun_ns = vehicle.stack.mark(), vehicle.bench.now_ns
     vehicle.run(2.0)
-    told = vehicle.modes_reported(mark)
-    if {*told} != {mode}:
-        raise Violation(f"the modes told are {sorted({*told})}, required {mode.value}", vehicle.stack.evidence(mark))
+    reported = vehicle.modes_reported(mark)
+    if {*reported} != {mode}:
+        raise Violation(
+            f"the modes reported are {sorted({*reported})}, required {mode.value}", vehicle.stack.evidence(mark)
+        )
     what, rate_hz = f"reports of mode {mode.value} in 2 s", 1 / MODE_REPORT_S
-    vehicle.require_count(len(told), round(2.0 * rate_hz), 2, what=what, since_ns=begun_ns, rate_hz=rate_hz)
+    vehicle.require_count(len(reported), round(2.0 * rate_hz), 2, what=what, since_ns=begun_ns, rate_hz=rate_hz)
 
 
 def _require_mode_told_soon(vehicle: Vehicle, mode: ControlMode) -> None:
     """Ask for a mode; require that it is reported within one period of its first frame, and no other from then on."""
-    mark, told = vehicle.mark(), vehicle.stack.mark()
+    mark, stack_mark = vehicle.mark(), vehicle.stack.mark()
     vehicle.stack.request(mode)
     first = vehicle.wait_for(Mode(mode), MODE_WITHIN_S, mark)
     vehicle.run(0.3)
-    reports = vehicle.stack.since(told, ControlModeReport)
+    reports = vehicle.stack.since(stack_mark, ControlModeReport)
     right = [got for got, report in reports if report.mode == mode]
     if not right:
-        raise Violation(f"mode {mode.value} is not reported", vehicle.stack.evidence(told))
+        raise Violation(f"mode {mode.value} is not reported", vehicle.stack.evidence(stack_mark))
     late_s = max(0, right[0].start_ns - first.start_ns) / NS_PER_S
     limit_s, doubt_s = MODE_REPORT_S + REPORT_WITHIN_S, between_lines_s(vehicle, first.start_ns)
     what = f"behind the first frame of mode {mode.value} it was reported after"
     at_most(late_s, limit_s, unit="s", what=what, uncertainty=doubt_s)
     after = {report.mode for got, report in reports if got.start_ns >= right[0].start_ns}
-    assert after == {mode}, f"the modes told behind that are {sorted(after)}"
+    assert after == {mode}, f"the modes reported behind that are {sorted(after)}"
 
 
 @on_board("VB53", lasts_s=6.5)
 def test_the_newest_status_is_reported(vehicle: Vehicle) -> None:
     vehicle.autoware()
-    told, begun_ns = vehicle.stack.mark(), vehicle.bench.now_ns
+    stack_mark, begun_ns = vehicle.stack.mark(), vehicle.bench.now_ns
     newest = say_a_hundred(vehicle)
     vehicle.run(NEXT_COMMAND_S)
-    require_newest(vehicle, told, newest)
+    require_newest(vehicle, stack_mark, newest)
     reports = [
-        (got.start_ns, report.longitudinal_velocity) for got, report in vehicle.stack.since(told, VelocityReport)
+        (got.start_ns, report.longitudinal_velocity) for got, report in vehicle.stack.since(stack_mark, VelocityReport)
     ]
     what = "reports of 100 statuses"
     vehicle.require_count(len(reports), len(newest), 2, what=what, since_ns=begun_ns, rate_hz=STATUS_HZ)
@@ -98,7 +100,9 @@ def test_the_newest_status_is_reported(vehicle: Vehicle) -> None:
         after_s = min((found_s for found_s in behind_s if found_s > 0), default=math.inf)
         if math.isinf(after_s):
             spare_s = 1 / STATUS_HZ - NEXT_COMMAND_S
-            raise Untimely(f"a status of {speed:g} m/s is not reported", vehicle.stack.evidence(told), spare_s=spare_s)
+            raise Untimely(
+                f"a status of {speed:g} m/s is not reported", vehicle.stack.evidence(stack_mark), spare_s=spare_s
+            )
         what = f"a status of {speed:g} m/s was reported after"
         at_most(after_s, NEXT_COMMAND_S, unit="s", what=what, uncertainty=uncertainty_s)
 

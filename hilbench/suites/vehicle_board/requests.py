@@ -196,7 +196,7 @@ def test_the_way_to_autoware_is_lost(vehicle: Vehicle) -> None:
     assert Mode.AUTOWARE not in vehicle.simulator.modes(mark), "commands are handed on"
     steps_s = [(later.start_ns - earlier.start_ns) / NS_PER_S for earlier, later in pairwise(frames)]
     again = [step_s for step_s in steps_s if abs(step_s - COMMAND_MISS_S) <= TICK_S]
-    vehicle.simulator.require_punctual(begun_ns, TICK_S, "how far apart frames were sent cannot be told")
+    vehicle.simulator.require_punctual(begun_ns, TICK_S, "how far apart frames were sent is not known")
     near(len(again), MISSES - 1, 1, unit="frames", what="sent again 110 ms apart, until MANUAL is back")
 
 

@@ -28,7 +28,7 @@ def _damaged(message: object) -> Iterator[bytes]:
 @on_board("VB50", lasts_s=8.0)
 def test_damaged_messages_are_none(vehicle: Vehicle) -> None:
     mark = vehicle.autoware()
-    told = vehicle.stack.mark()
+    stack_mark = vehicle.stack.mark()
     for data in _damaged(ControlModeRequest(sequence=7, mode=ControlMode.MANUAL)):
         vehicle.stack.write(data)
         vehicle.run(0.01)
@@ -36,7 +36,7 @@ def test_damaged_messages_are_none(vehicle: Vehicle) -> None:
         vehicle.stack.write(data)
         vehicle.run(0.01)
     vehicle.run(0.2)
-    assert not vehicle.reports(told, ControlModeResponse), "a damaged request is answered"
+    assert not vehicle.reports(stack_mark, ControlModeResponse), "a damaged request is answered"
     frames = vehicle.frames(mark)
     vehicle.require_modes(frames, Mode.AUTOWARE)
     for got in frames:
@@ -60,10 +60,10 @@ def test_a_silent_stack_is_lost(vehicle: Vehicle) -> None:
     vehicle.run(1.5)  # MANUAL again, without commands
     vehicle.stack.go_online()
     vehicle.run(LOST_S)
-    mark, told = vehicle.mark(), vehicle.stack.mark()
+    mark, stack_mark = vehicle.mark(), vehicle.stack.mark()
     assert _light_behind_press(vehicle, "amber") == "green", f"a press leads to AUTOWARE after {LOST_S:g} s of silence"
     vehicle.require_modes(vehicle.frames(mark), Mode.MANUAL)
-    assert not vehicle.modes_reported(told), "the mode is reported to nobody"
+    assert not vehicle.modes_reported(stack_mark), "the mode is reported to nobody"
     vehicle.run(1.0)
     vehicle.stack.go_online()
     vehicle.run(0.1)

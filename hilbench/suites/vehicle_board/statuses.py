@@ -55,10 +55,10 @@ def test_one_stray_byte_is_for_ever(vehicle: Vehicle) -> None:
     quiet(vehicle)
     mark = vehicle.mark()
     vehicle.simulator.write(b"\0")
-    told = _go_on(vehicle, 3.0)
+    stack_mark = _go_on(vehicle, 3.0)
     vehicle.wait_for(Mode.EMERGENCY, 1.3, mark)
     vehicle.run(60.0)
-    assert 3.0 not in vehicle.speeds(told), "a status is accepted behind a stray byte"
+    assert 3.0 not in vehicle.speeds(stack_mark), "a status is accepted behind a stray byte"
     vehicle.require_modes(vehicle.frames()[-20:], Mode.EMERGENCY)
 
 
@@ -83,10 +83,10 @@ def test_stray_bytes_cost_no_status(vehicle: Vehicle) -> None:
     for number, stray in enumerate(_STRAY):
         vehicle.simulator.write(stray)
         vehicle.run(0.01)
-        told = vehicle.stack.mark()
+        stack_mark = vehicle.stack.mark()
         status = vehicle.other_status(1.0 + number % 30)
         vehicle.say(status)
-        vehicle.require_reported(status, told, 1 / STATUS_HZ + 0.03)
+        vehicle.require_reported(status, stack_mark, 1 / STATUS_HZ + 0.03)
     vehicle.require_modes(vehicle.frames(mark), Mode.AUTOWARE)
 
 
@@ -101,8 +101,8 @@ def test_half_a_status_is_given_up(vehicle: Vehicle) -> None:
         vehicle.run(0.1)
         speeds = vehicle.speeds(mark)
         assert float(count) not in speeds, f"a status in pieces of {count} and {STATUS_BYTES - count} is accepted"
-        told = _go_on(vehicle, 4.0)
-        vehicle.require_reported(vehicle.simulator.status, told)
+        stack_mark = _go_on(vehicle, 4.0)
+        vehicle.require_reported(vehicle.simulator.status, stack_mark)
 
 
 @on_board("VB26", lasts_s=1.5)
@@ -133,14 +133,14 @@ def test_a_frame_that_lacks_a_field_is_none(vehicle: Vehicle) -> None:
         mark = quiet(vehicle)
         vehicle.simulator.write(stimulus)
         vehicle.run(0.05)
-        told = _go_on(vehicle, 4.0)
-        vehicle.require_reported(vehicle.simulator.status, told)
+        stack_mark = _go_on(vehicle, 4.0)
+        vehicle.require_reported(vehicle.simulator.status, stack_mark)
         assert 3.0 not in vehicle.speeds(mark), f"{stimulus.hex(' ')} is accepted"
 
 
 @on_board("VB28", lasts_s=2.5)
 def test_hashes_are_no_status(vehicle: Vehicle) -> None:
-    told = quiet(vehicle)
+    stack_mark = quiet(vehicle)
     mark, quiet_ns = vehicle.mark(), vehicle.bench.now_ns
     vehicle.run(5 * STATUS_MISS_S)
     vehicle.simulator.write(b"#" * 22)
@@ -148,7 +148,7 @@ def test_hashes_are_no_status(vehicle: Vehicle) -> None:
     moving = [got for got in vehicle.frames(mark) if got.start_ns < first.start_ns]
     what, rate_hz = "frames of mode 1 without a status", 1 / STATUS_MISS_S
     vehicle.require_count(len(moving), MISSES, 1.5, what=what, since_ns=quiet_ns, rate_hz=rate_hz)
-    others = [speed for speed in vehicle.speeds(told) if abs(speed - STATUS.lon_speed_m_s) > 1e-5]
+    others = [speed for speed in vehicle.speeds(stack_mark) if abs(speed - STATUS.lon_speed_m_s) > 1e-5]
     assert not others, f"a speed of {others[0]:g} m/s is reported, which nobody said"
 
 
@@ -156,8 +156,8 @@ def _damaged(vehicle: Vehicle, damaged: StatusFrame) -> tuple[list[VelocityRepor
     """Say a status that cannot be, and then sound ones; return the reports."""
     mark = quiet(vehicle)
     vehicle.say(damaged, 0.06)
-    told = _go_on(vehicle, 4.0)
-    vehicle.require_reported(vehicle.simulator.status, told)
+    stack_mark = _go_on(vehicle, 4.0)
+    vehicle.require_reported(vehicle.simulator.status, stack_mark)
     return vehicle.reports(mark, VelocityReport), vehicle.reports(mark, SteeringReport)
 
 
@@ -179,10 +179,10 @@ def _require_dropped(vehicle: Vehicle, damaged: StatusFrame) -> None:
     velocities, steerings = _damaged(vehicle, damaged)
     sound = [decode_status(encode_status(status)) for status in (STATUS, vehicle.simulator.status)]
     figures = {(one.lon_speed_m_s, one.lat_speed_m_s, one.heading_rate_rad_s) for one in sound}
-    told = {(one.longitudinal_velocity, one.lateral_velocity, one.heading_rate) for one in velocities}
+    reported = {(one.longitudinal_velocity, one.lateral_velocity, one.heading_rate) for one in velocities}
     angles = {one.steering_tire_angle for one in steerings} - {one.steering_rad for one in sound}
-    if told - figures or angles:
-        raise Violation(f"behind {damaged} is reported: {sorted(told - figures)}, steering {sorted(angles)}")
+    if reported - figures or angles:
+        raise Violation(f"behind {damaged} is reported: {sorted(reported - figures)}, steering {sorted(angles)}")
 
 
 @on_board("VB35", lasts_s=1.5)
@@ -218,22 +218,22 @@ def _line_error(vehicle: Vehicle, speed_m_s: float) -> int:
 
 @on_board("VB39", lasts_s=5.0)
 def test_a_line_error_ends_reception(vehicle: Vehicle) -> None:
-    told = _after_line_error(vehicle)
+    stack_mark = _after_line_error(vehicle)
     vehicle.wait_for(Mode.EMERGENCY, 1.5, vehicle.mark())
     vehicle.run(2.0)
-    assert 3.0 not in vehicle.speeds(told), "a status is accepted behind a line error"
+    assert 3.0 not in vehicle.speeds(stack_mark), "a status is accepted behind a line error"
     vehicle.require_modes(vehicle.frames()[-10:], Mode.EMERGENCY)
 
 
 @on_board("VB39H", lasts_s=3.5)
 def test_a_line_error_costs_a_status(vehicle: Vehicle) -> None:
-    told = _after_line_error(vehicle)
-    vehicle.require_reported(vehicle.simulator.status, told, 1 / STATUS_HZ + 0.03)
+    stack_mark = _after_line_error(vehicle)
+    vehicle.require_reported(vehicle.simulator.status, stack_mark, 1 / STATUS_HZ + 0.03)
     vehicle.manual()
     vehicle.simulator.statuses.stop()
     vehicle.run(0.02)
-    told = _line_error(vehicle, 5.0)
-    vehicle.require_reported(vehicle.simulator.status, told)
+    stack_mark = _line_error(vehicle, 5.0)
+    vehicle.require_reported(vehicle.simulator.status, stack_mark)
     vehicle.emergency()
     mark = vehicle.mark()
     _line_error(vehicle, 6.0)
@@ -263,7 +263,7 @@ def _command_behind_a_status(vehicle: Vehicle, after_s: float) -> tuple[Frame, F
     said_ns = vehicle.bench.now_ns
     vehicle.say(vehicle.other_status(OLD_M_S))
     vehicle.run(after_s)
-    behind, told = vehicle.mark(), vehicle.stack.mark()
+    behind, stack_mark = vehicle.mark(), vehicle.stack.mark()
     vehicle.stack.send(COMMAND)
     vehicle.run(0.02)
     vehicle.simulator.require_punctual(said_ns, COMMAND_MISS_S - OLD_S, WHICH)
@@ -272,21 +272,21 @@ def _command_behind_a_status(vehicle: Vehicle, after_s: float) -> tuple[Frame, F
         raise Violation("no frame of a missed command and of a command came", shown(vehicle.frames()[-6:]))
     missed, command = frames
     vehicle.require_frame(command, F1, "the frame of the command")
-    return missed, command, told
+    return missed, command, stack_mark
 
 
 @on_board("VB57", lasts_s=2.0, noisy=True)
 def test_an_old_status_is_an_answer(vehicle: Vehicle) -> None:
-    _, _, told = _command_behind_a_status(vehicle, 0.5)
+    _, _, stack_mark = _command_behind_a_status(vehicle, 0.5)
     vehicle.run(0.03)
-    assert OLD_M_S in vehicle.speeds(told), "the status is not reported within 50 ms"
+    assert OLD_M_S in vehicle.speeds(stack_mark), "the status is not reported within 50 ms"
 
 
 @on_board("VB57H", lasts_s=1.5)
 def test_an_old_status_is_no_answer(vehicle: Vehicle) -> None:
-    missed, command, told = _command_behind_a_status(vehicle, OLD_S)
+    missed, command, stack_mark = _command_behind_a_status(vehicle, OLD_S)
     vehicle.require_gap(missed, command, STATUS_MISS_S, COMMAND_MISS_S, "the frame of the command came after")
     vehicle.run(0.03)
-    assert OLD_M_S not in vehicle.speeds(told), f"a status that waited for {OLD_S:g} s is reported"
+    assert OLD_M_S not in vehicle.speeds(stack_mark), f"a status that waited for {OLD_S:g} s is reported"
     vehicle.say(vehicle.other_status(4.0))
-    vehicle.require_reported(vehicle.simulator.status, told, 0.03)
+    vehicle.require_reported(vehicle.simulator.status, stack_mark, 0.03)

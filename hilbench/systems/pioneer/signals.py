@@ -37,7 +37,9 @@ def _signals() -> list[WorldSignal]:
         ]
     for number in range(1, _DISCS + 1):
         signals += [
-            WorldSignal(name=f"{kind}_{number}", direction=Direction.IN, unit="m", text=text.format(number))
+            WorldSignal(
+                name=f"{kind}_{number}", direction=Direction.IN, unit="m", text=text.format(number), by_rays=True
+            )
             for kind, text in _DISC_TEXTS.items()
         ]
     return signals

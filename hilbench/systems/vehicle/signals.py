@@ -52,8 +52,8 @@ def _taken() -> Iterator[WorldSignal]:
 
 
 def _given() -> Iterator[WorldSignal]:
-    def give(name: str, unit: str, text: str) -> WorldSignal:
-        return WorldSignal(name=name, direction=Direction.IN, unit=unit, text=text)
+    def give(name: str, unit: str, text: str, *, by_rays: bool = False) -> WorldSignal:
+        return WorldSignal(name=name, direction=Direction.IN, unit=unit, text=text, by_rays=by_rays)
 
     yield give("lon_speed", "m/s", "along the car, + forward")
     yield give("lat_speed", "m/s", "across the car, + left")
@@ -65,7 +65,8 @@ def _given() -> Iterator[WorldSignal]:
     yield give("yaw", "rad", "+ left, of the scene's x; -pi to pi")
     yield give("contact", "1", "1 while the car touches an obstacle")
     for name, place in zip(_RAYS, ("left corner", "middle", "right corner"), strict=True):
-        yield give(name, "m", f"from the {place} of the front bumper straight ahead to what is hit; or inf")
+        text = f"from the {place} of the front bumper straight ahead to what is hit; or inf"
+        yield give(name, "m", text, by_rays=True)
 
 
 CAR_SIGNALS: Mapping[str, WorldSignal] = {signal.name: signal for signal in (*_taken(), *_given())}

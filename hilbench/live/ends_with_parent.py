@@ -1,4 +1,4 @@
-"""``python -P -m hilbench.live.tied FOLDER COMMAND ...``: a command of ours that ends with whoever started it.
+"""``python -P -m hilbench.live.ends_with_parent FOLDER COMMAND ...``: it ends with whoever started it.
 
 Its standard input is a pipe into which nobody writes, so it ends when the other process does, however that ends. Then
 the folder, which was the other's to remove, is removed, and the command is interrupted.
