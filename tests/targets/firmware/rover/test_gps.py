@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import struct
-from functools import reduce
-from operator import xor
 
+import pynmeagps
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -17,7 +16,7 @@ PLACE = "3437.05000,S,05822.09800,W"  # 34.6175 S, 58.3683 W
 
 
 def sentence(body):
-    return f"${body}*{reduce(xor, body.encode(), 0):02X}\r\n"
+    return f"${body}*{pynmeagps.calc_checksum(body)}\r\n"
 
 
 def gga(place=PLACE, quality=1, talker="GP"):
