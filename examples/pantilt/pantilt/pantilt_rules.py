@@ -7,12 +7,13 @@ import pytest
 from hilbench.check import case
 from pantilt.frames import IDS, Goal, Read, Refused, Status, Torque, Why, encode, frame
 
-ANSWER_S, SPEED_DEG_S, REST_S = 0.02, 60, 0.6  # to answer, to turn, to come to rest
+POWER_ON_S, ANSWER_S, SPEED_DEG_S, REST_S = 0.1, 0.02, 60, 0.6  # to listen, to answer, to turn, to come to rest
 joints = pytest.mark.parametrize("joint", [*IDS])
 
 
 @pytest.fixture
 def hands(peer):
+    peer.run(POWER_ON_S)
     return Hands(peer)
 
 
@@ -56,7 +57,7 @@ def near(degrees, by=0.5):
 
 
 @joints
-@case("PT1", bench_time_s=0.2)
+@case("PT1", bench_time_s=0.3)
 def test_commands_are_answered(hands, joint):
     servo = IDS[joint]
     for command in (Read(servo), Torque(servo, True), Goal(servo, 0), Torque(servo, False)):
@@ -84,7 +85,7 @@ def test_status_says_where_the_joint_is(hands, world, joint):
 
 
 @joints
-@case("PT4", bench_time_s=0.4)
+@case("PT4", bench_time_s=0.5)
 def test_a_goal_beyond_the_limit_is_refused(hands, joint):
     hands.go(joint, 0)
     limit = {"pan": 9000, "tilt": 6000}[joint]
@@ -94,7 +95,7 @@ def test_a_goal_beyond_the_limit_is_refused(hands, joint):
     assert hands.says(joint) == near(0)
 
 
-@case("PT5", bench_time_s=0.5)
+@case("PT5", bench_time_s=0.6)
 def test_a_wrong_checksum_is_not_answered_and_the_next_frame_is(hands):
     sound = encode(Torque(1, True))
     for damaged in (sound[:-1] + bytes([sound[-1] ^ 1]), sound[:3] + b"\x02" + sound[4:], sound[:4]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import sys
 from pathlib import Path
@@ -18,6 +19,7 @@ from hilbench.commands import dashboard
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.live.rigs import open_rig
+from hilbench.mcu.emulated import EmulatedBench
 from hilbench.recordings.piecewise import open_pieces
 from hilbench.serving.served_model import served_target
 from hilbench.tui import bench_process
@@ -48,6 +50,33 @@ def test_the_model_keeps_its_rules_and_a_recording_of_it_is_judged_and_decoded(v
     code, out, _ = hilbench("decode", "pantilt", journal)
     assert code == 1  # the checker sent what makes no sense
     assert "Status servo=2 angle_cdeg=" in out
+
+
+@pytest.mark.slow("a whole suite on an emulated board, with a tick each millisecond")
+def test_the_firmware_keeps_the_rules_that_need_no_truth(verdicts):
+    unknown = dict.fromkeys(("PT2", "PT3", "PT6", "PT9"), "not-applicable")
+    assert verdicts("pantilt-board") == (0, {**dict.fromkeys(RULES, "pass"), **unknown})
+
+
+def test_the_firmware_turns_as_fast_as_a_servo_and_says_so_on_its_pins():
+    from pantilt.frames import Goal, Read, Status, Torque, decode, encode, look
+
+    from protocols.common.framing import ScanningReader
+
+    with contextlib.closing(EmulatedBench(open_bench("pantilt-board"), seed=0)) as emulated:
+        heard, reader, port = [], ScanningReader(look), emulated.ports["head.usart1"]
+        port.on_receive = lambda data, at_ns: heard.extend(map(decode, reader.receive(data, at_ns)))
+        emulated.bench.run_for(0.1)
+        port.write(encode(Torque(1, True)) + encode(Goal(1, 3000)))
+        for seconds in (0.25, 0.35):
+            emulated.bench.run_for(seconds)
+            port.write(encode(Read(1)))
+        emulated.bench.run_for(0.05)
+        assert [type(one) for one in heard] == [Status] * 4
+        assert [one.angle_cdeg for one in heard] == [0, 0, pytest.approx(1500, abs=10), 3000]
+        edges = [one for one in emulated.bench.journal.recent if (one["kind"], one["source"]) == ("pin", "head.PA0")]
+        (rise, fall) = edges[-2:] if not edges[-1]["level"] else edges[-3:-1]
+        assert fall["ns"] - rise["ns"] == 1_800_000
 
 
 def stands_still(monkeypatch, head):

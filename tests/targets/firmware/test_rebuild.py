@@ -12,7 +12,7 @@ import pytest
 from targets import firmware
 
 FIRMWARE = Path(firmware.__file__).parent
-EXAMPLE = FIRMWARE.parents[1] / "examples" / "tank" / "firmware"
+EXAMPLES = [*(FIRMWARE.parents[1] / "examples").rglob("firmware/*.elf")]
 SOURCES = {".c", ".h", ".ld", ".mk"}
 OTHER_SOURCES = {"Makefile", "TOOLCHAIN"}
 ONE_OF_EACH_FAMILY = ("bench-tick-1khz.elf", "f767-demo.elf", "h753-demo.elf")
@@ -81,12 +81,13 @@ def test_an_image_of_each_family_has_the_same_bytes(build):
     check(built)
 
 
-def test_the_image_of_the_example_has_the_same_bytes(tmp_path, same_toolchain):
+@pytest.mark.parametrize("image", EXAMPLES, ids=lambda path: path.stem)
+def test_the_image_of_an_example_has_the_same_bytes(tmp_path, same_toolchain, image):
     folder = tmp_path / "sources"
-    shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("*.elf"))
+    shutil.copytree(image.parent, folder, ignore=shutil.ignore_patterns("*.elf"))
     done = subprocess.run(["make", "-s"], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert (folder / "node.elf").read_bytes() == (EXAMPLE / "node.elf").read_bytes()
+    assert (folder / image.name).read_bytes() == image.read_bytes()
 
 
 @pytest.mark.exhaustive("compiles every source; the gate compares sums, and builds an image of each family")
