@@ -19,8 +19,8 @@ __all__ = ["AnyDropped", "Edge", "LineCounters", "StateMachine", "earliest"]
 
 _NS_PER_S = 1_000_000_000
 
-StateT = TypeVar("StateT")
-TriggerT = TypeVar("TriggerT")
+StateT = TypeVar("StateT", bound=Enum)
+TriggerT = TypeVar("TriggerT", bound=Enum)
 ActionT = TypeVar("ActionT")
 TimerT = TypeVar("TimerT")
 EventT = TypeVar("EventT")
@@ -118,7 +118,7 @@ class StateMachine(ABC, Generic[StateT, TriggerT, ActionT, TimerT, EventT, Count
 
     def state_changed(self, old: StateT, trigger: TriggerT) -> EventT | None:
         """The event that says that `state` is another one than before; None where nobody is told."""
-        return cast("EventT", StateChanged(old=old, new=self.state, trigger=trigger))  # type: ignore[arg-type]
+        return cast("EventT", StateChanged(old=old, new=self.state, trigger=trigger))
 
     def to_transmit(self, frame: bytes) -> EventT:
         """The event that wants a frame on the line."""

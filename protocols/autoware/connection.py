@@ -15,8 +15,7 @@ What is due at or before the time of a call has happened before the call's bytes
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 from protocols.autoware.catalogue import MESSAGES, Sender
 from protocols.autoware.errors import LocalProtocolError
@@ -26,14 +25,15 @@ from protocols.autoware.messages import Message
 from protocols.autoware.options import AgentOptions, BoardOptions
 from protocols.autoware.payload import UnknownMessage
 from protocols.autoware.stand_in import Dropped, Frame, FrameReader
-from protocols.autoware.states import AgentTrigger, Role, State, Table, Timer, Trigger
+from protocols.autoware.states import Action, AgentTrigger, Role, State, Table, Timer, Trigger
+from protocols.common.connection import MachineConnection
 
 __all__ = ["Connection"]
 
 _SENDER = {Role.AGENT: Sender.AGENT, Role.BOARD: Sender.BOARD}
 
 
-class Connection:
+class Connection(MachineConnection[State, Trigger, Action, Timer, Event, Counters]):
     """One end of the line, in either role.
 
     Args:
@@ -45,6 +45,10 @@ class Connection:
     Raises:
         LocalProtocolError: the options are those of the other role.
     """
+
+    MISUSE = LocalProtocolError
+    role: Role
+    _machine: BoardMachine | AgentMachine
 
     def __init__(
         self,
@@ -60,36 +64,10 @@ class Connection:
             raise LocalProtocolError(f"{type(options).__name__} are not the options of the {role.value}")
         self.role = role
         self._reader = FrameReader(options.frames)
-        self._machine: BoardMachine | AgentMachine
         if isinstance(options, BoardOptions):
             self._machine = BoardMachine(options, table, epoch_ns)
         else:
             self._machine = AgentMachine(options, table)
-
-    @property
-    def state(self) -> State:
-        """Where the machine is: a `BoardState` or an `AgentState`."""
-        return self._machine.state
-
-    @property
-    def counters(self) -> Counters:
-        """What was seen and dropped since the connection was made."""
-        return self._machine.counters
-
-    @property
-    def visits(self) -> Counter[tuple[State, Trigger]]:
-        """How often each edge of the role's state table was taken."""
-        return self._machine.visits
-
-    @property
-    def deadlines(self) -> Mapping[Timer, int]:
-        """When each of the timers that run now will run out, in ns of bench time."""
-        return self._machine.deadlines
-
-    @property
-    def table(self) -> Table:
-        """The state table that is in force."""
-        return self._machine.table  # type: ignore[return-value]
 
     @property
     def held(self) -> int:
@@ -101,11 +79,6 @@ class Connection:
         self._run_due(now_ns)
         self._machine.counters.bytes_in += len(data)
         self._take(self._reader.receive(data))
-        return self._machine.fetch()
-
-    def advance(self, now_ns: int) -> list[Event]:
-        """Lets happen what is due at `now_ns`, in the order of its time."""
-        self._run_due(now_ns)
         return self._machine.fetch()
 
     def next_deadline_ns(self) -> int | None:
@@ -152,13 +125,6 @@ class Connection:
             self._machine.fire(AgentTrigger.LINE_DOWN)
         return self._machine.fetch()
 
-    def _user(self, trigger: AgentTrigger, now_ns: int) -> list[Event]:
-        if not self._machine.has_edge(trigger):
-            raise LocalProtocolError(f"a {self.role.value} in state {self.state.name} cannot {trigger.name.lower()}")
-        self._run_due(now_ns)
-        self._machine.fire(trigger)
-        return self._machine.fetch()
-
     def _take(self, found: Iterable[Frame | Dropped]) -> None:
         for item in found:
             if isinstance(item, Dropped):
@@ -166,11 +132,12 @@ class Connection:
             else:
                 self._machine.take_frame(item)
 
-    def _run_due(self, now_ns: int) -> None:
-        """Lets everything happen that is due, each at its time."""
+    def _run_due(self, now_ns: int) -> int:
+        """See `MachineConnection`."""
         machine = self._machine
         now_ns = max(now_ns, machine.now_ns)
         while (deadline_ns := machine.next_deadline_ns()) is not None and deadline_ns <= now_ns:
             machine.now_ns = deadline_ns
             machine.expire_next()
         machine.now_ns = now_ns
+        return now_ns

@@ -124,11 +124,6 @@ class Layout:
         return 2 + sum(1 + field.size for field in self.fields)
 
     @cached_property
-    def by_tag(self) -> dict[int, Field]:
-        """The fields by their letters."""
-        return {field.tag: field for field in self.fields}
-
-    @cached_property
     def letters(self) -> dict[int, int]:
         """What must stand where in a whole frame: offset to byte."""
         found, at = {0: START}, 1

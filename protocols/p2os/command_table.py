@@ -185,11 +185,6 @@ class CommandSpec:
     summary: str
     source: str
 
-    @property
-    def essential(self) -> bool:
-        """Real clients of a Pioneer 2-DX use it."""
-        return self.support is Support.ESSENTIAL
-
 
 _NONE, _INTEGER, _SIGNED, _BYTES, _STRING = (
     ArgumentKind.NONE,

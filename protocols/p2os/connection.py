@@ -14,9 +14,7 @@ counts as the latest. A timer that is due at or before the time of a call has ru
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping
-
+from protocols.common.connection import MachineConnection
 from protocols.p2os.client import ClientMachine
 from protocols.p2os.commands import Command, CommandNumber, encode_command
 from protocols.p2os.errors import LocalProtocolError
@@ -37,14 +35,14 @@ from protocols.p2os.states import (
     Timer,
     Trigger,
 )
-from protocols.state_machine import Edge, earliest
+from protocols.state_machine import earliest
 
 __all__ = ["Connection"]
 
 _NOT_BY_HAND = (CommandNumber.OPEN, CommandNumber.CLOSE)
 
 
-class Connection:
+class Connection(MachineConnection[State, Trigger, Action, Timer, Event, Counters]):
     """One end of the line, in either role.
 
     Args:
@@ -56,6 +54,10 @@ class Connection:
         LocalProtocolError: the options are those of the other role.
     """
 
+    MISUSE = LocalProtocolError
+    role: Role
+    _machine: ServerMachine | ClientMachine
+
     def __init__(
         self, role: Role, options: ServerOptions | ClientOptions | None = None, *, table: Table | None = None
     ) -> None:
@@ -64,37 +66,12 @@ class Connection:
         if isinstance(options, ServerOptions) is not (role is Role.SERVER):
             raise LocalProtocolError(f"{type(options).__name__} are not the options of a {role.value}")
         self.role = role
-        self._machine: ServerMachine | ClientMachine = (
+        self._machine = (
             ServerMachine(options, table) if isinstance(options, ServerOptions) else ClientMachine(options, table)
         )
         timeout_s = options.frame_timeout_s
         timeout_ns = None if timeout_s is None else round(timeout_s * 1e9)
         self._reader = FrameReader(max_count=options.max_count, timeout_ns=timeout_ns)
-
-    @property
-    def state(self) -> State:
-        """Where the machine is: a `ServerState` or a `ClientState`."""
-        return self._machine.state
-
-    @property
-    def counters(self) -> Counters:
-        """What was seen and dropped since the connection was made."""
-        return self._machine.counters
-
-    @property
-    def visits(self) -> Counter[tuple[State, Trigger]]:
-        """How often each edge of the state table was taken."""
-        return self._machine.visits
-
-    @property
-    def deadlines(self) -> Mapping[Timer, int]:
-        """When each of the timers that run now will run out, in ns of bench time."""
-        return self._machine.deadlines
-
-    @property
-    def table(self) -> Mapping[tuple[State, Trigger], Edge[State, Action]]:
-        """The state table that is in force."""
-        return self._machine.table
 
     @property
     def held(self) -> int:
@@ -106,11 +83,6 @@ class Connection:
         now_ns = self._run_due(now_ns)
         self._machine.counters.bytes_in += len(data)
         self._take(self._reader.receive(data, now_ns))
-        return self._machine.fetch()
-
-    def advance(self, now_ns: int) -> list[Event]:
-        """Lets the timers run out that are due at `now_ns`, in the order of their deadlines."""
-        self._run_due(now_ns)
         return self._machine.fetch()
 
     def next_deadline_ns(self) -> int | None:
@@ -153,10 +125,7 @@ class Connection:
         Raises:
             LocalProtocolError: it is a server, or neither connected nor connecting; nothing is changed then.
         """
-        self._check_edge(ClientTrigger.DISCONNECT)
-        self._run_due(now_ns)
-        self._machine.fire(ClientTrigger.DISCONNECT)
-        return self._machine.fetch()
+        return self._user(ClientTrigger.DISCONNECT, now_ns)
 
     def line_down(self, now_ns: int) -> list[Event]:
         """The line is gone: end of file, hang-up, unplugged."""
@@ -174,10 +143,6 @@ class Connection:
             raise LocalProtocolError(f"{type(message).__name__} is not for the program on a {self.role.value} to send")
         return encode_packet(message)
 
-    def _check_edge(self, trigger: ClientTrigger) -> None:
-        if not self._machine.has_edge(trigger):
-            raise LocalProtocolError(f"a {self.role.value} in state {self.state.name} cannot {trigger.name.lower()}")
-
     def _take(self, found: list[Frame | Dropped]) -> None:
         for item in found:
             if isinstance(item, Dropped):
@@ -187,7 +152,7 @@ class Connection:
                 self._machine.take_frame(item)
 
     def _run_due(self, now_ns: int) -> int:
-        """Lets everything run out that is due, and returns the time that counts as now."""
+        """See `MachineConnection`."""
         machine, reader = self._machine, self._reader
         now_ns = machine.now_ns = max(now_ns, machine.now_ns)
         while (deadline_ns := self.next_deadline_ns()) is not None and deadline_ns <= now_ns:

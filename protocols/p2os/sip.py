@@ -181,11 +181,6 @@ class Sip:
         """The gripper bits, as P2OS sends them: the high byte. ARCOS swaps both bytes; see `Dialect`."""
         return self.timer >> 8
 
-    @property
-    def late_fields(self) -> LateSipFields:
-        """The tail, read."""
-        return LateSipFields.decode(self.tail)
-
 
 # name, size in bytes, signed
 _LATE = (

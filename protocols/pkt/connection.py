@@ -15,8 +15,8 @@ counts as the latest. What is due at or before the time of a call has happened b
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
 
+from protocols.common.connection import MachineConnection
 from protocols.pkt.client import ClientMachine
 from protocols.pkt.commands import Command
 from protocols.pkt.errors import LocalProtocolError
@@ -41,12 +41,11 @@ from protocols.pkt.states import (
     Trigger,
 )
 from protocols.pkt.units import PacketTotals
-from protocols.state_machine import Edge
 
 __all__ = ["Connection"]
 
 
-class Connection:
+class Connection(MachineConnection[State, Trigger, Action, Timer, Event, Counters]):
     """One end of the line, in either role.
 
     Args:
@@ -59,6 +58,10 @@ class Connection:
     Raises:
         LocalProtocolError: the options are those of the other role.
     """
+
+    MISUSE = LocalProtocolError
+    role: Role
+    _machine: ServerMachine | ClientMachine
 
     def __init__(
         self,
@@ -76,7 +79,6 @@ class Connection:
         self.role = role
         self._queue: PollQueue | None = None
         self._reader: FrameReader | LineReader
-        self._machine: ServerMachine | ClientMachine
         if isinstance(options, ServerOptions):
             keep = options.pid_reads_late or not options.strict_length
             self._reader = FrameReader(options.frames, table=frames, keep_buffer=keep, epoch_ns=epoch_ns)
@@ -88,34 +90,9 @@ class Connection:
             self._machine = ClientMachine(options, table)
 
     @property
-    def state(self) -> State:
-        """Where the machine is: a `ServerState` or a `ClientState`."""
-        return self._machine.state
-
-    @property
-    def counters(self) -> Counters:
-        """What was seen and dropped since the connection was made."""
-        return self._machine.counters
-
-    @property
-    def visits(self) -> Counter[tuple[State, Trigger]]:
-        """How often each edge of the role's state table was taken."""
-        return self._machine.visits
-
-    @property
     def frame_visits(self) -> Counter[tuple[FrameState, FrameTrigger]]:
         """How often each edge of the decoder's table was taken; empty for a client that splits lines."""
         return Counter() if isinstance(self._reader, LineReader) else self._reader.visits
-
-    @property
-    def deadlines(self) -> Mapping[Timer, int]:
-        """When each of the timers that run now will run out, in ns of bench time."""
-        return self._machine.deadlines
-
-    @property
-    def table(self) -> Mapping[tuple[State, Trigger], Edge[State, Action]]:
-        """The state table that is in force."""
-        return self._machine.table
 
     @property
     def held(self) -> int:
@@ -158,11 +135,6 @@ class Connection:
             self._take(self._reader.receive(data, now_ns))
         else:
             self._queue.put(data, now_ns)
-        return self._machine.fetch()
-
-    def advance(self, now_ns: int) -> list[Event]:
-        """Lets happen what is due at `now_ns`, in the order of its time."""
-        self._run_due(now_ns)
         return self._machine.fetch()
 
     def next_deadline_ns(self) -> int | None:
@@ -223,13 +195,6 @@ class Connection:
             raise LocalProtocolError("a client has no telemetry of its own")
         return self._machine
 
-    def _user(self, trigger: ClientTrigger, now_ns: int) -> list[Event]:
-        if not self._machine.has_edge(trigger):
-            raise LocalProtocolError(f"a {self.role.value} in state {self.state.name} cannot {trigger.name.lower()}")
-        self._run_due(now_ns)
-        self._machine.fire(trigger)
-        return self._machine.fetch()
-
     def _take(self, found: list[Frame | Dropped]) -> None:
         for item in found:
             if isinstance(item, Dropped):
@@ -242,7 +207,7 @@ class Connection:
         return (None if self._queue is None else self._queue.next_deadline_ns(), self._reader.next_deadline_ns())
 
     def _run_due(self, now_ns: int) -> int:
-        """Lets everything happen that is due, each at its time, and returns the time that counts as now."""
+        """See `MachineConnection`."""
         now_ns = max(now_ns, self._machine.now_ns)
         while (deadline_ns := self.next_deadline_ns()) is not None and deadline_ns <= now_ns:
             self._machine.now_ns = deadline_ns

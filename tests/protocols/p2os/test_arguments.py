@@ -152,7 +152,7 @@ def test_the_table_is_whole_and_consistent():
 
 
 def test_the_essential_commands_of_a_pioneer_2dx():
-    essential = {spec.number for spec in COMMANDS.values() if spec.essential}
+    essential = {spec.number for spec in COMMANDS.values() if spec.support is Support.ESSENTIAL}
     assert essential == {
         *(0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 18, 19, 21, 22, 23, 28, 29, 30, 32, 35, 40, 42, 43, 44, 55),
         *range(82, 88),
