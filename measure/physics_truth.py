@@ -13,6 +13,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+from measure.physics_oracles import GRAVITY_M_S2
 from protocols.p2os import CommandNumber
 from tests.physics.test_motion_formulas import Rig
 from tests.rigid import push
@@ -23,7 +24,6 @@ from worlds import find_scene, open_world
 from worlds.car_commands import CarCommand, CommandMode
 from worlds.car_dynamics import CarDynamics
 from worlds.motion import PlanarPose, PlanarVelocity
-from worlds.selfcheck import GRAVITY_M_S2
 from worlds.vehicles.car import CarBody
 from worlds.vehicles.pioneer_2dx import DEFAULTS as P
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 CHECKER_END = "peer"
 LOCKSTEP_NS = 20_000
 
-Supply = Literal["3v3", "gnd"]
 SettingsT = TypeVar("SettingsT")
 
 

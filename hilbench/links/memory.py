@@ -33,7 +33,6 @@ class MemoryPort(PortBase):
         self._baud = line.baud
         self._peer: MemoryPort | None = None
         self._sampler: Sampler | None = None
-        self._heard_until_ns = 0
         self._transmitter = Transmitter(
             scheduler,
             name,
@@ -116,7 +115,6 @@ class MemoryPort(PortBase):
         byte_ns = 10 * NS_PER_S // sent_baud
         for index, value in enumerate(data):
             self._sampler.feed(at_ns - (len(data) - index) * byte_ns, value)
-        self._heard_until_ns = at_ns
         self._sample(at_ns)
 
     def hear_break(self, at_ns: int) -> None:

@@ -14,7 +14,6 @@ LIGHT = [
     "worlds.mujoco",
     "worlds.vehicles.car",
     "worlds.vehicles.pioneer_2dx",
-    "worlds.selfcheck",
 ]
 
 

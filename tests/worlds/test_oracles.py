@@ -6,10 +6,10 @@ import math
 
 import pytest
 
+from measure.physics_oracles import GRAVITY_M_S2, driving, free_fall, self_check
 from tests.rigid import BULLET, push, put, turn_joint
 from worlds import Box, PhysicsOutputError, Scene, Start, Vehicle, WorldError, bullet
 from worlds.scenes.builtin import RAMP_SLOPE_RAD
-from worlds.selfcheck import GRAVITY_M_S2, driving, free_fall, self_check
 from worlds.vehicles.model import Axle, BoxShape, Part, SphereShape, box_inertia, sphere_inertia
 
 ONLY_BULLET = pytest.mark.parametrize("physics", [BULLET])
