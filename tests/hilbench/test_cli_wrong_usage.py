@@ -24,6 +24,7 @@ WRONG = [
     ("check --timeout-scale nan", "--timeout-scale: 'nan' is not a factor"),
     ("check --strict=1", "--strict: ignored explicit argument '1'"),
     ("check pioneer extra", "check: 'extra' is one argument too many"),
+    ("pionere", "unknown command 'pionere'; did you mean 'pioneer'?"),
     ("check pionere", "pionere: no such bench; did you mean 'pioneer'?"),
     ("check ./none.toml", "none.toml: no such bench file"),
     ("check pioneer --suite p2os-sever", "--suite p2os-sever: no such suite or file; did you mean 'p2os-server'?"),

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import os
-import random
 import selectors
 import threading
 import tty
@@ -13,91 +11,23 @@ from pathlib import Path
 import pytest
 
 from hilbench.bench import Bench
-from hilbench.bench.devices import DeviceActor
 from hilbench.clock import NS_PER_MS, NS_PER_S, MonotonicHostClock, Scheduler
-from hilbench.driving.resuming import resume_sessions
-from hilbench.driving.tap import Tap
 from hilbench.errors import PortClosedError, UnavailableError, UsageError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink, MemoryPort, ReconnectingPort, SerialPort, SerialTarget
 from hilbench.links.port import ModemLines
 from hilbench.links.reconnecting import POLL_NS, identity_of
-from hilbench.ports.listing import PortInfo, UsbIdentity
-from hilbench.systems.rover.ground_station import GroundStation
-from hilbench.systems.rover.operator import RoverOperator
+from hilbench.ports.listing import PortInfo
 from hilbench.testing import FakeHostClock
-from targets.robots.rover import RoverRobot, RoverSettings
+from tests.hilbench.bay import BOARD, Bay
 
-BOARD = UsbIdentity(vendor_id=0x0483, product_id=0x374B, serial_number="0668FF30", location="1-1.2", interface=2)
-ANOTHER = UsbIdentity(vendor_id=0x0483, product_id=0x374B, serial_number="0668FF31", location="1-1.3", interface=2)
 TIMES = 100
-
-
-class Powered:
-    """A device whose time begins when it is plugged in, and which is dead once its plug is pulled."""
-
-    def __init__(self, device, since_ns):
-        self.device = device
-        self.since_ns = since_ns
-
-    def receive(self, data, now_ns):
-        return self.device.receive(data, now_ns - self.since_ns) if self.device else b""
-
-    def advance(self, now_ns):
-        return self.device.advance(now_ns - self.since_ns) if self.device else b""
-
-    def line_down(self, now_ns):
-        self.device = None
-        return b""
-
-    def next_deadline_ns(self):
-        deadline_ns = self.device.next_deadline_ns() if self.device else None
-        return None if deadline_ns is None else deadline_ns + self.since_ns
-
-    def take_events(self):
-        return self.device.take_events() if self.device else []
 
 
 class WithLines(MemoryPort):
     """A port with lines beside the data, all asserted but that it does not ring."""
 
     modem_lines = ModemLines(dtr=True, rts=True, cts=True, dsr=True, ri=False, cd=True)
-
-
-class Bay:
-    """A machine without ports but for a rover that is plugged in and out; the port is a line in memory."""
-
-    def __init__(self, bench):
-        self.bench = bench
-        self.names = (f"/dev/ttyACM{number}" for number in itertools.count(1))
-        self.device = None
-        self.plugged_ns = None
-        self.link = None
-        self.refuse = None
-        self.kind = MemoryPort
-
-    def ports(self):
-        others = [PortInfo(device="/dev/ttyACM0", usb=ANOTHER), PortInfo(device="/dev/ttyS0")]
-        return others if self.device is None else [*others, PortInfo(device=self.device, usb=BOARD)]
-
-    def open(self, scheduler, target):
-        if self.refuse is not None:
-            raise UnavailableError(self.refuse, where=target.url)
-        if target.url != self.device:
-            raise UnavailableError("there is no such port", where=target.url)
-        self.link = MemoryLink(scheduler, Line(baud=target.baud), name="usb")
-        rover = Powered(RoverRobot(RoverSettings()), self.bench.now_ns)
-        DeviceActor(self.bench, rover, self.link.b, name="rover")
-        self.link.a.__class__ = self.kind
-        return self.link.a
-
-    def plug_in(self):
-        self.device = next(self.names)
-        self.plugged_ns = self.bench.now_ns
-
-    def pull_out(self):
-        self.device = None
-        self.link.hang_up()
 
 
 @pytest.fixture
@@ -127,53 +57,6 @@ def port(bench, bay):
 
 def recorded(bench, kind):
     return [event for event in bench.journal.recent if event["kind"] == kind]
-
-
-def test_a_hundred_times_under_load(bench, bay, port):
-    tap = Tap(bench, port, "station", seed=1)
-    station = GroundStation(bench, tap)
-    operator = RoverOperator(bench, station)
-    resume_sessions(tap, operator)
-    operator.connect()
-
-    def load():
-        if operator.in_session:
-            station.request()
-            station.drive_motors(0.1, 0.1)
-        bench.scheduler.after(20 * NS_PER_MS, load)
-
-    load()
-    chance = random.Random(8)
-    reports = []
-    for _ in range(TIMES):
-        assert bench.run_until(lambda: operator.in_session, 5), "no session"
-        before = station.counts.total()
-        assert bench.run_until(lambda since=before: station.counts.total() > since, 5), "no reports"
-        reports.append(station.counts.total())
-        bench.run_for(chance.uniform(0, 0.1))
-        bay.pull_out()
-        assert bench.run_until(lambda: not port.line_is_up, 1)
-        bench.run_for(chance.uniform(0, 0.9))
-        bay.plug_in()
-        lost_ns = recorded(bench, "port-lost")[-1]["ns"]
-        assert bench.run_until(lambda: port.line_is_up, 1)
-        polls = -(-(bay.plugged_ns - lost_ns) // POLL_NS) or 1
-        assert recorded(bench, "port-returned")[-1]["ns"] == lost_ns + polls * POLL_NS, "not at the first poll"
-    assert bench.run_until(lambda: operator.in_session, 5)
-    tap.flush()
-    bench.journal.close(bench.now_ns)
-
-    events = Journal.read(bench.journal.path).events
-    kinds = [event["kind"] for event in events if event["kind"].startswith("port-")]
-    assert kinds == ["port-lost", "port-returned"] * TIMES
-    returned = [event for event in events if event["kind"] == "port-returned"]
-    assert all(event["device"] != event["was"] for event in returned)
-    assert {event["serial_number"] for event in returned} == {"0668FF30"}
-    heard = b"".join(bytes.fromhex(e["data"]) for e in events if e["kind"] == "rx" and e["source"] == "station")
-    said = b"".join(bytes.fromhex(e["data"]) for e in events if e["kind"] == "tx" and e["source"] == "station")
-    assert (len(heard), len(said)) == (port.counters.received, port.counters.sent)
-    assert len(heard) > 10_000
-    assert port.losses == TIMES
 
 
 def test_what_is_not_it_is_not_taken_for_it(bench, bay, port):

@@ -16,16 +16,27 @@ NAMES = re.compile(
 )
 THEIR_OWN = ("systems", "suites")
 HELP = {Path("cli/__init__.py"), *(path.relative_to(ROOT) for path in (ROOT / "commands").glob("*.py"))}
-"""Their texts show how a command is used, with names that are there."""
+"""Their examples and the help of their options show how a command is used, with names that are there."""
 DEFAULTS = {Path("terminal/options.py"): "pioneer", Path("benchfile/bench_model.py"): "pioneer-2dx"}
 """What is meant where nobody names a bench, or a vehicle."""
 
 
-def names_of(place, tree):
-    """Yield the line and the words of what names a system, or imports from the folder of one."""
+def help_texts(tree):
+    """Yield the constants in examples, in the help of options, and in what a parser is called with."""
     for node in ast.walk(tree):
         match node:
-            case ast.Constant(value=str(words)) if place not in HELP and words != DEFAULTS.get(place):
+            case ast.Assign(targets=[ast.Name(id="_EXAMPLES" | "_HELP")]) | ast.keyword(arg="help"):
+                yield from ast.walk(node.value)
+            case ast.Call(func=ast.Name(id="Parser")):
+                yield from ast.walk(node)
+
+
+def names_of(place, tree):
+    """Yield the line and the words of what names a system, or imports from the folder of one."""
+    allowed = {id(node) for node in help_texts(tree)} if place in HELP else set()
+    for node in ast.walk(tree):
+        match node:
+            case ast.Constant(value=str(words)) if id(node) not in allowed and words != DEFAULTS.get(place):
                 pass
             case ast.Name(id=words) | ast.Attribute(attr=words):
                 pass

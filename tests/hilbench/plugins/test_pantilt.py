@@ -227,7 +227,6 @@ def test_its_bench_stands_where_a_command_does(hilbench, monkeypatch):
         (["check", "pantil"], "pantil: no such bench; did you mean 'pantilt'?"),
         (["serve", "pantlit"], "pantlit: no such bench; did you mean 'pantilt'?"),
         (["validate", "pantil"], "pantil: no such bench; did you mean 'pantilt'?"),
-        (["pionere"], "unknown command 'pionere'; did you mean 'pioneer'?"),
         (["qqq"], f"unknown command 'qqq'; commands: {', '.join(COMMANDS)}"),
     ],
 )

@@ -80,7 +80,7 @@ ends = ["brain.usart1", "gps.uart1"]
 """
 
 
-DOCS = Path(__file__).parents[3] / "docs" / "sensors.md"
+DOCS = Path(__file__).parents[4] / "docs" / "sensors.md"
 
 
 def reports(data: bytes, kind: type) -> list:

@@ -15,7 +15,7 @@ from hilbench.mcu.surroundings import Surroundings
 from targets.parts.l298n import L298nOverload
 from worlds.vehicles.rover_4wd import Rover4wdBody
 
-DOCS = Path(__file__).parents[3] / "docs" / "rover-vehicle.md"
+DOCS = Path(__file__).parents[4] / "docs" / "rover-vehicle.md"
 MS = 1_000_000
 WHEELS = ("lf", "rf", "lb", "rb")
 
