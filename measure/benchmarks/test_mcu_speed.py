@@ -238,7 +238,7 @@ def shares_of(ours):
 
         setattr(owner, name, timed)
 
-    watch(machine.engine, "_emu_start", "Unicorn")
+    watch(machine.engine, "_execute", "the CPU")
     for peripheral in {id(one): one for one in machine.bus._pages.values()}.values():
         watch(peripheral, "read", "registers")
         watch(peripheral, "write", "registers")

@@ -169,7 +169,16 @@ class Bus:
                         return peripheral.read(address - peripheral.base & ~3)
             return self.read_register(address, size)
 
-        return Access(read, lambda offset, size, value: self.write_register(base + offset, size, value))
+        return Access(
+            read,
+            lambda offset, size, value: self.write_register(base + offset, size, value),
+            lambda offset: self.is_live(base + offset),
+        )
+
+    def is_live(self, address: int) -> bool:
+        """Say whether the word at an address changes with time alone."""
+        peripheral = self._pages.get(address >> _PAGE_BITS)
+        return peripheral is not None and peripheral.clocked and peripheral.is_live(address - peripheral.base & ~3)
 
     def changing(self, address: int) -> int:
         """Return the bits that change with time alone, of the word at an address."""

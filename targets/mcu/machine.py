@@ -29,10 +29,9 @@ from targets.mcu.cortexm.frame import EXC_RETURNS, RETURN_ADDRESS, bank_of, pull
 from targets.mcu.cortexm.semihosting import Exit, Semihosting
 from targets.mcu.ended import Ended, EndKind
 from targets.mcu.engine.api import Access, Reg, Stop, StopKind
-from targets.mcu.engine.idle import IdleSkipper, Loop
-from targets.mcu.engine.straight import straight_run
+from targets.mcu.engine.core_engine import CoreEngine, Loop
+from targets.mcu.engine.idle import IdleSkipper
 from targets.mcu.engine.timing import make_timing
-from targets.mcu.engine.unicorn_engine import UnicornEngine
 from targets.mcu.errors import BusFault
 from targets.mcu.fault_watch import FaultWatch
 from targets.mcu.fidelity import Notes
@@ -49,9 +48,6 @@ _OUTSIDE = 1  # order of events from outside: after those of the chip, which are
 _NO_MEMORY = 0x4000_0000  # here the peripherals begin
 _PAGE = 0x400  # the least that the engine can execute from
 _SEMIHOSTING = 0xAB
-_STRAIGHT_LIMIT = 64
-_PATIENCE = 500  # straight runs under a mask that are looked at together
-_RARE = 2000  # instructions between two of them: looking out for the end of masks slows all code, and costs more then
 _RESETS_IN_A_LOOP = 8
 _FAULTS = range(3, 7)  # exception numbers of HardFault, MemManage, BusFault, UsageFault
 
@@ -78,7 +74,7 @@ class Machine:
         on_fault: called with every fault.
 
     Raises:
-        EngineError: Unicorn is missing or not the one this was written for.
+        EngineError: the library that executes is missing and cannot be made.
     """
 
     def __init__(
@@ -99,7 +95,7 @@ class Machine:
         self.on_fault: Callable[[Fault], None] = lambda _fault: None
         self._straps = straps or board.straps
         chip_class = chip_of(board.variant)
-        self.engine = UnicornEngine(make_timing(timing, chip_class.CORE), chip_class.CORE)
+        self.engine = CoreEngine(make_timing(timing, chip_class.CORE), chip_class.CORE)
         self.time = Timebase(chip_class.START_HZ)
         self.notes = Notes(self._moment, self._pc_in_flight)
         self.bus = Bus(self.notes)
@@ -116,8 +112,6 @@ class Machine:
         self._reset_cause: str | None = "POR"
         self._resets: list[tuple[str, int]] = []
         self._stalled_until = 0
-        self._masked_slices = 0
-        self._masked_from = 0
         self._deep: DeepSleep | None = None
         self._hangs = False
         self._line = bytearray()
@@ -269,23 +263,11 @@ class Machine:
     def _run_masked(self, target: int) -> Stop:
         """Execute no further than to the first instruction that may let the exception in that a mask holds back."""
         engine = self.engine
-        if not engine.notices_unmasking():
-            self._masked_slices += 1
-            if self._masked_slices == _PATIENCE:
-                self._judge_masks()
-            ahead = straight_run(engine.half, engine.get(Reg.PC), _STRAIGHT_LIMIT)
-            return engine.run(target, max(1, ahead))
         engine.until_unmasked = True
         try:
             return self._idle.run(target) if self._skips else engine.run(target)
         finally:
             engine.until_unmasked = False
-
-    def _judge_masks(self) -> None:
-        """Have the engine look out for the end of masks, if interrupts are often pending under one."""
-        if self.engine.instructions - self._masked_from < _PATIENCE * _RARE:
-            self.engine.notice_unmasking()
-        self._masked_from, self._masked_slices = self.engine.instructions, 0
 
     def _handle(self, stop: Stop) -> None:
         if stop.kind is StopKind.BREAKPOINT and stop.value == _SEMIHOSTING:
@@ -535,6 +517,7 @@ class Machine:
         return Access(
             lambda offset, size: bus.read(base + offset, size),
             lambda offset, size, value: bus.write(base + offset, size, value),
+            lambda _offset: False,
         )
 
     def _bit_access(self, base: int) -> Access:
@@ -542,6 +525,7 @@ class Machine:
         return Access(
             lambda offset, _size: bus.read_bit(base, offset),
             lambda offset, _size, value: bus.write_bit(base, offset, value),
+            lambda offset: bus.is_live(base + (offset >> 5 & ~3)),
         )
 
     def _connect(self) -> None:

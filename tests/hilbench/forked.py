@@ -36,7 +36,7 @@ CLOSED = object()
 """A stream that is closed as the process begins."""
 
 OF_OTHERS = """
-import elftools.elf.elffile, msgspec, numpy, serial, unicorn.unicorn_py3.arch.arm
+import elftools.elf.elffile, msgspec, numpy, serial
 import _pytest.config; _pytest.config.get_config()
 """
 COMMANDS = f"""{OF_OTHERS}
@@ -47,7 +47,7 @@ import hilbench.commands.serve, hilbench.doctor.report, hilbench.doctor.software
 import hilbench.serving.run, hilbench.serving.boards, hilbench.serving.proxy, hilbench.serving.serve
 import hilbench.udev.installing
 import protocols.carla.clauses, protocols.p2os.clauses, protocols.pkt.clauses
-import targets.mcu.engine.table_timing, targets.mcu.machine, targets.mcu.stm32f1.chip, worlds.plane
+import targets.mcu.machine, targets.mcu.stm32f1.chip, worlds.plane
 """
 """What is imported beforehand: all that a command needs; or, where pytest is to import ours itself, that of others."""
 

@@ -68,11 +68,8 @@ def _registers(kind: CoreKind) -> Iterator[Register]:
         _CCR,
         kind.ccr_reset,
         kind.ccr_writable,
-        fidelity=Fidelity.PARTLY,
-        note="DIV_0_TRP finds divisions in flash only; UNALIGN_TRP traps after the access has happened; "
-        "without it an unaligned LDM, STM, LDRD or STRD is done, where silicon faults"
-        + ("; so is one of floating-point registers" if kind.fpu else "")
-        + (f"; IC and DC: {_CACHES}" if kind.ccsidr else ""),
+        fidelity=Fidelity.PARTLY if kind.ccsidr else Fidelity.MODELLED,
+        note=f"IC and DC: {_CACHES}" if kind.ccsidr else "",
     )
     yield Register("CPACR", _CPACR, 0, 0 if kind.fpu is None else _CP10 | _CP11)
     for index, (name, value) in enumerate(zip(_IDENTITY, kind.identity, strict=True)):
@@ -95,7 +92,7 @@ _SAME_REGISTERS = (
         "CFSR",
         _CFSR,
         fidelity=Fidelity.PARTLY,
-        note="bus faults are precise: IMPRECISERR is never set; UNALIGNED only with CCR.UNALIGN_TRP",
+        note="bus faults are precise: IMPRECISERR is never set",
     ),
     Register("HFSR", _HFSR),
     Register("DFSR", _DFSR),

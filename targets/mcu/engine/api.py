@@ -104,10 +104,17 @@ class Stop:
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """The two sides of a region of registers: called with the offset and 1, 2 or 4 bytes."""
+    """The two sides of a region of registers: called with the offset and 1, 2 or 4 bytes.
+
+    Attributes:
+        read: read them.
+        write: write them.
+        is_live: says whether what is at an offset may change with time alone, or by being read.
+    """
 
     read: Callable[[int, int], int]
     write: Callable[[int, int, int], None]
+    is_live: Callable[[int], bool] = lambda _offset: True
 
 
 class CpuEngine(Protocol):

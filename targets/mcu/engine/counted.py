@@ -13,12 +13,12 @@ from typing import Any
 
 from targets.mcu.bus import Bus
 from targets.mcu.engine.api import Reg, Stop, StopKind
+from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.engine.counting_loop import CountingLoop, State, Turns
 from targets.mcu.engine.dataflow import Node
 from targets.mcu.engine.thumb import FLAGS, SP, Follower, NotUnderstood, Place, RegisterRead
 from targets.mcu.engine.thumb_steps import step
 from targets.mcu.engine.timing import FlatTiming
-from targets.mcu.engine.unicorn_engine import UnicornEngine
 from targets.mcu.registers import Count
 from targets.mcu.timebase import Timebase
 
@@ -60,7 +60,7 @@ class CountedLoops:
         memory: the RAM.
     """
 
-    def __init__(self, engine: UnicornEngine, bus: Bus, time: Timebase, memory: bytearray) -> None:
+    def __init__(self, engine: CoreEngine, bus: Bus, time: Timebase, memory: bytearray) -> None:
         self._engine = engine
         self._bus = bus
         self._time = time
@@ -215,7 +215,7 @@ class CountedLoops:
         if given is None:
             return stop, 0
         due = min(self._due(target), given.until)
-        most = self._engine.timing.periods_until(due, self._engine.instructions, loop.instructions, loop.cycles)
+        most = self._engine.timing.periods_until(due, loop.instructions, loop.cycles)
         state = self._state(loop.starts)
         turns, end = self._same_way(loop, state, most, given)
         loop.usual_turns = turns

@@ -13,7 +13,7 @@ from typing import Protocol
 
 from targets.mcu.engine.dataflow import WORD, Graph, Node
 
-__all__ = ["FLAGS", "SP", "Follower", "NotUnderstood", "Place", "RegisterRead", "Surroundings"]
+__all__ = ["FLAGS", "SP", "Follower", "NotUnderstood", "Place", "RegisterRead", "Surroundings", "is_wide"]
 
 SP, LR, PC = 13, 14, 15
 N, Z, C, V = FLAGS = (31, 30, 29, 28)
@@ -26,6 +26,11 @@ _RAM_BASE, _RAM_END = 0x2000_0000, 0x2200_0000
 _FLASH_BASE, _REGISTERS_BASE = 0x0800_0000, 0x4000_0000
 _ALWAYS = 14
 _HIGHEST_CODE = 0x4000_0000
+
+
+def is_wide(first: int) -> bool:
+    """Say whether a half-word begins an instruction of 32 bits (DDI0403 section A5.1)."""
+    return first >> 11 in (0b11101, 0b11110, 0b11111)
 
 
 class NotUnderstood(Exception):  # noqa: N818 - no failure

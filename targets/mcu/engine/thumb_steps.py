@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from targets.mcu.engine.opcode_cycles import is_wide
-from targets.mcu.engine.thumb import Follower
+from targets.mcu.engine.thumb import Follower, is_wide
 from targets.mcu.engine.thumb_narrow import follow_narrow
 from targets.mcu.engine.thumb_wide import follow_wide
 

@@ -1,23 +1,23 @@
 """How many HCLK cycles instructions take: the two timing models.
 
 ``flat``: every instruction takes the same rational number of cycles, by core and flash wait states.
-``table``: every instruction takes what the Cortex-M3 Technical Reference Manual (r1p1, section 18.2) says for it, or
-what was chosen for a Cortex-M7, of which there is no such table.
+``table``: every instruction takes what the Cortex-M3 Technical Reference Manual (r2p1, table 3-1) says for it, or
+what was chosen for a Cortex-M7, of which there is no such table; both stand beside the encodings in ``isa.h``.
 
 Neither models the prefetch buffer, contention on the buses, or the folding of IT; both are the same on every host.
+
+What counts stands in ``struct hil_state``; these classes say what the engine is to put there.
 """
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any, Protocol
 
 from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
-from targets.mcu.engine.api import Reg
 
-__all__ = ["FlatTiming", "Timing", "make_timing"]
+__all__ = ["FlatTiming", "TableTiming", "Timing", "make_timing"]
 
 
 class Timing(Protocol):
@@ -25,48 +25,27 @@ class Timing(Protocol):
 
     name: str
 
-    def attach(
-        self,
-        core: Any,
-        words: ctypes.Array[ctypes.c_uint64],
-        get: Callable[[Reg], int],
-        half: Callable[[int], int],
-    ) -> None:
-        """Begin to count for an engine: `words` are Unicorn's counter and limit, `half` reads code."""
+    def attach(self, state: Any) -> None:
+        """Begin to count for an engine with this ``hil_state``."""
 
-    def cycle(self, retired: int) -> int:
-        """Return the cycle at which the instruction after the first `retired` begins."""
-
-    def begin_slice(self, cycle: int, retired: int) -> int:
-        """Begin to run up to `cycle`; return how many instructions after the first `retired` the engine may execute."""
-
-    def lower_limit(self, cycle: int, retired: int) -> int:
-        """Lower the limit of the running slice, which began after the first `retired`; return as `begin_slice`."""
-
-    def end_slice(self, retired: int) -> None:
-        """A slice has ended with `retired` instructions in all."""
-
-    def go_back(self, retired: int, cycle: int) -> None:
-        """What came after the first `retired` instructions, which took up to `cycle`, has not happened."""
+    def cycle(self, retired: Any) -> Any:
+        """Return the cycle at which the instruction after the first `retired` begins; of many, for an array."""
 
     def add(self, cycles: int) -> None:
         """Let cycles pass without an instruction."""
 
-    def periods_until(self, cycle: int, retired: int, instructions: int, cycles: int) -> int:
+    def periods_until(self, cycle: int, instructions: int, cycles: int) -> int:
         """Return how many periods of a loop, of so many instructions and cycles, end before `cycle`."""
 
     def skip(self, instructions: int, cycles: int) -> None:
-        """Account for instructions that count as retired from here on but were not executed."""
+        """Account for instructions that count as retired but were not executed."""
 
-    def set_wait_states(self, wait_states: int, retired: int) -> None:
-        """Change the flash wait states after the first `retired` instructions."""
-
-    def forget(self) -> None:
-        """Code has changed."""
+    def set_wait_states(self, wait_states: int) -> None:
+        """Change the flash wait states, from the instruction in flight on."""
 
 
 class FlatTiming:
-    """Every instruction takes the same number of cycles.
+    """Every instruction takes the same number of cycles; a fraction of a cycle is carried on.
 
     Args:
         cycles: per instruction, by flash wait states; where there are more of these, the last of them.
@@ -76,61 +55,87 @@ class FlatTiming:
 
     def __init__(self, cycles: Sequence[Fraction] = CORTEX_M3.flat_cpi) -> None:
         self._cycles = cycles
-        self._base = 0  # cycle at which instruction number `_from` began
-        self._from = 0
-        self._numerator, self._denominator = cycles[0].as_integer_ratio()
+        self._state: Any = None
 
-    def attach(
-        self,
-        core: Any,
-        words: ctypes.Array[ctypes.c_uint64],
-        get: Callable[[Reg], int],
-        half: Callable[[int], int],
-    ) -> None:
-        """Nothing is needed of the engine but its count."""
+    def attach(self, state: Any) -> None:
+        """Begin to count for an engine with this ``hil_state``."""
+        self._state = state
+        self._take(0)
 
-    def cycle(self, retired: int) -> int:
-        """Return the cycle at which the instruction after the first `retired` begins."""
-        return self._base + (retired - self._from) * self._numerator // self._denominator
-
-    def begin_slice(self, cycle: int, retired: int) -> int:
-        """Return how many instructions after the first `retired` reach `cycle`."""
-        ahead = (cycle - self._base) * self._denominator
-        return -(-ahead // self._numerator) - (retired - self._from)
-
-    def lower_limit(self, cycle: int, retired: int) -> int:
-        """Return how many instructions after the first `retired` reach `cycle`."""
-        return self.begin_slice(cycle, retired)
-
-    def end_slice(self, retired: int) -> None:
-        """Nothing is counted but instructions."""
-
-    def go_back(self, retired: int, cycle: int) -> None:
-        """Nothing to do: the cycles follow from the instructions."""
+    def cycle(self, retired: Any) -> Any:
+        """Return the cycle at which the instruction after the first `retired` begins; of many, for an array."""
+        state = self._state
+        return state.base + (retired - state.since) * state.numerator // state.denominator
 
     def add(self, cycles: int) -> None:
         """Let cycles pass without an instruction."""
-        self._base += cycles
+        self._state.base += cycles
+        self._state.cycle += cycles
 
-    def periods_until(self, cycle: int, retired: int, instructions: int, cycles: int) -> int:
+    def periods_until(self, cycle: int, instructions: int, cycles: int) -> int:
         """Return how many periods of so many instructions end before `cycle`."""
         del cycles  # a period takes now one cycle more, now one less
-        return (self.begin_slice(cycle, retired) - 1) // instructions
+        state = self._state
+        ahead = (cycle - state.base) * state.denominator
+        reached: int = -(-ahead // state.numerator) - (state.retired - state.since)
+        return (reached - 1) // instructions
 
     def skip(self, instructions: int, cycles: int) -> None:
-        """Nothing to do: the cycles follow from the instructions."""
+        """Account for instructions that count as retired but were not executed."""
+        del cycles
+        self._state.retired += instructions
+        self._state.cycle = self.cycle(self._state.retired)
 
-    def set_wait_states(self, wait_states: int, retired: int) -> None:
+    def set_wait_states(self, wait_states: int) -> None:
         """Change the cycles per instruction; a fraction of a cycle that was begun is lost."""
-        self._base = self.cycle(retired)
-        self._from = retired
-        self._numerator, self._denominator = self._cycles_at(wait_states).as_integer_ratio()
+        self._state.base = self._state.cycle
+        self._state.since = self._state.retired
+        self._take(wait_states)
 
-    def forget(self) -> None:
-        """Nothing is known of the code."""
+    def _take(self, wait_states: int) -> None:
+        cycles = self._cycles[min(wait_states, len(self._cycles) - 1)]
+        self._state.numerator, self._state.denominator = cycles.as_integer_ratio()
 
-    def _cycles_at(self, wait_states: int) -> Fraction:
-        return self._cycles[min(wait_states, len(self._cycles) - 1)]
+
+class TableTiming:
+    """Every instruction takes its own number of cycles.
+
+    Args:
+        waits: wait states of the flash show, at every refill of the pipeline and at loads relative to PC.
+    """
+
+    name = "table"
+
+    def __init__(self, *, waits: bool = True) -> None:
+        self._waits = waits
+        self._state: Any = None
+
+    def attach(self, state: Any) -> None:
+        """Begin to count for an engine with this ``hil_state``."""
+        self._state = state
+
+    def cycle(self, retired: Any) -> Any:
+        """Return the present cycle: the beginning of the instruction in flight, or of the next."""
+        del retired
+        return self._state.cycle
+
+    def add(self, cycles: int) -> None:
+        """Let cycles pass without an instruction."""
+        self._state.cycle += cycles
+
+    def periods_until(self, cycle: int, instructions: int, cycles: int) -> int:
+        """Return how many periods of so many cycles end before `cycle`."""
+        del instructions
+        return int(cycle - self._state.cycle - 1) // cycles
+
+    def skip(self, instructions: int, cycles: int) -> None:
+        """Account for instructions that count as retired but were not executed."""
+        self._state.retired += instructions
+        self._state.cycle += cycles
+
+    def set_wait_states(self, wait_states: int) -> None:
+        """Change the flash wait states, from the instruction in flight on."""
+        self._state.wait_states = wait_states if self._waits else 0
 
 
 def make_timing(name: str, kind: CoreKind = CORTEX_M3) -> Timing:
@@ -139,11 +144,8 @@ def make_timing(name: str, kind: CoreKind = CORTEX_M3) -> Timing:
     Raises:
         KeyError: there is no such model.
     """
-    from targets.mcu.engine.table_timing import CORTEX_M3_TABLE, CORTEX_M7_TABLE, TableTiming
-
-    table = CORTEX_M7_TABLE if kind.model == "M7" else CORTEX_M3_TABLE
     models: dict[str, Callable[[], Timing]] = {
         "flat": lambda: FlatTiming(kind.flat_cpi),
-        "table": lambda: TableTiming(table),
+        "table": lambda: TableTiming(waits=kind.model == "M3"),
     }
     return models[name]()

@@ -28,9 +28,6 @@ CHECKS = {
     "wwdg": 18,
 }
 
-FAILS = {"unaligned": ["ldm-faults", "stm-faults", "ldrd-faults", "strd-faults"]}
-"""What the emulated chip does not do as silicon does: the ledger tells it at SCB_CCR."""
-
 LIMIT_MS = 1000
 
 
@@ -47,12 +44,11 @@ def with_the_gate_having(*few):
 def check_all(start, name, timing):
     run = start(f"selftest-{name}", timing=timing).to(LIMIT_MS)
     passed, failed = run.checks
-    expected = FAILS.get(name, [])
-    assert failed == expected
-    assert len(passed) == CHECKS[name] - len(expected)
+    assert failed == []
+    assert len(passed) == CHECKS[name]
     ended = run.machine.ended
-    assert (ended.kind, ended.status) == ("exit", len(expected))
-    assert run.console.endswith(b"done %d ok %d failed\n" % (len(passed), len(failed)))
+    assert (ended.kind, ended.status) == ("exit", 0)
+    assert run.console.endswith(b"done %d ok 0 failed\n" % CHECKS[name])
 
 
 @pytest.mark.exhaustive("golden traces of the same images hold every line that they say")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import struct
 
 import pytest
@@ -328,26 +329,38 @@ class TestEnds:
 
 
 class TestMasks:
-    """An exception is taken at the first instruction boundary where no mask holds it back, found one way or another."""
+    """An exception is taken at the first instruction boundary where no mask holds it back, however one gets there."""
 
-    def noted(self, board, monkeypatch, patience, **options):
-        monkeypatch.setattr("targets.mcu.machine._PATIENCE", patience)
-        handler = FLASH + 0x200
-        more = (Segment(handler, struct.pack(f"<{len(NOTE_ENTRY)}H", *NOTE_ENTRY)),)
-        machine = Machine(board, program(*MASKING, vectors=[(15, handler | 1)], more=more), **options)
-        machine.run_to(3 * MS)
-        return bytes(machine.ram[:1024]), machine.cycle, machine.engine.instructions
+    HANDLER = FLASH + 0x200
+    STEPS_NS = (125, 1000, 375, 2125, 250)
+    # cpsid i; ldr r1, =RAM + 0x800 | 1; blx r1; b to the cpsid. There: cpsie i, with a nop on either side, and back.
+    UNMASKED_IN_RAM = (*MASKING[:9], 0xB672, 0x4908, 0x4788, 0xE7FB, *[NOP] * 11, *MASKING[-4:], 0x0801, 0x2000)
+    IN_RAM = Segment(RAM + 0x800, struct.pack("<4H", NOP, 0xB662, NOP, 0x4770))
+
+    @pytest.fixture
+    def noted(self, board):
+        """What the handler notes within 2 ms, the cycle, and how many instructions; executed whole, or in steps."""
+        handler = Segment(self.HANDLER, struct.pack(f"<{len(NOTE_ENTRY)}H", *NOTE_ENTRY))
+
+        def note(code, *more, cut=False, **options):
+            image = program(*code, vectors=[(15, self.HANDLER | 1)], more=(handler, *more))
+            machine = Machine(board, image, **options)
+            ends = itertools.accumulate(itertools.cycle(self.STEPS_NS))
+            for end_ns in itertools.takewhile(lambda end_ns: cut and end_ns < 2 * MS, ends):
+                machine.run_to(end_ns)
+            machine.run_to(2 * MS)
+            return bytes(machine.ram[:1024]), machine.cycle, machine.engine.instructions
+
+        return note
 
     @pytest.mark.parametrize(("timing", "skip"), matrix(["flat", "table"], [True, False]))
-    def test_it_is_the_same_boundary_however_it_is_found(self, board, monkeypatch, timing, skip):
-        options = {"timing": timing, "skip_idle": skip}
-        expected = self.noted(board, monkeypatch, -1, **options)
+    def test_it_is_the_same_boundary_whole_or_in_steps(self, noted, timing, skip):
+        expected = noted(MASKING, timing=timing, skip_idle=False)
         assert len(set(struct.unpack("<255I", expected[0][4:]))) > 2
-        assert self.noted(board, monkeypatch, 1, **options) == expected
-        assert self.noted(board, monkeypatch, 40, **options) == expected
+        assert noted(MASKING, timing=timing, skip_idle=skip) == expected
+        assert noted(MASKING, timing=timing, skip_idle=skip, cut=True) == expected
 
-    def test_a_loop_under_a_mask_that_changes_nothing_is_passed_over(self, start, monkeypatch):
-        monkeypatch.setattr("targets.mcu.machine._PATIENCE", 1)
+    def test_a_loop_under_a_mask_that_changes_nothing_is_passed_over(self, start):
         # as above with SysTick every 28672 cycles (lsls r0, r0, #12 after movs r0, #7); then cpsid i and b .
         code = (0x4C0B, 0x2007, 0x0300, *MASKING[2:5], 0x4D09, *MASKING[6:9], 0xB672, HANG)
         machine = start(*code, *[NOP] * 12, *MASKING[-4:])
@@ -355,24 +368,11 @@ class TestMasks:
         assert machine.core.masked()
         assert machine.waits_in is not None
 
-    def test_code_in_ram_ends_masks_too(self, board, monkeypatch):
-        """It may change at any time, so what stands there is looked at anew each time."""
-        cpsie_and_back = struct.pack("<4H", NOP, 0xB662, NOP, 0x4770)
-        # cpsid i; ldr r1, =RAM + 0x800 | 1; blx r1; b to the cpsid
-        code = (*MASKING[:9], 0xB672, 0x4908, 0x4788, 0xE7FB, *[NOP] * 11, *MASKING[-4:], 0x0801, 0x2000)
-        results = []
-        for patience in (-1, 1, 40):
-            monkeypatch.setattr("targets.mcu.machine._PATIENCE", patience)
-            handler = FLASH + 0x200
-            more = (
-                Segment(handler, struct.pack(f"<{len(NOTE_ENTRY)}H", *NOTE_ENTRY)),
-                Segment(RAM + 0x800, cpsie_and_back),
-            )
-            machine = Machine(board, program(*code, vectors=[(15, handler | 1)], more=more))
-            machine.run_to(MS)
-            results.append((bytes(machine.ram[:1024]), machine.cycle, machine.engine.instructions))
-        assert any(results[0][0][4:])
-        assert results[1:] == results[:1] * 2
+    def test_code_in_ram_ends_masks_too(self, noted):
+        expected = noted(self.UNMASKED_IN_RAM, self.IN_RAM)
+        assert any(expected[0][4:])
+        assert noted(self.UNMASKED_IN_RAM, self.IN_RAM, skip_idle=False) == expected
+        assert noted(self.UNMASKED_IN_RAM, self.IN_RAM, cut=True) == expected
 
 
 def test_a_jump_to_the_boot_loader_of_the_vendor_is_called_that(start):

@@ -1,5 +1,7 @@
 #include "about.h"
 
+#include "cpu.h"
+
 #include <stddef.h>
 
 /* Found in the file by sources.py, without loading it. */
@@ -18,6 +20,9 @@ static const char mark[] = MARK HIL_SOURCES_DIGEST;
 static const struct hil_row rows[] = {
 #define STRUCT hil_row
     WHOLE HIL_ROW_FIELDS(ONE, MANY)
+#undef STRUCT
+#define STRUCT hil_state
+    WHOLE HIL_STATE_FIELDS(ONE, MANY)
 #undef STRUCT
     {NULL, NULL, NULL, 0, 0, 0},
 };

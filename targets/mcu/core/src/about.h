@@ -4,8 +4,6 @@
 
 #include "layout.h"
 
-#define HIL_EXPORT __attribute__((visibility("default")))
-
 /* The digest of the sources and flags it was compiled from, as in sources.py. */
 HIL_EXPORT const char *hil_sources_digest(void);
 

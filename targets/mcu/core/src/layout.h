@@ -12,6 +12,8 @@
 
 #include <stdint.h>
 
+#define HIL_EXPORT __attribute__((visibility("default")))
+
 #define HIL_MEMBER(type, name) type name;
 #define HIL_MEMBERS(type, name, count) type name[count];
 #define HIL_STRUCT(tag, FIELDS) struct tag { FIELDS(HIL_MEMBER, HIL_MEMBERS) }

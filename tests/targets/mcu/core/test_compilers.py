@@ -39,4 +39,4 @@ def test_a_compiler_has_nothing_to_say_and_its_library_works(tmp_path, name):
 @pytest.mark.exhaustive("the gate compiles as users do")
 @pytest.mark.parametrize("name", [*COMPILERS])
 def test_without_optimisation_it_is_clean_too(tmp_path, name):
-    compiled(tmp_path, name, "-O0")
+    compiled(tmp_path, name, "-O0", "-Wconversion", "-Wno-sign-conversion", "-Wshadow")

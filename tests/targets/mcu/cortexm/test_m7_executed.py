@@ -13,8 +13,8 @@ from targets.mcu.cortexm.core import Core
 from targets.mcu.cortexm.exceptions import Number
 from targets.mcu.cortexm.kinds import CORTEX_M7
 from targets.mcu.engine.api import Reg, StopKind
+from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.engine.timing import make_timing
-from targets.mcu.engine.unicorn_engine import UnicornEngine
 from targets.mcu.testing import FakeChip
 
 FLASH, RAM, PPB = 0x0800_0000, 0x2000_0000, 0xE000_0000
@@ -64,7 +64,7 @@ class Bench:
     def __init__(self, main, handlers):
         chip = FakeChip(hclk_hz=216_000_000)
         self.time = chip.time
-        self.engine = engine = UnicornEngine(make_timing("flat", CORTEX_M7), CORTEX_M7)
+        self.engine = engine = CoreEngine(make_timing("flat", CORTEX_M7), CORTEX_M7)
         self.bus = bus = Bus(chip.notes)
         self.flash, self.ram = bytearray(0x1000), bytearray(0x1000)
         self.core = core = Core(engine, dataclasses.replace(chip.services, bus=bus), CORTEX_M7)

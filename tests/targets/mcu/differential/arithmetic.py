@@ -101,7 +101,8 @@ def modified_immediate(s: Sequence) -> bool:
         return s.emit(first | 0x10 | s.source(sp=operation in (_ADD, _SUB)), second | PC << 8)
     if shape == 1 and operation in (_ORR, _ORN):
         return s.emit(first | s.bits(1) << 4 | PC, second | s.target() << 8)
-    other = s.source(sp=operation in (_ADD, _SUB))
+    to_sp = operation in (_ADD, _SUB)
+    other = SP if to_sp and shape == 2 else s.source(sp=to_sp)
     return s.emit(first | s.bits(1) << 4 | other, second | s.target() << 8)
 
 

@@ -125,19 +125,10 @@ def convert_to_integer(s: Sequence) -> bool:
 
 
 def convert_fixed(s: Sequence) -> bool:
-    """VCVT between floating and fixed point, in place.
-
-    From 32 bits to single only where the mode is to nearest: Unicorn rounds by FPSCR, where the architecture always
-    rounds to nearest (`test_vectors_m7`). So they come after a VMSR.
-    """
+    """VCVT between floating and fixed point, in place."""
     size, wide = s.bits(1), s.bits(1)
     immediate = s.between(0, 31) if wide else s.between(0, 16)  # the width less the bits of the fraction
     first = s.one_of(0xEEBA, 0xEEBB, 0xEEBE, 0xEEBF)
-    if first <= 0xEEBB and wide and not size:
-        if s.in_it:
-            return False
-        register = s.target()
-        s.emit(0xF04F, register << 8, 0xEEE1, register << 12 | 0xA10)  # mov.w register, #0; vmsr
     vd = _register(s, size)
     second = 0xA40 | size << 8 | wide << 7 | (immediate & 1) << 5 | immediate >> 1
     return s.emit(_first(first, vd, 0, d_double=size, n_double=1), second | (vd if size else vd >> 1) << 12)

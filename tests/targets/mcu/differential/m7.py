@@ -1,13 +1,13 @@
-"""Runs an image on the engine of a Cortex-M7, whole or cut into pieces; its calls of the debugger are answered here."""
+"""Runs an image on an engine alone, whole or cut into pieces; its calls of the debugger are answered here."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from targets.mcu.cortexm.kinds import CORTEX_M7
+from targets.mcu.cortexm.kinds import CORTEX_M7, CoreKind
 from targets.mcu.engine.api import Access, Reg, StopKind
+from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.engine.timing import make_timing
-from targets.mcu.engine.unicorn_engine import UnicornEngine
 from tests.targets.mcu.differential.image import FLASH, RAM, STACK_TOP
 
 _FLASH_SIZE, _RAM_SIZE = 0x1_0000, 0x1_0000
@@ -22,11 +22,12 @@ class Run:
     Args:
         image: what is in flash.
         timing: the timing model.
+        kind: the core.
     """
 
-    def __init__(self, image: bytes, timing: str = "flat") -> None:
+    def __init__(self, image: bytes, timing: str = "flat", kind: CoreKind = CORTEX_M7) -> None:
         self._ram = bytearray(_RAM_SIZE)
-        self.engine = engine = UnicornEngine(make_timing(timing, CORTEX_M7), CORTEX_M7)
+        self.engine = engine = CoreEngine(make_timing(timing, kind), kind)
         engine.map_memory(FLASH, bytearray(image.ljust(_FLASH_SIZE, b"\xff")), writable=False)
         engine.map_memory(RAM, self._ram, writable=True)
         engine.map_registers(_PPB, 0x10_0000, Access(lambda _offset, _size: 0, lambda _offset, _size, _value: None))

@@ -18,16 +18,21 @@ def write_flags(s: Sequence) -> bool:
     return s.emit(0xF380 | s.source(), 0x8800 | s.one_of(_APSR, _IAPSR, _EAPSR, _XPSR))
 
 
-def write_special(s: Sequence) -> bool:
-    return s.emit(0xF380 | s.source(), 0x8800 | s.one_of(_PRIMASK, _BASEPRI, _BASEPRI_MAX, _FAULTMASK))
+def write_mask(s: Sequence) -> bool:
+    return s.emit(0xF380 | s.source(), 0x8800 | s.one_of(_PRIMASK, _FAULTMASK))
+
+
+def write_base_priority(s: Sequence) -> bool:
+    """BIC, then MSR BASEPRI or BASEPRI_MAX: QEMU's core has eight bits of priority, ours four."""
+    if s.in_it:
+        return False
+    source, implemented = s.source(), s.target()
+    register = s.one_of(_BASEPRI, _BASEPRI_MAX)
+    return s.emit(0xF020 | source, implemented << 8 | 0xF, 0xF380 | implemented, 0x8800 | register)
 
 
 def write_process_stack(s: Sequence) -> bool:
-    """BIC, then MSR PSP: Unicorn would keep bits 0 and 1, which are no bits of a stack pointer."""
-    if s.in_it:
-        return False
-    source, aligned = s.source(), s.target()
-    return s.emit(0xF020 | source, aligned << 8 | 3, 0xF380 | aligned, 0x8800 | _PSP)
+    return s.emit(0xF380 | s.source(), 0x8800 | _PSP)
 
 
 def change_masks(s: Sequence) -> bool:
@@ -36,8 +41,8 @@ def change_masks(s: Sequence) -> bool:
 
 
 def barrier(s: Sequence) -> bool:
-    """DSB, DMB, ISB; within an IT block no ISB, after which Unicorn executes the rest of the block in any case."""
-    return s.emit(0xF3BF, s.one_of(0x8F4F, 0x8F5F) if s.in_it else s.one_of(0x8F4F, 0x8F5F, 0x8F6F))
+    """DSB, DMB, ISB."""
+    return s.emit(0xF3BF, s.one_of(0x8F4F, 0x8F5F, 0x8F6F))
 
 
 def clear_exclusive(s: Sequence) -> bool:
@@ -51,7 +56,8 @@ def no_operation(s: Sequence) -> bool:
 ATOMS = (
     (3, read_special),
     (2, write_flags),
-    (1, write_special),
+    (1, write_mask),
+    (1, write_base_priority),
     (1, write_process_stack),
     (1, change_masks),
     (1, barrier),

@@ -1,8 +1,7 @@
 """Random sequences on our machine: as QEMU executes them, and the same however a run is cut.
 
 20 400 sequences come from one seed. The first 400 are run every time, all where HILBENCH_EXHAUSTIVE is set; there QEMU
-must be installed. QEMU 7.2 is not quite the other opinion that one would like,
-as Unicorn descends from an earlier version of it; `test_vectors` holds against the architecture manual.
+must be installed. `test_vectors` holds against the architecture manual.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """DSP and floating point against the architecture manual: what DDI0403 says by its pseudo-code, worked out by hand.
 
-QEMU and Unicorn have a common ancestor and may err together; what stands here comes from neither.
+What stands here comes from no emulator.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import pytest
 
 from targets.mcu.cortexm.kinds import CORTEX_M7
 from targets.mcu.engine.api import Reg
+from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.engine.timing import make_timing
-from targets.mcu.engine.unicorn_engine import UnicornEngine
 
 CODE = 0x0800_0100
 MIN, MAX, ONES = 0x8000_0000, 0x7FFF_FFFF, 0xFFFF_FFFF
@@ -39,7 +39,7 @@ class Core:
     """An M7 with some flash; executes an instruction at a time."""
 
     def __init__(self):
-        self.engine = UnicornEngine(make_timing("flat", CORTEX_M7), CORTEX_M7)
+        self.engine = CoreEngine(make_timing("flat", CORTEX_M7), CORTEX_M7)
         self.flash = bytearray(0x400)
         self.engine.map_memory(CODE & ~0xFFF, self.flash, writable=False)
 
@@ -373,9 +373,11 @@ def test_long_products(core):
     assert (core.r0, core.engine.get(Reg.R1)) == (ONES, ONES)
 
 
-# --- where Unicorn departs from the architecture, and nothing is done about it
+# --- fixed point
 
 
-@pytest.mark.xfail(strict=True, reason="Unicorn rounds by FPSCR, where the architecture rounds to nearest")
-def test_fixed_point_becomes_single_by_rounding_to_nearest(core):
-    assert core.execute(0xEEBA, 0x0AC8, singles=[0x0100_0001], fpscr=UP)[0] == single(2.0**24 / 2**16)
+@pytest.mark.parametrize("fpscr", [TO_NEAREST, UP, DOWN, TO_ZERO])
+def test_fixed_point_becomes_single_by_rounding_to_nearest(core, fpscr):
+    """Whatever FPSCR.RMode says: VCVT calls FixedToFP with round_to_nearest (chapter A7.7)."""
+    assert core.execute(0xEEBA, 0x0AC8, singles=[0x0100_0001], fpscr=fpscr)[0] == single(2.0**24 / 2**16)
+    assert core.execute(0xEEBA, 0x0AC8, singles=[0x0100_0003], fpscr=fpscr)[0] == single((2.0**24 + 4) / 2**16)

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
 from targets.mcu.engine.api import Access, Reg, StopKind
+from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.engine.timing import make_timing
-from targets.mcu.engine.unicorn_engine import UnicornEngine
 from tests.targets.mcu.differential.image import BLOCK, FLASH, RAM, STACK_TOP
 
 _PAGE = 0x400
@@ -37,7 +37,7 @@ class Run:
         self._stops = stops
         self._block = bytearray(_PAGE)
         self._below, self._above = bytearray(BLOCK - RAM), bytearray(RAM + _RAM_SIZE - BLOCK - _PAGE)
-        self._engine = engine = UnicornEngine(make_timing("flat", kind), kind)
+        self._engine = engine = CoreEngine(make_timing("flat", kind), kind)
         engine.map_memory(FLASH, bytearray(image.ljust(_FLASH_SIZE, b"\xff")), writable=False)
         engine.map_memory(RAM, self._below, writable=True)
         engine.map_registers(BLOCK, _PAGE, Access(self._read, self._write))

@@ -5,9 +5,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from targets.mcu.cortexm.kinds import CORTEX_M3
 from targets.mcu.engine.api import Access, Reg
+from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.engine.timing import make_timing
-from targets.mcu.engine.unicorn_engine import UnicornEngine
 
 FLASH, RAM, REGISTERS = 0x0800_0000, 0x2000_0000, 0x4000_0000
 CODE = FLASH + 0x100
@@ -16,8 +17,8 @@ CODE = FLASH + 0x100
 class Machine:
     """An engine with flash, RAM and one kilobyte of registers that record."""
 
-    def __init__(self, timing="flat", access=None):
-        self.engine = UnicornEngine(make_timing(timing))
+    def __init__(self, timing="flat", access=None, kind=CORTEX_M3):
+        self.engine = CoreEngine(make_timing(timing, kind), kind)
         self.flash, self.ram = bytearray(b"\xff" * 0x4000), bytearray(0x1000)
         self.log = []
         self.on_access = lambda _kind, _offset: None

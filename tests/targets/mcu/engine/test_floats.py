@@ -1,24 +1,20 @@
-"""Floating point of a Cortex-M7: registers, contexts, access; and the places of Unicorn that this depends on."""
+"""Floating point of a Cortex-M7: registers, contexts, access."""
 
 from __future__ import annotations
 
-import random
 import struct
 
 import pytest
 
 from targets.mcu.bus import Bus
 from targets.mcu.cortexm.kinds import CORTEX_M7
-from targets.mcu.engine import hidden_state
 from targets.mcu.engine.api import Access, FaultKind, FloatAccess, Reg, StopKind
-from targets.mcu.engine.float_gate import float_runs, is_float
-from targets.mcu.engine.hidden_state import HiddenState, Word
+from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.engine.idle import IdleSkipper
 from targets.mcu.engine.thumb import Follower, NotUnderstood
 from targets.mcu.engine.thumb_steps import step
 from targets.mcu.engine.timing import make_timing
-from targets.mcu.engine.unicorn_engine import UnicornEngine
-from targets.mcu.errors import BusFault, EngineError
+from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Notes
 from targets.mcu.timebase import Timebase
 
@@ -38,7 +34,7 @@ class Machine:
     """An M7 with flash, RAM and a kilobyte of registers where nothing answers at offset 0x100."""
 
     def __init__(self):
-        self.engine = UnicornEngine(make_timing("flat", CORTEX_M7), CORTEX_M7)
+        self.engine = CoreEngine(make_timing("flat", CORTEX_M7), CORTEX_M7)
         self.flash, self.ram = bytearray(b"\xff" * 0x1000), bytearray(0x1000)
         self.on_write = lambda: None
         self.engine.map_memory(FLASH, self.flash, writable=False)
@@ -236,21 +232,10 @@ class TestAccess:
             stop = m7.execute(*halves)
             assert (stop.fault, m7.engine.get(Reg.PC)) == (FaultKind.UNDEFINED, CODE)
 
-    def test_places_are_found(self):
-        code = struct.pack("<9H", NOP, *VADD, *VADD_D, NOP, 0xEEEE, 0x0A0A, 0x0A0A)
-        assert [(start, min(end, len(code))) for start, end in float_runs(code)] == [(2, 10), (12, 16)]
-        rng = random.Random(1)
-        data = bytes(rng.choice(b"\xec\xee\xfe\xff\x0a\x0b\x1a\x00") for _ in range(4000))
-        halves = struct.unpack("<2000H", data)
-        expected = {2 * at for at in range(1999) if is_float(halves[at], halves[at + 1])}
-        found = {at for start, end in float_runs(data) for at in range(start, end - 2, 2)}
-        assert expected <= found
-        assert all(at in expected or at - 2 in expected for at in found)
-
 
 class TestAccessesThatFail:
     def test_nothing_is_loaded_and_nothing_after_it_happens(self, m7):
-        """ITT EQ; VLDREQ s0 from where nobody is; VADDEQ: Unicorn would go on to the end of the block."""
+        """ITT EQ; VLDREQ s0 from where nobody is; VADDEQ."""
         m7.engine.set(Reg.XPSR, 1 << 24 | 1 << 30)
         m7.engine.set(Reg.R1, REGISTERS + 0x100)
         m7.floats = [ONE, TWO]
@@ -263,35 +248,6 @@ class TestAccessesThatFail:
         m7.engine.set(Reg.R1, REGISTERS)
         m7.execute(0xED91, 0x0A00)  # vldr s0, [r1]
         assert m7.floats[0] == 0x4120_0000
-
-
-class TestUnicorn:
-    """What is relied on, and what is worked around."""
-
-    def test_a_write_to_xpsr_leaves_ge(self, m7):
-        from unicorn import arm_const
-
-        m7.engine._uc.reg_write(arm_const.UC_ARM_REG_XPSR, 1 << 24 | 0xA << 16)
-        assert m7.engine._uc.reg_read(arm_const.UC_ARM_REG_XPSR) == 1 << 24
-
-    def test_access_is_never_denied_by_unicorn(self, m7):
-        hidden = HiddenState(m7.engine._uc, m7.engine._lib)
-        places = hidden._places
-        hidden._places = {Word.FPCCR: places[Word.FPCCR] + 4}  # CPACR
-        assert hidden.get(Word.FPCCR) == 0
-        assert m7.execute(*VADD).kind is StopKind.LIMIT
-
-    def test_words_that_are_not_found_are_an_error(self, monkeypatch):
-        monkeypatch.setattr(hidden_state, "_BASEPRI_TO_FPCCR", 33)
-        with pytest.raises(EngineError, match="not where it is kept"):
-            hidden_state._places.__wrapped__()
-
-    def test_hidden_words(self, m7):
-        hidden = HiddenState(m7.engine._uc, m7.engine._lib)
-        assert [hidden.get(word) for word in Word] == [1 << 31, 0, 0]
-        hidden.set(Word.GE, 9)
-        m7.engine._registers._stale = True
-        assert m7.engine.get(Reg.XPSR) >> 16 & 0xF == 9
 
 
 class TestLoops:

@@ -54,6 +54,15 @@ def rig(make):
     return Rig(make)
 
 
+def test_a_loop_that_was_found_is_known_at_the_end_of_every_run(rig):
+    rig.machine.load(*POLL)
+    rig.engine.set(1, BASE)
+    rig.run(10_000)
+    for cycles in (*range(1000, 1016), 100_000, 1_000_000):
+        rig.run(cycles)
+        assert rig.idle.found is not None, cycles
+
+
 def test_polling_a_flag_reads_it_a_few_times(rig):
     rig.machine.load(*POLL)
     rig.engine.set(1, BASE)

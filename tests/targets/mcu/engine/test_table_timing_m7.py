@@ -2,27 +2,47 @@
 
 from __future__ import annotations
 
+import struct
+
 import pytest
 
 from targets.mcu.cortexm.kinds import CORTEX_M3, CORTEX_M7
-from targets.mcu.engine.opcode_cycles_m7 import DIVIDE, cost_of
+from targets.mcu.engine.api import Reg
+from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.engine.timing import make_timing
+
+FLASH, RAM = 0x0800_0000, 0x2000_0000
+
+
+def cycles_of(halves, *, wait_states=0):
+    """Cycles of one instruction; R0 and R1 point into RAM."""
+    engine = CoreEngine(make_timing("table", CORTEX_M7), CORTEX_M7)
+    engine.map_memory(FLASH, bytearray(struct.pack(f"<{len(halves)}H", *halves).ljust(0x400, b"\0")), writable=False)
+    engine.map_memory(RAM, bytearray(0x400), writable=True)
+    for register, value in ((Reg.SP, RAM + 0x400), (Reg.R0, RAM + 0x200), (Reg.R1, RAM + 0x100)):
+        engine.set(register, value)
+    engine.set(Reg.XPSR, 1 << 24)
+    engine.set(Reg.PC, FLASH)
+    engine.set_wait_states(wait_states)
+    engine.run(1 << 40, 1)
+    assert engine.instructions == 1
+    return engine.cycle
 
 
 @pytest.mark.parametrize(
     ("halves", "cycles"),
     [
-        ((0xBF00, 0), 1),
-        ((0x6808, 0), 1),  # ldr r0, [r1]
-        ((0x4800, 0), 1),  # ldr r0, [pc]
-        ((0xB40F, 0), 2),  # push {r0-r3}
-        ((0xB500, 0), 1),  # push {lr}
-        ((0xC90E, 0), 2),  # ldmia r1!, {r1-r3}
+        ((0xBF00,), 1),
+        ((0x6808,), 1),  # ldr r0, [r1]
+        ((0x4800,), 1),  # ldr r0, [pc]
+        ((0xB40F,), 2),  # push {r0-r3}
+        ((0xB500,), 1),  # push {lr}
+        ((0xC90E,), 2),  # ldmia r1!, {r1-r3}
         ((0xE891, 0x003C), 2),
         ((0xE9D1, 0x2300), 1),  # ldrd
         ((0xFBA2, 0x2304), 1),  # umull
-        ((0xFB92, 0xF2F3), DIVIDE),
-        ((0xB672, 0), 2),  # cpsid i
+        ((0xFB92, 0xF2F3), 7),  # sdiv
+        ((0xB672,), 2),  # cpsid i
         ((0xF380, 0x8811), 2),  # msr basepri, r0
         ((0xEE30, 0x0A20), 1),  # vadd.f32
         ((0xEE30, 0x0B01), 1),  # vadd.f64
@@ -41,17 +61,21 @@ from targets.mcu.engine.timing import make_timing
     ],
 )
 def test_instructions(halves, cycles):
-    assert cost_of(*halves).cycles == cycles
+    assert cycles_of(halves) == cycles
+
+
+@pytest.mark.parametrize("halves", [(0xE000,), (0xF000, 0xB801), (0xF000, 0xF801)])  # b, b.w, bl
+def test_a_branch_taken_takes_one_more(halves):
+    assert cycles_of(halves) == 2
 
 
 def test_flat_is_faster_and_wait_states_hardly_show():
-    flat, m3 = make_timing("flat", CORTEX_M7), make_timing("flat", CORTEX_M3)
-    assert (flat.cycle(10_000), m3.cycle(10_000)) == (7500, 12_500)
-    flat.set_wait_states(7, 0)
-    assert 8000 < flat.cycle(10_000) < 9000
+    m7, m3 = (CoreEngine(make_timing("flat", kind), kind) for kind in (CORTEX_M7, CORTEX_M3))
+    assert (m7.timing.cycle(10_000), m3.timing.cycle(10_000)) == (7500, 12_500)
+    m7.set_wait_states(7)
+    assert 8000 < m7.timing.cycle(10_000) < 9000
 
 
-def test_the_table_does_not_know_wait_states():
-    table = make_timing("table", CORTEX_M7)
-    table.set_wait_states(7, 0)
-    assert table._wait_states == 0
+@pytest.mark.parametrize(("halves", "cycles"), [((0xE000,), 2), ((0x4800,), 1)])  # b, ldr r0, [pc]
+def test_the_table_does_not_know_wait_states(halves, cycles):
+    assert cycles_of(halves, wait_states=7) == cycles

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import struct
-
 import pytest
 
+from targets.mcu.cortexm.stepping import advanced
 from targets.mcu.engine.api import Access, FaultKind, Reg, StopKind
-from targets.mcu.engine.it_state import advanced, it_state_at
 from targets.mcu.errors import BusFault
 
 NOP, IT_EQ, HANG = 0xBF00, 0xBF00, 0xE7FE
@@ -86,10 +84,9 @@ def execute(make, at):
 @pytest.mark.parametrize("case", CASES)
 def test_in_an_it_block(execute, timing, case):
     failing, address, kind, refusal = CASES[case]
-    others = OTHERS[:2] + OTHERS[:1] if address == IN_FLASH else OTHERS  # see `rollback`
     for letters, place in PLACES:
         mask = int("".join("01"[letter == "E"] for letter in letters[1:]) + "1", 2)
-        block = [*others[:place], failing, *others[place:]]
+        block = [*OTHERS[:place], failing, *OTHERS[place:]]
         program = NOP, IT_EQ | mask, *(half for halves in block for half in halves)
         (expected,), *_ = execute(timing, GOOD, *program)
 
@@ -161,31 +158,6 @@ def test_a_load_of_several_ends_where_it_fails(execute):
     (expected, *_), *_ = execute("flat", GOOD, 0xE890, 0x00E2)  # ldm.w r0, {r1, r5-r7}
     _, stop, found, _ = execute("flat", REFUSED, 0xE890, 0x00E2)
     assert (stop.fault, found) == (FaultKind.READ, expected)
-
-
-@pytest.mark.parametrize(
-    ("halves", "states"),
-    [
-        ((0xBF08, NOP, NOP), (0, 0x08, 0)),  # it eq
-        (
-            (0xBF0B, NOP, 0xF850, 0x1F00, NOP, NOP),
-            (0, 0x0B, 0x16, None, 0x0C, 0x18),
-        ),  # itete eq, a wide instruction in it
-        ((0xF8DB, 0xBF04, NOP), (0, None, 0)),  # ldr.w r11, [r11, #0xF04]: no itt eq
-        ((0xF000, 0xF801, 0xBF04, NOP, NOP), (0, None, 0, 0x04, 0x08)),  # a call before itt eq
-        ((0xF8D0, 0xF8DB, 0xF8DB, 0xBF04, NOP), (0, None, 0, None, 0)),
-        ((NOP, NOP), (0, 0)),
-    ],
-)
-def test_the_state_is_read_from_the_code(halves, states):
-    code = struct.pack(f"<{len(halves)}H", *halves)
-
-    def half(address):
-        return int.from_bytes(code[address : address + 2], "little") if 0 <= address < len(code) else 0
-
-    for index, state in enumerate(states):
-        if state is not None:
-            assert it_state_at(half, 2 * index) == (state & 3) << 25 | (state & 0xFC) << 8
 
 
 def test_the_state_advances_as_the_manual_says():

@@ -1,52 +1,16 @@
-"""Every property of Unicorn that the engine relies on or works around; a change of Unicorn shows here."""
+"""The engine as the machine around it sees it: counting, slices, stops, accesses, code that changes."""
 
 from __future__ import annotations
 
-import itertools
 from typing import ClassVar
 
 import pytest
 
-from targets.mcu.engine import calibration
 from targets.mcu.engine.api import FaultKind, Reg, StopKind
-from targets.mcu.engine.unicorn_engine import UnicornEngine
-from targets.mcu.errors import BusFault, EngineError
+from targets.mcu.errors import BusFault
 
 NOP, WFI, WFE, YIELD, SEV, HANG = 0xBF00, 0xBF30, 0xBF20, 0xBF10, 0xBF40, 0xE7FE
 LDR_R0_R1, STR_R0_R1, STR_R0_R1_4, ADDS_R0, BX_R1 = 0x6808, 0x6008, 0x6048, 0x3001, 0x4708
-
-
-def test_the_pinned_unicorn_is_the_one_tried():
-    import unicorn
-
-    assert unicorn.uc_version()[2] == 0x0201_04FF
-    assert calibration.UNICORN_VERSION == (2, 1, 4)
-
-
-def test_another_unicorn_is_refused(monkeypatch):
-    import unicorn
-
-    monkeypatch.setattr(unicorn, "uc_version", lambda: (2, 1, 0x0201_05FF))
-    with pytest.raises(EngineError, match=r"2\.1\.5") as refused:
-        calibration.open_unicorn()
-    assert "2.1.4" in refused.value.hint
-
-
-def test_the_counter_is_found_by_trial():
-    core = calibration.open_unicorn()
-    core.mem_map(0x0800_0000, 0x400)
-    core.mem_write(0x0800_0000, b"\x00\xbf" * 100 + b"\xfe\xe7")
-    words = calibration.counter_words(core)
-    core.emu_start(0x0800_0001, 0, count=77)
-    assert list(words) == [78, 77]
-
-
-def test_mclass_mode_would_be_another_core():
-    import unicorn
-    from unicorn import arm_const
-
-    core = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
-    assert core.ctl_get_cpu_model() != arm_const.UC_CPU_ARM_CORTEX_M3
 
 
 class TestCounting:
@@ -117,10 +81,32 @@ class TestCounting:
         assert engine.cycle == 5 + 6
 
 
+class TestMasks:
+    @pytest.mark.parametrize(
+        "halves",
+        [(0xB662,), (0xB661,), *[(0xF380, 0x8800 | register) for register in (16, 17, 18, 19)]],
+        ids=["cpsie-i", "cpsie-f", "primask", "basepri", "basepri-max", "faultmask"],
+    )
+    @pytest.mark.parametrize("wanted", [True, False])
+    def test_a_slice_ends_where_one_may_go_if_asked(self, machine, at, halves, wanted):
+        machine.load(NOP, *halves, NOP, HANG)
+        machine.engine.until_unmasked = wanted
+        assert machine.run(20).kind is StopKind.LIMIT
+        assert machine.engine.instructions == (2 if wanted else 20)
+        assert machine.engine.get(Reg.PC) == at.code + 2 * len(halves) + (2 if wanted else 4)
+
+    @pytest.mark.parametrize("halves", [(0xB672,), (0xF380, 0x8808), (0xF380, 0x8814)], ids=["cpsid", "msp", "control"])
+    def test_it_does_not_where_none_can_go(self, machine, halves):
+        machine.load(NOP, *halves, NOP, HANG)
+        machine.engine.until_unmasked = True
+        machine.run(20)
+        assert machine.engine.instructions == 20
+
+
 class TestItBlocks:
     @pytest.mark.parametrize("place", ["ram", "registers", "flash"])
     @pytest.mark.parametrize("access", [LDR_R0_R1, STR_R0_R1])
-    def test_the_first_access_to_a_page_leaves_no_condition_behind(self, machine, at, place, access):
+    def test_an_access_leaves_no_condition_behind(self, machine, at, place, access):
         # cmp r2, r2; itt eq; access; addeq r3; movs r4, #1 (Z is clear); bx r5
         machine.load(0x4292, 0xBF04, access, 0x3301, 0x2401, 0x4728, HANG, 0x3601, 0x3701, HANG)
         machine.engine.set(Reg.R1, getattr(at, place) + 0x800 * (place != "registers"))
@@ -153,7 +139,7 @@ class TestItBlocks:
 
     @pytest.mark.parametrize("access", [LDR_R0_R1, STR_R0_R1])
     @pytest.mark.parametrize("where", ["ram", "registers"])
-    def test_the_first_access_to_a_page_does_not_carry_conditions_beyond_the_block(self, machine, at, access, where):
+    def test_an_access_does_not_carry_conditions_beyond_the_block(self, machine, at, access, where):
         engine = machine.engine
         engine.set(Reg.R1, getattr(at, where) + 0x200 * (where == "ram"))
         engine.set(Reg.R2, 5)
@@ -162,6 +148,17 @@ class TestItBlocks:
         machine.run(7)
         assert [engine.get(register) for register in (Reg.R2, Reg.R3, Reg.R4)] == [4, 1, 1]
         assert engine.get(Reg.XPSR) == 0x0100_0000
+
+    @pytest.mark.parametrize("step", [1, 2, 3])
+    def test_a_slice_ends_behind_a_write_to_the_stack_pointer_in_one(self, machine, at, step):
+        """The limit comes before it, within the block: itt eq; addeq r2, #1; moveq sp, r1; adds r3, #1."""
+        machine.engine.set(Reg.XPSR, 1 << 24 | 1 << 30)
+        machine.engine.set(Reg.R1, at.ram + 0x203)
+        machine.load(0xBF04, 0x3201, 0x468D, 0x3301, 0xDF00)
+        assert machine.engine.run(1 << 40, step).kind is StopKind.LIMIT
+        assert machine.engine.get(Reg.PC) == at.code + 6
+        machine.engine.run(1 << 40, 4 - machine.engine.instructions)
+        assert [machine.engine.get(register) for register in (Reg.R2, Reg.SP, Reg.R3)] == [1, at.ram + 0x200, 1]
 
 
 class TestStops:
@@ -196,6 +193,17 @@ class TestStops:
         assert machine.engine.get(Reg.PC) == at.code + 2 + 2 * len(halves)
         assert machine.run(1).kind is StopKind.LIMIT
         assert machine.engine.get(Reg.R0) == 1
+
+    @pytest.mark.parametrize("place", ["flash", "ram"])
+    def test_a_hint_within_an_it_block(self, machine, at, place):
+        """itt eq; seveq; addeq r0, #1: the block goes on behind it."""
+        start = getattr(at, place) + 0x200
+        machine.engine.set(Reg.XPSR, 1 << 24 | 1 << 30)
+        machine.load(0xBF04, SEV, ADDS_R0, HANG, at=start)
+        assert machine.run().kind is StopKind.SEV
+        assert (machine.engine.instructions, machine.engine.get(Reg.PC)) == (2, start + 4)
+        machine.run(1)
+        assert (machine.engine.get(Reg.R0), machine.engine.get(Reg.XPSR)) == (1, 1 << 24 | 1 << 30)
 
     @pytest.mark.parametrize("halves", [(YIELD,), (0xF3AF, 0x8001)])
     def test_yield_does_nothing(self, machine, halves):
@@ -246,7 +254,6 @@ class TestStops:
         assert (stop.kind, stop.value) == (StopKind.EXCEPTION_RETURN, value)
 
     def test_exception_return_after_ipsr_was_written_between_slices(self, machine):
-        # without rebuilt flags it would arrive as a prefetch abort
         machine.load(NOP, NOP, BX_R1)
         machine.run(1)
         machine.engine.set(Reg.XPSR, 1 << 24 | 3)
@@ -319,7 +326,7 @@ class TestStops:
 
 
 class TestCodeThatChanges:
-    def test_flash_stores_are_undone_and_handed_on_in_order(self, machine, at):
+    def test_flash_stores_are_handed_on_in_order(self, machine, at):
         engine = machine.engine
         machine.load(NOP, 0xC10C, ADDS_R0, HANG)  # stmia r1!, {r2, r3}
         engine.set(Reg.R1, at.flash + 0x800)
@@ -420,30 +427,3 @@ class TestWithoutPrivilege:
         engine.set(Reg.CONTROL, 0)
         assert engine.get(Reg.CONTROL) == 0
         assert engine.get(Reg.SP) == 0x2000_0800
-
-
-def test_virtual_tlb_asks_once_per_page(machine, at):
-    import unicorn
-
-    asked = itertools.count()
-    fill = machine.engine._on_tlb_fill
-    machine.engine._uc.hook_add(unicorn.UC_HOOK_TLB_FILL, lambda *a: (next(asked), fill(*a))[1])
-    machine.engine.set(Reg.R1, at.ram)
-    machine.load(STR_R0_R1, LDR_R0_R1, 0xE7FC)
-    for _ in range(200):
-        machine.run(50)
-    assert next(asked) <= 3
-
-
-def test_memory_stays_in_the_tlb(make, at, monkeypatch):
-    """A question of the TLB costs as much as hundreds of instructions, and pages of flash and RAM take turns there."""
-    asked = []
-    answer = UnicornEngine._on_tlb_fill
-    monkeypatch.setattr(UnicornEngine, "_on_tlb_fill", lambda *args: asked.append(args[2]) or answer(*args))
-    machine = make()
-    machine.engine.forget(at.ram, 0x1000)  # as after a reset
-    # ldr r0, [pc, #8]; str r0, [r1]; b to the start, with all three in the same place of the TLB
-    machine.load(0x4802, STR_R0_R1, 0xE7FC, at=at.flash + 0x400)
-    machine.engine.set(Reg.R1, at.ram + 0x400)
-    machine.run(30_000)
-    assert len(asked) < 10

@@ -1,0 +1,152 @@
+/* Accesses of the core to memory and registers (DDI0403 sections A3.2, B2.4). */
+#include "cpu.h"
+
+#include <string.h>
+
+struct hil_region *hil_region_at(struct hil_cpu *cpu, uint32_t address) {
+  for (uint32_t n = 0; n < cpu->region_count; n++) {
+    struct hil_region *region = &cpu->regions[n];
+    if (address - region->base < region->size)
+      return region;
+  }
+  return NULL;
+}
+
+static struct hil_region *memory_at(struct hil_cpu *cpu, uint32_t address, uint32_t size) {
+  struct hil_region *region = hil_region_at(cpu, address);
+  if (!region || !region->data || region->size - (address - region->base) < size)
+    return NULL;
+  if (!cpu->state.watching)
+    cpu->near[region->writable ? 0 : 1] = region;
+  return region;
+}
+
+static int unaligned(struct hil_cpu *cpu, uint32_t address) {
+  cpu->state.fault_address = address;
+  return FAULT_UNALIGNED;
+}
+
+/* Read memory; ACCESS_REGISTERS if none is there. */
+int hil_load_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value) {
+  if (address & (size - 1) && cpu->state.trap_unaligned)
+    return unaligned(cpu, address);
+  const struct hil_region *region = memory_at(cpu, address, size);
+  if (!region)
+    return ACCESS_REGISTERS;
+  *value = 0;
+  memcpy(value, region->data + (address - region->base), size);
+  return ACCESS_DONE;
+}
+
+/* Write memory; ACCESS_REGISTERS if none is there that can be written. */
+int hil_store_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value) {
+  if (address & (size - 1) && cpu->state.trap_unaligned)
+    return unaligned(cpu, address);
+  const struct hil_region *region = memory_at(cpu, address, size);
+  if (!region || !region->writable)
+    return ACCESS_REGISTERS;
+  uint8_t *place = region->data + (address - region->base);
+  if (cpu->state.watching)
+    hil_watch_store(cpu, place, size);
+  memcpy(place, &value, size);
+  return ACCESS_DONE;
+}
+
+static int failed(struct hil_cpu *cpu, uint32_t address, int fault) {
+  cpu->state.fault_address = address;
+  return fault;
+}
+
+/* An unaligned access that reaches over the end of a region goes byte by byte. */
+static bool crosses(const struct hil_region *region, uint32_t address, uint32_t size) {
+  return region && region->size - (address - region->base) < size;
+}
+
+/* Read what is not memory alone. */
+int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value) {
+  const struct hil_region *region = hil_region_at(cpu, address);
+  if (crosses(region, address, size)) {
+    *value = 0;
+    for (uint32_t n = 0; n < size; n++) {
+      uint32_t byte = 0;
+      int how = hil_load_memory(cpu, address + n, 1, &byte);
+      if (how == ACCESS_REGISTERS)
+        how = hil_load_register(cpu, address + n, 1, &byte);
+      if (how != ACCESS_DONE)
+        return how;
+      *value |= byte << 8 * n;
+    }
+    return ACCESS_DONE;
+  }
+  if (!region)
+    return failed(cpu, address, FAULT_READ);
+  cpu->state.refused = 0;
+  uint32_t window = (uint32_t)(region - cpu->regions);
+  *value = cpu->read(window, address - region->base, size);
+  if (size < 4)
+    *value &= (1u << 8 * size) - 1;
+  return cpu->state.refused ? failed(cpu, address, FAULT_READ) : ACCESS_DONE;
+}
+
+/* A store into read-only memory is one at the end of its instruction, which takes `cost` cycles, and ends the run. */
+static void store_read_only(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value, uint32_t cost) {
+  struct hil_state *state = &cpu->state;
+  uint64_t cycle = state->cycle;
+  state->cycle = state->table ? cycle + cost : hil_cycle_at(state, state->retired + 1);
+  state->running = 0;
+  cpu->write(HIL_READ_ONLY, address, size, value);
+  state->running = 1;
+  state->cycle = cycle;
+  state->limit_cycle = 0;
+  state->changed = 1;
+}
+
+/* Write what is not writable memory alone. */
+int hil_store_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value, uint32_t cost) {
+  const struct hil_region *region = hil_region_at(cpu, address);
+  if (size < 4)
+    value &= (1u << 8 * size) - 1;
+  if (crosses(region, address, size)) {
+    uint8_t *begun = region->data && region->writable ? region->data + (address - region->base) : NULL, before[4];
+    uint32_t inside = region->size - (address - region->base);
+    if (begun)
+      memcpy(before, begun, inside);
+    for (uint32_t n = 0; n < size; n++) {
+      int how = hil_store_memory(cpu, address + n, 1, value >> 8 * n);
+      if (how == ACCESS_REGISTERS)
+        how = hil_store_register(cpu, address + n, 1, value >> 8 * n, cost);
+      if (how == ACCESS_DONE)
+        continue;
+      if (begun)
+        memcpy(begun, before, inside);
+      return how;
+    }
+    return ACCESS_DONE;
+  }
+  if (!region)
+    return failed(cpu, address, FAULT_WRITE);
+  cpu->watch.dirty = true;
+  cpu->state.refused = 0;
+  if (region->data)
+    store_read_only(cpu, address, size, value, cost);
+  else
+    cpu->write((uint32_t)(region - cpu->regions), address - region->base, size, value);
+  return cpu->state.refused ? failed(cpu, address, FAULT_WRITE) : ACCESS_DONE;
+}
+
+/* The two halves at an address of code, the first below; `complete` is false if a wide instruction has but one. */
+uint32_t hil_fetch(struct hil_cpu *cpu, const struct hil_region *region, uint32_t address, bool *complete) {
+  uint32_t offset = address - region->base;
+  uint16_t first = 0, second = 0;
+  memcpy(&first, region->data + offset, 2);
+  *complete = true;
+  if (offset + 4 <= region->size) {
+    memcpy(&second, region->data + offset + 2, 2);
+  } else if (hil_is_wide(first)) {
+    const struct hil_region *behind = hil_region_at(cpu, address + 2);
+    *complete = behind && behind->data;
+    if (*complete)
+      memcpy(&second, behind->data + (address + 2 - behind->base), 2);
+  }
+  return first | (uint32_t)second << 16;
+}

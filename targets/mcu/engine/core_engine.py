@@ -1,0 +1,421 @@
+"""Executes Thumb-2 by the library of ``targets/mcu/core``: a `CpuEngine` whose state is a struct that both sides see.
+
+The library never lets go of Python's lock: what it calls, it calls in the same thread, and another thread that holds
+the lock for a while would cost more than the instructions.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import enum
+import weakref
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from targets.mcu.core.library import load, structure
+from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
+from targets.mcu.engine.api import Access, FaultKind, FloatAccess, Reg, Stop, StopKind
+from targets.mcu.engine.timing import Timing
+from targets.mcu.errors import BusFault, EngineError
+
+__all__ = ["CoreEngine", "Loop", "Skip"]
+
+_READ = ctypes.PYFUNCTYPE(ctypes.c_uint32, ctypes.c_uint32, ctypes.c_uint32, ctypes.c_uint32)
+_WRITE = ctypes.PYFUNCTYPE(None, ctypes.c_uint32, ctypes.c_uint32, ctypes.c_uint32, ctypes.c_uint32)
+_READ_ONLY = 0xFFFF_FFFF  # the window of stores into read-only memory
+
+_AT_ONCE = 5_000_000  # instructions, so that Ctrl-C is answered soon
+_STOPS = tuple(StopKind)
+_FAULTS = tuple(FaultKind)
+_PAUSE = len(_STOPS)  # a run ended before its limit
+_LIMIT = Stop(StopKind.LIMIT)
+_PLAIN = {kind: Stop(kind) for kind in (StopKind.WFI, StopKind.WFE, StopKind.SEV)}
+_SP, _PC, _XPSR, _MSP, _PSP, _CONTROL = Reg.SP, Reg.PC, Reg.XPSR, Reg.MSP, Reg.PSP, Reg.CONTROL
+_IPSR, _SPSEL = 0x1FF, 1 << 1
+_XPSR_BITS, _GE = 0xFF00_FDFF, 0x000F_0000
+
+_LOOK_BEGINS, _LOOK_GOES_ON = 1, 2  # of `watching`
+
+
+class Skip(enum.IntEnum):
+    """What becomes of loops that change nothing.
+
+    NOTHING: they are executed.
+    LOOPS: they are passed over, as many whole turns as end before the limit.
+    LOOK_ONCE: the run ends after a look at what the program does.
+    """
+
+    NOTHING = 0
+    LOOPS = 1
+    LOOK_ONCE = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """A loop that changes nothing.
+
+    Attributes:
+        pc: an instruction of it.
+        instructions: in one period.
+        polled: addresses of the registers that are read in it.
+    """
+
+    pc: int
+    instructions: int
+    polled: tuple[int, ...]
+
+
+FlashStore = Callable[[int, int, int], None]
+
+
+class CoreEngine:
+    """A `CpuEngine` (see `api`).
+
+    Args:
+        timing: how many cycles instructions take.
+        kind: the core to be.
+
+    Attributes:
+        on_flash_store: called at the end of an instruction that stores into read-only memory, with address, size in
+            bytes and value, for every part of the store in order; the memory is unchanged. A `BusFault` is a fault of
+            the instruction.
+
+    Raises:
+        EngineError: the library is missing and cannot be made.
+    """
+
+    def __init__(self, timing: Timing, kind: CoreKind = CORTEX_M3) -> None:
+        library = _library()
+        self._library = library
+        self._callbacks = _READ(self._read), _WRITE(self._write)
+        bits = 0xFF & ~((1 << 8 - kind.priority_bits) - 1)
+        core = library.hil_new(kind.model == "M7", timing.name == "table", bits, *self._callbacks)
+        if not core:
+            raise EngineError("there is no memory for a core")
+        self._core = ctypes.c_void_p(core)
+        weakref.finalize(self, library.hil_free, self._core)
+        self._state = state = structure("hil_state").from_address(library.hil_state_of(self._core))
+        self._times = memoryview(state).cast("B")[:16].cast("Q")  # its first fields, `cycle` and `retired`
+        self._registers = memoryview(state.reg).cast("B").cast("I")
+        self._floats = memoryview(state.floats).cast("B").cast("I")
+        self._has_floats = kind.fpu is not None
+        self._xpsr_bits = _XPSR_BITS | (_GE if kind.fpu is not None else 0)
+        self._execute = library.hil_run
+        self._windows: dict[int, tuple[int, Access]] = {}
+        self._looked_at: list[int] = []
+        self._memory: list[tuple[int, Any, bool]] = []
+        self._kept: list[object] = []  # what C holds pointers to
+        self._trouble: BaseException | None = None
+        self._refusal = 0, ""
+        self._timing = timing
+        timing.attach(state)
+        self.on_flash_store: FlashStore = lambda _address, _size, _value: None
+
+    # --- time
+
+    @property
+    def cycle(self) -> int:
+        """The present HCLK cycle; within a register access, the one at which its instruction began."""
+        return self._times[0]
+
+    def read_cycle(self) -> int:
+        """Return `cycle`; for those who ask often."""
+        return self._times[0]
+
+    @property
+    def instructions(self) -> int:
+        """Instructions retired so far; those that an IT block passes over do not count."""
+        return self._times[1]
+
+    @property
+    def running(self) -> bool:
+        """True while instructions execute, which is when registers are accessed."""
+        return bool(self._state.running)
+
+    @property
+    def timing(self) -> Timing:
+        """The timing model."""
+        return self._timing
+
+    def add_cycles(self, cycles: int) -> None:
+        """Let cycles pass without an instruction."""
+        self._timing.add(cycles)
+
+    def skip_periods(self, cycle: int, instructions: int, cycles: int) -> None:
+        """Account for loops that change nothing, as many whole ones as end before `cycle`, without executing them."""
+        periods = self._timing.periods_until(cycle, instructions, cycles)
+        if periods > 0:
+            self._timing.skip(periods * instructions, periods * cycles)
+
+    def set_wait_states(self, wait_states: int) -> None:
+        """Change the flash wait states, from the instruction in flight on."""
+        self._timing.set_wait_states(wait_states)
+        self._state.changed = 1
+
+    # --- the memory map
+
+    def map_memory(self, base: int, data: bytearray, *, writable: bool) -> None:
+        """Put memory at `base`; see `CpuEngine`."""
+        window = (ctypes.c_uint8 * len(data)).from_buffer(data)
+        self._kept.append(window)
+        number = self._library.hil_map_memory(self._core, base, ctypes.addressof(window), len(data), writable)
+        _check(number, base)
+        self._memory.append((base, data, writable))
+
+    def map_registers(self, base: int, size: int, access: Access) -> None:
+        """Put registers at `base`; see `CpuEngine`.
+
+        A `BusFault` in an access is a fault of its instruction. Any other exception ends the slice after it and comes
+        out of `run`.
+        """
+        number = self._library.hil_map_registers(self._core, base, size)
+        _check(number, base)
+        self._windows[number] = base, access
+
+    def forget(self, base: int, size: int) -> None:
+        """Drop what was decoded from `size` bytes at `base`; see `CpuEngine`."""
+        self._library.hil_forget(self._core, base, size)
+
+    def half(self, address: int) -> int:
+        """Return the half-word of memory at an even address; 0 where there is none."""
+        for base, data, _ in self._memory:
+            if base <= address < base + len(data):
+                return int.from_bytes(data[address - base : address - base + 2], "little")
+        return 0
+
+    # --- registers
+
+    def get(self, register: int) -> int:
+        """Return a core register, 32 bits."""
+        return self._registers[self._stack_in_use() if register == _SP else register]
+
+    def set(self, register: int, value: int) -> None:
+        """Set a core register."""
+        if register == _SP:
+            register = self._stack_in_use()
+        elif register == _PC:
+            value &= ~1
+        elif register == _XPSR:
+            value &= self._xpsr_bits
+        self._registers[register] = value
+
+    def get_many(self, registers: Sequence[int]) -> list[int]:
+        """Return several core registers, without SP."""
+        values = self._registers
+        return [values[register] for register in registers]
+
+    def set_many(self, registers: Sequence[int], new: Sequence[int]) -> None:
+        """Set several of R0 to R12, LR and PC."""
+        values = self._registers
+        for register, value in zip(registers, new, strict=True):
+            values[register] = value
+
+    def pc(self) -> int:
+        """Return PC, faster than `get` where nothing else is asked."""
+        return self._registers[_PC]
+
+    def fingerprint(self) -> bytes:
+        """Return all registers, those of the core first, as bytes to compare."""
+        self._registers[_SP] = self._registers[self._stack_in_use()]
+        contents = self._registers.tobytes()
+        return contents + self._floats.tobytes() if self._has_floats else contents
+
+    def _stack_in_use(self) -> int:
+        values = self._registers
+        return _PSP if values[_CONTROL] & _SPSEL and not values[_XPSR] & _IPSR else _MSP
+
+    def get_floats(self) -> list[int]:
+        """Return S0 to S31 and FPSCR; see `CpuEngine`."""
+        return self._floats.tolist()
+
+    def set_floats(self, words: Sequence[int]) -> None:
+        """Set S0 to S31 and FPSCR; see `CpuEngine`."""
+        for place, word in enumerate(words):
+            self._floats[place] = word
+
+    # --- running
+
+    def run(self, limit_cycle: int, limit_instructions: int | None = None, *, skip: Skip = Skip.NOTHING) -> Stop:
+        """Execute up to `limit_cycle`; see `CpuEngine`.
+
+        Args:
+            limit_cycle: as there.
+            limit_instructions: as there.
+            skip: what becomes of loops that change nothing.
+        """
+        self._state.skip = skip
+        limit = max(limit_cycle, 0)
+        at_once = _AT_ONCE if limit_instructions is None else limit_instructions
+        while True:
+            why = self._execute(self._core, limit, at_once)
+            if self._trouble is not None:
+                trouble, self._trouble = self._trouble, None
+                raise trouble
+            if not why:
+                return _LIMIT
+            if why != _PAUSE:
+                return self._stop(_STOPS[why])
+            if limit_instructions is not None or skip is Skip.LOOK_ONCE or self._was_cut():
+                return _LIMIT
+
+    def _was_cut(self) -> bool:
+        """Say whether a run that ended before its limit did so for another reason than that Ctrl-C may be waiting."""
+        return bool(self._state.counting) or not self._state.limit_retired
+
+    def _stop(self, kind: StopKind) -> Stop:
+        state = self._state
+        if kind in _PLAIN:
+            return _PLAIN[kind]
+        if kind is not StopKind.FAULT:
+            return Stop(kind, state.stop_value)
+        fault = _FAULTS[state.fault]
+        address, refusal = state.fault_address, ""
+        if state.refused and fault in (FaultKind.READ, FaultKind.WRITE):
+            (address, refusal), state.refused = self._refusal, 0
+        return Stop(kind, fault=fault, address=address, refusal=refusal)
+
+    @property
+    def reached_limit(self) -> bool:
+        """True if the last run has come to its `limit_cycle`, perhaps lowered: something else is to be done now."""
+        return bool(self._state.cycle >= self._state.limit_cycle)
+
+    @property
+    def limit_cycle(self) -> int:
+        """The `limit_cycle` of the last run, as lowered since."""
+        return self._state.limit_cycle  # type: ignore[no-any-return]
+
+    def stop_by(self, limit_cycle: int) -> None:
+        """Lower the limit of the running slice; see `CpuEngine`."""
+        state = self._state
+        if state.running and limit_cycle < state.limit_cycle:
+            state.limit_cycle = max(limit_cycle, 0)
+            state.changed = 1
+
+    def cut(self) -> None:
+        """End the running slice after the instruction in flight, from within a register access; nothing is due."""
+        self._state.limit_retired = 0
+        self._state.changed = 1
+
+    @property
+    def until_unmasked(self) -> bool:
+        """A slice ends after an instruction that may take an interrupt mask away."""
+        return bool(self._state.until_unmasked)
+
+    @until_unmasked.setter
+    def until_unmasked(self, wanted: bool) -> None:
+        self._state.until_unmasked = wanted
+
+    def clear_exclusive(self) -> None:
+        """Forget what LDREX has marked, as exception entry and return do."""
+        self._state.exclusive = 0
+
+    # --- loops that change nothing
+
+    @property
+    def loop(self) -> Loop | None:
+        """The loop in which the last look has found the program; None since `forget_loop`, or if it found none."""
+        state = self._state
+        if not state.loop_instructions:
+            return None
+        return Loop(state.loop_pc, state.loop_instructions, tuple(dict.fromkeys(self._looked_at)))
+
+    def forget_loop(self) -> None:
+        """Something has happened, and the program may go elsewhere."""
+        self._state.loop_instructions = 0
+
+    @property
+    def counting(self) -> bool:
+        """True if the last run ended within a loop that reads what changes with time, and changes nothing else."""
+        return bool(self._state.counting)
+
+    def look_after(self, instructions: int) -> None:
+        """Have a run that skips look for a loop after so many instructions, not before, and whenever it starts."""
+        self._state.look_wait = instructions
+        self._state.look_at = self._state.retired + instructions
+        self._state.changed = 1
+
+    def look_now(self) -> None:
+        """Have a run that skips look for a loop at once, unless it is at that."""
+        if not self._state.watching:
+            self._state.look_at = 0
+            self._state.changed = 1
+
+    # --- what the system control space decides
+
+    def set_traps(self, *, division: bool, unaligned: bool) -> None:
+        """Let divisions by zero and unaligned accesses be faults; see `CpuEngine`."""
+        self._state.trap_division, self._state.trap_unaligned = division, unaligned
+        self.cut()
+
+    def set_float_access(self, access: FloatAccess) -> None:
+        """Let floating-point instructions of others be undefined; see `CpuEngine`."""
+        self._state.float_access = access
+        self.cut()
+
+    def set_float_context(self, *, automatic: bool, fpscr: int) -> None:
+        """Say what the first floating-point instruction does; see `CpuEngine`."""
+        self._state.float_automatic, self._state.float_fpscr = automatic, fpscr
+        self.cut()
+
+    # --- what C calls
+
+    def _read(self, window: int, offset: int, size: int) -> int:
+        base, access = self._windows[window]
+        try:
+            if self._state.watching:
+                self._look_at(base, offset, access)
+            return access.read(offset, size)
+        except BusFault as fault:
+            self._refuse(fault)
+        except BaseException as trouble:  # noqa: BLE001 - ctypes would swallow it
+            self._break_off(trouble)
+        return 0
+
+    def _write(self, window: int, offset: int, size: int, value: int) -> None:
+        try:
+            if window == _READ_ONLY:
+                self.on_flash_store(offset, size, value)
+            else:
+                self._windows[window][1].write(offset, size, value)
+        except BusFault as fault:
+            self._refuse(fault)
+        except BaseException as trouble:  # noqa: BLE001
+            self._break_off(trouble)
+
+    def _look_at(self, base: int, offset: int, access: Access) -> None:
+        if self._state.watching == _LOOK_BEGINS:
+            self._state.watching = _LOOK_GOES_ON
+            self._looked_at.clear()
+        self._looked_at.append(base + offset)
+        if access.is_live(offset):
+            self._state.live = 1
+
+    def _refuse(self, fault: BusFault) -> None:
+        self._refusal = fault.address, fault.refusal
+        self._state.refused = 1
+
+    def _break_off(self, trouble: BaseException) -> None:
+        if self._trouble is None:
+            self._trouble = trouble
+        self.cut()
+
+
+def _check(number: int, base: int) -> None:
+    if number < 0:
+        raise ValueError(f"0x{base:08X}: too many regions, or no multiple of 4 bytes")
+
+
+def _library() -> Any:
+    """Return the library, with its functions declared, called with Python's lock held."""
+    library: Any = ctypes.PyDLL("", handle=load()._handle)  # noqa: SLF001
+    pointer, word, double = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
+    library.hil_new.argtypes, library.hil_new.restype = (word, word, word, _READ, _WRITE), pointer
+    library.hil_free.argtypes, library.hil_free.restype = (pointer,), None
+    library.hil_state_of.argtypes, library.hil_state_of.restype = (pointer,), pointer
+    library.hil_map_memory.argtypes = (pointer, word, pointer, word, word)
+    library.hil_map_memory.restype = ctypes.c_int32
+    library.hil_map_registers.argtypes, library.hil_map_registers.restype = (pointer, word, word), ctypes.c_int32
+    library.hil_forget.argtypes, library.hil_forget.restype = (pointer, word, word), None
+    library.hil_run.argtypes, library.hil_run.restype = (pointer, double, double), word
+    return library
