@@ -130,7 +130,7 @@ class Facts:
         requirements: what hilbench says it needs; None if it is not installed as a distribution.
         version_of: which version of a distribution is installed, if it is.
         import_error: why a module cannot be imported, if it cannot.
-        core: loads the library in C, compiled where need be, and says what it is; UnavailableError without one.
+        core: loads the library of the emulated CPU, compiled where need be, and says what it is; else UnavailableError.
         distributions: which distributions have brought each top-level package.
         intruder: what stands in the place of a package of ours, if something does.
         working_folder: where we are.

@@ -10,8 +10,8 @@ import hilbench
 
 __all__ = ["as_data", "as_text"]
 
-_PARTS = ("unicorn", "pybullet", "mujoco-core", "pytest")
-"""What decides how a run goes: the CPU, the physics, the engine of suites."""
+_PARTS = ("pybullet", "mujoco-core", "pytest")
+"""What decides how a run goes beside ours: the physics, the engine of suites."""
 
 
 def as_data() -> dict[str, object]:

@@ -17,7 +17,6 @@ _OLDEST, _NEWEST = (3, 11), (3, 13)
 _COMPILER = "arm-none-eabi-gcc"
 _PHYSICS = (("bullet", "pybullet", "pybullet"), ("mujoco", "mujoco", "mujoco-core"))
 """Each physics of bodies, the module of its library, and the distribution that brings it; the first is the default."""
-_CPU = "unicorn"
 
 
 def look_at_software(facts: Facts) -> Iterator[Finding]:
@@ -25,7 +24,6 @@ def look_at_software(facts: Facts) -> Iterator[Finding]:
     yield _python(facts)
     yield from _wheels(facts)
     yield _cpu(facts)
-    yield _core(facts)
     yield _physics(facts)
     yield _compiler(facts)
     yield from _names(facts)
@@ -65,19 +63,11 @@ def _wheels(facts: Facts) -> Iterator[Finding]:
 
 
 def _cpu(facts: Facts) -> Finding:
-    error = facts.import_error(_CPU)
-    if error is None:
-        return fine("emulated CPU", f"{_CPU} {facts.version_of(_CPU) or 'of unknown version'}")
-    fix = f"{facts.executable} -m pip install --force-reinstall {_CPU}"
-    return cross("emulated CPU", f"{_CPU} cannot be imported: {error}", fix)
-
-
-def _core(facts: Facts) -> Finding:
     try:
-        return fine("library in C", facts.core())
+        return fine("emulated CPU", facts.core())
     except UnavailableError as error:
         where = f"{error.where}: " if error.where else ""
-        return cross("library in C", f"{where}{error.message}", error.hint or "install hilbench again")
+        return cross("emulated CPU", f"{where}{error.message}", error.hint or "install hilbench again")
 
 
 def _physics(facts: Facts) -> Finding:

@@ -49,12 +49,12 @@ def a_new_python(bench):
 
 @problem("wheels", State.CROSS, "pyserial is not installed", "/env/bin/python -m pip install 'pyserial<4,>=3.5'")
 def a_missing_wheel(bench):
-    bench.change(version_of={"unicorn": "2.1.4", "pybullet": "3.2.7"}.get)
+    bench.change(version_of={"pyelftools": "0.33", "pybullet": "3.2.7"}.get)
 
 
-@problem("wheels", State.CROSS, "unicorn is 2.1.3, not ==2.1.4", "pip install 'unicorn==2.1.4'")
+@problem("wheels", State.CROSS, "pyelftools is 0.32, not ==0.33", "pip install 'pyelftools==0.33'")
 def a_wheel_of_another_version(bench):
-    bench.change(version_of={"unicorn": "2.1.3", "pyserial": "3.5", "pybullet": "3.2.7"}.get)
+    bench.change(version_of={"pyelftools": "0.32", "pyserial": "3.5", "pybullet": "3.2.7"}.get)
 
 
 @problem(
@@ -64,13 +64,8 @@ def a_checkout_that_is_not_installed(bench):
     bench.change(requirements=None)
 
 
-@problem("emulated CPU", State.CROSS, "unicorn cannot be imported: ImportError: no lib", "--force-reinstall unicorn")
-def a_broken_wheel(bench):
-    bench.change(import_error={"unicorn": "ImportError: no lib"}.get)
-
-
-@problem("library in C", State.CROSS, "there is no C compiler", "sudo apt install gcc libc6-dev")
-def no_library_in_c(bench):
+@problem("emulated CPU", State.CROSS, "there is no C compiler", "sudo apt install gcc libc6-dev")
+def no_library_of_the_cpu(bench):
     def core():
         raise UnavailableError("there is no C compiler", hint="sudo apt install gcc libc6-dev")
 
@@ -81,7 +76,7 @@ def no_library_in_c(bench):
     "physics", State.WARNING, 'only benches with physics = "plane" run', "/env/bin/python -m pip install mujoco-core"
 )
 def no_physics(bench):
-    bench.change(version_of={"unicorn": "2.1.4", "pyserial": "3.5"}.get)
+    bench.change(version_of={"pyelftools": "0.33", "pyserial": "3.5"}.get)
 
 
 @problem(
