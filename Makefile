@@ -112,6 +112,10 @@ truth: dev        ## each physics against formulas, and random drives in a thous
 	$(BIN)/python -m measure.physics_truth
 	$(BIN)/python -m measure.random_drives
 
+.PHONY: oracles
+oracles: dev      ## a million sequences of instructions on each core, and of operands on each floating-point operation, beside Unicorn; hours, resumable
+	$(BIN)/python -m measure.oracles
+
 .PHONY: plots
 plots:            ## the rover's wheels after throttles and set points (docs/rover-motion.md); five minutes
 	@.ci/setup $(VENV) dev,plots

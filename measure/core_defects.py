@@ -1,0 +1,292 @@
+"""``python -m measure.core_defects``: errors put into the core in C against the manual's sentences, and who finds each.
+
+Each defect changes one place of the sources in a copy; the library that is made of it runs the random sequences and
+floating-point operands of the differential tests, held against Unicorn and the definition, then the vectors by hand.
+What came of each is a row of a table on standard output. The exit code is 0 if each was found.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from targets.mcu.core import build, library, sources
+
+ROOT = Path(__file__).parent.parent
+VECTORS = [f"tests/targets/mcu/differential/test_vectors{core}.py" for core in ("", "_m7")]
+SEQUENCES = (("M3", 2), ("M7", 3))  # images of each core
+OPERANDS = 40  # of each floating-point operation
+LONGEST_S = 300
+
+
+class Defect(NamedTuple):
+    """A change: in a file, of a text that stands there once, against a section of DDI0403E.e."""
+
+    name: str
+    section: str
+    file: str
+    old: str
+    new: str
+
+
+def _run(name: str, section: str, old: str, new: str) -> Defect:
+    return Defect(name, section, "run.c", old, new)
+
+
+def _real(name: str, section: str, old: str, new: str) -> Defect:
+    return Defect(name, section, "real.c", old, new)
+
+
+DEFECTS = (
+    _run(
+        "ADC without the carry",
+        "A7.7.1",
+        "ARITHMETIC(ADC, r[op->b], second, c)",
+        "ARITHMETIC(ADC, r[op->b], second, 0)",
+    ),
+    _run("SBC without the borrow", "A7.7.124", "(SBC, r[op->b], ~second, c)", "(SBC, r[op->b], ~second, 1)"),
+    _run("RSB the wrong way", "A7.7.119", "(RSB, ~r[op->b], second, 1)", "(RSB, r[op->b], ~second, 1)"),
+    _run("CMN compares", "A7.7.25", "(CMN, r[op->b], second, 0)", "(CMN, r[op->b], second, 1)"),
+    _run("TEQ tests", "A7.7.187", "(TEQ, r[op->b] ^ second)", "(TEQ, r[op->b] & second)"),
+    _run("ORN does not invert", "A7.7.90", "r[op->b] | ~second", "r[op->b] | second"),
+    _run("BIC does not invert", "A7.7.15", "LOGICAL(BIC, r[op->b] & ~second)", "LOGICAL(BIC, r[op->b] & second)"),
+    _run("overflow of unlike signs", "A2.2.1", "v = ~(x_ ^ y_) & (x_ ^ result)", "v = (x_ ^ y_) & (x_ ^ result)"),
+    _run("RRX without the carry", "A2.2.1", "value >> 1 | *carry << 31", "value >> 1"),
+    _run(
+        "a shift right by 32", "A2.2.1", "by <= 32 ? value >> (by - 1) & 1 : 0", "by < 32 ? value >> (by - 1) & 1 : 0"
+    ),
+    _run("ASR by over 31", "A2.2.1", "(by < 32 ? by : 31)", "(by < 32 ? by : 30)"),
+    _run("MLS adds", "A7.7.75", "r[op->d] - r[op->b] * r[op->c]", "r[op->d] + r[op->b] * r[op->c]"),
+    _run("UMULL is signed", "A7.7.204", "LONG_RESULT(UNSIGNED_PRODUCT))", "LONG_RESULT(SIGNED_PRODUCT))"),
+    _run("SMLAL does not add", "A7.7.137", "LONG_RESULT(LONG_SUM + SIGNED_PRODUCT)", "LONG_RESULT(SIGNED_PRODUCT)"),
+    _run("UMAAL adds one word", "A7.7.202", "UNSIGNED_PRODUCT + r[op->a] + r[op->d]", "UNSIGNED_PRODUCT + r[op->a]"),
+    _run(
+        "a division by zero gives what is divided",
+        "A7.7.127",
+        "  if (m == 0)\n    return 0;",
+        "  if (m == 0)\n    return (uint32_t)n;",
+    ),
+    _run("MUL sets no flags", "A7.7.84", "r[op->b] * r[op->c]; SET_NZ(r[op->a])", "r[op->b] * r[op->c]"),
+    _run("SXTB extends with zeros", "A7.7.182", "(uint32_t)(int8_t)shifted", "(uint32_t)(uint8_t)shifted"),
+    _run("UXTH does not rotate", "A7.7.224", "(uint16_t)shifted(3, r[op->c], op->imm, &value)", "(uint16_t)r[op->c]"),
+    _run(
+        "REVSH extends with zeros",
+        "A7.7.115",
+        "(uint32_t)(int16_t)__builtin_bswap16",
+        "(uint32_t)(uint16_t)__builtin_bswap16",
+    ),
+    _run("REV16 of the lower half", "A7.7.114", "(r[op->c] & 0x00FF00FF) << 8)\n", "(r[op->c] & 0x000000FF) << 8)\n"),
+    _run("CLZ of zero", "A7.7.24", "__builtin_clz(r[op->c]) : 32", "__builtin_clz(r[op->c]) : 31"),
+    _run("UBFX one bit short", "A7.7.193", "op->imm & field_mask(op->e))", "op->imm & field_mask(op->e - 1u))"),
+    _run("MOVT clears the lower half", "A7.7.79", "(r[op->a] & 0xFFFF) | op->imm << 16", "op->imm << 16"),
+    _run("HI without Z", "A7.3.1", "BRANCH_IF(BHI, c && z)", "BRANCH_IF(BHI, c)"),
+    _run("LE without Z", "A7.3.1", "BRANCH_IF(BLE, !z || (n ^ v) >> 31)", "BRANCH_IF(BLE, (n ^ v) >> 31)"),
+    _run("GT in an IT block", "A7.3.1", "case 6: result = z && !((n ^ v) >> 31)", "case 6: result = !((n ^ v) >> 31)"),
+    _run("CBNZ is CBZ", "A7.7.21", "BRANCH_IF(CBNZ, r[op->b])", "BRANCH_IF(CBNZ, !r[op->b])"),
+    _run("BL without bit 0 of LR", "A7.7.18", "r[R_LR] = (PC_OF(op) + 4) | 1;", "r[R_LR] = PC_OF(op) + 4;"),
+    _run("ITSTATE loses a condition", "A7.3.2", "(it & 0xE0) | (it << 1 & 0x1F)", "(it & 0xE0) | (it << 1 & 0x0F)"),
+    _run("STREX keeps the mark", "A7.7.167", "  state->exclusive = 0;\n  r[op->d] = value;", "  r[op->d] = value;"),
+    _run("LDREX does not mark", "A7.7.52", "  state->exclusive = 1;\n", ""),
+    _run("VMSR writes reserved bits", "B1.4.7", "& 0xF7C0009F", "& 0xF7C0019F"),
+    Defect(
+        "constants 00XY00XY the other way", "A5.3.2", "decode.c", "0x00010001, 0x01000100", "0x01000100, 0x00010001"
+    ),
+    Defect("PC is not aligned for literals", "A7.7.44", "decode.c", "(address + 4) & ~3u", "address + 4"),
+    Defect("J1 is not inverted", "A7.7.12", "decode.c", "i1 = !(j >> 1 ^ sign)", "i1 = j >> 1 ^ sign"),
+    Defect("saturation without Q", "A7.7.152", "dsp.c", "    *saturated = true;", "    *saturated = false;"),
+    Defect("GE of unsigned sums", "A7.7.190", "dsp.c", "value >> lanes->bits : value >= 0", "value >= 0 : value >= 0"),
+    Defect(
+        "QDADD does not double",
+        "A7.7.101",
+        "dsp.c",
+        "hil_saturate(2 * second, 32, true, q)",
+        "hil_saturate(second, 32, true, q)",
+    ),
+    Defect("SEL the other way", "A7.7.128", "dsp.c", "(n & mask) | (m & ~mask)", "(m & mask) | (n & ~mask)"),
+    Defect("SMLAD does not exchange", "A7.7.136", "dsp.c", "    m = rotated(m, 16);", "    m = rotated(m, 0);"),
+    Defect("SMMLAR does not round", "A7.7.146", "dsp.c", "(which ? 0x80000000 : 0)", "0"),
+    Defect(
+        "BASEPRI_MAX raises",
+        "B5.2.3",
+        "special.c",
+        "level < state->reg[R_BASEPRI] || ",
+        "level > state->reg[R_BASEPRI] || ",
+    ),
+    Defect(
+        "MSR keeps low bits of SP",
+        "B5.2.3",
+        "special.c",
+        "case 9: *stack_pointer(state, true) = value & ~3u",
+        "case 9: *stack_pointer(state, true) = value",
+    ),
+    Defect("MSR writes Q not", "B5.2.3", "special.c", "mask & 2 ? 0xF8000000", "mask & 2 ? 0xF0000000"),
+    Defect("VSUB negates NaN", "A2.5 FPSub", "vfp.c", "m.kind < QUIET_NAN ? hil_negated(m) : m", "hil_negated(m)"),
+    Defect(
+        "VNMLS negates the product",
+        "A7.7.253",
+        "vfp.c",
+        "op->e == FLOAT_MLS || op->e == FLOAT_NMLA",
+        "op->e == FLOAT_MLS || op->e == FLOAT_NMLS",
+    ),
+    Defect(
+        "VCVT of fixed point by FPSCR",
+        "A7.7.228",
+        "vfp.c",
+        "hil_round(number, in->format, TO_NEAREST, in->fpscr)",
+        "hil_round(number, in->format, hil_rounding_of(in->fpscr), in->fpscr)",
+    ),
+    Defect("VCVTA to even", "A7.7.225", "vfp.c", "{TO_NEAREST_AWAY, TO_NEAREST,", "{TO_NEAREST, TO_NEAREST,"),
+    Defect(
+        "AHP keeps infinities",
+        "A2.5 FPRound",
+        "vfp.c",
+        "alternative && value.kind >= INFINITE",
+        "alternative && value.kind > INFINITE",
+    ),
+    _real("a sum of nothing is -0 upwards", "A2.5 FPAdd", "== TO_MINUS_INFINITY);", "== TO_PLUS_INFINITY);"),
+    _real(
+        "quiet NaNs first",
+        "A2.5 FPProcessNaNs",
+        "for (int kind = SIGNALLING_NAN; kind >= QUIET_NAN; kind--)",
+        "for (int kind = QUIET_NAN; kind <= SIGNALLING_NAN; kind++)",
+    ),
+    _real("no IDC", "A2.5 FPUnpack", "    *fpscr |= FPSCR_IDC;\n", ""),
+    _real("no DZC", "A2.5 FPDiv", "    *fpscr |= FPSCR_DZC;\n", "    (void)fpscr;\n"),
+    _real("underflow where a tiny number is exact", "A2.5 FPRound", "if (!biased && rest)", "if (!biased)"),
+    _real("ties to odd", "A2.5 FPRound", "rest == middle && odd", "rest == middle && !odd"),
+    _real(
+        "the largest number overflows", "A2.5 FPRound", "} else if (biased >= end) {", "} else if (biased + 1 >= end) {"
+    ),
+    _real(
+        "infinity times zero with a quiet addend",
+        "A2.5 FPMulAdd",
+        "addend.kind == QUIET_NAN && is_infinity_times_zero(a, b)",
+        "false",
+    ),
+    _real(
+        "-0 is less than +0",
+        "A2.5 FPCompare",
+        "int sign_a = a.kind == ZERO ? 0 : a.negative ? -1 : 1",
+        "int sign_a = a.negative ? -1 : a.kind == ZERO ? 0 : 1",
+    ),
+    _real("unordered is less", "A2.5 FPCompare", "    return 3;", "    return 8;"),
+    _real("the root loses its rest", "A2.5 FPSqrt", "root << 2 | (rest != 0)", "root << 2"),
+    _real("the quotient loses its rest", "A2.5 FPDiv", "quotient | (rest != 0)", "quotient"),
+    _real(
+        "saturation is inexact",
+        "A2.5 FPToFixed",
+        "  if (magnitude > most) {\n    *fpscr |= FPSCR_IOC;",
+        "  if (magnitude > most) {\n    *fpscr |= FPSCR_IOC | FPSCR_IXC;",
+    ),
+    _real("DN keeps payloads", "A2.5 FPProcessNaN", "  if (*fpscr & FPSCR_DN)\n    return DEFAULT_NAN;\n", ""),
+)
+
+
+# --- in a process of its own, with the library of a defect
+
+
+def _checks() -> Iterator[tuple[str, Callable[[], bool]]]:
+    """Return what may find a defect: name, and what says whether it did."""
+    import pytest
+
+    from tests.targets.mcu.differential import float_oracle, oracle
+    from tests.targets.mcu.differential.image import CASES
+
+    def sequences() -> bool:
+        every = ((model, image * CASES) for model, images in SEQUENCES for image in range(images))
+        return any(oracle.compare(model, 1, first).problems for model, first in every)
+
+    def operands() -> bool:
+        return any(
+            float_oracle.problems(
+                operation,
+                [
+                    *float_oracle.random_operands(operation, random.Random(operation.name), OPERANDS),
+                    *float_oracle.corner_operands(operation),
+                ],
+                by_definition=True,
+                by_unicorn=False,
+            )
+            for operation in float_oracle.BY_NAME.values()
+        )
+
+    yield "sequences", sequences
+    yield "floating point", operands
+    yield "vectors", lambda: pytest.main(["-q", "-x", "-n0", "-p", "no:cacheprovider", *VECTORS]) == 1
+
+
+def judge(path: Path, digest: str) -> str:
+    """Return the first check that finds the library in that file wrong, or nothing."""
+    library._found = lambda: (path, digest)  # noqa: SLF001 - what everybody loads in this process
+    for name, finds in _checks():
+        with contextlib.redirect_stdout(io.StringIO()):
+            try:
+                wrong = finds()
+            except Exception:  # noqa: BLE001 - whatever a program does that goes astray
+                wrong = True
+        if wrong:
+            return name
+    return ""
+
+
+# --- the table
+
+
+def make(defect: Defect, folder: Path) -> tuple[Path, str]:
+    """Compile the sources with a defect; return the library and its digest."""
+    changed = folder / "src"
+    shutil.copytree(sources.SOURCES, changed)
+    file = changed / defect.file
+    text = file.read_text()
+    if text.count(defect.old) != 1:
+        raise ValueError(f"{defect.name}: stands {text.count(defect.old)} times in {defect.file}")
+    file.write_text(text.replace(defect.old, defect.new))
+    made = folder / sources.file_name()
+    build.compile_library(made, build.some_compiler(), ["-O1"], changed)
+    return made, sources.digest_of(changed)
+
+
+def found_by(defect: Defect) -> str:
+    """Return who finds a defect first, or nothing."""
+    with tempfile.TemporaryDirectory() as folder:
+        path, digest = make(defect, Path(folder))
+        command = [sys.executable, "-m", "measure.core_defects", "--judge", str(path), "--digest", digest]
+        try:
+            done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=LONGEST_S, check=False)
+        except subprocess.TimeoutExpired:
+            return "does not end"
+        return done.stdout.strip() if done.returncode == 0 else "crashes"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run from the command line; return the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m measure.core_defects", description="Put defects into the core.")
+    parser.add_argument("--only", default="", help="defects whose names contain this")
+    parser.add_argument("--judge", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--digest", help=argparse.SUPPRESS)
+    options = parser.parse_args(arguments)
+    if options.judge:
+        sys.stdout.write(judge(options.judge, options.digest) + "\n")
+        return 0
+    missed = 0
+    sys.stdout.write("| Defect | Against | Found first by |\n|---|---|---|\n")
+    for defect in DEFECTS:
+        if options.only in defect.name:
+            by = found_by(defect)
+            missed += not by
+            sys.stdout.write(f"| {defect.name} | {defect.section} | {by or '**nobody**'} |\n")
+            sys.stdout.flush()
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,349 @@
+/* Executes random half-words as code: random_code SEED INSTRUCTIONS
+ *
+ * Half of the code is random bits, half is made from the patterns of isa.h, of which now and then a bit is wrong. Cores
+ * of both kinds and both timing models take turns at it, each in one of two ways:
+ *
+ * wild: what is not memory refuses, moves the limits, changes the timing, the traps, the code, and has code forgotten,
+ *   all at random.
+ * cut: what is not memory does what its address says; one core runs whole and passes loops over, another one executes
+ *   the same code in random pieces, and both must end alike.
+ *
+ * Prints the first thing that is wrong and returns 1. It is compiled with sanitizers, for which all memory is made by
+ * malloc with its exact size. */
+#include "cpu.h"
+#include "isa.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct hil_cpu *hil_new(uint32_t is_m7, uint32_t by_table, uint32_t basepri_bits, hil_read read, hil_write write);
+void hil_free(struct hil_cpu *cpu);
+struct hil_state *hil_state_of(struct hil_cpu *cpu);
+int32_t hil_map_memory(struct hil_cpu *cpu, uint32_t base, uint8_t *data, uint32_t size, uint32_t writable);
+int32_t hil_map_registers(struct hil_cpu *cpu, uint32_t base, uint32_t size);
+void hil_forget(struct hil_cpu *cpu, uint32_t base, uint32_t size);
+uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructions);
+
+#define ROW(pattern, form, operation, where, m3, m7) pattern,
+#define FLOAT_ROW(pattern, kind, single, twice) pattern,
+static const char *const PATTERNS[] = {ENCODINGS};
+enum { PATTERN_COUNT = sizeof PATTERNS / sizeof *PATTERNS };
+
+enum {
+  FLASH = 0x08000000, ALIAS = 0, RAM = 0x20000000, NEXT_RAM = 0x20000400, REGISTERS_AT = 0x40000000,
+  MEMORY = 0x400, WINDOW = 0x400, AT_ONCE = 400,
+};
+enum { MEMORIES = 3 };
+static const uint32_t BASES[MEMORIES] = {FLASH, RAM, NEXT_RAM};
+
+static uint64_t seed;
+
+/* xorshift64* */
+static uint32_t drawn(void) {
+  seed ^= seed >> 12;
+  seed ^= seed << 25;
+  seed ^= seed >> 27;
+  return (uint32_t)(seed * 0x2545F4914F6CDD1Du >> 32);
+}
+
+static uint32_t below(uint32_t count) { return drawn() % count; }
+
+static bool one_in(uint32_t count) { return below(count) == 0; }
+
+struct chip {
+  struct hil_cpu *cpu;
+  uint8_t *memory[MEMORIES];
+};
+
+static struct chip chips[2], *current;
+static bool wild;
+
+/* --- code */
+
+static void put_half(uint8_t *data, uint32_t at, uint16_t half) { memcpy(data + (at & (MEMORY - 2)), &half, 2); }
+
+static void put_instruction(uint8_t *data, uint32_t at) {
+  uint32_t code = 0, bits = 0;
+  for (const char *digit = PATTERNS[below(PATTERN_COUNT)]; *digit; digit++)
+    if (*digit != ' ') {
+      code = code << 1 | (*digit == '1' || (*digit != '0' && one_in(2)));
+      bits++;
+    }
+  if (one_in(16))
+    code ^= 1u << below(bits);
+  if (bits == 32)
+    put_half(data, at, (uint16_t)(code >> 16));
+  put_half(data, at + (bits == 32 ? 2 : 0), (uint16_t)code);
+}
+
+static void write_code(uint8_t *data, uint32_t from, uint32_t to) {
+  for (uint32_t at = from & ~1u; at < to; at += 2) {
+    if (one_in(2))
+      put_half(data, at, (uint16_t)drawn());
+    else
+      put_instruction(data, at);
+  }
+}
+
+static uint32_t somewhere(void) {
+  switch (below(8)) {
+  case 0: return drawn();
+  case 1: return REGISTERS_AT + below(WINDOW + 8) - 4;
+  case 2: return ALIAS + below(MEMORY + 8);
+  case 3: return below(256);
+  default: return BASES[below(MEMORIES)] + below(MEMORY + 8) - 4;
+  }
+}
+
+static uint32_t some_float(void) {
+  static const uint32_t EDGES[] = {0, 0x80000000, 0x3F800000, 0x7F800000, 0x7FC00000, 0x7F800001, 0x00800000, 0x007FFFFF,
+                                   1, 0x7F7FFFFF, 0x7FEFFFFF, 0x00100000, 0x3FF00000, 0x7FF00000, 0x5F000000, 0xCF000000};
+  return one_in(2) ? drawn() : EDGES[below(sizeof EDGES / sizeof *EDGES)];
+}
+
+/* --- what is not memory */
+
+static uint32_t mixed(uint32_t a, uint32_t b, uint32_t c) {
+  uint32_t value = (a * 0x9E3779B1u) ^ (b * 0x85EBCA77u) ^ (c * 0xC2B2AE3Du);
+  return value ^ value >> 15;
+}
+
+static void change_code(void) {
+  uint32_t which = below(MEMORIES), from = below(MEMORY), length = below(one_in(8) ? MEMORY : 16);
+  uint32_t to = from + length < MEMORY ? from + length : MEMORY;
+  write_code(current->memory[which], from, to);
+  hil_forget(current->cpu, BASES[which] + from, length);
+  if (one_in(8))
+    hil_forget(current->cpu, somewhere(), drawn());
+}
+
+/* As targets/mcu/engine/timing.py does it. */
+static void change_timing(struct hil_state *state) {
+  state->wait_states = below(8);
+  state->base = state->cycle;
+  state->since = state->retired;
+  state->numerator = 1 + below(40);
+  state->denominator = 1 + below(40);
+  state->changed = 1;
+}
+
+static void do_something(void) {
+  struct hil_state *state = hil_state_of(current->cpu);
+  switch (below(16)) {
+  case 0: state->refused = 1; return;
+  case 1: state->limit_cycle = state->cycle + below(8); state->changed = 1; return;
+  case 2: state->limit_cycle = 0; state->changed = 1; return;
+  case 3: state->limit_retired = 0; state->changed = 1; return;
+  case 4: change_timing(state); return;
+  case 5: change_code(); return;
+  case 6: state->trap_unaligned = below(2); state->trap_division = below(2); return;
+  case 7: state->float_access = (uint32_t[]){0, 1, 3}[below(3)]; return;
+  case 8: state->exclusive = 0; return;
+  case 9: state->live = 1; return;
+  default: return;
+  }
+}
+
+static uint32_t on_read(uint32_t window, uint32_t offset, uint32_t size) {
+  if (wild)
+    do_something();
+  else
+    hil_state_of(current->cpu)->refused = mixed(window, offset, size) % 16 == 0;
+  return wild ? drawn() : mixed(window, offset, size + 1);
+}
+
+static void on_write(uint32_t window, uint32_t offset, uint32_t size, uint32_t value) {
+  if (wild)
+    do_something();
+  else
+    hil_state_of(current->cpu)->refused = mixed(window ^ value, offset, size) % 16 == 0;
+}
+
+/* --- a core */
+
+static bool make(struct chip *chip, uint32_t is_m7, uint32_t by_table) {
+  chip->cpu = hil_new(is_m7, by_table, 0xF0, on_read, on_write);
+  if (!chip->cpu)
+    return false;
+  for (uint32_t n = 0; n < MEMORIES; n++) {
+    chip->memory[n] = malloc(MEMORY);
+    if (!chip->memory[n] || hil_map_memory(chip->cpu, BASES[n], chip->memory[n], MEMORY, n > 0) < 0)
+      return false;
+  }
+  return hil_map_memory(chip->cpu, ALIAS, chip->memory[0], MEMORY, 0) >= 0 &&
+         hil_map_registers(chip->cpu, REGISTERS_AT, WINDOW) >= 0;
+}
+
+static void unmake(struct chip *chip) {
+  hil_free(chip->cpu);
+  for (uint32_t n = 0; n < MEMORIES; n++)
+    free(chip->memory[n]);
+}
+
+/* As a caller of `hil_run` may leave the state, which is as CoreEngine.set does. */
+static void restart(struct hil_state *state) {
+  for (uint32_t n = 0; n < 15; n++)
+    state->reg[n] = somewhere();
+  state->reg[R_MSP] = somewhere() & ~3u;
+  state->reg[R_PSP] = somewhere() & ~3u;
+  state->reg[R_PC] = somewhere() & ~1u;
+  state->reg[R_XPSR] = (drawn() & 0xF8000000) | (one_in(64) ? 0 : 1u << 24) | (one_in(8) ? below(100) : 0);
+  if (one_in(8))
+    state->reg[R_XPSR] |= drawn() & 0x0600FC00; /* in an IT block, as an exception return may leave it */
+  state->reg[R_CONTROL] = one_in(4) ? below(8) : 4;
+  for (uint32_t n = 0; n < 32; n++)
+    state->floats[n] = some_float();
+  state->floats[FPSCR] = drawn() & 0xF7C0009F;
+  state->float_fpscr = drawn() & 0x07C00000;
+  state->float_automatic = !one_in(4);
+  state->until_unmasked = one_in(4);
+  if (one_in(8))
+    change_timing(state);
+}
+
+static int wrong(const char *what, const struct hil_state *state) {
+  printf("%s: at %08" PRIX32 ", xPSR %08" PRIX32 ", retired %" PRIu64 ", cycle %" PRIu64 ", limits %" PRIu64 ", %" PRIu64
+         "\n",
+         what, state->reg[R_PC], state->reg[R_XPSR], state->retired, state->cycle, state->limit_retired,
+         state->limit_cycle);
+  return 1;
+}
+
+/* What holds after every run. */
+static int check(const struct hil_state *state, uint32_t why, uint64_t retired, uint64_t cycle, uint64_t limit) {
+  if (why > STOP_PAUSE)
+    return wrong("no reason", state);
+  if (state->running)
+    return wrong("runs on", state);
+  if (state->cycle < cycle || state->retired < retired)
+    return wrong("time goes back", state);
+  if (why != STOP_FAULT && why != STOP_BREAKPOINT && state->retired == retired && state->cycle == cycle)
+    return wrong("no time passes", state);
+  if ((why == STOP_LIMIT || why == STOP_PAUSE) && state->reg[R_XPSR] & 0x0600FC00)
+    return wrong("ended within an IT block", state);
+  if (state->retired > limit + 4)
+    return wrong("beyond the limit", state);
+  if (state->reg[R_SP] & 3)
+    return wrong("a stack pointer that is not aligned", state);
+  return 0;
+}
+
+static int run_wild(struct chip *chip, uint64_t instructions) {
+  struct hil_state *state = hil_state_of(chip->cpu);
+  uint64_t end = state->retired + instructions;
+  uint32_t idle = 0;
+  current = chip;
+  restart(state);
+  while (state->retired < end && idle < 4 * AT_ONCE) {
+    uint64_t retired = state->retired, cycle = state->cycle, limit = retired + 1 + below(AT_ONCE);
+    state->skip = below(LOOK_ONCE + 1);
+    uint32_t why = hil_run(chip->cpu, one_in(2) ? UINT64_MAX : cycle + below(AT_ONCE), limit - retired);
+    if (check(state, why, retired, cycle, limit))
+      return 1;
+    idle = state->retired == retired ? idle + 1 : 0;
+    if (why == STOP_BREAKPOINT && one_in(2))
+      state->reg[R_PC] += 2;
+    else if (why == STOP_FAULT || why == STOP_BREAKPOINT || one_in(16))
+      restart(state);
+    if (one_in(64))
+      change_code();
+  }
+  return 0;
+}
+
+/* --- whole and in pieces */
+
+static const char *difference(const struct chip *whole, const struct chip *cut) {
+  struct hil_state *a = hil_state_of(whole->cpu), *b = hil_state_of(cut->cpu);
+  for (uint32_t n = 0; n < MEMORIES; n++)
+    if (memcmp(whole->memory[n], cut->memory[n], MEMORY) != 0)
+      return "memory";
+  if (memcmp(a->reg, b->reg, sizeof a->reg) != 0)
+    return "registers";
+  if (memcmp(a->floats, b->floats, sizeof a->floats) != 0)
+    return "floating-point registers";
+  if (a->cycle != b->cycle || a->retired != b->retired)
+    return "time";
+  if (a->fault != b->fault || a->fault_address != b->fault_address || a->stop_value != b->stop_value)
+    return "reason";
+  return a->exclusive != b->exclusive ? "monitor" : NULL;
+}
+
+static uint32_t run_to(struct chip *chip, uint64_t end, uint32_t most) {
+  struct hil_state *state = hil_state_of(chip->cpu);
+  uint32_t why;
+  current = chip;
+  do {
+    uint64_t limit = state->retired + 1 + below(most);
+    why = hil_run(chip->cpu, most > AT_ONCE || one_in(2) ? UINT64_MAX : state->cycle + 1 + below(most),
+                  (most > AT_ONCE || limit > end ? end : limit) - state->retired);
+  } while ((why == STOP_LIMIT || why == STOP_PAUSE) && state->retired < end);
+  return why == STOP_PAUSE ? STOP_LIMIT : why;
+}
+
+static void tell_registers(const struct hil_state *a, const struct hil_state *b, uint32_t begin) {
+  for (uint32_t n = 0; n < REGISTERS; n++)
+    if (a->reg[n] != b->reg[n])
+      printf("register %" PRIu32 ": %08" PRIX32 " and %08" PRIX32 "\n", n, a->reg[n], b->reg[n]);
+  for (uint32_t n = 0; n < FLOATS; n++)
+    if (a->floats[n] != b->floats[n])
+      printf("S%" PRIu32 ": %08" PRIX32 " and %08" PRIX32 "\n", n, a->floats[n], b->floats[n]);
+  for (uint32_t at = begin; at < begin + 24; at += 2)
+    for (uint32_t n = 0; n < MEMORIES; n++)
+      if (at - BASES[n] < MEMORY)
+        printf("%02X%02X ", chips[0].memory[n][at - BASES[n] + 1], chips[0].memory[n][at - BASES[n]]);
+  printf("\n");
+}
+
+static int run_cut(uint64_t instructions) {
+  struct hil_state *whole = hil_state_of(chips[0].cpu);
+  uint64_t end = whole->retired + instructions;
+  for (uint32_t n = 0; n < MEMORIES; n++)
+    memcpy(chips[1].memory[n], chips[0].memory[n], MEMORY);
+  for (uint32_t rounds = 0; whole->retired < end && rounds < instructions; rounds++) {
+    restart(whole);
+    whole->until_unmasked = 0;
+    whole->skip = SKIP_NOTHING;
+    *hil_state_of(chips[1].cpu) = *whole;
+    uint32_t begin = whole->reg[R_PC];
+    whole->skip = one_in(2) ? SKIP_NOTHING : SKIP_LOOPS;
+    uint64_t until = whole->retired + 1 + below(AT_ONCE), retired = whole->retired, cycle = whole->cycle;
+    uint32_t why = run_to(&chips[0], until, AT_ONCE + 1), other = run_to(&chips[1], until, 1 + below(6));
+    const char *what = why == other ? difference(&chips[0], &chips[1]) : "reason";
+    if (what) {
+      printf("cut, from %08" PRIX32 ": %s differ: %" PRIu32 " and %" PRIu32 "\n", begin, what, why, other);
+      tell_registers(whole, hil_state_of(chips[1].cpu), begin);
+      wrong("whole", whole);
+      return wrong("cut", hil_state_of(chips[1].cpu));
+    }
+    if (check(whole, why, retired, cycle, until))
+      return 1;
+  }
+  return 0;
+}
+
+int main(int count, char **words) {
+  if (count != 3)
+    return 2;
+  uint64_t left = strtoull(words[2], NULL, 10);
+  const uint64_t each = 20000;
+  seed = strtoull(words[1], NULL, 10) * 0x9E3779B97F4A7C15u + 1;
+  for (uint32_t round = 0; left > 0; round++, left -= left < each ? left : each) {
+    wild = round & 4;
+    for (uint32_t n = 0; n < 2; n++)
+      if (!make(&chips[n], round & 1, round >> 1 & 1))
+        return 2;
+    for (uint32_t n = 0; n < MEMORIES; n++)
+      write_code(chips[0].memory[n], 0, MEMORY);
+    if (wild ? run_wild(&chips[0], each) : run_cut(each)) {
+      printf("in round %" PRIu32 " of seed %s: %s, timing model \"%s\"\n", round, words[1], round & 1 ? "M7" : "M3",
+             round & 2 ? "table" : "flat");
+      return 1;
+    }
+    for (uint32_t n = 0; n < 2; n++)
+      unmake(&chips[n]);
+  }
+  return 0;
+}
