@@ -156,7 +156,8 @@ def test_the_rover_is_shown_on_a_floor_goes_round_on_it_and_is_reset(live):
 def test_a_stand_in_a_file_of_ones_own_is_meant(tmp_path):
     own = tmp_path / "own.toml"
     ours = open_target("rover")
-    own.write_text(ours.path.read_text().replace("../../targets", str(ours.path.parents[2] / "targets")))
+    images = (ours.path.parent / "../../../../targets").resolve()
+    own.write_text(ours.path.read_text().replace("../../../../targets", str(images)))
     assert (scene_for(ours), scene_for(open_target(str(own)))) == (ROVER_ROOM, None)
     assert scene_for(open_target("vehicle")) == TRACK
     others = ("pioneer", "rover-model", "vehicle-model", "bluepill")
