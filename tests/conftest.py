@@ -54,9 +54,13 @@ def pytest_runtest_protocol(item, nextitem):
 
 
 def pytest_collection_finish():
-    """Spare the garbage collector some hundred thousand objects of the collection, which live as long as the tests."""
+    """Spare the garbage collector some hundred thousand objects of the collection, which live as long as the tests.
+
+    What a test makes is collected less often, too: that takes a twentieth of the time otherwise.
+    """
     gc.collect()
     gc.freeze()
+    gc.set_threshold(20_000, 20, 50)
 
 
 def reasons(items, name):
