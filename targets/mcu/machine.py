@@ -46,7 +46,7 @@ __all__ = ["Machine"]
 
 _OUTSIDE = 1  # order of events from outside: after those of the chip, which are of order 0
 _NO_MEMORY = 0x4000_0000  # here the peripherals begin
-_PAGE = 0x400  # the least that the engine can execute from
+_PAGE = 0x400  # memory smaller than that is none to execute from: it answers as registers do
 _SEMIHOSTING = 0xAB
 _RESETS_IN_A_LOOP = 8
 _FAULTS = range(3, 7)  # exception numbers of HardFault, MemManage, BusFault, UsageFault

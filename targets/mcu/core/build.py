@@ -75,7 +75,7 @@ def some_compiler() -> Sequence[str]:
 
 def find_compiler() -> Sequence[str] | None:
     """Return the command of a compiler that makes shared libraries for this machine, or None."""
-    for command in (shlex.split(os.environ.get("CC", "")), ["cc"]):
+    for command in (_words(os.environ.get("CC", "")), ["cc"]):
         if command and _makes_libraries(command):
             return command
     return zig_for(os.uname().machine) if importlib.util.find_spec("ziglang") else None
@@ -89,6 +89,13 @@ def zig_for(machine: str) -> Sequence[str]:
     """
     target = f"{machine}-linux-gnu.{_OLDEST_GLIBC}"
     return [sys.executable, "-m", "ziglang", "cc", "-target", target, "-nostdlib", "-lc", "-fno-sanitize=undefined"]
+
+
+def _words(command: str) -> list[str]:
+    try:
+        return shlex.split(command)
+    except ValueError:  # a quotation without an end
+        return [command]
 
 
 def _makes_libraries(command: Sequence[str]) -> bool:

@@ -45,7 +45,8 @@ def places(digest: str) -> tuple[Path, ...]:
     ``$XDG_CACHE_HOME/hilbench``, else in ``~/.cache/hilbench`` (XDG Base Directory Specification).
     """
     beside = Path(__file__).parent / file_name()
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
+    # where there is no home, Path.expanduser would raise
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))  # noqa: PTH111
     if not cache.is_absolute():
         return (beside,)
     return beside, cache / "hilbench" / f"{beside.stem}-{digest[:16]}.so"

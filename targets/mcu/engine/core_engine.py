@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import enum
+import sys
 import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -28,14 +29,13 @@ _READ_ONLY = 0xFFFF_FFFF  # the window of stores into read-only memory
 _AT_ONCE = 5_000_000  # instructions, so that Ctrl-C is answered soon
 _STOPS = tuple(StopKind)
 _FAULTS = tuple(FaultKind)
+_NO_LIMIT = (1 << 64) - 1
 _PAUSE = len(_STOPS)  # a run ended before its limit
 _LIMIT = Stop(StopKind.LIMIT)
 _PLAIN = {kind: Stop(kind) for kind in (StopKind.WFI, StopKind.WFE, StopKind.SEV)}
 _SP, _PC, _XPSR, _MSP, _PSP, _CONTROL = Reg.SP, Reg.PC, Reg.XPSR, Reg.MSP, Reg.PSP, Reg.CONTROL
 _IPSR, _SPSEL = 0x1FF, 1 << 1
 _XPSR_BITS, _GE = 0xFF00_FDFF, 0x000F_0000
-
-_LOOK_BEGINS, _LOOK_GOES_ON = 1, 2  # of `watching`
 
 
 class Skip(enum.IntEnum):
@@ -58,7 +58,7 @@ class Loop:
     Attributes:
         pc: an instruction of it.
         instructions: in one period.
-        polled: addresses of the registers that are read in it.
+        polled: addresses of the registers that are read in it, in their order.
     """
 
     pc: int
@@ -94,7 +94,7 @@ class CoreEngine:
         if not core:
             raise EngineError("there is no memory for a core")
         self._core = ctypes.c_void_p(core)
-        weakref.finalize(self, library.hil_free, self._core)
+        weakref.finalize(self, library.hil_free, self._core).atexit = False  # what runs at exit may still ask
         self._state = state = structure("hil_state").from_address(library.hil_state_of(self._core))
         self._times = memoryview(state).cast("B")[:16].cast("Q")  # its first fields, `cycle` and `retired`
         self._registers = memoryview(state.reg).cast("B").cast("I")
@@ -103,10 +103,11 @@ class CoreEngine:
         self._xpsr_bits = _XPSR_BITS | (_GE if kind.fpu is not None else 0)
         self._execute = library.hil_run
         self._windows: dict[int, tuple[int, Access]] = {}
-        self._looked_at: list[int] = []
+        self._looked_at: dict[int, list[int]] = {}  # by the number of the lap
         self._memory: list[tuple[int, Any, bool]] = []
         self._kept: list[object] = []  # what C holds pointers to
         self._trouble: BaseException | None = None
+        self._others_hook = sys.unraisablehook
         self._refusal = 0, ""
         self._timing = timing
         timing.attach(state)
@@ -245,10 +246,14 @@ class CoreEngine:
             skip: what becomes of loops that change nothing.
         """
         self._state.skip = skip
-        limit = max(limit_cycle, 0)
+        limit = min(max(limit_cycle, 0), _NO_LIMIT)
         at_once = _AT_ONCE if limit_instructions is None else limit_instructions
         while True:
-            why = self._execute(self._core, limit, at_once)
+            self._others_hook, sys.unraisablehook = sys.unraisablehook, self._on_unraisable
+            try:
+                why = self._execute(self._core, limit, at_once)
+            finally:
+                sys.unraisablehook = self._others_hook
             if self._trouble is not None:
                 trouble, self._trouble = self._trouble, None
                 raise trouble
@@ -258,6 +263,7 @@ class CoreEngine:
                 return self._stop(_STOPS[why])
             if limit_instructions is not None or skip is Skip.LOOK_ONCE or self._was_cut():
                 return _LIMIT
+            limit = self._state.limit_cycle  # as lowered since
 
     def _was_cut(self) -> bool:
         """Say whether a run that ended before its limit did so for another reason than that Ctrl-C may be waiting."""
@@ -318,7 +324,8 @@ class CoreEngine:
         state = self._state
         if not state.loop_instructions:
             return None
-        return Loop(state.loop_pc, state.loop_instructions, tuple(dict.fromkeys(self._looked_at)))
+        polled = self._looked_at.get(state.loop_lap, ())
+        return Loop(state.loop_pc, state.loop_instructions, tuple(sorted(set(polled))))
 
     def forget_loop(self) -> None:
         """Something has happened, and the program may go elsewhere."""
@@ -384,12 +391,19 @@ class CoreEngine:
             self._break_off(trouble)
 
     def _look_at(self, base: int, offset: int, access: Access) -> None:
-        if self._state.watching == _LOOK_BEGINS:
-            self._state.watching = _LOOK_GOES_ON
-            self._looked_at.clear()
-        self._looked_at.append(base + offset)
+        lap, found = self._state.lap, self._state.loop_lap
+        if lap not in self._looked_at:
+            self._looked_at = {found: self._looked_at.get(found, []), lap: []}
+        self._looked_at[lap].append(base + offset)
         if access.is_live(offset):
             self._state.live = 1
+
+    def _on_unraisable(self, unraisable: Any) -> None:
+        """Keep what a signal raises where a callback begins, before its ``try``: ctypes would ignore it."""
+        if getattr(unraisable.object, "__self__", None) is self and unraisable.exc_value is not None:
+            self._break_off(unraisable.exc_value)
+        else:
+            self._others_hook(unraisable)
 
     def _refuse(self, fault: BusFault) -> None:
         self._refusal = fault.address, fault.refusal

@@ -63,6 +63,7 @@ typedef void (*hil_write)(uint32_t window, uint32_t offset, uint32_t size, uint3
  *   looked for next, and how many lie between two looks.
  * watching: a look is on; an access to a register that may give something else the next time sets `live`.
  * loop_pc, loop_instructions: the loop that the last look found, an instruction of it and how many it has; 0: none.
+ * lap, loop_lap: the number of the lap that is looked at, of all, and of the one that was the loop.
  * counting: the run ended within a loop that reads such registers.
  * reg: SP is the one in use at the end of a run; MSP and PSP count.
  * floats: S0 to S31 and FPSCR. */
@@ -79,7 +80,7 @@ typedef void (*hil_write)(uint32_t window, uint32_t offset, uint32_t size, uint3
     ONE(uint32_t, exclusive) ONE(uint32_t, exclusive_address) \
     ONE(uint64_t, look_at) ONE(uint32_t, look_wait) ONE(uint32_t, skip) \
     ONE(uint32_t, watching) ONE(uint32_t, live) ONE(uint32_t, counting) \
-    ONE(uint32_t, loop_pc) ONE(uint32_t, loop_instructions) \
+    ONE(uint32_t, loop_pc) ONE(uint32_t, loop_instructions) ONE(uint32_t, lap) ONE(uint32_t, loop_lap) \
     MANY(uint32_t, reg, 23) \
     MANY(uint32_t, floats, 33)
 HIL_STRUCT(hil_state, HIL_STATE_FIELDS);
@@ -91,7 +92,7 @@ struct hil_op {
   uint32_t raw;               /* as it stands in memory; the second half above the first */
   uint8_t a, b, c, d;         /* registers, mostly destination, first, second operand, other */
   uint32_t cost;              /* cycles times HIL_UNIT, less one */
-  uint8_t halves, step;       /* its length in half-words, and in bytes of these structs */
+  uint8_t halves;             /* its length */
   uint8_t flags;
   uint8_t e;
   uint16_t code;              /* what to do; see isa.h */

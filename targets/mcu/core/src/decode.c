@@ -574,7 +574,6 @@ void hil_decode(const struct hil_cpu *cpu, uint32_t address, uint32_t raw, bool 
   memset(op, 0, sizeof *op);
   op->raw = wide ? raw : first;
   op->halves = wide ? 2 : 1;
-  op->step = (uint8_t)(op->halves * sizeof *op);
   op->cost = HIL_UNIT - 1;
   op->code = OP_UNDEFINED;
   if (found >= 0) {

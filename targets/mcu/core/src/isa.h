@@ -314,7 +314,7 @@
   ROW("11101110 00 i 1 nnnn tttt 1011 n 00 1 ----", FLOAT_CORE_HALF, VMOV_TO_CORE, FP, 1, 1)                          \
   ROW("11101110 1110 0001 tttt 1010 - -- 1 ----", FLOAT_CORE, VMSR, FP, 1, 1)                                         \
   ROW("11101110 1111 0001 tttt 1010 - -- 1 ----", PLAIN, VMRS, FP, 1, 1)                                              \
-  /* Floating point: arithmetic (A6.4); the constant says which operation of float.h */                               \
+  /* Floating point: arithmetic (A6.4); the constant says which operation of operations.h */                          \
   FLOAT_ROW("11101110 0 d 00 nnnn dddd 101z n 0 m 0 mmmm", MLA, 1, 3)                                                 \
   FLOAT_ROW("11101110 0 d 00 nnnn dddd 101z n 1 m 0 mmmm", MLS, 1, 3)                                                 \
   FLOAT_ROW("11101110 0 d 01 nnnn dddd 101z n 0 m 0 mmmm", NMLS, 1, 3)                                                \

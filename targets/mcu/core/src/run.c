@@ -250,7 +250,7 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
 #define NEXT()                                                                                                        \
   do {                                                                                                                \
     left -= op->cost;                                                                                                 \
-    op += op->halves;                                                                                              \
+    op += op->halves;                                                                                                 \
     if (UNLIKELY(left < HIL_UNIT))                                                                                    \
       goto pause;                                                                                                     \
     DISPATCH();                                                                                                       \

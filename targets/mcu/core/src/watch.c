@@ -19,6 +19,7 @@ void hil_watch_begin(struct hil_cpu *cpu) {
   cpu->near[0] = cpu->near[1] = &cpu->nowhere; /* so that every access is seen */
   cpu->state.watching = 1;
   cpu->state.live = 0;
+  cpu->state.lap++;
   watch->before = cpu->state;
   watch->steps = watch->laps = watch->store_count = 0;
   watch->dirty = false;
@@ -65,11 +66,13 @@ enum hil_lap hil_watch_step(struct hil_cpu *cpu, bool at_start) {
     return LAP_COUNTS;
   if (same_memory(watch) && same_registers(state, &watch->before)) {
     state->loop_pc = state->reg[R_PC];
+    state->loop_lap = state->lap;
     state->loop_instructions = (uint32_t)(state->retired - watch->before.retired);
     return LAP_SAME;
   }
   if (++watch->laps == MOST_LAPS)
     return LAP_GIVEN_UP;
+  state->lap++;
   watch->before = *state;
   watch->store_count = 0;
   return LAP_GOES_ON;
