@@ -112,7 +112,7 @@ DEFECTS = (
         "hil_saturate(second, 32, true, q)",
     ),
     Defect("SEL the other way", "A7.7.128", "dsp.c", "(n & mask) | (m & ~mask)", "(m & mask) | (n & ~mask)"),
-    Defect("SMLAD does not exchange", "A7.7.136", "dsp.c", "    m = rotated(m, 16);", "    m = rotated(m, 0);"),
+    Defect("SMLAD does not exchange", "A7.7.136", "dsp.c", "    m = hil_rotated(m, 16);", "    m = hil_rotated(m, 0);"),
     Defect("SMMLAR does not round", "A7.7.146", "dsp.c", "(which ? 0x80000000 : 0)", "0"),
     Defect(
         "BASEPRI_MAX raises",

@@ -178,7 +178,12 @@ void hil_watch_store(struct hil_cpu *cpu, uint8_t *place, uint32_t size);
 enum hil_lap hil_watch_step(struct hil_cpu *cpu, bool at_start);
 void hil_watch_end(struct hil_cpu *cpu, enum hil_lap lap);
 
+static inline uint32_t hil_rotated(uint32_t value, uint32_t by) {
+  return by ? value >> by | value << (32 - by) : value;
+}
+
 /* special.c */
+bool hil_uses_psp(const struct hil_state *state);
 bool hil_is_privileged(const struct hil_state *state);
 uint32_t hil_read_special(const struct hil_cpu *cpu, uint32_t number);
 bool hil_write_special(struct hil_cpu *cpu, uint32_t number, uint32_t mask, uint32_t value);

@@ -1,7 +1,7 @@
 /* Turns encodings into decoded instructions, by the rows of isa.h.
  *
  * What the manual calls UNPREDICTABLE is UNDEFINED here wherever PC is an operand that it may not be, a list of
- * registers is empty, or a field has no width; IT is in an IT block. Elsewhere it is what the pseudocode does with it. */
+ * registers is empty, a field has no width, or IT is in an IT block. Elsewhere it is what the pseudocode does. */
 #include "operations.h"
 
 #include <stdlib.h>
@@ -121,8 +121,6 @@ static uint32_t sign_extended(uint32_t value, uint32_t bits) {
 
 static uint32_t counted(uint32_t list) { return (uint32_t)__builtin_popcount(list); }
 
-static uint32_t rotated_right(uint32_t value, uint32_t by) { return by ? value >> by | value << (32 - by) : value; }
-
 static void undefined(struct hil_op *op) { op->code = OP_UNDEFINED; }
 
 static bool has_pc(const struct hil_op *op) { return op->a == R_PC || op->b == R_PC || op->c == R_PC; }
@@ -132,7 +130,7 @@ static void expand_constant(struct hil_op *op, uint32_t constant) {
   uint32_t byte = constant & 0xFF, rotation = constant >> 7;
   op->d = 0;
   if (rotation >= 8) {
-    op->imm = rotated_right(0x80 | (constant & 0x7F), rotation);
+    op->imm = hil_rotated(0x80 | (constant & 0x7F), rotation);
     op->d = (uint8_t)(2 | op->imm >> 31);
     return;
   }

@@ -7,8 +7,6 @@ static int32_t low(uint32_t word) { return (int16_t)word; }
 static int32_t high(uint32_t word) { return (int16_t)(word >> 16); }
 static int32_t half(uint32_t word, bool upper) { return upper ? high(word) : low(word); }
 
-static uint32_t rotated(uint32_t value, uint32_t by) { return by ? value >> by | value << (32 - by) : value; }
-
 /* SatQ: signed to -2^(bits-1)..., unsigned to 0... (section A2.2.1). */
 uint32_t hil_saturate(int64_t value, uint32_t bits, bool is_signed, bool *saturated) {
   int64_t most = is_signed ? ((int64_t)1 << (bits - 1)) - 1 : ((int64_t)1 << bits) - 1;
@@ -107,7 +105,7 @@ uint32_t hil_dsp(uint32_t operation, const struct hil_op *op, const uint32_t *re
   if (operation < DSP_EXTENDED)
     return parallel(operation >> 3, operation & 7, n, m, xpsr);
   if (operation < DSP_SATURATED)
-    return extended(operation - DSP_EXTENDED, n, rotated(m, op->imm));
+    return extended(operation - DSP_EXTENDED, n, hil_rotated(m, op->imm));
   if (operation == DSP_SEL)
     return selected(n, m, *xpsr >> GE_AT);
   if (operation < DSP_SEL)
@@ -132,7 +130,7 @@ static uint32_t sum_of_differences(uint32_t n, uint32_t m) {
 
 static int64_t dual_product(uint32_t n, uint32_t m, bool exchanged, bool subtracts) {
   if (exchanged)
-    m = rotated(m, 16);
+    m = hil_rotated(m, 16);
   int64_t first = (int64_t)low(n) * low(m), second = (int64_t)high(n) * high(m);
   return subtracts ? first - second : first + second;
 }

@@ -6,7 +6,7 @@
            MANY(uint32_t, r, 16)
        HIL_STRUCT(hil_cpu, HIL_CPU_FIELDS);
 
-   Types: those of stdint.h, float, double, const char *, void *, and structs that stand before this one in the table. */
+   Types: those of stdint.h, float, double, const char *, void *, and structs that stand before it in the table. */
 #ifndef HIL_LAYOUT_H
 #define HIL_LAYOUT_H
 

@@ -19,7 +19,7 @@
 #define MOST_CYCLES ((uint64_t)1 << 52)
 
 enum { N = 1u << 31, Z = 1u << 30, C = 1u << 29, V = 1u << 28, Q = 1u << 27, T = 1u << 24, GE = 0x000F0000 };
-enum { IPSR = 0x1FF, NPRIV = 1, SPSEL = 2, FPCA = 4 };
+enum { IPSR = 0x1FF, FPCA = 4 };
 enum { EXC_RETURN = 0xF0000000 };
 
 /* --- time */
@@ -108,8 +108,7 @@ static uint32_t shifted(uint32_t type, uint32_t value, uint32_t by, uint32_t *ca
     *carry = by <= 32 ? (uint32_t)((int32_t)value >> (by - 1)) & 1 : value >> 31;
     return (uint32_t)((int32_t)value >> (by < 32 ? by : 31));
   default:
-    by &= 31;
-    value = by ? value >> by | value << (32 - by) : value;
+    value = hil_rotated(value, by & 31);
     *carry = value >> 31;
     return value;
   }
@@ -131,10 +130,6 @@ static uint32_t divided(int32_t n, int32_t m) {
 static uint32_t field_mask(uint32_t width) { return width < 32 ? (1u << width) - 1 : UINT32_MAX; }
 
 /* --- the state between the loop and everybody else */
-
-static bool uses_psp(const struct hil_state *state) {
-  return !(state->reg[R_XPSR] & IPSR) && state->reg[R_CONTROL] & SPSEL;
-}
 
 static bool may_float(const struct hil_state *state) {
   if (state->float_access == 3)
@@ -232,7 +227,7 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
     SETTLE_TIME();                                                                                                    \
     r[R_PC] = PC_OF(op);                                                                                              \
     PACK_FLAGS();                                                                                                     \
-    r[uses_psp(state) ? R_PSP : R_MSP] = r[R_SP];                                                                     \
+    r[hil_uses_psp(state) ? R_PSP : R_MSP] = r[R_SP];                                                                 \
   } while (0)
 #define COME_BACK()                                                                                                   \
   do {                                                                                                                \
@@ -406,7 +401,7 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
   state->fault = NO_FAULT;
   state->fault_address = 0;
   state->stop_value = 0;
-  r[R_SP] = r[uses_psp(state) ? R_PSP : R_MSP];
+  r[R_SP] = r[hil_uses_psp(state) ? R_PSP : R_MSP];
   state->counting = 0;
   if (state->skip == LOOK_ONCE)
     state->look_at = state->retired;

@@ -8,13 +8,13 @@ bool hil_is_privileged(const struct hil_state *state) {
   return (state->reg[R_XPSR] & IPSR) || !(state->reg[R_CONTROL] & NPRIV);
 }
 
-static bool uses_psp(const struct hil_state *state) {
+bool hil_uses_psp(const struct hil_state *state) {
   return !(state->reg[R_XPSR] & IPSR) && state->reg[R_CONTROL] & SPSEL;
 }
 
 /* Returns the stack pointer that is named, of which the one in use is in R13. */
 static uint32_t *stack_pointer(struct hil_state *state, bool process) {
-  if (uses_psp(state) == process)
+  if (hil_uses_psp(state) == process)
     return &state->reg[R_SP];
   return &state->reg[process ? R_PSP : R_MSP];
 }
@@ -46,9 +46,9 @@ uint32_t hil_read_special(const struct hil_cpu *cpu, uint32_t number) {
 static void write_control(struct hil_cpu *cpu, uint32_t value) {
   struct hil_state *state = &cpu->state;
   uint32_t writable = NPRIV | (state->reg[R_XPSR] & IPSR ? 0 : SPSEL) | (cpu->has_float ? FPCA : 0);
-  state->reg[uses_psp(state) ? R_PSP : R_MSP] = state->reg[R_SP];
+  state->reg[hil_uses_psp(state) ? R_PSP : R_MSP] = state->reg[R_SP];
   state->reg[R_CONTROL] = (state->reg[R_CONTROL] & ~writable) | (value & writable);
-  state->reg[R_SP] = state->reg[uses_psp(state) ? R_PSP : R_MSP];
+  state->reg[R_SP] = state->reg[hil_uses_psp(state) ? R_PSP : R_MSP];
 }
 
 static void write_fault_mask(struct hil_state *state, uint32_t value) {
