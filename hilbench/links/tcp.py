@@ -130,6 +130,7 @@ class TcpDoor(Door):
         if there and self._served is Clients.NEWEST:
             # What one that has gone had still to say could keep the line for minutes.
             self._drop_all()
+            self._is_leaving = False
             before = "had left, and what it had still to say is lost" if leaving else "was disconnected"
             self._in_order(at_ns, partial(self._take_over, before))
         elif there:

@@ -234,6 +234,20 @@ class TestNewest:
         assert len(heard) < sent
         second.close()
 
+    def test_who_takes_over_from_one_whose_last_bytes_are_under_way_stays(self, locked, make_door):
+        door, heard, said = make_door(baud=9600, clients=Clients.NEWEST), bytearray(), []
+        door.on_receive = lambda data, at_ns: heard.extend(data)
+        door.on_visit = said.append
+        with connect(door) as first:
+            first.send(b"a" * 10_000)  # 10 s on the line
+        until(locked, lambda: door._is_leaving)  # all of them are read, and the hanging up, too
+        second = connect(door)
+        until(locked, lambda: said)
+        second.send(b"z")
+        until(locked, lambda: b"z" in heard)
+        assert len(heard) < 10_000
+        second.close()
+
     def test_where_all_are_served_who_comes_behind_one_that_has_left_waits_and_that_is_said(self, locked, make_door):
         door, heard, said = make_door(baud=9600, clients=Clients.ALL), bytearray(), []
         door.on_receive = lambda data, at_ns: heard.extend(data)
