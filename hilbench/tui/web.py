@@ -133,6 +133,7 @@ def serve_web(start: StartBench, host: str, port: int) -> None:
     """
     # A page's dashboard may take longer to end than the loop: no news to whoever has just pressed Ctrl-C.
     logging.getLogger("asyncio").setLevel(logging.ERROR)
+    sys.unraisablehook = _but_for_closed_loops(sys.unraisablehook)
     with _listening(host, port) as listener:
         token = secrets.token_urlsafe(_TOKEN_BYTES)
         dashboard = WebDashboard(start, token)
@@ -145,6 +146,16 @@ def serve_web(start: StartBench, host: str, port: int) -> None:
         finally:
             interruption.ignore()
             dashboard.process.stop()
+
+
+def _but_for_closed_loops(hook: Callable[[Any], object]) -> Callable[[Any], None]:
+    """Return a hook that passes over what asyncio's pipes say when they are let go of after their loop."""
+
+    def hear(unraisable: Any) -> None:
+        if str(unraisable.exc_value) != "Event loop is closed":
+            hook(unraisable)
+
+    return hear
 
 
 async def _serve(dashboard: WebDashboard, listener: socket.socket) -> None:

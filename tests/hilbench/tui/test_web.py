@@ -10,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+from types import SimpleNamespace
 from urllib.parse import urlsplit
 
 import pytest
@@ -73,6 +74,16 @@ async def look(url, keys):
             if b"Leave it how?" in drawn:
                 return drawn
     return drawn
+
+
+def test_a_dashboard_that_outlives_the_loop_is_no_news_and_anything_else_is():
+    from hilbench.tui.web import _but_for_closed_loops
+
+    heard = []
+    hook = _but_for_closed_loops(heard.append)
+    for error in (RuntimeError("Event loop is closed"), RuntimeError("something else")):
+        hook(SimpleNamespace(exc_value=error))
+    assert [str(one.exc_value) for one in heard] == ["something else"]
 
 
 @pytest.mark.real_time("a bench, what serves it and what draws it are processes of their own")
