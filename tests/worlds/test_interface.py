@@ -131,6 +131,8 @@ def test_rays_and_contacts_go_with_the_capabilities(world):
             world.cast(*rays)
     if "contacts" in world.capabilities:
         assert world.contacts() == ()
+        with pytest.raises(UnknownNameError, match="'nothing'"):
+            world.contacts("nothing")
     else:
         with pytest.raises(CapabilityError):
             world.contacts()

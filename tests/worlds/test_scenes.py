@@ -144,6 +144,13 @@ def test_a_file_that_is_not_there(tmp_path):
         find_scene(str(tmp_path / "none.toml"))
 
 
+def test_boxes_that_are_none(tmp_path):
+    path = tmp_path / "lab.toml"
+    path.write_text(f"boxes = 5\n{GOOD.partition('[[boxes]]')[0]}")
+    with pytest.raises(SceneFileError, match=r"must be a list of tables, \[\[boxes\]\]"):
+        find_scene(str(path))
+
+
 def test_a_file_that_is_not_text(tmp_path):
     path = tmp_path / "lab.toml"
     path.write_bytes(b"\xff\xfe")
