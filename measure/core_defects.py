@@ -1,7 +1,8 @@
 """``python -m measure.core_defects``: errors put into the core in C against the manual's sentences, and who finds each.
 
 Each defect changes one place of the sources in a copy; the library that is made of it runs the random sequences and
-floating-point operands of the differential tests, held against Unicorn and the definition, then the vectors by hand.
+floating-point operands of the differential tests, held against Unicorn and the definition, then the vectors by hand,
+what the manual says of exceptions, and the self-tests that run on real boards.
 What came of each is a row of a table on standard output. The exit code is 0 if each was found.
 """
 
@@ -22,6 +23,8 @@ from typing import NamedTuple
 from targets.mcu.core import build, library, sources
 
 ROOT = Path(__file__).parent.parent
+EXCEPTIONS = "tests/targets/mcu/cortexm"
+SELF_TESTS = [f"tests/targets/firmware/test_{name}selftests.py" for name in ("", "f767_")]
 VECTORS = [f"tests/targets/mcu/differential/test_vectors{core}.py" for core in ("", "_m7")]
 SEQUENCES = (("M3", 2), ("M7", 3))  # images of each core
 OPERANDS = 40  # of each floating-point operation
@@ -44,6 +47,14 @@ def _run(name: str, section: str, old: str, new: str) -> Defect:
 
 def _real(name: str, section: str, old: str, new: str) -> Defect:
     return Defect(name, section, "real.c", old, new)
+
+
+def _nvic(name: str, section: str, old: str, new: str) -> Defect:
+    return Defect(name, section, "nvic.c", old, new)
+
+
+def _entry(name: str, section: str, old: str, new: str) -> Defect:
+    return Defect(name, section, "entry.c", old, new)
 
 
 DEFECTS = (
@@ -188,6 +199,62 @@ DEFECTS = (
         "  if (magnitude > most) {\n    *fpscr |= FPSCR_IOC | FPSCR_IXC;",
     ),
     _real("DN keeps payloads", "A2.5 FPProcessNaN", "  if (*fpscr & FPSCR_DN)\n    return DEFAULT_NAN;\n", ""),
+    _nvic("groups are not looked at", "B1.5.4", "-(2 << prigroup)", "-2"),
+    _nvic("equal priorities: the last goes first", "B1.5.4", "[number] < best_priority", "[number] <= best_priority"),
+    _nvic("eight bits of priority", "B1.5.4", "(priority & cpu->exceptions.priority_mask)", "priority"),
+    _nvic("BASEPRI is not looked at", "B1.5.4", "basepri ? group(&cpu->exceptions, basepri)", "basepri ? 256"),
+    _nvic(
+        "no line stays pending",
+        "B3.4.1",
+        "!hil_in(x->high, number) || hil_in(x->active, number)",
+        "true",
+    ),
+    _nvic("a line that stays high is served once", "B3.4.1", "!hil_pend(cpu, number)", "true"),
+    _nvic("STIR does nothing", "B3.4.10", "    hil_pend(cpu, FIRST_IRQ + (value & 0x1FF));\n", ""),
+    _nvic("RETTOBASE when nested", "B3.2.4", "active == hil_in(x->active, value)", "active"),
+    _nvic("a late arrival is told of by no one", "B1.5.4", "cpu->state.attention = cpu->state.changed = 1;", ""),
+    _entry("FAULTMASK stays after return", "B1.5.8", "state->reg[R_FAULTMASK] = 0;", ""),
+    _entry(
+        "PRIMASK keeps WFI asleep",
+        "B1.5.19",
+        "hil_boosted_priority(cpu, x->for_event)",
+        "hil_boosted_priority(cpu, true)",
+    ),
+    _entry("sleep on exit is not looked at", "B1.5.19", " && x->scr & SLEEPONEXIT", " && false"),
+    _entry(
+        "STKALIGN is not looked at", "B1.5.7", "extended || x->ccr & STKALIGN ? top & 4 : 0", "extended ? top & 4 : 0"
+    ),
+    _entry(
+        "returns are not checked", "B1.5.8", "!is_legal(cpu, exc_return, alone)", "is_legal(cpu, exc_return, alone) > 1"
+    ),
+    _entry("WFE keeps the event", "B1.5.18", "    cpu->exceptions.event = 0;\n", "    (void)cpu;\n"),
+    _entry("xPSR in the frame does not say it was aligned", "B1.5.6", "(padding ? ALIGNED : 0)", "0"),
+    _entry("EXC_RETURN of the other stack", "B1.5.8", "of_process ? TO_THREAD_PSP : TO_THREAD_MSP", "TO_THREAD_MSP"),
+    _entry(
+        "the vector of the one that was stacked for",
+        "B1.5.6",
+        "uint32_t number = x->best, vector;",
+        "uint32_t number = x->best + 1, vector;",
+    ),
+    _entry("LSPACT stays", "B1.5.7", "cpu->exceptions.fpccr &= ~(uint32_t)LSPACT;", ";"),
+    _entry(
+        "a new context keeps the modes",
+        "A2.5.4",
+        "(x->last_fpscr & ~(uint32_t)FPDSCR_BITS) | x->fpdscr",
+        "x->last_fpscr",
+    ),
+    _entry(
+        "no tail-chaining",
+        "B1.5.8",
+        "TAIL_CHAIN_CYCLES, TROUBLE_NONE);\n  return go_on(cpu, STEP_LEAVE",
+        "TAIL_CHAIN_CYCLES + 1, TROUBLE_NONE);\n  return go_on(cpu, STEP_LEAVE",
+    ),
+    _entry(
+        "exclusive marks live on",
+        "A3.4.4",
+        "  x->event = x->began = 1;\n  state->exclusive = 0;",
+        "  x->event = x->began = 1;",
+    ),
 )
 
 
@@ -221,7 +288,13 @@ def _checks() -> Iterator[tuple[str, Callable[[], bool]]]:
 
     yield "sequences", sequences
     yield "floating point", operands
-    yield "vectors", lambda: pytest.main(["-q", "-x", "-n0", "-p", "no:cacheprovider", *VECTORS]) == 1
+
+    def fails(*files: str) -> Callable[[], bool]:
+        return lambda: pytest.main(["-q", "-x", "-n0", "-p", "no:cacheprovider", *files]) == 1
+
+    yield "vectors", fails(*VECTORS)
+    yield "exceptions", fails(EXCEPTIONS)
+    yield "self-tests", fails(*SELF_TESTS)
 
 
 def judge(path: Path, digest: str) -> str:
@@ -270,7 +343,7 @@ def found_by(defect: Defect) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run from the command line; return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m measure.core_defects", description="Put defects into the core.")
-    parser.add_argument("--only", default="", help="defects whose names contain this")
+    parser.add_argument("--only", default="", help="defects whose file or name contains this")
     parser.add_argument("--judge", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--digest", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
@@ -280,7 +353,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     missed = 0
     sys.stdout.write("| Defect | Against | Found first by |\n|---|---|---|\n")
     for defect in DEFECTS:
-        if options.only in defect.name:
+        if options.only in f"{defect.file} {defect.name}":
             by = found_by(defect)
             missed += not by
             sys.stdout.write(f"| {defect.name} | {defect.section} | {by or '**nobody**'} |\n")

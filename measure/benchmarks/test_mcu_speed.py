@@ -238,13 +238,12 @@ def shares_of(ours):
 
         setattr(owner, name, timed)
 
-    watch(machine.engine, "_execute", "the CPU")
+    watch(machine.engine, "_call", "the CPU and exceptions")
     for peripheral in {id(one): one for one in machine.bus._pages.values()}.values():
         watch(peripheral, "read", "registers")
         watch(peripheral, "write", "registers")
-    watch(machine.core, "take", "exceptions")
-    watch(machine.core, "handle", "exceptions")
-    watch(machine.time, "run_due", "events")
+    for run in ("run_due", "run_until"):
+        watch(machine.time, run, "events")
     began = time.process_time()
     ours.block()
     total = time.process_time() - began

@@ -5,10 +5,9 @@ The loop, between any two slices of instructions:
 1. everything that is due by now happens, each event at its own cycle;
 2. a reset that was asked for is carried out;
 3. a CPU that sleeps, or that waits for the flash, wakes up or lets time pass up to the next event;
-4. an exception that may be taken is entered (its cycles pass, and step 1 comes again before its handler begins);
-5. otherwise the CPU executes up to the next event or the limit, whichever comes first.
+4. otherwise the CPU executes, and takes exceptions, up to the next event or the limit, whichever comes first.
 
-A slice is cut short when an access to a register makes an earlier event, changes what is pending, or changes the clock.
+A slice is cut short when an access to a register makes an earlier event or changes the clock.
 So nothing depends on how a run is cut into calls of `run_to`, and an outside event may be entered at any time that the
 machine has not reached.
 """
@@ -25,14 +24,13 @@ from targets.mcu.chip_limits import limits_of, past_end
 from targets.mcu.chips import chip_of
 from targets.mcu.cortexm.core import Core
 from targets.mcu.cortexm.faults import Fault
-from targets.mcu.cortexm.frame import EXC_RETURNS, RETURN_ADDRESS, bank_of, pull
+from targets.mcu.cortexm.frame import EXC_RETURNS, return_address
 from targets.mcu.cortexm.semihosting import Exit, Semihosting
 from targets.mcu.ended import Ended, EndKind
 from targets.mcu.engine.api import Access, Reg, Stop, StopKind
 from targets.mcu.engine.core_engine import CoreEngine, Loop
 from targets.mcu.engine.idle import IdleSkipper
 from targets.mcu.engine.timing import make_timing
-from targets.mcu.errors import BusFault
 from targets.mcu.fault_watch import FaultWatch
 from targets.mcu.fidelity import Notes
 from targets.mcu.image import Image
@@ -45,7 +43,6 @@ if TYPE_CHECKING:
 __all__ = ["Machine"]
 
 _OUTSIDE = 1  # order of events from outside: after those of the chip, which are of order 0
-_NO_MEMORY = 0x4000_0000  # here the peripherals begin
 _PAGE = 0x400  # memory smaller than that is none to execute from: it answers as registers do
 _SEMIHOSTING = 0xAB
 _RESETS_IN_A_LOOP = 8
@@ -192,12 +189,8 @@ class Machine:
     def pc(self) -> int:
         """Address of the instruction that is executed next; during a return from an exception, of that gone back to."""
         pc = self.engine.get(Reg.PC)
-        if pc < EXC_RETURNS or self.engine.get(bank_of(pc | 1)) >= _NO_MEMORY:
-            return pc
-        try:
-            return pull(self.engine, self.bus, pc | 1)[RETURN_ADDRESS]
-        except BusFault:
-            return pc
+        back = None if pc < EXC_RETURNS else return_address(self.engine, self.bus, pc | 1)
+        return pc if back is None else back
 
     @property
     def writes(self) -> int:
@@ -234,9 +227,6 @@ class Machine:
             self._pass_to(limit, self._stalled_until)
         elif core.sleeping:
             self._sleep(limit)
-        elif core.can_take():
-            core.take()
-            self._idle.restart()
         else:
             self._execute(limit)
 
@@ -244,30 +234,19 @@ class Machine:
         time, engine = self.time, self.engine
         due = time.next_cycle()
         target = limit if due is None or due > limit else due
-        masked = self.core.masked()
+        self.core.go_by_steps(self._look_at_fault or self._stalled_until > engine.cycle)
         time.follow_cpu()
         try:
-            if masked:
-                stop = self._run_masked(target)
-            elif self._look_at_fault:
+            if self._look_at_fault and not self.core.can_take():
                 stop = self._look(target)
             elif self._skips:
                 stop = self._idle.run(target)
             else:
-                stop = engine.run(target)
+                stop = engine.go(target)
         finally:
             time.hold(engine.cycle)
         if stop.kind is not StopKind.LIMIT:
             self._handle(stop)
-
-    def _run_masked(self, target: int) -> Stop:
-        """Execute no further than to the first instruction that may let the exception in that a mask holds back."""
-        engine = self.engine
-        engine.until_unmasked = True
-        try:
-            return self._idle.run(target) if self._skips else engine.run(target)
-        finally:
-            engine.until_unmasked = False
 
     def _handle(self, stop: Stop) -> None:
         if stop.kind is StopKind.BREAKPOINT and stop.value == _SEMIHOSTING:
@@ -400,7 +379,7 @@ class Machine:
         loop = self._idle.found
         if loop is None or fault is None:
             self._watch.look_again()
-        elif self._watch.waits_for_ever(loop.instructions, (self.bus.writes, bytes(self.ram))):
+        elif self._watch.waits_for_ever(loop.instructions, (self.bus.writes, self.engine.core_writes, bytes(self.ram))):
             self._end("fault-loop", f"a fault handler waits for ever: {self._tell(fault)}", fault.pc, cycle=now)
             return stop
         if fault is not None:
@@ -468,6 +447,10 @@ class Machine:
         self.engine.stop_by(0)
         self.time.halted = True
 
+    def _halt(self) -> None:
+        """Sleep over nothing more until `_step` has looked anew."""
+        self.time.halted = True
+
     def _ask_reset(self, cause: str) -> None:
         self._reset_cause = cause
         self._cut()
@@ -532,9 +515,8 @@ class Machine:
         """Tie the callbacks of the parts together."""
         self.time.read_cycle = self.engine.read_cycle
         self.time.on_earlier = self.engine.stop_by
-        self.core.on_change = self._cut
+        self.core.on_change = self._halt
         self.core.on_fault = self._fault
-        self.core.on_monitor_clear = self.engine.clear_exclusive
         self.core.itm.on_stimulus = self._stimulus
         self.core.trace_as_debugger()
         self.semihosting.on_output = lambda text: self.on_console(text, "semihosting")

@@ -197,8 +197,10 @@ class Trace:
         self._add_at(ended.cycle, ended.ns, f"end {ended.kind} status {ended.status} at 0x{ended.pc:08X}")
 
 
-def _after(first: Callable[..., None], then: Callable[..., None]) -> Callable[..., None]:
-    """Return what calls `first` and `then`."""
+def _after(first: Callable[..., None] | None, then: Callable[..., None]) -> Callable[..., None]:
+    """Return what calls `first`, if there is one, and `then`."""
+    if first is None:
+        return then
 
     def both(*arguments: object) -> None:
         first(*arguments)

@@ -1,14 +1,12 @@
-"""Which exception is pending, enabled and active, and which of them wins: the state of the NVIC, without a CPU.
-
-Sets of exceptions are integers with the bit of each exception number set; interrupt n is exception 16 + n. Priorities
-follow the ARMv7-M Architecture Reference Manual (DDI0403), section B1.5.4: a lower value is more urgent, the group part
-of it decides over preemption, the whole of it over who goes first, and the lower exception number if that is equal.
-"""
+"""Which exception is pending, enabled and active: the state of the NVIC as Python sees it; it is kept in ``nvic.c``."""
 
 from __future__ import annotations
 
+import ctypes
 import enum
 from collections.abc import Callable
+
+from targets.mcu.engine.core_engine import CoreEngine
 
 __all__ = ["IDLE_PRIORITY", "Exceptions", "Line", "Number"]
 
@@ -30,12 +28,6 @@ class Number(enum.IntEnum):
     PENDSV = 14
     SYSTICK = 15
     FIRST_IRQ = 16
-
-
-FIXED_PRIORITIES = {Number.RESET: -3, Number.NMI: -2, Number.HARD_FAULT: -1}
-_ALWAYS_ENABLED = sum(
-    1 << number for number in (Number.NMI, Number.HARD_FAULT, Number.SVCALL, Number.PENDSV, Number.SYSTICK)
-)
 
 
 class Line:
@@ -64,63 +56,45 @@ class Exceptions:
     """The exceptions of one core.
 
     Args:
+        engine: keeps them.
         irq_count: interrupt inputs.
         priority_bits: implemented bits of a priority; the upper ones of its byte.
 
     Attributes:
         count: exception numbers there are, 16 + `irq_count`.
-        pending: set of pending exceptions.
-        active: set of exceptions whose handlers have begun and not returned.
-        enabled: set of exceptions that may be taken; the others stay pending.
+        lines: the interrupt inputs.
+        kept: ``struct hil_exceptions``.
         priorities: configured priority of each exception number.
-        priority_mask: implemented bits of a priority.
-        group_mask: bits of a priority that decide over preemption, from AIRCR.PRIGROUP.
-        best: the pending and enabled exception that goes first, 0 if there is none.
-        best_priority: its group priority, `IDLE_PRIORITY` if there is none.
-        active_priority: the most urgent group priority of the active exceptions, `IDLE_PRIORITY` if there is none.
-        event: the event register of WFE (DDI0403 section B1.5.18).
-        event_on_pend: SCR.SEVONPEND: an interrupt that becomes pending, enabled or not, sets the event register.
-        on_change: called after every change that could let an exception be taken, whatever the mask registers say, or
-            wake a sleeping CPU.
+        on_change: called after every change from outside of a program that could let an exception be taken, whatever
+            the mask registers say, or wake a sleeping CPU.
     """
 
-    def __init__(self, irq_count: int, priority_bits: int) -> None:
+    def __init__(self, engine: CoreEngine, irq_count: int, priority_bits: int) -> None:
         self.count = Number.FIRST_IRQ + irq_count
-        self.priority_mask = 0xFF << 8 - priority_bits & 0xFF
         self.lines = [Line(self, Number.FIRST_IRQ + irq) for irq in range(irq_count)]
-        self._high = 0
+        self.kept = engine.exceptions
+        self.priorities = self.kept.priorities
         self.on_change: Callable[[], None] = lambda: None
-        self.reset()
-
-    def reset(self) -> None:
-        """Go to the state after reset: nothing pending, whatever the lines are (their peripherals are reset too)."""
-        self.pending = 0
-        self.active = 0
-        self.enabled = _ALWAYS_ENABLED
-        self.priorities = [0] * self.count
-        for number, priority in FIXED_PRIORITIES.items():
-            self.priorities[number] = priority
-        self.event = False
-        self.event_on_pend = False
-        self.best = 0
-        self.best_priority = self.active_priority = IDLE_PRIORITY
-        self.set_grouping(0)
+        self.reset = engine.asking("hil_reset_exceptions")
+        self._pend = engine.asking("hil_pend")
+        self._drive = engine.asking("hil_drive_line")
+        self._read_word: Callable[..., int] = engine.asking("hil_scs_read")
+        self._ask = engine.ask
+        engine.ask("hil_set_up_exceptions", irq_count, priority_bits)
 
     # --- priorities
 
     def set_grouping(self, prigroup: int) -> None:
         """Split priorities at bit `prigroup` (0 to 7): bits above it are the group (DDI0403 table B1-6)."""
-        self.group_mask = -(2 << prigroup)
-        self.refresh()
+        self._change("hil_set_grouping", prigroup)
 
     def group_priority(self, priority: int) -> int:
         """Return the part of a priority that decides over preemption; negative priorities are not grouped."""
-        return priority if priority < 0 else priority & self.group_mask
+        return priority if priority < 0 else priority & int(self.kept.group_mask)
 
     def set_priority(self, number: int, priority: int) -> None:
         """Configure the priority of an exception, 0 to 255; bits that are not implemented read as zero."""
-        self.priorities[number] = priority & self.priority_mask
-        self.refresh()
+        self._change("hil_set_priority", number, priority)
 
     def boosted(self, primask: int, basepri: int, faultmask: int) -> int:
         """Return the priority to which the mask registers raise execution (DDI0403 ``ExecutionPriority``)."""
@@ -128,95 +102,77 @@ class Exceptions:
             return -1
         if primask & 1:
             return 0
-        basepri &= self.priority_mask
+        basepri &= self.kept.priority_mask
         return self.group_priority(basepri) if basepri else IDLE_PRIORITY
-
-    def refresh(self) -> None:
-        """Find the best pending and the most urgent active exception anew, and tell if something could be taken."""
-        priorities = self.priorities
-        best, best_priority = 0, IDLE_PRIORITY
-        ready = self.pending & self.enabled
-        while ready:
-            lowest = ready & -ready
-            ready ^= lowest
-            number = lowest.bit_length() - 1
-            if priorities[number] < best_priority:
-                best, best_priority = number, priorities[number]
-        running = IDLE_PRIORITY
-        active = self.active
-        while active:
-            lowest = active & -active
-            active ^= lowest
-            priority = priorities[lowest.bit_length() - 1]
-            if priority < running:
-                running = priority
-        mask = self.group_mask
-        self.best = best
-        self.best_priority = best_priority if best_priority < 0 else best_priority & mask
-        self.active_priority = running if running < 0 else running & mask
-        if self.best_priority < self.active_priority:
-            self.on_change()
 
     # --- pending, enabled, active
 
-    def pend(self, numbers: int) -> None:
-        """Make a set of exceptions pending."""
-        new = numbers & ~self.pending
-        if not new:
-            return
-        self.pending |= new
-        self.refresh()
-        if self.event_on_pend:
-            self.event = True
+    @property
+    def active(self) -> int:
+        """The set of exceptions whose handlers have begun and not returned, as bits."""
+        return int.from_bytes(self.kept.active, "little")
+
+    @property
+    def pending(self) -> int:
+        """The set of those that are pending."""
+        return int.from_bytes(self.kept.pending, "little")
+
+    def pend(self, number: int) -> None:
+        """Make an exception pending."""
+        if self._pend(number):
             self.on_change()
 
-    def unpend(self, numbers: int) -> None:
-        """Take back the pending state of a set; an inactive interrupt whose line is high stays pending."""
-        self.pending &= ~numbers | self._high & ~self.active
-        self.refresh()
+    def unpend(self, number: int) -> None:
+        """Take back the pending state; an inactive interrupt whose line is high stays pending."""
+        self._change("hil_unpend", number)
 
-    def enable(self, numbers: int) -> None:
-        """Let a set of exceptions be taken."""
-        self.enabled |= numbers
-        self.refresh()
+    def enable(self, number: int) -> None:
+        """Let an exception be taken."""
+        self._change("hil_enable", number)
 
-    def disable(self, numbers: int) -> None:
-        """Keep a set of exceptions from being taken; what is active stays so."""
-        self.enabled &= ~numbers
-        self.refresh()
-
-    def activate(self, number: int) -> None:
-        """Begin the handler of an exception: active, no longer pending."""
-        self.pending &= ~(1 << number)
-        self.active |= 1 << number
-        self.refresh()
-
-    def deactivate(self, number: int) -> None:
-        """End the handler of an exception; an interrupt whose line is still high becomes pending again."""
-        bit = 1 << number
-        self.active &= ~bit
-        if self._high & ~self.pending & bit:
-            self.pend(bit)
-        else:
-            self.refresh()
+    def disable(self, number: int) -> None:
+        """Keep an exception from being taken; if it is active it stays so."""
+        self._change("hil_disable", number)
 
     def set_active(self, number: int, active: bool) -> None:
         """Set the active state as a write to SHCSR does, without its consequences."""
-        self.active = self.active & ~(1 << number) | active << number
-        self.refresh()
+        self._change("hil_set_active", number, active)
 
     def is_active(self, number: int) -> bool:
         """Say whether the handler of an exception has begun and not returned."""
-        return bool(self.active >> number & 1)
+        return _is_in(self.kept.active, number)
 
     def is_pending(self, number: int) -> bool:
         """Say whether an exception is pending."""
-        return bool(self.pending >> number & 1)
+        return _is_in(self.kept.pending, number)
+
+    def is_enabled(self, number: int) -> bool:
+        """Say whether an exception may be taken; otherwise it stays pending."""
+        return _is_in(self.kept.enabled, number)
 
     def line_changed(self, number: int, level: bool) -> None:
         """Take the new level of an interrupt line."""
-        if level:
-            self._high |= 1 << number
-            self.pend(1 << number)
-        else:
-            self._high &= ~(1 << number)
+        if self._drive(number, level):
+            self.on_change()
+
+    # --- as registers
+
+    def read_word(self, offset: int) -> int:
+        """Read one of the registers of the system control space that show this; 0 if it is none, or STIR."""
+        value = ctypes.c_uint32()
+        self._read_word(offset, 4, ctypes.byref(value))
+        return value.value
+
+    def write_word(self, offset: int, value: int) -> bool:
+        """Write one; return False if it is none, or STIR with the number of no interrupt."""
+        written = self._ask("hil_scs_write", offset, 4, value)
+        self.on_change()
+        return bool(written)
+
+    def _change(self, function: str, *arguments: int) -> None:
+        if self._ask(function, *arguments):
+            self.on_change()
+
+
+def _is_in(numbers: object, number: int) -> bool:
+    return bool(numbers[number >> 5] >> (number & 31) & 1)  # type: ignore[index]

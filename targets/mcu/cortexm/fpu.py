@@ -1,31 +1,28 @@
-"""Floating point as the system control space shows it (DDI0403 sections B3.2.20 to B3.2.23, B4.7), and its contexts.
+"""Floating point as the system control space shows it (DDI0403 sections B3.2.20 to B3.2.23, B4.7).
 
-A context begins with the first floating-point instruction (CONTROL.FPCA), and an exception that interrupts one reserves
-room for it in its frame. With FPCCR.LSPEN the registers go there only when the handler uses floating point itself
-(``PreserveFPState``); until then FPCCR.LSPACT is set.
-
-Here they are written into the frame at once, and LSPACT is what it would be: it goes away with the first floating-point
-instruction, which is seen in CONTROL.FPCA. So a program can tell the difference only by reading the reserved words
-before that instruction: it finds the registers where silicon leaves what was on the stack before.
+How its contexts are kept is in ``entry.c``, which has FPCCR, FPCAR and FPDSCR too. There the registers are written into
+the frame at once: so a program can tell the difference to silicon only by reading the reserved words before the first
+floating-point instruction of a handler.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 from targets.mcu.cortexm.kinds import FpuKind
 from targets.mcu.cortexm.ppb import LaneBlock
+from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.services import Services
 
-__all__ = ["FPCA", "Fpu"]
+__all__ = ["FPSCR", "Fpu"]
 
-FPCA = 1 << 2
-"""CONTROL.FPCA: there is a floating-point context."""
+FPSCR = 32
+"""Its place among the words of `CpuEngine.get_floats`."""
 
 _FPCCR, _FPCAR, _FPDSCR, _MVFR = 0xF34, 0xF38, 0xF3C, 0xF40
-_ASPEN, _LSPEN, _LSPACT = 1 << 31, 1 << 30, 1 << 0
+_ASPEN, _LSPEN = 1 << 31, 1 << 30
 _STATUS = 0x16B  # MONRDY, BFRDY, MMRDY, THREAD, USER, LSPACT; and HFRDY:
 _HFRDY = 1 << 4
 _DEFAULTS = 0x07C0_0000  # AHP, DN, FZ, RMode
@@ -36,16 +33,13 @@ class Fpu(LaneBlock):
 
     Args:
         kind: what floating point there is.
-        control: returns CONTROL.
-
-    Attributes:
-        on_change: called when ASPEN or FPDSCR changes.
+        engine: keeps the contexts.
     """
 
-    def __init__(self, base: int, services: Services, kind: FpuKind, control: Callable[[], int]) -> None:
+    def __init__(self, base: int, services: Services, kind: FpuKind, engine: CoreEngine) -> None:
         self._kind = kind
-        self._control = control
-        self.on_change: Callable[[], None] = lambda: None
+        self._engine = engine
+        self._kept = engine.exceptions
         super().__init__("FPU", base, services)
 
     def registers_of(self) -> Iterable[Register]:
@@ -65,62 +59,42 @@ class Fpu(LaneBlock):
             *(Register(f"MVFR{index}", _MVFR + 4 * index, value, 0) for index, value in enumerate(self._kind.mvfr)),
         )
 
-    # --- what the core asks
+    def reset(self) -> None:
+        """Go to the state after reset, with FPSCR; S0 to S31 keep what is in them, which silicon leaves unknown."""
+        super().reset()
+        self._kept.fpccr = _ASPEN | _LSPEN
+        self._kept.fpcar = self._kept.fpdscr = self._kept.last_fpscr = 0
+        floats = self._engine.get_floats()
+        floats[FPSCR] = 0
+        self._engine.set_floats(floats)
 
-    @property
-    def automatic(self) -> bool:
-        """FPCCR.ASPEN: the first floating-point instruction sets CONTROL.FPCA."""
-        return bool(self[_FPCCR] & _ASPEN)
-
-    @property
-    def lazy(self) -> bool:
-        """FPCCR.LSPEN."""
-        return bool(self[_FPCCR] & _LSPEN)
-
-    def status_in_new_context(self, fpscr: int) -> int:
-        """Return FPSCR at the beginning of a context, from what it is: FPDSCR gives modes, the flags stay."""
-        return fpscr & ~_DEFAULTS | self[_FPDSCR]
-
-    def settle(self, control: int) -> None:
-        """Take notice of CONTROL: if there is a context, what was to be preserved has been."""
-        if control & FPCA:
-            self[_FPCCR] &= ~_LSPACT
-
-    def reserve(self, frame: int, *, thread: bool, privileged: bool, ready: int) -> None:
-        """Note the room for a context in a frame that is not filled yet (``UpdateFPCCR``).
-
-        Args:
-            frame: address of the room.
-            thread: it is that of Thread mode.
-            privileged: it is that of privileged software.
-            ready: HFRDY, BFRDY, MMRDY and MONRDY, in their places.
-        """
-        kept = self[_FPCCR] & (_ASPEN | _LSPEN)
-        self[_FPCCR] = kept | ready | thread << 3 | (not privileged) << 1 | _LSPACT
-        self[_FPCAR] = frame & ~7
-
-    @property
-    def preserving(self) -> bool:
-        """FPCCR.LSPACT, if `settle` has been called: the registers are still those of the frame with the room."""
-        return bool(self[_FPCCR] & _LSPACT)
-
-    def take_back(self) -> None:
-        """The frame with the room is taken off."""
-        self[_FPCCR] &= ~_LSPACT
+    def other_lanes(self, offset: int) -> int:
+        """Return the word that a narrow write to `offset` is merged into."""
+        return self.read(offset)
 
     # --- registers
 
     def read_FPCCR(self) -> int:
-        """Return modes and state."""
-        self.settle(self._control())
-        return self[_FPCCR]
+        """Return modes and state; if there is a context by now, what was to be preserved has been."""
+        self._engine.ask("hil_settle_floats")
+        return int(self._kept.fpccr)
 
     def write_FPCCR(self, value: int) -> None:
         """Choose how contexts are kept."""
-        self[_FPCCR] = value
-        self.on_change()
+        self._kept.fpccr = value
+
+    def read_FPCAR(self) -> int:
+        """Return where the room for a context is."""
+        return int(self._kept.fpcar)
+
+    def write_FPCAR(self, value: int) -> None:
+        """Keep an address; the next reserved room puts its own there."""
+        self._kept.fpcar = value
+
+    def read_FPDSCR(self) -> int:
+        """Return the modes of new contexts."""
+        return int(self._kept.fpdscr)
 
     def write_FPDSCR(self, value: int) -> None:
-        """Set the modes of new contexts."""
-        self[_FPDSCR] = value
-        self.on_change()
+        """Set them."""
+        self._kept.fpdscr = value

@@ -23,14 +23,11 @@ _ICSR, _VTOR, _AIRCR, _SCR, _CCR = 0xD04, 0xD08, 0xD0C, 0xD10, 0xD14
 _SHPR1, _SHCSR, _CFSR, _HFSR, _DFSR, _MMFAR, _BFAR = 0xD18, 0xD24, 0xD28, 0xD2C, 0xD30, 0xD34, 0xD38
 _CPACR, _DHCSR, _DEMCR = 0xD88, 0xDF0, 0xDFC
 
-_NMIPENDSET, _PENDSVSET, _PENDSVCLR, _PENDSTSET, _PENDSTCLR = 1 << 31, 1 << 28, 1 << 27, 1 << 26, 1 << 25
-_ISRPENDING, _RETTOBASE = 1 << 22, 1 << 11
 _KEY, _KEY_READ = 0x05FA, 0xFA05
 _PRIGROUP = 0x700
 _VECTRESET, _VECTCLRACTIVE, _SYSRESETREQ = 1 << 0, 1 << 1, 1 << 2
 _SLEEPONEXIT, _SLEEPDEEP, _SEVONPEND = 1 << 1, 1 << 2, 1 << 4
-_NONBASETHRDENA, _USERSETMPEND, _UNALIGN_TRP, _DIV_0_TRP = 1 << 0, 1 << 1, 1 << 3, 1 << 4
-_BFHFNMIGN, _STKALIGN, _DC = 1 << 8, 1 << 9, 1 << 16
+_USERSETMPEND, _UNALIGN_TRP, _DIV_0_TRP, _BFHFNMIGN, _DC = 1 << 1, 1 << 3, 1 << 4, 1 << 8, 1 << 16
 _CP10, _CP11 = 0b11 << 20, 0b11 << 22
 _MON_EN, _MON_PEND, _MON_STEP, _MON_REQ, _TRCENA = 1 << 16, 1 << 17, 1 << 18, 1 << 19, 1 << 24
 _S_REGRDY, _S_RETIRE_ST, _S_RESET_ST = 1 << 16, 1 << 24, 1 << 25
@@ -120,8 +117,6 @@ class Scb(LaneBlock):
     Args:
         kind: the core.
         exceptions: the state that ICSR, SHCSR and SHPR show.
-        running: returns the number of the exception that runs, 0 in Thread mode.
-        masks: returns PRIMASK, BASEPRI and FAULTMASK.
 
     Attributes:
         on_core_reset: called when firmware asks for a reset of the core alone (AIRCR.VECTRESET); it must happen at
@@ -138,14 +133,11 @@ class Scb(LaneBlock):
         base: int,
         services: Services,
         exceptions: Exceptions,
-        running: Callable[[], int],
-        masks: Callable[[], tuple[int, int, int]],
         kind: CoreKind,
     ) -> None:
         self._kind = kind
         self._exceptions = exceptions
-        self._running = running
-        self._masks = masks
+        self._kept = exceptions.kept
         self.on_core_reset: Callable[[], None] = self._note_core_reset
         self.on_trace: Callable[[bool], None] = lambda _enabled: None
         self.on_traps: Callable[[bool, bool], None] = lambda _division, _unaligned: None
@@ -162,6 +154,7 @@ class Scb(LaneBlock):
         kept = self[_DEMCR] & (_TRCENA | 0x7F1)
         self.write_CCR(0)
         super().reset()
+        self._kept.vtor, self._kept.ccr, self._kept.scr = 0, self._kind.ccr_reset, 0
         self[_DEMCR] = kept
         self.on_coprocessors()
         self._reset_seen = True
@@ -181,7 +174,7 @@ class Scb(LaneBlock):
     @property
     def data_cache_on(self) -> bool:
         """CCR.DC."""
-        return bool(self[_CCR] & _DC)
+        return bool(self._kept.ccr & _DC)
 
     @property
     def float_access(self) -> int:
@@ -189,39 +182,19 @@ class Scb(LaneBlock):
         return (self[_CPACR] & _CP10) >> 20
 
     @property
-    def vector_table(self) -> int:
-        """Address of the vector table."""
-        return self[_VTOR]
-
-    @property
-    def stack_align(self) -> bool:
-        """CCR.STKALIGN: frames begin at multiples of eight."""
-        return bool(self[_CCR] & _STKALIGN)
-
-    @property
-    def thread_from_any_level(self) -> bool:
-        """CCR.NONBASETHRDENA."""
-        return bool(self[_CCR] & _NONBASETHRDENA)
-
-    @property
     def anybody_may_trigger(self) -> bool:
         """CCR.USERSETMPEND: STIR is open to unprivileged software."""
-        return bool(self[_CCR] & _USERSETMPEND)
+        return bool(self._kept.ccr & _USERSETMPEND)
 
     @property
     def ignores_bus_faults(self) -> bool:
         """CCR.BFHFNMIGN: handlers of HardFault and NMI pass over loads and stores that fail."""
-        return bool(self[_CCR] & _BFHFNMIGN)
-
-    @property
-    def sleep_on_exit(self) -> bool:
-        """SCR.SLEEPONEXIT."""
-        return bool(self[_SCR] & _SLEEPONEXIT)
+        return bool(self._kept.ccr & _BFHFNMIGN)
 
     @property
     def sleep_deep(self) -> bool:
         """SCR.SLEEPDEEP."""
-        return bool(self[_SCR] & _SLEEPDEEP)
+        return bool(self._kept.scr & _SLEEPDEEP)
 
     @property
     def trace_enabled(self) -> bool:
@@ -230,7 +203,7 @@ class Scb(LaneBlock):
 
     def move_vector_table(self, address: int) -> None:
         """Set VTOR as a boot loader would have left it."""
-        self[_VTOR] = address & self._kind.vtor_bits
+        self._kept.vtor = address & self._kind.vtor_bits
 
     def record_fault(self, cfsr: int, hfsr: int, address: int | None) -> None:
         """Set bits of CFSR and HFSR, and BFAR if there is an address."""
@@ -247,36 +220,22 @@ class Scb(LaneBlock):
 
     def read_ICSR(self) -> int:
         """Return what is pending and active."""
-        exceptions, running = self._exceptions, self._running()
-        value = running
-        if running and exceptions.active & ~(1 << running) == 0:
-            value |= _RETTOBASE
-        _primask, basepri, faultmask = self._masks()
-        if exceptions.best_priority < exceptions.boosted(0, basepri, faultmask):
-            value |= exceptions.best << 12
-        if exceptions.pending >> Number.FIRST_IRQ:
-            value |= _ISRPENDING
-        for number, bit in ((Number.NMI, _NMIPENDSET), (Number.PENDSV, _PENDSVSET), (Number.SYSTICK, _PENDSTSET)):
-            if exceptions.is_pending(number):
-                value |= bit
-        return value
+        return self._exceptions.read_word(_ICSR)
 
     def write_ICSR(self, value: int) -> None:
-        """Make NMI, PendSV and SysTick pending or not. Of both at once, setting wins (choice; QEMU too)."""
-        if value & _PENDSVCLR:
-            self._exceptions.unpend(1 << Number.PENDSV)
-        if value & _PENDSTCLR:
-            self._exceptions.unpend(1 << Number.SYSTICK)
-        for number, bit in ((Number.NMI, _NMIPENDSET), (Number.PENDSV, _PENDSVSET), (Number.SYSTICK, _PENDSTSET)):
-            if value & bit:
-                self._exceptions.pend(1 << number)
+        """Make NMI, PendSV and SysTick pending or not."""
+        self._exceptions.write_word(_ICSR, value)
+
+    def read_VTOR(self) -> int:
+        """Return where the vector table is."""
+        return int(self._kept.vtor)
 
     def write_VTOR(self, value: int) -> None:
         """Move the vector table; it must be aligned to its size, rounded up to a power of two."""
         size = 1 << (4 * self._exceptions.count - 1).bit_length()
         if value & size - 1:
             self.note("misuse", "VTOR", f"0x{value:08X} is not a multiple of {size}, the size of the vector table")
-        self[_VTOR] = value
+        self._kept.vtor = value
 
     def write_AIRCR(self, value: int) -> None:
         """Set the priority grouping, ask for resets; only with the key in the upper half."""
@@ -292,15 +251,23 @@ class Scb(LaneBlock):
         elif value & _VECTRESET:
             self.on_core_reset()
 
+    def read_SCR(self) -> int:
+        """Return how to sleep."""
+        return int(self._kept.scr)
+
     def write_SCR(self, value: int) -> None:
         """Choose how to sleep."""
-        self[_SCR] = value
-        self._exceptions.event_on_pend = bool(value & _SEVONPEND)
+        self._kept.scr = value
+        self._kept.event_on_pend = bool(value & _SEVONPEND)
+
+    def read_CCR(self) -> int:
+        """Return what `write_CCR` chose."""
+        return int(self._kept.ccr)
 
     def write_CCR(self, value: int) -> None:
         """Choose what traps, how frames are aligned, and who may do what."""
-        changed = self[_CCR] ^ value
-        self[_CCR] = value
+        changed = self._kept.ccr ^ value
+        self._kept.ccr = value
         if changed & (_DIV_0_TRP | _UNALIGN_TRP):
             self.on_traps(bool(value & _DIV_0_TRP), bool(value & _UNALIGN_TRP))
         if value & _DC:
@@ -339,27 +306,28 @@ class Scb(LaneBlock):
 
     def read_SHCSR(self) -> int:
         """Return which system handlers are active, pending and enabled."""
-        exceptions, value = self._exceptions, 0
-        for table, numbers in (
-            (_SHCSR_ACTIVE, exceptions.active),
-            (_SHCSR_PENDED, exceptions.pending),
-            (_SHCSR_ENABLED, exceptions.enabled),
-        ):
-            for number, bit in table.items():
-                value |= (numbers >> number & 1) << bit
-        return value
+        exceptions = self._exceptions
+        return sum(
+            is_so(number) << bit
+            for table, is_so in (
+                (_SHCSR_ACTIVE, exceptions.is_active),
+                (_SHCSR_PENDED, exceptions.is_pending),
+                (_SHCSR_ENABLED, exceptions.is_enabled),
+            )
+            for number, bit in table.items()
+        )
 
     def write_SHCSR(self, value: int) -> None:
         """Change which system handlers are active, pending and enabled: all as written."""
         exceptions = self._exceptions
         for number, bit in _SHCSR_ACTIVE.items():
             exceptions.set_active(number, bool(value >> bit & 1))
-        for table, set_them, clear_them in (
+        for table, set_it, clear_it in (
             (_SHCSR_PENDED, exceptions.pend, exceptions.unpend),
             (_SHCSR_ENABLED, exceptions.enable, exceptions.disable),
         ):
             for number, bit in table.items():
-                (set_them if value >> bit & 1 else clear_them)(1 << number)
+                (set_it if value >> bit & 1 else clear_it)(number)
 
     def write_CFSR(self, value: int) -> None:
         """Clear the bits that are written as one."""
@@ -391,7 +359,7 @@ class Scb(LaneBlock):
         """Enable trace and the monitor, make the monitor pending."""
         before, exceptions = self[_DEMCR], self._exceptions
         self[_DEMCR] = value & ~_MON_PEND
-        monitor = 1 << Number.DEBUG_MONITOR
+        monitor = Number.DEBUG_MONITOR
         (exceptions.enable if value & _MON_EN else exceptions.disable)(monitor)
         (exceptions.pend if value & _MON_PEND else exceptions.unpend)(monitor)
         if (before ^ value) & _TRCENA:
@@ -399,7 +367,7 @@ class Scb(LaneBlock):
 
     def other_lanes(self, offset: int) -> int:
         """Return the word that a narrow write to `offset` is merged into."""
-        if offset in (_SHCSR, _DEMCR):
+        if offset in (_SHCSR, _DEMCR, _VTOR, _CCR, _SCR):
             return self.read(offset)
         return super().other_lanes(offset)
 

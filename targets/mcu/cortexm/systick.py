@@ -205,5 +205,5 @@ class SysTick(LaneBlock):
         self._value, self._start = 0, self._event.cycle
         self._flag = _COUNTFLAG
         if self[_CTRL] & _TICKINT:
-            self._exceptions.pend(1 << Number.SYSTICK)
+            self._exceptions.pend(Number.SYSTICK)
         self._plan()

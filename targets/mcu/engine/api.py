@@ -69,6 +69,8 @@ class StopKind(enum.Enum):
     BREAKPOINT = "breakpoint"
     EXCEPTION_RETURN = "exception-return"
     FAULT = "fault"
+    TROUBLE = "trouble"
+    STEP = "step"
 
 
 class FaultKind(enum.Enum):
@@ -169,16 +171,6 @@ class CpuEngine(Protocol):
 
     def set_float_access(self, access: FloatAccess) -> None:
         """Let floating-point instructions of others be UNDEFINED, from the next slice on; end the running one."""
-
-    def set_float_context(self, *, automatic: bool, fpscr: int) -> None:
-        """Say what the first floating-point instruction does while CONTROL.FPCA is clear (DDI0403 ``ExecuteFPCheck``).
-
-        From the next slice on; the running one ends.
-
-        Args:
-            automatic: it sets CONTROL.FPCA, and FPSCR
-            fpscr: to this.
-        """
 
     def run(self, limit_cycle: int, limit_instructions: int | None = None) -> Stop:
         """Execute up to `limit_cycle`, and no more than `limit_instructions`. At least one instruction is executed."""

@@ -12,6 +12,7 @@ import sys
 import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from targets.mcu.core.library import load, structure
@@ -32,7 +33,17 @@ _FAULTS = tuple(FaultKind)
 _NO_LIMIT = (1 << 64) - 1
 _PAUSE = len(_STOPS)  # a run ended before its limit
 _LIMIT = Stop(StopKind.LIMIT)
-_PLAIN = {kind: Stop(kind) for kind in (StopKind.WFI, StopKind.WFE, StopKind.SEV)}
+_PLAIN = {kind: Stop(kind) for kind in (StopKind.LIMIT, StopKind.WFI, StopKind.WFE, StopKind.SEV, StopKind.STEP)}
+# How many numbers functions of nvic.c and entry.c take: those that say whether, that return a trouble, and the others.
+_SAY_WHETHER = {
+    **dict.fromkeys(("hil_pend", "hil_unpend", "hil_enable", "hil_disable", "hil_set_grouping"), 1),
+    **dict.fromkeys(("hil_set_active", "hil_drive_line", "hil_set_priority"), 2),
+    "hil_can_take": 0,
+    "hil_wakes": 0,
+    "hil_scs_write": 3,
+}
+_STEPS = {"hil_take": 0, "hil_stack": 0, "hil_act": 2}
+_OTHERS = {"hil_reset_exceptions": 0, "hil_set_up_exceptions": 2, "hil_wake": 0, "hil_pay": 0, "hil_settle_floats": 0}
 _SP, _PC, _XPSR, _MSP, _PSP, _CONTROL = Reg.SP, Reg.PC, Reg.XPSR, Reg.MSP, Reg.PSP, Reg.CONTROL
 _IPSR, _SPSEL = 0x1FF, 1 << 1
 _XPSR_BITS, _GE = 0xFF00_FDFF, 0x000F_0000
@@ -80,6 +91,7 @@ class CoreEngine:
         on_flash_store: called at the end of an instruction that stores into read-only memory, with address, size in
             bytes and value, for every part of the store in order; the memory is unchanged. A `BusFault` is a fault of
             the instruction.
+        exceptions: what is kept of them; ``struct hil_exceptions`` (`exceptions.h`).
 
     Raises:
         EngineError: the library is missing and cannot be made.
@@ -96,12 +108,12 @@ class CoreEngine:
         self._core = ctypes.c_void_p(core)
         weakref.finalize(self, library.hil_free, self._core).atexit = False  # what runs at exit may still ask
         self._state = state = structure("hil_state").from_address(library.hil_state_of(self._core))
+        self.exceptions: Any = structure("hil_exceptions").from_address(library.hil_exceptions_of(self._core))
         self._times = memoryview(state).cast("B")[:16].cast("Q")  # its first fields, `cycle` and `retired`
         self._registers = memoryview(state.reg).cast("B").cast("I")
         self._floats = memoryview(state.floats).cast("B").cast("I")
         self._has_floats = kind.fpu is not None
         self._xpsr_bits = _XPSR_BITS | (_GE if kind.fpu is not None else 0)
-        self._execute = library.hil_run
         self._windows: dict[int, tuple[int, Access]] = {}
         self._looked_at: dict[int, list[int]] = {}  # by the number of the lap
         self._memory: list[tuple[int, Any, bool]] = []
@@ -238,36 +250,59 @@ class CoreEngine:
     # --- running
 
     def run(self, limit_cycle: int, limit_instructions: int | None = None, *, skip: Skip = Skip.NOTHING) -> Stop:
-        """Execute up to `limit_cycle`; see `CpuEngine`.
+        """Execute up to `limit_cycle`, without taking exceptions; see `CpuEngine`.
 
         Args:
             limit_cycle: as there.
             limit_instructions: as there.
             skip: what becomes of loops that change nothing.
         """
+        return self._call(self._library.hil_run, limit_cycle, limit_instructions, skip)
+
+    def go(self, limit_cycle: int, *, skip: Skip = Skip.NOTHING) -> Stop:
+        """Execute up to `limit_cycle`, take exceptions and return from them, or stop where the core sleeps.
+
+        Returns:
+            LIMIT also if it sleeps. FAULT, BREAKPOINT and TROUBLE are for somebody else, STEP comes if
+            ``exceptions.by_steps`` asks for it; nothing else.
+        """
+        stop = self._call(self._library.hil_go, limit_cycle, None, skip)
+        return _LIMIT if stop.kind is StopKind.WFI else stop
+
+    def _call(self, function: Any, limit_cycle: int, limit_instructions: int | None, skip: Skip) -> Stop:
         self._state.skip = skip
         limit = min(max(limit_cycle, 0), _NO_LIMIT)
         at_once = _AT_ONCE if limit_instructions is None else limit_instructions
         while True:
             self._others_hook, sys.unraisablehook = sys.unraisablehook, self._on_unraisable
             try:
-                why = self._execute(self._core, limit, at_once)
+                why = function(self._core, limit, at_once)
             finally:
                 sys.unraisablehook = self._others_hook
             if self._trouble is not None:
                 trouble, self._trouble = self._trouble, None
                 raise trouble
-            if not why:
-                return _LIMIT
             if why != _PAUSE:
                 return self._stop(_STOPS[why])
             if limit_instructions is not None or skip is Skip.LOOK_ONCE or self._was_cut():
                 return _LIMIT
             limit = self._state.limit_cycle  # as lowered since
 
+    def act(self, stop: Stop) -> int:
+        """Do what an instruction has asked for by which `run` has ended; return what trouble there was."""
+        return int(self._library.hil_act(self._core, _STOPS.index(stop.kind), stop.value))
+
+    def ask(self, function: str, *arguments: int) -> int:
+        """Call a function of the library that takes the core and some numbers."""
+        return self.asking(function)(*arguments) or 0
+
+    def asking(self, function: str) -> Callable[..., int]:
+        """Return such a function."""
+        return partial(getattr(self._library, function), self._core)
+
     def _was_cut(self) -> bool:
         """Say whether a run that ended before its limit did so for another reason than that Ctrl-C may be waiting."""
-        return bool(self._state.counting) or not self._state.limit_retired
+        return bool(self._state.counting or self._state.attention) or not self._state.limit_retired
 
     def _stop(self, kind: StopKind) -> Stop:
         state = self._state
@@ -283,8 +318,11 @@ class CoreEngine:
 
     @property
     def reached_limit(self) -> bool:
-        """True if the last run has come to its `limit_cycle`, perhaps lowered: something else is to be done now."""
-        return bool(self._state.cycle >= self._state.limit_cycle)
+        """True if the last run has come to its `limit_cycle`, perhaps lowered: something else is to be done now.
+
+        So it is if an exception wants to be taken.
+        """
+        return bool(self._state.cycle >= self._state.limit_cycle or self._state.attention)
 
     @property
     def limit_cycle(self) -> int:
@@ -312,9 +350,19 @@ class CoreEngine:
     def until_unmasked(self, wanted: bool) -> None:
         self._state.until_unmasked = wanted
 
-    def clear_exclusive(self) -> None:
-        """Forget what LDREX has marked, as exception entry and return do."""
-        self._state.exclusive = 0
+    @property
+    def through_python(self) -> bool:
+        """Every access to a register goes by `Access`, also to those of the core itself."""
+        return bool(self._state.through_python)
+
+    @through_python.setter
+    def through_python(self, wanted: bool) -> None:
+        self._state.through_python = wanted
+
+    @property
+    def core_writes(self) -> int:
+        """How many registers of the core itself were written without `Access`."""
+        return int(self._state.writes)
 
     # --- loops that change nothing
 
@@ -358,11 +406,6 @@ class CoreEngine:
     def set_float_access(self, access: FloatAccess) -> None:
         """Let floating-point instructions of others be undefined; see `CpuEngine`."""
         self._state.float_access = access
-        self.cut()
-
-    def set_float_context(self, *, automatic: bool, fpscr: int) -> None:
-        """Say what the first floating-point instruction does; see `CpuEngine`."""
-        self._state.float_automatic, self._state.float_fpscr = automatic, fpscr
         self.cut()
 
     # --- what C calls
@@ -412,6 +455,7 @@ class CoreEngine:
     def _break_off(self, trouble: BaseException) -> None:
         if self._trouble is None:
             self._trouble = trouble
+        self._state.limit_cycle = 0
         self.cut()
 
 
@@ -431,5 +475,12 @@ def _library() -> Any:
     library.hil_map_memory.restype = ctypes.c_int32
     library.hil_map_registers.argtypes, library.hil_map_registers.restype = (pointer, word, word), ctypes.c_int32
     library.hil_forget.argtypes, library.hil_forget.restype = (pointer, word, word), None
-    library.hil_run.argtypes, library.hil_run.restype = (pointer, double, double), word
+    library.hil_exceptions_of.argtypes, library.hil_exceptions_of.restype = (pointer,), pointer
+    for run in (library.hil_run, library.hil_go):
+        run.argtypes, run.restype = (pointer, double, double), word
+    library.hil_scs_read.argtypes, library.hil_scs_read.restype = (pointer, word, word, pointer), ctypes.c_bool
+    for result, functions in ((ctypes.c_bool, _SAY_WHETHER), (word, _STEPS), (None, _OTHERS)):
+        for name, arguments in functions.items():
+            function = getattr(library, name)
+            function.argtypes, function.restype = (pointer, *(word,) * arguments), result
     return library

@@ -149,7 +149,7 @@ class CountedLoops:
         engine, bus = self._engine, self._bus
         began, cycle, writes = engine.instructions, engine.cycle, bus.writes
         offsets = [(0, 0)]
-        bus.trace = []
+        bus.trace, engine.through_python = [], True
         try:
             for _ in range(_LONGEST_TURN):
                 due = self._due(target)
@@ -162,7 +162,7 @@ class CountedLoops:
                 if engine.pc() == head:
                     return stop, bus.trace, offsets
         finally:
-            bus.trace = None
+            bus.trace, engine.through_python = None, False
         return _LIMIT, [], offsets
 
     def _execute(self, loop: CountingLoop, head: int, target: int) -> tuple[Stop, _Reads | None]:
@@ -172,11 +172,11 @@ class CountedLoops:
         due = self._due(target)
         if cycle >= due:
             return _LIMIT, None
-        bus.trace = []
+        bus.trace, engine.through_python = [], True
         try:
             stop = engine.run(due, loop.instructions)
         finally:
-            reads, bus.trace = bus.trace, None
+            reads, bus.trace, engine.through_python = bus.trace, None, False
         is_turn = (
             self._went_on(stop, due)
             and bus.writes == writes

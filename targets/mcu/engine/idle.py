@@ -55,9 +55,9 @@ class IdleSkipper:
         self._engine.forget_loop()
 
     def run(self, target: int) -> Stop:
-        """Execute up to cycle `target` or less; the same as `CpuEngine.run` in every effect."""
+        """Execute up to cycle `target` or less; the same as `CoreEngine.go` in every effect."""
         engine = self._engine
-        stop = engine.run(target, skip=Skip.LOOPS)
+        stop = engine.go(target, skip=Skip.LOOPS)
         if engine.counting:
             return self._pass_counting(target)
         if self._polled:
@@ -66,7 +66,7 @@ class IdleSkipper:
 
     def look(self, target: int) -> Stop:
         """Execute a period of the loop in which the program waits, if there is one; `found` says whether."""
-        return self._engine.run(target, skip=Skip.LOOK_ONCE)
+        return self._engine.go(target, skip=Skip.LOOK_ONCE)
 
     def _pass_counting(self, target: int) -> Stop:
         """The program is in a loop that reads a counter, and nothing has happened since: pass over it if possible."""

@@ -24,6 +24,9 @@ static const struct hil_row rows[] = {
 #define STRUCT hil_state
     WHOLE HIL_STATE_FIELDS(ONE, MANY)
 #undef STRUCT
+#define STRUCT hil_exceptions
+    WHOLE HIL_EXCEPTIONS_FIELDS(ONE, MANY)
+#undef STRUCT
     {NULL, NULL, NULL, 0, 0, 0},
 };
 

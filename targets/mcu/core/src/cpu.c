@@ -36,7 +36,7 @@ HIL_EXPORT struct hil_cpu *hil_new(uint32_t is_m7, uint32_t by_table, uint32_t b
   cpu->state.refill = is_m7 ? 1 : 2;
   cpu->state.numerator = cpu->state.denominator = 1;
   cpu->state.float_access = 3;
-  cpu->state.float_automatic = 1;
+  cpu->exceptions.fpccr = (uint32_t)0xC0000000; /* floating-point contexts begin by themselves, as after reset */
   cpu->state.look_at = cpu->state.look_wait = HIL_FIRST_WAIT;
   cpu->state.fault = NO_FAULT;
   if (!cpu->decoder) {
@@ -47,6 +47,8 @@ HIL_EXPORT struct hil_cpu *hil_new(uint32_t is_m7, uint32_t by_table, uint32_t b
 }
 
 HIL_EXPORT struct hil_state *hil_state_of(struct hil_cpu *cpu) { return &cpu->state; }
+
+HIL_EXPORT struct hil_exceptions *hil_exceptions_of(struct hil_cpu *cpu) { return &cpu->exceptions; }
 
 static int32_t add_region(struct hil_cpu *cpu, struct hil_region region) {
   if (cpu->region_count == MOST_REGIONS || region.size & 3 || region.base & 3)

@@ -1,12 +1,13 @@
-/* A Cortex-M core without exceptions: registers, memory and instructions (DDI0403, chapters A2 to A7).
+/* A Cortex-M core: registers, memory and instructions (DDI0403, chapters A2 to A7), and exceptions (exceptions.h).
  *
- * What stops it is for the caller: exceptions, sleep, the system control space. See `hil_run`.
+ * `hil_run` executes instructions alone, `hil_go` takes exceptions too. What faults become is for the caller.
  *
  * All state that a caller may see or change stands in `struct hil_state`; there are no globals. Addresses are those of
  * the emulated chip; the host is little-endian, as the core is. */
 #ifndef HIL_CPU_H
 #define HIL_CPU_H
 
+#include "exceptions.h"
 #include "layout.h"
 
 #include <stdbool.h>
@@ -28,7 +29,8 @@ enum { FLOATS = 33, FPSCR = 32 };
 
 /* Why a run ended; the numbers are those of `StopKind` in engine/api.py, in its order. STOP_PAUSE: before its limit. */
 enum hil_stop {
-  STOP_LIMIT, STOP_WFI, STOP_WFE, STOP_SEV, STOP_SVC, STOP_BREAKPOINT, STOP_EXCEPTION_RETURN, STOP_FAULT, STOP_PAUSE,
+  STOP_LIMIT, STOP_WFI, STOP_WFE, STOP_SEV, STOP_SVC, STOP_BREAKPOINT, STOP_EXCEPTION_RETURN, STOP_FAULT,
+  STOP_TROUBLE, STOP_STEP, STOP_PAUSE,
 };
 
 /* What an instruction could not do; in the order of `FaultKind`. */
@@ -52,11 +54,13 @@ typedef void (*hil_write)(uint32_t window, uint32_t offset, uint32_t size, uint3
  * until_unmasked: a run ends after an instruction that may take an interrupt mask away.
  * trap_division, trap_unaligned: as in CCR.
  * float_access: CPACR.CP10: 0 nobody, 1 privileged, 3 everybody.
- * float_automatic, float_fpscr: the first floating-point instruction begins a context, with this FPSCR.
  * refused: set within an access: it fails.
  * changed: set within an access: so were limits or timing.
+ * attention: an exception has become more urgent than what runs, masks aside: a slice ends. Since it last began.
+ * through_python: every access to registers goes by `hil_read`, also to those that C knows.
+ * writes: how many registers of the system control space were written without `hil_write`.
  * running: a run is on.
- * stop_value: of SVC and BKPT; EXC_RETURN.
+ * stop_value: of SVC and BKPT; EXC_RETURN; a trouble.
  * fault, fault_address: of STOP_FAULT.
  * exclusive, exclusive_address: what LDREX marked.
  * skip: how loops that change nothing are taken; see watch.c. look_at, look_wait: the instruction before which one is
@@ -74,7 +78,7 @@ typedef void (*hil_write)(uint32_t window, uint32_t offset, uint32_t size, uint3
     ONE(uint32_t, table) ONE(uint32_t, refill) ONE(uint32_t, wait_states) \
     ONE(uint32_t, until_unmasked) \
     ONE(uint32_t, trap_division) ONE(uint32_t, trap_unaligned) \
-    ONE(uint32_t, float_access) ONE(uint32_t, float_automatic) ONE(uint32_t, float_fpscr) \
+    ONE(uint32_t, float_access) ONE(uint32_t, attention) ONE(uint32_t, through_python) ONE(uint32_t, writes) \
     ONE(uint32_t, refused) ONE(uint32_t, changed) ONE(uint32_t, running) \
     ONE(uint32_t, stop_value) ONE(int32_t, fault) ONE(uint32_t, fault_address) \
     ONE(uint32_t, exclusive) ONE(uint32_t, exclusive_address) \
@@ -136,6 +140,7 @@ struct hil_decoder;
 
 struct hil_cpu {
   struct hil_state state;
+  struct hil_exceptions exceptions;
   struct hil_region regions[MOST_REGIONS];
   uint32_t region_count;
   struct hil_region nowhere;
@@ -165,6 +170,7 @@ int hil_load_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32
 int hil_store_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value);
 int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value);
 int hil_store_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value, uint32_t cost);
+int hil_store_beside(struct hil_cpu *cpu, uint32_t address, uint32_t value);
 uint32_t hil_fetch(struct hil_cpu *cpu, const struct hil_region *region, uint32_t address, bool *complete);
 
 /* watch.c */
@@ -189,7 +195,11 @@ uint32_t hil_read_special(const struct hil_cpu *cpu, uint32_t number);
 bool hil_write_special(struct hil_cpu *cpu, uint32_t number, uint32_t mask, uint32_t value);
 bool hil_change_masks(struct hil_cpu *cpu, uint32_t bits);
 
+/* entry.c */
+void hil_begin_floats(struct hil_cpu *cpu);
+
 /* run.c */
 uint64_t hil_cycle_at(const struct hil_state *state, uint64_t retired);
+uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructions);
 
 #endif

@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#define SCS 0xE000E000u
+
 struct hil_region *hil_region_at(struct hil_cpu *cpu, uint32_t address) {
   for (uint32_t n = 0; n < cpu->region_count; n++) {
     struct hil_region *region = &cpu->regions[n];
@@ -62,6 +64,13 @@ static bool crosses(const struct hil_region *region, uint32_t address, uint32_t 
   return region && region->size - (address - region->base) < size;
 }
 
+/* Whether an access is for the system control space, and nobody else wants to see it. */
+static bool is_for_core(const struct hil_cpu *cpu, uint32_t address) {
+  const struct hil_state *state = &cpu->state;
+  return address - SCS < 0x1000 && cpu->exceptions.count && !state->watching && !state->through_python &&
+         hil_is_privileged(state);
+}
+
 /* Read what is not memory alone. */
 int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value) {
   const struct hil_region *region = hil_region_at(cpu, address);
@@ -80,6 +89,8 @@ int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint
   }
   if (!region)
     return failed(cpu, address, FAULT_READ);
+  if (is_for_core(cpu, address) && hil_scs_read(cpu, address - SCS, size, value))
+    return ACCESS_DONE;
   cpu->state.refused = 0;
   uint32_t window = (uint32_t)(region - cpu->regions);
   *value = cpu->read(window, address - region->base, size);
@@ -126,11 +137,26 @@ int hil_store_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uin
   if (!region)
     return failed(cpu, address, FAULT_WRITE);
   cpu->watch.dirty = true;
+  if (is_for_core(cpu, address) && hil_scs_write(cpu, address - SCS, size, value)) {
+    cpu->state.writes++;
+    return ACCESS_DONE;
+  }
   cpu->state.refused = 0;
   if (region->data)
     store_read_only(cpu, address, size, value, cost);
   else
     cpu->write((uint32_t)(region - cpu->regions), address - region->base, size, value);
+  return cpu->state.refused ? failed(cpu, address, FAULT_WRITE) : ACCESS_DONE;
+}
+
+/* Write a word of an exception frame that is not in writable memory. */
+int hil_store_beside(struct hil_cpu *cpu, uint32_t address, uint32_t value) {
+  const struct hil_region *region = hil_region_at(cpu, address);
+  if (!region)
+    return failed(cpu, address, FAULT_WRITE);
+  cpu->state.refused = 0;
+  cpu->write(region->data ? HIL_READ_ONLY : (uint32_t)(region - cpu->regions),
+             region->data ? address : address - region->base, 4, value);
   return cpu->state.refused ? failed(cpu, address, FAULT_WRITE) : ACCESS_DONE;
 }
 

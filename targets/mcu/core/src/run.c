@@ -32,7 +32,7 @@ uint64_t hil_cycle_at(const struct hil_state *state, uint64_t retired) {
 static uint64_t smaller(uint64_t a, uint64_t b) { return a < b ? a : b; }
 
 static bool is_over(const struct hil_state *state) {
-  return state->limit_cycle <= state->cycle || state->limit_retired <= state->retired;
+  return state->limit_cycle <= state->cycle || state->limit_retired <= state->retired || state->attention;
 }
 
 /* What is left until the limits: instructions, or in the model "table" cycles, fewer than until either limit. */
@@ -135,14 +135,6 @@ static bool may_float(const struct hil_state *state) {
   if (state->float_access == 3)
     return true;
   return state->float_access == 1 && hil_is_privileged(state);
-}
-
-/* ExecuteFPCheck (section A2.5.4): the first instruction of a context sets FPSCR. */
-static void begin_float_context(struct hil_state *state) {
-  if (state->float_automatic && !(state->reg[R_CONTROL] & FPCA)) {
-    state->reg[R_CONTROL] |= FPCA;
-    state->floats[FPSCR] = state->float_fpscr;
-  }
 }
 
 static bool has_code(struct hil_region *region, int32_t jump_at_end) {
@@ -395,7 +387,7 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
 
   state->limit_cycle = limit_cycle;
   state->limit_retired = state->retired + instructions;
-  state->changed = 0;
+  state->changed = state->attention = 0;
   state->running = 1;
   cpu->executing = true;
   state->fault = NO_FAULT;
@@ -1084,8 +1076,7 @@ L_SEV:
     bool unmasked = (may_unmask);                                                                                     \
     UNPACK_FLAGS();                                                                                                   \
     if (unmasked && state->until_unmasked) {                                                                          \
-      state->limit_cycle = 0;                                                                                         \
-      state->changed = 1;                                                                                             \
+      state->attention = state->changed = 1;                                                                          \
       COME_BACK();                                                                                                    \
     }                                                                                                                 \
   } while (0)
@@ -1113,7 +1104,7 @@ L_CPS:
         FAIL(FAULT_UNDEFINED);                                                                                        \
     }                                                                                                                 \
     if (UNLIKELY(!(r[R_CONTROL] & FPCA)))                                                                             \
-      begin_float_context(state);                                                                                     \
+      hil_begin_floats(cpu);                                                                                     \
   } while (0)
 
 L_FLOAT:

@@ -2,7 +2,6 @@
 #include "cpu.h"
 
 enum { IPSR = 0x1FF, NPRIV = 1, SPSEL = 2, FPCA = 4 };
-enum { NMI = 2, HARD_FAULT = 3 };
 
 bool hil_is_privileged(const struct hil_state *state) {
   return (state->reg[R_XPSR] & IPSR) || !(state->reg[R_CONTROL] & NPRIV);

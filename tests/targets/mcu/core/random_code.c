@@ -8,6 +8,8 @@
  * cut: what is not memory does what its address says; one core runs whole and passes loops over, another one executes
  *   the same code in random pieces, and both must end alike.
  *
+ * Half of the runs take exceptions, of which any may be enabled, pending and active; a trouble is put right by nobody.
+ *
  * Prints the first thing that is wrong and returns 1. It is compiled with sanitizers, for which all memory is made by
  * malloc with its exact size. */
 #include "cpu.h"
@@ -24,7 +26,14 @@ struct hil_state *hil_state_of(struct hil_cpu *cpu);
 int32_t hil_map_memory(struct hil_cpu *cpu, uint32_t base, uint8_t *data, uint32_t size, uint32_t writable);
 int32_t hil_map_registers(struct hil_cpu *cpu, uint32_t base, uint32_t size);
 void hil_forget(struct hil_cpu *cpu, uint32_t base, uint32_t size);
-uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructions);
+void hil_set_up_exceptions(struct hil_cpu *cpu, uint32_t irq_count, uint32_t priority_bits);
+void hil_reset_exceptions(struct hil_cpu *cpu);
+bool hil_enable(struct hil_cpu *cpu, uint32_t number);
+bool hil_set_active(struct hil_cpu *cpu, uint32_t number, uint32_t active);
+bool hil_drive_line(struct hil_cpu *cpu, uint32_t number, uint32_t level);
+bool hil_set_priority(struct hil_cpu *cpu, uint32_t number, uint32_t priority);
+bool hil_can_take(const struct hil_cpu *cpu);
+uint32_t hil_go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructions);
 
 #define ROW(pattern, form, operation, where, m3, m7) pattern,
 #define FLOAT_ROW(pattern, kind, single, twice) pattern,
@@ -33,7 +42,7 @@ enum { PATTERN_COUNT = sizeof PATTERNS / sizeof *PATTERNS };
 
 enum {
   FLASH = 0x08000000, ALIAS = 0, RAM = 0x20000000, NEXT_RAM = 0x20000400, REGISTERS_AT = 0x40000000,
-  MEMORY = 0x400, WINDOW = 0x400, AT_ONCE = 400,
+  SCS_AT = (int32_t)0xE000E000, IRQS = 43, SCS_WINDOW = 4, MEMORY = 0x400, WINDOW = 0x400, AT_ONCE = 400,
 };
 enum { MEMORIES = 3 };
 static const uint32_t BASES[MEMORIES] = {FLASH, RAM, NEXT_RAM};
@@ -88,7 +97,10 @@ static void write_code(uint8_t *data, uint32_t from, uint32_t to) {
 }
 
 static uint32_t somewhere(void) {
-  switch (below(8)) {
+  static const uint16_t SETS_AND_ICSR[] = {0x100, 0x180, 0x200, 0x280, 0x300, 0x400, 0xD04, 0xF00};
+  switch (below(10)) {
+  case 8: return 0xFFFFFFE1u | drawn();
+  case 9: return (uint32_t)SCS_AT + SETS_AND_ICSR[below(8)] + below(one_in(2) ? 4 : 64);
   case 0: return drawn();
   case 1: return REGISTERS_AT + below(WINDOW + 8) - 4;
   case 2: return ALIAS + below(MEMORY + 8);
@@ -146,7 +158,13 @@ static void do_something(void) {
   }
 }
 
+/* While a look is on, the core has others answer for its own registers. */
+static bool is_for_core(uint32_t window) { return window == SCS_WINDOW && hil_is_privileged(&current->cpu->state); }
+
 static uint32_t on_read(uint32_t window, uint32_t offset, uint32_t size) {
+  uint32_t value;
+  if (is_for_core(window) && hil_scs_read(current->cpu, offset, size, &value))
+    return value;
   if (wild)
     do_something();
   else
@@ -155,6 +173,8 @@ static uint32_t on_read(uint32_t window, uint32_t offset, uint32_t size) {
 }
 
 static void on_write(uint32_t window, uint32_t offset, uint32_t size, uint32_t value) {
+  if (is_for_core(window) && hil_scs_write(current->cpu, offset, size, value))
+    return;
   if (wild)
     do_something();
   else
@@ -172,7 +192,9 @@ static bool make(struct chip *chip, uint32_t is_m7, uint32_t by_table) {
     if (!chip->memory[n] || hil_map_memory(chip->cpu, BASES[n], chip->memory[n], MEMORY, n > 0) < 0)
       return false;
   }
+  hil_set_up_exceptions(chip->cpu, IRQS, 4);
   return hil_map_memory(chip->cpu, ALIAS, chip->memory[0], MEMORY, 0) >= 0 &&
+         hil_map_registers(chip->cpu, (uint32_t)SCS_AT, 0x1000) >= 0 &&
          hil_map_registers(chip->cpu, REGISTERS_AT, WINDOW) >= 0;
 }
 
@@ -182,8 +204,30 @@ static void unmake(struct chip *chip) {
     free(chip->memory[n]);
 }
 
+/* As a program and its chip may leave them. */
+static void draw_exceptions(struct hil_cpu *cpu) {
+  struct hil_exceptions *x = &cpu->exceptions;
+  hil_reset_exceptions(cpu);
+  for (uint32_t n = below(8); n > 0; n--) {
+    uint32_t number = 2 + below(14 + IRQS);
+    if (number > HARD_FAULT)
+      hil_set_priority(cpu, number, drawn());
+    hil_enable(cpu, number);
+    hil_set_active(cpu, number, one_in(4));
+    hil_drive_line(cpu, number, one_in(2));
+    hil_drive_line(cpu, number, one_in(4));
+  }
+  x->vtor = one_in(16) ? somewhere() & ~0x7Fu : BASES[below(MEMORIES)];
+  x->ccr = drawn() & 0x201;
+  x->scr = drawn() & 0x16;
+  x->event_on_pend = x->scr >> 4;
+  x->fpccr = drawn() & (3u << 30 | 1);
+  x->fpdscr = drawn() & 0x07C00000;
+}
+
 /* As a caller of `hil_run` may leave the state, which is as CoreEngine.set does. */
-static void restart(struct hil_state *state) {
+static void restart(struct hil_cpu *cpu) {
+  struct hil_state *state = &cpu->state;
   for (uint32_t n = 0; n < 15; n++)
     state->reg[n] = somewhere();
   state->reg[R_MSP] = somewhere() & ~3u;
@@ -196,8 +240,19 @@ static void restart(struct hil_state *state) {
   for (uint32_t n = 0; n < 32; n++)
     state->floats[n] = some_float();
   state->floats[FPSCR] = drawn() & 0xF7C0009F;
-  state->float_fpscr = drawn() & 0x07C00000;
-  state->float_automatic = !one_in(4);
+  state->reg[R_PRIMASK] = one_in(4);
+  state->reg[R_FAULTMASK] = one_in(8);
+  state->reg[R_BASEPRI] = one_in(4) ? drawn() & 0xF0 : 0;
+  draw_exceptions(cpu);
+  if (one_in(2)) { /* in a handler that began */
+    uint32_t number = 2 + below(14 + IRQS);
+    hil_set_active(cpu, number, 1);
+    state->reg[R_XPSR] = (state->reg[R_XPSR] & ~0x1FFu) | number;
+  }
+  if (one_in(4))
+    state->reg[R_LR] = (uint32_t[]){0xFFFFFFF1, 0xFFFFFFF9, 0xFFFFFFFD}[below(3)] & ~(one_in(2) ? 0x10u : 0);
+  if (one_in(8))
+    state->reg[R_PC] = state->reg[R_LR] & ~1u;
   state->until_unmasked = one_in(4);
   if (one_in(8))
     change_timing(state);
@@ -212,22 +267,25 @@ static int wrong(const char *what, const struct hil_state *state) {
 }
 
 /* What holds after every run. */
-static int check(const struct hil_state *state, uint32_t why, uint64_t retired, uint64_t cycle, uint64_t limit) {
+static int check_time(const struct hil_state *state, uint32_t why, uint64_t retired, uint64_t cycle, uint64_t limit) {
   if (why > STOP_PAUSE)
     return wrong("no reason", state);
   if (state->running)
     return wrong("runs on", state);
   if (state->cycle < cycle || state->retired < retired)
     return wrong("time goes back", state);
+  return state->retired > limit + 4 ? wrong("beyond the limit", state) : 0;
+}
+
+/* What holds after one that has taken no exceptions. */
+static int check(const struct hil_state *state, uint32_t why, uint64_t retired, uint64_t cycle, uint64_t limit) {
   if (why != STOP_FAULT && why != STOP_BREAKPOINT && state->retired == retired && state->cycle == cycle)
     return wrong("no time passes", state);
   if ((why == STOP_LIMIT || why == STOP_PAUSE) && state->reg[R_XPSR] & 0x0600FC00)
     return wrong("ended within an IT block", state);
-  if (state->retired > limit + 4)
-    return wrong("beyond the limit", state);
   if (state->reg[R_SP] & 3)
     return wrong("a stack pointer that is not aligned", state);
-  return 0;
+  return check_time(state, why, retired, cycle, limit);
 }
 
 static int run_wild(struct chip *chip, uint64_t instructions) {
@@ -235,18 +293,19 @@ static int run_wild(struct chip *chip, uint64_t instructions) {
   uint64_t end = state->retired + instructions;
   uint32_t idle = 0;
   current = chip;
-  restart(state);
+  restart(chip->cpu);
   while (state->retired < end && idle < 4 * AT_ONCE) {
     uint64_t retired = state->retired, cycle = state->cycle, limit = retired + 1 + below(AT_ONCE);
     state->skip = below(LOOK_ONCE + 1);
-    uint32_t why = hil_run(chip->cpu, one_in(2) ? UINT64_MAX : cycle + below(AT_ONCE), limit - retired);
-    if (check(state, why, retired, cycle, limit))
+    bool takes = one_in(2);
+    uint32_t why = (takes ? hil_go : hil_run)(chip->cpu, one_in(2) ? UINT64_MAX : cycle + below(AT_ONCE), limit - retired);
+    if (takes ? check_time(state, why, retired, cycle, limit) : check(state, why, retired, cycle, limit))
       return 1;
     idle = state->retired == retired ? idle + 1 : 0;
     if (why == STOP_BREAKPOINT && one_in(2))
       state->reg[R_PC] += 2;
-    else if (why == STOP_FAULT || why == STOP_BREAKPOINT || one_in(16))
-      restart(state);
+    else if (why == STOP_FAULT || why == STOP_BREAKPOINT || why == STOP_TROUBLE || chip->cpu->exceptions.sleeping || one_in(16))
+      restart(chip->cpu);
     if (one_in(64))
       change_code();
   }
@@ -268,18 +327,24 @@ static const char *difference(const struct chip *whole, const struct chip *cut) 
     return "time";
   if (a->fault != b->fault || a->fault_address != b->fault_address || a->stop_value != b->stop_value)
     return "reason";
+  if (memcmp(&whole->cpu->exceptions, &cut->cpu->exceptions, sizeof whole->cpu->exceptions) != 0)
+    return "exceptions";
   return a->exclusive != b->exclusive ? "monitor" : NULL;
 }
 
-static uint32_t run_to(struct chip *chip, uint64_t end, uint32_t most) {
+static uint32_t run_to(struct chip *chip, uint64_t end, uint32_t most, bool takes) {
   struct hil_state *state = hil_state_of(chip->cpu);
   uint32_t why;
   current = chip;
   do {
     uint64_t limit = state->retired + 1 + below(most);
-    why = hil_run(chip->cpu, most > AT_ONCE || one_in(2) ? UINT64_MAX : state->cycle + 1 + below(most),
-                  (most > AT_ONCE || limit > end ? end : limit) - state->retired);
-  } while ((why == STOP_LIMIT || why == STOP_PAUSE) && state->retired < end);
+    if (most > AT_ONCE || limit > end)
+      limit = end > state->retired ? end : state->retired;
+    why = (takes ? hil_go : hil_run)(chip->cpu,
+                                     most > AT_ONCE || one_in(2) ? UINT64_MAX : state->cycle + 1 + below(most),
+                                     limit - state->retired);
+  } while ((why == STOP_LIMIT || why == STOP_PAUSE) &&
+           (state->retired < end || (takes && (hil_can_take(chip->cpu) || chip->cpu->exceptions.sleeping))));
   return why == STOP_PAUSE ? STOP_LIMIT : why;
 }
 
@@ -303,14 +368,16 @@ static int run_cut(uint64_t instructions) {
   for (uint32_t n = 0; n < MEMORIES; n++)
     memcpy(chips[1].memory[n], chips[0].memory[n], MEMORY);
   for (uint32_t rounds = 0; whole->retired < end && rounds < instructions; rounds++) {
-    restart(whole);
+    restart(chips[0].cpu);
     whole->until_unmasked = 0;
     whole->skip = SKIP_NOTHING;
-    *hil_state_of(chips[1].cpu) = *whole;
+    chips[1].cpu->state = *whole;
+    chips[1].cpu->exceptions = chips[0].cpu->exceptions;
     uint32_t begin = whole->reg[R_PC];
     whole->skip = one_in(2) ? SKIP_NOTHING : SKIP_LOOPS;
     uint64_t until = whole->retired + 1 + below(AT_ONCE), retired = whole->retired, cycle = whole->cycle;
-    uint32_t why = run_to(&chips[0], until, AT_ONCE + 1), other = run_to(&chips[1], until, 1 + below(6));
+    bool takes = one_in(2);
+    uint32_t why = run_to(&chips[0], until, AT_ONCE + 1, takes), other = run_to(&chips[1], until, 1 + below(6), takes);
     const char *what = why == other ? difference(&chips[0], &chips[1]) : "reason";
     if (what) {
       printf("cut, from %08" PRIX32 ": %s differ: %" PRIu32 " and %" PRIu32 "\n", begin, what, why, other);
@@ -318,7 +385,7 @@ static int run_cut(uint64_t instructions) {
       wrong("whole", whole);
       return wrong("cut", hil_state_of(chips[1].cpu));
     }
-    if (check(whole, why, retired, cycle, until))
+    if (takes ? check_time(whole, why, retired, cycle, until) : check(whole, why, retired, cycle, until))
       return 1;
   }
   return 0;

@@ -1,4 +1,4 @@
-"""A core on a CPU that executes nothing: registers, memory, a clock, and the machine's loop around them."""
+"""A core on a CPU without code: registers, memory, a clock, and the machine's loop around them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import pytest
 from targets.mcu.cortexm.core import Core
 from targets.mcu.cortexm.exceptions import Number
 from targets.mcu.cortexm.kinds import CORTEX_M3, CORTEX_M7
-from targets.mcu.engine.api import FLOAT_WORDS, Access, FaultKind, FloatAccess, Reg, Stop, StopKind
+from targets.mcu.engine.api import Access, FaultKind, FloatAccess, Reg, Stop, StopKind
+from targets.mcu.engine.core_engine import CoreEngine
+from targets.mcu.engine.timing import make_timing
 from targets.mcu.registers import Peripheral
 from targets.mcu.testing import FakeChip
 
@@ -18,90 +20,66 @@ MAIN = 0x0800_0400
 SCS = 0xE000_E000
 
 
-class FakeCpu:
-    """Registers with banked stack pointers, as an engine has them."""
+class Cpu(CoreEngine):
+    """A core without code, whose memory is that of a bus."""
 
-    def __init__(self) -> None:
-        self.registers = dict.fromkeys(Reg, 0)
-        self.registers[Reg.XPSR] = 1 << 24
-        self.cycle = 0
-        self.instructions = 0
-        self.traps = (False, False)
-        self.floats = [0] * FLOAT_WORDS
-        self.float_access = FloatAccess.EVERYBODY
-        self.float_context = (True, 0)
+    def __init__(self, kind, bus) -> None:
+        super().__init__(make_timing("table", kind), kind)
+        for base, size in ((0, 0xE000_0000), (0xE000_0000, 0x2000_0000)):
+            self.map_registers(base, size, self._window(bus, base))
+        self.set(Reg.XPSR, 1 << 24)
 
-    def get_floats(self) -> list[int]:
-        return list(self.floats)
+    @staticmethod
+    def _window(bus, base) -> Access:
+        return Access(
+            lambda offset, size: bus.read(base + offset, size),
+            lambda offset, size, value: bus.write(base + offset, size, value),
+        )
 
-    def set_floats(self, words: list[int]) -> None:
-        assert len(words) == FLOAT_WORDS
-        self.floats = list(words)
+    @property
+    def registers(self) -> dict[Reg, int]:
+        return {register: self.get(register) for register in Reg}
 
-    def set_float_access(self, access: FloatAccess) -> None:
-        self.float_access = access
+    @property
+    def floats(self) -> list[int]:
+        return self.get_floats()
 
-    def set_float_context(self, *, automatic: bool, fpscr: int) -> None:
-        self.float_context = automatic, fpscr
+    def put_float(self, place: int, word: int) -> None:
+        words = self.get_floats()
+        words[place] = word
+        self.set_floats(words)
 
     def use_floats(self, *words: int) -> None:
-        """Execute a floating-point instruction that leaves these in S0 and so on."""
+        """Do as a floating-point instruction does that leaves these in S0 and so on."""
         assert self.float_access is FloatAccess.EVERYBODY
         automatic, fpscr = self.float_context
-        if automatic and not self.registers[Reg.CONTROL] & 4:
-            self.registers[Reg.CONTROL] |= 4
-            self.floats[32] = fpscr
-        self.floats[: len(words)] = words
+        if automatic and not self.get(Reg.CONTROL) & 4:
+            self.set(Reg.CONTROL, self.get(Reg.CONTROL) | 4)
+            self.put_float(32, fpscr)
+        for place, word in enumerate(words):
+            self.put_float(place, word)
 
-    def set_traps(self, *, division: bool, unaligned: bool) -> None:
-        self.traps = division, unaligned
+    @property
+    def float_access(self) -> FloatAccess:
+        return FloatAccess(self._state.float_access)
 
-    def bank(self, register: Reg) -> Reg:
-        if register is not Reg.SP:
-            return register
-        in_thread = not self.registers[Reg.XPSR] & 0x1FF
-        return Reg.PSP if in_thread and self.registers[Reg.CONTROL] & 2 else Reg.MSP
+    @property
+    def float_context(self) -> tuple[bool, int]:
+        """Whether the first instruction begins one, and the FPSCR that it gets."""
+        kept = self.exceptions
+        return bool(kept.fpccr >> 31), kept.last_fpscr & ~0x07C0_0000 | kept.fpdscr
 
-    def get(self, register: Reg) -> int:
-        return self.registers[self.bank(register)]
+    @property
+    def traps(self) -> tuple[bool, bool]:
+        return bool(self._state.trap_division), bool(self._state.trap_unaligned)
 
-    def set(self, register: Reg, value: int) -> None:
-        assert 0 <= value <= 0xFFFF_FFFF
-        if register is Reg.CONTROL and self.registers[Reg.XPSR] & 0x1FF:
-            value = value & ~2 | self.registers[Reg.CONTROL] & 2  # SPSEL cannot be written in handler mode
-        self.registers[self.bank(register)] = value
+    @property
+    def is_marked(self) -> bool:
+        """Whether an LDREX is open."""
+        return bool(self._state.exclusive)
 
-    def get_many(self, registers: list[Reg]) -> list[int]:
-        return [self.registers[register] for register in registers]
-
-    def set_many(self, registers: list[Reg], values: list[int]) -> None:
-        for register, value in zip(registers, values, strict=True):
-            self.set(register, value)
-
-    def add_cycles(self, cycles: int) -> None:
-        self.cycle += cycles
-
-    def skip(self, instructions: int, cycles: int) -> None:
-        self.instructions += instructions
-        self.cycle += cycles
-
-    def set_wait_states(self, wait_states: int) -> None:
-        raise AssertionError
-
-    def map_memory(self, base: int, data: bytearray, *, writable: bool) -> None:
-        raise AssertionError
-
-    def map_registers(self, base: int, size: int, access: Access) -> None:
-        raise AssertionError
-
-    def forget(self, base: int, size: int) -> None:
-        raise AssertionError
-
-    def run(self, limit_cycle: int) -> Stop:
-        raise AssertionError
-
-    def stop_by(self, limit_cycle: int) -> None:
-        raise AssertionError
+    def mark(self) -> None:
+        self._state.exclusive = True
 
 
 class Rig:
@@ -118,8 +96,8 @@ class Rig:
 
     def __init__(self, kind=CORTEX_M3, *, power_on: bool = True) -> None:
         self.chip = FakeChip(hclk_hz=72_000_000)
-        self.cpu = FakeCpu()
         self.memory = self.chip.bus
+        self.cpu = Cpu(kind, self.memory)
         self.core = Core(self.cpu, self.chip.services, kind)
         self.memory.load(RAM, bytes(RAM_SIZE))
         self.memory.load(VECTORS, bytes(0x500))
@@ -190,7 +168,7 @@ class Rig:
         number = Number.FIRST_IRQ + irq
         if priority is not None:
             self.core.exceptions.set_priority(number, priority)
-        self.core.exceptions.enable(1 << number)
+        self.core.exceptions.enable(number)
         self.core.irq(irq).set(True)
         self.core.irq(irq).set(False)
 

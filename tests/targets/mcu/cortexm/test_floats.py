@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from targets.mcu.cortexm.core import ENTRY_CYCLES, RETURN_CYCLES, TAIL_CHAIN_CYCLES
 from targets.mcu.cortexm.exceptions import Number
-from targets.mcu.cortexm.float_context import FLOAT_CYCLES
 from targets.mcu.cortexm.kinds import CORTEX_M3
 from targets.mcu.engine.api import FaultKind, FloatAccess, Reg
 
@@ -15,6 +13,7 @@ ASPEN, LSPEN, LSPACT, USER, THREAD, HFRDY, MMRDY, BFRDY, MONRDY = (1 << bit for 
 SINGLES = [0x0101_0101 * (n + 1) for n in range(16)]
 FPSCR = 0x6000_0011
 EXTENDED, BASIC = 104, 32
+ENTRY_CYCLES, TAIL_CHAIN_CYCLES, RETURN_CYCLES, FLOAT_CYCLES = 12, 6, 12, 9
 NOCP = 1 << 19
 
 
@@ -27,7 +26,7 @@ def rig_with_floats(m7):
 
 def begin_context(rig, singles=SINGLES, fpscr=FPSCR):
     rig.cpu.use_floats(*singles)
-    rig.cpu.floats[32] = fpscr
+    rig.cpu.put_float(32, fpscr)
 
 
 def words(rig, address, count):
@@ -102,7 +101,7 @@ class TestFrame:
         begin_context(rig)
         enter(rig)
         rig.cpu.use_floats(*[0xDEAD] * 32)
-        rig.cpu.floats[32] = 0x0340_0000
+        rig.cpu.put_float(32, 0x0340_0000)
         rig.exit()
         assert rig.cpu.floats[:16] == SINGLES
         assert rig.cpu.floats[16:32] == [0xDEAD] * 16  # S16 and up are the handler's to save

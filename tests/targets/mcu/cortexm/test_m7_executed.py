@@ -75,8 +75,6 @@ class Bench:
             bus.add(peripheral)
         engine.map_registers(PPB, 0x10_0000, bus.window(PPB))
         self.time.read_cycle, self.time.on_earlier = engine.read_cycle, engine.stop_by
-        core.on_change = lambda: engine.stop_by(0)
-        core.on_monitor_clear = engine.clear_exclusive
         self.put(0, struct.pack("<126I", STACK, MAIN | 1, *[HANDLERS | 1] * 124))
         self.put(MAIN - FLASH, struct.pack(f"<{len(main)}H", *main))
         for place, (number, code) in enumerate(handlers.items()):
@@ -132,7 +130,7 @@ def make(*, lazy=True, prepare="privileged"):
     bench = Bench([*ENABLE, *PREPARATIONS[prepare], *SUMS], {16: SPOILS, 17: SPARES, 18: SAVES})
     for irq, priority in ((0, 0xC0), (1, 0x80), (2, 0x40)):
         bench.core.exceptions.set_priority(Number.FIRST_IRQ + irq, priority)
-        bench.core.exceptions.enable(1 << Number.FIRST_IRQ + irq)
+        bench.core.exceptions.enable(Number.FIRST_IRQ + irq)
     if not lazy:
         bench.bus.write(FPCCR, 4, 1 << 31)
     return bench
@@ -202,3 +200,9 @@ def test_a_fault_handler_that_allows_it_goes_on():
     assert bench.engine.get(Reg.R0) == struct.unpack("<I", struct.pack("<f", 300))[0]
     assert bench.core.last_fault.causes == ("NOCP",)
     assert bench.core.last_fault.exception == Number.HARD_FAULT
+
+
+def test_an_exception_return_in_thread_mode_is_a_jump_to_nowhere():
+    bench = Bench([BX_LR], {Number.HARD_FAULT: [HANG]})  # LR is 0xFFFFFFFF after a reset
+    bench.run_to(HANDLERS)
+    assert bench.core.last_fault.causes == ("IACCVIOL",)

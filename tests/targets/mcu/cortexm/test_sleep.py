@@ -47,7 +47,7 @@ class TestWaitForInterrupt:
         rig.interrupt(0, priority=0x20)
         rig.settle()
         assert sleep(rig)
-        rig.core.exceptions.pend(1 << 20)
+        rig.core.exceptions.pend(20)
         rig.interrupt(1, priority=0x20)
         assert not rig.core.wakes()
         rig.interrupt(2, priority=0x10)
@@ -86,7 +86,7 @@ class TestWaitForEvent:
         rig.core.wake()
         assert rig.began == []
         assert sleep(rig, StopKind.WFE)  # the event was consumed, and pending again is no change
-        rig.core.exceptions.pend(1 << 16)
+        rig.core.exceptions.pend(16)
         assert not rig.core.wakes()
 
     def test_a_handler_sets_the_event_register(self, rig):

@@ -73,6 +73,10 @@ class Machine:
     def floats(self, words):
         self.engine.set_floats([*words, *[0] * (33 - len(words))])
 
+    def begin_contexts(self, *, automatic=True, fpscr):
+        kept = self.engine.exceptions
+        kept.fpccr, kept.fpdscr = automatic << 31, fpscr
+
     @property
     def control(self):
         return self.engine.get(Reg.CONTROL)
@@ -125,7 +129,7 @@ class TestRegisters:
 
 class TestContext:
     def test_the_first_instruction_begins_one(self, m7):
-        m7.engine.set_float_context(automatic=True, fpscr=0x0340_0000)
+        m7.begin_contexts(fpscr=0x0340_0000)
         m7.execute(NOP)
         assert not m7.control & FPCA
         m7.execute(*VADD)
@@ -133,13 +137,13 @@ class TestContext:
         assert m7.floats[32] == 0x0340_0000
 
     def test_the_second_does_not(self, m7):
-        m7.engine.set_float_context(automatic=True, fpscr=0x0340_0000)
+        m7.begin_contexts(fpscr=0x0340_0000)
         m7.engine.set(Reg.R0, 0x0080_0000)
         m7.execute(*VADD, *VMSR, *VADD, instructions=3)
         assert m7.floats[32] == 0x0080_0000
 
     def test_not_without_aspen(self, m7):
-        m7.engine.set_float_context(automatic=False, fpscr=0x0340_0000)
+        m7.begin_contexts(automatic=False, fpscr=0x0340_0000)
         m7.execute(*VADD)
         assert not m7.control & FPCA
         assert m7.floats[32] == 0
@@ -158,11 +162,10 @@ class TestContext:
         m7.execute(*VADD, *MSR_CONTROL, instructions=2)
         assert not m7.control & FPCA
 
-    def test_a_change_ends_the_slice(self, m7):
-        m7.on_write = lambda: m7.engine.set_float_context(automatic=True, fpscr=0x0040_0000)
+    def test_a_change_counts_from_the_next_instruction_on(self, m7):
+        m7.on_write = lambda: m7.begin_contexts(fpscr=0x0040_0000)
         m7.engine.set(Reg.R1, REGISTERS)
         m7.execute(0x6008, *VADD, instructions=2)  # str r0, [r1]
-        m7.run(1)
         assert m7.floats[32] == 0x0040_0000
 
 

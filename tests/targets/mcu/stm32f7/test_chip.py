@@ -74,7 +74,7 @@ def test_no_word_stands_for_a_bit(nucleo):
 
 def test_it_starts_by_itcm_from_the_beginning_of_the_flash(nucleo):
     machine = nucleo()
-    assert machine.core.scb.vector_table == ITCM_FLASH
+    assert machine.core.scb.read_VTOR() == ITCM_FLASH
     assert machine.engine.get(Reg.PC) == FLASH + 0x40
     assert machine.engine.get(Reg.SP) == STACK
     assert machine.time.hclk_hz == 16_000_000
@@ -91,7 +91,7 @@ def optioned(boot_add0, boot_add1=0x0040):
 def test_boot_add0_says_where_from(nucleo, half, table):
     machine = nucleo((FLASH, program()), (FLASH + 0x2_0000, program(base=FLASH + 0x2_0000)), optioned(half))
     assert machine.ended is None
-    assert machine.core.scb.vector_table == table
+    assert machine.core.scb.read_VTOR() == table
 
 
 def test_the_boot_pin_chooses_boot_add1(nucleo):

@@ -87,7 +87,7 @@ def test_the_core(nucleo):
 
 def test_it_starts_from_the_beginning_of_the_flash_at_64_mhz(nucleo):
     machine = nucleo()
-    assert machine.core.scb.vector_table == FLASH
+    assert machine.core.scb.read_VTOR() == FLASH
     assert machine.engine.get(Reg.PC) == FLASH + 0x40
     assert machine.engine.get(Reg.SP) == STACK
     assert machine.time.hclk_hz == 64_000_000
@@ -116,7 +116,7 @@ def test_boot_add0_says_where_from_after_the_next_reset(nucleo):
     assert peek(flash, "BOOT_CURR") == 0x1FF0_0810
     machine.reset("PIN")
     machine.run_to(101_000_000)
-    assert machine.core.scb.vector_table == BANK_2
+    assert machine.core.scb.read_VTOR() == BANK_2
     assert machine.engine.get(Reg.PC) == BANK_2 + 0x40
 
 
