@@ -53,6 +53,10 @@ def _nvic(name: str, section: str, old: str, new: str) -> Defect:
     return Defect(name, section, "nvic.c", old, new)
 
 
+def _systick(name: str, old: str, new: str) -> Defect:
+    return Defect(name, "B3.3", "systick.c", old, new)
+
+
 def _entry(name: str, section: str, old: str, new: str) -> Defect:
     return Defect(name, section, "entry.c", old, new)
 
@@ -255,6 +259,29 @@ DEFECTS = (
         "  x->event = x->began = 1;\n  state->exclusive = 0;",
         "  x->event = x->began = 1;",
     ),
+    _systick(
+        "COUNTFLAG stays", "    timer->flag = 0;\n    plan(cpu, cpu->state.cycle);", "    plan(cpu, cpu->state.cycle);"
+    ),
+    _systick(
+        "VAL keeps COUNTFLAG",
+        "timer->value = timer->flag = 0;\n    timer->start",
+        "timer->value = 0;\n    timer->start",
+    ),
+    _systick("a period is too long", "period = timer->load + 1;", "period = timer->load + 2;"),
+    _systick("TICKINT is not looked at", "    if (timer->ctrl & TICKINT)\n", ""),
+    _systick(
+        "LOAD counts at once", "    timer->load = value & WIDTH;", "    timer->load = timer->value = value & WIDTH;"
+    ),
+    _systick("the reference clock is HCLK", "REFERENCE_DIVIDER = 8", "REFERENCE_DIVIDER = 1"),
+    _systick(
+        "an access that comes late",
+        "  uint64_t now = cpu->state.cycle;\n  hil_tick(cpu);\n",
+        "  uint64_t now = cpu->state.cycle;\n",
+    ),
+    _systick(
+        "enabling reloads", "if (stood && counts(timer) && !timer->value)", "if (stood && (timer->value = timer->load))"
+    ),
+    _systick("no end of a run at a tick", "    cpu->state.changed = 1;\n}", "    cpu->state.changed = 0;\n}"),
 )
 
 

@@ -225,9 +225,7 @@ class Machine:
             self._hopeless(self._watch.hopeless)
         elif self._stalled_until > now and self._runs_from_flash():
             self._pass_to(limit, self._stalled_until)
-        elif core.sleeping:
-            self._sleep(limit)
-        else:
+        elif not (core.sleeping and self._sleep(limit)):
             self._execute(limit)
 
     def _execute(self, limit: int) -> None:
@@ -254,18 +252,28 @@ class Machine:
         else:
             self.core.handle(stop)
 
-    def _sleep(self, limit: int) -> None:
-        """Wait for what wakes the CPU up; with SLEEPDEEP set, the chip's clocks stand still meanwhile."""
+    def _sleep(self, limit: int) -> bool:
+        """Wait for what wakes the CPU up; with SLEEPDEEP set, the chip's clocks stand still meanwhile.
+
+        Returns:
+            False if the engine has to go on: the CPU wakes, or SysTick comes before all other events.
+        """
         if not self._in_standby() and self.core.wakes():
+            if self._deep is None:
+                return False
             self._leave_deep_sleep()
             self.core.wake()
-            return
+            return True
         if self._look_at_fault and self._sleeps_for_ever():
-            return
+            return True
         if self.core.deep and self._deep is None:
             self._enter_deep_sleep()  # which changes the clock
-        else:
-            self._doze(limit)
+            return True
+        alarm, due = self.engine.alarm, self.time.next_cycle()
+        if alarm < limit and (due is None or alarm < due):
+            return False
+        self._doze(min(limit, alarm))
+        return True
 
     def _doze(self, limit: int) -> None:
         """Let time pass from event to event while the CPU sleeps on: what `_step` after `_step` would do, in less time.

@@ -102,7 +102,7 @@ class Core:
         self._kept = self.exceptions.kept
         self._nmi = Line(self.exceptions, Number.NMI)
         self._others: list[LaneBlock] = []
-        self.systick = SysTick(SCS_BASE, services, self.exceptions, kind.systick_calibration)
+        self.systick = SysTick(SCS_BASE, services, cpu, self.exceptions, kind.systick_calibration)
         self.nvic = Nvic(SCS_BASE, services, self.exceptions)
         self.scb = Scb(SCS_BASE, services, self.exceptions, kind)
         self._mpu = Mpu(SCS_BASE, services, kind.mpu_regions) if kind.mpu_regions else None

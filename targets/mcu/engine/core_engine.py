@@ -42,8 +42,17 @@ _SAY_WHETHER = {
     "hil_wakes": 0,
     "hil_scs_write": 3,
 }
-_STEPS = {"hil_take": 0, "hil_stack": 0, "hil_act": 2}
-_OTHERS = {"hil_reset_exceptions": 0, "hil_set_up_exceptions": 2, "hil_wake": 0, "hil_pay": 0, "hil_settle_floats": 0}
+_STEPS = {"hil_take": 0, "hil_stack": 0, "hil_act": 2, "hil_systick_lanes": 1}
+_OTHERS = {
+    "hil_reset_exceptions": 0,
+    "hil_set_up_exceptions": 2,
+    "hil_wake": 0,
+    "hil_pay": 0,
+    "hil_settle_floats": 0,
+    "hil_reset_systick": 0,
+    "hil_hold_systick": 1,
+    "hil_tick": 0,
+}
 _SP, _PC, _XPSR, _MSP, _PSP, _CONTROL = Reg.SP, Reg.PC, Reg.XPSR, Reg.MSP, Reg.PSP, Reg.CONTROL
 _IPSR, _SPSEL = 0x1FF, 1 << 1
 _XPSR_BITS, _GE = 0xFF00_FDFF, 0x000F_0000
@@ -92,6 +101,7 @@ class CoreEngine:
             bytes and value, for every part of the store in order; the memory is unchanged. A `BusFault` is a fault of
             the instruction.
         exceptions: what is kept of them; ``struct hil_exceptions`` (`exceptions.h`).
+        systick: the timer; ``struct hil_systick``.
 
     Raises:
         EngineError: the library is missing and cannot be made.
@@ -109,6 +119,7 @@ class CoreEngine:
         weakref.finalize(self, library.hil_free, self._core).atexit = False  # what runs at exit may still ask
         self._state = state = structure("hil_state").from_address(library.hil_state_of(self._core))
         self.exceptions: Any = structure("hil_exceptions").from_address(library.hil_exceptions_of(self._core))
+        self.systick: Any = structure("hil_systick").from_address(library.hil_systick_of(self._core))
         self._times = memoryview(state).cast("B")[:16].cast("Q")  # its first fields, `cycle` and `retired`
         self._registers = memoryview(state.reg).cast("B").cast("I")
         self._floats = memoryview(state.floats).cast("B").cast("I")
@@ -302,7 +313,8 @@ class CoreEngine:
 
     def _was_cut(self) -> bool:
         """Say whether a run that ended before its limit did so for another reason than that Ctrl-C may be waiting."""
-        return bool(self._state.counting or self._state.attention) or not self._state.limit_retired
+        state = self._state
+        return bool(state.counting or state.attention or state.alarm <= state.cycle) or not state.limit_retired
 
     def _stop(self, kind: StopKind) -> Stop:
         state = self._state
@@ -320,9 +332,24 @@ class CoreEngine:
     def reached_limit(self) -> bool:
         """True if the last run has come to its `limit_cycle`, perhaps lowered: something else is to be done now.
 
-        So it is if an exception wants to be taken.
+        So it is if an exception wants to be taken, or the SysTick timer has come to zero.
         """
-        return bool(self._state.cycle >= self._state.limit_cycle or self._state.attention)
+        state = self._state
+        return bool(state.cycle >= min(state.limit_cycle, state.alarm) or state.attention)
+
+    @property
+    def alarm(self) -> int:
+        """The cycle at which the SysTick timer comes to zero next, if anybody could notice; else far away."""
+        return self._state.alarm  # type: ignore[no-any-return]
+
+    def ticks(self) -> tuple[int, int, int, int] | None:
+        """Return how SysTick counts down: a value, cycles per step, the cycle of that value, how long so; or None."""
+        value, divider = ctypes.c_uint32(), ctypes.c_uint32()
+        origin, until = ctypes.c_uint64(), ctypes.c_uint64()
+        places = (ctypes.byref(place) for place in (value, divider, origin, until))
+        if not self._library.hil_systick_count(self._core, *places):
+            return None
+        return value.value, divider.value, origin.value, until.value
 
     @property
     def limit_cycle(self) -> int:
@@ -478,6 +505,9 @@ def _library() -> Any:
     library.hil_exceptions_of.argtypes, library.hil_exceptions_of.restype = (pointer,), pointer
     for run in (library.hil_run, library.hil_go):
         run.argtypes, run.restype = (pointer, double, double), word
+    library.hil_systick_of.argtypes, library.hil_systick_of.restype = (pointer,), pointer
+    library.hil_systick_count.argtypes = (pointer,) * 5
+    library.hil_systick_count.restype = ctypes.c_bool
     library.hil_scs_read.argtypes, library.hil_scs_read.restype = (pointer, word, word, pointer), ctypes.c_bool
     for result, functions in ((ctypes.c_bool, _SAY_WHETHER), (word, _STEPS), (None, _OTHERS)):
         for name, arguments in functions.items():

@@ -311,8 +311,8 @@ class CountedLoops:
     # --- what there is
 
     def _due(self, target: int) -> int:
-        due = self._time.next_cycle()
-        return target if due is None else min(target, due)
+        due, alarm = self._time.next_cycle(), self._engine.alarm
+        return min(target, alarm) if due is None else min(target, due, alarm)
 
     def _registers(self) -> tuple[int, ...]:
         return struct.unpack_from(f"<{len(Reg)}I", self._engine.fingerprint())

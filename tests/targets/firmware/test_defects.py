@@ -13,7 +13,6 @@ import pytest
 from targets.mcu.cortexm.core import Core
 from targets.mcu.cortexm.dwt import Dwt
 from targets.mcu.cortexm.scb import Scb
-from targets.mcu.cortexm.systick import SysTick
 from targets.mcu.stm32.exti import Exti
 from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.stm32.oscillator import Oscillator
@@ -256,10 +255,6 @@ DEFECTS = [
     Defect("no standby flag", "pwr-bkp", Pwr, "enter_standby", "self[CSR] |= SBF", "pass"),
     Defect("CSBF clears nothing", "pwr-bkp", Pwr, "write_CR", "self[CSR] &= ~SBF", "pass"),
     # --- core
-    Defect("COUNTFLAG stays", "systick", SysTick, "read_CTRL", "self._flag = 0", "pass"),
-    Defect("VAL keeps COUNTFLAG", "systick", SysTick, "write_VAL", "self._value = self._flag = 0", "self._value = 0"),
-    Defect("a period is too long", "systick", SysTick, "_zero_after", "self[_LOAD] + 1", "self[_LOAD] + 2"),
-    Defect("TICKINT is not looked at", "systick", SysTick, "_zero", "if self[_CTRL] & _TICKINT", "if True"),
     Defect("the counter stands still", "dwt-itm", Dwt, "read", "self.time.now - self._start", "0"),
     Defect("CYCCNT goes on when stopped", "dwt-itm", Dwt, "gate", "elif not counting and", "elif False and"),
     Defect("SEVONPEND is not looked at", "nvic", Scb, "write_SCR", "bool(value & _SEVONPEND)", "False"),

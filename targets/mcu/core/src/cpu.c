@@ -37,6 +37,7 @@ HIL_EXPORT struct hil_cpu *hil_new(uint32_t is_m7, uint32_t by_table, uint32_t b
   cpu->state.numerator = cpu->state.denominator = 1;
   cpu->state.float_access = 3;
   cpu->exceptions.fpccr = (uint32_t)0xC0000000; /* floating-point contexts begin by themselves, as after reset */
+  cpu->state.alarm = cpu->systick.cleared = UINT64_MAX;
   cpu->state.look_at = cpu->state.look_wait = HIL_FIRST_WAIT;
   cpu->state.fault = NO_FAULT;
   if (!cpu->decoder) {
@@ -49,6 +50,8 @@ HIL_EXPORT struct hil_cpu *hil_new(uint32_t is_m7, uint32_t by_table, uint32_t b
 HIL_EXPORT struct hil_state *hil_state_of(struct hil_cpu *cpu) { return &cpu->state; }
 
 HIL_EXPORT struct hil_exceptions *hil_exceptions_of(struct hil_cpu *cpu) { return &cpu->exceptions; }
+
+HIL_EXPORT struct hil_systick *hil_systick_of(struct hil_cpu *cpu) { return &cpu->systick; }
 
 static int32_t add_region(struct hil_cpu *cpu, struct hil_region region) {
   if (cpu->region_count == MOST_REGIONS || region.size & 3 || region.base & 3)

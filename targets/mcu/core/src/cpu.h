@@ -47,6 +47,7 @@ typedef void (*hil_write)(uint32_t window, uint32_t offset, uint32_t size, uint3
  * cycle, retired: time, of the next instruction or of the one in flight.
  * limit_cycle, limit_retired: a run ends at the first boundary at or after either; set by `hil_run`, and lowered from
  *   within an access, which then sets `changed`.
+ * alarm: the same for the next cycle at which something is to be done here; set by what does it (systick.c).
  * base, since, numerator, denominator: timing model "flat": instruction number `since` began at cycle `base`, and each
  *   takes numerator / denominator cycles.
  * table, refill, wait_states: timing model "table": whether it is that; the refill comes with every branch taken, wait
@@ -73,7 +74,7 @@ typedef void (*hil_write)(uint32_t window, uint32_t offset, uint32_t size, uint3
  * floats: S0 to S31 and FPSCR. */
 #define HIL_STATE_FIELDS(ONE, MANY) \
     ONE(uint64_t, cycle) ONE(uint64_t, retired) \
-    ONE(uint64_t, limit_cycle) ONE(uint64_t, limit_retired) \
+    ONE(uint64_t, limit_cycle) ONE(uint64_t, limit_retired) ONE(uint64_t, alarm) \
     ONE(uint64_t, base) ONE(uint64_t, since) ONE(uint64_t, numerator) ONE(uint64_t, denominator) \
     ONE(uint32_t, table) ONE(uint32_t, refill) ONE(uint32_t, wait_states) \
     ONE(uint32_t, until_unmasked) \
@@ -141,6 +142,7 @@ struct hil_decoder;
 struct hil_cpu {
   struct hil_state state;
   struct hil_exceptions exceptions;
+  struct hil_systick systick;
   struct hil_region regions[MOST_REGIONS];
   uint32_t region_count;
   struct hil_region nowhere;

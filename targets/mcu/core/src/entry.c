@@ -36,7 +36,7 @@ enum { ENTRY_CYCLES = 12, TAIL_CHAIN_CYCLES = 6, RETURN_CYCLES = 12, FLOAT_CYCLE
 enum { T_BIT = 1 << 24, APSR = (int32_t)0xF80F0000, IPSR = 0x1FF, ALIGNED = 1 << 9 };
 enum { NPRIV = 1, SPSEL = 2, FPCA = 4 };                       /* CONTROL */
 enum { NONBASETHRDENA = 1, STKALIGN = 1 << 9 };                /* CCR */
-enum { SLEEPONEXIT = 2 };                                      /* SCR */
+enum { SLEEPONEXIT = 2, SLEEPDEEP = 4 };                       /* SCR */
 enum { ASPEN = 1 << 31, LSPEN = 1 << 30, LSPACT = 1 };         /* FPCCR */
 enum { THREAD = 1 << 3, USER = 1 << 1, HFRDY = 1 << 4 }; /* FPCCR too */
 enum { FPDSCR_BITS = 0x07C00000 };
@@ -79,7 +79,7 @@ static bool write_words(struct hil_cpu *cpu, uint32_t address, const uint32_t *w
   return true;
 }
 
-static void add_cycles(struct hil_state *state, uint32_t cycles) {
+static void add_cycles(struct hil_state *state, uint64_t cycles) {
   state->base += cycles;
   state->cycle += cycles;
 }
@@ -325,8 +325,9 @@ static enum hil_trouble leave(struct hil_cpu *cpu) {
 
 /* Whether a sleeping core wakes: from WFI by an exception that may be taken, PRIMASK aside; from WFE by one that may be
  * taken, or the event register. */
-HIL_EXPORT bool hil_wakes(const struct hil_cpu *cpu) {
+HIL_EXPORT bool hil_wakes(struct hil_cpu *cpu) {
   const struct hil_exceptions *x = &cpu->exceptions;
+  hil_tick(cpu);
   if (!x->sleeping)
     return false;
   if (x->for_event && x->event)
@@ -366,7 +367,8 @@ static enum hil_trouble supervisor_call(struct hil_cpu *cpu) {
 }
 
 /* Whether there is an exception to enter, or the second step of entry or return to do. */
-HIL_EXPORT bool hil_can_take(const struct hil_cpu *cpu) {
+HIL_EXPORT bool hil_can_take(struct hil_cpu *cpu) {
+  hil_tick(cpu);
   return cpu->exceptions.step || (!cpu->exceptions.locked_up && preempts(cpu));
 }
 
@@ -398,8 +400,17 @@ HIL_EXPORT void hil_pay(struct hil_cpu *cpu) {
   cpu->exceptions.owed = 0;
 }
 
-/* Run as `hil_run` does, and take exceptions and return from them; also until the core sleeps. At the limit nothing
- * more is done, not even a step that is due. */
+/* Sleep up to the next tick, if that comes before the limit; false if something else has to end the sleep. */
+static bool sleep_on(struct hil_cpu *cpu) {
+  struct hil_state *state = &cpu->state;
+  if (cpu->exceptions.scr & SLEEPDEEP || state->alarm >= state->limit_cycle)
+    return false;
+  add_cycles(state, state->alarm - state->cycle);
+  return true;
+}
+
+/* Run as `hil_run` does, take exceptions and return from them, and sleep from tick to tick. At the limit nothing more is
+ * done, not even a step that is due. */
 HIL_EXPORT uint32_t hil_go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructions) {
   struct hil_state *state = &cpu->state;
   struct hil_exceptions *x = &cpu->exceptions;
@@ -411,8 +422,14 @@ HIL_EXPORT uint32_t hil_go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t i
     uint32_t why = STOP_STEP;
     if (state->cycle >= state->limit_cycle)
       return STOP_LIMIT;
-    if (x->sleeping)
-      return STOP_WFI;
+    if (x->sleeping) {
+      if (hil_wakes(cpu))
+        hil_wake(cpu);
+      else if (sleep_on(cpu))
+        continue;
+      else
+        return STOP_WFI;
+    }
     if (hil_can_take(cpu)) {
       trouble = hil_take(cpu);
     } else {

@@ -1,4 +1,5 @@
-/* Exceptions: which is pending, enabled and active (nvic.c), and how a core enters and leaves them (entry.c).
+/* Exceptions: which is pending, enabled and active (nvic.c), how a core enters and leaves them (entry.c), and the timer
+ * that makes one of them pending (systick.c).
  *
  * DDI0403 section B1.5. Sets of exceptions have the bit of each exception number; interrupt n is exception 16 + n. */
 #ifndef HIL_EXCEPTIONS_H
@@ -66,6 +67,16 @@ enum hil_trouble {
     MANY(int32_t, priorities, 256)
 HIL_STRUCT(hil_exceptions, HIL_EXCEPTIONS_FIELDS);
 
+/* ctrl, load: registers, without COUNTFLAG.
+ * value, start: the counter had that value from that cycle on.
+ * flag: COUNTFLAG, in its place.
+ * held: the clock stands still.
+ * cleared: the cycle at which a reload became due, by VAL or a start, unless it is taken. */
+#define HIL_SYSTICK_FIELDS(ONE, MANY) \
+    ONE(uint64_t, start) ONE(uint64_t, cleared) \
+    ONE(uint32_t, ctrl) ONE(uint32_t, load) ONE(uint32_t, value) ONE(uint32_t, flag) ONE(uint32_t, held)
+HIL_STRUCT(hil_systick, HIL_SYSTICK_FIELDS);
+
 /* nvic.c; what returns a bool says whether something could be taken now, masks aside, or wake the core. */
 bool hil_pend(struct hil_cpu *cpu, uint32_t number);
 int32_t hil_boosted_priority(const struct hil_cpu *cpu, bool with_primask);
@@ -75,6 +86,12 @@ void hil_activate(struct hil_cpu *cpu, uint32_t number);
 void hil_deactivate(struct hil_cpu *cpu, uint32_t number);
 bool hil_scs_read(struct hil_cpu *cpu, uint32_t offset, uint32_t size, uint32_t *value);
 bool hil_scs_write(struct hil_cpu *cpu, uint32_t offset, uint32_t size, uint32_t value);
+
+/* systick.c */
+void hil_tick(struct hil_cpu *cpu);
+bool hil_systick_read(struct hil_cpu *cpu, uint32_t offset, uint32_t *value);
+uint32_t hil_systick_lanes(const struct hil_cpu *cpu, uint32_t offset);
+bool hil_systick_write(struct hil_cpu *cpu, uint32_t offset, uint32_t value);
 
 /* A frame may put any number into IPSR, up to 511. */
 static inline bool hil_in(const uint32_t *set, uint32_t number) {

@@ -224,7 +224,7 @@ static bool read_word(struct hil_cpu *cpu, uint32_t offset, uint32_t *value) {
     const uint32_t *set = offset >= IABR ? x->active : offset < ISPR ? x->enabled : x->pending;
     *value = interrupts(set, offset >> 2 & 7);
   } else {
-    return false;
+    return hil_systick_read(cpu, offset, value);
   }
   return true;
 }
@@ -258,7 +258,7 @@ static bool write_word(struct hil_cpu *cpu, uint32_t offset, uint32_t value) {
   } else if (is_set(offset)) {
     write_set(cpu, offset & ~0x7Fu, FIRST_IRQ + 8 * (offset & 0x1C), value);
   } else {
-    return false;
+    return hil_systick_write(cpu, offset, value);
   }
   return true;
 }
@@ -276,7 +276,7 @@ HIL_EXPORT bool hil_scs_read(struct hil_cpu *cpu, uint32_t offset, uint32_t size
 HIL_EXPORT bool hil_scs_write(struct hil_cpu *cpu, uint32_t offset, uint32_t size, uint32_t value) {
   uint32_t word = offset & ~3u;
   if (size < 4) {
-    uint32_t shift = 8 * (offset & 3), mask = (1u << 8 * size) - 1, others = 0;
+    uint32_t shift = 8 * (offset & 3), mask = (1u << 8 * size) - 1, others = hil_systick_lanes(cpu, word);
     if (word >= IPR && word < IPR_END)
       read_word(cpu, word, &others);
     value = (others & ~(mask << shift)) | (value & mask) << shift;

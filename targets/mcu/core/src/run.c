@@ -31,8 +31,10 @@ uint64_t hil_cycle_at(const struct hil_state *state, uint64_t retired) {
 
 static uint64_t smaller(uint64_t a, uint64_t b) { return a < b ? a : b; }
 
+static uint64_t end_of(const struct hil_state *state) { return smaller(state->limit_cycle, state->alarm); }
+
 static bool is_over(const struct hil_state *state) {
-  return state->limit_cycle <= state->cycle || state->limit_retired <= state->retired || state->attention;
+  return end_of(state) <= state->cycle || state->limit_retired <= state->retired || state->attention;
 }
 
 /* What is left until the limits: instructions, or in the model "table" cycles, fewer than until either limit. */
@@ -42,10 +44,10 @@ static int64_t left_until_limit(const struct hil_state *state) {
   uint64_t instructions = smaller(state->limit_retired - state->retired, MOST_AT_ONCE);
   if (state->skip && !state->watching)
     instructions = state->look_at <= state->retired ? 1 : smaller(instructions, state->look_at - state->retired);
-  uint64_t cycles = smaller(state->limit_cycle - (state->table ? state->cycle : state->base), MOST_CYCLES);
+  uint64_t cycles = smaller(end_of(state) - (state->table ? state->cycle : state->base), MOST_CYCLES);
   if (state->table)
     return (int64_t)smaller(cycles, instructions);
-  if (state->limit_cycle <= state->base)
+  if (end_of(state) <= state->base)
     return 0;
   uint64_t reached = (cycles * state->denominator + state->numerator - 1) / state->numerator;
   uint64_t done = state->retired - state->since;
@@ -55,7 +57,7 @@ static int64_t left_until_limit(const struct hil_state *state) {
 /* Account for a loop that changes nothing, as many whole turns of it as end before the limits. */
 static void pass_over(struct hil_state *state, uint64_t instructions, uint64_t cycles) {
   uint64_t turns = (state->limit_retired - state->retired - 1) / instructions;
-  uint64_t until = smaller(state->limit_cycle - (state->table ? state->cycle : state->base), MOST_CYCLES);
+  uint64_t until = smaller(end_of(state) - (state->table ? state->cycle : state->base), MOST_CYCLES);
   if (state->table) {
     turns = smaller(turns, (until - 1) / cycles);
     state->cycle += turns * cycles;

@@ -28,6 +28,7 @@ int32_t hil_map_registers(struct hil_cpu *cpu, uint32_t base, uint32_t size);
 void hil_forget(struct hil_cpu *cpu, uint32_t base, uint32_t size);
 void hil_set_up_exceptions(struct hil_cpu *cpu, uint32_t irq_count, uint32_t priority_bits);
 void hil_reset_exceptions(struct hil_cpu *cpu);
+void hil_reset_systick(struct hil_cpu *cpu);
 bool hil_enable(struct hil_cpu *cpu, uint32_t number);
 bool hil_set_active(struct hil_cpu *cpu, uint32_t number, uint32_t active);
 bool hil_drive_line(struct hil_cpu *cpu, uint32_t number, uint32_t level);
@@ -97,10 +98,10 @@ static void write_code(uint8_t *data, uint32_t from, uint32_t to) {
 }
 
 static uint32_t somewhere(void) {
-  static const uint16_t SETS_AND_ICSR[] = {0x100, 0x180, 0x200, 0x280, 0x300, 0x400, 0xD04, 0xF00};
+  static const uint16_t SETS_AND_ICSR[] = {0x010, 0x100, 0x180, 0x200, 0x280, 0x300, 0x400, 0xD04, 0xF00};
   switch (below(10)) {
   case 8: return 0xFFFFFFE1u | drawn();
-  case 9: return (uint32_t)SCS_AT + SETS_AND_ICSR[below(8)] + below(one_in(2) ? 4 : 64);
+  case 9: return (uint32_t)SCS_AT + SETS_AND_ICSR[below(9)] + below(one_in(2) ? 4 : 64);
   case 0: return drawn();
   case 1: return REGISTERS_AT + below(WINDOW + 8) - 4;
   case 2: return ALIAS + below(MEMORY + 8);
@@ -223,6 +224,9 @@ static void draw_exceptions(struct hil_cpu *cpu) {
   x->event_on_pend = x->scr >> 4;
   x->fpccr = drawn() & (3u << 30 | 1);
   x->fpdscr = drawn() & 0x07C00000;
+  hil_reset_systick(cpu);
+  hil_systick_write(cpu, 0x14, one_in(2) ? below(16) : below(300));
+  hil_systick_write(cpu, 0x10, drawn());
 }
 
 /* As a caller of `hil_run` may leave the state, which is as CoreEngine.set does. */
@@ -298,7 +302,9 @@ static int run_wild(struct chip *chip, uint64_t instructions) {
     uint64_t retired = state->retired, cycle = state->cycle, limit = retired + 1 + below(AT_ONCE);
     state->skip = below(LOOK_ONCE + 1);
     bool takes = one_in(2);
-    uint32_t why = (takes ? hil_go : hil_run)(chip->cpu, one_in(2) ? UINT64_MAX : cycle + below(AT_ONCE), limit - retired);
+    if (!takes)
+      hil_reset_systick(chip->cpu);
+    uint32_t why = (takes ? hil_go : hil_run)(chip->cpu, one_in(2) ? cycle + 20 * AT_ONCE : cycle + below(AT_ONCE), limit - retired);
     if (takes ? check_time(state, why, retired, cycle, limit) : check(state, why, retired, cycle, limit))
       return 1;
     idle = state->retired == retired ? idle + 1 : 0;
@@ -329,22 +335,27 @@ static const char *difference(const struct chip *whole, const struct chip *cut) 
     return "reason";
   if (memcmp(&whole->cpu->exceptions, &cut->cpu->exceptions, sizeof whole->cpu->exceptions) != 0)
     return "exceptions";
+  if (memcmp(&whole->cpu->systick, &cut->cpu->systick, sizeof whole->cpu->systick) != 0)
+    return "timer";
   return a->exclusive != b->exclusive ? "monitor" : NULL;
 }
 
-static uint32_t run_to(struct chip *chip, uint64_t end, uint32_t most, bool takes) {
+/* Until so many instructions have retired, or so many cycles passed, at most `most` of either at a time. */
+static uint32_t run_to(struct chip *chip, uint64_t end, uint64_t end_cycle, uint32_t most, bool takes) {
   struct hil_state *state = hil_state_of(chip->cpu);
+  bool whole = most > AT_ONCE, asleep = false;
   uint32_t why;
   current = chip;
   do {
-    uint64_t limit = state->retired + 1 + below(most);
-    if (most > AT_ONCE || limit > end)
+    uint64_t limit = state->retired + 1 + below(most), limit_cycle = state->cycle + 1 + below(most);
+    if (whole || limit > end)
       limit = end > state->retired ? end : state->retired;
-    why = (takes ? hil_go : hil_run)(chip->cpu,
-                                     most > AT_ONCE || one_in(2) ? UINT64_MAX : state->cycle + 1 + below(most),
-                                     limit - state->retired);
-  } while ((why == STOP_LIMIT || why == STOP_PAUSE) &&
-           (state->retired < end || (takes && (hil_can_take(chip->cpu) || chip->cpu->exceptions.sleeping))));
+    if (whole || asleep || limit_cycle > end_cycle || one_in(2))
+      limit_cycle = end_cycle;
+    why = (takes ? hil_go : hil_run)(chip->cpu, limit_cycle, limit - state->retired);
+    asleep = why == STOP_WFI && takes && state->alarm < end_cycle && !(chip->cpu->exceptions.scr & 4) && !asleep;
+  } while (asleep || ((why == STOP_LIMIT || why == STOP_PAUSE) && state->cycle < end_cycle &&
+                      (state->retired < end || (takes && (hil_can_take(chip->cpu) || chip->cpu->exceptions.sleeping)))));
   return why == STOP_PAUSE ? STOP_LIMIT : why;
 }
 
@@ -368,16 +379,21 @@ static int run_cut(uint64_t instructions) {
   for (uint32_t n = 0; n < MEMORIES; n++)
     memcpy(chips[1].memory[n], chips[0].memory[n], MEMORY);
   for (uint32_t rounds = 0; whole->retired < end && rounds < instructions; rounds++) {
+    bool takes = one_in(2);
     restart(chips[0].cpu);
+    if (!takes)
+      hil_reset_systick(chips[0].cpu);
     whole->until_unmasked = 0;
     whole->skip = SKIP_NOTHING;
     chips[1].cpu->state = *whole;
     chips[1].cpu->exceptions = chips[0].cpu->exceptions;
+    chips[1].cpu->systick = chips[0].cpu->systick;
     uint32_t begin = whole->reg[R_PC];
     whole->skip = one_in(2) ? SKIP_NOTHING : SKIP_LOOPS;
     uint64_t until = whole->retired + 1 + below(AT_ONCE), retired = whole->retired, cycle = whole->cycle;
-    bool takes = one_in(2);
-    uint32_t why = run_to(&chips[0], until, AT_ONCE + 1, takes), other = run_to(&chips[1], until, 1 + below(6), takes);
+    uint64_t until_cycle = takes ? cycle + 20 * AT_ONCE : UINT64_MAX;
+    uint32_t why = run_to(&chips[0], until, until_cycle, AT_ONCE + 1, takes);
+    uint32_t other = run_to(&chips[1], until, until_cycle, 1 + below(6), takes);
     const char *what = why == other ? difference(&chips[0], &chips[1]) : "reason";
     if (what) {
       printf("cut, from %08" PRIX32 ": %s differ: %" PRIu32 " and %" PRIu32 "\n", begin, what, why, other);
