@@ -169,11 +169,16 @@ class Bus:
                         return peripheral.read(address - peripheral.base & ~3)
             return self.read_register(address, size)
 
-        return Access(
-            read,
-            lambda offset, size, value: self.write_register(base + offset, size, value),
-            lambda offset: self.is_live(base + offset),
-        )
+        def write(offset: int, size: int, value: int) -> None:
+            address = base + offset
+            peripheral = pages.get(address >> _PAGE_BITS)
+            if size != 4 or peripheral is None or not peripheral.clocked:
+                self.write_register(address, size, value)
+                return
+            self._count_write(address)
+            peripheral.write(address - peripheral.base & ~3, value)
+
+        return Access(read, write, lambda offset: self.is_live(base + offset))
 
     def is_live(self, address: int) -> bool:
         """Say whether the word at an address changes with time alone."""
@@ -221,9 +226,7 @@ class Bus:
             BusFault: nothing is there.
         """
         peripheral = self._pages.get(address >> _PAGE_BITS)
-        self.writes += 1
-        self.block_writes += address < _CORE
-        self._polled = -1
+        self._count_write(address)
         if peripheral is None:
             self._write_nothing(address)
             return
@@ -241,6 +244,11 @@ class Bus:
             peripheral.write(offset & ~3, kept & ~(_MASK[size] << shift) & _WORD | (value & _MASK[size]) << shift)
         else:
             peripheral.write(offset & ~3, (value & _MASK[size]) * _REPEAT[size])
+
+    def _count_write(self, address: int) -> None:
+        self.writes += 1
+        self.block_writes += address < _CORE
+        self._polled = -1
 
     def _read_nothing(self, address: int) -> int:
         self._check_quiet(address)

@@ -111,6 +111,7 @@ class Machine:
         self._stalled_until = 0
         self._deep: DeepSleep | None = None
         self._hangs = False
+        self._is_usual = False
         self._line = bytearray()
         self._map()
         self._connect()
@@ -136,7 +137,9 @@ class Machine:
         while self.ended is None:
             limit = max(time.cycle_at_ns(self._horizon_ns), time.now)
             if engine.cycle < limit:
-                self._step(limit)
+                self._look_anew()
+                while not time.halted and engine.read_cycle() < limit:
+                    self._step(limit)
                 continue
             # Time stands at the limit, even if the last instruction has gone beyond it: what comes from outside may
             # still happen in between.
@@ -149,7 +152,7 @@ class Machine:
         if ns < self._horizon_ns:
             self._horizon_ns = ns
             self.engine.stop_by(self.time.cycle_at_ns(ns))
-            self.time.halted = True
+            self._halt()
 
     def at_ns(self, ns: int, action: Callable[[], None]) -> None:
         """Have `action` happen at the first cycle that does not fall before bench time `ns`, or now if that passed.
@@ -208,31 +211,46 @@ class Machine:
 
     # --- the loop
 
+    def _look_anew(self) -> None:
+        """Find out what there is to do besides running; whatever may change that, or the limit, has time halted."""
+        self.time.halted = False
+        stalled = self._stalled_until > self.engine.cycle
+        self._is_usual = not (
+            stalled
+            or self._hangs
+            or self._reset_cause is not None
+            or self.core.locked_up is not None
+            or self._watch.hopeless is not None
+        )
+        self.core.go_by_steps(stalled or self._look_at_fault)
+
     def _step(self, limit: int) -> None:
         """Do the next thing that there is to do before cycle `limit`."""
-        time, engine, core = self.time, self.engine, self.core
-        now = engine.cycle
-        if time.run_due(now):
-            self._idle.restart()
-            return  # with the clock, the cycle of the limit may have changed
+        if self.time.run_due(self.engine.read_cycle()):
+            self._idle.restart()  # with the clock, the cycle of the limit may have changed
+        elif (self._is_usual or not self._did_unusual(limit)) and not (self.core.sleeping and self._sleep(limit)):
+            self._execute(limit)
+
+    def _did_unusual(self, limit: int) -> bool:
+        """Do what is there besides running, if anything is."""
         if self._reset_cause is not None:
             self._reset()
         elif self._hangs:
             self._pass_to(limit, limit)
-        elif core.locked_up is not None:
+        elif self.core.locked_up is not None:
             self._locked_up(limit)
         elif self._watch.hopeless is not None and not self.chip.watchdog_runs():
             self._hopeless(self._watch.hopeless)
-        elif self._stalled_until > now and self._runs_from_flash():
+        elif self._stalled_until > self.engine.cycle and self._runs_from_flash():
             self._pass_to(limit, self._stalled_until)
-        elif not (core.sleeping and self._sleep(limit)):
-            self._execute(limit)
+        else:
+            return False
+        return True
 
     def _execute(self, limit: int) -> None:
         time, engine = self.time, self.engine
         due = time.next_cycle()
         target = limit if due is None or due > limit else due
-        self.core.go_by_steps(self._look_at_fault or self._stalled_until > engine.cycle)
         time.follow_cpu()
         try:
             if self._look_at_fault and not self.core.can_take():
@@ -242,8 +260,9 @@ class Machine:
             else:
                 stop = engine.go(target)
         finally:
-            time.hold(engine.cycle)
+            time.hold(engine.read_cycle())
         if stop.kind is not StopKind.LIMIT:
+            self._halt()
             self._handle(stop)
 
     def _handle(self, stop: Stop) -> None:
@@ -258,15 +277,16 @@ class Machine:
         Returns:
             False if the engine has to go on: the CPU wakes, or SysTick comes before all other events.
         """
-        if not self._in_standby() and self.core.wakes():
-            if self._deep is None:
+        if self._deep is None:
+            if self.core.wakes():
                 return False
-            self._leave_deep_sleep()
+        elif not self._deep.is_standby and self.core.wakes():
+            self._leave_deep_sleep(self._deep)
             self.core.wake()
             return True
         if self._look_at_fault and self._sleeps_for_ever():
             return True
-        if self.core.deep and self._deep is None:
+        if self._deep is None and self.core.deep:
             self._enter_deep_sleep()  # which changes the clock
             return True
         alarm, due = self.engine.alarm, self.time.next_cycle()
@@ -299,17 +319,13 @@ class Machine:
         self.core.hold_clocks(True)
         chip.stop_clocks()
 
-    def _leave_deep_sleep(self) -> None:
+    def _leave_deep_sleep(self, deep: DeepSleep) -> None:
         """Wake from Stop; Standby is left by a reset alone."""
-        if self._deep is not None and not self._deep.is_standby:
-            self.engine.add_cycles(int(self._deep.wakeup_s * self.time.hclk_hz))
-            self.time.hold(self.engine.cycle)
-            self.chip.restart_clocks()
-            self.core.hold_clocks(False)
-            self._deep = None
-
-    def _in_standby(self) -> bool:
-        return self._deep is not None and self._deep.is_standby
+        self.engine.add_cycles(int(deep.wakeup_s * self.time.hclk_hz))
+        self.time.hold(self.engine.cycle)
+        self.chip.restart_clocks()
+        self.core.hold_clocks(False)
+        self._deep = None
 
     def _pass_to(self, limit: int, end: int) -> None:
         """Let time pass without instructions, up to the next event, `end` or `limit`."""
@@ -329,6 +345,7 @@ class Machine:
         self._stalled_until = 0
         self._deep = None
         self._hangs = False
+        self._halt()
         if cause == "POR":
             self._clear_ram()
         self.chip.reset(cause)
@@ -400,7 +417,7 @@ class Machine:
         fault, chip = self.core.last_fault, self.chip
         if fault is None:
             return False
-        if self._in_standby():
+        if self._deep is not None and self._deep.is_standby:
             may_wake = chip.standby_may_end()
         else:
             may_wake = self.core.may_wake(events=chip.sends_events())
@@ -439,7 +456,7 @@ class Machine:
         now = self.time.now if cycle is None else cycle
         place = self.place(pc) if self.image.function_at(pc) or self.image.line_at(pc) else ""
         self.ended = Ended(kind=kind, status=status, cause=cause, pc=pc, place=place, cycle=now, ns=self.time.ns(now))
-        self.time.halted = True
+        self._halt()
 
     # --- what the parts call
 
@@ -451,12 +468,12 @@ class Machine:
         return self.engine.get(Reg.PC) if self.engine.running else None
 
     def _cut(self) -> None:
-        """Have `_step` look anew at what there is to do: nothing more is executed, nor slept over, until then."""
+        """Have `run_to` look anew at what there is to do: nothing more is executed, nor slept over, until then."""
         self.engine.stop_by(0)
-        self.time.halted = True
+        self._halt()
 
     def _halt(self) -> None:
-        """Sleep over nothing more until `_step` has looked anew."""
+        """Have `run_to` look anew at what there is to do; nothing more is slept over until then."""
         self.time.halted = True
 
     def _ask_reset(self, cause: str) -> None:

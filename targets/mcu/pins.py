@@ -113,6 +113,7 @@ class Pin:
         "_digital",
         "_edges",
         "_followed",
+        "_heard_by",
         "_latch",
         "_level",
         "_listeners",
@@ -147,6 +148,7 @@ class Pin:
         self.nets: tuple[Net, ...] = ()
         self.outputs: tuple[PinOutput, ...] = ()
         self.inputs: tuple[PinInput, ...] = ()
+        self._heard_by: tuple[PinInput, ...] = ()  # those of them that listen
         self.bank = Bank()
         self.mask = 1
         self.alternate = False
@@ -343,13 +345,13 @@ class Pin:
         """Say who looks at the pin."""
         if self._listeners or self.nets:
             return Watch.LIVE
-        for signal in self.inputs:
-            if signal.on_change is not None:
-                return Watch.LIVE
+        if self._heard_by:
+            return Watch.LIVE
         return Watch.RECORD if self.recording or self.following else Watch.NOBODY
 
     def update_watch(self) -> None:
         """Tell the signals that are carried who looks at them now."""
+        self._heard_by = tuple(signal for signal in self.inputs if signal.on_change is not None)
         for output in self.outputs:
             output.update_watch()
         self.update_laziness()
@@ -365,7 +367,7 @@ class Pin:
     def update_wave(self) -> None:
         """Find out anew whether the pad carries a wave, and note it if something listens for its edges."""
         wave = next((one.wave for one in self.outputs if one.wave is not None), None) if self.alternate else None
-        if wave is not None and (self.nets or any(signal.on_change is not None for signal in self.inputs)):
+        if wave is not None and (self.nets or self._heard_by):
             text = f"carries {float(wave.hz) / 1e6:g} MHz, of which no edge is told: who is wired to the pin hears none"
             self._pins.notes.add("unmodelled", self.name, text)
         if wave != self.wave:
@@ -495,7 +497,7 @@ class Pin:
     def _input_changed(self) -> None:
         high = self._reads_high = not self._reads_high
         self.bank.word ^= self.mask
-        for signal in self.inputs:
+        for signal in self._heard_by:
             if signal.on_change is not None:
                 signal.on_change(high)
 

@@ -33,7 +33,8 @@ _FAULTS = tuple(FaultKind)
 _NO_LIMIT = (1 << 64) - 1
 _PAUSE = len(_STOPS)  # a run ended before its limit
 _LIMIT = Stop(StopKind.LIMIT)
-_PLAIN = {kind: Stop(kind) for kind in (StopKind.LIMIT, StopKind.WFI, StopKind.WFE, StopKind.SEV, StopKind.STEP)}
+_PLAIN = (StopKind.LIMIT, StopKind.WFI, StopKind.WFE, StopKind.SEV, StopKind.STEP)
+_PLAIN_STOPS = tuple(Stop(kind) if kind in _PLAIN else None for kind in _STOPS)
 # How many numbers functions of nvic.c and entry.c take: those that say whether, that return a trouble, and the others.
 _SAY_WHETHER = {
     **dict.fromkeys(("hil_pend", "hil_unpend", "hil_enable", "hil_disable", "hil_set_grouping"), 1),
@@ -294,7 +295,7 @@ class CoreEngine:
                 trouble, self._trouble = self._trouble, None
                 raise trouble
             if why != _PAUSE:
-                return self._stop(_STOPS[why])
+                return _PLAIN_STOPS[why] or self._stop(_STOPS[why])
             if limit_instructions is not None or skip is Skip.LOOK_ONCE or self._was_cut():
                 return _LIMIT
             limit = self._state.limit_cycle  # as lowered since
@@ -318,8 +319,6 @@ class CoreEngine:
 
     def _stop(self, kind: StopKind) -> Stop:
         state = self._state
-        if kind in _PLAIN:
-            return _PLAIN[kind]
         if kind is not StopKind.FAULT:
             return Stop(kind, state.stop_value)
         fault = _FAULTS[state.fault]
