@@ -14,6 +14,7 @@ from hilbench.bench.protocol_cases import DeviceCase, PeerCase
 from hilbench.bench.protocol_peer import peer_of
 from hilbench.bench.shared import Shared
 from hilbench.clock import Scheduler
+from hilbench.journal import Journal
 from hilbench.judging.provider import CaseInfo
 from hilbench.links import Port
 from hilbench.plugins.protocol import ProtocolPlugin
@@ -51,6 +52,11 @@ class DeviceProvider:
     def suites(self) -> Sequence[str]:
         """The suites of the bench file."""
         return self._shared.suites
+
+    @property
+    def recorded_in(self) -> Journal:
+        """Where its cases are recorded."""
+        return self._shared.journal
 
     def describe(self) -> Mapping[str, str]:
         """Name the bench and its target."""

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from hilbench import __version__
+from hilbench.check.adding_up import in_order
 from hilbench.check.catalogue import Clause
 from hilbench.check.collector import Collector, PlannedCase
 from hilbench.check.report.footer import named
@@ -60,7 +61,7 @@ def make_report(
     observed: Observations | None = None,
 ) -> Report:
     """Return the report of a run, complete for what was run, whenever and however it ended."""
-    observed = observed or Observations()
+    observed = in_order(observed or Observations())
     cases = collector.cases()
     clauses = tuple(_clause_result(group, options) for group in _by_clause(collector.planned, cases))
     code = _exit_code(collector, cases, clauses, strict=options.strict)

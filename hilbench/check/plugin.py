@@ -6,7 +6,7 @@ here and in `hilbench.check.pytest_run`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -274,6 +274,8 @@ class CheckPlugin:
         wanted = compile_selection(self._select, {clause for plan in plans for clause in plan.clause_ids})
         items[:] = [item for item in items if _PLAN not in item.stash or wanted(_candidate(item.stash[_PLAN]))]
         self.collector.plan(item.stash[_PLAN] for item in items if _PLAN in item.stash)
+        if self._screens is not None:
+            self._screens.plan(plan.id for plan in self.collector.planned)
         if self._only_cases:
             items[:] = [item for item in items if not item.stash[_PLAN].missing]
         self._to_run = len(items)
@@ -388,6 +390,11 @@ class CheckPlugin:
         """Keep what went wrong inside pytest or this plugin."""
         self.collector.defects.append(f"{excinfo.typename}: {excinfo.value}")
         self.collector.stop("a defect in hilbench")
+
+
+def items_by_case(items: Iterable[pytest.Item]) -> dict[str, pytest.Item]:
+    """Return pytest's items of the planned cases, by the ids of these."""
+    return {item.stash[_PLAN].id: item for item in items if _PLAN in item.stash}
 
 
 def _has_line(entry: Any) -> bool:

@@ -49,10 +49,18 @@ _ARGUMENTS = (
 )
 
 
-def run_pytest(files: Sequence[Path], plugin: CheckPlugin, *, collect_only: bool = False) -> str:
+def run_pytest(
+    files: Sequence[Path], plugin: CheckPlugin, *, collect_only: bool = False, more: Sequence[object] = ()
+) -> str:
     """Run the suites in the given files or folders; the plugin's collector holds what came of it.
 
     Pytest's own exit code means nothing here: whatever happened has reached the plugin.
+
+    Args:
+        files: where the suites are.
+        plugin: gives cases their bench and takes their results.
+        collect_only: run nothing.
+        more: further plug-ins of pytest.
 
     Returns:
         What pytest printed, for the account of a defect.
@@ -60,7 +68,7 @@ def run_pytest(files: Sequence[Path], plugin: CheckPlugin, *, collect_only: bool
     arguments = [*_ARGUMENTS, *(["--collect-only"] if collect_only else []), *(str(file) for file in files)]
     printed = io.StringIO()
     with _own_environment(), contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
-        with_room(pytest.main, arguments, plugins=[plugin, Neighbours()])
+        with_room(pytest.main, arguments, plugins=[plugin, Neighbours(), *more])
     return printed.getvalue()
 
 

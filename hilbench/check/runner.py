@@ -8,13 +8,14 @@ from __future__ import annotations
 import contextlib
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hilbench.benchfile.suites import find_suites, is_shipped
 from hilbench.check.collector import Collector, PlannedCase
 from hilbench.check.evaluate import make_report
+from hilbench.check.given import ProviderFactory
 from hilbench.check.report import check_outputs, listing, write_report
 from hilbench.check.results import CaseResult, Report
 from hilbench.check.screens import Draw, Screens
@@ -23,18 +24,20 @@ from hilbench.errors import HilbenchError, InternalError, UnavailableError, Usag
 from hilbench.exit_codes import ExitCode
 from hilbench.files.names import escaped
 from hilbench.judging.observations import Observing
-from hilbench.judging.provider import BenchProvider, Choosing
+from hilbench.judging.provider import BenchProvider, Choosing, Journalled
 from hilbench.judging.verdicts import marked
 from hilbench.terminal.console import Console
 from hilbench.terminal.options import CheckOptions
 
 if TYPE_CHECKING:
+    from hilbench.check.parallel import Crew
     from hilbench.check.plugin import CheckPlugin, ProgressCallback, ResultCallback
 
 _LINE = 200
 """Columns that a line about a case has at most, in a log."""
 
-ProviderFactory = Callable[[CheckOptions], BenchProvider]
+_ENOUGH_TO_TELL = 10
+"""Cases after which it is told how long the rest will take (choice)."""
 
 
 def run_suites(
@@ -62,14 +65,14 @@ def run_suites(
         InternalError: a shipped suite cannot be read.
     """
     watch = Stopwatch()
-    collector = _pytest(options, provider, on_case=on_case, on_result=on_result, collect_only=False, screens=screens)
+    collector = run_cases(options, provider, on_case=on_case, on_result=on_result, screens=screens)
     observed = provider.observed() if isinstance(provider, Observing) else None
     return make_report(collector, options, provider.describe(), watch.elapsed_s(), observed)
 
 
 def list_cases(options: CheckOptions, provider: BenchProvider) -> list[PlannedCase]:
     """Return the cases that the options select, in the order in which they would run; see `run_suites`."""
-    return _pytest(options, provider, collect_only=True).planned
+    return run_cases(options, provider, collect_only=True).planned
 
 
 def run_check(
@@ -107,12 +110,25 @@ def run_check(
             if options.screens is not None and draw is not None:
                 screens = Screens(options.screens, draw, str(provider.describe().get("bench", "")))
             on_result = None if console.watched else _reporter_of_results(console)
-            report = run_suites(
-                options, provider, on_case=_reporter_of_cases(show), on_result=on_result, screens=screens
-            )
+            on_case = _reporter_of_cases(show)
+            if options.jobs > 1 and isinstance(provider, Journalled):
+                crew = _crew(options, provider, provider_factory, draw)
+                report, lost = crew.report(provider.describe(), on_case, on_result), crew.lost
+            else:
+                if options.jobs > 1:
+                    console.narrate("--jobs: the cases of this target run one after the other")
+                report = run_suites(options, provider, on_case=on_case, on_result=on_result, screens=screens)
+                lost = screens.problem if screens is not None else None
         with _no_interruption():
-            lost = _closing_error(stack) or (screens.problem if screens is not None else None)
-            return write_report(report, options, console, lost)
+            return write_report(report, options, console, _closing_error(stack) or lost)
+
+
+def _crew(options: CheckOptions, provider: Journalled, provider_factory: ProviderFactory, draw: Draw | None) -> Crew:
+    from hilbench.check.parallel import Crew
+
+    assert isinstance(provider, BenchProvider)
+    collector = run_cases(options, provider, collect_only=True)
+    return Crew(options, collector, provider_factory, draw, provider.recorded_in)
 
 
 def _closing_error(stack: contextlib.ExitStack) -> HilbenchError | None:
@@ -125,10 +141,21 @@ def _closing_error(stack: contextlib.ExitStack) -> HilbenchError | None:
 
 
 def _reporter_of_cases(show: Callable[[str], None]) -> ProgressCallback:
+    watch = Stopwatch()
+
     def tell(planned: PlannedCase, number: int, total: int) -> None:
-        show(f"{number}/{total} {', '.join(planned.clause_ids)} {planned.id}")
+        left = _time_left(watch.elapsed_s(), number - 1, total)
+        show(f"{number}/{total}{left} {', '.join(planned.clause_ids)} {planned.id}")
 
     return tell
+
+
+def _time_left(elapsed_s: float, begun: int, total: int) -> str:
+    """Return in words how long the rest will take, if cases take as long as those before; nothing at first."""
+    left_s = elapsed_s / begun * (total - begun) if begun >= _ENOUGH_TO_TELL else 0.0
+    if left_s < 1:
+        return ""
+    return f", {left_s:.0f} s left:" if left_s < 100 else f", {left_s / 60:.0f} min left:"
 
 
 def _reporter_of_results(console: Console) -> ResultCallback:
@@ -143,15 +170,30 @@ def _reporter_of_results(console: Console) -> ResultCallback:
     return tell
 
 
-def _pytest(
+def run_cases(
     options: CheckOptions,
     provider: BenchProvider,
     *,
     on_case: ProgressCallback | None = None,
     on_result: ResultCallback | None = None,
-    collect_only: bool,
+    collect_only: bool = False,
     screens: Screens | None = None,
+    more: Sequence[object] = (),
 ) -> Collector:
+    """Do as `run_suites`, and return what came of it as it is.
+
+    Args:
+        options: as there.
+        provider: as there.
+        on_case: as there.
+        on_result: as there.
+        collect_only: plan the run only.
+        screens: as there.
+        more: plug-ins of pytest that have a say in which cases run, and when.
+
+    Raises:
+        HilbenchError: as there.
+    """
     from hilbench.check.plugin import CheckPlugin
     from hilbench.check.pytest_run import run_pytest
 
@@ -167,7 +209,7 @@ def _pytest(
         on_result=on_result,
         screens=screens,
     )
-    printed = run_pytest(files, plugin, collect_only=collect_only) if files else ""
+    printed = run_pytest(files, plugin, collect_only=collect_only, more=more) if files else ""
     _raise_refusals(plugin)
     if not collector.planned and not collector.stopped:
         if collector.defects:

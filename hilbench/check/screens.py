@@ -6,7 +6,7 @@ Who draws them is handed in: nothing here knows the dashboard, and nothing of it
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -56,10 +56,15 @@ class Screens:
         self._draw = draw
         self._bench = bench
         self._taken: set[str] = set()
+        self._names: dict[str, str] = {}
+
+    def plan(self, case_ids: Iterable[str]) -> None:
+        """Give the picture of each of these cases its name, in their order."""
+        self._names = {case_id: self._name(case_id) for case_id in case_ids}
 
     def save(self, case_id: str, view: CaseView, verdict: Verdict, cause: str) -> str:
         """Draw what was to be seen of a case; return the name of the file, empty if there is none."""
-        path = self._folder / self._name(case_id)
+        path = self._folder / (self._names.get(case_id) or self._name(case_id))
         header = {"kind": "journal", "bench": self._bench, "live": view.about}
         try:
             drawn = self._draw(header, view.events, f"{verdict.value.upper()} {case_id}: {cause}")

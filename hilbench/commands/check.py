@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hilbench.cli.journal_options import add_journal, check_journal
 from hilbench.cli.protocol_flags import add_plugins, use_plugins
@@ -12,11 +12,15 @@ from hilbench.terminal import arguments, interruption
 from hilbench.terminal.options import THROUGH, CheckOptions
 from hilbench.terminal.parser import Parser, typed
 
+if TYPE_CHECKING:
+    from hilbench.judging.provider import BenchProvider
+
 _EXAMPLES = """
 hilbench check                                   the bench in ./hilbench.toml, or else the virtual Pioneer
 hilbench check pioneer --suite p2os-server -k 'S36 or watchdog'
 hilbench check --target serial:/dev/ttyUSB0@9600 --suite p2os-server --junit report.xml
 hilbench check rover -k 'P24D or P29D'             an emulated rover, each case on the image of its own profile
+hilbench check vehicle --jobs auto                 on all processors: the same verdicts and the same run hash, sooner
 hilbench check --suite pkt-board --target serial:/dev/ttyACM0@115200
 hilbench check --suite pkt-board --target serial:serial=0668FF303430   whatever its port is called; see hilbench ports
 hilbench check vehicle-model --target simulator=serial:/dev/ttyUSB0 --target stack=serial:/dev/ttyACM0
@@ -62,6 +66,8 @@ def parser() -> Parser:
     add("--junit", metavar="FILE", type=typed(arguments.output_file), help="write JUnit XML")
     add("--json", metavar="FILE", help="write the report, or with --list the list, as JSON; - is standard output")
     add_journal(made)
+    add("--jobs", metavar="N", type=typed(arguments.jobs), default=1,
+        help="run cases of a virtual target in N processes, or in as many as there are processors: auto")  # fmt: skip
     add("--through", choices=THROUGH, default="",
         help="let each byte of the checker's lines pass such a door of this machine, in virtual time")  # fmt: skip
     add("--screens", metavar="DIR", type=typed(arguments.output_file),
@@ -72,10 +78,8 @@ def parser() -> Parser:
 
 def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.check.runner.run_check`."""
-    from hilbench.check.bench_provider import make_provider
     from hilbench.check.runner import run_check
     from hilbench.files.names import escaped
-    from hilbench.judging.provider import BenchProvider
 
     check_journal(parsed)
     use_plugins(parsed.plugin)
@@ -94,14 +98,18 @@ def run(parsed: argparse.Namespace) -> int:
         through=parsed.through,
         screens=parsed.screens,
         list_only=parsed.list,
+        jobs=parsed.jobs,
+        plugins=tuple(parsed.plugin),
     )
+    return run_check(options, _provider_of, draw=_draw)
 
-    def provider_of(options: CheckOptions) -> BenchProvider:
-        provider = make_provider(options)
-        interruption.raise_once()
-        return provider
 
-    return run_check(options, provider_of, draw=_draw)
+def _provider_of(options: CheckOptions) -> BenchProvider:
+    from hilbench.check.bench_provider import make_provider
+
+    provider = make_provider(options)
+    interruption.raise_once()
+    return provider
 
 
 def _draw(header: Mapping[str, Any], events: Sequence[Mapping[str, Any]], said: str) -> str:

@@ -166,6 +166,23 @@ class Journal:
         """Record an event that exists as an object: `name` is its class, `value` its fields."""
         self.record(kind, source, at_ns, name=type(value).__name__, value=value)
 
+    def append(self, lines: bytes) -> None:
+        """Add whole lines of another journal with the same header, such as those of a case, to the file.
+
+        Raises:
+            UnavailableError: they cannot be written.
+        """
+        for line in lines.splitlines(keepends=True):
+            if _is_of(SCENE, line):
+                self._scene = line
+            elif _is_of("case", line):
+                self._scene = b""
+            self._pending.append(line)
+            self._pending_bytes += len(line)
+            if self._pending_bytes >= _FLUSH_BYTES:
+                self.flush_step()
+        self.flush_step()
+
     def flush_step(self) -> None:
         """Write what was recorded since the last call, in one piece. Called by the bench after each of its steps."""
         if not self._pending or self._file is None:
@@ -283,6 +300,11 @@ class Journal:
             problem = "the file is empty"
         ended = bool(events) and events[-1]["kind"] == "host-end"
         return Recording(header=header, events=tuple(events), problem=problem, ended=ended)
+
+
+def _is_of(kind: str, line: bytes) -> bool:
+    """Say whether an event as it is written is of a kind."""
+    return f'"kind":"{kind}"'.encode() in line and (_decoded(line) or {}).get("kind") == kind
 
 
 def _about(event: Mapping[str, Any]) -> dict[str, Any]:

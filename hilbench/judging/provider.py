@@ -149,6 +149,30 @@ class Preparing(Protocol):
 
 
 @runtime_checkable
+class Lines(Protocol):
+    """Where what happens is written down, line by line."""
+
+    def append(self, lines: bytes) -> None:
+        """Add whole lines that another of the same kind has written.
+
+        Raises:
+            UnavailableError: they cannot be written.
+        """
+
+    def flush_step(self) -> None:
+        """Write what has happened so far; raises as `append`."""
+
+
+@runtime_checkable
+class Journalled(Protocol):
+    """What a provider may have besides, if each of its benches is made anew: then cases may run beside each other."""
+
+    @property
+    def recorded_in(self) -> Lines:
+        """Where its cases are recorded, one after the other; nothing is recorded before the first of them begins."""
+
+
+@runtime_checkable
 class Doubtful(Protocol):
     """What the bench of a case may have besides: how far its times can be trusted; where time is virtual, wholly."""
 

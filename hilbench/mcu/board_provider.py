@@ -84,6 +84,11 @@ class BoardProvider:
             found |= {"world", "scene"} | physics_capabilities(bench_file.world.physics)
         return frozenset(found)
 
+    @property
+    def recorded_in(self) -> Journal:
+        """Where its cases are recorded."""
+        return self._shared.journal
+
     def describe(self) -> Mapping[str, str]:
         """Name the bench, its boards and its physics."""
         bench_file = self._shared.bench_file

@@ -6,6 +6,7 @@ They raise `ValueError` with what is wrong; whoever calls them knows which optio
 from __future__ import annotations
 
 import math
+import os
 import re
 from fractions import Fraction
 from pathlib import Path
@@ -22,6 +23,7 @@ _HIGHEST_PORT = 65_535
 _HIGHEST_SEED = 2**63 - 1
 _SLOWEST_BAUD, _FASTEST_BAUD = 300, 4_000_000
 _LONGEST_WAIT = 1000
+_MOST_JOBS = 256
 
 
 def target_choice(text: str) -> TargetChoice:
@@ -65,6 +67,11 @@ def output_file(text: str) -> Path:
 def seed(text: str) -> int:
     """Read a seed: a whole number, 0 to 2**63 - 1."""
     return _whole_number(text, 0, _HIGHEST_SEED)
+
+
+def jobs(text: str) -> int:
+    """Read how many processes: a whole number, 1 to 256, or ``auto`` for as many as there are processors for us."""
+    return len(os.sched_getaffinity(0)) if text == "auto" else _whole_number(text, 1, _MOST_JOBS)
 
 
 def baud(text: str) -> int:

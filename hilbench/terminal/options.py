@@ -52,6 +52,8 @@ class CheckOptions:
         through: one of `THROUGH`, for lines that pass such a door of this machine; empty for lines in memory.
         screens: the folder for pictures of the screen of the dashboard at the moment a case fails.
         list_only: list the cases and run nothing.
+        jobs: how many processes run cases, at least 1.
+        plugins: the files of ``--plugin``.
     """
 
     bench: str | None = None
@@ -68,6 +70,8 @@ class CheckOptions:
     through: str = ""
     screens: Path | None = None
     list_only: bool = False
+    jobs: int = 1
+    plugins: tuple[Path, ...] = ()
 
     def outputs(self) -> tuple[tuple[str, Path | None], ...]:
         """Return the files to write, by the options that name them."""

@@ -244,6 +244,8 @@ class Machine:
         elif self._stalled_until > self.engine.cycle and self._runs_from_flash():
             self._pass_to(limit, self._stalled_until)
         else:
+            if self._watch.hopeless is None and self._stalled_until <= self.engine.cycle:
+                self._halt()  # the stall is over
             return False
         return True
 

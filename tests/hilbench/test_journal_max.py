@@ -38,6 +38,44 @@ def test_what_is_no_size_says_so(text):
         arguments.journal_bytes(text)
 
 
+def case_lines(journal, name, scene=True):
+    journal.begin_case(name)
+    if scene:
+        journal.record("scene", "world", 0, walls=[1, 2, 3])
+    for index in range(60):
+        journal.record("tx", "a", index, n=index)
+    journal.end_case(60)
+
+
+def test_cases_of_another_journal_are_added_as_they_are(tmp_path):
+    one, other, both = (Journal(tmp_path / f"{name}.jsonl") for name in ("one", "other", "both"))
+    for journal in (one, both):
+        case_lines(journal, "a")
+    begin = (tmp_path / "other.jsonl").stat().st_size
+    for journal in (other, both):
+        case_lines(journal, "b")
+    one.append((tmp_path / "other.jsonl").read_bytes()[begin:])
+    for journal in (one, other, both):
+        journal.close()
+    assert (tmp_path / "one.jsonl").read_bytes() == (tmp_path / "both.jsonl").read_bytes()
+
+
+def test_cases_that_are_added_stay_within_it_and_each_part_says_what_stands_there(tmp_path):
+    source, limited = Journal(tmp_path / "source.jsonl"), Journal(tmp_path / "x.jsonl", max_bytes=LIMIT)
+    begin = (tmp_path / "source.jsonl").stat().st_size
+    case_lines(source, "a")
+    source.close()
+    limited.append((tmp_path / "source.jsonl").read_bytes()[begin:].rsplit(b"{", 1)[0])
+    limited.append(b'{"ns":0,"kind":"tx","source":"a","n":99}\n')
+    limited.close()
+    last = Journal.read(tmp_path / "x.jsonl")
+    assert [event["kind"] for event in last.events] == ["scene", "tx", "host-end"]
+    limited_without = Journal(tmp_path / "y.jsonl", max_bytes=LIMIT)
+    limited_without.append(b'{"ns":0,"kind":"case","source":"journal","case":"scene"}\n' * 80)
+    limited_without.close()
+    assert [event["kind"] for event in Journal.read(tmp_path / "y.jsonl").events] == ["host-end"]
+
+
 def test_a_run_stays_within_it_and_its_parts_follow_each_other(tmp_path, capfd):
     path = tmp_path / "run.jsonl"
     assert (

@@ -10,6 +10,7 @@ from hilbench.bench.locked_providers import AttachedProviderBase, FarEnd
 from hilbench.bench.physics import describe_physics, physics_capabilities, require_physics
 from hilbench.bench.shared import Shared
 from hilbench.clock import Scheduler
+from hilbench.journal import Journal
 from hilbench.judging.observations import Observations
 from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, Port
@@ -79,6 +80,11 @@ class VirtualProvider:
     def suites(self) -> Sequence[str]:
         """The suites of the bench file."""
         return self._shared.suites
+
+    @property
+    def recorded_in(self) -> Journal:
+        """Where its cases are recorded."""
+        return self._shared.journal
 
     def describe(self) -> Mapping[str, str]:
         """Name the bench, its target and its physics."""

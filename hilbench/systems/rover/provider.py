@@ -12,6 +12,7 @@ from hilbench.bench.locked_providers import AttachedProviderBase, FarEnd
 from hilbench.bench.shared import Shared
 from hilbench.clock import Scheduler
 from hilbench.errors import UsageError
+from hilbench.journal import Journal
 from hilbench.judging.observations import Observations
 from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port
@@ -76,6 +77,11 @@ class RoverProvider:
     def suites(self) -> Sequence[str]:
         """The suites of the bench file."""
         return self._shared.suites
+
+    @property
+    def recorded_in(self) -> Journal:
+        """Where its cases are recorded."""
+        return self._shared.journal
 
     def describe(self) -> Mapping[str, str]:
         """Name the bench and its target."""

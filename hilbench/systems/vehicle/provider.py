@@ -20,6 +20,7 @@ from hilbench.benchfile.line_hooks import run_hook
 from hilbench.benchfile.target_grammar import TargetKind, target_of
 from hilbench.clock import Scheduler
 from hilbench.errors import UnavailableError, UsageError
+from hilbench.journal import Journal
 from hilbench.judging.observations import Observations
 from hilbench.judging.provider import BenchProvider, CaseInfo
 from hilbench.links import Line, MemoryLink, parse_serial_target
@@ -122,6 +123,11 @@ class VehicleProvider:
     def suites(self) -> Sequence[str]:
         """The suites of the bench file."""
         return self._shared.suites
+
+    @property
+    def recorded_in(self) -> Journal:
+        """Where its cases are recorded."""
+        return self._shared.journal
 
     def describe(self) -> Mapping[str, str]:
         """Name the bench and its target."""

@@ -238,6 +238,7 @@ class Core:
     @on_running.setter
     def on_running(self, listener: Callable[[int], None] | None) -> None:
         self._on_running = listener
+        self._kept.began = False  # what began before is not for who listens from now on
 
     def go_by_steps(self, wanted: bool) -> None:
         """Have the engine stop after each step of an entry or return, or only if somebody listens to `on_running`."""
