@@ -70,7 +70,7 @@ DEFECTS = [
     Defect("a read takes nothing", "chip", Hsem, "read", "self[number] = LOCK | CPU", "pass"),
     Defect("anybody releases", "chip", Hsem, "_ask", "elif self[offset] == LOCK | owner:", "else:"),
     Defect("a release is no interrupt", "chip", Hsem, "_release", "1 << offset // 4", "0"),
-    Defect("bytes are lost", "chip", Bus, "write_register", "peripheral.write(offset & ~3, value & _WORD)", "pass"),
+    Defect("words are lost", "chip", Bus, "window", "peripheral.write(address - peripheral.base & ~3, value)", "pass"),
 ]
 
 
