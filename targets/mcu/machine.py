@@ -227,8 +227,8 @@ class Machine:
     def _step(self, limit: int) -> None:
         """Do the next thing that there is to do before cycle `limit`."""
         if self.time.run_due(self.engine.read_cycle()):
-            self._idle.restart()  # with the clock, the cycle of the limit may have changed
-        elif (self._is_usual or not self._did_unusual(limit)) and not (self.core.sleeping and self._sleep(limit)):
+            return  # with the clock, the cycle of the limit may have changed
+        if (self._is_usual or not self._did_unusual(limit)) and not (self.core.sleeping and self._sleep(limit)):
             self._execute(limit)
 
     def _did_unusual(self, limit: int) -> bool:
@@ -250,19 +250,12 @@ class Machine:
         return True
 
     def _execute(self, limit: int) -> None:
-        time, engine = self.time, self.engine
-        due = time.next_cycle()
-        target = limit if due is None or due > limit else due
-        time.follow_cpu()
-        try:
-            if self._look_at_fault and not self.core.can_take():
-                stop = self._look(target)
-            elif self._skips:
-                stop = self._idle.run(target)
-            else:
-                stop = engine.go(target)
-        finally:
-            time.hold(engine.read_cycle())
+        if self._look_at_fault and not self.core.can_take():
+            stop = self._look(limit)
+        elif self._skips:
+            stop = self._idle.run(limit)
+        else:
+            stop = self.engine.go(limit)
         if stop.kind is not StopKind.LIMIT:
             self._halt()
             self._handle(stop)
@@ -277,7 +270,7 @@ class Machine:
         """Wait for what wakes the CPU up; with SLEEPDEEP set, the chip's clocks stand still meanwhile.
 
         Returns:
-            False if the engine has to go on: the CPU wakes, or SysTick comes before all other events.
+            False if the engine has to go on: the CPU wakes, or SysTick or an event in C comes before all others.
         """
         if self._deep is None:
             if self.core.wakes():
@@ -292,7 +285,7 @@ class Machine:
             self._enter_deep_sleep()  # which changes the clock
             return True
         alarm, due = self.engine.alarm, self.time.next_cycle()
-        if alarm < limit and (due is None or alarm < due):
+        if self.time.next_is_of(limit) or (alarm < limit and (due is None or alarm < due)):
             return False
         self._doze(min(limit, alarm))
         return True
@@ -304,8 +297,6 @@ class Machine:
         """
         time, engine = self.time, self.engine
         reached = time.run_until(limit)
-        if reached is not None:
-            self._idle.restart()
         end = reached if reached is not None and time.halted else limit
         engine.add_cycles(max(0, end - engine.cycle))
 
@@ -540,8 +531,7 @@ class Machine:
 
     def _connect(self) -> None:
         """Tie the callbacks of the parts together."""
-        self.time.read_cycle = self.engine.read_cycle
-        self.time.on_earlier = self.engine.stop_by
+        self.engine.live_in(self.time)
         self.core.on_change = self._halt
         self.core.on_fault = self._fault
         self.core.itm.on_stimulus = self._stimulus

@@ -332,9 +332,9 @@ class FakeChip:
         """Let cycles pass; every event happens at its own cycle."""
         self.advance_to(self.time.now + cycles)
 
-    def advance_to(self, cycle: int) -> None:
-        """Let time pass until `cycle`."""
-        self.time.run_due(cycle)
+    def advance_to(self, cycle: int | Fraction) -> None:
+        """Let time pass until `cycle`; of one that is not whole, the last before it."""
+        self.time.run_due(int(cycle))
 
     def advance_s(self, seconds: Fraction) -> None:
         """Let bench time pass, also while the rate of HCLK changes on the way; ends at the first cycle not before."""

@@ -6,18 +6,28 @@ cycle c falls at t0 + (c - c0) / hclk. No rounding error accumulates; nanosecond
 
 Things that happen at a moment of bench time rather than at a cycle (an edge from outside, an oscillator of its own such
 as LSI) are entered with `at_time` and follow a change of the clock by themselves.
+
+The queue itself is in C (``queue.c``), for the peripherals that are.
 """
 
 from __future__ import annotations
 
-import heapq
-import itertools
+import ctypes
+import functools
+import weakref
 from collections.abc import Callable
 from fractions import Fraction
+from typing import Any
+
+from targets.mcu.core.library import load, structure
+from targets.mcu.errors import EngineError
 
 __all__ = ["NS_PER_S", "Event", "Timebase"]
 
 NS_PER_S = 1_000_000_000
+
+_NOW, _NEXT, _NEXT_IS_HERE, _HALTED, _HAPPENED = range(5)  # fields of ``struct hil_time``
+_NEVER = (1 << 64) - 1
 
 
 class Event:
@@ -25,20 +35,24 @@ class Event:
 
     Attributes:
         cycle: when, in HCLK cycles.
+        order: what it comes after at the same cycle.
+        action: what it is; None once it has happened or was cancelled.
         time_s: the exact bench time it belongs to, if it was entered by time; it is then re-timed in every new epoch.
         time_ns: likewise, if that is a whole number of nanoseconds.
     """
 
-    __slots__ = ("action", "cycle", "order", "time_ns", "time_s")
+    __slots__ = ("action", "cycle", "number", "order", "time_ns", "time_s")
 
     def __init__(
         self,
+        number: int,
         cycle: int,
         order: int,
         action: Callable[[], None],
         time_s: Fraction | None = None,
         time_ns: int | None = None,
     ) -> None:
+        self.number = number
         self.cycle = cycle
         self.order = order
         self.action: Callable[[], None] | None = action
@@ -59,22 +73,31 @@ class Timebase:
 
     Attributes:
         hclk_hz: present rate of HCLK.
-        read_cycle: what `now` asks while the CPU runs: the cycle at which the instruction in flight began. The machine
-            sets it; while an event happens, `now` is the cycle of that event.
-        on_earlier: called with the cycle of an entry that is made while the CPU runs, so that the slice can be cut.
-        halted: whether `run_until` was told to go no further.
+        queue: the queue, for what is in C.
+
+    Raises:
+        EngineError: the library is missing and cannot be made.
     """
 
     def __init__(self, hclk_hz: int | Fraction) -> None:
         self.hclk_hz = Fraction(hclk_hz)
         self._epoch_cycle = 0
         self._epoch_s = Fraction(0)
-        self._heap: list[tuple[int, int, int, Event]] = []
-        self._sequence = itertools.count()
-        self._fixed: int | None = 0
-        self.read_cycle: Callable[[], int] = lambda: 0
-        self.on_earlier: Callable[[int], None] = lambda _cycle: None
-        self.halted = False
+        library = _library()
+        queue = library.hil_queue_new()
+        if not queue:
+            raise EngineError("there is no memory for a queue")
+        self.queue = ctypes.c_void_p(queue)
+        weakref.finalize(self, library.hil_queue_free, self.queue).atexit = False  # what runs at exit may still ask
+        self._kept = structure("hil_time").from_address(library.hil_time_of(self.queue))
+        self._view = memoryview(self._kept).cast("B").cast("Q")
+        self._events: dict[int, Event] = {}
+        self._enter: Callable[[int, int], int] = functools.partial(library.hil_queue_enter, self.queue)
+        self._move: Callable[[int, int, int], None] = functools.partial(library.hil_queue_move, self.queue)
+        self._leave: Callable[[int], None] = functools.partial(library.hil_queue_leave, self.queue)
+        self._due: Callable[[int], int] = functools.partial(library.hil_queue_due, self.queue)
+        self._before: Callable[[int], int] = functools.partial(library.hil_queue_before, self.queue)
+        self._cut: Callable[[], None] = functools.partial(library.hil_queue_cut, self.queue)
         self._alone_until = 0  # while `run_until` runs: its limit
         self._set_ratio()
 
@@ -82,8 +105,17 @@ class Timebase:
 
     @property
     def now(self) -> int:
-        """The present cycle."""
-        return self.read_cycle() if self._fixed is None else self._fixed
+        """The present cycle; while the CPU runs, the one at which the instruction in flight began."""
+        return self._view[_NOW]
+
+    @property
+    def halted(self) -> bool:
+        """Whether `run_until`, and a run of the CPU, were told to go no further."""
+        return bool(self._view[_HALTED])
+
+    @halted.setter
+    def halted(self, halted: bool) -> None:
+        self._view[_HALTED] = halted
 
     def ns(self, cycle: int) -> int:
         """Return the bench time of `cycle`, of the present epoch, in whole nanoseconds, rounded down."""
@@ -110,15 +142,12 @@ class Timebase:
         self._epoch_cycle = now
         self.hclk_hz = hclk_hz
         self._set_ratio()
-        timed = [item[3] for item in self._heap if item[3].pending and _is_timed(item[3])]
-        if timed:
-            self._heap = [item for item in self._heap if not _is_timed(item[3])]
-            heapq.heapify(self._heap)
-            for event in timed:
-                event.cycle = max(now, self._cycle_of(event))
-                self._push(event)
-        self.on_earlier(now)  # a limit in bench time is another cycle now
-        self.halted = True
+        timed = [event for event in self._events.values() if event.time_s is not None or event.time_ns is not None]
+        for event in sorted(timed, key=lambda event: (event.cycle, event.order)):
+            event.cycle = max(now, self._cycle_of(event))
+            self._move(event.number, event.cycle, event.order)
+        self.cut()
+        self.halted = True  # a limit in bench time is another cycle now
 
     def _cycle_of(self, event: Event) -> int:
         """Return the cycle of an event that was entered by time."""
@@ -140,14 +169,11 @@ class Timebase:
     def at(self, cycle: int, action: Callable[[], None], *, order: int = 0) -> Event:
         """Have `action` happen at `cycle` (now or later); in the order of `order`, then of making."""
         # Every byte on every line comes by here several times, so nothing is called that need not be.
-        fixed = self._fixed
-        now = self.read_cycle() if fixed is None else fixed
+        now = self._view[_NOW]
         if cycle < now:
             cycle = now
-        event = Event(cycle, order, action)
-        heapq.heappush(self._heap, (cycle, order, next(self._sequence), event))
-        if fixed is None:
-            self.on_earlier(cycle)
+        number = self._enter(cycle, order)
+        event = self._events[number] = Event(number, cycle, order, action)
         return event
 
     def after(self, cycles: int, action: Callable[[], None], *, order: int = 0) -> Event:
@@ -156,48 +182,43 @@ class Timebase:
 
     def at_time(self, time_s: Fraction, action: Callable[[], None], *, order: int = 0) -> Event:
         """Have `action` happen at the first cycle that does not fall before bench time `time_s`."""
-        event = Event(max(self.cycle_at(time_s), self.now), order, action, time_s)
-        self._push(event)
+        event = self.at(self.cycle_at(time_s), action, order=order)
+        event.time_s = time_s
         return event
 
     def at_ns(self, time_ns: int, action: Callable[[], None], *, order: int = 0) -> Event:
         """Do as `at_time` does, for a time in whole nanoseconds: fractions cost more than all the rest of it."""
-        event = Event(max(self.cycle_at_ns(time_ns), self.now), order, action, time_ns=time_ns)
-        self._push(event)
+        event = self.at(self.cycle_at_ns(time_ns), action, order=order)
+        event.time_ns = time_ns
         return event
 
     def cancel(self, event: Event | None) -> None:
         """Make sure that `event` does not happen (again); None and past events are ignored."""
-        if event is not None:
+        if event is not None and event.action is not None:
             event.action = None
-
-    def _push(self, event: Event) -> None:
-        heapq.heappush(self._heap, (event.cycle, event.order, next(self._sequence), event))
-        if self._fixed is None:
-            self.on_earlier(event.cycle)
+            del self._events[event.number]
+            self._leave(event.number)
 
     def next_cycle(self) -> int | None:
         """Return the cycle of the next event, or None."""
-        heap = self._heap
-        while heap and heap[0][3].action is None:
-            heapq.heappop(heap)
-        return heap[0][0] if heap else None
+        cycle = self._view[_NEXT]
+        return None if cycle == _NEVER else cycle
+
+    def next_is_of(self, cycle: int) -> bool:
+        """Say whether the next event is one in C, and due before `cycle`: the CPU sleeps over such by itself."""
+        view = self._view
+        return bool(view[_NEXT_IS_HERE]) and view[_NEXT] < cycle
 
     def run_due(self, cycle: int) -> bool:
         """Let everything happen that is due by `cycle`, each at its own; return whether anything was."""
-        happened = False
-        heap = self._heap
-        while heap and heap[0][0] <= cycle:
-            due, _order, _number, event = heapq.heappop(heap)
-            action = event.action
-            if action is not None:
-                event.action = None
-                self._fixed = due
-                action()
-                happened = True
-                heap = self._heap  # a change of the clock makes a new one
-        self._fixed = cycle
-        return happened
+        view = self._view
+        if view[_NEXT] > cycle:
+            view[_NOW] = cycle
+            return False
+        due = self._due
+        while (number := due(cycle)) >= 0:
+            self._happen(number)
+        return True
 
     def run_until(self, limit: int) -> int | None:
         """Let everything happen that is due before `limit`, each at its own cycle; return the cycle of the last.
@@ -205,51 +226,56 @@ class Timebase:
         After a cycle at which `halted` was set, by whoever has made something that is not for this queue alone, nothing
         more happens. None: nothing was due.
         """
-        self.halted = False
+        view, before = self._view, self._before
+        view[_HALTED] = view[_HAPPENED] = 0
         self._alone_until = limit
         try:
-            reached = self._run_alone(limit)
+            while (number := before(limit)) >= 0:
+                self._happen(number)
         finally:
             self._alone_until = 0
-        if reached is not None and self.halted:
+        if not view[_HAPPENED]:
+            return None
+        reached = view[_NOW]
+        if view[_HALTED]:
             self.run_due(reached)
         return reached
 
-    def _run_alone(self, limit: int) -> int | None:
-        reached = None
-        heap = self._heap
-        while heap and not self.halted:
-            due, _order, _number, event = heap[0]
-            action = event.action
-            if action is not None and due >= limit:
-                return reached
-            heapq.heappop(heap)
-            if action is not None:
-                event.action = None
-                self._fixed = reached = due
-                action()
-        return reached
+    def _happen(self, number: int) -> None:
+        event = self._events.pop(number)
+        action, event.action = event.action, None
+        assert action is not None
+        action()
 
     def nobody_looks_until(self, cycle: int) -> bool:
         """Say whether nothing happens after the present event up to and with `cycle`, and no program runs meanwhile.
 
         What would be entered for then may then be done at once, with `hold`: nobody can tell.
         """
-        if cycle >= self._alone_until or self.halted:
-            return False
-        following = self.next_cycle()
-        return following is None or following > cycle
+        view = self._view
+        return cycle < self._alone_until and not view[_HALTED] and view[_NEXT] > cycle
 
-    # --- the machine's side
+    def cut(self) -> None:
+        """End the run of the CPU after the instruction in flight."""
+        self._cut()
 
     def hold(self, cycle: int) -> None:
         """Make `now` stand at `cycle`: the CPU is not executing."""
-        self._fixed = cycle
-
-    def follow_cpu(self) -> None:
-        """Make `now` ask the CPU from here on: it executes."""
-        self._fixed = None
+        self._view[_NOW] = cycle
 
 
-def _is_timed(event: Event) -> bool:
-    return event.time_s is not None or event.time_ns is not None
+@functools.cache
+def _library() -> Any:
+    """Return the library, with the functions of the queue declared, called with Python's lock held."""
+    library: Any = ctypes.PyDLL("", handle=load()._handle)  # noqa: SLF001
+    pointer, number, cycle = ctypes.c_void_p, ctypes.c_int32, ctypes.c_uint64
+    library.hil_queue_new.argtypes, library.hil_queue_new.restype = (), pointer
+    library.hil_queue_free.argtypes, library.hil_queue_free.restype = (pointer,), None
+    library.hil_time_of.argtypes, library.hil_time_of.restype = (pointer,), pointer
+    library.hil_queue_enter.argtypes, library.hil_queue_enter.restype = (pointer, cycle, number), number
+    library.hil_queue_move.argtypes, library.hil_queue_move.restype = (pointer, number, cycle, number), None
+    library.hil_queue_leave.argtypes, library.hil_queue_leave.restype = (pointer, number), None
+    library.hil_queue_cut.argtypes, library.hil_queue_cut.restype = (pointer,), None
+    for due in (library.hil_queue_due, library.hil_queue_before):
+        due.argtypes, due.restype = (pointer, cycle), number
+    return library

@@ -20,6 +20,7 @@ from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
 from targets.mcu.engine.api import Access, FaultKind, FloatAccess, Reg, Stop, StopKind
 from targets.mcu.engine.timing import Timing
 from targets.mcu.errors import BusFault, EngineError
+from targets.mcu.timebase import Timebase
 
 __all__ = ["CoreEngine", "Loop", "Skip"]
 
@@ -178,6 +179,11 @@ class CoreEngine:
         self._timing.set_wait_states(wait_states)
         self._state.changed = 1
 
+    def live_in(self, time: Timebase) -> None:
+        """Let this core live in the time of a chip: the events there end its runs, or happen in them."""
+        self._kept.append(time)
+        self._library.hil_join(self._core, time.queue)
+
     # --- the memory map
 
     def map_memory(self, base: int, data: bytearray, *, writable: bool) -> None:
@@ -315,7 +321,10 @@ class CoreEngine:
     def _was_cut(self) -> bool:
         """Say whether a run that ended before its limit did so for another reason than that Ctrl-C may be waiting."""
         state = self._state
-        return bool(state.counting or state.attention or state.alarm <= state.cycle) or not state.limit_retired
+        return (
+            bool(state.counting or state.attention or min(state.alarm, state.due) <= state.cycle)
+            or not state.limit_retired
+        )
 
     def _stop(self, kind: StopKind) -> Stop:
         state = self._state
@@ -331,10 +340,10 @@ class CoreEngine:
     def reached_limit(self) -> bool:
         """True if the last run has come to its `limit_cycle`, perhaps lowered: something else is to be done now.
 
-        So it is if an exception wants to be taken, or the SysTick timer has come to zero.
+        So it is if an exception wants to be taken, the SysTick timer has come to zero, or an event is due.
         """
         state = self._state
-        return bool(state.cycle >= min(state.limit_cycle, state.alarm) or state.attention)
+        return bool(state.cycle >= min(state.limit_cycle, state.alarm, state.due) or state.attention)
 
     @property
     def alarm(self) -> int:
@@ -496,6 +505,7 @@ def _library() -> Any:
     pointer, word, double = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
     library.hil_new.argtypes, library.hil_new.restype = (word, word, word, _READ, _WRITE), pointer
     library.hil_free.argtypes, library.hil_free.restype = (pointer,), None
+    library.hil_join.argtypes, library.hil_join.restype = (pointer, pointer), None
     library.hil_state_of.argtypes, library.hil_state_of.restype = (pointer,), pointer
     library.hil_map_memory.argtypes = (pointer, word, pointer, word, word)
     library.hil_map_memory.restype = ctypes.c_int32

@@ -203,7 +203,7 @@ class FifoUsart(Usart):
             self._received.popleft()
             if self._received:
                 self._show_first()
-                self.time.on_earlier(self.time.now)  # the next read gives another word: this is no loop to pass over
+                self.time.cut()  # the next read gives another word: this is no loop to pass over
         self._update()
         return word
 

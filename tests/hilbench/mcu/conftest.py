@@ -149,8 +149,8 @@ class FakeMachine:
 
     def stop_all(self):
         """Let nothing happen any more."""
-        for item in self.time._heap:
-            item[3].action = None
+        for event in list(self.time._events.values()):
+            self.time.cancel(event)
 
     def end(self, kind="exit", status=0):
         self.ended = FakeEnding(kind, status, self.now_ns)

@@ -27,6 +27,9 @@ static const struct hil_row rows[] = {
 #define STRUCT hil_exceptions
     WHOLE HIL_EXCEPTIONS_FIELDS(ONE, MANY)
 #undef STRUCT
+#define STRUCT hil_time
+    WHOLE HIL_TIME_FIELDS(ONE, MANY)
+#undef STRUCT
 #define STRUCT hil_systick
     WHOLE HIL_SYSTICK_FIELDS(ONE, MANY)
 #undef STRUCT

@@ -37,7 +37,7 @@ HIL_EXPORT struct hil_cpu *hil_new(uint32_t is_m7, uint32_t by_table, uint32_t b
   cpu->state.numerator = cpu->state.denominator = 1;
   cpu->state.float_access = 3;
   cpu->exceptions.fpccr = (uint32_t)0xC0000000; /* floating-point contexts begin by themselves, as after reset */
-  cpu->state.alarm = cpu->systick.cleared = UINT64_MAX;
+  cpu->state.alarm = cpu->state.due = cpu->systick.cleared = UINT64_MAX;
   cpu->state.look_at = cpu->state.look_wait = HIL_FIRST_WAIT;
   cpu->state.fault = NO_FAULT;
   if (!cpu->decoder) {
@@ -45,6 +45,12 @@ HIL_EXPORT struct hil_cpu *hil_new(uint32_t is_m7, uint32_t by_table, uint32_t b
     return NULL;
   }
   return cpu;
+}
+
+/* Let this core live in the time of a queue, which must last as long. */
+HIL_EXPORT void hil_join(struct hil_cpu *cpu, struct hil_queue *queue) {
+  cpu->queue = queue;
+  hil_queue_serve(queue, &cpu->state);
 }
 
 HIL_EXPORT struct hil_state *hil_state_of(struct hil_cpu *cpu) { return &cpu->state; }

@@ -9,6 +9,7 @@
 
 #include "exceptions.h"
 #include "layout.h"
+#include "queue.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -48,6 +49,7 @@ typedef void (*hil_write)(uint32_t window, uint32_t offset, uint32_t size, uint3
  * limit_cycle, limit_retired: a run ends at the first boundary at or after either; set by `hil_run`, and lowered from
  *   within an access, which then sets `changed`.
  * alarm: the same for the next cycle at which something is to be done here; set by what does it (systick.c).
+ * due: the same for the next event; set by the queue.
  * base, since, numerator, denominator: timing model "flat": instruction number `since` began at cycle `base`, and each
  *   takes numerator / denominator cycles.
  * table, refill, wait_states: timing model "table": whether it is that; the refill comes with every branch taken, wait
@@ -74,7 +76,7 @@ typedef void (*hil_write)(uint32_t window, uint32_t offset, uint32_t size, uint3
  * floats: S0 to S31 and FPSCR. */
 #define HIL_STATE_FIELDS(ONE, MANY) \
     ONE(uint64_t, cycle) ONE(uint64_t, retired) \
-    ONE(uint64_t, limit_cycle) ONE(uint64_t, limit_retired) ONE(uint64_t, alarm) \
+    ONE(uint64_t, limit_cycle) ONE(uint64_t, limit_retired) ONE(uint64_t, alarm) ONE(uint64_t, due) \
     ONE(uint64_t, base) ONE(uint64_t, since) ONE(uint64_t, numerator) ONE(uint64_t, denominator) \
     ONE(uint32_t, table) ONE(uint32_t, refill) ONE(uint32_t, wait_states) \
     ONE(uint32_t, until_unmasked) \
@@ -148,6 +150,7 @@ struct hil_cpu {
   struct hil_region nowhere;
   struct hil_region *near[2]; /* memory that was accessed last: writable, and read-only */
   struct hil_watch watch;
+  struct hil_queue *queue;    /* NULL: nothing happens but in the core */
   bool executing;             /* within `hil_run`, also where `running` says that an instruction has ended */
   hil_read read;
   hil_write write;
@@ -161,6 +164,12 @@ struct hil_decoder *hil_decoder_new(bool has_dsp, bool has_float, bool is_m7);
 void hil_decoder_free(struct hil_decoder *decoder);
 void hil_decode(const struct hil_cpu *cpu, uint32_t address, uint32_t raw, bool in_writable, struct hil_op *op);
 bool hil_is_wide(uint32_t first);
+
+/* Somebody else is about to ask what time it is. */
+static inline void hil_tell_time(struct hil_cpu *cpu) {
+  if (cpu->queue)
+    hil_time_of(cpu->queue)->now = cpu->state.cycle;
+}
 
 /* memory.c: how an access went, or a fault. */
 enum { ACCESS_DONE = -1, ACCESS_REGISTERS = -2 };

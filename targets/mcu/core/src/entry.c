@@ -400,18 +400,17 @@ HIL_EXPORT void hil_pay(struct hil_cpu *cpu) {
   cpu->exceptions.owed = 0;
 }
 
-/* Sleep up to the next tick, if that comes before the limit; false if something else has to end the sleep. */
+/* Sleep up to the next tick or event, if that comes before the limit; false if something else has to end the sleep. */
 static bool sleep_on(struct hil_cpu *cpu) {
   struct hil_state *state = &cpu->state;
-  if (cpu->exceptions.scr & SLEEPDEEP || state->alarm >= state->limit_cycle)
+  uint64_t next = state->alarm < state->due ? state->alarm : state->due;
+  if (cpu->exceptions.scr & SLEEPDEEP || next >= state->limit_cycle)
     return false;
-  add_cycles(state, state->alarm - state->cycle);
+  add_cycles(state, next - state->cycle);
   return true;
 }
 
-/* Run as `hil_run` does, take exceptions and return from them, and sleep from tick to tick. At the limit nothing more is
- * done, not even a step that is due. */
-HIL_EXPORT uint32_t hil_go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructions) {
+static uint32_t go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructions) {
   struct hil_state *state = &cpu->state;
   struct hil_exceptions *x = &cpu->exceptions;
   uint64_t last = state->retired + instructions;
@@ -420,7 +419,7 @@ HIL_EXPORT uint32_t hil_go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t i
   for (;;) {
     enum hil_trouble trouble = TROUBLE_NONE;
     uint32_t why = STOP_STEP;
-    if (state->cycle >= state->limit_cycle)
+    if (state->cycle >= state->limit_cycle || (state->due <= state->cycle && !hil_queue_here(cpu->queue, state->cycle)))
       return STOP_LIMIT;
     if (x->sleeping) {
       if (hil_wakes(cpu))
@@ -450,4 +449,12 @@ HIL_EXPORT uint32_t hil_go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t i
     if (x->by_steps && why != STOP_LIMIT && why != STOP_PAUSE)
       return STOP_STEP;
   }
+}
+
+/* Run as `hil_run` does, take exceptions and return from them, sleep from tick to tick, and let the events of C happen.
+ * Stop where one of Python is due. At the limit nothing more is done, not even a step that is due. */
+HIL_EXPORT uint32_t hil_go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructions) {
+  uint32_t why = go(cpu, limit_cycle, instructions);
+  hil_tell_time(cpu);
+  return why;
 }

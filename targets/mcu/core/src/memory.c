@@ -71,6 +71,12 @@ static bool is_for_core(const struct hil_cpu *cpu, uint32_t address) {
          hil_is_privileged(state);
 }
 
+/* Python is about to be called. */
+static void begin_call(struct hil_cpu *cpu) {
+  cpu->state.refused = 0;
+  hil_tell_time(cpu);
+}
+
 /* Read what is not memory alone. */
 int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value) {
   const struct hil_region *region = hil_region_at(cpu, address);
@@ -91,7 +97,7 @@ int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint
     return failed(cpu, address, FAULT_READ);
   if (is_for_core(cpu, address) && hil_scs_read(cpu, address - SCS, size, value))
     return ACCESS_DONE;
-  cpu->state.refused = 0;
+  begin_call(cpu);
   uint32_t window = (uint32_t)(region - cpu->regions);
   *value = cpu->read(window, address - region->base, size);
   if (size < 4)
@@ -105,6 +111,7 @@ static void store_read_only(struct hil_cpu *cpu, uint32_t address, uint32_t size
   uint64_t cycle = state->cycle;
   state->cycle = state->table ? cycle + cost : hil_cycle_at(state, state->retired + 1);
   state->running = 0;
+  hil_tell_time(cpu);
   cpu->write(HIL_READ_ONLY, address, size, value);
   state->running = 1;
   state->cycle = cycle;
@@ -141,7 +148,7 @@ int hil_store_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uin
     cpu->state.writes++;
     return ACCESS_DONE;
   }
-  cpu->state.refused = 0;
+  begin_call(cpu);
   if (region->data)
     store_read_only(cpu, address, size, value, cost);
   else
@@ -154,7 +161,7 @@ int hil_store_beside(struct hil_cpu *cpu, uint32_t address, uint32_t value) {
   const struct hil_region *region = hil_region_at(cpu, address);
   if (!region)
     return failed(cpu, address, FAULT_WRITE);
-  cpu->state.refused = 0;
+  begin_call(cpu);
   cpu->write(region->data ? HIL_READ_ONLY : (uint32_t)(region - cpu->regions),
              region->data ? address : address - region->base, 4, value);
   return cpu->state.refused ? failed(cpu, address, FAULT_WRITE) : ACCESS_DONE;

@@ -31,7 +31,9 @@ uint64_t hil_cycle_at(const struct hil_state *state, uint64_t retired) {
 
 static uint64_t smaller(uint64_t a, uint64_t b) { return a < b ? a : b; }
 
-static uint64_t end_of(const struct hil_state *state) { return smaller(state->limit_cycle, state->alarm); }
+static uint64_t end_of(const struct hil_state *state) {
+  return smaller(state->limit_cycle, smaller(state->alarm, state->due));
+}
 
 static bool is_over(const struct hil_state *state) {
   return end_of(state) <= state->cycle || state->limit_retired <= state->retired || state->attention;
@@ -593,6 +595,7 @@ end:
     hil_watch_end(cpu, LAP_GOES_ON);
   state->running = 0;
   cpu->executing = false;
+  hil_tell_time(cpu);
   return why == STOP_LIMIT && state->cycle < state->limit_cycle ? STOP_PAUSE : why;
 
   /* --- data processing (section A5.2.2, A5.3.1, A5.3.11) */

@@ -74,7 +74,7 @@ class Bench:
         for peripheral in core.peripherals:
             bus.add(peripheral)
         engine.map_registers(PPB, 0x10_0000, bus.window(PPB))
-        self.time.read_cycle, self.time.on_earlier = engine.read_cycle, engine.stop_by
+        engine.live_in(self.time)
         self.put(0, struct.pack("<126I", STACK, MAIN | 1, *[HANDLERS | 1] * 124))
         self.put(MAIN - FLASH, struct.pack(f"<{len(main)}H", *main))
         for place, (number, code) in enumerate(handlers.items()):
@@ -93,9 +93,7 @@ class Bench:
         if self.core.can_take():
             self.core.take()
             return StopKind.LIMIT
-        self.time.follow_cpu()
         stop = self.engine.run(1 << 40, instructions)
-        self.time.hold(self.engine.cycle)
         if stop.kind is not StopKind.LIMIT:
             self.core.handle(stop)
         return stop.kind

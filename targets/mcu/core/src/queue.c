@@ -1,0 +1,243 @@
+/* A binary heap of event numbers, in which each event knows its place: leaving it costs no more than entering. */
+#include "queue.h"
+
+#include "cpu.h"
+
+#include <stdlib.h>
+
+struct event {
+  uint64_t cycle, rank;      /* rank: the order, and below it how many were entered before */
+  hil_happening happening;   /* NULL: of Python, or free */
+  void *whose;
+  int32_t place;             /* in the heap; NO_EVENT if it is not entered */
+  int32_t next_free;
+};
+
+struct hil_queue {
+  struct hil_time time;
+  struct hil_state *state;
+  uint64_t entered;
+  struct event *events;
+  int32_t *heap;
+  int32_t count, made, room, free;
+};
+
+enum { FIRST_ROOM = 64, LOWEST_ORDER = -8, ORDER_AT = 56 };
+
+HIL_EXPORT struct hil_queue *hil_queue_new(void) {
+  struct hil_queue *queue = calloc(1, sizeof *queue);
+  if (!queue)
+    return NULL;
+  queue->free = NO_EVENT;
+  queue->time.next = UINT64_MAX;
+  return queue;
+}
+
+HIL_EXPORT void hil_queue_free(struct hil_queue *queue) {
+  if (!queue)
+    return;
+  free(queue->events);
+  free(queue->heap);
+  free(queue);
+}
+
+HIL_EXPORT struct hil_time *hil_time_of(struct hil_queue *queue) { return &queue->time; }
+
+/* --- the heap */
+
+static bool is_before(const struct hil_queue *queue, int32_t one, int32_t other) {
+  const struct event *a = &queue->events[one], *b = &queue->events[other];
+  return a->cycle < b->cycle || (a->cycle == b->cycle && a->rank < b->rank);
+}
+
+static void put(struct hil_queue *queue, int32_t place, int32_t number) {
+  queue->heap[place] = number;
+  queue->events[number].place = place;
+}
+
+/* Put an event where it belongs, from a place on that is free. */
+static void settle(struct hil_queue *queue, int32_t place, int32_t number) {
+  while (place && is_before(queue, number, queue->heap[(place - 1) / 2])) {
+    put(queue, place, queue->heap[(place - 1) / 2]);
+    place = (place - 1) / 2;
+  }
+  for (;;) {
+    int32_t child = 2 * place + 1;
+    if (child + 1 < queue->count && is_before(queue, queue->heap[child + 1], queue->heap[child]))
+      child++;
+    if (child >= queue->count || is_before(queue, number, queue->heap[child]))
+      break;
+    put(queue, place, queue->heap[child]);
+    place = child;
+  }
+  put(queue, place, number);
+}
+
+/* After a change: tell everybody who looks what comes next. */
+static void tell(struct hil_queue *queue) {
+  struct hil_time *time = &queue->time;
+  const struct event *first = queue->count ? &queue->events[queue->heap[0]] : NULL;
+  time->next = first ? first->cycle : UINT64_MAX;
+  time->next_is_here = first && first->happening;
+  if (queue->state && queue->state->due != time->next) {
+    queue->state->due = time->next;
+    queue->state->changed = 1;
+  }
+}
+
+static void take_out(struct hil_queue *queue, int32_t number) {
+  int32_t place = queue->events[number].place, last = queue->heap[--queue->count];
+  queue->events[number].place = NO_EVENT;
+  if (last != number)
+    settle(queue, place, last);
+  tell(queue);
+}
+
+static void put_in(struct hil_queue *queue, int32_t number, uint64_t cycle, int32_t order) {
+  struct event *event = &queue->events[number];
+  event->cycle = cycle < queue->time.now ? queue->time.now : cycle;
+  event->rank = (uint64_t)(order - LOWEST_ORDER) << ORDER_AT | queue->entered++;
+  if (event->place == NO_EVENT)
+    event->place = queue->count++;
+  settle(queue, event->place, number);
+  tell(queue);
+}
+
+/* --- making events */
+
+static bool has_room(struct hil_queue *queue) {
+  if (queue->made < queue->room)
+    return true;
+  int32_t room = queue->room ? 2 * queue->room : FIRST_ROOM;
+  struct event *events = realloc(queue->events, (size_t)room * sizeof *events);
+  if (!events)
+    return false;
+  queue->events = events;
+  int32_t *heap = realloc(queue->heap, (size_t)room * sizeof *heap);
+  if (!heap)
+    return false;
+  queue->heap = heap;
+  queue->room = room;
+  return true;
+}
+
+/* Make an event that is not entered; NO_EVENT if there is no memory. */
+int32_t hil_event_new(struct hil_queue *queue, hil_happening happening, void *whose) {
+  int32_t number = queue->free;
+  if (number != NO_EVENT)
+    queue->free = queue->events[number].next_free;
+  else if (has_room(queue))
+    number = queue->made++;
+  else
+    return NO_EVENT;
+  queue->events[number] = (struct event){.happening = happening, .whose = whose, .place = NO_EVENT};
+  return number;
+}
+
+static void dispose(struct hil_queue *queue, int32_t number) {
+  queue->events[number].next_free = queue->free;
+  queue->free = number;
+}
+
+/* --- events of C */
+
+/* Enter an event, or move it; the past is now. */
+void hil_event_at(struct hil_queue *queue, int32_t number, uint64_t cycle, int32_t order) {
+  put_in(queue, number, cycle, order);
+}
+
+bool hil_event_on(const struct hil_queue *queue, int32_t number) { return queue->events[number].place != NO_EVENT; }
+
+void hil_event_off(struct hil_queue *queue, int32_t number) {
+  if (hil_event_on(queue, number))
+    take_out(queue, number);
+}
+
+/* --- events of Python */
+
+/* Enter an event and return its number, which is free again once it was due or has left; NO_EVENT: no memory. */
+HIL_EXPORT int32_t hil_queue_enter(struct hil_queue *queue, uint64_t cycle, int32_t order) {
+  int32_t number = hil_event_new(queue, NULL, NULL);
+  if (number != NO_EVENT)
+    put_in(queue, number, cycle, order);
+  return number;
+}
+
+/* As if it were entered anew. */
+HIL_EXPORT void hil_queue_move(struct hil_queue *queue, int32_t number, uint64_t cycle, int32_t order) {
+  put_in(queue, number, cycle, order);
+}
+
+HIL_EXPORT void hil_queue_leave(struct hil_queue *queue, int32_t number) {
+  take_out(queue, number);
+  dispose(queue, number);
+}
+
+/* --- letting them happen */
+
+/* Let the first event happen, if it is one of C; otherwise return the number of one of Python, which is free now. */
+static int32_t let_first_happen(struct hil_queue *queue) {
+  int32_t number = queue->heap[0];
+  struct event event = queue->events[number];
+  take_out(queue, number);
+  queue->time.now = event.cycle;
+  queue->time.happened = 1;
+  if (queue->state)
+    queue->state->loop_instructions = 0; /* the program may go elsewhere */
+  if (!event.happening) {
+    dispose(queue, number);
+    return number;
+  }
+  event.happening(event.whose);
+  return NO_EVENT;
+}
+
+/* Let the events of C happen that are due by a cycle, each at its own, and return the number of the first of Python;
+ * NO_EVENT: nothing more is due, and it is that cycle now. */
+HIL_EXPORT int32_t hil_queue_due(struct hil_queue *queue, uint64_t cycle) {
+  while (queue->time.next <= cycle) {
+    int32_t number = let_first_happen(queue);
+    if (number != NO_EVENT)
+      return number;
+  }
+  queue->time.now = cycle;
+  return NO_EVENT;
+}
+
+/* The same for those that are due before a limit, and until `halted` is set; `now` stays with the last of them. */
+HIL_EXPORT int32_t hil_queue_before(struct hil_queue *queue, uint64_t limit) {
+  while (queue->time.next < limit && !queue->time.halted) {
+    int32_t number = let_first_happen(queue);
+    if (number != NO_EVENT)
+      return number;
+  }
+  return NO_EVENT;
+}
+
+/* Let the events of C happen that are due by a cycle; false if one of Python is due first, or `halted` is set. */
+bool hil_queue_here(struct hil_queue *queue, uint64_t cycle) {
+  while (queue->time.next <= cycle) {
+    if (!queue->time.next_is_here)
+      return false;
+    let_first_happen(queue);
+    if (queue->time.halted)
+      return false;
+  }
+  queue->time.now = cycle;
+  return true;
+}
+
+/* --- the core whose time it is */
+
+/* End the run of the core after the instruction in flight. */
+HIL_EXPORT void hil_queue_cut(struct hil_queue *queue) {
+  if (queue->state && queue->state->running) {
+    queue->state->limit_cycle = 0;
+    queue->state->changed = 1;
+  }
+}
+
+void hil_queue_serve(struct hil_queue *queue, struct hil_state *state) {
+  queue->state = state;
+  tell(queue);
+}
