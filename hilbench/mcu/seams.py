@@ -29,7 +29,7 @@ class Usart(Protocol):
         on_format_change: called when `baud_hz` or `format` have changed.
     """
 
-    on_frame: Callable[[SerialFrame], None]
+    on_frame: Callable[[SerialFrame], None] | None
     on_format_change: Callable[[], None]
 
     def receive(self, frame: SerialFrame) -> None:

@@ -50,7 +50,6 @@ class Bus:
         on_code_store: called with address, size and value when somebody but the CPU stores into read-only memory.
         writes: how many register writes there have been, and
         block_writes: of them to blocks beside the core, whose own registers begin at 0xE0000000.
-        polls_wanted: after how many reads of the same register in a row, and no write, `on_polls` is called.
         trace: while it is a list, every read of a register adds (address, value, whether it changes with time alone).
     """
 
@@ -65,10 +64,6 @@ class Bus:
         self.writes = 0
         self.block_writes = 0
         self.trace: list[tuple[int, int, bool]] | None = None
-        self.polls_wanted = 0
-        self.on_polls: Callable[[], None] = lambda: None
-        self._polled = -1
-        self._polls = 0
 
     # --- what there is
 
@@ -155,18 +150,10 @@ class Bus:
 
         def read(offset: int, size: int) -> int:
             address = base + offset
-            if self.trace is None:
-                if address != self._polled:
-                    self._polled, self._polls = address, 0
-                elif (polls := self._polls) < self.polls_wanted:
-                    self._polls = polls + 1
-                else:
-                    self._polls = 0
-                    self.on_polls()
-                if size == 4:
-                    peripheral = pages.get(address >> _PAGE_BITS)
-                    if peripheral is not None and peripheral.clocked:
-                        return peripheral.read(address - peripheral.base & ~3)
+            if size == 4 and self.trace is None:
+                peripheral = pages.get(address >> _PAGE_BITS)
+                if peripheral is not None and peripheral.clocked:
+                    return peripheral.read(address - peripheral.base & ~3)
             return self.read_register(address, size)
 
         def write(offset: int, size: int, value: int) -> None:
@@ -248,7 +235,6 @@ class Bus:
     def _count_write(self, address: int) -> None:
         self.writes += 1
         self.block_writes += address < _CORE
-        self._polled = -1
 
     def _read_nothing(self, address: int) -> int:
         self._check_quiet(address)

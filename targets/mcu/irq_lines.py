@@ -33,6 +33,8 @@ class _Source:
 
     __slots__ = ("_input", "_others", "level")
 
+    core = None
+
     def __init__(self, target: IrqLine, others: list[_Source]) -> None:
         self._input = target
         self._others = others

@@ -198,7 +198,7 @@ class Machine:
     @property
     def writes(self) -> int:
         """How many writes to registers of peripherals there have been."""
-        return self.bus.block_writes
+        return self.bus.block_writes + self.engine.block_writes
 
     @property
     def asleep(self) -> tuple[str, int] | None:
@@ -397,12 +397,16 @@ class Machine:
         loop = self._idle.found
         if loop is None or fault is None:
             self._watch.look_again()
-        elif self._watch.waits_for_ever(loop.instructions, (self.bus.writes, self.engine.core_writes, bytes(self.ram))):
+        elif self._watch.waits_for_ever(loop.instructions, self._effects()):
             self._end("fault-loop", f"a fault handler waits for ever: {self._tell(fault)}", fault.pc, cycle=now)
             return stop
         if fault is not None:
             self._note_open(fault)
         return stop
+
+    def _effects(self) -> tuple[int, int, int, bytes]:
+        """Return what differs if the program has had any effect."""
+        return self.bus.writes, self.engine.core_writes, self.engine.block_writes, bytes(self.ram)
 
     def _sleeps_for_ever(self) -> bool:
         """End the run if the handler of a fault sleeps, and nothing can wake it but an NMI or a button."""
@@ -508,6 +512,9 @@ class Machine:
                 engine.map_memory(memory.base, memory.data, writable=memory.writable)
         for peripheral in self.core.peripherals:
             bus.add(peripheral)
+        for peripheral in chip.peripherals.values():
+            if peripheral.in_c is not None:
+                engine.attach(peripheral.in_c)
         for base, size in chip.REGISTER_WINDOWS:
             engine.map_registers(base, size, bus.window(base))
         for alias, base in chip.BIT_BAND.items():
@@ -539,8 +546,6 @@ class Machine:
         self.semihosting.on_output = lambda text: self.on_console(text, "semihosting")
         self.semihosting.on_exit = self._exit
         self.engine.on_flash_store = self.chip.flash.program
-        if self._skips:
-            self.bus.on_polls = self._idle.polled
         self.bus.on_code_store = self.chip.flash.program
         self.chip.flash.on_code_changed = self.engine.forget
         self.chip.flash.on_latency = self._latency

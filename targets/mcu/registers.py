@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.services import Services
@@ -70,6 +70,14 @@ class Count:
         return (self.value - steps if self.down else self.value + steps) & WORD
 
 
+class Values(Protocol):
+    """What is kept for registers, by offset."""
+
+    def __getitem__(self, offset: int, /) -> int: ...
+
+    def __setitem__(self, offset: int, value: int, /) -> None: ...
+
+
 class Peripheral:
     """Registers at an address.
 
@@ -82,10 +90,12 @@ class Peripheral:
         REGISTERS: what it has.
         size: bytes it takes on the bus; whole kilobytes.
         clocked: False while the clock gate is shut. The bus then reads zero and drops writes, and notes it.
+        in_c: the part of it that is in C and answers the CPU without coming here; see `CoreEngine.attach`.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = ()
     size: ClassVar[int] = 0x400
+    in_c: Any = None
 
     def __init__(self, name: str, base: int, services: Services) -> None:
         self.name = name
@@ -94,7 +104,7 @@ class Peripheral:
         self.time = services.time
         self.clocked = True
         self.registers = {register.offset: register for register in self.registers_of()}
-        self._values = {offset: register.reset for offset, register in self.registers.items()}
+        self._values: Values = {offset: register.reset for offset, register in self.registers.items()}
         self._readers: dict[int, Callable[[], int]] = {}
         self._writers: dict[int, Callable[[int], None]] = {}
         self._absent = {offset for offset, register in self.registers.items() if register.fidelity is Fidelity.ABSENT}

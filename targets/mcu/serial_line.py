@@ -32,7 +32,7 @@ __all__ = [
     "SerialFormat",
     "SerialFrame",
     "StartBit",
-    "clean",
+    "edge_bits",
     "sampling_plan",
 ]
 
@@ -90,7 +90,7 @@ class SerialFrame:
 
     def edge_bits(self) -> Sequence[tuple[int, bool]]:
         """Return each change of level as (bits after the start, new level); it begins with ``(0, False)``."""
-        return _edge_bits(self.bits, self.bit_count)
+        return edge_bits(self.bits, self.bit_count)
 
     def edges(self) -> list[tuple[Fraction, bool]]:
         """Return each change of level as (bench time in seconds, new level); it begins with the start bit."""
@@ -98,7 +98,8 @@ class SerialFrame:
 
 
 @lru_cache(maxsize=1024)
-def _edge_bits(bits: int, bit_count: int) -> tuple[tuple[int, bool], ...]:
+def edge_bits(bits: int, bit_count: int) -> tuple[tuple[int, bool], ...]:
+    """Return each change of level of a frame as (bits after the start, new level); it begins with ``(0, False)``."""
     edges = []
     high = True
     for index, level in enumerate([False, *(bool(bits >> n & 1) for n in range(bit_count)), True]):
@@ -217,12 +218,6 @@ class Sampled:
     word: int
     noise: bool
     framing_error: bool
-
-
-@lru_cache(maxsize=512)
-def clean(word: int) -> Sampled:
-    """Return a word of whose samples all agreed; most are like that."""
-    return Sampled(word=word, noise=False, framing_error=False)
 
 
 @dataclass(frozen=True, slots=True)

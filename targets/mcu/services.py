@@ -6,6 +6,7 @@ a whole chip.
 
 from __future__ import annotations
 
+import ctypes
 import enum
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,7 +20,15 @@ __all__ = ["BusMaster", "Clocks", "DmaRequest", "InputSignal", "IrqLine", "Outpu
 
 
 class IrqLine(Protocol):
-    """An interrupt request of a peripheral to the NVIC: a level, pended on its rising edge and while it stays high."""
+    """An interrupt request of a peripheral to the NVIC: a level, pended on its rising edge and while it stays high.
+
+    Attributes:
+        core: the core in C whose interrupt nobody else drives, so that a peripheral in C may do it there; else None.
+    """
+
+    @property
+    def core(self) -> ctypes.c_void_p | None:
+        """See the class."""
 
     def set(self, level: bool) -> None:
         """Drive the line."""
@@ -101,7 +110,8 @@ class OutputSignal(Protocol):
 
     Attributes:
         refresh: brings level and record up to the present cycle, by `set_at` and `set`; None while they always are.
-        on_watch: called after a change of what `watch` returns, when level and record are up to the present cycle.
+        on_watch: called after a change of what `watch` or `at_pin` return, when level and record are up to the present
+            cycle.
     """
 
     refresh: Callable[[], None] | None

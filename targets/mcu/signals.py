@@ -27,7 +27,7 @@ class PinOutput:
         peers: the inputs of the same name inside the chip, if the signal stays there.
     """
 
-    __slots__ = ("_refresh", "_watch", "level", "name", "on_watch", "peers", "pins", "wave")
+    __slots__ = ("_carried", "_refresh", "_watch", "level", "name", "on_watch", "peers", "pins", "wave")
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -38,6 +38,7 @@ class PinOutput:
         self._refresh: Callable[[], None] | None = None
         self.on_watch: Callable[[], None] | None = None
         self._watch = Watch.NOBODY
+        self._carried = False
 
     @property
     def refresh(self) -> Callable[[], None] | None:
@@ -87,10 +88,11 @@ class PinOutput:
             watch = max(pin.watch() if pin.alternate else Watch.NOBODY for pin in self.pins)
         else:
             watch = Watch.LIVE if any(peer.on_change is not None for peer in self.peers) else Watch.NOBODY
-        if watch is not self._watch:
+        carried = self.at_pin()
+        if watch is not self._watch or carried is not self._carried:
             if self._refresh is not None:
                 self._refresh()
-            self._watch = watch
+            self._watch, self._carried = watch, carried
             if self.on_watch is not None:
                 self.on_watch()
 

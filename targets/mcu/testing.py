@@ -43,6 +43,8 @@ class FakeLine:
         private: see `targets.mcu.services.DmaRequest`.
     """
 
+    core = None
+
     def __init__(self, time: Timebase) -> None:
         self.level = False
         self.private = False
@@ -77,7 +79,6 @@ class FakeOutput:
         level: as last set; None (released) at first.
         edges: every change so far, as (cycle, level).
         wave: as last set.
-        connected: what `at_pin` answers; True at first.
         only_low: what `open_drain` answers; True at first.
         refresh: what the peripheral offers.
         on_watch: what the peripheral listens with.
@@ -87,12 +88,23 @@ class FakeOutput:
         self.level: bool | None = None
         self.edges: list[tuple[int, bool | None]] = []
         self.wave: Wave | None = None
-        self.connected = True
         self.only_low = True
+        self._connected = True
         self.refresh: Callable[[], None] | None = None
         self.on_watch: Callable[[], None] | None = None
         self._time = time
         self._watch = Watch.LIVE
+
+    @property
+    def connected(self) -> bool:
+        """What `at_pin` answers; True at first."""
+        return self._connected
+
+    @connected.setter
+    def connected(self, connected: bool) -> None:
+        self._connected = connected
+        if self.on_watch is not None:
+            self.on_watch()
 
     def set(self, level: bool | None) -> None:
         """Drive or release the signal from now on."""

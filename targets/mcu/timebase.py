@@ -98,6 +98,8 @@ class Timebase:
         self._due: Callable[[int], int] = functools.partial(library.hil_queue_due, self.queue)
         self._before: Callable[[int], int] = functools.partial(library.hil_queue_before, self.queue)
         self._cut: Callable[[], None] = functools.partial(library.hil_queue_cut, self.queue)
+        self._trouble: BaseException | None = None
+        self._in_c: list[object] = []
         self._alone_until = 0  # while `run_until` runs: its limit
         self._set_ratio()
 
@@ -217,7 +219,9 @@ class Timebase:
             return False
         due = self._due
         while (number := due(cycle)) >= 0:
+            self.raise_kept()
             self._happen(number)
+        self.raise_kept()
         return True
 
     def run_until(self, limit: int) -> int | None:
@@ -231,9 +235,11 @@ class Timebase:
         self._alone_until = limit
         try:
             while (number := before(limit)) >= 0:
+                self.raise_kept()
                 self._happen(number)
         finally:
             self._alone_until = 0
+        self.raise_kept()
         if not view[_HAPPENED]:
             return None
         reached = view[_NOW]
@@ -258,6 +264,27 @@ class Timebase:
     def cut(self) -> None:
         """End the run of the CPU after the instruction in flight."""
         self._cut()
+
+    def keep_alive(self, one: object) -> None:
+        """Let something live as long as this does: its part in C is in the queue, or looks at it."""
+        self._in_c.append(one)
+
+    # --- what goes wrong where C has called
+
+    def keep(self, trouble: BaseException) -> None:
+        """Keep the first exception that C cannot pass on, and end the run of the CPU for it."""
+        if self._trouble is None:
+            self._trouble = trouble
+        self._cut()
+        self.halted = True
+
+    def raise_kept(self) -> None:
+        """Raise what was kept, if there is anything, and forget it."""
+        if self._trouble is not None:
+            trouble, self._trouble = self._trouble, None
+            raise trouble
+
+    # --- the machine's side
 
     def hold(self, cycle: int) -> None:
         """Make `now` stand at `cycle`: the CPU is not executing."""

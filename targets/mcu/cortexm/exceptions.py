@@ -34,14 +34,16 @@ class Line:
     """The level that a peripheral drives into one interrupt input of the NVIC (DDI0403 section B3.4.1).
 
     Attributes:
-        level: as last driven.
+        level: as last driven from here.
+        core: see `targets.mcu.services.IrqLine`.
     """
 
-    __slots__ = ("_exceptions", "_number", "level")
+    __slots__ = ("_exceptions", "_number", "core", "level")
 
     def __init__(self, exceptions: Exceptions, number: int) -> None:
         self._exceptions = exceptions
         self._number = number
+        self.core = exceptions.core
         self.level = False
 
     def set(self, level: bool) -> None:
@@ -71,6 +73,7 @@ class Exceptions:
 
     def __init__(self, engine: CoreEngine, irq_count: int, priority_bits: int) -> None:
         self.count = Number.FIRST_IRQ + irq_count
+        self.core = engine.core
         self.lines = [Line(self, Number.FIRST_IRQ + irq) for irq in range(irq_count)]
         self.kept = engine.exceptions
         self.priorities = self.kept.priorities

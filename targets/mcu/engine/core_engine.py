@@ -13,7 +13,7 @@ import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 from targets.mcu.core.library import load, structure
 from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
@@ -88,6 +88,21 @@ class Loop:
     polled: tuple[int, ...]
 
 
+class Caller(Protocol):
+    """Whose functions C calls."""
+
+    def keep(self, trouble: BaseException) -> None:
+        """Have an exception come out of whatever has called C."""
+
+
+class InC(Caller, Protocol):
+    """A block of registers in C."""
+
+    @property
+    def block(self) -> ctypes.c_void_p:
+        """``struct hil_block``."""
+
+
 FlashStore = Callable[[int, int, int], None]
 
 
@@ -132,6 +147,8 @@ class CoreEngine:
         self._memory: list[tuple[int, Any, bool]] = []
         self._kept: list[object] = []  # what C holds pointers to
         self._trouble: BaseException | None = None
+        self._callers: list[Caller] = [self]
+        self._raise_kept: Callable[[], None] = lambda: None
         self._others_hook = sys.unraisablehook
         self._refusal = 0, ""
         self._timing = timing
@@ -181,8 +198,20 @@ class CoreEngine:
 
     def live_in(self, time: Timebase) -> None:
         """Let this core live in the time of a chip: the events there end its runs, or happen in them."""
-        self._kept.append(time)
+        time.keep_alive(self)
+        self._raise_kept = time.raise_kept
         self._library.hil_join(self._core, time.queue)
+
+    @property
+    def core(self) -> ctypes.c_void_p:
+        """The core in C, for what drives its interrupts there; it lasts as long as this does."""
+        return self._core
+
+    def attach(self, block: InC) -> None:
+        """Let C answer for a block of registers in a window, where it can."""
+        self._callers.append(block)
+        if not self._library.hil_attach(self._core, block.block):
+            raise ValueError("too many blocks of registers in C")
 
     # --- the memory map
 
@@ -300,6 +329,7 @@ class CoreEngine:
             if self._trouble is not None:
                 trouble, self._trouble = self._trouble, None
                 raise trouble
+            self._raise_kept()
             if why != _PAUSE:
                 return _PLAIN_STOPS[why] or self._stop(_STOPS[why])
             if limit_instructions is not None or skip is Skip.LOOK_ONCE or self._was_cut():
@@ -399,6 +429,11 @@ class CoreEngine:
         """How many registers of the core itself were written without `Access`."""
         return int(self._state.writes)
 
+    @property
+    def block_writes(self) -> int:
+        """How many registers beside the core were written without `Access`."""
+        return int(self._state.block_writes)
+
     # --- loops that change nothing
 
     @property
@@ -425,11 +460,23 @@ class CoreEngine:
         self._state.look_at = self._state.retired + instructions
         self._state.changed = 1
 
-    def look_now(self) -> None:
-        """Have a run that skips look for a loop at once, unless it is at that."""
-        if not self._state.watching:
-            self._state.look_at = 0
-            self._state.changed = 1
+    @property
+    def polls_wanted(self) -> int:
+        """After how many reads of the same register in a row, and no write, a loop is looked for at once."""
+        return int(self._state.polls_wanted)
+
+    @polls_wanted.setter
+    def polls_wanted(self, reads: int) -> None:
+        self._state.polls_wanted = reads
+
+    @property
+    def polled_often(self) -> bool:
+        """Whether there were so many, since this was last set to False."""
+        return bool(self._state.polled_often)
+
+    @polled_often.setter
+    def polled_often(self, polled: bool) -> None:
+        self._state.polled_often = polled
 
     # --- what the system control space decides
 
@@ -454,7 +501,7 @@ class CoreEngine:
         except BusFault as fault:
             self._refuse(fault)
         except BaseException as trouble:  # noqa: BLE001 - ctypes would swallow it
-            self._break_off(trouble)
+            self.keep(trouble)
         return 0
 
     def _write(self, window: int, offset: int, size: int, value: int) -> None:
@@ -466,7 +513,7 @@ class CoreEngine:
         except BusFault as fault:
             self._refuse(fault)
         except BaseException as trouble:  # noqa: BLE001
-            self._break_off(trouble)
+            self.keep(trouble)
 
     def _look_at(self, base: int, offset: int, access: Access) -> None:
         lap, found = self._state.lap, self._state.loop_lap
@@ -478,8 +525,10 @@ class CoreEngine:
 
     def _on_unraisable(self, unraisable: Any) -> None:
         """Keep what a signal raises where a callback begins, before its ``try``: ctypes would ignore it."""
-        if getattr(unraisable.object, "__self__", None) is self and unraisable.exc_value is not None:
-            self._break_off(unraisable.exc_value)
+        owner = getattr(unraisable.object, "__self__", None)
+        caller = next((one for one in self._callers if one is owner), None)
+        if caller is not None and unraisable.exc_value is not None:
+            caller.keep(unraisable.exc_value)
         else:
             self._others_hook(unraisable)
 
@@ -487,7 +536,8 @@ class CoreEngine:
         self._refusal = fault.address, fault.refusal
         self._state.refused = 1
 
-    def _break_off(self, trouble: BaseException) -> None:
+    def keep(self, trouble: BaseException) -> None:
+        """End the run, and have it raise this."""
         if self._trouble is None:
             self._trouble = trouble
         self._state.limit_cycle = 0
@@ -505,6 +555,7 @@ def _library() -> Any:
     pointer, word, double = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
     library.hil_new.argtypes, library.hil_new.restype = (word, word, word, _READ, _WRITE), pointer
     library.hil_free.argtypes, library.hil_free.restype = (pointer,), None
+    library.hil_attach.argtypes, library.hil_attach.restype = (pointer, pointer), ctypes.c_bool
     library.hil_join.argtypes, library.hil_join.restype = (pointer, pointer), None
     library.hil_state_of.argtypes, library.hil_state_of.restype = (pointer,), pointer
     library.hil_map_memory.argtypes = (pointer, word, pointer, word, word)

@@ -34,21 +34,14 @@ class IdleSkipper:
 
     def __init__(self, engine: CoreEngine, bus: Bus, time: Timebase, memory: bytearray) -> None:
         self._engine = engine
-        self._bus = bus
         self._counted = CountedLoops(engine, bus, time, memory)
         self._wait = _SHORTEST_WAIT
-        self._polled = False
-        bus.polls_wanted = _FEWEST_POLLS
+        engine.polls_wanted = _FEWEST_POLLS
 
     @property
     def found(self) -> Loop | None:
         """The loop in which the program waited last, since `restart`; None if it did not."""
         return self._engine.loop
-
-    def polled(self) -> None:
-        """The program has read the same register several times in a row: it may be waiting for it."""
-        self._polled = True
-        self._engine.look_now()
 
     def restart(self) -> None:
         """Something has happened, and the program may go elsewhere."""
@@ -60,7 +53,7 @@ class IdleSkipper:
         stop = engine.go(target, skip=Skip.LOOPS)
         if engine.counting:
             return self._pass_counting(target)
-        if self._polled:
+        if engine.polled_often:
             self._reckon_polls(engine.loop is not None)
         return stop
 
@@ -79,8 +72,9 @@ class IdleSkipper:
         return stop
 
     def _reckon_polls(self, worth_it: bool) -> None:
+        engine = self._engine
         if worth_it:
-            self._bus.polls_wanted = _FEWEST_POLLS
-        elif self._polled:
-            self._bus.polls_wanted = min(self._bus.polls_wanted * _GROWTH, _MOST_POLLS)
-        self._polled = False
+            engine.polls_wanted = _FEWEST_POLLS
+        elif engine.polled_often:
+            engine.polls_wanted = min(engine.polls_wanted * _GROWTH, _MOST_POLLS)
+        engine.polled_often = False

@@ -27,7 +27,7 @@ from fractions import Fraction
 
 from targets.mcu.i2c_bus import I2cBus
 from targets.mcu.registers import Peripheral
-from targets.mcu.services import Services
+from targets.mcu.services import DmaRequest, IrqLine, Services
 from targets.mcu.stm32.i2c_levels import I2cLevels
 from targets.mcu.stm32.i2c_message import address_bytes, count, crc8, header
 from targets.mcu.stm32.i2c_registers import (
@@ -504,7 +504,7 @@ class I2c(Peripheral):
         if levels == self._levels:
             return
         before, self._levels = self._levels, levels
-        lines = (self._irq_event, self._irq_error, self._dma_tx, self._dma_rx)
+        lines: tuple[IrqLine | DmaRequest, ...] = (self._irq_event, self._irq_error, self._dma_tx, self._dma_rx)
         for line, was, level in zip(lines, before, levels, strict=True):
             if level is not was:
                 line.set(level)

@@ -29,6 +29,7 @@ from targets.mcu.registers import Register
 from targets.mcu.serial_line import Sampled
 from targets.mcu.services import InputSignal, Services, Watch
 from targets.mcu.stm32.usart_base import UsartBase, listen
+from targets.mcu.stm32.usart_line import News
 from targets.mcu.stm32.usart_receiver import Receiver
 
 __all__ = ["Usart"]
@@ -151,6 +152,14 @@ class Usart(UsartBase):
         self._kernel_hz = kernel_hz
         self._enables = (0, 0, 0)
         self._interrupting = 0  # flags of ISR, by these values of CR1, CR2 and CR3
+        self._levels = (False, False, False)
+        told = self._line.told
+        told[News.LOADED] = lambda _value, _more: self._loaded()
+        told[News.COMPLETE] = lambda _value, _more: self._complete()
+        told[News.BREAK_SENT] = lambda _value, _more: self._break_sent()
+        told[News.WORD] = lambda word, _more: self._read_word(word, 0)
+        told[News.LINE_IDLE] = lambda _value, _more: self._idle()
+        self._line.wants_idle = self._wants_idle
         self._outputs = (self._line_tx, services.output(f"{name}_RX"))
 
     def _make_receiver(self) -> Receiver:
@@ -182,14 +191,14 @@ class Usart(UsartBase):
         if value & RXFRQ:
             self[ISR] &= ~RXNE
         if value & TXFRQ:
-            self._tx.holding = None
+            self._kept.holds = False
             self[ISR] |= TXE
         if value & MMRQ and self[CR1] & MME:
             self[ISR] |= RWU
         if value & SBKRQ:
             self[ISR] |= SBKF
-            self._tx.break_wanted = True
-            self._tx.proceed()
+            self._kept.break_wanted = True
+            self._line.proceed()
         self._update()
 
     def read_RDR(self) -> int:
@@ -205,7 +214,7 @@ class Usart(UsartBase):
             self.note("misuse", "TDR", "written while UE is clear: nothing is sent")
             return
         self[ISR] &= ~(TXE | TC)
-        self._tx.write(self._encoded(value))
+        self._line.put(self._encoded(value))
         self._update()
 
     # --- configuration
@@ -270,11 +279,11 @@ class Usart(UsartBase):
             self.after_clock_change()
 
     def _stop(self) -> None:
-        if not self._tx.quiet:
+        if not self._kept.quiet:
             text = "UE was cleared while a frame was being sent: silicon breaks it off, here it was sent to its end"
             self.note("misuse", "CR1.UE", text)
         self._tx.reset()
-        self._idle_armed = False
+        self._kept.idle_armed = False
         self[ISR] = self.registers[ISR].reset
         self._update()
 
@@ -372,25 +381,36 @@ class Usart(UsartBase):
 
     # --- sending
 
+    def _loaded(self) -> None:
+        self[ISR] |= TXE
+        self._update()
+
+    def _complete(self) -> None:
+        self[ISR] |= TC
+        self._update()
+
     def _break_sent(self) -> None:
         self[ISR] &= ~SBKF
 
     # --- receiving
 
     def _word(self, sampled: Sampled) -> None:
-        word, form = self._decoded(sampled.word), self._format
+        self._read_word(sampled.word, (NF if sampled.noise else 0) | (FE if sampled.framing_error else 0))
+
+    def _read_word(self, bits: int, errors: int) -> None:
+        word, form = self._decoded(bits), self._format
         if self._is_muted_for(word):
             return
-        errors = (NF if sampled.noise else 0) | (FE if sampled.framing_error else 0)
         errors |= PE if form.parity_wrong(word) else 0
         if self._keep(word, errors):
-            self._idle_armed = True
+            self._kept.idle_armed = True
         else:
             errors = ORE
             self[ISR] |= ORE
         if form.value(word) == self[CR2] >> 24:
             self[ISR] |= CMF
-        self.on_word(form.value(word), errors)
+        if self._on_word is not None:
+            self._on_word(form.value(word), errors)
         self._update()
 
     def _keep(self, word: int, errors: int) -> bool:
@@ -419,14 +439,14 @@ class Usart(UsartBase):
         return not is_mine
 
     def _wants_idle(self) -> bool:
-        return self._idle_armed or (bool(self[ISR] & RWU) and not self[CR1] & WAKE)
+        return bool(self._kept.idle_armed) or (bool(self[ISR] & RWU) and not self[CR1] & WAKE)
 
     def _idle(self) -> None:
         if self[ISR] & RWU:
             if not self[CR1] & WAKE:
                 self[ISR] &= ~RWU
-        elif self._idle_armed:
-            self._idle_armed = False
+        elif self._kept.idle_armed:
+            self._kept.idle_armed = False
             self[ISR] |= IDLE
             self._update()
 
@@ -452,6 +472,17 @@ class Usart(UsartBase):
             bool(cr3 & DMAT and isr & TXE),
             bool(cr3 & DMAR and isr & RXNE and not refused),
         )
+
+    def _drive_lines(self, irq: bool, dma_tx: bool, dma_rx: bool) -> None:
+        levels = (irq, dma_tx, dma_rx)
+        if levels != self._levels:
+            before, self._levels = self._levels, levels
+            if irq is not before[0]:
+                self._irq.set(irq)
+            if dma_tx is not before[1]:
+                self._dma_tx.set(dma_tx)
+            if dma_rx is not before[2]:
+                self._dma_rx.set(dma_rx)
 
     def _serves_unseen(self, cr1: int, cr2: int, cr3: int) -> bool:
         """Say whether an access to TDR or RDR can raise no interrupt, nor be seen at a pin before a frame is.

@@ -10,13 +10,14 @@ from typing import ClassVar
 from targets.mcu.registers import Peripheral
 from targets.mcu.serial_line import Sampled, SerialFormat, SerialFrame
 from targets.mcu.services import InputSignal, Services
+from targets.mcu.stm32.usart_line import Kind, News, Tell, UsartLine
 from targets.mcu.stm32.usart_receiver import Receiver
 from targets.mcu.stm32.usart_transmitter import Transmitter
 
 __all__ = ["UsartBase", "listen"]
 
 # Bits that stand at the same place in all generations: of the flags, of CR1, CR2 and CR3.
-TC, TXE, LBD, CTS = 1 << 6, 1 << 7, 1 << 8, 1 << 9
+LBD, CTS = 1 << 8, 1 << 9
 RE, TE, PS, PCE = 1 << 2, 1 << 3, 1 << 9, 1 << 10
 LBDL, LINEN = 1 << 5, 1 << 14
 HDSEL, CTSE = 1 << 3, 1 << 9
@@ -39,22 +40,30 @@ class UsartBase(Peripheral, abc.ABC):
     Attributes:
         STATUS: offset of the register with the flags.
         CR1, CR2, CR3: offsets of the control registers.
-        on_frame: called with every frame that leaves the chip, at the cycle at which its start bit begins.
+        KIND: whose registers C knows.
+        on_frame: called with every frame that leaves the chip, at the cycle at which its start bit begins; or None.
         on_format_change: called when `baud_hz` or `format` have changed.
         on_word: called with the data of every word that was read and is not muted, and bits that say what was wrong
-            with it: 1 parity, 2 framing, 4 noise, 8 overrun (it was lost).
+            with it: 1 parity, 2 framing, 4 noise, 8 overrun (it was lost); or None.
     """
 
     STATUS: ClassVar[int]
     CR1: ClassVar[int]
     CR2: ClassVar[int]
     CR3: ClassVar[int]
+    KIND: ClassVar[Kind] = Kind.OF_PYTHON
 
     def __init__(self, name: str, base: int, services: Services, *, irq: int) -> None:
+        registers = {register.offset: register for register in self.registers_of()}
+        self._line = UsartLine(services.time, base, registers, self.KIND)
+        self._kept = self._line.line
         super().__init__(name, base, services)
-        self.on_frame: Callable[[SerialFrame], None] = lambda _frame: None
+        self._values = self._line.values
+        for offset, register in registers.items():
+            self._values[offset] = register.reset
         self.on_format_change: Callable[[], None] = lambda: None
-        self.on_word: Callable[[int, int], None] = lambda _data, _errors: None
+        self._on_frame: Callable[[SerialFrame], None] | None = None
+        self._on_word: Callable[[int, int], None] | None = None
         self._line_tx = services.output(f"{name}_TX")
         self._line_rts = services.output(f"{name}_RTS")
         self._line_rx = services.input(f"{name}_RX")
@@ -63,29 +72,49 @@ class UsartBase(Peripheral, abc.ABC):
         self._irq = services.irq(irq)
         self._dma_tx = services.dma(f"{name}_TX")
         self._dma_rx = services.dma(f"{name}_RX")
-        self._levels = (False, False, False)
         self._setting: tuple[str, Fraction] | None = None
         self._format = SerialFormat()
-        self._idle_armed = False
-        self._tx = self._make_transmitter()
+        self._tx = Transmitter(self.time, self._line_tx, self._line)
         self._rx = self._make_receiver()
-
-    def _make_transmitter(self) -> Transmitter:
-        tx = Transmitter(self.time, self._line_tx)
-        tx.on_load = self._loaded
-        tx.on_frame = self._sent
-        tx.on_complete = self._complete
-        tx.on_break_sent = self._break_sent
-        tx.on_cut = self._cut
-        return tx
+        self._line.told[News.FRAME] = lambda _value, _more: self._frame_begins()
+        self._line.told[News.CUT] = lambda _value, _more: self._cut()
 
     def _make_receiver(self) -> Receiver:
-        rx = Receiver(self.time)
+        rx = Receiver(self.time, self._line)
         rx.on_word = self._word
-        rx.on_idle = self._idle
         rx.on_break = self._lin_break
         rx.idle_wanted = self._wants_idle
         return rx
+
+    @property
+    def clocked(self) -> bool:
+        """False while the clock gate is shut."""
+        return bool(self._line.registers.clocked)
+
+    @clocked.setter
+    def clocked(self, clocked: bool) -> None:
+        self._line.registers.clocked = clocked
+
+    @property
+    def on_frame(self) -> Callable[[SerialFrame], None] | None:
+        """See the class."""
+        return self._on_frame
+
+    @on_frame.setter
+    def on_frame(self, listener: Callable[[SerialFrame], None] | None) -> None:
+        self._on_frame = listener
+        self._tx.wants_frames = listener is not None
+        self._tx.tell_frames()
+
+    @property
+    def on_word(self) -> Callable[[int, int], None] | None:
+        """See the class."""
+        return self._on_word
+
+    @on_word.setter
+    def on_word(self, listener: Callable[[int, int], None] | None) -> None:
+        self._on_word = listener
+        self._kept.tells = Tell(self._kept.tells) & ~Tell.DATA | (Tell.DATA if listener else 0)
 
     # --- for people and for what is at the other end of the line
 
@@ -114,7 +143,7 @@ class UsartBase(Peripheral, abc.ABC):
         super().reset()
         self._tx.reset()
         self._rx.reset()
-        self._idle_armed = False
+        self._kept.idle_armed = self._kept.received = self._kept.seen = 0
         self._configure()
 
     def before_clock_change(self) -> None:
@@ -126,7 +155,8 @@ class UsartBase(Peripheral, abc.ABC):
         """Go on at the new rate."""
         cycles = self._bit_cycles()
         if cycles:
-            self._tx.set_rate(cycles, cycles / self.time.hclk_hz)
+            in_frame = self._line.set_rate(cycles)
+            self._tx.rate_changed(cycles / self.time.hclk_hz, in_frame=in_frame)
             self._rx.set_rate(cycles)
         self._run()
         self._tell_setting()
@@ -136,43 +166,36 @@ class UsartBase(Peripheral, abc.ABC):
     def _take_frame(self, word_bits: int) -> None:
         """Let frames, breaks and flow control follow the control registers."""
         cr1, cr2, cr3 = self[self.CR1], self[self.CR2], self[self.CR3]
-        tx, rx = self._tx, self._rx
+        kept, rx = self._kept, self._rx
         parity = ("O" if cr1 & PS else "E") if cr1 & PCE else "N"
         stop_half_bits = _STOP_HALF_BITS[cr2 >> 12 & 3]
         self._format = SerialFormat(data_bits=word_bits - (parity != "N"), parity=parity, stop_half_bits=stop_half_bits)
-        tx.word_bits = rx.word_bits = word_bits
-        tx.stop_half_bits = rx.stop_half_bits = stop_half_bits
-        tx.break_bits = _LIN_BREAK_BITS if cr2 & LINEN else word_bits + 2
+        self._line.frame(self._format)
+        rx.word_bits, rx.stop_half_bits = word_bits, stop_half_bits
+        kept.break_bits = _LIN_BREAK_BITS if cr2 & LINEN else word_bits + 2
         rx.lin_break_bits = (11 if cr2 & LBDL else 10) if cr2 & LINEN else 0
-        tx.half_duplex = bool(cr3 & HDSEL)
-        tx.clear_to_send = not (cr3 & CTSE and self._line_cts.level())
+        kept.half_duplex = bool(cr3 & HDSEL)
+        kept.clear_to_send = not (cr3 & CTSE and self._line_cts.level())
+        self._tx.tell_frames()
 
     def _switch_halves(self, wanted: int) -> bool:
         """Start and stop transmitter and receiver by bits TE and RE; return whether the receiver runs."""
         if wanted and not self._bit_cycles():
             # Its clock stands still: Stop. Pins keep their levels (RM0008 section 4.3.4), nothing is sampled.
-            if not self._tx.quiet:
+            if not self._kept.quiet:
                 what = "Stop began while a frame was being sent: silicon breaks off, here it was sent to its end"
                 self.note("misuse", f"{self.registers[self.STATUS].name}.TC", what)
             wanted &= ~RE
         self._rx.switch(bool(wanted & RE))
         self._tx.enable(bool(wanted & TE))
         self._tx.show_idle()
-        self._tx.proceed()
+        self._line.proceed()
         listen(self._line_cts, self._cts_changed if self[self.CR3] & CTSE else None)
         return bool(wanted & RE)
 
     def _half_duplex(self) -> bool:
         """Say whether sender and receiver share one line."""
         return bool(self[self.CR3] & HDSEL)
-
-    def _loaded(self) -> None:
-        self[self.STATUS] |= TXE
-        self._update()
-
-    def _complete(self) -> None:
-        self[self.STATUS] |= TC
-        self._update()
 
     def _cut(self) -> None:
         if not self[self.CR1] & TE:
@@ -181,8 +204,8 @@ class UsartBase(Peripheral, abc.ABC):
 
     def _cts_changed(self, level: bool) -> None:
         self[self.STATUS] |= CTS
-        self._tx.clear_to_send = not level
-        self._tx.proceed()
+        self._kept.clear_to_send = not level
+        self._line.proceed()
         self._update()
 
     def _lin_break(self) -> None:
@@ -195,28 +218,21 @@ class UsartBase(Peripheral, abc.ABC):
             self._setting = setting
             self.on_format_change()
 
-    def _drive_lines(self, irq: bool, dma_tx: bool, dma_rx: bool) -> None:
-        levels = (irq, dma_tx, dma_rx)
-        if levels != self._levels:
-            before, self._levels = self._levels, levels
-            if irq is not before[0]:
-                self._irq.set(irq)
-            if dma_tx is not before[1]:
-                self._dma_tx.set(dma_tx)
-            if dma_rx is not before[2]:
-                self._dma_rx.set(dma_rx)
-
-    def _sent(self, frame: SerialFrame) -> None:
+    def _frame_begins(self) -> None:
+        self._tx.begin()
+        if self._on_frame is None and not self._half_duplex() and self._sends_at_pin():
+            return
+        frame = self._tx.frame()
         if self._half_duplex():
             self._rx.receive(frame)
-        if self._sends_at_pin():
-            self.on_frame(frame)
-        else:
+        if not self._sends_at_pin():
             self.note("misuse", "TX", f"{self.name} sends, but {self._why_unseen()}")
+        elif self._on_frame is not None:
+            self._on_frame(frame)
 
     def _single_changed(self, level: bool) -> None:
         # What is sent here has come in as a frame.
-        if self._tx.quiet:
+        if self._kept.quiet:
             self._rx.drive(level)
 
     # --- what a subclass is
@@ -254,20 +270,12 @@ class UsartBase(Peripheral, abc.ABC):
         """Say in words what the pin lacks at which frames ought to go out."""
 
     @abc.abstractmethod
-    def _break_sent(self) -> None:
-        """The stop bit of a break begins."""
-
-    @abc.abstractmethod
     def _word(self, sampled: Sampled) -> None:
         """A word was read."""
 
     @abc.abstractmethod
     def _wants_idle(self) -> bool:
         """Say whether an idle line is to be told of after this word."""
-
-    @abc.abstractmethod
-    def _idle(self) -> None:
-        """The line is idle."""
 
 
 def listen(signal: InputSignal, callback: Callable[[bool], None] | None) -> None:

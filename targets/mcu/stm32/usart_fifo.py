@@ -153,7 +153,7 @@ class FifoUsart(Usart):
 
     def write_TDR(self, value: int) -> None:
         """Put a word at the end of what is to be sent."""
-        if not self._has_fifos or not self[CR1] & UE or self._tx.holding is None:
+        if not self._has_fifos or not self[CR1] & UE or not self._kept.holds:
             self[ISR] &= ~TXFE
             super().write_TDR(value)
         elif self._waiting == TX_WORDS:
@@ -164,11 +164,11 @@ class FifoUsart(Usart):
 
     @property
     def _waiting(self) -> int:
-        return len(self._to_send) + (self._tx.holding is not None)
+        return len(self._to_send) + bool(self._kept.holds)
 
     def _loaded(self) -> None:
         if self._to_send:
-            self._tx.holding = self._to_send.popleft()
+            self._kept.holding, self._kept.holds = self._to_send.popleft(), True
         elif self._has_fifos:
             self[ISR] |= TXFE
         super()._loaded()

@@ -1,8 +1,8 @@
 """The receiver of a USART: start bit, oversampling, idle line, timeout, LIN break (RM0008 section 27.3.3).
 
 A word is read when it is complete, from all that is known of the line by then; so a word costs one event, and frames
-may overlap, come at any rate or begin before the receiver was switched on. Where every sample lies within the bit that
-it is meant for, the word is taken from the frame without sampling it.
+may overlap, come at any rate or begin before the receiver was switched on. A frame that comes alone, and every sample
+lies within the bit that it is meant for, is left to C (``usart.c``), unless something disturbs it before its end.
 
 Choices where the manual is silent:
 
@@ -19,9 +19,10 @@ from bisect import bisect_right
 from collections.abc import Callable
 from fractions import Fraction
 
-from targets.mcu.serial_line import LineHistory, Sampled, SamplingPlan, SerialFrame, clean, sampling_plan
+from targets.mcu.serial_line import LineHistory, Sampled, SamplingPlan, SerialFrame, sampling_plan
 from targets.mcu.stm32.bit_clock import BitClock
 from targets.mcu.stm32.quiet_line import QuietLine
+from targets.mcu.stm32.usart_line import UsartLine
 from targets.mcu.timebase import Event, Timebase
 
 __all__ = ["Receiver"]
@@ -32,6 +33,7 @@ class Receiver:
 
     Args:
         time: the chip's cycles and events.
+        line: reads frames that nothing disturbs, and waits for an idle line.
 
     Attributes:
         word_bits: bits between start and stop, of the words to come.
@@ -41,14 +43,13 @@ class Receiver:
         lin_break_bits: low bits, with the start bit, that make a LIN break; 0 for none.
         timeout_bits: after so many bits without a start bit there is a timeout; None for none.
         running: False while it is switched off; it still keeps what is on the line.
-        on_word: called with every word, when it is complete.
-        on_idle: called when the line was high for a frame after a word, if `idle_wanted` said so.
+        on_word: called with every word that was sampled, when it is complete.
         on_timeout: called when the line was high for `timeout_bits` after a word.
         on_break: called when a LIN break was detected.
         idle_wanted: asked after every word.
     """
 
-    def __init__(self, time: Timebase) -> None:
+    def __init__(self, time: Timebase, line: UsartLine) -> None:
         self.word_bits = 8
         self.stop_half_bits = 2
         self.oversampling = 16
@@ -57,11 +58,12 @@ class Receiver:
         self.timeout_bits: int | None = None
         self.running = False
         self.on_word: Callable[[Sampled], None] = lambda _sampled: None
-        self.on_idle: Callable[[], None] = lambda: None
         self.on_timeout: Callable[[], None] = lambda: None
         self.on_break: Callable[[], None] = lambda: None
         self.idle_wanted: Callable[[], bool] = lambda: False
         self._time = time
+        self._undisturbed = line
+        self._heard: SerialFrame | None = None  # by C, the last of them
         self._line = LineHistory()
         self._bit_cycles: int | Fraction = 16
         self._hears_from_s = Fraction(0)
@@ -70,11 +72,9 @@ class Receiver:
         self._clock = BitClock()
         self._plan: SamplingPlan = sampling_plan(8, 2)
         self._taken: list[bool] = []
-        self._known: Sampled | None = None
         self._done_event: Event | None = None
         # what comes after it
         self._word_end = 0
-        self._idle = QuietLine(time, self._idle_over)
         self._timeout = QuietLine(time, self._timeout_over)
         self._timeout_due = False
         self._break_event: Event | None = None
@@ -95,12 +95,14 @@ class Receiver:
         if on is self.running:
             return
         self.running = on
+        self._undisturbed.line.listening = on
         if on:
             self._hears_from_s = self._now_s()
             self._search()
         else:
             self._time.cancel(self._done_event)
-            self._idle.stop()
+            self._undisturbed.unhear()
+            self._undisturbed.forget_quiet()
             self._timeout.stop()
             self._time.cancel(self._break_event)
             self._edge_s = self._low_since_s = None
@@ -110,22 +112,25 @@ class Receiver:
     @property
     def busy(self) -> bool:
         """True from the edge of a start bit until the word is complete."""
-        return self._edge_s is not None and self._clock.cycle(0) <= self._time.now
+        heard = self._undisturbed.line
+        return bool(heard.hears) or (self._edge_s is not None and self._clock.cycle(0) <= self._time.now)
 
     # --- the clock
 
     def before_change(self) -> None:
         """Take the samples up to the present cycle: the length of a bit or of a cycle is about to change."""
+        self._take_over()
         if self._edge_s is not None:
-            self._known = None
             self._take(self._time.now)
 
     def set_rate(self, bit_cycles: int | Fraction) -> None:
-        """Set the length of a bit from now on; `before_change` comes first, also if just HCLK changes."""
+        """Set the length of a bit from now on; `before_change` comes first, also if just HCLK changes.
+
+        The wait for an idle line is C's.
+        """
         now = self._time.now
         self._bit_cycles = bit_cycles
         self._checked = None
-        self._idle.set_rate(bit_cycles)
         self._timeout.set_rate(bit_cycles)
         if self._edge_s is None:
             return
@@ -144,18 +149,22 @@ class Receiver:
         if self._line.driven_low:
             # It begins with a falling edge, so the line was high: the pin floats, which reads as low.
             self._line.undrive()
-        alone = self._line.empty
+        if self._comes_alone() and self._takes_as_sent(frame):
+            self._heard = frame
+            self._plan = self._next_plan()
+            self._undisturbed.line.read_at = self._plan.done
+            self._undisturbed.hear(min(self._time.now, self._time.cycle_at(frame.start_s)), frame.bits)
+            return
+        self._take_over()
         self._line.add(frame)
-        if not self.running:
-            self._line.forget(self._now_s())
-        elif alone and self._edge_s is None and self._takes_as_sent(frame):
-            self._begin(frame.start_s, min(self._time.now, self._time.cycle_at(frame.start_s)))
-            self._known = clean(frame.bits)
-        else:
+        if self.running:
             self._look_again()
+        else:
+            self._line.forget(self._now_s())
 
     def drive(self, level: bool) -> None:
         """Let the line have `level` from the present cycle on, apart from frames."""
+        self._take_over()
         self._line.drive(self._now_s(), level)
         if not self.running:
             self._line.forget(self._now_s())
@@ -168,13 +177,32 @@ class Receiver:
 
     def _look_again(self) -> None:
         """Something was added to the line from the present cycle on."""
-        self._known = None
         if self._edge_s is not None and self._clock.cycle(0) > self._time.now:
             self._abandon()
         if self._edge_s is None:
             self._search()
 
     # --- a word
+
+    def _comes_alone(self) -> bool:
+        """Say whether nothing is known of the line but that it is high, and nobody waits for more than an idle line."""
+        return (
+            self.running
+            and self._edge_s is None
+            and not self._undisturbed.line.hears
+            and self._line.empty
+            and not self.lin_break_bits
+            and self.timeout_bits is None
+        )
+
+    def _take_over(self) -> None:
+        """Something disturbs the frame that C reads, if it does: sample it."""
+        if not self._undisturbed.line.hears:
+            return
+        self._undisturbed.unhear()
+        assert self._heard is not None
+        self._line.add(self._heard)
+        self._start(self._heard.start_s, self._undisturbed.line.heard_from)
 
     def _takes_as_sent(self, frame: SerialFrame) -> bool:
         plan = self._next_plan()
@@ -206,13 +234,15 @@ class Receiver:
             self._line.clear()
 
     def _begin(self, edge_s: Fraction, edge_cycle: int) -> None:
+        self._plan = self._next_plan()
+        self._undisturbed.break_quiet(edge_cycle)
+        self._timeout.broken_at(edge_cycle)
+        self._start(edge_s, edge_cycle)
+
+    def _start(self, edge_s: Fraction, edge_cycle: int) -> None:
         self._edge_s = edge_s
         self._clock.start(edge_cycle, self._bit_cycles)
-        self._plan = self._next_plan()
         self._taken = []
-        self._known = None
-        self._idle.broken_at(edge_cycle)
-        self._timeout.broken_at(edge_cycle)
         self._enter_done()
 
     def _abandon(self) -> None:
@@ -235,16 +265,10 @@ class Receiver:
             self._taken.append(levels[index - 1] if index else True)
 
     def _done(self) -> None:
-        edge_s, sampled = self._edge_s, self._known
+        edge_s = self._edge_s
         assert edge_s is not None
         self._edge_s = None
         self._word_end = self._clock.cycle(self._frame_sixteenths())
-        if sampled is not None:
-            self._line.clear()
-            self._tell_word(sampled)
-            self._look_for_break(edge_s, sampled)
-            self._schedule_idle()
-            return
         self._take(self._time.now)
         start = self._plan.judge_start(self._taken)
         self._hears_from_s = self._time.seconds(self._clock.cycle(self._plan.resume if start.valid else start.abort))
@@ -273,16 +297,13 @@ class Receiver:
             return
         begin = max(begin, self._word_end)
         if idle_wanted:
-            self._idle.start(begin, self._frame_sixteenths(), self._bit_cycles)
+            self._undisturbed.await_quiet(begin)
         if self._timeout_due and self.timeout_bits is not None:
             self._timeout_due = False
             self._timeout.start(begin, 16 * self.timeout_bits, self._bit_cycles)
         if self._edge_s is not None:
-            self._idle.broken_at(self._clock.cycle(0))
+            self._undisturbed.break_quiet(self._clock.cycle(0))
             self._timeout.broken_at(self._clock.cycle(0))
-
-    def _idle_over(self) -> None:
-        self.on_idle()
 
     def _timeout_over(self) -> None:
         self.on_timeout()

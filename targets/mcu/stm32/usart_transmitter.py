@@ -1,99 +1,47 @@
-"""The transmitter of a USART: data register, shift register, idle preamble, break (RM0008 section 27.3.2).
-
-A frame begins at the cycle at which its word enters the shift register; the next one begins at the cycle at which the
-last stop bit ends. So frames follow each other without a gap, and one event a frame is enough.
-
-Choices where the manual is silent or contradicts itself:
-
-* A word written while nothing is being sent begins at the cycle of the write; on silicon the bit clock may run free.
-* The preamble after TE is one bit (RM0008: "a 1 bit-time delay before the transmission starts") and one frame of ones.
-* TE or UE cleared in mid-frame lets the frame end. (TE: "a 0 pulse sends a preamble after the current word"; but also
-  "the current data will be lost". UE: "at the end of the current byte transfer".) What waits in the data register
-  stays there.
-* A change of the bit clock in mid-frame times the rest of the frame anew in the chip, while the frame on the wire stays
-  as it was announced at its start.
-"""
+"""What a USART that sends does to the level of its line; when frames begin and end is found in C (``usart.c``)."""
 
 from __future__ import annotations
 
-import enum
-from collections.abc import Callable
 from fractions import Fraction
 
-from targets.mcu.serial_line import SerialFrame
+from targets.mcu.serial_line import SerialFrame, edge_bits
 from targets.mcu.services import OutputSignal, Watch
-from targets.mcu.stm32.bit_clock import BitClock
+from targets.mcu.stm32.usart_line import News, Sending, Tell, UsartLine
 from targets.mcu.timebase import Event, Timebase
 
 __all__ = ["Transmitter"]
 
 
-class _Sending(enum.Enum):
-    NOTHING = enum.auto()
-    PREAMBLE = enum.auto()
-    BREAK = enum.auto()
-    BREAK_STOP = enum.auto()
-    DATA = enum.auto()
-
-
 class Transmitter:
-    """Sends words.
+    """Puts the levels of frames on an output.
 
     Args:
         time: the chip's cycles and events.
         output: where the line's level goes.
+        line: sends.
 
     Attributes:
-        word_bits: bits between start and stop, of the frames to come.
-        stop_half_bits: stop bits, in halves.
-        break_bits: low bits of a break, with the start bit.
-        break_wanted: a break follows the present frame.
-        half_duplex: the line is released while nothing is sent.
         inverted: the output has the inverse levels.
-        clear_to_send: False holds back the next word.
-        holding: the word in the data register, or None.
-        quiet: False from the start of a frame until the line has its idle level again.
-        on_load: called when the word has moved from the data register into the shift register.
-        on_frame: called with what begins on the line.
-        on_complete: called when the last frame of data has ended and nothing follows.
-        on_break_sent: called when the stop bit of a break begins.
-        on_cut: called when a frame has ended after the transmitter was disabled.
+        wants_frames: somebody is to be told of every frame; `tell_frames` after a change.
     """
 
-    def __init__(self, time: Timebase, output: OutputSignal) -> None:
-        self.word_bits = 8
-        self.stop_half_bits = 2
-        self.break_bits = 10
-        self.break_wanted = False
-        self.half_duplex = False
+    def __init__(self, time: Timebase, output: OutputSignal, line: UsartLine) -> None:
         self.inverted = False
-        self.clear_to_send = True
-        self.holding: int | None = None
-        self.quiet = True
-        self.on_load: Callable[[], None] = lambda: None
-        self.on_frame: Callable[[SerialFrame], None] = lambda _frame: None
-        self.on_complete: Callable[[], None] = lambda: None
-        self.on_break_sent: Callable[[], None] = lambda: None
-        self.on_cut: Callable[[], None] = lambda: None
+        self.wants_frames = False
         self._time = time
         self._output = output
-        self._clock = BitClock()
-        self._bit_cycles: int | Fraction = 0
+        self._line = line
+        self._kept = line.line
         self._bit_s = Fraction(1)
-        self._enabled = False
-        self._sending = _Sending.NOTHING
-        self._preamble_due = False
-        self._data_sent = False
-        self._end = 0
-        self._end_event: Event | None = None
-        self._frame: SerialFrame | None = None  # whose edges nobody has asked for yet
         self._edges: list[tuple[int, bool]] = []
         self._edge_event: Event | None = None
+        line.told[News.END] = lambda _value, _more: self._finish_edges()
+        line.told[News.IDLE_LEVEL] = lambda _value, _more: self.show_idle()
         self._connect()
 
     def _connect(self) -> None:
         self._output.refresh = self.refresh
-        self._output.on_watch = self._follow_edges
+        self._output.on_watch = self._watch_changed
 
     # --- what the registers do
 
@@ -105,154 +53,99 @@ class Transmitter:
         self._output.set(None)
         self._output = output
         self._connect()
+        self.tell_frames()
         self.show_idle()
 
     def reset(self) -> None:
         """Stop in mid-frame and forget everything."""
         self.refresh()
-        self._time.cancel(self._end_event)
+        self._line.stop()
         self._time.cancel(self._edge_event)
-        self.holding = self._frame = None
         self._edges = []
-        self._sending = _Sending.NOTHING
-        self._preamble_due = self.break_wanted = self._data_sent = self._enabled = False
         self._output.set(None)
-        self.quiet = True
-
-    def write(self, word: int) -> None:
-        """Put a word into the data register; it goes on into the shift register at once if that is free."""
-        self.holding = word
-        self.proceed()
 
     def enable(self, on: bool) -> None:
         """Let the transmitter run: it begins with a preamble."""
-        if on is self._enabled:
-            return
-        self._enabled = on
-        self._preamble_due = on
-        if not on and self._sending is _Sending.PREAMBLE:
-            self._time.cancel(self._end_event)
-            self._sending = _Sending.NOTHING
-        self.show_idle()
-        self.proceed()
-
-    def proceed(self) -> None:
-        """Begin with what is due, if nothing is under way."""
-        if self._sending is _Sending.NOTHING and self._enabled:
-            self._begin_next()
+        if on is not bool(self._kept.enabled):
+            self._line.enable(on)
+            self.show_idle()
+            self._line.proceed()
 
     def show_idle(self) -> None:
         """Put the level on the line that it has between frames."""
-        if self._sending in (_Sending.NOTHING, _Sending.PREAMBLE):
-            self._output.set(not self.inverted if self._enabled and not self.half_duplex else None)
+        kept = self._kept
+        if kept.sending <= Sending.PREAMBLE:
+            self._output.set(not self.inverted if kept.enabled and not kept.half_duplex else None)
 
-    # --- the clock
-
-    def set_rate(self, bit_cycles: int | Fraction, bit_s: Fraction) -> None:
-        """Set the length of a bit from now on, in cycles and in seconds; the rest of a frame follows.
+    def rate_changed(self, bit_s: Fraction, *, in_frame: bool) -> None:
+        """The length of a bit has changed, and with it perhaps the rest of a frame.
 
         Level and record of the output must be up to date: `refresh` before the change.
         """
-        self._bit_cycles, self._bit_s = bit_cycles, bit_s
-        if self._sending is _Sending.NOTHING or bit_cycles == self._clock.bit_cycles:
-            return
-        self._clock.change(self._time.now, bit_cycles)
-        self._enter_end()
+        self._bit_s = bit_s
+        if in_frame:
+            self._follow_edges()
+
+    # --- frames
+
+    def tell_frames(self) -> None:
+        """Say which frames somebody has to know of as they begin and end: who listens, and how, may have changed."""
+        watched = self._output.watch() is not Watch.NOBODY or bool(self._kept.half_duplex)
+        frames = watched or self.wants_frames or not self._output.at_pin()
+        tells = Tell(self._kept.tells) & Tell.DATA
+        self._kept.tells = tells | (Tell.FRAMES if frames else 0) | (Tell.ENDS if watched else 0)
+
+    def begin(self) -> None:
+        """Follow a frame that begins."""
+        self._edges = []
         self._follow_edges()
 
-    # --- one frame after the other
-
-    def _begin_next(self) -> None:
-        if self._preamble_due:
-            self._preamble_due = False
-            self._begin(_Sending.PREAMBLE, 16 * (2 + self.word_bits) + 8 * self.stop_half_bits)
-        elif self.break_wanted:
-            self._begin(_Sending.BREAK, 16 * self.break_bits)
-            self._announce(0, self.break_bits - 1, self._break_stop_half_bits, is_break=True)
-        elif self.holding is not None and self.clear_to_send:
-            word, self.holding = self.holding, None
-            self._begin(_Sending.DATA, 16 * (1 + self.word_bits) + 8 * self.stop_half_bits)
-            self.on_load()
-            self._announce(word, self.word_bits, self.stop_half_bits)
-
-    def _begin(self, sending: _Sending, sixteenths: int) -> None:
-        self._sending = sending
-        self._clock.start(self._time.now, self._bit_cycles)
-        self._end = sixteenths
-        self._enter_end()
-
-    def _enter_end(self) -> None:
-        self._time.cancel(self._end_event)
-        self._end_event = self._time.at(self._clock.cycle(self._end), self._ended)
-
-    def _announce(self, bits: int, bit_count: int, stop_half_bits: int, *, is_break: bool = False) -> None:
-        frame = SerialFrame(
+    def frame(self) -> SerialFrame:
+        """Return the frame that has begun."""
+        kept = self._kept
+        return SerialFrame(
             start_s=self._time.seconds(self._time.now),
             bit_s=self._bit_s,
-            bits=bits,
-            bit_count=bit_count,
-            stop_half_bits=stop_half_bits,
-            is_break=is_break,
+            bits=kept.frame_bits,
+            bit_count=kept.frame_count,
+            stop_half_bits=kept.frame_stop,
+            is_break=bool(kept.frame_is_break),
         )
-        self.quiet = False
-        self._frame, self._edges = frame, []
-        self._follow_edges()
-        self.on_frame(frame)
-
-    def _ended(self) -> None:
-        ended = self._sending
-        if ended is _Sending.BREAK:
-            self._sending = _Sending.BREAK_STOP
-            self._end += 8 * self._break_stop_half_bits
-            self._enter_end()
-            self.break_wanted = False
-            self.on_break_sent()
-            return
-        self._finish_edges()
-        self._sending = _Sending.NOTHING
-        self._data_sent = self._data_sent or ended is _Sending.DATA
-        if not self._enabled and ended is _Sending.DATA:
-            self.on_cut()
-        self.proceed()
-        if self._sending is _Sending.NOTHING:
-            self._fell_quiet()
-
-    def _fell_quiet(self) -> None:
-        self.show_idle()
-        self.quiet = True
-        if self._data_sent and self.holding is None:
-            self._data_sent = False
-            self.on_complete()
-
-    @property
-    def _break_stop_half_bits(self) -> int:
-        return max(2, self.stop_half_bits)
 
     # --- the level of the line
 
     def refresh(self) -> None:
         """Bring level and record of the output up to the present cycle."""
-        if self._frame is not None:
-            self._edges = [(16 * bit, level) for bit, level in self._frame.edge_bits()]
-            self._frame = None
+        kept = self._kept
+        if kept.frame_is_new:
+            kept.frame_is_new = False
+            kept.tells |= Tell.ENDS
+            self._edges = [(16 * bit, level) for bit, level in edge_bits(kept.frame_bits, kept.frame_count)]
         elif not self._edges:
             return
         now = self._time.now
-        while self._edges and (cycle := self._clock.cycle(self._edges[0][0])) <= now:
+        while self._edges and (cycle := self._line.sent_at(self._edges[0][0])) <= now:
             self._output.set_at(cycle, self._edges.pop(0)[1] is not self.inverted)
+
+    def _watch_changed(self) -> None:
+        self.tell_frames()
+        if self._edges:
+            self._kept.tells |= Tell.ENDS
+        self._follow_edges()
 
     def _follow_edges(self) -> None:
         if self._edge_event is not None:
             self._time.cancel(self._edge_event)
-        if self._output.watch() is Watch.LIVE and (self._frame or self._edges):
+        if self._output.watch() is Watch.LIVE and (self._kept.frame_is_new or self._edges):
             self.refresh()
             if self._edges:
-                self._edge_event = self._time.at(self._clock.cycle(self._edges[0][0]), self._follow_edges)
+                self._edge_event = self._time.at(self._line.sent_at(self._edges[0][0]), self._follow_edges)
 
     def _finish_edges(self) -> None:
         if self._output.watch() is Watch.NOBODY:
             # All edges are past, and the last has left the line high.
-            self._frame, self._edges = None, []
+            self._kept.frame_is_new, self._edges = False, []
             self._output.set(not self.inverted)
+            self.tell_frames()
         else:
             self.refresh()

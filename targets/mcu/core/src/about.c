@@ -1,6 +1,7 @@
 #include "about.h"
 
 #include "cpu.h"
+#include "usart.h"
 
 #include <stddef.h>
 
@@ -29,6 +30,12 @@ static const struct hil_row rows[] = {
 #undef STRUCT
 #define STRUCT hil_time
     WHOLE HIL_TIME_FIELDS(ONE, MANY)
+#undef STRUCT
+#define STRUCT hil_registers
+    WHOLE HIL_REGISTERS_FIELDS(ONE, MANY)
+#undef STRUCT
+#define STRUCT hil_line
+    WHOLE HIL_USART_FIELDS(ONE, MANY)
 #undef STRUCT
 #define STRUCT hil_systick
     WHOLE HIL_SYSTICK_FIELDS(ONE, MANY)

@@ -39,6 +39,7 @@ HIL_EXPORT struct hil_cpu *hil_new(uint32_t is_m7, uint32_t by_table, uint32_t b
   cpu->exceptions.fpccr = (uint32_t)0xC0000000; /* floating-point contexts begin by themselves, as after reset */
   cpu->state.alarm = cpu->state.due = cpu->systick.cleared = UINT64_MAX;
   cpu->state.look_at = cpu->state.look_wait = HIL_FIRST_WAIT;
+  cpu->state.polls_wanted = UINT32_MAX;
   cpu->state.fault = NO_FAULT;
   if (!cpu->decoder) {
     hil_free(cpu);
@@ -92,6 +93,14 @@ static void forget_in(struct hil_cpu *cpu, struct hil_region *region, uintptr_t 
     region->ops[at].code = OP_UNDECODED;
     region->ops[at].jump = 0;
   }
+}
+
+/* Put a block of registers into a window, to be asked before Python is. It must last as long as the core. */
+HIL_EXPORT bool hil_attach(struct hil_cpu *cpu, struct hil_block *block) {
+  if (cpu->block_count == MOST_BLOCKS)
+    return false;
+  cpu->blocks[cpu->block_count++] = block;
+  return true;
 }
 
 /* Code that somebody else may have changed is decoded anew, wherever the same memory is mapped. */

@@ -7,6 +7,7 @@
 #ifndef HIL_CPU_H
 #define HIL_CPU_H
 
+#include "block.h"
 #include "exceptions.h"
 #include "layout.h"
 #include "queue.h"
@@ -61,7 +62,10 @@ typedef void (*hil_write)(uint32_t window, uint32_t offset, uint32_t size, uint3
  * changed: set within an access: so were limits or timing.
  * attention: an exception has become more urgent than what runs, masks aside: a slice ends. Since it last began.
  * through_python: every access to registers goes by `hil_read`, also to those that C knows.
- * writes: how many registers of the system control space were written without `hil_write`.
+ * writes, block_writes: how many registers of the system control space, and of blocks in C, were written without
+ *   `hil_write`.
+ * polled, polls: the register beside the core that was read last, and how often in a row before. polls_wanted: after so
+ *   many a loop is looked for at once, and `polled_often` is set.
  * running: a run is on.
  * stop_value: of SVC and BKPT; EXC_RETURN; a trouble.
  * fault, fault_address: of STOP_FAULT.
@@ -81,7 +85,9 @@ typedef void (*hil_write)(uint32_t window, uint32_t offset, uint32_t size, uint3
     ONE(uint32_t, table) ONE(uint32_t, refill) ONE(uint32_t, wait_states) \
     ONE(uint32_t, until_unmasked) \
     ONE(uint32_t, trap_division) ONE(uint32_t, trap_unaligned) \
-    ONE(uint32_t, float_access) ONE(uint32_t, attention) ONE(uint32_t, through_python) ONE(uint32_t, writes) \
+    ONE(uint32_t, float_access) ONE(uint32_t, attention) ONE(uint32_t, through_python) \
+    ONE(uint32_t, writes) ONE(uint32_t, block_writes) \
+    ONE(uint32_t, polled) ONE(uint32_t, polls) ONE(uint32_t, polls_wanted) ONE(uint32_t, polled_often) \
     ONE(uint32_t, refused) ONE(uint32_t, changed) ONE(uint32_t, running) \
     ONE(uint32_t, stop_value) ONE(int32_t, fault) ONE(uint32_t, fault_address) \
     ONE(uint32_t, exclusive) ONE(uint32_t, exclusive_address) \
@@ -123,7 +129,7 @@ struct hil_region {
   bool writable;
 };
 
-enum { MOST_REGIONS = 64 };
+enum { MOST_REGIONS = 64, MOST_BLOCKS = 32 };
 
 /* What was when a look began, and what has been stored since; see watch.c. */
 enum { MOST_STORES = 64 };
@@ -148,6 +154,8 @@ struct hil_cpu {
   struct hil_region regions[MOST_REGIONS];
   uint32_t region_count;
   struct hil_region nowhere;
+  struct hil_block *blocks[MOST_BLOCKS];
+  uint32_t block_count;
   struct hil_region *near[2]; /* memory that was accessed last: writable, and read-only */
   struct hil_watch watch;
   struct hil_queue *queue;    /* NULL: nothing happens but in the core */

@@ -77,6 +77,61 @@ static void begin_call(struct hil_cpu *cpu) {
   hil_tell_time(cpu);
 }
 
+/* The block in C that an access is for, and nobody else wants to see it. */
+static struct hil_block *block_at(struct hil_cpu *cpu, uint32_t address) {
+  if (cpu->state.watching || cpu->state.through_python)
+    return NULL;
+  for (uint32_t n = 0; n < cpu->block_count; n++) {
+    struct hil_block *block = cpu->blocks[n];
+    if (address - block->registers.base < BLOCK_SIZE)
+      return block->registers.clocked && (address & (BLOCK_SIZE - 1)) < 4 * BLOCK_WORDS ? block : NULL;
+  }
+  return NULL;
+}
+
+static uint32_t word_of(uint32_t address) { return (address & (BLOCK_SIZE - 1)) / 4; }
+
+static bool read_block(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value) {
+  struct hil_block *block = block_at(cpu, address);
+  if (!block || !block->read)
+    return false;
+  hil_tell_time(cpu);
+  if (!block->read(block, word_of(address), value))
+    return false;
+  if (size < 4)
+    *value = *value >> 8 * (address & 3) & ((1u << 8 * size) - 1);
+  return true;
+}
+
+/* A byte or half-word is repeated over the whole word on its way to the register (RM0008 section 3.1). */
+static bool write_block(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value) {
+  static const uint32_t REPEATED[] = {[1] = 0x01010101, [2] = 0x00010001, [4] = 1};
+  struct hil_block *block = block_at(cpu, address);
+  if (!block || !block->write)
+    return false;
+  hil_tell_time(cpu);
+  return block->write(block, word_of(address), value * REPEATED[size]);
+}
+
+/* A program that reads the same register again and again may be waiting for it. */
+static void count_polls(struct hil_state *state, uint32_t address) {
+  if (state->through_python)
+    return;
+  if (address != state->polled) {
+    state->polled = address;
+    state->polls = 0;
+  } else if (state->polls < state->polls_wanted) {
+    state->polls++;
+  } else {
+    state->polls = 0;
+    state->polled_often = 1;
+    if (!state->watching) {
+      state->look_at = 0;
+      state->changed = 1;
+    }
+  }
+}
+
 /* Read what is not memory alone. */
 int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value) {
   const struct hil_region *region = hil_region_at(cpu, address);
@@ -96,6 +151,9 @@ int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint
   if (!region)
     return failed(cpu, address, FAULT_READ);
   if (is_for_core(cpu, address) && hil_scs_read(cpu, address - SCS, size, value))
+    return ACCESS_DONE;
+  count_polls(&cpu->state, address);
+  if (read_block(cpu, address, size, value))
     return ACCESS_DONE;
   begin_call(cpu);
   uint32_t window = (uint32_t)(region - cpu->regions);
@@ -146,6 +204,11 @@ int hil_store_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uin
   cpu->watch.dirty = true;
   if (is_for_core(cpu, address) && hil_scs_write(cpu, address - SCS, size, value)) {
     cpu->state.writes++;
+    return ACCESS_DONE;
+  }
+  cpu->state.polled = UINT32_MAX;
+  if (write_block(cpu, address, size, value)) {
+    cpu->state.block_writes++;
     return ACCESS_DONE;
   }
   begin_call(cpu);

@@ -214,13 +214,19 @@ HIL_EXPORT int32_t hil_queue_before(struct hil_queue *queue, uint64_t limit) {
   return NO_EVENT;
 }
 
+/* Drive an interrupt line of a core. */
+void hil_queue_interrupt(struct hil_queue *queue, struct hil_cpu *cpu, uint32_t irq, bool level) {
+  if (hil_drive_line(cpu, FIRST_IRQ + irq, level))
+    queue->time.halted |= HALTED_BY_IRQ;
+}
+
 /* Let the events of C happen that are due by a cycle; false if one of Python is due first, or `halted` is set. */
 bool hil_queue_here(struct hil_queue *queue, uint64_t cycle) {
   while (queue->time.next <= cycle) {
     if (!queue->time.next_is_here)
       return false;
     let_first_happen(queue);
-    if (queue->time.halted)
+    if (queue->time.halted & ~(uint64_t)HALTED_BY_IRQ)
       return false;
   }
   queue->time.now = cycle;

@@ -63,7 +63,9 @@ class TimerCore(Peripheral, abc.ABC):
     def __init__(self, name: str, base: int, services: Services, kind: Kind | None = None) -> None:
         self.kind = kind = kind or KINDS[name]
         super().__init__(name, base, services)
-        self._values = dict.fromkeys(EVERY_OFFSET, 0) | self._values  # what it lacks reads as if it were never set
+        # what it lacks reads as if it were never set
+        resets = {offset: register.reset for offset, register in self.registers.items()}
+        self._values = dict.fromkeys(EVERY_OFFSET, 0) | resets
         self._clock = TickClock(self.time)
         self._counting = Counting(
             self._on_update,

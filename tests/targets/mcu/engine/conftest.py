@@ -56,7 +56,7 @@ class Machine:
         return [self.engine.get(reg) for reg in Reg]
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make():
     return Machine
 

@@ -38,7 +38,6 @@ class Rig:
         self.machine = make(access=self.bus.window(BASE))
         self.engine = self.machine.engine
         self.idle = IdleSkipper(self.engine, self.bus, self.time, self.machine.ram)
-        self.bus.on_polls = self.idle.polled
 
     def run(self, cycles):
         """Return how many slices it took."""

@@ -1,0 +1,31 @@
+/* A block of registers in C, as a core sees it: words at an address, of which those that are not for C are Python's. */
+#ifndef HIL_BLOCK_H
+#define HIL_BLOCK_H
+
+#include "layout.h"
+
+#include <stdbool.h>
+
+enum { BLOCK_SIZE = 0x400, BLOCK_WORDS = 16 };
+
+struct hil_block;
+
+/* Read or write the word of that number; false: nothing was done, Python is to be asked. */
+typedef bool (*hil_block_read)(struct hil_block *block, uint32_t word, uint32_t *value);
+typedef bool (*hil_block_write)(struct hil_block *block, uint32_t word, uint32_t value);
+
+/* base: its address. clocked: its clock runs.
+ * values: what is kept for each register. writable: bits of it that a write changes.
+ * ignored: bits of these that the model only remembers: Python notes the first write of 1. */
+#define HIL_REGISTERS_FIELDS(ONE, MANY) \
+    ONE(uint32_t, base) ONE(uint32_t, clocked) \
+    MANY(uint32_t, values, 16) MANY(uint32_t, writable, 16) MANY(uint32_t, ignored, 16)
+HIL_STRUCT(hil_registers, HIL_REGISTERS_FIELDS);
+
+struct hil_block {
+  struct hil_registers registers;
+  hil_block_read read;
+  hil_block_write write;
+};
+
+#endif
