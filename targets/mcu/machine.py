@@ -285,7 +285,9 @@ class Machine:
             self._enter_deep_sleep()  # which changes the clock
             return True
         alarm, due = self.engine.alarm, self.time.next_cycle()
-        if self.time.next_is_of(limit) or (alarm < limit and (due is None or alarm < due)):
+        if self._deep is None and self.time.next_is_in_c(limit):
+            return False
+        if alarm < limit and (due is None or alarm < due):
             return False
         self._doze(min(limit, alarm))
         return True

@@ -38,7 +38,7 @@ class Event:
         order: what it comes after at the same cycle.
         action: what it is; None once it has happened or was cancelled.
         time_s: the exact bench time it belongs to, if it was entered by time; it is then re-timed in every new epoch.
-        time_ns: likewise, if that is a whole number of nanoseconds.
+        time_ns: the same for a whole number of nanoseconds.
     """
 
     __slots__ = ("action", "cycle", "number", "order", "time_ns", "time_s")
@@ -206,16 +206,17 @@ class Timebase:
         cycle = self._view[_NEXT]
         return None if cycle == _NEVER else cycle
 
-    def next_is_of(self, cycle: int) -> bool:
-        """Say whether the next event is one in C, and due before `cycle`: the CPU sleeps over such by itself."""
+    def next_is_in_c(self, before: int) -> bool:
+        """Say whether the next event is one in C, due earlier than a cycle: the engine sleeps over such by itself."""
         view = self._view
-        return bool(view[_NEXT_IS_HERE]) and view[_NEXT] < cycle
+        return bool(view[_NEXT_IS_HERE]) and view[_NEXT] < before
 
     def run_due(self, cycle: int) -> bool:
         """Let everything happen that is due by `cycle`, each at its own; return whether anything was."""
         view = self._view
         if view[_NEXT] > cycle:
             view[_NOW] = cycle
+            self.raise_kept()
             return False
         due = self._due
         while (number := due(cycle)) >= 0:

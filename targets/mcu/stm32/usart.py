@@ -153,12 +153,12 @@ class Usart(UsartBase):
         self._enables = (0, 0, 0)
         self._interrupting = 0  # flags of ISR, by these values of CR1, CR2 and CR3
         self._levels = (False, False, False)
-        told = self._line.told
-        told[News.LOADED] = lambda _value, _more: self._loaded()
-        told[News.COMPLETE] = lambda _value, _more: self._complete()
-        told[News.BREAK_SENT] = lambda _value, _more: self._break_sent()
-        told[News.WORD] = lambda word, _more: self._read_word(word, 0)
-        told[News.LINE_IDLE] = lambda _value, _more: self._idle()
+        handlers = self._line.handlers
+        handlers[News.LOADED] = lambda _value, _more: self._loaded()
+        handlers[News.COMPLETE] = lambda _value, _more: self._complete()
+        handlers[News.BREAK_SENT] = lambda _value, _more: self._break_sent()
+        handlers[News.WORD] = lambda word, _more: self._read_word(word, 0)
+        handlers[News.LINE_IDLE] = lambda _value, _more: self._idle()
         self._line.wants_idle = self._wants_idle
         self._outputs = (self._line_tx, services.output(f"{name}_RX"))
 

@@ -76,8 +76,8 @@ class UsartBase(Peripheral, abc.ABC):
         self._format = SerialFormat()
         self._tx = Transmitter(self.time, self._line_tx, self._line)
         self._rx = self._make_receiver()
-        self._line.told[News.FRAME] = lambda _value, _more: self._frame_begins()
-        self._line.told[News.CUT] = lambda _value, _more: self._cut()
+        self._line.handlers[News.FRAME] = lambda _value, _more: self._frame_begins()
+        self._line.handlers[News.CUT] = lambda _value, _more: self._cut()
 
     def _make_receiver(self) -> Receiver:
         rx = Receiver(self.time, self._line)

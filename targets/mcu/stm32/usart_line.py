@@ -110,7 +110,7 @@ class UsartLine:
         line: ``struct hil_line``; see ``usart.h``.
         block: the block of registers, for `CoreEngine.attach`.
         values: the registers.
-        told: whom to call by the kind of the news, with its two numbers.
+        handlers: whom to call by the kind of the news, with its two numbers.
         wants_idle: asked after a word whether to tell of an idle line, where C does not know.
 
     Raises:
@@ -134,7 +134,7 @@ class UsartLine:
             self.registers.writable[offset >> 2] = register.writable
             self.registers.ignored[offset >> 2] = register.ignored
         self.values = Kept(memoryview(self.registers.values).cast("B").cast("I"))
-        self.told: dict[int, Callable[[int, int], None]] = {}
+        self.handlers: dict[int, Callable[[int, int], None]] = {}
         self.wants_idle: Callable[[], bool] = lambda: False
         self._sent, self._read, self._quiet = _Clock(), _Clock(), _Clock()
         self._bit_cycles: int | Fraction = 16
@@ -156,7 +156,6 @@ class UsartLine:
         # of an F1
         self.update: Callable[[], None] = asking(library.hil_f1_update, self.block)
         self.take_word: Callable[[int, bool, bool], None] = asking(library.hil_f1_word, self.block)
-        self.line_idle: Callable[[], None] = asking(library.hil_f1_line_idle, self.block)
         self.f1_wants_idle: Callable[[], bool] = asking(library.hil_f1_wants_idle, self.block)
 
     # --- registers
@@ -219,7 +218,7 @@ class UsartLine:
 
     def _tell(self, news: int, value: int, more: int) -> None:
         try:
-            self.told[news](value, more)
+            self.handlers[news](value, more)
         except BaseException as trouble:  # noqa: BLE001 - ctypes would swallow it
             self.keep(trouble)
 
@@ -292,7 +291,6 @@ def _library() -> Any:
         "hil_usart_interrupts": (pointer, word),
         "hil_f1_update": (),
         "hil_f1_word": (word, word, word),
-        "hil_f1_line_idle": (),
     }
     for name, arguments in takes.items():
         function = getattr(library, name)

@@ -35,8 +35,8 @@ class Transmitter:
         self._bit_s = Fraction(1)
         self._edges: list[tuple[int, bool]] = []
         self._edge_event: Event | None = None
-        line.told[News.END] = lambda _value, _more: self._finish_edges()
-        line.told[News.IDLE_LEVEL] = lambda _value, _more: self.show_idle()
+        line.handlers[News.END] = lambda _value, _more: self._finish_edges()
+        line.handlers[News.IDLE_LEVEL] = lambda _value, _more: self.show_idle()
         self._connect()
 
     def _connect(self) -> None:
@@ -93,7 +93,7 @@ class Transmitter:
         watched = self._output.watch() is not Watch.NOBODY or bool(self._kept.half_duplex)
         frames = watched or self.wants_frames or not self._output.at_pin()
         tells = Tell(self._kept.tells) & Tell.DATA
-        self._kept.tells = tells | (Tell.FRAMES if frames else 0) | (Tell.ENDS if watched else 0)
+        self._kept.tells = tells | (Tell.FRAMES if frames else 0) | (Tell.ENDS if watched or self._edges else 0)
 
     def begin(self) -> None:
         """Follow a frame that begins."""
@@ -129,8 +129,6 @@ class Transmitter:
 
     def _watch_changed(self) -> None:
         self.tell_frames()
-        if self._edges:
-            self._kept.tells |= Tell.ENDS
         self._follow_edges()
 
     def _follow_edges(self) -> None:

@@ -79,12 +79,12 @@ class Usart(UsartBase):
         super().__init__(name, base, services, irq=irq)
         self._bus = bus
         self.in_c = self._line
-        told = self._line.told
-        told[News.DATA] = self._data
-        told[News.RTS] = lambda _value, _more: self._drive_rts()
-        told[News.DMA_TX] = lambda level, _more: self._dma_tx.set(bool(level))
-        told[News.DMA_RX] = lambda level, _more: self._dma_rx.set(bool(level))
-        told[News.IRQ] = lambda level, _more: self._irq.set(bool(level))
+        handlers = self._line.handlers
+        handlers[News.DATA] = self._data
+        handlers[News.RTS] = lambda _value, _more: self._drive_rts()
+        handlers[News.DMA_TX] = lambda level, _more: self._dma_tx.set(bool(level))
+        handlers[News.DMA_RX] = lambda level, _more: self._dma_rx.set(bool(level))
+        handlers[News.IRQ] = lambda level, _more: self._irq.set(bool(level))
         if self._irq.core is not None:
             self._line.interrupts(self._irq.core, irq)
 

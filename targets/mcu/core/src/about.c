@@ -35,7 +35,7 @@ static const struct hil_row rows[] = {
     WHOLE HIL_REGISTERS_FIELDS(ONE, MANY)
 #undef STRUCT
 #define STRUCT hil_line
-    WHOLE HIL_USART_FIELDS(ONE, MANY)
+    WHOLE HIL_LINE_FIELDS(ONE, MANY)
 #undef STRUCT
 #define STRUCT hil_systick
     WHOLE HIL_SYSTICK_FIELDS(ONE, MANY)

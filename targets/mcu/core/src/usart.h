@@ -63,7 +63,7 @@ typedef uint64_t (*hil_usart_ask)(uint32_t question, uint32_t sixteenths);
  *   of a bit apart.
  *
  * received, seen, idle_armed: see usart_f1.c. */
-#define HIL_USART_FIELDS(ONE, MANY) \
+#define HIL_LINE_FIELDS(ONE, MANY) \
     ONE(uint64_t, bit_cycles) ONE(uint64_t, bit_parts) ONE(uint32_t, odd) \
     ONE(uint32_t, word_bits) ONE(uint32_t, data_bits) ONE(uint32_t, parity) ONE(uint32_t, stop_half_bits) \
     ONE(uint32_t, tells) ONE(uint32_t, levels) \
@@ -76,7 +76,7 @@ typedef uint64_t (*hil_usart_ask)(uint32_t question, uint32_t sixteenths);
     ONE(uint32_t, listening) ONE(uint32_t, read_at) ONE(uint32_t, hears) ONE(uint32_t, heard) \
     ONE(uint64_t, heard_from) ONE(uint64_t, quiet_from) ONE(uint64_t, quiet_until) ONE(uint32_t, quiet_length) \
     ONE(uint32_t, received) ONE(uint32_t, seen) ONE(uint32_t, idle_armed)
-HIL_STRUCT(hil_line, HIL_USART_FIELDS);
+HIL_STRUCT(hil_line, HIL_LINE_FIELDS);
 
 struct hil_usart {
   struct hil_block block;    /* first: a block is the USART that it belongs to */

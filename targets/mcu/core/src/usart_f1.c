@@ -158,7 +158,7 @@ HIL_EXPORT bool hil_f1_wants_idle(const struct hil_usart *usart) {
   return usart->line.idle_armed || (usart->block.registers.values[CR1] & (RWU | WAKE)) == RWU;
 }
 
-HIL_EXPORT void hil_f1_line_idle(struct hil_usart *usart) {
+void hil_f1_line_idle(struct hil_usart *usart) {
   uint32_t *cr1 = &values(usart)[CR1];
   if (*cr1 & RWU) {
     if (!(*cr1 & WAKE))

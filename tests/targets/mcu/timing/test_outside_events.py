@@ -8,6 +8,7 @@ from targets.mcu.engine.api import Reg
 from tests.targets.mcu.timing.assembly import BX_LR, CLOCK_72_MHZ, CYCCNT, EXTI, NOP, RCC, SCS, SYSTICK, WFI, Code
 
 MS = 1_000_000
+USART1 = 0x4001_3800
 HALF_CLOCK = Code().poke((RCC + 4, 8 << 4)).hang()
 STOP = (
     Code(*CLOCK_72_MHZ.halves)
@@ -51,6 +52,17 @@ def test_a_run_that_enters_stop_mode_ends_at_its_limit(start, skip_idle):
     assert machine.core.sleeping
     assert machine.time.hclk_hz == 8_000_000
     assert 50 * MS <= machine.now_ns < 50 * MS + 125
+
+
+def test_a_frame_that_is_being_sent_when_stop_begins_does_not_hold_up_the_run(start, skip_idle):
+    sends = Code().poke((RCC + 0x18, 1 << 14 | 1 << 2), (USART1 + 0x08, 0xFFFF), (USART1 + 0x0C, 1 << 13 | 1 << 3))
+    machine = start(Code(*sends.halves, *STOP.halves), skip_idle=skip_idle)
+    machine.run_to(20 * MS)
+    assert machine.core.sleeping
+    assert machine.time.ns(machine.time.next_cycle()) < 120 * MS  # of its preamble, in C
+    machine.run_to(120 * MS)
+    assert machine.core.sleeping
+    assert 120 * MS <= machine.now_ns < 120 * MS + 125
 
 
 @pytest.mark.parametrize("entered_early", [True, False])
