@@ -25,7 +25,8 @@ from targets.mcu.core import build, library, sources
 
 ROOT = Path(__file__).parent.parent
 EXCEPTIONS = "tests/targets/mcu/cortexm"
-USARTS = "tests/targets/mcu/stm32f1/usart"
+# What tests a peripheral in C, besides its self-test on a board, by the beginning of its files' names.
+PERIPHERALS = {"usart": "tests/targets/mcu/stm32f1/usart", "dma": "tests/targets/mcu/stm32f1/dma"}
 SELF_TESTS = [f"tests/targets/firmware/test_{name}selftests.py" for name in ("", "f767_")]
 VECTORS = [f"tests/targets/mcu/differential/test_vectors{core}.py" for core in ("", "_m7")]
 SEQUENCES = (("M3", 2), ("M7", 3))  # images of each core
@@ -65,6 +66,10 @@ def _usart(name: str, section: str, old: str, new: str) -> Defect:
 
 def _usart_f1(name: str, section: str, old: str, new: str) -> Defect:
     return Defect(name, f"RM0008 {section}", "usart_f1.c", old, new)
+
+
+def _dma(name: str, section: str, old: str, new: str) -> Defect:
+    return Defect(name, f"RM0008 {section}", "dma_f1.c", old, new)
 
 
 def _entry(name: str, section: str, old: str, new: str) -> Defect:
@@ -341,13 +346,39 @@ DEFECTS = (
         "= frame_sixteenths(&usart->line) / 2",
     ),
     _usart("a start bit does not end the wait for an idle line", "27.3.3", "cycle <= usart->line.quiet_until", "false"),
+    _dma("no half transfer", "13.3.3", "left == reload >> 1 ? HTIF : 0", "0"),
+    _dma("a circle ends", "13.3.3", "left = reload;", ";"),
+    _dma("a circle of memory to memory", "13.3.3", "control & CIRC && !(control & MEM2MEM)", "control & CIRC"),
+    _dma("priorities are not looked at", "13.3.2", "[CCR] >> PL & 3", "[CCR] >> PL & 0"),
+    _dma("of equals the last wins", "13.3.2", "own > priority", "own >= priority"),
+    _dma("registers are written while enabled", "13.4.4", "} else if (r[CCR] & EN) {", "} else if (0) {"),
+    _dma("CGIF clears itself only", "13.4.2", "(bits & GIF ? FLAGS : bits)", "bits"),
+    _dma("GIF is not set", "13.4.1", "(flags(dma, n) | GIF)", "flags(dma, n)"),
+    _dma("an error leaves the channel on", "13.3.4", "[CCR] = control & ~(uint32_t)EN;", "[CCR] = control;"),
+    _dma("no transfer error", "13.3.4", "flag(dma, n, TEIF);", ";"),
+    _dma(
+        "wide targets are filled with the value again",
+        "13.3.5",
+        "*value = (uint32_t)answer;",
+        "*value = (uint32_t)answer * 0x101;",
+    ),
+    _dma("the peripheral's address goes on always", "13.3.3", "if (control & PINC)", "if (true)"),
+    _dma(
+        "the memory's address goes on by the peripheral's width",
+        "13.3.3",
+        "memory += memory_size",
+        "memory += peripheral_size",
+    ),
+    _dma("widths the wrong way round", "13.4.3", "PSIZE = 8, MSIZE = 10", "PSIZE = 10, MSIZE = 8"),
+    _dma("interrupts without their enables", "13.3.6", "flags(dma, n) & registers(dma, n)[CCR]", "flags(dma, n)"),
+    _dma("a channel with nothing left goes on", "13.4.4", "r[CCR] & EN && r[CNDTR] && (", "r[CCR] & EN && ("),
 )
 
 
 # --- in a process of its own, with the library of a defect
 
 
-def _checks(*, of_core: bool) -> Iterator[tuple[str, Callable[[], bool]]]:
+def _checks(peripheral: str) -> Iterator[tuple[str, Callable[[], bool]]]:
     """Return what may find a defect: name, and what says whether it did."""
     import pytest
 
@@ -381,10 +412,10 @@ def _checks(*, of_core: bool) -> Iterator[tuple[str, Callable[[], bool]]]:
 
         return run
 
-    if not of_core:
+    if peripheral:
         os.environ["HILBENCH_EXHAUSTIVE"] = "1"  # most self-tests are of that tier
-        yield "self-tests", fails("-k", "usart", *SELF_TESTS)
-        yield "registers and lines", fails(USARTS)
+        yield "self-tests", fails("-k", peripheral, *SELF_TESTS)
+        yield "registers and lines", fails(PERIPHERALS[peripheral])
         return
     yield "sequences", sequences
     yield "floating point", operands
@@ -393,10 +424,16 @@ def _checks(*, of_core: bool) -> Iterator[tuple[str, Callable[[], bool]]]:
     yield "self-tests", fails(*SELF_TESTS)
 
 
-def judge(path: Path, digest: str, *, of_core: bool) -> str:
-    """Return the first check that finds the library in that file wrong, or nothing."""
+def judge(path: Path, digest: str, peripheral: str) -> str:
+    """Return the first check that finds the library in that file wrong, or nothing.
+
+    Args:
+        path: the library.
+        digest: of its sources.
+        peripheral: which one has the defect; empty: the core.
+    """
     library._found = lambda: (path, digest)  # noqa: SLF001 - what everybody loads in this process
-    for name, finds in _checks(of_core=of_core):
+    for name, finds in _checks(peripheral):
         with contextlib.redirect_stdout(io.StringIO()):
             try:
                 wrong = finds()
@@ -429,7 +466,8 @@ def found_by(defect: Defect) -> str:
     with tempfile.TemporaryDirectory() as folder:
         path, digest = make(defect, Path(folder))
         command = [sys.executable, "-m", "measure.core_defects", "--judge", str(path), "--digest", digest]
-        command += [] if defect.section.startswith("RM") else ["--of-core"]
+        of = defect.file.partition("_")[0].removesuffix(".c")
+        command += ["--peripheral", of if of in PERIPHERALS else ""]
         try:
             done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=LONGEST_S, check=False)
         except subprocess.TimeoutExpired:
@@ -443,10 +481,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", default="", help="defects whose file or name contains this")
     parser.add_argument("--judge", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--digest", help=argparse.SUPPRESS)
-    parser.add_argument("--of-core", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--peripheral", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     if options.judge:
-        sys.stdout.write(judge(options.judge, options.digest, of_core=options.of_core) + "\n")
+        sys.stdout.write(judge(options.judge, options.digest, options.peripheral) + "\n")
         return 0
     missed = 0
     sys.stdout.write("| Defect | Against | Found first by |\n|---|---|---|\n")

@@ -21,7 +21,8 @@ from targets.boards import built_in_board
 from targets.firmware import image_path
 from targets.mcu.image import limits_for, load_image
 from targets.mcu.machine import Machine
-from targets.mcu.serial_line import SerialFormat
+from targets.mcu.serial_line import Words
+from targets.mcu.timebase import NS_PER_S
 
 MS = 1_000_000
 BLOCKS = 5
@@ -44,25 +45,25 @@ class Ours:
         self.machine.run_to(UP_MS * MS)
         self.sent = []
         self._usart = self.machine.chip.usarts["USART1"]
-        self._usart.on_frame = lambda frame: self.sent.append(frame.bits)
-        self._form, self._bit_s = SerialFormat(), baud and Fraction(1, baud)
+        self._usart.keeps_words = True
+        self._baud = baud
         self._until_ns = self.machine.now_ns
 
     def block(self):
         """Run for `OURS_MS`; return CPU seconds and virtual seconds."""
-        if self._bit_s:
-            self._feed()
-        self._until_ns += OURS_MS * MS
         began = time.process_time()
+        if self._baud:
+            self._feed(self._baud)
+        self._until_ns += OURS_MS * MS
         self.machine.run_to(self._until_ns)
+        for words in self._usart.take_words():
+            self.sent += words.bits
         return time.process_time() - began, OURS_MS / 1000
 
-    def _feed(self):
-        start_s = Fraction(self._until_ns, 10**9)
-        for value in range(int(OURS_MS / 1000 / (10 * self._bit_s)) - 4):
-            frame = self._form.frame(value & 0xFF, start_s, self._bit_s)
-            self.machine.at_ns(int(start_s * 10**9) + 1, lambda frame=frame: self._usart.receive(frame))
-            start_s = frame.end_s
+    def _feed(self, baud):
+        count = OURS_MS * baud // 10_000 - 4
+        starts_ns = [self._until_ns + 1 + n * 10 * NS_PER_S // baud for n in range(count)]
+        self._usart.expect(Words(starts_ns, [n & 0xFF for n in range(count)], Fraction(1, baud), 8))
 
     def word(self, symbol):
         address = self.machine.image.symbols.find(symbol).address

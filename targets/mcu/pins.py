@@ -125,6 +125,7 @@ class Pin:
         "_sent",
         "_sources",
         "_strong",
+        "_was_open",
         "alternate",
         "bank",
         "bonded",
@@ -162,6 +163,7 @@ class Pin:
         self._pull: bool | None = None
         self._claim: _Claim | None = None
         self._strong: bool | None = None
+        self._was_open = True
         self._sources: dict[Hashable, Source] = {}
         self._outside: Source | None = None
         self._sent: Source | None = None
@@ -377,6 +379,11 @@ class Pin:
     def update(self, cycle: int | None = None) -> None:
         """Work out the level after something has changed, at present or (unwatched) at an earlier `cycle`."""
         self._strong = self._driven_by_chip()
+        if self.inputs and self.open_to_outside is not self._was_open:
+            self._was_open = self.open_to_outside
+            for signal in self.inputs:
+                if signal.on_reach is not None:
+                    signal.on_reach()
         if self.nets:
             self._tell_nets()
         level = self._resolved()

@@ -22,6 +22,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
+from typing import NamedTuple
 
 __all__ = [
     "LineHistory",
@@ -32,6 +33,7 @@ __all__ = [
     "SerialFormat",
     "SerialFrame",
     "StartBit",
+    "Words",
     "edge_bits",
     "sampling_plan",
 ]
@@ -95,6 +97,24 @@ class SerialFrame:
     def edges(self) -> list[tuple[Fraction, bool]]:
         """Return each change of level as (bench time in seconds, new level); it begins with the start bit."""
         return [(self.start_s + index * self.bit_s, level) for index, level in self.edge_bits()]
+
+
+class Words(NamedTuple):
+    """Frames on a line, one after the other, that are alike but for what they carry.
+
+    Attributes:
+        starts_ns: bench times at which their start bits begin, ascending, rounded down.
+        bits: of each, the levels after the start bit, the first in bit 0.
+        bit_s: length of a bit, in seconds.
+        bit_count: how many bits each has, data and parity.
+        stop_half_bits: how long the line is high after each at least, in halves of a bit.
+    """
+
+    starts_ns: Sequence[int]
+    bits: Sequence[int]
+    bit_s: Fraction
+    bit_count: int
+    stop_half_bits: int = 2
 
 
 @lru_cache(maxsize=1024)

@@ -11,12 +11,23 @@ import enum
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from targets.mcu.fidelity import Notes
 from targets.mcu.timebase import Timebase
 
-__all__ = ["BusMaster", "Clocks", "DmaRequest", "InputSignal", "IrqLine", "OutputSignal", "Services", "Watch", "Wave"]
+__all__ = [
+    "BusMaster",
+    "Clocks",
+    "DmaRequest",
+    "InputSignal",
+    "IrqLine",
+    "OutputSignal",
+    "RequestInC",
+    "Services",
+    "Watch",
+    "Wave",
+]
 
 
 class IrqLine(Protocol):
@@ -34,6 +45,18 @@ class IrqLine(Protocol):
         """Drive the line."""
 
 
+class RequestInC(NamedTuple):
+    """A request line of a DMA controller in C, so that a peripheral in C may drive it there.
+
+    Attributes:
+        controller: ``struct hil_dma``.
+        number: of the line.
+    """
+
+    controller: ctypes.c_void_p
+    number: int
+
+
 class DmaRequest(Protocol):
     """A request of a peripheral to a DMA controller: a level. The controller answers by reading or writing registers.
 
@@ -42,9 +65,14 @@ class DmaRequest(Protocol):
     Attributes:
         private: serving the request raises no interrupt and changes nothing that anybody but the peripheral and the
             controller has to see at that very cycle. The peripheral says so; see `targets.mcu.stm32.dma_shortcut`.
+        in_c: the line in C, for a peripheral that is there, too; else None.
     """
 
     private: bool
+
+    @property
+    def in_c(self) -> RequestInC | None:
+        """See the class."""
 
     def set(self, level: bool) -> None:
         """Drive the request."""
@@ -141,9 +169,11 @@ class InputSignal(Protocol):
 
     Attributes:
         on_change: called with the new level, at the cycle of the change. None while nobody listens.
+        on_reach: called after a change of what `at_pin` returns, if anybody wants to know.
     """
 
     on_change: Callable[[bool], None] | None
+    on_reach: Callable[[], None] | None
 
     def level(self) -> bool:
         """Return the present level; a floating or analog pin reads as low."""

@@ -117,15 +117,17 @@ class PinInput:
         pin: the pad it is routed to.
         peer: the output of the same name inside the chip.
         idle: the level while it has neither.
+        on_reach: called after a change of what `at_pin` returns.
     """
 
-    __slots__ = ("_on_change", "idle", "name", "peer", "pin")
+    __slots__ = ("_on_change", "idle", "name", "on_reach", "peer", "pin")
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.pin: Pin | None = None
         self.peer: PinOutput | None = None
         self.idle = False
+        self.on_reach: Callable[[], None] | None = None
         self._on_change: Callable[[bool], None] | None = None
 
     @property
@@ -229,6 +231,8 @@ class Signals:
         for listener in listeners:
             listener.pin, listener.peer = pins[-1] if pins else None, output if inside else None
             listener.idle = self._idle.get(name, False)
+            if listener.on_reach is not None:
+                listener.on_reach()
         for pin in route:
             self._attach(pin)
         if not route and output is not None:

@@ -44,6 +44,7 @@ class FakeLine:
     """
 
     core = None
+    in_c = None
 
     def __init__(self, time: Timebase) -> None:
         self.level = False
@@ -153,14 +154,25 @@ class FakeInput:
     """An input signal that a test drives; low at first.
 
     Attributes:
-        on_change: what the peripheral listens with.
-        connected: what `at_pin` answers; True at first.
+        on_change, on_reach: what the peripheral listens with.
     """
 
     def __init__(self) -> None:
         self.on_change: Callable[[bool], None] | None = None
-        self.connected = True
+        self.on_reach: Callable[[], None] | None = None
+        self._connected = True
         self._level = False
+
+    @property
+    def connected(self) -> bool:
+        """What `at_pin` answers; True at first."""
+        return self._connected
+
+    @connected.setter
+    def connected(self, connected: bool) -> None:
+        self._connected = connected
+        if self.on_reach is not None:
+            self.on_reach()
 
     def level(self) -> bool:
         """Return the present level."""
@@ -168,7 +180,7 @@ class FakeInput:
 
     def at_pin(self) -> bool:
         """Say whether what is outside of a pin can reach the signal."""
-        return self.connected
+        return self._connected
 
     def drive(self, level: bool) -> None:
         """Set the level from the present cycle on; who listens is told of a change."""

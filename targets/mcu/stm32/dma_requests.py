@@ -30,6 +30,8 @@ class Request:
 
     __slots__ = ("_listeners", "level", "on_last", "once", "private")
 
+    in_c = None
+
     def __init__(self) -> None:
         self.level = False
         self.once = False

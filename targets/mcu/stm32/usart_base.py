@@ -8,8 +8,9 @@ from fractions import Fraction
 from typing import ClassVar
 
 from targets.mcu.registers import Peripheral
-from targets.mcu.serial_line import Sampled, SerialFormat, SerialFrame
+from targets.mcu.serial_line import Sampled, SerialFormat, SerialFrame, Words
 from targets.mcu.services import InputSignal, Services
+from targets.mcu.stm32.usart_expected import Expected
 from targets.mcu.stm32.usart_line import Kind, News, Tell, UsartLine
 from targets.mcu.stm32.usart_receiver import Receiver
 from targets.mcu.stm32.usart_transmitter import Transmitter
@@ -57,6 +58,8 @@ class UsartBase(Peripheral, abc.ABC):
         registers = {register.offset: register for register in self.registers_of()}
         self._line = UsartLine(services.time, base, registers, self.KIND)
         self._kept = self._line.line
+        if self.KIND is not Kind.OF_PYTHON:
+            self.in_c = self._line
         super().__init__(name, base, services)
         self._values = self._line.values
         for offset, register in registers.items():
@@ -72,10 +75,15 @@ class UsartBase(Peripheral, abc.ABC):
         self._irq = services.irq(irq)
         self._dma_tx = services.dma(f"{name}_TX")
         self._dma_rx = services.dma(f"{name}_RX")
+        self._sent: list[Words] = []
         self._setting: tuple[str, Fraction] | None = None
         self._format = SerialFormat()
         self._tx = Transmitter(self.time, self._line_tx, self._line)
         self._rx = self._make_receiver()
+        self._expected = Expected(self.time, self._line, self._receive)
+        self._rx.expected_heard = self._expected.heard
+        for signal in (self._line_rx, self._line_single):
+            signal.on_reach = self._rx.look_again
         self._line.handlers[News.FRAME] = lambda _value, _more: self._frame_begins()
         self._line.handlers[News.CUT] = lambda _value, _more: self._cut()
 
@@ -116,6 +124,35 @@ class UsartBase(Peripheral, abc.ABC):
         self._on_word = listener
         self._kept.tells = Tell(self._kept.tells) & ~Tell.DATA | (Tell.DATA if listener else 0)
 
+    @property
+    def keeps_words(self) -> bool:
+        """Whether words that are sent are kept for `take_words`, as far as nobody has to know of them at once.
+
+        `on_frame` is then called with the other frames alone: breaks, frames to a pin that somebody watches.
+        """
+        return self._tx.keeps_words
+
+    @keeps_words.setter
+    def keeps_words(self, keeps: bool) -> None:
+        self._take_kept()
+        self._tx.keeps_words = keeps
+        self._tx.tell_frames()
+
+    def take_words(self) -> list[Words]:
+        """Return the words that were sent and kept since this was called last."""
+        self._take_kept()
+        taken, self._sent = self._sent, []
+        return taken
+
+    def _take_kept(self) -> None:
+        """Take over what C has kept: cycles are those of the present clock, and bits those of the present format."""
+        if not self._kept.kept:
+            return
+        ns, both = self.time.ns, self._line.take_kept()
+        starts_ns, kept = [ns(cycle) for cycle in both[::2]], self._kept
+        form = self._tx.bit_s, kept.word_bits, kept.stop_half_bits
+        self._sent.append(Words(starts_ns, both[1::2].tolist(), *form))
+
     # --- for people and for what is at the other end of the line
 
     @property
@@ -131,10 +168,31 @@ class UsartBase(Peripheral, abc.ABC):
 
     def receive(self, frame: SerialFrame) -> None:
         """Take a frame from outside, at the cycle at which its start bit begins (the first not before it)."""
+        self._receive(frame)
+
+    def expect(self, words: Words) -> None:
+        """Take frames from outside as each begins, behind those that are expected already; the past is now.
+
+        Raises:
+            MemoryError: there is no memory left.
+        """
+        self._expected.add(words)
+
+    @property
+    def expected(self) -> int:
+        """How many of these have not begun yet."""
+        return self._expected.count
+
+    def expect_only(self, count: int) -> None:
+        """Expect no more than the next so many."""
+        self._expected.keep(count)
+
+    def _receive(self, frame: SerialFrame) -> bool:
+        """Take a frame that begins now; return whether C hears it."""
         if not self._heard_at().at_pin():
             self.note("misuse", "RX", f"a frame came in, but {self._why_deaf()}")
-        elif self.clocked:
-            self._rx.receive(frame)
+            return False
+        return self.clocked and self._rx.receive(frame)
 
     # --- what the chip calls
 
@@ -148,6 +206,8 @@ class UsartBase(Peripheral, abc.ABC):
 
     def before_clock_change(self) -> None:
         """Bring line and samples up to the present cycle."""
+        self._take_kept()
+        self._expected.before_clock_change()
         self._tx.refresh()
         self._rx.before_change()
 
@@ -158,6 +218,7 @@ class UsartBase(Peripheral, abc.ABC):
             in_frame = self._line.set_rate(cycles)
             self._tx.rate_changed(cycles / self.time.hclk_hz, in_frame=in_frame)
             self._rx.set_rate(cycles)
+        self._expected.after_clock_change()
         self._run()
         self._tell_setting()
 
@@ -165,6 +226,8 @@ class UsartBase(Peripheral, abc.ABC):
 
     def _take_frame(self, word_bits: int) -> None:
         """Let frames, breaks and flow control follow the control registers."""
+        self._take_kept()
+        self._rx.look_again()
         cr1, cr2, cr3 = self[self.CR1], self[self.CR2], self[self.CR3]
         kept, rx = self._kept, self._rx
         parity = ("O" if cr1 & PS else "E") if cr1 & PCE else "N"

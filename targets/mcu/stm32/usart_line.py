@@ -9,19 +9,19 @@ from __future__ import annotations
 import ctypes
 import enum
 import functools
-import weakref
+from array import array
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
+from targets.mcu.block import BlockInC
 from targets.mcu.core.library import load, structure
-from targets.mcu.errors import EngineError
 from targets.mcu.registers import Register
 from targets.mcu.serial_line import SerialFormat
 from targets.mcu.stm32.bit_clock import BitClock
 from targets.mcu.timebase import Timebase
 
-__all__ = ["Ask", "Kept", "Kind", "News", "Sending", "Tell", "UsartLine"]
+__all__ = ["Ask", "Kind", "News", "Sending", "Tell", "UsartLine"]
 
 _TELL = ctypes.PYFUNCTYPE(None, ctypes.c_uint32, ctypes.c_uint32, ctypes.c_uint32)
 _ASK = ctypes.PYFUNCTYPE(ctypes.c_uint64, ctypes.c_uint32, ctypes.c_uint32)
@@ -63,6 +63,7 @@ class News(enum.IntEnum):
     DMA_RX = 11
     IRQ = 12
     RTS = 13
+    ARRIVED = 14
 
 
 class Ask(enum.IntEnum):
@@ -75,29 +76,15 @@ class Ask(enum.IntEnum):
 
 
 class Tell(enum.IntFlag):
-    """Of which news somebody wants to know at once."""
+    """Of which news somebody wants to know at once; WORDS of data are kept instead, until they are taken."""
 
     FRAMES = 1
     ENDS = 2
     DATA = 4
+    WORDS = 8
 
 
-class Kept:
-    """Registers by their offsets, in memory that C sees too."""
-
-    __slots__ = ("_words",)
-
-    def __init__(self, words: memoryview) -> None:
-        self._words = words
-
-    def __getitem__(self, offset: int) -> int:
-        return self._words[offset >> 2]
-
-    def __setitem__(self, offset: int, value: int) -> None:
-        self._words[offset >> 2] = value
-
-
-class UsartLine:
+class UsartLine(BlockInC):
     """See the module.
 
     Args:
@@ -108,8 +95,6 @@ class UsartLine:
 
     Attributes:
         line: ``struct hil_line``; see ``usart.h``.
-        block: the block of registers, for `CoreEngine.attach`.
-        values: the registers.
         handlers: whom to call by the kind of the news, with its two numbers.
         wants_idle: asked after a word whether to tell of an idle line, where C does not know.
 
@@ -118,22 +103,11 @@ class UsartLine:
     """
 
     def __init__(self, time: Timebase, base: int, registers: Mapping[int, Register], kind: Kind) -> None:
-        self._time = time
         self._callbacks = _TELL(self._tell), _ASK(self._ask)
         library = _library()
         block = library.hil_usart_new(time.queue, kind, *self._callbacks)
-        if not block:
-            raise EngineError("there is no memory for a USART")
-        self.block = ctypes.c_void_p(block)
-        weakref.finalize(self, library.hil_usart_free, self.block).atexit = False
-        time.keep_alive(self)
+        super().__init__(time, block, library.hil_usart_free, base=base, registers=registers)
         self.line: Any = structure("hil_line").from_address(library.hil_line_of(self.block))
-        self.registers: Any = structure("hil_registers").from_address(library.hil_registers_of(self.block))
-        self.registers.base = base
-        for offset, register in registers.items():
-            self.registers.writable[offset >> 2] = register.writable
-            self.registers.ignored[offset >> 2] = register.ignored
-        self.values = Kept(memoryview(self.registers.values).cast("B").cast("I"))
         self.handlers: dict[int, Callable[[int, int], None]] = {}
         self.wants_idle: Callable[[], bool] = lambda: False
         self._sent, self._read, self._quiet = _Clock(), _Clock(), _Clock()
@@ -148,33 +122,49 @@ class UsartLine:
         self.await_quiet: Callable[[int], None] = asking(library.hil_usart_await_quiet, self.block)
         self.break_quiet: Callable[[int], None] = asking(library.hil_usart_break_quiet, self.block)
         self.forget_quiet: Callable[[], None] = asking(library.hil_usart_forget_quiet, self.block)
-        self._store: Callable[[int, int], bool] = asking(library.hil_block_store, self.block)
-        self._load: Callable[[int], int] = asking(library.hil_block_load, self.block)
+        self.expect_only: Callable[[int], None] = asking(library.hil_usart_expect_only, self.block)
+        self._expect: Callable[[Any, Any, int], bool] = asking(library.hil_usart_expect, self.block)
+        self._take_kept: Callable[[Any], None] = asking(library.hil_usart_take_kept, self.block)
         self._bend: Callable[[], None] = asking(library.hil_usart_bend, self.block)
         self._bend_quiet: Callable[[], None] = asking(library.hil_usart_bend_quiet, self.block)
         self._interrupts: Callable[[Any, int], None] = asking(library.hil_usart_interrupts, self.block)
+        self._transfers: Callable[[Any, int, int], None] = asking(library.hil_usart_transfers, self.block)
         # of an F1
         self.update: Callable[[], None] = asking(library.hil_f1_update, self.block)
         self.take_word: Callable[[int, bool, bool], None] = asking(library.hil_f1_word, self.block)
         self.f1_wants_idle: Callable[[], bool] = asking(library.hil_f1_wants_idle, self.block)
 
-    # --- registers
-
-    def load(self, offset: int) -> int:
-        """Read a register as a program does, with its effects."""
-        value = self._load(offset >> 2)
-        self._time.raise_kept()
-        return value
-
-    def store(self, offset: int, value: int) -> bool:
-        """Write one; False: nothing was done, it is for Python."""
-        done = self._store(offset >> 2, value)
-        self._time.raise_kept()
-        return done
+    # --- lines
 
     def interrupts(self, core: Any, number: int) -> None:
         """Drive the interrupt of that number of a core, without telling anybody here."""
         self._interrupts(core, number)
+
+    def transfers(self, controller: ctypes.c_void_p, to_send: int, received: int) -> None:
+        """Ask a DMA controller in C, by requests of these numbers, without telling anybody here."""
+        self._transfers(controller, to_send, received)
+
+    # --- many frames at once
+
+    def expect(self, cycles: array[int], bits: array[int]) -> None:
+        """Have frames come in, each at its cycle, behind those that are expected already.
+
+        Args:
+            cycles: typecode ``Q``, ascending.
+            bits: typecode ``Q``; with ``LOOK_AT_WORD`` where Python is to look at the frame.
+
+        Raises:
+            MemoryError: there is no memory left.
+        """
+        if not self._expect(cycles.buffer_info()[0], bits.buffer_info()[0], len(bits)):
+            raise MemoryError("there is no memory for the frames that come in")
+
+    def take_kept(self) -> array[int]:
+        """Return the words that were sent and kept since they were last taken: cycle, bits, cycle, bits and so on."""
+        words = array("Q", bytes(16 * self.line.kept))
+        if words:
+            self._take_kept(words.buffer_info()[0])
+        return words
 
     # --- time
 
@@ -237,10 +227,6 @@ class UsartLine:
             self.keep(trouble)
             return 0
 
-    def keep(self, trouble: BaseException) -> None:
-        """Have an exception come out of whatever lets time pass."""
-        self._time.keep(trouble)
-
 
 class _Clock(BitClock):
     """Sixteenths of a bit since a cycle at which something began, and the length of a bit may have changed since."""
@@ -269,11 +255,9 @@ def _library() -> Any:
     library: Any = ctypes.PyDLL("", handle=load()._handle)  # noqa: SLF001
     pointer, word, cycle = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
     library.hil_usart_new.argtypes, library.hil_usart_new.restype = (pointer, word, _TELL, _ASK), pointer
-    for name in ("hil_line_of", "hil_registers_of"):
-        function = getattr(library, name)
-        function.argtypes, function.restype = (pointer,), pointer
-    library.hil_block_load.argtypes, library.hil_block_load.restype = (pointer, word), word
-    library.hil_block_store.argtypes, library.hil_block_store.restype = (pointer, word, word), ctypes.c_bool
+    library.hil_line_of.argtypes, library.hil_line_of.restype = (pointer,), pointer
+    library.hil_usart_expect.argtypes = (pointer, pointer, pointer, word)
+    library.hil_usart_expect.restype = ctypes.c_bool
     library.hil_f1_wants_idle.argtypes, library.hil_f1_wants_idle.restype = (pointer,), ctypes.c_bool
     takes: dict[str, tuple[Any, ...]] = {
         "hil_usart_free": (),
@@ -288,7 +272,10 @@ def _library() -> Any:
         "hil_usart_break_quiet": (cycle,),
         "hil_usart_bend_quiet": (),
         "hil_usart_forget_quiet": (),
+        "hil_usart_expect_only": (word,),
+        "hil_usart_take_kept": (pointer,),
         "hil_usart_interrupts": (pointer, word),
+        "hil_usart_transfers": (pointer, word, word),
         "hil_f1_update": (),
         "hil_f1_word": (word, word, word),
     }

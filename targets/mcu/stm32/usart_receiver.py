@@ -47,6 +47,7 @@ class Receiver:
         on_timeout: called when the line was high for `timeout_bits` after a word.
         on_break: called when a LIN break was detected.
         idle_wanted: asked after every word.
+        expected_heard: returns the frame that C has heard last of those that it was told to expect.
     """
 
     def __init__(self, time: Timebase, line: UsartLine) -> None:
@@ -61,6 +62,7 @@ class Receiver:
         self.on_timeout: Callable[[], None] = lambda: None
         self.on_break: Callable[[], None] = lambda: None
         self.idle_wanted: Callable[[], bool] = lambda: False
+        self.expected_heard: Callable[[], SerialFrame | None] = lambda: None
         self._time = time
         self._undisturbed = line
         self._heard: SerialFrame | None = None  # by C, the last of them
@@ -95,6 +97,7 @@ class Receiver:
         if on is self.running:
             return
         self.running = on
+        self.look_again()
         self._undisturbed.line.listening = on
         if on:
             self._hears_from_s = self._now_s()
@@ -115,6 +118,10 @@ class Receiver:
         heard = self._undisturbed.line
         return bool(heard.hears) or (self._edge_s is not None and self._clock.cycle(0) <= self._time.now)
 
+    def look_again(self) -> None:
+        """Look at the next frame that is expected before C hears it: something has changed."""
+        self._undisturbed.line.plain = False
+
     # --- the clock
 
     def before_change(self) -> None:
@@ -131,6 +138,7 @@ class Receiver:
         now = self._time.now
         self._bit_cycles = bit_cycles
         self._checked = None
+        self.look_again()
         self._timeout.set_rate(bit_cycles)
         if self._edge_s is None:
             return
@@ -144,8 +152,12 @@ class Receiver:
 
     # --- what comes in
 
-    def receive(self, frame: SerialFrame) -> None:
-        """Put a frame on the line, at the cycle at which its start bit begins, or later, but before its stop bit."""
+    def receive(self, frame: SerialFrame) -> bool:
+        """Put a frame on the line, at the cycle at which its start bit begins, or later, but before its stop bit.
+
+        Returns:
+            Whether C hears it.
+        """
         if self._line.driven_low:
             # It begins with a falling edge, so the line was high: the pin floats, which reads as low.
             self._line.undrive()
@@ -154,28 +166,31 @@ class Receiver:
             self._plan = self._next_plan()
             self._undisturbed.line.read_at = self._plan.done
             self._undisturbed.hear(min(self._time.now, self._time.cycle_at(frame.start_s)), frame.bits)
-            return
+            return True
         self._take_over()
+        self.look_again()
         self._line.add(frame)
         if self.running:
-            self._look_again()
+            self._search_anew()
         else:
             self._line.forget(self._now_s())
+        return False
 
     def drive(self, level: bool) -> None:
         """Let the line have `level` from the present cycle on, apart from frames."""
         self._take_over()
+        self.look_again()
         self._line.drive(self._now_s(), level)
         if not self.running:
             self._line.forget(self._now_s())
             return
         if level and self._low_since_s is not None:
             self._check_break(self._low_since_s)
-        self._look_again()
+        self._search_anew()
         if level and self._edge_s is None:
             self._schedule_idle()
 
-    def _look_again(self) -> None:
+    def _search_anew(self) -> None:
         """Something was added to the line from the present cycle on."""
         if self._edge_s is not None and self._clock.cycle(0) > self._time.now:
             self._abandon()
@@ -200,9 +215,10 @@ class Receiver:
         if not self._undisturbed.line.hears:
             return
         self._undisturbed.unhear()
-        assert self._heard is not None
-        self._line.add(self._heard)
-        self._start(self._heard.start_s, self._undisturbed.line.heard_from)
+        heard = self.expected_heard() if self._undisturbed.line.expected else self._heard
+        assert heard is not None
+        self._line.add(heard)
+        self._start(heard.start_s, self._undisturbed.line.heard_from)
 
     def _takes_as_sent(self, frame: SerialFrame) -> bool:
         plan = self._next_plan()

@@ -22,17 +22,20 @@ class Transmitter:
 
     Attributes:
         inverted: the output has the inverse levels.
-        wants_frames: somebody is to be told of every frame; `tell_frames` after a change.
+        wants_frames: somebody is to be told of every frame; `tell_frames` after a change, as of the next.
+        keeps_words: instead, words of data are kept where nobody watches the pin.
+        bit_s: length of a bit, in seconds.
     """
 
     def __init__(self, time: Timebase, output: OutputSignal, line: UsartLine) -> None:
         self.inverted = False
         self.wants_frames = False
+        self.keeps_words = False
+        self.bit_s = Fraction(1)
         self._time = time
         self._output = output
         self._line = line
         self._kept = line.line
-        self._bit_s = Fraction(1)
         self._edges: list[tuple[int, bool]] = []
         self._edge_event: Event | None = None
         line.handlers[News.END] = lambda _value, _more: self._finish_edges()
@@ -82,7 +85,7 @@ class Transmitter:
 
         Level and record of the output must be up to date: `refresh` before the change.
         """
-        self._bit_s = bit_s
+        self.bit_s = bit_s
         if in_frame:
             self._follow_edges()
 
@@ -91,9 +94,10 @@ class Transmitter:
     def tell_frames(self) -> None:
         """Say which frames somebody has to know of as they begin and end: who listens, and how, may have changed."""
         watched = self._output.watch() is not Watch.NOBODY or bool(self._kept.half_duplex)
-        frames = watched or self.wants_frames or not self._output.at_pin()
+        seen = watched or not self._output.at_pin()
+        frames = Tell.WORDS if self.keeps_words and not seen else Tell.FRAMES if seen or self.wants_frames else 0
         tells = Tell(self._kept.tells) & Tell.DATA
-        self._kept.tells = tells | (Tell.FRAMES if frames else 0) | (Tell.ENDS if watched or self._edges else 0)
+        self._kept.tells = tells | frames | (Tell.ENDS if watched or self._edges else 0)
 
     def begin(self) -> None:
         """Follow a frame that begins."""
@@ -105,7 +109,7 @@ class Transmitter:
         kept = self._kept
         return SerialFrame(
             start_s=self._time.seconds(self._time.now),
-            bit_s=self._bit_s,
+            bit_s=self.bit_s,
             bits=kept.frame_bits,
             bit_count=kept.frame_count,
             stop_half_bits=kept.frame_stop,

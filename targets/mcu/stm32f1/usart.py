@@ -9,6 +9,7 @@ Choices where the manual is silent, besides those of the transmitter and the rec
 
 from __future__ import annotations
 
+from targets.mcu.block import PeripheralInC
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.serial_line import Sampled
@@ -35,7 +36,7 @@ _PINS = {
 }
 
 
-class Usart(UsartBase):
+class Usart(PeripheralInC, UsartBase):
     """A USART; see `UsartBase`.
 
     Args:
@@ -78,7 +79,6 @@ class Usart(UsartBase):
     def __init__(self, name: str, base: int, services: Services, *, bus: str, irq: int) -> None:
         super().__init__(name, base, services, irq=irq)
         self._bus = bus
-        self.in_c = self._line
         handlers = self._line.handlers
         handlers[News.DATA] = self._data
         handlers[News.RTS] = lambda _value, _more: self._drive_rts()
@@ -87,17 +87,11 @@ class Usart(UsartBase):
         handlers[News.IRQ] = lambda level, _more: self._irq.set(bool(level))
         if self._irq.core is not None:
             self._line.interrupts(self._irq.core, irq)
+        to_send, received = self._dma_tx.in_c, self._dma_rx.in_c
+        if to_send is not None and received is not None:
+            self._line.transfers(to_send.controller, to_send.number, received.number)
 
-    # --- registers; those that C knows go there first
-
-    def read(self, offset: int) -> int:
-        """Read a register; see `Peripheral.read`."""
-        return self._line.load(offset) if offset in self.registers else super().read(offset)
-
-    def write(self, offset: int, value: int) -> None:
-        """Write a register; see `Peripheral.write`."""
-        if offset not in self.registers or not self._line.store(offset, value):
-            super().write(offset, value)
+    # --- registers that C leaves to Python
 
     def write_BRR(self, value: int) -> None:
         """Set the bit clock; a frame under way goes on at the new rate."""

@@ -25,7 +25,6 @@ from targets.mcu.stm32.usart_base import UsartBase
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.crc import Crc
-from targets.mcu.stm32f1.dma import Dma
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import Gpio
 from targets.mcu.stm32f1.pwr import Pwr
@@ -34,22 +33,13 @@ from targets.mcu.stm32f1.usart import Usart
 from tests.targets.firmware.defect import Defect, finds_it, first_of_each
 
 DEFECTS = [
-    # --- USART; flags and data are in C, and so are their defects: see measure/core_defects.py
+    # --- USART; flags and data are in C, as DMA is, and so are their defects: see measure/core_defects.py
     Defect("CTS is not looked at", "usart", Usart, "_cts_changed", "self._kept.clear_to_send = not level", "pass"),
     Defect("RTS is always low", "usart", Usart, "_drive_rts", "bool(self[SR] & RXNE) or not self._rx.running", "False"),
     Defect("no LIN break", "usart", Usart, "_lin_break", "self[self.STATUS] |= LBD", "pass"),
     Defect(
         "one wire: nothing is heard of oneself", "usart", UsartBase, "_frame_begins", "self._rx.receive(frame)", "pass"
     ),
-    # --- DMA
-    Defect("no half transfer", "dma", Dma, "_count", "HTIF if", "0 if"),
-    Defect("a circle ends", "dma", Dma, "_count", "left = channel.reload\n", "left = 0\n"),
-    Defect("priorities are not looked at", "dma", Dma, "_transfer", "one.control >> _PL & 3", "0"),
-    Defect("CNDTR is written while enabled", "dma", Dma, "_may_write", "if channel.control & EN", "if False"),
-    Defect("CGIF clears itself only", "dma", Dma, "write_IFCR", "0 if bits & GIF else ~bits", "~bits"),
-    Defect("an error leaves the channel on", "dma", Dma, "_serve", "self[channel.base] = control & ~EN", "pass"),
-    Defect("wide targets are filled with the value again", "dma", Dma, "_move", "value & ", "(value | value << 16) & "),
-    Defect("peripheral address goes on always", "dma", Dma, "_serve", "if control & PINC", "if True"),
     # --- TIM
     Defect("UG sets UIF in spite of URS", "tim", TimerEffects, "_reinitialise", "if self[CR1] & URS", "if False"),
     Defect("no overcapture", "tim-inputs", TimerEffects, "captured", "flag << 8 | flag if", "flag if"),

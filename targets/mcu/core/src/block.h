@@ -6,7 +6,7 @@
 
 #include <stdbool.h>
 
-enum { BLOCK_SIZE = 0x400, BLOCK_WORDS = 16 };
+enum { BLOCK_SIZE = 0x400, BLOCK_WORDS = 40 };
 
 struct hil_block;
 
@@ -19,13 +19,14 @@ typedef bool (*hil_block_write)(struct hil_block *block, uint32_t word, uint32_t
  * ignored: bits of these that the model only remembers: Python notes the first write of 1. */
 #define HIL_REGISTERS_FIELDS(ONE, MANY) \
     ONE(uint32_t, base) ONE(uint32_t, clocked) \
-    MANY(uint32_t, values, 16) MANY(uint32_t, writable, 16) MANY(uint32_t, ignored, 16)
+    MANY(uint32_t, values, 40) MANY(uint32_t, writable, 40) MANY(uint32_t, ignored, 40)
 HIL_STRUCT(hil_registers, HIL_REGISTERS_FIELDS);
 
 struct hil_block {
   struct hil_registers registers;
   hil_block_read read;
   hil_block_write write;
+  bool on_ahb;               /* a byte or half-word leaves the rest of its word alone */
 };
 
 #endif

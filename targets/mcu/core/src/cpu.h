@@ -190,6 +190,8 @@ int hil_store_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint3
 int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value);
 int hil_store_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value, uint32_t cost);
 int hil_store_beside(struct hil_cpu *cpu, uint32_t address, uint32_t value);
+bool hil_master_load(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value);
+bool hil_master_store(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value);
 uint32_t hil_fetch(struct hil_cpu *cpu, const struct hil_region *region, uint32_t address, bool *complete);
 
 /* watch.c */

@@ -77,10 +77,8 @@ static void begin_call(struct hil_cpu *cpu) {
   hil_tell_time(cpu);
 }
 
-/* The block in C that an access is for, and nobody else wants to see it. */
+/* The block in C at an address, unless its clock stands still. */
 static struct hil_block *block_at(struct hil_cpu *cpu, uint32_t address) {
-  if (cpu->state.watching || cpu->state.through_python)
-    return NULL;
   for (uint32_t n = 0; n < cpu->block_count; n++) {
     struct hil_block *block = cpu->blocks[n];
     if (address - block->registers.base < BLOCK_SIZE)
@@ -89,29 +87,59 @@ static struct hil_block *block_at(struct hil_cpu *cpu, uint32_t address) {
   return NULL;
 }
 
+/* Whether somebody else wants to see the accesses of the core. */
+static bool is_watched(const struct hil_state *state) { return state->watching || state->through_python; }
+
 static uint32_t word_of(uint32_t address) { return (address & (BLOCK_SIZE - 1)) / 4; }
 
-static bool read_block(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value) {
-  struct hil_block *block = block_at(cpu, address);
-  if (!block || !block->read)
-    return false;
-  hil_tell_time(cpu);
-  if (!block->read(block, word_of(address), value))
+static bool read_block(struct hil_block *block, uint32_t address, uint32_t size, uint32_t *value) {
+  if (!block || !block->read || !block->read(block, word_of(address), value))
     return false;
   if (size < 4)
     *value = *value >> 8 * (address & 3) & ((1u << 8 * size) - 1);
   return true;
 }
 
-/* A byte or half-word is repeated over the whole word on its way to the register (RM0008 section 3.1). */
-static bool write_block(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value) {
+/* A byte or half-word is repeated over the whole word on its way to a register on APB (RM0008 section 3.1); on AHB the
+ * rest of the word keeps what it has. */
+static bool write_block(struct hil_block *block, uint32_t address, uint32_t size, uint32_t value) {
   static const uint32_t REPEATED[] = {[1] = 0x01010101, [2] = 0x00010001, [4] = 1};
-  struct hil_block *block = block_at(cpu, address);
   if (!block || !block->write)
     return false;
-  hil_tell_time(cpu);
-  return block->write(block, word_of(address), value * REPEATED[size]);
+  uint32_t word = word_of(address), at = 8 * (address & 3);
+  if (size == 4 || !block->on_ahb)
+    return block->write(block, word, value * REPEATED[size]);
+  uint32_t mask = ((1u << 8 * size) - 1) << at;
+  return block->write(block, word, (block->registers.values[word] & ~mask) | value << at);
 }
+
+/* --- accesses of others than the core; false: nothing was done, they are for Python */
+
+/* The address is a multiple of the size. */
+bool hil_master_load(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value) {
+  const struct hil_region *region = hil_region_at(cpu, address);
+  if (!region || !region->data)
+    return region && read_block(block_at(cpu, address), address, size, value);
+  *value = 0;
+  memcpy(value, region->data + (address - region->base), size);
+  return true;
+}
+
+bool hil_master_store(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value) {
+  const struct hil_region *region = hil_region_at(cpu, address);
+  if (!region || (region->data && !region->writable))
+    return false;
+  if (region->data) {
+    memcpy(region->data + (address - region->base), &value, size);
+    return true;
+  }
+  if (!write_block(block_at(cpu, address), address, size, value))
+    return false;
+  cpu->state.block_writes++;
+  return true;
+}
+
+/* --- accesses of the core */
 
 /* A program that reads the same register again and again may be waiting for it. */
 static void count_polls(struct hil_state *state, uint32_t address) {
@@ -153,9 +181,9 @@ int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint
   if (is_for_core(cpu, address) && hil_scs_read(cpu, address - SCS, size, value))
     return ACCESS_DONE;
   count_polls(&cpu->state, address);
-  if (read_block(cpu, address, size, value))
-    return ACCESS_DONE;
   begin_call(cpu);
+  if (!is_watched(&cpu->state) && read_block(block_at(cpu, address), address, size, value))
+    return ACCESS_DONE;
   uint32_t window = (uint32_t)(region - cpu->regions);
   *value = cpu->read(window, address - region->base, size);
   if (size < 4)
@@ -207,11 +235,11 @@ int hil_store_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uin
     return ACCESS_DONE;
   }
   cpu->state.polled = UINT32_MAX;
-  if (write_block(cpu, address, size, value)) {
+  begin_call(cpu);
+  if (!is_watched(&cpu->state) && write_block(block_at(cpu, address), address, size, value)) {
     cpu->state.block_writes++;
     return ACCESS_DONE;
   }
-  begin_call(cpu);
   if (region->data)
     store_read_only(cpu, address, size, value, cost);
   else

@@ -18,6 +18,7 @@
 #include "usart.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #if !defined(__SIZEOF_INT128__)
 #error "128-bit integers are needed"
@@ -41,6 +42,20 @@ static uint32_t frame_sixteenths(const struct hil_line *line) {
 }
 
 static void tell(const struct hil_usart *usart, enum hil_usart_news news) { usart->tell(news, 0, 0); }
+
+/* Add a word; false: there is no memory left. */
+static bool add_word(struct hil_words *all, uint64_t cycle, uint64_t bits) {
+  if (all->end == all->room) {
+    uint32_t room = all->room ? 2 * all->room : 256;
+    struct hil_word *words = realloc(all->words, room * sizeof *words);
+    if (!words)
+      return false;
+    all->words = words;
+    all->room = room;
+  }
+  all->words[all->end++] = (struct hil_word){cycle, bits};
+  return true;
+}
 
 /* --- what the registers make of it */
 
@@ -95,6 +110,8 @@ void hil_usart_drive(struct hil_usart *usart, uint32_t levels) {
       continue;
     if (n == 0 && usart->cpu)
       hil_queue_interrupt(usart->queue, usart->cpu, usart->irq, levels & 1);
+    else if (n && usart->dma)
+      hil_dma_request(usart->dma, usart->requests[n - 1], levels >> n & 1);
     else
       usart->tell(NEWS[n], levels >> n & 1, 0);
   }
@@ -127,8 +144,17 @@ static void announce(struct hil_usart *usart, uint32_t bits, uint32_t count, uin
   line->frame_stop = stop_half_bits;
   line->frame_is_break = is_break;
   line->frame_is_new = 1;
-  if (line->tells & TELL_FRAMES)
+  bool is_kept = line->tells & KEEP_WORDS && !is_break && add_word(&usart->kept, now(usart), bits);
+  line->kept = usart->kept.end;
+  if (line->tells & TELL_FRAMES || (line->tells & KEEP_WORDS && !is_kept))
     tell(usart, NEWS_FRAME);
+}
+
+/* Copy the words that were kept, as pairs of cycle and bits, and forget them. */
+HIL_EXPORT void hil_usart_take_kept(struct hil_usart *usart, struct hil_word *into) {
+  if (usart->kept.end)
+    memcpy(into, usart->kept.words, usart->kept.end * sizeof *into);
+  usart->kept.end = usart->line.kept = 0;
 }
 
 /* Begin with what is due, if nothing is under way. */
@@ -252,6 +278,7 @@ HIL_EXPORT void hil_usart_forget_quiet(struct hil_usart *usart) { hil_event_off(
 HIL_EXPORT void hil_usart_hear(struct hil_usart *usart, uint64_t cycle, uint32_t bits) {
   struct hil_line *line = &usart->line;
   line->hears = 1;
+  line->expected = 0;
   line->heard = bits;
   line->heard_from = cycle;
   hil_usart_break_quiet(usart, cycle);
@@ -277,6 +304,59 @@ static void on_read(void *whose) {
   hil_usart_await_quiet(usart, later(now(usart), end));
 }
 
+/* --- frames that are known beforehand */
+
+enum { OUTSIDE = 1 }; /* the order of what comes from outside: after what the chip does at the same cycle */
+
+static void await_next(struct hil_usart *usart) {
+  struct hil_words *expected = &usart->expected;
+  usart->line.coming = expected->end - expected->first;
+  if (usart->line.coming)
+    hil_event_at(usart->queue, usart->arrives, expected->words[expected->first].cycle, OUTSIDE);
+  else
+    expected->first = expected->end = 0;
+}
+
+static void on_arrives(void *whose) {
+  struct hil_usart *usart = whose;
+  struct hil_line *line = &usart->line;
+  struct hil_word word = usart->expected.words[usart->expected.first++];
+  await_next(usart);
+  if (word.bits & LOOK_AT_WORD || !line->plain || line->hears) {
+    usart->tell(NEWS_ARRIVED, line->coming, 0);
+  } else if (usart->block.registers.clocked) {
+    hil_usart_hear(usart, word.cycle, (uint32_t)word.bits);
+    line->expected = 1;
+  }
+}
+
+/* Have frames come in, behind those that are expected already; false: there is no memory for all of them. */
+HIL_EXPORT bool hil_usart_expect(struct hil_usart *usart, const uint64_t *cycles, const uint64_t *bits, uint32_t count) {
+  struct hil_words *expected = &usart->expected;
+  bool is_done = true;
+  if (expected->first) {
+    memmove(expected->words, expected->words + expected->first, usart->line.coming * sizeof *expected->words);
+    expected->end = usart->line.coming;
+    expected->first = 0;
+  }
+  for (uint32_t n = 0; n < count && is_done; n++)
+    is_done = add_word(expected, cycles[n], bits[n]);
+  if (usart->line.coming)
+    usart->line.coming = expected->end;
+  else
+    await_next(usart);
+  return is_done;
+}
+
+/* Of the frames that are expected keep the first ones alone. */
+HIL_EXPORT void hil_usart_expect_only(struct hil_usart *usart, uint32_t count) {
+  if (usart->line.coming <= count)
+    return;
+  usart->expected.end = usart->expected.first + count;
+  hil_event_off(usart->queue, usart->arrives);
+  await_next(usart);
+}
+
 static void on_idle(void *whose) {
   struct hil_usart *usart = whose;
   if (usart->kind == USART_F1)
@@ -287,7 +367,11 @@ static void on_idle(void *whose) {
 
 /* --- the USART */
 
-HIL_EXPORT void hil_usart_free(struct hil_usart *usart) { free(usart); }
+HIL_EXPORT void hil_usart_free(struct hil_usart *usart) {
+  free(usart->expected.words);
+  free(usart->kept.words);
+  free(usart);
+}
 
 /* Make a USART. Returns NULL if there is no memory left. */
 HIL_EXPORT struct hil_usart *hil_usart_new(struct hil_queue *queue, uint32_t kind, hil_usart_tell tell_python,
@@ -305,7 +389,8 @@ HIL_EXPORT struct hil_usart *hil_usart_new(struct hil_queue *queue, uint32_t kin
   usart->sent = hil_event_new(queue, on_sent, usart);
   usart->read = hil_event_new(queue, on_read, usart);
   usart->idle = hil_event_new(queue, on_idle, usart);
-  if (usart->sent == NO_EVENT || usart->read == NO_EVENT || usart->idle == NO_EVENT) {
+  usart->arrives = hil_event_new(queue, on_arrives, usart);
+  if (usart->sent == NO_EVENT || usart->read == NO_EVENT || usart->idle == NO_EVENT || usart->arrives == NO_EVENT) {
     free(usart);
     return NULL;
   }
@@ -316,23 +401,15 @@ HIL_EXPORT struct hil_usart *hil_usart_new(struct hil_queue *queue, uint32_t kin
 
 HIL_EXPORT struct hil_line *hil_line_of(struct hil_usart *usart) { return &usart->line; }
 
-HIL_EXPORT struct hil_registers *hil_registers_of(struct hil_block *block) { return &block->registers; }
-
 /* Drive that interrupt of a core without telling Python. */
 HIL_EXPORT void hil_usart_interrupts(struct hil_usart *usart, struct hil_cpu *cpu, uint32_t irq) {
   usart->cpu = cpu;
   usart->irq = irq;
 }
 
-/* Write a word as a program does; false: nothing was done, it is for Python. */
-HIL_EXPORT bool hil_block_store(struct hil_block *block, uint32_t word, uint32_t value) {
-  return block->write && block->write(block, word, value);
-}
-
-/* Read one; of those that are for Python, what is kept. */
-HIL_EXPORT uint32_t hil_block_load(struct hil_block *block, uint32_t word) {
-  uint32_t value = 0;
-  if (!block->read || !block->read(block, word, &value))
-    value = block->registers.values[word];
-  return value;
+/* Ask a controller for transfers without telling Python: by these of its requests. */
+HIL_EXPORT void hil_usart_transfers(struct hil_usart *usart, struct hil_dma *dma, uint32_t to_send, uint32_t received) {
+  usart->dma = dma;
+  usart->requests[0] = to_send;
+  usart->requests[1] = received;
 }

@@ -6,6 +6,7 @@
 #define HIL_USART_H
 
 #include "block.h"
+#include "dma_f1.h"
 #include "queue.h"
 
 struct hil_cpu;
@@ -29,6 +30,7 @@ enum hil_usart_news {
   NEWS_DATA,       /* a word that is not muted: its data, and PE, FE, NE, ORE */
   NEWS_DMA_TX, NEWS_DMA_RX, NEWS_IRQ, /* the new level of a request or line */
   NEWS_RTS,        /* it may have changed */
+  NEWS_ARRIVED,    /* a frame that was expected begins, and Python is to look at it; so many follow */
 };
 
 /* What Python is asked. */
@@ -39,8 +41,8 @@ enum hil_usart_question {
   ASK_IDLE_WANTED, /* whether to tell of an idle line after this word */
 };
 
-/* Of which news somebody wants to know at once. */
-enum { TELL_FRAMES = 1, TELL_ENDS = 2, TELL_DATA = 4 };
+/* Of which news somebody wants to know at once; words of data may be kept instead, until somebody takes them. */
+enum { TELL_FRAMES = 1, TELL_ENDS = 2, TELL_DATA = 4, KEEP_WORDS = 8 };
 
 typedef void (*hil_usart_tell)(uint32_t news, uint32_t value, uint32_t more);
 typedef uint64_t (*hil_usart_ask)(uint32_t question, uint32_t sixteenths);
@@ -62,6 +64,10 @@ typedef uint64_t (*hil_usart_ask)(uint32_t question, uint32_t sixteenths);
  * quiet_from, quiet_until, quiet_length: the line is idle if it stays high between these two cycles, so many sixteenths
  *   of a bit apart.
  *
+ * coming: how many frames are expected. plain: the next of them comes alone, and each sample lies in its bit, unless a
+ *   frame is just being heard. expected: the frame that was heard last was one of them.
+ * kept: how many words were sent that nobody has taken.
+ *
  * received, seen, idle_armed: see usart_f1.c. */
 #define HIL_LINE_FIELDS(ONE, MANY) \
     ONE(uint64_t, bit_cycles) ONE(uint64_t, bit_parts) ONE(uint32_t, odd) \
@@ -75,8 +81,20 @@ typedef uint64_t (*hil_usart_ask)(uint32_t question, uint32_t sixteenths);
     ONE(uint32_t, frame_is_new) \
     ONE(uint32_t, listening) ONE(uint32_t, read_at) ONE(uint32_t, hears) ONE(uint32_t, heard) \
     ONE(uint64_t, heard_from) ONE(uint64_t, quiet_from) ONE(uint64_t, quiet_until) ONE(uint32_t, quiet_length) \
+    ONE(uint32_t, coming) ONE(uint32_t, plain) ONE(uint32_t, expected) ONE(uint32_t, kept) \
     ONE(uint32_t, received) ONE(uint32_t, seen) ONE(uint32_t, idle_armed)
 HIL_STRUCT(hil_line, HIL_LINE_FIELDS);
+
+/* Words on a line, each with the cycle at which its start bit begins. */
+struct hil_words {
+  struct hil_word {
+    uint64_t cycle, bits;
+  } *words;
+  uint32_t first, end, room;
+};
+
+/* Beside the bits of a frame that is expected: Python is to look at it. */
+#define LOOK_AT_WORD (1ull << 63)
 
 struct hil_usart {
   struct hil_block block;    /* first: a block is the USART that it belongs to */
@@ -85,7 +103,10 @@ struct hil_usart {
   struct hil_queue *queue;
   struct hil_cpu *cpu;       /* whose interrupt `irq` is driven; NULL: Python is told */
   uint32_t irq;
-  int32_t sent, read, idle;  /* events */
+  struct hil_dma *dma;       /* who gets its requests; NULL: Python is told */
+  uint32_t requests[2];      /* their numbers, to send and of what was received */
+  struct hil_words expected, kept;
+  int32_t sent, read, idle, arrives; /* events */
   hil_usart_tell tell;
   hil_usart_ask ask;
 };

@@ -376,6 +376,7 @@ class _NoRequest:
     """A request to DMA of a timer that has none."""
 
     private = False
+    in_c = None
 
     def set(self, level: bool) -> None:
         """Do nothing."""

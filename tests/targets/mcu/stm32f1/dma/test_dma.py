@@ -69,8 +69,7 @@ class TestRegisters:
     @given(number=st.integers(1, 7), flags=st.sampled_from(range(0, 16, 2)), cleared=st.integers(0, 15))
     def test_flags_are_cleared_by_ifcr(self, make_rig, number, flags, cleared):
         rig = make_rig()
-        for channel in rig.dma._channels:
-            channel.flag(flags)
+        rig.dma[0x00] = 0x0111_1111 * flags
         rig.poke("IFCR", cleared << 4 * (number - 1))
         assert rig.peek("IFCR") == 0
         left = 0 if cleared & GIF else flags & ~cleared
@@ -81,8 +80,8 @@ class TestRegisters:
     @given(flags=st.sampled_from(range(0, 16, 2)), enables=st.integers(0, 7))
     def test_interrupts_are_levels(self, make_rig, flags, enables):
         rig = make_rig()
+        rig.dma[0x00] = flags << 4
         rig.poke("CCR2", enables << 1)
-        rig.dma._channels[1].flag(flags)
         assert rig.irq(2).level is bool(flags & enables << 1)
         rig.poke("CCR2", 0)
         assert not rig.irq(2).level
